@@ -247,6 +247,15 @@ IlonStatus ilon_plant_set_payload(IlonPlant plant, double mass_kg, const double 
 // Changes Coulomb's coefficient of friction of the floor from now on, but on its patches.
 IlonStatus ilon_plant_set_friction(IlonPlant plant, double friction);
 
+// Lets the ground lean from now on: gravity pulls along a direction in the world frame, three numbers; 0, 0, -1 is level ground.
+IlonStatus ilon_plant_set_down(IlonPlant plant, const double *down_in_world);
+
+// Lets the chassis bear from now on the articulated-body inertia of what your program moves, beside a wrench of what that puts on the chassis where
+// it is not accelerated: 36 numbers, row by row, linear at the body frame's origin before angular, along the world's axes, in kg, kg m and
+// kg m^2. Both engines then meet without a delay, whatever weighs more. All zeros end it.
+IlonStatus ilon_plant_set_articulated_inertia(IlonPlant plant,
+                                              const double *inertia);
+
 // Lets the rollers of a wheel find a share of the ground's friction from now on, whatever lies beneath them; 1 for all of it.
 IlonStatus ilon_plant_set_grip(IlonPlant plant, size_t wheel, double share);
 

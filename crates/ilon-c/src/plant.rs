@@ -355,15 +355,36 @@ pub unsafe extern "C" fn ilon_plant_set_payload(
 /// Changes Coulomb's coefficient of friction of the floor from now on, but on its patches.
 #[unsafe(no_mangle)]
 pub extern "C" fn ilon_plant_set_friction(plant: IlonPlant, friction: f64) -> IlonStatus {
+    with(plant, |held| Ok(held.set_friction(friction)?))
+}
+
+/// Lets the ground lean from now on: gravity pulls along a direction in the world frame, three numbers; 0, 0, -1 is level ground.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ilon_plant_set_down(
+    plant: IlonPlant,
+    down_in_world: *const f64,
+) -> IlonStatus {
     with(plant, |held| {
-        if !(friction.is_finite() && friction >= 0.0) {
-            return Err(Fault::new(
-                IlonStatus::Value,
-                format!("a friction of {friction} cannot be: give a finite number of 0 or more"),
-            ));
-        }
-        held.set_friction(friction);
-        Ok(())
+        // SAFETY: the caller vouches for three numbers.
+        let down = unsafe { array(down_in_world, 3, "down_in_world") }?;
+        Ok(held.set_down([down[0], down[1], down[2]])?)
+    })
+}
+
+/// Lets the chassis bear from now on the articulated-body inertia of what your program moves, beside a wrench of what that puts on the chassis where
+/// it is not accelerated: 36 numbers, row by row, linear at the body frame's origin before angular, along the world's axes, in kg, kg m and
+/// kg m^2. Both engines then meet without a delay, whatever weighs more. All zeros end it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ilon_plant_set_articulated_inertia(
+    plant: IlonPlant,
+    inertia: *const f64,
+) -> IlonStatus {
+    with(plant, |held| {
+        // SAFETY: the caller vouches for 36 numbers.
+        let numbers = unsafe { array(inertia, 36, "inertia") }?;
+        let rows =
+            std::array::from_fn(|row| std::array::from_fn(|column| numbers[6 * row + column]));
+        Ok(held.set_articulated_inertia(&rows)?)
     })
 }
 

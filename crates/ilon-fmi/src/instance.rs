@@ -334,14 +334,7 @@ impl Instance {
             plant.carry_at(now[set::PAYLOAD], Some(triple(set::PAYLOAD_PLACE)))?;
         }
         if changed(set::FRICTION..set::WHEELS) {
-            let friction = now[set::FRICTION];
-            if friction < 0.0 {
-                return Err(Error::invalid(
-                    format!("`floor.friction` cannot be {friction}"),
-                    "give 0 or more",
-                ));
-            }
-            plant.set_friction(friction);
+            plant.set_friction(now[set::FRICTION])?;
         }
         for wheel in 0..plant.robot().wheels.len() {
             let at = set::WHEELS + set::PER_WHEEL * wheel + 2;

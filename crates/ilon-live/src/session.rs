@@ -371,14 +371,14 @@ impl Session {
             .filter(|friction| *friction != self.friction)
         {
             self.friction = friction;
-            self.plant.set_friction(friction);
+            self.plant.set_friction(friction)?;
         }
         Ok(())
     }
 
     fn reset(&mut self) -> Result<(), LiveError> {
         self.plant.reset(self.seed, self.start)?;
-        self.plant.set_friction(self.friction);
+        self.plant.set_friction(self.friction)?;
         self.plant.carry(self.payload_kg)?;
         self.recorder = Recorder::of_plant(&self.plant, &self.urdf)?;
         self.restarts += 1;

@@ -41,8 +41,8 @@ const BARS: &str = "[[world.floor.boxes]]\nx_m = 0.35\ny_m = 0.3\nlength_x_m = 0
 const OVER: &str =
     "[reference.line]\nto_x_m = 1.2\nto_y_m = 0\nspeed_m_s = 0.2\nheading = { constant_deg = 0 }";
 
-const SPRUNG: &str = "[robot]\nfile = \"assets/robots/mecanum4_sprung.urdf\"\n[robot.wheels]\nrollers = 9\nroller_radius_m = 0.012\n\
-    roller_mass_kg = 0.01\ndamping_n_m_s = 1e-6\ngamma.x_deg = 45";
+const WHEELS: &str = "[robot.wheels]\nrollers = 9\nroller_radius_m = 0.012\nroller_mass_kg = 0.01\ndamping_n_m_s = 1e-6\ngamma.x_deg = 45";
+const SWING: &str = "[robot.joints.arm]\nrole = \"driven\"\nsetpoints = [{ t_s = 0.5, position_rad = 0 }, { t_s = 1.1, position_rad = 1.5707963 }]";
 
 /// A scene: its name, the robot, and all that is not the law.
 struct Scene {
@@ -63,12 +63,18 @@ fn of_file(robot: &str) -> String {
     format!("[robot]\nfile = \"assets/robots/{robot}\"\nroller_bodies = \"near\"")
 }
 
+/// A robot of joints, whose file has plain wheels.
+fn jointed(robot: &str) -> String {
+    format!("[robot]\nfile = \"assets/robots/{robot}\"\n{WHEELS}")
+}
+
 fn sprung() -> String {
     let wheels = ["front_left", "front_right", "rear_left", "rear_right"];
     let springs = wheels.map(|wheel| {
         format!("[robot.joints.{wheel}_spring]\nstiffness_n_m = 4000\ndamping_n_s_m = 60")
     });
-    format!("{SPRUNG}\n{}", springs.join("\n"))
+    let robot = jointed("mecanum4_sprung.urdf");
+    format!("{robot}\n{}", springs.join("\n"))
 }
 
 fn scenes() -> Vec<Scene> {
@@ -113,6 +119,9 @@ fn scenes() -> Vec<Scene> {
         &[OVER, BARS],
     ));
     all.push(scene("the same, sprung wheels", &sprung(), &[OVER, BARS]));
+    let arm = format!("{}\n{SWING}", jointed("mecanum4_arm.urdf"));
+    all.push(scene("an arm of 2 kg swings out in 0.6 s", &arm, &[STAND]));
+    all.push(scene("the same, a wheel on ice", &arm, &[STAND, ICE]));
     all.push(scene("figure eight, 1 m/s", &four, &[EIGHT]));
     all
 }

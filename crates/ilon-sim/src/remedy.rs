@@ -33,8 +33,9 @@ impl Wording for Keys {
             Remedy::Argument { name, value: None } => {
                 format!("`args = {{ {name} = \"VALUE\" }}` in `[robot]`")
             }
-            Remedy::WhichRollers { wheels } => format!(
-                "`wheels = {{ rollers = NUMBER, gamma.x_deg = ANGLE, joints = [{}] }}` in `[robot]`",
+            Remedy::WhichRollers { wheels, parallel } => format!(
+                "`wheels = {{ rollers = NUMBER, gamma.{} = ANGLE, joints = [{}] }}` in `[robot]`",
+                if *parallel { "x_deg" } else { "all_deg" },
                 quoted(wheels)
             ),
             Remedy::WheelRadius { guess_m: None } => "`wheel_radius_m` in `[robot]`".to_owned(),

@@ -2,7 +2,7 @@
 
 use ilon_robot::{Pose, Twist, wrap_angle};
 
-use crate::fold::{Largest, Mean, Rise, Rms};
+use crate::fold::{Largest, Mean, Rms};
 use crate::header::Header;
 use crate::ledger::Ledger;
 use crate::metrics::{Energy, Settings, Summary, TwistRatio, error};
@@ -95,7 +95,7 @@ impl Summary {
             airborne_share: all_wheels.airborne.get(),
             chassis_load_share,
             contact_residual_max_m_s: run.residual_m_s.get(),
-            storage_rise_j: run.storage.get(),
+            storage_rise_j: run.storage_rise_j.get(),
             odometry_drift_m_per_m: reckoning.ideal.m_per_m,
             odometry_drift_rad_per_m: reckoning.ideal.rad_per_m,
             hub_ripple_m: wheels
@@ -130,7 +130,7 @@ struct Accumulator {
     reckoning: odometry::Accumulator,
     ledger: Ledger,
     residual_m_s: Largest,
-    storage: Rise,
+    storage_rise_j: Largest,
     /// What the wheels and the chassis carried, over time, in N s.
     carried_n_s: [f64; 2],
     /// The pose of the last row within the window of the means, and for how many control periods it stands.
@@ -160,7 +160,7 @@ impl Accumulator {
             reckoning: odometry::Accumulator::default(),
             ledger: Ledger::default(),
             residual_m_s: Largest::default(),
-            storage: Rise::default(),
+            storage_rise_j: Largest::default(),
             carried_n_s: [0.0; 2],
             measured: None,
             first: None,
@@ -215,7 +215,7 @@ impl Accumulator {
         self.ledger.add(record, header.row_span_s(record.t_s));
         self.residual_m_s.add(record.contact_residual_m_s);
         if let Some(storage) = record.storage {
-            self.storage.add(storage.stored_j - storage.supplied_j);
+            self.storage_rise_j.add(storage.rise_j);
         }
         if let (Some(support), Some(before)) = (record.support, &self.last) {
             let since_s = record.t_s - before.t_s;

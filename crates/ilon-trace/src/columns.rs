@@ -125,9 +125,10 @@ static IMU: [Column<ImuSample>; 8] = reals! { ImuSample;
     "imu_pitch_rad" => pitch_rad,
 };
 
-static STORAGE: [Column<Storage>; 2] = reals! { Storage;
+static STORAGE: [Column<Storage>; 3] = reals! { Storage;
     "storage_j" => stored_j,
     "storage_supplied_j" => supplied_j,
+    "storage_rise_j" => rise_j,
 };
 
 static TASK: [Column<TaskShare>; 6] = reals! { TaskShare;

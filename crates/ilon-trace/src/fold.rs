@@ -66,23 +66,3 @@ impl Extent {
         self.0.map(|(low, high)| high - low)
     }
 }
-
-/// The largest rise from a value to a later one.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Rise {
-    lowest: Option<f64>,
-    largest: f64,
-}
-
-impl Rise {
-    pub fn add(&mut self, x: f64) {
-        let lowest = self.lowest.map_or(x, |lowest| lowest.min(x));
-        self.lowest = Some(lowest);
-        self.largest = self.largest.max(x - lowest);
-    }
-
-    /// `None` of nothing; 0 of what only falls.
-    pub fn get(self) -> Option<f64> {
-        self.lowest.map(|_| self.largest)
-    }
-}

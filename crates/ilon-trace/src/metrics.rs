@@ -132,7 +132,8 @@ pub struct Summary {
     /// something moved that should not.
     #[serde(default)]
     pub contact_residual_max_m_s: Option<f64>,
-    /// The largest rise, beyond what it was supplied with, of the storage function of a passive wheel law, in J; `None` under any other.
+    /// The largest rise, beyond what it was supplied with, of the storage function of a passive wheel law, looked at in every physics step,
+    /// in J; `None` under any other.
     #[serde(default)]
     pub storage_rise_j: Option<f64>,
     /// Distance of dead reckoning by eq. (7) from the truth at the end, per metre travelled.

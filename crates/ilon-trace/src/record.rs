@@ -150,9 +150,11 @@ pub struct ImuSample {
 pub struct Storage {
     /// Kinetic and potential energy, the spring to the reference at the true pose, and the springs between the wheels, in J.
     pub stored_j: f64,
-    /// Supplied since the start, in J: by pushes, payloads and ground that leans; by the law's term against gravity; by a reference that
-    /// moves; and by what the law pushes wheels with while they slide over the ground.
+    /// Supplied since the start, in J: by pushes, payloads, servos and ground that leans; by the law's term against gravity; by a reference
+    /// that moves; and by what the law pushes wheels with while they slide over the ground.
     pub supplied_j: f64,
+    /// The most that the one has risen beyond the other, from any physics step up to now to a later one, in J.
+    pub rise_j: f64,
 }
 
 /// What the ground did to a robot as a whole: means since the last row, in N; zero in the first row.

@@ -10,12 +10,14 @@
 //! and then one of each joint. Everything is counted along the floor's axes from the root's centre of mass, where it is at that moment,
 //! so that a twist of the root is its rates, and a joint's screw what its unit rate makes of its link's twist.
 
+mod attached;
 mod factors;
 mod mechanics;
 #[cfg(test)]
 mod tests;
 mod tree;
 
+pub(crate) use attached::Attached;
 pub(crate) use factors::Factors;
 pub(crate) use mechanics::{Loads, Mechanics};
 pub(crate) use tree::{DEEPEST, Joint, LinkPose, Motion, Path, ROOT_DOFS, Tree};

@@ -86,6 +86,23 @@ fn bad_disturbances_are_refused_and_change_nothing() {
         }
     }
     assert_eq!(ilon_plant_set_grip(plant.0, 4, 1.0), IlonStatus::Value);
+    // Neither a direction nor an inertia, and what is not there.
+    for (down, inertia) in [
+        ([0.0; 3], [-1.0; 36]),
+        ([0.0, 0.0, f64::NAN], [f64::NAN; 36]),
+    ] {
+        // SAFETY: as many numbers live here as are read, and null is not.
+        unsafe {
+            let leans = ilon_plant_set_down(plant.0, down.as_ptr());
+            assert_eq!(leans, IlonStatus::Value);
+            let bears = ilon_plant_set_articulated_inertia(plant.0, inertia.as_ptr());
+            assert_eq!(bears, IlonStatus::Value);
+            let leans = ilon_plant_set_down(plant.0, ptr::null());
+            assert_eq!(leans, IlonStatus::Pointer);
+            let bears = ilon_plant_set_articulated_inertia(plant.0, ptr::null());
+            assert_eq!(bears, IlonStatus::Pointer);
+        }
+    }
     let fresh = owned();
     must(plant.advance(&[2.0; 4], 0.1));
     must(fresh.advance(&[2.0; 4], 0.1));

@@ -10,6 +10,8 @@
 //! k_p dt I / J_air, the largest eigenvalue of which is a = k_p dt J_ground / J_air. As there, a <= 1 is kept:
 //! k_p = min(w_b, J_air / (J_ground dt)).
 
+use ilon_robot::Robot;
+
 use super::TorqueLaw;
 use super::derivative::{FilteredDerivative, weight};
 use super::motor::TorqueRange;
@@ -139,6 +141,12 @@ impl TorqueLaw for ComputedTorque {
         &self.torques_n_m
     }
 
+    fn stand(&mut self, posed: &Robot) {
+        if let Ok(model) = DynamicModel::new(posed) {
+            self.model = model;
+        }
+    }
+
     fn boxed(&self) -> Box<dyn TorqueLaw> {
         Box::new(self.clone())
     }
@@ -147,8 +155,9 @@ impl TorqueLaw for ComputedTorque {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::{mecanum4, six_wheels, volksbot};
+    use crate::fixtures::{driven, joint, mecanum4, six_wheels, volksbot};
     use ilon_robot::{Robot, Twist};
+    use nalgebra::Vector3;
 
     fn law(robot: &Robot, bandwidth_rad_s: f64, dt_s: f64) -> ComputedTorque {
         let model = DynamicModel::new(robot).unwrap();
@@ -231,6 +240,31 @@ mod tests {
         for (target, rate) in targets.iter().zip(rates) {
             assert!(((target - rate) / target).abs() < 3e-4, "{target} {rate}");
         }
+    }
+
+    /// A law that has stood up in a pose commands as one that was made for it: an arm swung out asks for other torques.
+    #[test]
+    fn eq_12_takes_masses_where_the_joints_have_them() {
+        let mut robot = mecanum4();
+        let mass = (3.0, 0.5 * Vector3::x());
+        robot
+            .joints
+            .push(driven(joint(0.1 * Vector3::z(), Vector3::z(), mass)));
+        let posed = robot.posed(&[1.2]);
+        let [mut unmoved, mut stands, mut made] =
+            [&robot, &robot, &posed].map(|robot| ComputedTorque {
+                k_p: 20.0,
+                ..law(robot, 20.0, 1e-3)
+            });
+        let open = [TorqueRange::UNLIMITED; 4];
+        let (targets, rates) = ([5.0, -3.0, 2.0, 4.0], [4.0, -3.5, 2.0, 4.5]);
+        let before = unmoved.update(&targets, &rates, &open, 1e-3).to_vec();
+        stands.stand(&posed);
+        let torques = stands.update(&targets, &rates, &open, 1e-3).to_vec();
+        assert_eq!(torques, made.update(&targets, &rates, &open, 1e-3));
+        let furthest = torques.iter().zip(&before).map(|(a, b)| (a - b).abs());
+        let most = torques.iter().fold(0.0, |most: f64, of| most.max(of.abs()));
+        assert!(furthest.fold(0.0, f64::max) > 0.01 * most);
     }
 
     #[test]

@@ -43,7 +43,7 @@ use stability::mean_lever_m;
 /// Torques of a robot that is compliant about its reference. It takes the place of a [`WheelLoop`](crate::WheelLoop), and wants the wheels'
 /// angles and gravity by [`TorqueLaw::sense`]; without angles it adds up the rates.
 ///
-/// **Errors** of an update: none. It allocates nothing once it is built.
+/// **Errors** of an update: none. It allocates nothing once it is built, but where a robot with joints between its bodies takes another pose.
 #[derive(Clone, Debug)]
 pub struct PassiveTorque {
     settings: PassiveTorqueSettings,
@@ -274,6 +274,12 @@ impl TorqueLaw for PassiveTorque {
         self.gravity = gravity
             .filter(|g| g.x.is_finite() && g.y.is_finite())
             .unwrap_or_default();
+    }
+
+    /// Loads and masses are those of the pose; the springs between the wheels stay as they are, and hold what they store.
+    fn stand(&mut self, posed: &Robot) {
+        self.loads = WheelLoads::new(posed, self.settings.gravity_m_s2);
+        self.center_of_mass_m = posed.center_of_mass_m().xy() - self.settings.reference_point_m;
     }
 
     fn passive_effort(&self) -> Option<PassiveEffort<'_>> {

@@ -212,6 +212,14 @@ impl TorqueLaw for PrioritisedTorque {
         &self.torques_n_m
     }
 
+    fn stand(&mut self, posed: &Robot) {
+        if let Ok(capacity) = self.capacity.posed(posed)
+            && let Ok(about) = (capacity.model.kinematics()).about(self.settings.reference_point_m)
+        {
+            (self.capacity, self.about) = (capacity, about);
+        }
+    }
+
     fn shares(&self) -> Option<TorqueShares> {
         Some(self.shares)
     }

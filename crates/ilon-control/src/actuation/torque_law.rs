@@ -2,6 +2,7 @@
 
 use std::fmt::Debug;
 
+use ilon_robot::Robot;
 use nalgebra::Vector3;
 
 use super::motor::TorqueRange;
@@ -21,6 +22,10 @@ pub trait TorqueLaw: Debug + Send + Sync {
 
     /// What the robot knows beside its wheels' rates, for the next update. A law that goes by rates alone leaves it unread.
     fn sense(&mut self, _known: &BodySense<'_>) {}
+
+    /// Takes up the robot as it stands now, with its joints between bodies counted from where they are ([`Robot::posed`]), for the next updates: its
+    /// masses, loads and kinematics. A law that goes by none of them leaves it unread, and one that cannot be had in such a pose stays as it was.
+    fn stand(&mut self, _posed: &Robot) {}
 
     /// What a passive law did in its last update; `None` of any other.
     fn passive_effort(&self) -> Option<PassiveEffort<'_>> {

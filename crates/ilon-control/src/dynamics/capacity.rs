@@ -15,6 +15,7 @@ pub(crate) struct Capacity {
     pub model: DynamicModel,
     pub set: TractionSet,
     loads: WheelLoads,
+    gravity_m_s2: f64,
     /// Coulomb's coefficient; infinite where grip does not matter.
     friction: f64,
     mass_kg: f64,
@@ -64,6 +65,7 @@ impl Capacity {
         Ok(Self {
             loads: WheelLoads::new(robot, gravity_m_s2),
             set: TractionSet::new(model.kinematics()),
+            gravity_m_s2,
             friction,
             mass_kg: robot.mass_kg(),
             center_of_mass_m: robot.center_of_mass_m().xy(),
@@ -76,6 +78,14 @@ impl Capacity {
             motor: vec![PushRange::default(); n],
             grips_n: vec![0.0; n],
             model,
+        })
+    }
+
+    /// The same of the robot in another pose of its joints, on the same ground.
+    pub fn posed(&self, posed: &Robot) -> Result<Self, ControlError> {
+        Ok(Self {
+            downhill_m_s2: self.downhill_m_s2,
+            ..Self::new(posed, self.friction, self.gravity_m_s2)?
         })
     }
 

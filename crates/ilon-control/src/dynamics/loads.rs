@@ -28,7 +28,7 @@ pub struct WheelLoads {
 }
 
 impl WheelLoads {
-    /// The loads of a robot under gravity in m/s^2.
+    /// The loads of a robot under gravity in m/s^2, with its joints between bodies at zero: of other poses those of [`Robot::posed`].
     pub fn new(robot: &Robot, gravity_m_s2: f64) -> Self {
         let mass_kg = robot.mass_kg();
         let center = robot.center_of_mass_m();
@@ -46,7 +46,7 @@ impl WheelLoads {
             positions_m,
             inverse: inverse(&sum),
             of_tree: (!robot.joints.is_empty())
-                .then(|| TreeLoads::new(robot))
+                .then(|| TreeLoads::new(robot, gravity_m_s2))
                 .flatten(),
         }
     }
@@ -86,7 +86,176 @@ fn inverse(sum: &Matrix3<f64>) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::{mecanum4, volksbot};
+    use crate::fixtures::{driven, joint, mecanum4, on_springs, volksbot};
+    use ilon_robot::{BodyJoint, Coupling, JointKind};
+
+    /// The loads of a robot without acceleration, in N.
+    fn at_rest<const N: usize>(robot: &Robot) -> [f64; N] {
+        let mut n = [0.0; N];
+        WheelLoads::new(robot, 9.81).fill_n(Vector2::zeros(), &mut n);
+        n
+    }
+
+    /// Two wheels at x metres hang by a rocker about the long axis, 50 mm above the ground, that turns by 0.1 rad either way.
+    fn put_on_rocker(robot: &mut Robot, x_m: f64) {
+        let at_m = Vector3::new(x_m, 0.0, 0.05);
+        let mut rocker = joint(at_m, Vector3::x(), (0.2, Vector3::zeros()));
+        rocker.limits = [-0.1, 0.1];
+        robot.joints.push(rocker);
+        let joint = robot.joints.len() - 1;
+        for wheel in &mut robot.wheels {
+            if (wheel.position_m().x - x_m).abs() < 1e-9 {
+                wheel.carrier = Some(joint);
+            }
+        }
+    }
+
+    /// An arm on a pivot above the middle of the robot, whose 3 kg lie 0.5 m ahead of that and 0.3 m above it: the loads by moments wherever it turns to,
+    /// about the vertical and about an axis along y.
+    #[test]
+    fn the_mass_of_an_arm_loads_the_wheels_under_it() {
+        let (arm_kg, out_m, up_m) = (3.0, 0.5, 0.3);
+        for (axis, angle_rad) in [(0, 0.0), (0, 0.7), (0, 2.5), (1, -0.6), (1, 0.4)] {
+            let mut robot = mecanum4();
+            let axis = [Vector3::z(), Vector3::y()][axis];
+            let bare = (robot.mass_kg(), robot.center_of_mass_m());
+            let pivot_m = Vector3::new(0.0, 0.0, 0.2);
+            let mass = (arm_kg, Vector3::new(out_m, 0.0, up_m));
+            robot.joints.push(driven(joint(pivot_m, axis, mass)));
+            let n: [f64; 4] = at_rest(&robot.posed(&[angle_rad]));
+            let (sin, cos) = angle_rad.sin_cos();
+            let at_m = match axis.z {
+                1.0 => Vector2::new(out_m * cos, out_m * sin),
+                _ => Vector2::new(out_m * cos + up_m * sin, 0.0),
+            };
+            let moment = (bare.0 * bare.1.xy() + arm_kg * at_m) * 9.81;
+            let quarter = 0.25 * (bare.0 + arm_kg) * 9.81;
+            for (n, wheel) in n.iter().zip(&robot.wheels) {
+                let side = wheel.position_m().xy();
+                let expected = quarter + 0.25 * moment.x / side.x + 0.25 * moment.y / side.y;
+                assert!((n / expected - 1.0).abs() < 1e-6, "{n} {expected}");
+            }
+        }
+    }
+
+    /// A joint that carries wheels and has moved takes their places with it: a rear axle that slides back by 0.1 m bears less.
+    #[test]
+    fn wheels_bear_where_their_joints_have_taken_them() {
+        let mut robot = mecanum4();
+        robot.joints.push(driven(BodyJoint {
+            kind: JointKind::Slides,
+            ..joint(Vector3::zeros(), -Vector3::x(), (0.2, Vector3::zeros()))
+        }));
+        for wheel in &mut robot.wheels[2..] {
+            wheel.carrier = Some(0);
+        }
+        let posed = robot.posed(&[0.1]);
+        let n: [f64; 4] = at_rest(&posed);
+        // By moments about the rear axle, 0.25 m behind the origin.
+        let weight = robot.mass_kg() * 9.81;
+        let front = 0.5 * weight * (posed.center_of_mass_m().x + 0.25) / 0.4;
+        for (n, expected) in
+            n.iter()
+                .zip([front, front, 0.5 * weight - front, 0.5 * weight - front])
+        {
+            assert!((n / expected - 1.0).abs() < 1e-6, "{n} {expected}");
+        }
+    }
+
+    /// What the positions of four springs have that no plane explains is the ground under them: a plate h under one presses k h / 4 more on it and on the one
+    /// across. And a robot that has pitched bears what it bears level.
+    #[test]
+    fn springs_press_by_the_ground_that_their_positions_say() {
+        let (k, h) = (4000.0, 0.004);
+        let robot = on_springs(k);
+        let level: [f64; 4] = at_rest(&robot);
+        // A plate lifts its wheel by 3 h / 4 against the mean and the one across as much, for the chassis gives way.
+        let warp = [0.25 * h, -0.25 * h, -0.25 * h, 0.25 * h];
+        let lifted: [f64; 4] = at_rest(&robot.posed(&warp));
+        for ((lifted, level), warp) in lifted.iter().zip(level).zip(warp) {
+            let expected = level + k * warp;
+            assert!(
+                (lifted / expected - 1.0).abs() < 1e-6,
+                "{lifted} {expected}"
+            );
+        }
+        let pitched = [0.003, 0.003, -0.003, -0.003];
+        let pitched: [f64; 4] = at_rest(&robot.posed(&pitched));
+        for (pitched, level) in pitched.iter().zip(level) {
+            assert!((pitched / level - 1.0).abs() < 1e-6, "{pitched} {level}");
+        }
+    }
+
+    /// A rocker that lies on its stop bears the moment that presses it there; one that would leave it bears none. The front left wheel and the rear right one,
+    /// for which all four stand on one rigid body then, decide by their plane.
+    #[test]
+    fn a_rocker_on_its_stop_is_rigid_where_it_is_pressed_on_it() {
+        let mut robot = mecanum4();
+        put_on_rocker(&mut robot, -0.15);
+        robot.chassis.mass.center_of_mass_m = Vector3::new(0.0, 0.05, 0.06);
+        let free: [f64; 4] = at_rest(&robot);
+        // Weight on the left turns the chassis left side down, the rocker against it: by the left-hand rule about x it stands at its positive stop.
+        let [pressed, leaves]: [[f64; 4]; 2] = [0.1, -0.1].map(|at| at_rest(&robot.posed(&[at])));
+        let rolls = |n: &[f64; 4]| [n[0] - n[1], n[2] - n[3]];
+        let [front, rear] = rolls(&leaves);
+        assert!(
+            (front - rolls(&free)[0]).abs() < 1e-2 * front && rear.abs() < 1e-6,
+            "{front} {rear}"
+        );
+        let [front, rear] = rolls(&pressed);
+        // Both axles bear half of the moment, but for what the turned rocker's own mass and narrower track change.
+        assert!((front / rear - 1.0).abs() < 2e-2, "{front} {rear}");
+        let moment: f64 = pressed
+            .iter()
+            .zip(&robot.posed(&[0.1]).wheels)
+            .map(|(n, wheel)| n * wheel.position_m().y)
+            .sum();
+        let expected = robot.posed(&[0.1]).center_of_mass_m().y * robot.mass_kg() * 9.81;
+        assert!(
+            (moment / expected - 1.0).abs() < 1e-6,
+            "{moment} {expected}"
+        );
+    }
+
+    /// Two rockers on a differential bar bear alike in sum: a chassis that both would let fall over on its side stands.
+    #[test]
+    fn a_differential_bar_bears_what_leans_over() {
+        let mut robot = mecanum4();
+        for y_m in [0.16, -0.16] {
+            let mut bogie = joint(
+                Vector3::new(0.0, y_m, 0.05),
+                Vector3::y(),
+                (0.2, Vector3::zeros()),
+            );
+            bogie.limits = [-0.3, 0.3];
+            robot.joints.push(bogie);
+        }
+        for wheel in &mut robot.wheels {
+            wheel.carrier = Some(usize::from(wheel.position_m().y < 0.0));
+        }
+        robot.couplings.push(Coupling {
+            joint: 1,
+            follows: 0,
+            factor: -1.0,
+            offset: 0.0,
+        });
+        robot.chassis.mass.center_of_mass_m = Vector3::new(0.02, 0.03, 0.06);
+        let n: [f64; 4] = at_rest(&robot);
+        // Each side bears by moments about x. The bar takes as much from one bogie as it gives the other, so that both have the same difference between front
+        // and rear, and together that of the centre of mass.
+        let (weight, center) = (robot.mass_kg() * 9.81, robot.center_of_mass_m());
+        let left = 0.5 * weight * (1.0 + center.y / 0.16);
+        let parted = 0.5 * weight * center.x / 0.15;
+        let expected = [
+            0.5 * (left + parted),
+            0.5 * (weight - left + parted),
+            0.5 * (left - parted),
+            0.5 * (weight - left - parted),
+        ];
+        for (n, expected) in n.iter().zip(expected) {
+            assert!((n / expected - 1.0).abs() < 1e-6, "{n} {expected}");
+        }
+    }
 
     #[test]
     fn loads_carry_the_weight_at_the_centre_of_mass() {
@@ -135,29 +304,7 @@ mod tests {
     #[test]
     fn a_rocker_bears_its_wheels_alike() {
         let mut robot = mecanum4();
-        let pivot = nalgebra::Isometry3::from_parts(
-            Vector3::new(-0.15, 0.0, 0.05).into(),
-            nalgebra::UnitQuaternion::rotation_between(&Vector3::z(), &Vector3::x())
-                .expect("not opposite"),
-        );
-        robot.joints.push(ilon_robot::BodyJoint {
-            name: "rocker".to_owned(),
-            parent: None,
-            kind: ilon_robot::JointKind::Turns,
-            body_from_joint: pivot,
-            body: ilon_robot::Body {
-                name: "rocker".to_owned(),
-                mass: ilon_robot::MassProperties::point(0.2, Vector3::zeros()),
-                collisions: Vec::new(),
-            },
-            role: ilon_robot::JointRole::Free,
-            limits: [-0.1, 0.1],
-            damping: 0.0,
-            friction: 0.0,
-        });
-        for wheel in &mut robot.wheels[2..] {
-            wheel.carrier = Some(0);
-        }
+        put_on_rocker(&mut robot, -0.15);
         robot.chassis.mass.center_of_mass_m = Vector3::new(0.0, 0.05, 0.06);
         let loads = WheelLoads::new(&robot, 9.81);
         let mut n = [0.0; 4];

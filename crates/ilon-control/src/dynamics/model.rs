@@ -3,7 +3,7 @@
 //! **Coordinates.** nu = (v_c, omega) is the body's twist about the origin of its frame, q' the wheel rates. While the
 //! wheels roll, q' = R nu with R the matrix of eq. (9), and nu = P q' with P its left inverse.
 //!
-//! **The rigid part.** All masses (chassis, hubs, rollers) move with the body. With the mass m, the common centre of
+//! **The rigid part.** All masses (chassis, bodies on joints, hubs, rollers) move with the body, joints where they stand. With the mass m, the common centre of
 //! mass c and the inertia J_z about the vertical through the origin, Newton and Euler in the body frame give for the
 //! force f and the moment mu on it
 //!
@@ -69,7 +69,7 @@ pub struct DynamicModel {
 }
 
 impl DynamicModel {
-    /// The model of a robot on flat ground.
+    /// The model of a robot on flat ground, with its joints between bodies at zero: of other poses that of [`Robot::posed`].
     ///
     /// # Errors
     /// Those of [`Kinematics::new`]; [`ControlError::NoRollers`]; [`ControlError::NotPositive`] where the masses make no
@@ -278,6 +278,13 @@ fn rigid_part(robot: &Robot) -> RigidPart {
     let mut m = chassis.mass_kg;
     let mut mc = m * chassis.center_of_mass_m.xy();
     let mut j_z = chassis.inertia_kg_m2.m33 + m * chassis.center_of_mass_m.xy().norm_squared();
+    for joint in &robot.joints {
+        let body = joint.body.mass.moved(&joint.body_from_joint);
+        let at_m = body.center_of_mass_m.xy();
+        m += body.mass_kg;
+        mc += body.mass_kg * at_m;
+        j_z += body.inertia_kg_m2.m33 + body.mass_kg * at_m.norm_squared();
+    }
     for wheel in &robot.wheels {
         let (wheel_kg, tensor) = wheel_about_center(wheel);
         // As the wheel turns, its inertia about the vertical swings about the mean of the two across its axis.
@@ -353,4 +360,77 @@ fn dot<'a>(left: impl Iterator<Item = &'a f64>, right: &[f64]) -> f64 {
 /// -1, 0 or 1: no friction at rest, where its amount is whatever holds the joint.
 fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::{driven, joint, mecanum4};
+
+    /// An arm's mass and inertia are in I where the arm is: 3 kg, 0.5 m from a pivot at (0.1, 0.05), by parallel axes, and its share of the momentum.
+    #[test]
+    fn eq_11_inertia_is_that_of_the_pose() {
+        let (arm_kg, out_m) = (3.0, 0.5);
+        let pivot_m = Vector3::new(0.1, 0.05, 0.2);
+        let own_kg_m2 = 0.4 * arm_kg * 0.1 * 0.1;
+        let bare = DynamicModel::new(&mecanum4()).unwrap();
+        let mut robot = mecanum4();
+        let mass = (arm_kg, out_m * Vector3::x());
+        robot
+            .joints
+            .push(driven(joint(pivot_m, Vector3::z(), mass)));
+        for angle_rad in [0.0, 0.9, -2.1] {
+            let model = DynamicModel::new(&robot.posed(&[angle_rad])).unwrap();
+            let (sin, cos) = f64::sin_cos(angle_rad);
+            let (x, y) = (pivot_m.x + out_m * cos, pivot_m.y + out_m * sin);
+            for [vx, vy, omega] in [
+                [1.0, 0.0, 0.0],
+                [0.0, 1.0, 0.0],
+                [0.0, 0.0, 1.0],
+                [0.3, -0.2, 2.0],
+            ] {
+                let mut rates = [0.0; 4];
+                bare.kinematics()
+                    .wheel_rates(Twist::new(vx, vy, omega), &mut rates);
+                let added_j = model.kinetic_energy_j(&rates) - bare.kinetic_energy_j(&rates);
+                let (ax, ay) = (vx - omega * y, vy + omega * x);
+                let expected_j = 0.5 * (arm_kg * (ax * ax + ay * ay) + own_kg_m2 * omega * omega);
+                assert!((added_j / expected_j - 1.0).abs() < 1e-9, "{added_j}");
+            }
+        }
+    }
+
+    /// Wheels that a joint has taken outward turn the robot by their own places: the rates of a turn on the spot grow with the arm l + w of the mecanum matrix.
+    #[test]
+    fn eq_9_takes_wheels_where_their_joints_have_them() {
+        let mut robot = mecanum4();
+        for (index, side) in [(0, 1.0), (1, -1.0)] {
+            robot.joints.push(driven(ilon_robot::BodyJoint {
+                kind: ilon_robot::JointKind::Slides,
+                ..joint(
+                    Vector3::zeros(),
+                    side * Vector3::y(),
+                    (0.1, Vector3::zeros()),
+                )
+            }));
+            for wheel in &mut robot.wheels {
+                if wheel.position_m().y * side > 0.0 {
+                    wheel.carrier = Some(index);
+                }
+            }
+        }
+        let rates = |robot: &Robot| {
+            let mut rates = [0.0; 4];
+            let model = DynamicModel::new(robot).unwrap();
+            model
+                .kinematics()
+                .wheel_rates(Twist::new(0.0, 0.0, 1.0), &mut rates);
+            rates
+        };
+        let (before, after) = (rates(&robot), rates(&robot.posed(&[0.08, 0.08])));
+        for (before, after) in before.iter().zip(after) {
+            let expected = before * (0.15 + 0.16 + 0.08) / (0.15 + 0.16);
+            assert!((after / expected - 1.0).abs() < 1e-12, "{after} {expected}");
+        }
+    }
 }

@@ -1,12 +1,16 @@
 //! How the weight of a robot with joints between its bodies stands on its wheels.
 //!
-//! On level ground, with l_jh by how much joint j raises wheel h in the body frame per movement, and w_j what weight and inertia of all that a joint
-//! carries do in it:
+//! With the joints where they are, l_jh by how much joint j raises wheel h in the body frame per movement, w_j what weight and inertia of all that a
+//! joint carries do in it, and d_j by how much it gives way from there:
 //!
 //! - the loads carry the robot: sum N_h (1, x_h, y_h) is its weight and the moments of that;
 //! - a free joint bears nothing: sum_h l_jh N_h + w_j = 0;
-//! - a sprung one, and a driven one about its target, gives way by what it bears: q_j = q_0j + (sum_h l_jh N_h + w_j) / k_j, with q_0j where its spring alone is at rest;
-//! - the wheels stand on one plane: sum_j l_jh q_j + N_h / k = a + b x_h + c y_h, where k is that of wheels on the ground, far above the springs'.
+//! - a sprung one, and a driven one about its target, gives way by what it bears: sum_h l_jh N_h + w_j = k_j (d_j - d_0j), with d_0j where its spring
+//!   alone is at rest;
+//! - one that lies on a stop, and is pressed on it, stays there: d_j = 0;
+//! - a coupling d_a = c d_b + e acts with some m in a, and with -c m in b;
+//! - the wheels stay on the ground on which they stand: sum_j l_jh d_j + N_h / k = a + b x_h + c y_h, where k is that of wheels on the ground, far
+//!   above the springs'. What the joints' positions have that no plane explains is therefore the ground's, and the springs press by it.
 //!
 //! What accelerates the robot along the ground pulls on all wheels alike. These are linear in the loads, and the loads are linear in gravity and acceleration.
 
@@ -23,97 +27,27 @@ pub(super) struct TreeLoads {
 }
 
 /// How much stiffer wheels stand on the ground than the stiffest spring.
-const GROUND: f64 = 1e5;
+const GROUND: f64 = 1e7;
+
+/// A joint this near to a stop lies on it, in rad or m.
+const ON_STOP: f64 = 1e-4;
 
 impl TreeLoads {
-    /// Of a robot with joints; `None` where its wheels leave open how it stands, as on free joints that fall over.
-    pub(super) fn new(robot: &Robot) -> Option<Self> {
-        let raises: Vec<Vec<f64>> = robot
-            .joints
-            .iter()
-            .enumerate()
-            .map(|(index, joint)| raised_by(robot, index, joint))
-            .collect();
-        let wheels = robot.wheels.len();
-        let free: Vec<usize> = (0..robot.joints.len())
-            .filter(|joint| robot.joints[*joint].gives_by().is_none())
-            .collect();
-        let stiffnesses = robot.joints.iter().zip(&raises).filter_map(|(joint, l)| {
-            let most = l.iter().fold(0.0, |most: f64, l| most.max(l * l));
-            (most > 0.0).then_some(joint.gives_by()?.stiffness / most)
-        });
-        let ground_n_m = GROUND * stiffnesses.fold(1.0, f64::max);
-        let size = wheels + 3 + free.len();
-        let mut matrix = DMatrix::zeros(size, size);
-        for (h, wheel) in robot.wheels.iter().enumerate() {
-            matrix[(h, h)] = 1.0 / ground_n_m;
-            let at_m = wheel.position_m();
-            for (k, c) in [1.0, at_m.x, at_m.y].into_iter().enumerate() {
-                matrix[(h, wheels + k)] = -c;
-                matrix[(wheels + k, h)] = c;
-            }
-            for (place, joint) in free.iter().enumerate() {
-                matrix[(h, wheels + 3 + place)] = raises[*joint][h];
-                matrix[(wheels + 3 + place, h)] = raises[*joint][h];
+    /// Of a robot with joints, under gravity in m/s^2; `None` where its wheels leave open how it stands, as on free joints that fall over.
+    pub(super) fn new(robot: &Robot, gravity_m_s2: f64) -> Option<Self> {
+        let statics = Statics::new(robot);
+        let mut held = statics.on_stops();
+        loop {
+            let solved = statics.solve(&held)?;
+            // A stop only pushes: what would be pulled on to it leaves it.
+            let leaves = (0..held.len()).find(|joint| {
+                held[*joint].is_some_and(|side| side * solved.bears(*joint, gravity_m_s2) < 0.0)
+            });
+            match leaves {
+                Some(joint) => held[joint] = None,
+                None => return Some(solved.loads),
             }
         }
-        for (joint, l) in robot.joints.iter().zip(&raises) {
-            let Some(spring) = joint.gives_by() else {
-                continue;
-            };
-            for (i, of_i) in l.iter().enumerate() {
-                for (j, of_j) in l.iter().enumerate() {
-                    matrix[(i, j)] += of_i * of_j / spring.stiffness;
-                }
-            }
-        }
-        let factors = matrix.full_piv_lu();
-        let solve = |right: &DVector<f64>| {
-            let loads = factors.solve(right)?.rows(0, wheels).into_owned();
-            loads.iter().all(|n| n.is_finite()).then_some(loads)
-        };
-        let mut own = DVector::zeros(size);
-        for (joint, l) in robot.joints.iter().zip(&raises) {
-            if let Some(spring) = joint.gives_by() {
-                let rest = spring.rest + spring.preload / spring.stiffness;
-                for (h, l) in l.iter().enumerate() {
-                    own[h] -= l * rest;
-                }
-            }
-        }
-        let per = |field: Vector3<f64>| {
-            let mut right = DVector::zeros(size);
-            let center_m = robot.center_of_mass_m() + Vector3::z() * robot.ride_height_m();
-            let force = robot.mass_kg() * field;
-            // What the ground has to carry: the force, and its moments about the ground's y and x axes.
-            right[wheels] = -force.z;
-            right[wheels + 1] = -force.z * center_m.x + force.x * center_m.z;
-            right[wheels + 2] = -force.z * center_m.y + force.y * center_m.z;
-            for (index, (joint, l)) in robot.joints.iter().zip(&raises).enumerate() {
-                let borne = borne_by(robot, index, &field);
-                match joint.gives_by() {
-                    Some(spring) => {
-                        for (h, l) in l.iter().enumerate() {
-                            right[h] -= l * borne / spring.stiffness;
-                        }
-                    }
-                    None => {
-                        let place = free.iter().position(|free| *free == index);
-                        right[wheels + 3 + place.unwrap_or(0)] = -borne;
-                    }
-                }
-            }
-            solve(&right)
-        };
-        Some(Self {
-            own_n: solve(&own)?,
-            // What acts on all masses as they are accelerated is the opposite.
-            per_m_s2: [
-                per(-Vector3::z())?,
-                per(-Vector3::x())?,
-                per(-Vector3::y())?,
-            ],
-        })
     }
 
     /// The loads in N, of which those that would pull are zero and the others bear as much less.
@@ -134,6 +68,176 @@ impl TreeLoads {
     }
 }
 
+/// The equations of the module's documentation: first the loads in N, then the plane under the wheels and the joints' movements, both scaled to forces,
+/// then what the couplings carry.
+struct Statics<'a> {
+    robot: &'a Robot,
+    /// l_jh, joint by joint.
+    raises: Vec<Vec<f64>>,
+    /// The stiffest spring, as it is under a wheel, in N/m: by it movements are scaled.
+    stiffest_n_m: f64,
+}
+
+/// Loads, and what each joint bears without its spring and its stop, each without gravity and per gravity.
+struct Solved {
+    loads: TreeLoads,
+    bears: Vec<[f64; 2]>,
+}
+
+impl Solved {
+    fn bears(&self, joint: usize, gravity_m_s2: f64) -> f64 {
+        let [own, per_m_s2] = self.bears[joint];
+        own + per_m_s2 * gravity_m_s2
+    }
+}
+
+impl<'a> Statics<'a> {
+    fn new(robot: &'a Robot) -> Self {
+        let joints = robot.joints.iter().enumerate();
+        let raises: Vec<Vec<f64>> = joints
+            .map(|(index, joint)| raised_by(robot, index, joint))
+            .collect();
+        let stiffnesses = robot.joints.iter().zip(&raises).filter_map(|(joint, l)| {
+            let most = l.iter().fold(0.0, |most: f64, l| most.max(l * l));
+            (most > 0.0).then_some(joint.gives_by()?.stiffness / most)
+        });
+        Self {
+            stiffest_n_m: stiffnesses.fold(1.0, f64::max),
+            raises,
+            robot,
+        }
+    }
+
+    /// The joints that lie on a stop, each with the side on which that is. Of two that are coupled the one that follows is left out.
+    fn on_stops(&self) -> Vec<Option<f64>> {
+        let side = |joint: &BodyJoint| match joint.limits {
+            [_, upper] if upper <= ON_STOP => Some(1.0),
+            [lower, _] if lower >= -ON_STOP => Some(-1.0),
+            _ => None,
+        };
+        let mut held: Vec<Option<f64>> = self.robot.joints.iter().map(side).collect();
+        for coupling in &self.robot.couplings {
+            if held[coupling.follows].is_some() {
+                held[coupling.joint] = None;
+            }
+        }
+        held
+    }
+
+    fn joint_row(&self, joint: usize) -> usize {
+        self.robot.wheels.len() + 3 + joint
+    }
+
+    fn coupling_row(&self, coupling: usize) -> usize {
+        self.joint_row(self.robot.joints.len()) + coupling
+    }
+
+    /// The left-hand side, with some joints held where they are.
+    fn matrix(&self, held: &[Option<f64>]) -> DMatrix<f64> {
+        let wheels = self.robot.wheels.len();
+        let size = self.coupling_row(self.robot.couplings.len());
+        let mut matrix = DMatrix::zeros(size, size);
+        for (h, wheel) in self.robot.wheels.iter().enumerate() {
+            matrix[(h, h)] = 1.0;
+            let at_m = wheel.position_m();
+            for (k, c) in [1.0, at_m.x, at_m.y].into_iter().enumerate() {
+                matrix[(h, wheels + k)] = -c;
+                matrix[(wheels + k, h)] = c;
+            }
+            for (joint, raises) in self.raises.iter().enumerate() {
+                let row = self.joint_row(joint);
+                matrix[(h, row)] = GROUND * raises[h];
+                matrix[(row, h)] = raises[h];
+            }
+        }
+        for (joint, of) in self.robot.joints.iter().enumerate() {
+            let row = self.joint_row(joint);
+            let stiffness = of.gives_by().map_or(0.0, |spring| spring.stiffness);
+            matrix[(row, row)] = -stiffness / self.stiffest_n_m;
+        }
+        for (index, coupling) in self.robot.couplings.iter().enumerate() {
+            let row = self.coupling_row(index);
+            for (joint, c) in [(coupling.joint, 1.0), (coupling.follows, -coupling.factor)] {
+                matrix[(row, self.joint_row(joint))] = c;
+                matrix[(self.joint_row(joint), row)] = c;
+            }
+        }
+        for (joint, held) in held.iter().enumerate() {
+            let row = self.joint_row(joint);
+            // What nothing bears, and bears no wheel, has no place here: it falls until it hangs.
+            if held.is_some() || matrix.row(row).iter().all(|c| *c == 0.0) {
+                matrix.row_mut(row).fill(0.0);
+                matrix[(row, row)] = 1.0;
+            }
+        }
+        matrix
+    }
+
+    fn solve(&self, held: &[Option<f64>]) -> Option<Solved> {
+        let robot = self.robot;
+        let (wheels, joints) = (robot.wheels.len(), robot.joints.len());
+        let matrix = self.matrix(held);
+        let stays = |joint: usize| {
+            let row = self.joint_row(joint);
+            matrix[(row, row)] == 1.0
+        };
+        let size = matrix.nrows();
+        let (at_rest, per_fields) = {
+            let mut own = DVector::zeros(size);
+            for (joint, of) in robot.joints.iter().enumerate() {
+                if let Some(spring) = of.gives_by().filter(|_| !stays(joint)) {
+                    own[self.joint_row(joint)] = -spring.stiffness * spring.rest - spring.preload;
+                }
+            }
+            for (index, coupling) in robot.couplings.iter().enumerate() {
+                own[self.coupling_row(index)] = self.stiffest_n_m * coupling.offset;
+            }
+            let per = |field: Vector3<f64>| {
+                let mut right = DVector::zeros(size);
+                let center_m = robot.center_of_mass_m() + Vector3::z() * robot.ride_height_m();
+                let force = robot.mass_kg() * field;
+                // What the ground has to carry: the force, and its moments about the ground's y and x axes.
+                right[wheels] = -force.z;
+                right[wheels + 1] = -force.z * center_m.x + force.x * center_m.z;
+                right[wheels + 2] = -force.z * center_m.y + force.y * center_m.z;
+                for joint in (0..joints).filter(|joint| !stays(*joint)) {
+                    right[self.joint_row(joint)] = -borne_by(robot, joint, &field);
+                }
+                right
+            };
+            // What acts on all masses as they are accelerated is the opposite.
+            let fields = [-Vector3::z(), -Vector3::x(), -Vector3::y()];
+            (own, fields.map(per))
+        };
+        let factors = matrix.full_piv_lu();
+        let solve = |right: &DVector<f64>| {
+            let all = factors.solve(right)?;
+            all.iter().all(|n| n.is_finite()).then_some(all)
+        };
+        let own = solve(&at_rest)?;
+        let [of_gravity, of_x, of_y] = per_fields.map(|right| solve(&right));
+        let [of_gravity, of_x, of_y] = [of_gravity?, of_x?, of_y?];
+        let bears = |joint: usize| {
+            let pressed = |all: &DVector<f64>| {
+                let wheels = self.raises[joint].iter().zip(all.iter());
+                wheels.map(|(l, n)| l * n).sum::<f64>()
+            };
+            let spring = robot.joints[joint].gives_by();
+            let spring = spring.map_or(0.0, |spring| spring.force_at(0.0));
+            let weight = borne_by(robot, joint, &-Vector3::z());
+            [pressed(&own) + spring, pressed(&of_gravity) + weight]
+        };
+        let loads = |all: DVector<f64>| all.rows(0, wheels).into_owned();
+        Some(Solved {
+            bears: (0..joints).map(bears).collect(),
+            loads: TreeLoads {
+                own_n: loads(own),
+                per_m_s2: [of_gravity, of_x, of_y].map(loads),
+            },
+        })
+    }
+}
+
 /// Whether a body, on a joint or the chassis, hangs by a joint.
 fn hangs(robot: &Robot, carrier: Option<usize>, joint: usize) -> bool {
     std::iter::successors(carrier, |at| robot.joints[*at].parent).any(|at| at == joint)
@@ -148,17 +252,16 @@ fn moves(joint: &BodyJoint, place_m: &Vector3<f64>) -> Vector3<f64> {
     }
 }
 
-/// By how much a joint raises each wheel.
+/// By how much a joint raises each wheel; nothing where rounding alone says so, as of a slide that is level.
 fn raised_by(robot: &Robot, index: usize, joint: &BodyJoint) -> Vec<f64> {
+    /// In m per rad or m.
+    const LEAST: f64 = 1e-9;
     let wheels = robot.wheels.iter();
-    wheels
-        .map(|wheel| {
-            if hangs(robot, wheel.carrier, index) {
-                moves(joint, &wheel.position_m()).z
-            } else {
-                0.0
-            }
-        })
+    let hanging = wheels.map(|wheel| hangs(robot, wheel.carrier, index).then_some(wheel));
+    let raised =
+        hanging.map(|wheel| wheel.map_or(0.0, |wheel| moves(joint, &wheel.position_m()).z));
+    raised
+        .map(|l| if l.abs() < LEAST { 0.0 } else { l })
         .collect()
 }
 

@@ -118,7 +118,7 @@ fn inputs_are_the_plants_own() {
     plant
         .carry_at(1.5, Some([center_m[0], 0.05, center_m[2]]))
         .unwrap();
-    plant.set_friction(0.4);
+    plant.set_friction(0.4).unwrap();
     plant.set_grip(1, 0.5).unwrap();
     let period_s = plant.resolved().control_dt_s();
     for _ in 0..20 {

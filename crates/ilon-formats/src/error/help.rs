@@ -108,7 +108,8 @@ impl Fault {
                 rollers: Proposed::Contradiction,
                 ..
             } => {
-                "say which rollers they carry, and they are put in: they are called mecanum wheels, and do not stand as such"
+                "they are called mecanum wheels, whose hubs are parallel, and theirs are not: turn the joints so that they are, \
+                 for gamma is the angle of the rollers and not of the hubs; or say which rollers they carry, and they are put in"
             }
             Self::NoRollers {
                 rollers: Proposed::NothingSaid,
@@ -206,9 +207,9 @@ impl Fault {
             Self::NoRollers { wheels, rollers } | Self::Steered { wheels, rollers } => {
                 match rollers {
                     Proposed::Rollers(rollers) => vec![Remedy::Rollers(rollers.clone())],
-                    Proposed::Contradiction => Vec::new(),
-                    Proposed::NothingSaid => vec![Remedy::WhichRollers {
+                    Proposed::Contradiction | Proposed::NothingSaid => vec![Remedy::WhichRollers {
                         wheels: wheels.clone(),
+                        parallel: *rollers == Proposed::NothingSaid,
                     }],
                 }
             }

@@ -30,6 +30,8 @@ pub enum Remedy {
     WhichRollers {
         /// The joints that could be wheels.
         wheels: Vec<String>,
+        /// Whether their hubs are parallel, as those of mecanum wheels are.
+        parallel: bool,
     },
     /// [`LoadOptions::wheel_radius_m`]: say how large the wheels are.
     WheelRadius {

@@ -92,7 +92,8 @@ pub(super) fn fitting(source: &Source, tree: &Tree, wheels: &[&WheelLike]) -> Pr
 }
 
 /// gamma of wheels of which not all are parallel, by groups that are: those that stand in the X of mecanum wheels, and are not called
-/// otherwise, are such; the others are omni wheels. `None` where wheels are called mecanum wheels and do not stand as such.
+/// otherwise, are such; the others are omni wheels. `None` where wheels are called mecanum wheels and do not stand as such, and where
+/// the robot is called so, none of its wheels stand as such and none are called omni wheels.
 fn by_groups(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Handedness> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (i, wheel) in wheels.iter().enumerate() {
@@ -119,11 +120,15 @@ fn by_groups(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Hande
             return None;
         }
     }
-    Some(if gammas_deg.iter().all(|gamma_deg| *gamma_deg == 0.0) {
-        Handedness::AllDeg(0.0)
-    } else {
-        Handedness::EachDeg(gammas_deg)
-    })
+    if gammas_deg.iter().any(|gamma_deg| *gamma_deg != 0.0) {
+        return Some(Handedness::EachDeg(gammas_deg));
+    }
+    let are_omni = wheels.iter().any(|wheel| {
+        let names = names::of_wheel_itself(source, tree, wheel.joint);
+        names.iter().any(|name| is_omni(name))
+    });
+    let is_called_mecanum = plugin(source).is_some() || robot_called(source).is_some();
+    (are_omni || !is_called_mecanum).then_some(Handedness::AllDeg(0.0))
 }
 
 /// The wheels in question: those that turn, or else all that could be.
@@ -251,15 +256,22 @@ fn called(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> 
         let names = names::of_wheel(source, tree, wheel.joint);
         names.into_iter().find(|name| is_mecanum(name))
     };
+    wheels
+        .iter()
+        .find_map(of_wheel)
+        .or_else(|| robot_called(source))
+}
+
+/// The name of the robot, or else of its file, where it speaks of mecanum wheels.
+fn robot_called(source: &Source) -> Option<String> {
     let robot = source.robot().attribute("name").map(str::to_owned);
     let file = std::path::Path::new(&source.prepared.file)
         .file_name()
         .map(|name| name.to_string_lossy().into_owned());
-    wheels
-        .iter()
-        .find_map(of_wheel)
-        .or_else(|| robot.filter(|name| is_mecanum(name)))
-        .or_else(|| file.filter(|name| is_mecanum(name)))
+    [robot, file]
+        .into_iter()
+        .flatten()
+        .find(|name| is_mecanum(name))
 }
 
 #[cfg(test)]

@@ -3,8 +3,24 @@
 use super::source::Source;
 use super::tree::Tree;
 
-/// All names of a wheel.
+/// All names of a wheel, and of the file that it stands in.
 pub(super) fn of_wheel(source: &Source, tree: &Tree, joint: usize) -> Vec<String> {
+    let (macros, file) = makers(source, &tree.joints[joint].name);
+    own(tree, joint)
+        .into_iter()
+        .chain(macros)
+        .chain(file)
+        .collect()
+}
+
+/// The names of a wheel itself.
+pub(super) fn of_wheel_itself(source: &Source, tree: &Tree, joint: usize) -> Vec<String> {
+    let (macros, _) = makers(source, &tree.joints[joint].name);
+    own(tree, joint).into_iter().chain(macros).collect()
+}
+
+/// What a wheel's joint, link and meshes are called.
+fn own(tree: &Tree, joint: usize) -> Vec<String> {
     let joint = &tree.joints[joint];
     let link = &tree.links[joint.child];
     let meshes =
@@ -18,7 +34,6 @@ pub(super) fn of_wheel(source: &Source, tree: &Tree, joint: usize) -> Vec<String
     [joint.name.clone(), link.name.clone()]
         .into_iter()
         .chain(meshes)
-        .chain(makers(source, &joint.name))
         .collect()
 }
 
@@ -35,13 +50,13 @@ pub(super) fn is_omni(name: &str) -> bool {
     name.to_lowercase().contains("omni")
 }
 
-/// The macro in which a joint is written, and the file, where an expansion knows them.
-fn makers(source: &Source, joint: &str) -> Vec<String> {
+/// The macros in which a joint is written, and the file, where an expansion knows them.
+fn makers(source: &Source, joint: &str) -> (Vec<String>, Option<String>) {
     let origin = source
         .named("joint", joint)
         .and_then(|node| source.prepared.origin(node.range().start));
     let Some(origin) = origin else {
-        return Vec::new();
+        return (Vec::new(), None);
     };
     let file = std::path::Path::new(&*origin.file).file_name();
     let file = file.map(|name| name.to_string_lossy().into_owned());
@@ -54,7 +69,7 @@ fn makers(source: &Source, joint: &str) -> Vec<String> {
             .filter_map(|node| node.attribute("name").map(str::to_owned))
             .collect::<Vec<_>>()
     });
-    macros.chain(file).collect()
+    (macros.collect(), file)
 }
 
 /// What a mesh is called in the file: in a package, its path; otherwise its last part, for folders are called as they like.

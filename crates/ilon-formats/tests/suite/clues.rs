@@ -197,6 +197,43 @@ fn wheels_of_two_kinds_in_one_file_are_given_each_their_own_gamma() {
     );
 }
 
+/// A robot that is called a mecanum one, with each wheel turned by the angle that its rollers have: as omni wheels its four would turn it
+/// by another lever arm than it has. It is asked about, unless its wheels themselves are called omni wheels.
+#[test_case("mecanum_bot", "", "wheel", false; "the robot's name")]
+#[test_case("r", "<gazebo><plugin filename=\"libmecanum_drive.so\"/></gazebo>", "wheel", false; "a plug-in")]
+#[test_case("mecanum_bot", "", "omni_wheel", true; "wheels that are called omni wheels")]
+#[test_case("r", "", "wheel", true; "nothing said")]
+fn a_mecanum_robot_whose_hubs_are_not_parallel_is_asked_about(
+    robot_name: &str,
+    plugin: &str,
+    wheel: &str,
+    is_inferred: bool,
+) {
+    let each = (0..4).map(|i| {
+        let (ahead, left) = ([0.08, 0.08, -0.08, -0.08][i], [0.1, -0.1, 0.1, -0.1][i]);
+        let yaw_rad = std::f64::consts::FRAC_PI_4.copysign(ahead * left);
+        let name = format!("{wheel}_{i}");
+        link(&name, DISC) + &joint(&name, "continuous", [ahead, left, 0.0], yaw_rad, ABOUT_Y)
+    });
+    let text = robot(&format!("{BODY}{}{plugin}", each.collect::<String>()));
+    let text = text.replacen("name=\"r\"", &format!("name=\"{robot_name}\""), 1);
+    let gamma = gamma_of(&text);
+    assert_eq!(gamma, is_inferred.then_some(Handedness::AllDeg(0.0)));
+    if !is_inferred {
+        let folder = tempfile::tempdir().unwrap();
+        let (_, diagnosis) = diagnosed(folder.path(), "r.urdf", &text);
+        let asked = diagnosis.faults[0].remedies();
+        let is_asked = matches!(
+            &asked[..],
+            [Remedy::WhichRollers {
+                parallel: false,
+                ..
+            }]
+        );
+        assert!(is_asked, "{asked:?}");
+    }
+}
+
 /// Plain wheels on parallel axes roll as they are. What nothing calls mecanum is asked about, and no rollers are invented for it;
 /// one word in a name, a mesh, the robot's name or a plug-in is enough to propose some.
 #[test_case("", None; "nothing said")]
@@ -225,7 +262,7 @@ fn rollers_are_proposed_only_where_the_file_speaks_for_them(clue: &str, gamma_de
         .map(|proposal| proposal.wheels.expect("rollers").gamma);
     assert_eq!(gamma, gamma_deg.map(Handedness::XDeg));
     let asked: Vec<Remedy> = diagnosis.faults[0].remedies();
-    let is_asked = matches!(&asked[..], [Remedy::WhichRollers { wheels }] if wheels.len() == 4);
+    let is_asked = matches!(&asked[..], [Remedy::WhichRollers { wheels, parallel: true }] if wheels.len() == 4);
     assert_eq!(is_asked, gamma_deg.is_none(), "{asked:?}");
 }
 

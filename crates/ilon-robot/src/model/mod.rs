@@ -9,6 +9,7 @@ mod looks;
 pub mod made;
 pub mod mass;
 mod planar;
+mod posed;
 pub mod profile;
 mod remark;
 mod robot;

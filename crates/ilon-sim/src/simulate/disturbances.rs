@@ -25,6 +25,8 @@ pub(super) struct Disturbances {
     tilts: Tilts,
     /// Gravity as it is without tilts, once it has been looked at.
     gravity_m_s2: Option<Vector3<f64>>,
+    /// Where down is from now on, until the world was told.
+    new_down: Option<Vector3<f64>>,
     /// What holds now of payloads and friction, so that the world is told of changes alone.
     carried: Vec<Payload>,
     slippery: (Option<f64>, Vec<Patch>),
@@ -79,6 +81,7 @@ impl Disturbances {
             frictions: Vec::new(),
             tilts: Tilts::new(&scenario.faults),
             gravity_m_s2: None,
+            new_down: None,
             carried: Vec::new(),
             slippery: (None, TimedPatch::those_at(&patches, 0.0)),
             patches,
@@ -157,15 +160,24 @@ impl Disturbances {
         self.wrench = wrench;
     }
 
+    /// Lets the ground lean so that gravity pulls along a unit vector in the world frame.
+    pub fn lean(&mut self, down: Vector3<f64>) {
+        self.new_down = Some(down);
+    }
+
     /// Does to the world what comes over it during the physics step of length `dt_s` that begins at `t_s`.
     pub fn act(&mut self, t_s: f64, dt_s: f64, world: &mut World) {
         self.load(t_s, world);
         self.seize(t_s, world);
         self.wet(t_s, world);
-        if self.tilts.is_any() {
+        let new_down = self.new_down.take();
+        if self.tilts.is_any() || new_down.is_some() {
             let gravity = self
                 .gravity_m_s2
                 .get_or_insert_with(|| world.gravity_in_world_m_s2());
+            if let Some(down) = new_down {
+                *gravity = gravity.norm() * down;
+            }
             // As in the middle of the step, so that a step is of second order.
             let turned = self.tilts.turned(t_s + 0.5 * dt_s);
             world.lean(&(turned.inverse() * *gravity));

@@ -5,10 +5,11 @@ use ilon_control::{
     PassiveTorque, PassiveTorqueSettings, PrioritisedTorque, PrioritisedTorqueSettings, TorqueLaw,
     TorqueRange, TorqueShares,
 };
-use ilon_robot::Robot;
+use ilon_robot::{JointRole, Robot};
 use ilon_world::{MotorTorque, TorqueBounds};
 
 use super::command::WheelCommand;
+use super::joint_targets::at_start;
 use super::motors::motors;
 use super::resolve::Resolved;
 use super::wheel_loop::{dynamic_model, passive_settings, pid};
@@ -19,6 +20,8 @@ use crate::scenario::{self, WheelLaw};
 #[derive(Clone)]
 pub(super) struct Drive {
     law: Box<dyn TorqueLaw>,
+    /// The robot of a law that goes by its masses, where joints between bodies move them; its servos have the targets that they have now.
+    moving: Option<Box<Robot>>,
     motors: Vec<Motor>,
     limits: Vec<TorqueRange>,
     /// Targets within what the motors drive to, in rad/s.
@@ -30,7 +33,8 @@ impl Drive {
     /// The drive of a resolved scenario.
     pub fn new(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
         let (scenario, physics_dt_s) = (resolved.scenario(), resolved.physics_dt_s());
-        let model = dynamic_model(robot)?;
+        let standing = &at_start(scenario, robot)?;
+        let model = dynamic_model(standing)?;
         let law: Box<dyn TorqueLaw> = match scenario.wheel_loop.law {
             WheelLaw::Pid => Box::new(pid(&scenario.wheel_loop, &model, physics_dt_s)?),
             WheelLaw::ComputedTorque => {
@@ -52,13 +56,13 @@ impl Drive {
                     friction: scenario.wheel_loop.friction.unwrap_or(f64::INFINITY),
                     gravity_m_s2: scenario.world.gravity_m_s2,
                 };
-                Box::new(PrioritisedTorque::new(robot, &settings)?)
+                Box::new(PrioritisedTorque::new(standing, &settings)?)
             }
             WheelLaw::Passive => {
-                let settings = passive_settings(scenario, robot, physics_dt_s)?;
+                let settings = passive_settings(scenario, standing, physics_dt_s)?;
                 let reference_point_m = resolved.reference_point_m();
                 Box::new(PassiveTorque::new(
-                    robot,
+                    standing,
                     &PassiveTorqueSettings {
                         reference_point_m,
                         ..settings
@@ -67,13 +71,28 @@ impl Drive {
             }
         };
         let motors = motors(scenario, robot)?;
+        let moves = !robot.joints.is_empty() && scenario.wheel_loop.law != WheelLaw::Pid;
         Ok(Self {
             law,
+            moving: moves.then(|| Box::new(robot.clone())),
             targets_rad_s: vec![0.0; motors.len()],
             torques: vec![MotorTorque::constant(0.0); motors.len()],
             limits: vec![TorqueRange::UNLIMITED; motors.len()],
             motors,
         })
+    }
+
+    /// Takes up where the joints between bodies are, in rad or m, and where the targets of their servos are.
+    pub fn stand(&mut self, positions: &[f64], targets: impl Iterator<Item = f64>) {
+        let Some(robot) = &mut self.moving else {
+            return;
+        };
+        for (joint, target) in robot.joints.iter_mut().zip(targets) {
+            if let JointRole::Driven(servo) = &mut joint.role {
+                servo.target = target;
+            }
+        }
+        self.law.stand(&robot.posed(positions));
     }
 
     /// What a passive law did last; `None` of any other.

@@ -12,6 +12,15 @@ pub(super) struct JointTargets {
     joints: Vec<Driven>,
 }
 
+/// A robot as a scenario's servos start it, its joints counted from there.
+///
+/// # Errors
+/// Those of [`JointTargets::new`].
+pub(super) fn at_start(scenario: &Scenario, robot: &Robot) -> Result<Robot, Error> {
+    let targets = JointTargets::new(scenario, robot)?;
+    Ok(robot.posed(&targets.at(0.0, robot)))
+}
+
 /// A joint that a servo drives.
 #[derive(Clone)]
 struct Driven {
@@ -48,6 +57,15 @@ impl JointTargets {
         Ok(Self { joints })
     }
 
+    /// Where the servos send a robot's joints at a time, in rad or m; zero of a joint that nothing drives.
+    pub fn at(&self, t_s: f64, robot: &Robot) -> Vec<f64> {
+        let mut positions = vec![0.0; robot.joints.len()];
+        for driven in &self.joints {
+            positions[driven.index] = driven.aim_at(t_s)[0];
+        }
+        positions
+    }
+
     /// Sends a joint's servo somewhere from now on: position and rate.
     pub fn give(&mut self, joint: usize, at: [f64; 2]) {
         let mut joints = self.joints.iter_mut();
@@ -59,12 +77,19 @@ impl JointTargets {
     /// Tells the servos where they go in a step whose middle is at a time in seconds.
     pub fn send(&self, middle_s: f64, world: &mut World) {
         for driven in &self.joints {
-            let [position, rate] = match &driven.aim {
-                Aim::Setpoints(points, between) => at_time(points, *between, middle_s),
-                Aim::Given(at) => *at,
-            };
+            let [position, rate] = driven.aim_at(middle_s);
             let sent = world.robot_mut().aim_joint(driven.index, position, rate);
             debug_assert!(sent.is_ok(), "what no servo can do was refused before");
+        }
+    }
+}
+
+impl Driven {
+    /// Where it is sent at a time in seconds: position and rate.
+    fn aim_at(&self, t_s: f64) -> [f64; 2] {
+        match &self.aim {
+            Aim::Setpoints(points, between) => at_time(points, *between, t_s),
+            Aim::Given(at) => *at,
         }
     }
 }

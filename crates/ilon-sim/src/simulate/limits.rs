@@ -12,6 +12,7 @@ use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 
 use super::floor::floor;
+use super::joint_targets::JointTargets;
 use super::motors::motors;
 use super::pilot::{Pilot, point_m};
 use crate::Error;
@@ -118,7 +119,7 @@ const OUTLINE_STEP_DEG: usize = 5;
 
 impl Limits {
     /// The limits of a robot under a scenario: with its floor, gravity, slope under its start, motors, wheel loops, and the payloads that
-    /// are on from the beginning. The robot is as [`load_robot`](super::load_robot) gives it.
+    /// are on from the beginning, and its joints where their servos start. The robot is as [`load_robot`](super::load_robot) gives it.
     ///
     /// # Errors
     /// Where the scenario, or the robot, makes no sense, or the floor has no friction.
@@ -241,9 +242,12 @@ fn left_out(scenario: &Scenario, robot: &Robot) -> Vec<&'static str> {
 /// The limits of a scenario's robot, to be asked.
 pub(super) struct Limiter {
     limits: AccelerationLimits,
+    settings: LimitSettings,
     motors: Vec<Motor>,
-    /// With its payloads.
+    /// With its payloads, its joints at zero.
     robot: Robot,
+    /// Where its joints stand, in rad or m.
+    positions: Vec<f64>,
     friction: f64,
     sharing: PushSharing,
 }
@@ -277,8 +281,12 @@ impl Limiter {
             sharing,
             share,
         };
+        let targets = JointTargets::new(scenario, &robot)?;
+        let positions = targets.at(0.0, &robot);
         Ok(Self {
-            limits: AccelerationLimits::new(&robot, &settings)?,
+            limits: AccelerationLimits::new(&robot.posed(&positions), &settings)?,
+            settings,
+            positions,
             motors: motors(scenario, &robot)?,
             robot,
             friction,
@@ -313,6 +321,22 @@ impl Limiter {
             });
         }
         Ok(outlines)
+    }
+
+    /// Lets the joints stand elsewhere, in rad or m, where that is far enough from where they are to matter.
+    fn stand(&mut self, positions: Vec<f64>) -> Result<(), Error> {
+        /// In rad or m.
+        const MATTERS: f64 = 5e-3;
+        let pairs = positions.iter().zip(&self.positions);
+        if pairs
+            .map(|(to, from)| (to - from).abs())
+            .fold(0.0, f64::max)
+            > MATTERS
+        {
+            self.limits = AccelerationLimits::new(&self.robot.posed(&positions), &self.settings)?;
+            self.positions = positions;
+        }
+        Ok(())
     }
 
     fn along(&mut self, direction: Twist, twist: Twist) -> Result<AccelerationLimit, Error> {
@@ -400,6 +424,7 @@ pub(super) fn remark(scenario: &Scenario, robot: &Robot, pilot: &Pilot) -> Optio
     let mut limiter = Limiter::new(scenario, robot, 1.0).ok()?;
     let mut beyond: Option<(f64, f64, AccelerationUse)> = None;
     let mut looks_beyond = 0;
+    let targets = JointTargets::new(scenario, robot).ok()?;
     for look in 0..=LOOKS {
         let t_s = scenario.run.duration_s * look as f64 / LOOKS as f64;
         let (twist, twist_rate) = pilot.planned(t_s)?;
@@ -407,6 +432,9 @@ pub(super) fn remark(scenario: &Scenario, robot: &Robot, pilot: &Pilot) -> Optio
             Some(heading_rad) => heading_rad,
             None => scenario.robot.start().heading_rad,
         };
+        if !robot.joints.is_empty() {
+            limiter.stand(targets.at(t_s, robot)).ok()?;
+        }
         limiter.limits.turn_slope(-heading_rad).ok()?;
         let used = limiter
             .limits

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use ilon_control::{BodySense, Desired, Kinematics, TorqueShares};
 use ilon_robot::{Pose, Robot};
 use ilon_trace::{Storage, Truth};
-use ilon_world::{Floor, MotorTorque, Payload, Push, Settings, SharedRobot, World};
-use nalgebra::Vector3;
+use ilon_world::{ContactSolver, Floor, MotorTorque, Payload, Push, Settings, SharedRobot, World};
+use nalgebra::{Matrix6, Vector3};
 
 use super::bodies;
 use super::clock::Clock;
@@ -115,6 +115,22 @@ fn storage_account(resolved: &Resolved, wheels: usize) -> Option<StorageAccount>
     let stiffness = Vector3::new(along, along, passive.heading_stiffness_n_m_rad?);
     let point_m = resolved.reference_point_m();
     Some(StorageAccount::new(stiffness, point_m, wheels))
+}
+
+/// Whether a matrix can be the inertia of something: symmetric, and nothing that moves has negative energy, but for rounding.
+fn is_inertia(inertia: &Matrix6<f64>) -> bool {
+    /// Of the greatest entry. Beyond what sums of a scene's masses round by, and below what a robot would feel.
+    const ROUNDING: f64 = 1e-9;
+    let most = inertia.amax();
+    let slack = ROUNDING * most;
+    let is_symmetric = (inertia - inertia.transpose()).amax() <= slack;
+    // A number that is none is below nothing.
+    most < f64::INFINITY
+        && is_symmetric
+        && (most == 0.0
+            || (inertia + Matrix6::identity() * (6.0 * slack))
+                .cholesky()
+                .is_some())
 }
 
 /// A plant as it was at one moment.
@@ -333,11 +349,73 @@ impl Plant {
         Ok(())
     }
 
+    /// Lets the chassis bear from now on the inertia of something that another simulator moves: of its acceleration a, linear at the body
+    /// frame's origin before angular, that takes a wrench A a there, all along the world's axes, in kg, kg m and kg m^2. A is the
+    /// articulated-body inertia of an arm or a pushed box (Featherstone 2008, section 7.1).
+    ///
+    /// With [`Plant::set_wrench`] of what that thing puts on the chassis where it is not accelerated, both simulators meet without a delay:
+    /// contacts and motors move what they really move, stable whatever weighs more. All zeros, and a reset, end it.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where a number is not finite, where A is not symmetric or has negative energy, and where rapier's own solver moves the
+    /// robot; what was borne before goes on then.
+    pub fn set_articulated_inertia(&mut self, inertia: &[[f64; 6]; 6]) -> Result<(), Error> {
+        self.refuse_in_rapier("an articulated inertia")?;
+        let inertia = Matrix6::from_fn(|row, column| inertia[row][column]);
+        if !is_inertia(&inertia) {
+            return Err(Error::invalid(
+                format!(
+                    "the rows {:?} are no articulated inertia",
+                    inertia.transpose().as_slice()
+                ),
+                "give six rows of six finite numbers, symmetric and without negative energy, linear before angular",
+            ));
+        }
+        let bears = inertia.iter().any(|number| *number != 0.0);
+        self.world.robot_mut().attach(bears.then_some(&inertia));
+        Ok(())
+    }
+
+    /// Lets the ground lean from now on: gravity pulls along a direction in the world frame, of any length above 0;
+    /// [0, 0, -1] is level ground. Tilts of the scenario turn it further, and a reset ends it.
+    ///
+    /// The frame stays the floor's: what a frame that turns would add is left out, as [`World::lean`] says.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a direction that is none or not finite, and where rapier's own solver moves the robot.
+    pub fn set_down(&mut self, down_in_world: [f64; 3]) -> Result<(), Error> {
+        self.refuse_in_rapier("ground that leans")?;
+        let down = Vector3::from(down_in_world);
+        let direction = down.try_normalize(f64::MIN_POSITIVE);
+        let direction = direction.filter(|direction| direction.iter().all(|x| x.is_finite()));
+        let Some(direction) = direction else {
+            return Err(Error::invalid(
+                format!("gravity cannot pull along {down_in_world:?}"),
+                "give three finite numbers that are not all 0, such as [0, 0, -1]",
+            ));
+        };
+        self.disturbances.lean(direction);
+        Ok(())
+    }
+
+    /// Refuses what the world does not do where rapier's own solver moves the robot.
+    fn refuse_in_rapier(&self, what: &str) -> Result<(), Error> {
+        if self.plan.settings.contacts == ContactSolver::Rapier {
+            return Err(Error::invalid(
+                format!("{what} is not to be had where rapier's own solver moves the robot"),
+                "leave `world.solver.contacts` at \"ilon\"",
+            ));
+        }
+        Ok(())
+    }
+
     /// Lets the rollers of a wheel find a share of the ground's friction from now on; 1 for all of it. A reset ends it.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a wheel that the robot does not have, and a share that is negative or no number.
+    /// [`Error::Invalid`] for a wheel that the robot does not have, a share that is negative or no number, and where rapier's own solver moves
+    /// the robot.
     pub fn set_grip(&mut self, wheel: usize, share: f64) -> Result<(), Error> {
+        self.refuse_in_rapier("grip of single wheels")?;
         let wheels = self.motors.len();
         if wheel >= wheels || !(share.is_finite() && share >= 0.0) {
             return Err(Error::invalid(
@@ -398,6 +476,10 @@ impl Plant {
     pub(super) fn actuate(&mut self, command: WheelCommand<'_>) {
         self.observe();
         let t_s = self.clock.time_s();
+        if self.clock.control_is_due() {
+            let robot = self.world.robot();
+            (self.drive).stand(robot.joint_positions(), robot.joint_targets());
+        }
         let rates = WheelRates {
             real_rad_s: self.world.robot().wheel_rates_rad_s(),
             seen_rad_s: &self.sensors.seen().wheel_rates_rad_s,
@@ -431,8 +513,9 @@ impl Plant {
         self.joint_targets.send(t_s + 0.5 * dt_s, &mut self.world);
         self.disturbances.act(t_s, dt_s, &mut self.world);
         self.world.robot_mut().drive(&self.motors);
-        if let Some(storage) = &mut self.storage {
-            storage.before(&self.world, self.plan.desired(t_s).as_ref());
+        if let (Some(storage), Some(effort)) = (&mut self.storage, self.drive.passive_effort()) {
+            let desired = self.plan.desired(t_s);
+            storage.before(&self.world, &effort, desired.as_ref());
         }
         self.world.step();
         if let (Some(storage), Some(effort)) = (&mut self.storage, self.drive.passive_effort()) {
@@ -457,9 +540,19 @@ impl Plant {
 
     /// Changes how slippery the floor is from now on, but on its patches. A fault of the scenario that changes it too has the
     /// last word from its own time on.
-    pub fn set_friction(&mut self, friction: f64) {
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a friction that is negative or no number.
+    pub fn set_friction(&mut self, friction: f64) -> Result<(), Error> {
+        if !(friction.is_finite() && friction >= 0.0) {
+            return Err(Error::invalid(
+                format!("a floor cannot have a friction of {friction}"),
+                "give a finite number of 0 or more",
+            ));
+        }
         let patches = self.plan.floor.patches.clone();
-        self.world.set_friction(Some(friction.max(0.0)), &patches);
+        self.world.set_friction(Some(friction), &patches);
+        Ok(())
     }
 
     /// Sends the servo of a joint between bodies to a position, in rad or m, which then moves on at a rate, in rad/s or m/s, as long as it is told

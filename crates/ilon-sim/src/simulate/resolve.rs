@@ -6,6 +6,7 @@ use ilon_control::{ContactKinematics, Kinematics, Reference};
 use ilon_robot::{Pose, Robot};
 use nalgebra::Vector2;
 
+use super::joint_targets::at_start;
 use super::pilot::{Idle, Pilot};
 use super::playback::Log;
 use super::{defaults, limits, reference, stability, warnings, wheel_loop};
@@ -72,7 +73,8 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     {
         playback.angle_gain_per_s = Some(playback.angle_gain_per_s());
     }
-    wheel_loop::choose_springs(&mut scenario, robot)?;
+    let standing = at_start(&scenario, robot)?;
+    wheel_loop::choose_springs(&mut scenario, &standing)?;
     let log = Log::read(&scenario, robot, scenario.robot.start())?;
     if let Some(log) = log.as_ref().filter(|_| scenario.run.is_open()) {
         scenario.run.duration_s = log.end_s();
@@ -99,7 +101,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         },
     )?;
 
-    let model = wheel_loop::dynamic_model(robot)?;
+    let model = wheel_loop::dynamic_model(&standing)?;
     let physics_dt_s = match scenario.run.physics_dt_s {
         Step::Seconds(dt_s) => dt_s,
         Step::Auto(_) => {

@@ -6,7 +6,8 @@
 //!   dS/dt <= outside + w_g . v + (D nu_d + K e) . nu_d + (f . L q' - w . v),
 //!
 //! where the last bracket is what the law pushes wheels with while they slide: nothing while they roll. The right-hand side, summed, is the
-//! supply. What is left on the left is dampers, friction, and what a spring that is held over a control period leaks, which dampers outdo.
+//! supply; outside are pushes, payloads, ground that leans, and the servos of joints. What is left on the left is dampers, friction, and what a
+//! spring that is held over a control period leaks, which dampers outdo.
 
 use ilon_control::{Desired, PassiveEffort};
 use ilon_robot::{Pose, Twist, wrap_angle};
@@ -20,7 +21,11 @@ pub(super) struct StorageAccount {
     stiffness: Vector3<f64>,
     reference_point_m: Vector2<f64>,
     supplied_j: f64,
+    /// What was stored less what was supplied: the least of all steps so far, and the most that it rose from there.
+    least_j: f64,
+    rise_j: f64,
     // At the beginning of the step.
+    motor_j: f64,
     pose: Pose,
     rates_rad_s: Vec<f64>,
     desired: Option<Pose>,
@@ -33,14 +38,24 @@ impl StorageAccount {
             stiffness,
             reference_point_m,
             supplied_j: 0.0,
+            least_j: f64::INFINITY,
+            rise_j: 0.0,
+            motor_j: 0.0,
             pose: Pose::default(),
             rates_rad_s: vec![0.0; wheels],
             desired: None,
         }
     }
 
-    /// Looks at the world before a step.
-    pub fn before(&mut self, world: &World, desired: Option<&Desired>) {
+    /// Looks at the world before a step, once the law has decided.
+    pub fn before(&mut self, world: &World, effort: &PassiveEffort<'_>, desired: Option<&Desired>) {
+        let now = self.now(world, effort, desired);
+        // The world counts what the weight has stored in the contacts' springs from the first step on.
+        if world.time_s() > 0.0 {
+            self.least_j = self.least_j.min(now.stored_j - now.supplied_j);
+        }
+        self.rise_j = now.rise_j;
+        self.motor_j = world.motor_energy_j();
         self.pose = world.robot().state().pose;
         self.desired = desired.map(|desired| desired.pose);
         self.rates_rad_s
@@ -57,14 +72,12 @@ impl StorageAccount {
     ) {
         let robot = world.robot();
         let moved = self.of_point(self.pose.displacement_to(&robot.state().pose));
-        let torques = robot.motor_torques_n_m().iter().zip(effort.between_n_m);
         let rates = self.rates_rad_s.iter().zip(robot.wheel_rates_rad_s());
-        let pushed_j: f64 = torques
-            .zip(rates)
-            .map(|((acted, between), (before, after))| {
-                (acted - between) * 0.5 * (before + after) * dt_s
-            })
+        let between_j: f64 = (effort.between_n_m.iter().zip(rates))
+            .map(|(between, (before, after))| between * 0.5 * (before + after) * dt_s)
             .sum();
+        // Of the wheels' motors and of servos.
+        let motors_j = world.motor_energy_j() - self.motor_j;
         let led = match (self.desired, desired) {
             (Some(before), Some(after)) => {
                 let step = after.pose.position_m() - before.position_m();
@@ -78,12 +91,12 @@ impl StorageAccount {
             // Targets without a pose push the robot along.
             _ => moved,
         };
-        self.supplied_j += pushed_j - effort.wrench.dot(&moved)
+        self.supplied_j += motors_j - between_j - effort.wrench.dot(&moved)
             + effort.against_gravity.dot(&moved)
             + effort.pull.dot(&led);
     }
 
-    /// What is stored now, beside all that was supplied.
+    /// What is stored now, beside all that was supplied, once the law has decided.
     pub fn now(
         &self,
         world: &World,
@@ -101,9 +114,12 @@ impl StorageAccount {
             let e = Vector3::new(e.x, e.y, e_phi);
             0.5 * e.component_mul(&self.stiffness).dot(&e)
         });
+        let stored_j = energy.kinetic_j + energy.potential_j + spring_j + effort.stored_j;
+        let supplied_j = self.supplied_j + world.outside_energy_j();
         Storage {
-            stored_j: energy.kinetic_j + energy.potential_j + spring_j + effort.stored_j,
-            supplied_j: self.supplied_j + world.outside_energy_j(),
+            stored_j,
+            supplied_j,
+            rise_j: self.rise_j.max(stored_j - supplied_j - self.least_j),
         }
     }
 

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use ilon_sim::{Error, Plant, Scenario, WheelCommand};
+use ilon_sim::robot::{JointRole, Robot};
+use ilon_sim::simulate::Limits;
+use ilon_sim::{Error, Plant, Scenario, WheelCommand, load_robot, resolve};
 use test_case::test_case;
 
 const HOLD: [f64; 4] = [0.0; 4];
@@ -110,4 +112,73 @@ fn what_no_servo_can_do_is_refused_in_words(joints: &str, words: &str) {
     };
     let error = format!("{error} {error:?}");
     assert!(error.contains(words), "{error}");
+}
+
+/// A scenario in which the arm is held at an angle, under a law of the wheels.
+fn held_at(target_rad: f64, law: &str) -> Scenario {
+    let joints = format!("[robot.joints.arm]\nrole = \"driven\"\ntarget_rad = {target_rad}");
+    let joints = format!("{joints}\n\n[wheel_loop]\nlaw = \"{law}\"");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/robots");
+    Scenario::from_toml(&text(&joints), "joints", folder).expect("a scenario")
+}
+
+/// The robot whose arm stands at zero where that of the file stands at 1.2 rad.
+fn made_swung_out() -> Robot {
+    let robot = load_robot(&held_at(0.0, "pid")).expect("a robot");
+    let mut made = robot.posed(&[1.2]);
+    if let JointRole::Driven(servo) = &mut made.joints[0].role {
+        servo.target = 0.0;
+    }
+    made
+}
+
+/// A robot that has swung its arm out goes as one whose arm was made so: gains, masses, kinematics and loads of every law are those of the pose.
+#[test_case("pid")]
+#[test_case("computed_torque")]
+#[test_case("prioritised_torque")]
+#[test_case("passive")]
+fn a_robot_goes_as_one_that_was_made_in_its_pose(law: &str) {
+    let goes = |scenario: &Scenario, robot: &Robot| {
+        let resolved = resolve(scenario, robot).expect("a scenario");
+        let mut plant = Plant::new(&resolved, robot).expect("it stands");
+        for rate_rad_s in [2.0, 4.0, 6.0, 6.0, 6.0] {
+            let rates_rad_s = [rate_rad_s, 0.5 * rate_rad_s, rate_rad_s, 0.5 * rate_rad_s];
+            plant
+                .advance(WheelCommand::Rates(&rates_rad_s), 0.06)
+                .expect("it goes");
+        }
+        plant.truth().pose
+    };
+    let robot = load_robot(&held_at(1.2, law)).expect("a robot");
+    let (swung, made) = (
+        goes(&held_at(1.2, law), &robot),
+        goes(&held_at(0.0, law), &made_swung_out()),
+    );
+    assert!(swung.x_m.hypot(swung.y_m) > 0.02, "{swung:?}");
+    // The same system in other numbers: rounding, and what equilibrium leaves open.
+    let off_m = (swung.position_m() - made.position_m()).norm();
+    let off_rad = (swung.heading_rad - made.heading_rad).abs();
+    assert!(off_m < 1e-6 && off_rad < 1e-6, "{swung:?} {made:?}");
+}
+
+/// What grip allows is that of the pose: with its arm swung out a robot is limited as one whose arm was made so.
+#[test]
+fn limits_are_those_of_where_the_joints_start() {
+    let limits = |target_rad: f64, robot: &Robot| {
+        Limits::of(&held_at(target_rad, "pid"), robot).expect("limits")
+    };
+    let robot = |target_rad: f64| load_robot(&held_at(target_rad, "pid")).expect("a robot");
+    let (ahead, out) = (limits(0.0, &robot(0.0)), limits(1.2, &robot(1.2)));
+    let made = limits(0.0, &made_swung_out());
+    for (out, made) in out.rows.iter().zip(&made.rows) {
+        let (out, made) = (&out.speeding_up, &made.speeding_up);
+        assert!(
+            (out.largest / made.largest - 1.0).abs() < 1e-9,
+            "{out:?} {made:?}"
+        );
+        assert_eq!(out.wheel, made.wheel);
+    }
+    let changed = ahead.rows.iter().zip(&out.rows);
+    let changed = changed.map(|(a, b)| (a.speeding_up.largest / b.speeding_up.largest - 1.0).abs());
+    assert!(changed.fold(0.0, f64::max) > 0.01);
 }

@@ -1,5 +1,6 @@
 //! The tests of `ilon-sim` from outside, one module for each subject, in one program.
 
+mod attached;
 mod drives;
 mod joints;
 mod limits;

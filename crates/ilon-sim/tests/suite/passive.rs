@@ -191,3 +191,109 @@ fn dead_reckoning_errs_as_its_covariance_says() {
         assert!(sure_m < 0.1 * run.summary.travelled_m, "{sure_m}");
     }
 }
+
+/// A robot with an arm and a lift, driven as `keys` say, on the springs of `SPRINGS`.
+fn jointed(keys: &str, dt_s: f64) -> Scenario {
+    let text = format!(
+        "[robot]\nfile = 'mecanum4_arm.urdf'\n[robot.wheels]\nrollers = 9\nroller_radius_m = 0.012\nroller_mass_kg = 0.01\n\
+         damping_n_m_s = 1e-6\ngamma.x_deg = 45\n[reference.hold_pose]\nx_m = 0\ny_m = 0\nheading_deg = 0\n{SPRINGS}{keys}\
+         [run]\nduration_s = 3\nphysics_dt_s = {dt_s}\n"
+    );
+    Scenario::from_toml(&text, "jointed", ROBOTS).unwrap()
+}
+
+/// Whatever comes over the robot at once: what servos, a push, a payload and leaning ground bring is supply, in every physics step.
+#[test]
+fn what_servos_pushes_payloads_and_leaning_ground_bring_is_supply() {
+    let lift = "[robot.joints.lift]\nrole = 'driven'\nsetpoints = [{ t_s = 0.5, position_m = 0 }, { t_s = 2.5, position_m = 0.4 }]\n";
+    let arm = "[robot.joints.arm]\nrole = 'driven'\nsetpoints = [{ t_s = 0.5, position_rad = 0 }, { t_s = 1.1, position_rad = 1.57 }]\n";
+    let rest = "[[faults]]\npush = { impulse_y_n_s = 6, from_s = 1, lasts_s = 0.5 }\n[[faults]]\npayload = { mass_kg = 1, from_s = 2 }\n\
+        [[faults]]\ntilt = { amplitude_deg = 3, frequency_hz = 0.7 }\n[sensors.imu]\n";
+    for (name, keys, least_j) in [
+        // 4 kg by 0.4 m.
+        ("lift", lift.to_owned(), 4.0 * 9.81 * 0.4 - 0.1),
+        ("arm", arm.to_owned(), 0.0),
+        ("both, and all else", format!("{lift}{arm}{rest}"), 15.0),
+    ] {
+        for dt in [0.001, 0.0025] {
+            let mut simulation = Simulation::new(&jointed(&keys, dt)).unwrap();
+            let mut most_j = f64::NEG_INFINITY;
+            while !simulation.is_done() {
+                simulation.step();
+                most_j = most_j.max(simulation.plant().storage().unwrap().rise_j);
+            }
+            let last = simulation.plant().storage().unwrap();
+            let gained_j = last.supplied_j;
+            println!("{name} at {dt} s: {last:?}");
+            assert!(gained_j > least_j, "{name}: {gained_j} of {least_j}");
+            // The balance of energy itself is left open by 1e-6 of what servos turn over.
+            assert!(
+                most_j < 1e-6 * gained_j.max(1.0),
+                "{name} {dt}: {most_j} of {gained_j}"
+            );
+        }
+    }
+}
+
+/// What a scenario that is passive by its law promises, it is held to.
+#[test]
+fn every_shipped_scenario_of_the_passive_law_bounds_the_rise_of_its_storage() {
+    let folder = std::path::Path::new(ROBOTS).join("../scenarios");
+    let mut found = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let text = std::fs::read_to_string(&path).unwrap();
+        if text.contains("law = \"passive\"") {
+            found += 1;
+            let bound = text
+                .lines()
+                .find(|line| line.starts_with("storage_rise_j = { max = "));
+            assert!(bound.is_some(), "{}", path.display());
+        }
+    }
+    assert!(found >= 5, "{found}");
+}
+
+/// Between poses the filter turns by what the gyroscope says, to rounding, whatever the wheels do: a push that turns the robot on its sliding
+/// wheels is seen.
+#[test]
+fn a_fusion_with_a_gyroscope_turns_as_the_gyroscope_says() {
+    let run = |fusion: &str| {
+        run(&format!(
+            "[world.floor]\nfriction = 0.1\n[sensors.pose]\nrate_hz = 0.01\n[sensors.fusion]\n{fusion}\n[sensors.imu]\n\
+             gyroscope = {{ noise = 0.01, bias = 0.002 }}\n[[faults]]\npush = {{ impulse_y_n_s = 12, x_m = 0.15, from_s = 0.5, lasts_s = 0.5 }}\n"
+        ))
+    };
+    let gap = |run: &Run| {
+        let mut turned_rad = 0.0;
+        let mut apart = (0.0_f64, 0.0_f64);
+        let mut last_s = 0.0;
+        for record in run.trace.records() {
+            turned_rad += record.imu.unwrap().rate_rad_s.z * (record.t_s - last_s);
+            last_s = record.t_s;
+            let seen_rad = record.seen_pose.heading_rad;
+            apart.0 = apart.0.max((seen_rad - turned_rad).abs());
+            apart.1 = apart
+                .1
+                .max((seen_rad - record.truth.pose.heading_rad).abs());
+        }
+        apart
+    };
+    let (by_gyroscope, off_rad) = gap(&run("gyroscope = true"));
+    let (by_wheels, lost_rad) = gap(&run(""));
+    println!("{by_gyroscope} {off_rad}, {by_wheels} {lost_rad}");
+    assert!(by_gyroscope < 1e-12, "{by_gyroscope}");
+    // Five seconds of a bias within three deviations, and noise that walks by 0.01 rad/s sqrt(5 s 0.01 s).
+    assert!(
+        off_rad < 3.0 * (0.002 * 5.0 + 0.01 * 0.05_f64.sqrt()),
+        "{off_rad}"
+    );
+    assert!(lost_rad > 2.0 * off_rad, "{lost_rad} {off_rad}");
+}
+
+#[test]
+fn a_gyroscope_that_is_not_there_is_refused() {
+    let refused = scenario("[sensors.fusion]\ngyroscope = true\n").unwrap_err();
+    let refused = refused.to_string();
+    assert!(refused.contains("[sensors.imu]"), "{refused}");
+}

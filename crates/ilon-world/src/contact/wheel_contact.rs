@@ -1,6 +1,6 @@
 //! What the rollers of a wheel do to the ground.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Translation3, Vector2, Vector3};
 
 use crate::contact::reaction::{Part, Reaction};
 use crate::robot::state::State;
@@ -81,16 +81,18 @@ impl Taken {
 }
 
 impl WheelContact {
-    /// Sums up what the reactions of a step on its robot did to a wheel, but for the powers. `middle` has the poses at which they acted,
+    /// Sums up what the reactions of a step on its robot did to a wheel, but for the powers. The chassis's centre of mass is given in the body frame;
+    /// `middle` has the poses at which they acted,
     /// `after` is the state at the end of the step.
     pub(crate) fn read<'a>(
         reactions: impl Iterator<Item = &'a Reaction>,
         (index, body): (usize, &WheelBody),
-        (middle, after): (&State, &State),
+        (center_m, middle, after): (Vector3<f64>, &State, &State),
         dt_s: f64,
     ) -> Self {
         let hub_rate_in_hub = after.hub_rate_in_hub(index);
-        let body_from_floor = middle.floor_from_chassis().inverse();
+        // A state counts from the chassis's centre of mass, the body frame from its own origin.
+        let body_from_floor = Translation3::from(center_m) * middle.floor_from_chassis().inverse();
         let mut contact = Self::default();
         let mut pressed = None;
         let mut hardest_n = 0.0;

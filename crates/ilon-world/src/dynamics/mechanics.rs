@@ -3,6 +3,7 @@
 use ilon_robot::MassProperties;
 use nalgebra::{Matrix3, Vector3, Vector6};
 
+use super::attached::Attached;
 use super::factors::{Factors, OfJoint};
 use super::tree::{LinkPose, Motion, ROOT_DOFS, Tree};
 
@@ -15,6 +16,8 @@ pub(crate) struct Mechanics {
     wholes: Vec<Inertia>,
     moving: Vec<Moving>,
     factors: Factors,
+    /// What the root bears of something that another engine moves.
+    pub attached: Option<Box<Attached>>,
 }
 
 /// What acts on a tree besides gravity, in N, N m, and of joints that slide in N.
@@ -164,6 +167,7 @@ impl Mechanics {
             moving: vec![still; links.len()],
             links,
             factors: Factors::of(tree),
+            attached: None,
         }
     }
 
@@ -222,6 +226,14 @@ impl Mechanics {
             for column in 0..3 {
                 self.factors.root[3 + row][column] = crosses[(row, column)];
                 self.factors.root[3 + row][3 + column] = all.inertia_kg_m2[(row, column)];
+            }
+        }
+        if let Some(attached) = &mut self.attached {
+            attached.stand(&root.rotation);
+            for (row, entries) in self.factors.root.iter_mut().enumerate() {
+                for (column, entry) in entries[..=row].iter_mut().enumerate() {
+                    *entry += attached.about_center()[(row, column)];
+                }
             }
         }
     }
@@ -297,6 +309,12 @@ impl Mechanics {
         for axis in 0..3 {
             forces[axis] = -force_n[axis];
             forces[3 + axis] = -torque_n_m[axis];
+        }
+        if let Some(attached) = &mut self.attached {
+            let asks = attached.asks_of_turning(&still.angular_rad_s);
+            for (force, asked) in forces.iter_mut().zip(&asks) {
+                *force -= asked;
+            }
         }
     }
 }

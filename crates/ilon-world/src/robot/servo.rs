@@ -16,8 +16,8 @@ use crate::{MotorTorque, TorqueBounds};
 pub(crate) struct Servo {
     /// Where its target shall be, and how fast it moves then: in rad and rad/s, or m and m/s.
     pub aim: [f64; 2],
-    /// Where it is.
-    target: [f64; 2],
+    /// Where it is, and how fast it moves.
+    pub target: [f64; 2],
     /// What the joint moves by itself, in kg m^2 or kg.
     inertia: f64,
     /// What it does in a step, in N m or N, within its effort.

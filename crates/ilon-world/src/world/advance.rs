@@ -58,7 +58,7 @@ impl World {
         for (index, body) in self.bodies.iter_mut().enumerate() {
             let lost_j = body.run_bearings(&gravity, dt_s) + self.reactions.bearings_took_j(index);
             self.energies.bearing_j += lost_j;
-            self.energies.outside_j += body.pushes_did_j(dt_s);
+            self.energies.outside_j += body.pushes_did_j(dt_s) - body.attached_took_j(dt_s);
         }
     }
 
@@ -173,7 +173,8 @@ impl World {
         }
         for (index, body) in self.bodies.iter_mut().enumerate() {
             for (wheel, contact) in body.contacts.iter_mut().enumerate() {
-                let states = (&body.middle, &body.state);
+                let center_m = body.chassis_mass.center_of_mass_m;
+                let states = (center_m, &body.middle, &body.state);
                 let wheel = (wheel, &body.wheels[wheel]);
                 *contact = WheelContact::read(self.reactions.of_body(index), wheel, states, dt_s);
             }

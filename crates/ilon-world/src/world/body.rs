@@ -185,6 +185,12 @@ impl<'a> Body<'a> {
         self.articulated().state.joint_rates()
     }
 
+    /// Where the target of each joint's servo is, in rad or m, which moves on to its aim at the servo's rate limit; zero of a joint that nothing drives.
+    pub fn joint_targets(&self) -> impl Iterator<Item = f64> + use<'a> {
+        let servos = self.articulated().servos.iter();
+        servos.map(|servo| servo.target[0])
+    }
+
     /// What acted in each joint between bodies during the last step along its motion, on its body, in N m or N: spring, damper, friction and
     /// stops; what a coupling carries is not counted.
     pub fn joint_forces(&self) -> &'a [f64] {

@@ -3,12 +3,14 @@
 //! Whatever energy enters or leaves that way is counted, so that the balance
 //! motors + outside = stored + slip + bearings stays one.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::{BodyMut, World};
 use crate::Patch;
+use crate::dynamics::Attached;
 use crate::robot::articulated::{Articulated, wheel_inertia};
 use crate::robot::payload::{ActingPush, Payload, loaded};
+use crate::robot::state::State;
 
 /// A force on the chassis for one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,10 +61,24 @@ impl BodyMut<'_> {
         let center_before_m = robot.chassis_mass.center_of_mass_m;
         robot.chassis_mass = loaded(&robot.robot.chassis.mass, payloads);
         let moved_m = robot.chassis_mass.center_of_mass_m - center_before_m;
-        let carried_kg = payloads.iter().map(|payload| payload.mass_kg).sum();
-        robot.wheel_inertia = wheel_inertia(&robot.robot, carried_kg);
         robot.payloads = payloads.to_vec();
+        if let Some(attached) = &mut robot.mechanics.attached {
+            attached.recenter(&moved_m);
+        }
+        robot.weigh_wheels();
         self.weigh(moved_m);
+    }
+
+    /// Lets the chassis bear from now on the inertia of something that another engine moves: of its acceleration a, linear at the body
+    /// frame's origin before angular, it takes a wrench A a there, all along the world's axes, in kg, kg m and kg m^2. A is the articulated-body
+    /// inertia of what is attached, symmetric and of no negative energy. What it takes goes outside. `None`, and a body that rapier moves,
+    /// bear nothing.
+    pub fn attach(&mut self, inertia: Option<&Matrix6<f64>>) {
+        let robot = self.articulated();
+        let center_m = robot.chassis_mass.center_of_mass_m;
+        robot.mechanics.attached =
+            inertia.map(|inertia| Box::new(Attached::new(*inertia, &center_m)));
+        robot.weigh_wheels();
     }
 
     /// Lets the rollers of a wheel find a share of the ground's friction from now on, whatever lies beneath them; 1 for all of it. Below 0
@@ -144,6 +160,14 @@ impl World {
 }
 
 impl Articulated {
+    /// Takes over what the wheels set against their motors with what the chassis carries and bears.
+    fn weigh_wheels(&mut self) {
+        let carried_kg: f64 = self.payloads.iter().map(|payload| payload.mass_kg).sum();
+        let attached = self.mechanics.attached.as_ref();
+        let attached_kg = attached.map_or(0.0, |attached| attached.mean_mass_kg());
+        self.wheel_inertia = wheel_inertia(&self.robot, carried_kg + attached_kg);
+    }
+
     /// The force of the pushes of the coming step, and their torque about the chassis's centre of mass, in N and N m.
     pub(crate) fn pushed(&self) -> (Vector3<f64>, Vector3<f64>) {
         let mut sum = (Vector3::zeros(), Vector3::zeros());
@@ -163,5 +187,17 @@ impl Articulated {
             (push.force_n.dot(&of_place) + push.moment_n_m.dot(&mean.angular_rad_s)) * dt_s
         };
         self.pushes.iter().map(work_j).sum()
+    }
+
+    /// What was taken in a step by what another engine moves, in J.
+    pub(crate) fn attached_took_j(&self, dt_s: f64) -> f64 {
+        let Some(attached) = &self.mechanics.attached else {
+            return 0.0;
+        };
+        let rates = |state: &State| {
+            let (v, w) = (state.velocity_m_s, state.angular_rad_s);
+            Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z)
+        };
+        attached.took_j(&rates(&self.before), &rates(&self.state), dt_s)
     }
 }

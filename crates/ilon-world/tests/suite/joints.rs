@@ -113,6 +113,40 @@ fn a_rocker_bears_its_wheels_alike() {
     assert!(rigid.iter().any(|load_n| *load_n < 1.0), "{rigid:?}");
 }
 
+/// Where each wheel touches, in the body frame: below its hub as the rocker has taken it there, whatever the chassis's centre of mass is. The rollers of a
+/// wheel that leans by a touch beside their middles, by less than a times the radius of their outline along their axes, rho / sin^2(45 deg) = 0.1 m, and
+/// reach down by the square of it less.
+#[test]
+fn wheels_touch_where_the_rocker_has_taken_them() {
+    let height_m = 0.006;
+    let mut robot = on_a_rocker();
+    robot.chassis.mass.center_of_mass_m = Vector3::new(0.04, -0.03, 0.06);
+    let mut world = stands(&robot, &kerb(-X_M, Y_M, height_m));
+    loads_n(&mut world);
+    let body = world.robot();
+    let turned = body.joint_positions()[0];
+    assert!(turned.abs() > 0.018, "{turned}");
+    let up_in_body = body.state().world_from_body.inverse() * Vector3::z();
+    let below = |hub_m: Vector3<f64>| hub_m - 0.05 * up_in_body;
+    // Turned about an axis along x that passes through both hubs' middle.
+    let rear = |y_m: f64| {
+        let (sin, cos) = turned.sin_cos();
+        Vector3::new(-X_M, y_m * cos, 0.05 + y_m * sin)
+    };
+    let hubs_m = [
+        Vector3::new(X_M, Y_M, 0.05),
+        Vector3::new(X_M, -Y_M, 0.05),
+        rear(Y_M),
+        rear(-Y_M),
+    ];
+    for (contact, hub_m) in body.contacts().iter().zip(hubs_m) {
+        let off_m = contact.place_in_body_m - below(hub_m);
+        assert!(off_m.norm() < 0.1 * turned.abs(), "{off_m}");
+        let deeper_m = off_m.dot(&up_in_body);
+        assert!(deeper_m.abs() < 0.05 * turned * turned, "{deeper_m}");
+    }
+}
+
 /// Arms whose middle lies 50 mm ahead of their wheels move the load of 4 x 0.1 kg forward by as much.
 #[test]
 fn trailing_arms_move_their_own_weight_forward() {

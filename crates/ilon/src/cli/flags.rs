@@ -14,9 +14,14 @@ impl Wording for Flags {
         Some(match remedy {
             Remedy::Package { name } => format!("`--package {}=FOLDER`", shell(name)),
             Remedy::Argument { name, value: None } => format!("`--arg {}=VALUE`", shell(name)),
-            Remedy::WhichRollers { wheels } => {
+            Remedy::WhichRollers { wheels, parallel } => {
+                let gamma = if *parallel {
+                    "--gamma-x-deg"
+                } else {
+                    "--gamma-deg"
+                };
                 let wheels = shell(&wheels.join(","));
-                format!("`--rollers NUMBER --gamma-x-deg ANGLE --wheels {wheels}`")
+                format!("`--rollers NUMBER {gamma} ANGLE --wheels {wheels}`")
             }
             Remedy::WheelRadius { guess_m: None } => "`--wheel-radius-m`".to_owned(),
             _ => return None,

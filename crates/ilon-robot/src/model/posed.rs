@@ -1,0 +1,167 @@
+//! A robot with its joints elsewhere than at zero.
+
+use nalgebra::{Isometry3, Vector3};
+
+use super::{BodyJoint, JointKind, JointRole, Robot};
+
+impl Robot {
+    /// The same robot, whose joints count from where they are now: all that stands at zero there stands here as these positions, in rad or m, have
+    /// it, wheels, bodies and what they touch with; limits, springs, targets and couplings are the same in space.
+    ///
+    /// What is worked out of a robot whose joints stand at zero, such as kinematics, masses, loads and drawings, is so of any pose. A position that is
+    /// left out is zero.
+    pub fn posed(&self, positions: &[f64]) -> Self {
+        let mut robot = self.clone();
+        let at = |joint: usize| positions.get(joint).copied().unwrap_or(0.0);
+        // How each body has moved in the body frame; parents come before their children.
+        let mut moved: Vec<Isometry3<f64>> = Vec::with_capacity(self.joints.len());
+        for (index, joint) in self.joints.iter().enumerate() {
+            let carried = carried_by(&moved, joint.parent);
+            let to = &mut robot.joints[index];
+            to.body_from_joint = carried * joint.body_from_joint * joint.moved_by(at(index));
+            moved.push(to.body_from_joint * joint.body_from_joint.inverse());
+            for collision in &mut to.body.collisions {
+                collision.body_from_shape = moved[index] * collision.body_from_shape;
+            }
+            to.count_from(at(index));
+        }
+        for wheel in &mut robot.wheels {
+            wheel.body_from_hub = carried_by(&moved, wheel.carrier) * wheel.body_from_hub;
+        }
+        for coupling in &mut robot.couplings {
+            coupling.offset += coupling.factor * at(coupling.follows) - at(coupling.joint);
+        }
+        robot
+    }
+}
+
+fn carried_by(moved: &[Isometry3<f64>], carrier: Option<usize>) -> Isometry3<f64> {
+    carrier
+        .and_then(|joint| moved.get(joint))
+        .copied()
+        .unwrap_or_else(Isometry3::identity)
+}
+
+impl BodyJoint {
+    /// How the joint's frame moves from zero to a position, in itself.
+    fn moved_by(&self, position: f64) -> Isometry3<f64> {
+        match self.kind {
+            JointKind::Turns => Isometry3::rotation(position * Vector3::z()),
+            JointKind::Slides => Isometry3::translation(0.0, 0.0, position),
+        }
+    }
+
+    /// Counts its positions from another.
+    fn count_from(&mut self, position: f64) {
+        self.limits.iter_mut().for_each(|limit| *limit -= position);
+        match &mut self.role {
+            JointRole::Free => {}
+            JointRole::Sprung(spring) => spring.rest -= position,
+            JointRole::Driven(servo) => servo.target -= position,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Matrix3;
+
+    use super::*;
+    use crate::{Body, Coupling, JointServo, JointSpring, MassProperties};
+
+    fn joint(parent: Option<usize>, kind: JointKind, at_m: Vector3<f64>) -> BodyJoint {
+        BodyJoint {
+            name: "joint".to_owned(),
+            parent,
+            kind,
+            body_from_joint: Isometry3::from(at_m),
+            body: Body {
+                name: "body".to_owned(),
+                mass: MassProperties {
+                    mass_kg: 2.0,
+                    center_of_mass_m: Vector3::new(0.4, 0.0, 0.1),
+                    inertia_kg_m2: Matrix3::from_diagonal(&Vector3::new(0.1, 0.2, 0.3)),
+                },
+                collisions: Vec::new(),
+            },
+            role: JointRole::Free,
+            limits: [-1.0, 2.0],
+            damping: 0.0,
+            friction: 0.0,
+        }
+    }
+
+    fn robot(joints: Vec<BodyJoint>) -> Robot {
+        Robot {
+            name: "posed".to_owned(),
+            chassis: crate::Chassis {
+                name: "base".to_owned(),
+                mass: MassProperties::point(1.0, Vector3::zeros()),
+                collisions: Vec::new(),
+            },
+            joints,
+            couplings: Vec::new(),
+            wheels: Vec::new(),
+            remarks: Vec::new(),
+        }
+    }
+
+    /// A lift that raises a turntable: the arm's middle, 0.4 m out and 0.1 m up on a pivot at (0.2, 0.1), turned by a right angle and raised by 0.3 m.
+    #[test]
+    fn what_hangs_by_what_moves_with_it() {
+        let lift = joint(None, JointKind::Slides, Vector3::new(0.0, 0.0, 0.5));
+        let mut arm = joint(Some(0), JointKind::Turns, Vector3::new(0.2, 0.1, 0.7));
+        arm.role = JointRole::Driven(JointServo {
+            target: 1.5,
+            ..JointServo::for_inertia(1.0)
+        });
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let posed = robot(vec![lift, arm]).posed(&[0.3, quarter]);
+        let expected_m = Vector3::new(0.2, 0.1 + 0.4, 0.7 + 0.1 + 0.3);
+        let middle_m = posed.joints[1].center_of_mass_m();
+        assert!((middle_m - expected_m).norm() < 1e-15, "{middle_m}");
+        assert_eq!(posed.joints[1].limits, [-1.0 - quarter, 2.0 - quarter]);
+        assert_eq!(
+            posed.joints[1].servo().map(|of| of.target),
+            Some(1.5 - quarter)
+        );
+    }
+
+    /// Springs act and couplings hold at a place as they did, and to pose a posed robot is to pose it by the sum.
+    #[test]
+    fn springs_and_couplings_stay_in_space_and_poses_add_up() {
+        let mut slide = joint(None, JointKind::Slides, Vector3::zeros());
+        slide.role = JointRole::Sprung(JointSpring {
+            stiffness: 400.0,
+            rest: 0.02,
+            preload: 3.0,
+        });
+        let turns = joint(Some(0), JointKind::Turns, Vector3::x());
+        let mut whole = robot(vec![slide, turns]);
+        whole.couplings.push(Coupling {
+            joint: 1,
+            follows: 0,
+            factor: -2.0,
+            offset: 0.1,
+        });
+        let posed = whole.posed(&[0.05, 0.7]);
+        let [before, after] = [&whole, &posed].map(|of| of.joints[0].spring().copied());
+        assert!((before.unwrap().force_at(0.08) - after.unwrap().force_at(0.03)).abs() < 1e-12);
+        // 0.7 + q = -2 (0.05 + p) + 0.1 is q = -2 p + (0.1 - 0.1 - 0.7).
+        assert!((posed.couplings[0].offset + 0.7).abs() < 1e-15);
+        let (twice, once) = (posed.posed(&[-0.02, 0.1]), whole.posed(&[0.03, 0.8]));
+        for (a, b) in twice.joints.iter().zip(&once.joints) {
+            let off = a.body_from_joint.inv_mul(&b.body_from_joint);
+            assert!(off.translation.vector.norm() + off.rotation.angle() < 1e-14);
+        }
+        assert!((twice.couplings[0].offset - once.couplings[0].offset).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_rigid_robot_and_one_at_zero_are_as_they_were() {
+        let rigid = robot(Vec::new());
+        assert_eq!(rigid.posed(&[]), rigid);
+        let whole = robot(vec![joint(None, JointKind::Turns, Vector3::y())]);
+        assert_eq!(whole.posed(&[]), whole);
+    }
+}
