@@ -12,7 +12,7 @@ use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 
 use super::floor::floor;
-use super::joint_targets::JointTargets;
+use super::joint_targets::{JointTargets, at_start};
 use super::motors::motors;
 use super::pilot::{Pilot, point_m};
 use crate::Error;
@@ -125,7 +125,8 @@ impl Limits {
     /// Where the scenario, or the robot, makes no sense, or the floor has no friction.
     pub fn of(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
         let mut limiter = Limiter::new(scenario, robot, 1.0)?;
-        let tops = SpeedLimits::new(&Kinematics::new(robot)?, &top_rates(scenario, robot));
+        let kinematics = Kinematics::new(&at_start(scenario, robot)?)?;
+        let tops = SpeedLimits::new(&kinematics, &top_rates(scenario, robot));
         let mut rows = Vec::new();
         for (motion, eighths, turning) in MOTIONS {
             let angle_rad = eighths.map(|eighths| FRAC_PI_4 * f64::from(eighths));
@@ -399,7 +400,7 @@ pub(super) fn fastest(
     share: f64,
 ) -> Result<Reference, Error> {
     let mut limiter = Limiter::new(scenario, robot, share)?;
-    let kinematics = Kinematics::new(robot)?;
+    let kinematics = Kinematics::new(&at_start(scenario, robot)?)?;
     let limit_rad_s = top_rates(scenario, robot)
         .into_iter()
         .fold(f64::INFINITY, f64::min);

@@ -15,7 +15,7 @@ use super::disturbances::{Disturbances, Wrench};
 use super::drive::{Drive, WheelRates};
 use super::faults::{Faults, LostMotor};
 use super::floor;
-use super::joint_targets::JointTargets;
+use super::joint_targets::{JointTargets, at_start};
 use super::resolve::Resolved;
 use super::sensors::{Seen, Sensors};
 use super::storage::StorageAccount;
@@ -152,7 +152,7 @@ impl Plant {
     /// Like [`Plant::new`], and where the ground makes no sense.
     pub fn on_floor(resolved: &Resolved, robot: &Robot, floor: Floor) -> Result<Self, Error> {
         let plan = Plan {
-            kinematics: Kinematics::new(robot)?,
+            kinematics: Kinematics::new(&at_start(resolved.scenario(), robot)?)?,
             floor,
             settings: resolved.world_settings(),
             resolved: resolved.clone(),

@@ -12,6 +12,7 @@ use nalgebra::Vector2;
 use super::bodies;
 use super::command::Decided;
 use super::header::{Appearance, header};
+use super::joint_targets::at_start;
 use super::pilot::{Idle, Pilot};
 use super::plant::Plant;
 use crate::Error;
@@ -124,7 +125,9 @@ impl Recorder {
     pub fn of_plant(plant: &Plant, urdf: &str) -> Result<Self, Error> {
         let (resolved, robot) = (plant.resolved(), plant.robot());
         let scenario = resolved.scenario();
-        let (kinematics, contact) = (Kinematics::new(robot)?, ContactKinematics::new(robot)?);
+        let standing = &at_start(scenario, robot)?;
+        let kinematics = Kinematics::new(standing)?;
+        let contact = ContactKinematics::new(standing)?;
         let pilot = Pilot::new(
             scenario,
             (resolved.reference().cloned(), None),

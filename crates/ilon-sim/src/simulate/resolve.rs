@@ -55,8 +55,9 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     scenario.validate()?;
     let mut scenario = scenario.clone();
     scenario.world.floor.fill();
-    let kinematics = Kinematics::new(robot)?;
-    let contact_kinematics = ContactKinematics::new(robot)?;
+    let standing = at_start(&scenario, robot)?;
+    let kinematics = Kinematics::new(&standing)?;
+    let contact_kinematics = ContactKinematics::new(&standing)?;
 
     // Of wheels with limits of their own the fastest says how long steps may be.
     let of_wheels = scenario.guidance.wheel_rate_limits_rad_s.iter().copied();
@@ -73,7 +74,6 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     {
         playback.angle_gain_per_s = Some(playback.angle_gain_per_s());
     }
-    let standing = at_start(&scenario, robot)?;
     wheel_loop::choose_springs(&mut scenario, &standing)?;
     let log = Log::read(&scenario, robot, scenario.robot.start())?;
     if let Some(log) = log.as_ref().filter(|_| scenario.run.is_open()) {

@@ -10,6 +10,7 @@ use ilon_world::World;
 
 use super::clock::CpuTime;
 use super::header::{Appearance, header};
+use super::joint_targets::at_start;
 use super::load::{load, load_robot};
 use super::pilot::{Controller, Pilot};
 use super::plant::Plant;
@@ -163,8 +164,9 @@ impl Simulation {
         controller: Option<Box<dyn Controller>>,
     ) -> Result<Self, Error> {
         let scenario = resolved.scenario();
-        let kinematics = Kinematics::new(robot)?;
-        let contact_kinematics = ContactKinematics::new(robot)?;
+        let standing = at_start(scenario, robot)?;
+        let kinematics = Kinematics::new(&standing)?;
+        let contact_kinematics = ContactKinematics::new(&standing)?;
         let pilot = Pilot::new(
             scenario,
             (resolved.reference().cloned(), resolved.log()),

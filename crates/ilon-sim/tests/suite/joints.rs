@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ilon_sim::robot::{JointRole, Robot};
+use ilon_sim::robot::{JointKind, JointRole, Robot, Twist};
 use ilon_sim::simulate::Limits;
 use ilon_sim::{Error, Plant, Scenario, WheelCommand, load_robot, resolve};
 use test_case::test_case;
@@ -159,6 +159,45 @@ fn a_robot_goes_as_one_that_was_made_in_its_pose(law: &str) {
     let off_m = (swung.position_m() - made.position_m()).norm();
     let off_rad = (swung.heading_rad - made.heading_rad).abs();
     assert!(off_m < 1e-6 && off_rad < 1e-6, "{swung:?} {made:?}");
+}
+
+/// Guidance and odometry count from where the servos start: wheels that have moved out by 50 mm turn the robot by their own places, as the arm l + w of the
+/// mecanum matrix says.
+#[test]
+fn kinematics_are_those_of_where_the_joints_start() {
+    let rates_at = |out_m: f64| {
+        let mut scenario = held_at(0.0, "pid");
+        scenario.robot.joints.clear();
+        let mut robot = load_robot(&held_at(0.0, "pid")).expect("a robot");
+        let arm = robot.joints.remove(0);
+        for side in [1.0, -1.0] {
+            let mut slide = arm.clone();
+            slide.name = format!("slide {side}");
+            slide.kind = JointKind::Slides;
+            // Its axis z along y, to the left or to the right.
+            let turn = nalgebra::Vector3::x() * (-side * std::f64::consts::FRAC_PI_2);
+            slide.body_from_joint = nalgebra::Isometry3::rotation(turn);
+            if let JointRole::Driven(servo) = &mut slide.role {
+                servo.target = out_m;
+            }
+            robot.joints.push(slide);
+        }
+        for wheel in &mut robot.wheels {
+            wheel.carrier = Some(usize::from(wheel.position_m().y < 0.0));
+        }
+        let arm_m = robot.wheels[0].position_m().xy().lp_norm(1);
+        let resolved = resolve(&scenario, &robot).expect("a scenario");
+        let plant = Plant::new(&resolved, &robot).expect("it stands");
+        let mut rates_rad_s = [0.0; 4];
+        let turn = Twist::new(0.0, 0.0, 1.0);
+        plant.kinematics().wheel_rates(turn, &mut rates_rad_s);
+        (rates_rad_s, arm_m)
+    };
+    let ((before, arm_m), (after, _)) = (rates_at(0.0), rates_at(0.05));
+    for (before, after) in before.iter().zip(after) {
+        let expected = before * (arm_m + 0.05) / arm_m;
+        assert!((after / expected - 1.0).abs() < 1e-9, "{after} {expected}");
+    }
 }
 
 /// What grip allows is that of the pose: with its arm swung out a robot is limited as one whose arm was made so.
