@@ -3,8 +3,7 @@
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 use ilon_robot::{
-    Barrel, Body, BodyJoint, Chassis, Joint, JointKind, JointRole, JointServo, JointSpring,
-    MassProperties, MotorLimits, Robot, Roller, Wheel, wrap_angle,
+    Barrel, Chassis, Joint, MassProperties, MotorLimits, Robot, Roller, Wheel, wrap_angle,
 };
 use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 
@@ -182,59 +181,4 @@ pub fn six_wheels() -> Robot {
         })
         .collect();
     robot(15.0, &wheels)
-}
-
-/// A joint on the chassis that turns about a direction at a place, in metres, with a body of a mass in kg whose middle is at a place from there while it
-/// stands at zero, and whose inertia is that of a ball of 0.1 m.
-pub fn joint(
-    at_m: Vector3<f64>,
-    axis: Vector3<f64>,
-    (mass_kg, middle_m): (f64, Vector3<f64>),
-) -> BodyJoint {
-    let turn = UnitQuaternion::rotation_between(&Vector3::z(), &axis).expect("not opposite");
-    BodyJoint {
-        name: "joint".to_owned(),
-        parent: None,
-        kind: JointKind::Turns,
-        body_from_joint: Isometry3::from_parts(at_m.into(), turn),
-        body: Body {
-            name: "body".to_owned(),
-            mass: MassProperties {
-                mass_kg,
-                center_of_mass_m: turn.inverse() * middle_m,
-                inertia_kg_m2: Matrix3::identity() * (0.4 * mass_kg * 0.1 * 0.1),
-            },
-            collisions: Vec::new(),
-        },
-        role: JointRole::Free,
-        limits: [f64::NEG_INFINITY, f64::INFINITY],
-        damping: 0.0,
-        friction: 0.0,
-    }
-}
-
-/// The same joint, driven by a servo.
-pub fn driven(joint: BodyJoint) -> BodyJoint {
-    BodyJoint {
-        role: JointRole::Driven(JointServo::for_inertia(1.0)),
-        ..joint
-    }
-}
-
-/// The mecanum robot, each wheel of which slides up and down on a spring of a stiffness in N/m.
-pub fn on_springs(stiffness: f64) -> Robot {
-    let mut robot = mecanum4();
-    for (index, wheel) in robot.wheels.iter_mut().enumerate() {
-        robot.joints.push(BodyJoint {
-            kind: JointKind::Slides,
-            role: JointRole::Sprung(JointSpring {
-                stiffness,
-                rest: 0.0,
-                preload: 0.0,
-            }),
-            ..joint(wheel.position_m(), Vector3::z(), (0.1, Vector3::zeros()))
-        });
-        wheel.carrier = Some(index);
-    }
-    robot
 }

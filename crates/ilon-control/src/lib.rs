@@ -70,6 +70,8 @@ mod estimation;
 #[cfg(test)]
 mod fixtures;
 mod guidance;
+#[cfg(test)]
+mod joint_fixtures;
 mod kinematics;
 
 pub use actuation::computed_torque::{ComputedTorque, ComputedTorqueSettings};

@@ -155,7 +155,8 @@ impl TorqueLaw for ComputedTorque {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::{driven, joint, mecanum4, six_wheels, volksbot};
+    use crate::fixtures::{mecanum4, six_wheels, volksbot};
+    use crate::joint_fixtures::{driven, joint};
     use ilon_robot::{Robot, Twist};
     use nalgebra::Vector3;
 

@@ -86,7 +86,8 @@ fn inverse(sum: &Matrix3<f64>) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::{driven, joint, mecanum4, on_springs, volksbot};
+    use crate::fixtures::{mecanum4, volksbot};
+    use crate::joint_fixtures::{driven, joint, on_springs};
     use ilon_robot::{BodyJoint, Coupling, JointKind};
 
     /// The loads of a robot without acceleration, in N.

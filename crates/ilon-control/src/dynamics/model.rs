@@ -365,7 +365,8 @@ fn sign(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::{driven, joint, mecanum4};
+    use crate::fixtures::mecanum4;
+    use crate::joint_fixtures::{driven, joint};
 
     /// An arm's mass and inertia are in I where the arm is: 3 kg, 0.5 m from a pivot at (0.1, 0.05), by parallel axes, and its share of the momentum.
     #[test]
