@@ -1,9 +1,10 @@
 //! What is known of a robot at one moment, with numpy arrays for what has several numbers.
 
 use ilon::robot::{Pose, Twist};
-use ilon::simulate::Seen;
+use ilon::simulate::{Plant, Seen};
 use ilon::trace;
-use numpy::PyArray1;
+use ilon::world::{BodyState, WheelContact};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
 type Array<'py> = Bound<'py, PyArray1<f64>>;
@@ -155,6 +156,140 @@ impl Truth {
         format!(
             "Truth(pose=[{x_m:.4}, {y_m:.4}, {heading_rad:.4}], twist_in_body=[{vx:.4}, {vy:.4}, {omega:.4}])"
         )
+    }
+}
+
+/// The robot's body in three dimensions, as it really is.
+#[pyclass(frozen, module = "ilon")]
+pub struct Body {
+    state: BodyState,
+    acceleration_in_world_m_s2: [f64; 3],
+    gravity_in_world_m_s2: [f64; 3],
+}
+
+impl Body {
+    /// The body of a plant now.
+    pub fn of(plant: &Plant) -> Self {
+        Self {
+            state: plant.world().robot().state(),
+            acceleration_in_world_m_s2: plant.outcome().acceleration_in_world_m_s2,
+            gravity_in_world_m_s2: plant.world().gravity_in_world_m_s2().into(),
+        }
+    }
+}
+
+#[pymethods]
+impl Body {
+    /// The body frame's origin in the world, in metres.
+    #[getter]
+    fn position_m<'py>(&self, py: Python<'py>) -> Array<'py> {
+        let BodyState { pose, height_m, .. } = &self.state;
+        array(py, &[pose.x_m, pose.y_m, *height_m])
+    }
+
+    /// How the body is turned in the world: a unit quaternion w, x, y, z.
+    #[getter]
+    fn quaternion_wxyz<'py>(&self, py: Python<'py>) -> Array<'py> {
+        let [x, y, z, w] = self.state.world_from_body.coords.into();
+        array(py, &[w, x, y, z])
+    }
+
+    /// Velocity of the body frame's origin, in the world frame, in m/s.
+    #[getter]
+    fn velocity_in_world_m_s<'py>(&self, py: Python<'py>) -> Array<'py> {
+        let velocity_m_s = self.state.world_from_body * self.state.velocity_in_body_m_s;
+        array(py, velocity_m_s.as_slice())
+    }
+
+    /// Rates about the axes of the body frame, in rad/s.
+    #[getter]
+    fn angular_in_body_rad_s<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, self.state.angular_in_body_rad_s.as_slice())
+    }
+
+    /// Acceleration of the body frame's origin in the world frame, in m/s^2: the mean over the last advance.
+    #[getter]
+    fn acceleration_in_world_m_s2<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, &self.acceleration_in_world_m_s2)
+    }
+
+    /// The acceleration of gravity in the world frame, in m/s^2.
+    #[getter]
+    fn gravity_in_world_m_s2<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, &self.gravity_in_world_m_s2)
+    }
+
+    fn __repr__(&self) -> String {
+        let BodyState { pose, height_m, .. } = &self.state;
+        let Pose { x_m, y_m, .. } = pose;
+        format!("Body(position_m=[{x_m:.4}, {y_m:.4}, {height_m:.4}])")
+    }
+}
+
+/// The robot's wheels and their contacts, as they really are.
+#[pyclass(frozen, module = "ilon")]
+pub struct Wheels {
+    angles_rad: Vec<f64>,
+    rates_rad_s: Vec<f64>,
+    contacts: Vec<WheelContact>,
+}
+
+impl Wheels {
+    /// The wheels of a plant now.
+    pub fn of(plant: &Plant) -> Self {
+        let robot = plant.world().robot();
+        Self {
+            angles_rad: robot.wheel_angles_rad().to_vec(),
+            rates_rad_s: robot.wheel_rates_rad_s().to_vec(),
+            contacts: robot.contacts().to_vec(),
+        }
+    }
+
+    fn rows<'py, const N: usize>(
+        &self,
+        py: Python<'py>,
+        row: impl Fn(&WheelContact) -> [f64; N],
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let flat = self.contacts.iter().flat_map(row).collect::<Vec<_>>();
+        PyArray1::from_vec(py, flat).reshape([self.contacts.len(), N])
+    }
+}
+
+#[pymethods]
+impl Wheels {
+    /// Angles about the wheels' axes since the start in rad, not wrapped.
+    #[getter]
+    fn angles_rad<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, &self.angles_rad)
+    }
+
+    /// Rates about the wheels' axes in rad/s.
+    #[getter]
+    fn rates_rad_s<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, &self.rates_rad_s)
+    }
+
+    /// The ground's normal forces in N, in the last physics step.
+    #[getter]
+    fn loads_n<'py>(&self, py: Python<'py>) -> Array<'py> {
+        let loads = self.contacts.iter().map(|contact| contact.normal_force_n);
+        array(py, &loads.collect::<Vec<_>>())
+    }
+
+    /// The ground's tangential forces on the wheels, a row of x and y in the body frame for each, in N.
+    #[getter]
+    fn forces_in_body_n<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.rows(py, |contact| contact.force_in_body_n.into())
+    }
+
+    /// Slip: velocities of the rollers' surfaces over the ground, a row of x and y in the body frame for each wheel, in m/s.
+    #[getter]
+    fn slip_in_body_m_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.rows(py, |contact| contact.sliding_in_body_m_s.into())
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Wheels(rates_rad_s={:.4?})", self.rates_rad_s)
     }
 }
 

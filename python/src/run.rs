@@ -8,8 +8,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ilon::files::FileAccess;
-use ilon::sweep::Stop;
 use ilon::simulate::{Commanded, Controller, Moment, Simulation};
+use ilon::sweep::Stop;
 use ilon::trace::{Summary, quantities};
 use ilon::{Error, Scenario};
 use pyo3::exceptions::PyValueError;

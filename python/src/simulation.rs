@@ -8,10 +8,10 @@ use ilon::simulate::{Driver, Plant, WheelCommand, load_robot, resolve_for};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyMapping;
+use pyo3::types::{PyDict, PyMapping};
 
 use crate::errors::{OrRaise, raised};
-use crate::moments::{Desired, Observation, Outcome, Truth};
+use crate::moments::{Body, Desired, Observation, Outcome, Truth, Wheels};
 use crate::run::{BETWEEN_LOOKS, Stopped};
 use crate::scenario;
 use crate::values::{as_python, finite_row};
@@ -160,10 +160,102 @@ impl Simulation {
         place_m: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
         let force_n = triple(force_n, "the numbers of the force")?;
-        let place_m = place_m
-            .map(|place| triple(place, "the numbers of the place"))
-            .transpose()?;
+        let place_m = maybe_triple(place_m, "the numbers of the place")?;
         self.plant.push(force_n, place_m, lasts_s).or_raise(py)
+    }
+
+    /// Lets a force and a moment in the world frame act on the chassis from now on until they are changed.
+    #[pyo3(signature = (force_n=None, moment_n_m=None, *, place_m=None))]
+    fn set_wrench(
+        &mut self,
+        py: Python<'_>,
+        force_n: Option<&Bound<'_, PyAny>>,
+        moment_n_m: Option<&Bound<'_, PyAny>>,
+        place_m: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let force_n = maybe_triple(force_n, "the numbers of the force")?;
+        let moment_n_m = maybe_triple(moment_n_m, "the numbers of the moment")?;
+        let place_m = maybe_triple(place_m, "the numbers of the place")?;
+        let (force_n, moment_n_m) = (force_n.unwrap_or_default(), moment_n_m.unwrap_or_default());
+        let set = self.plant.set_wrench(force_n, moment_n_m, place_m);
+        set.or_raise(py)
+    }
+
+    /// Lets the chassis bear the articulated-body inertia of what another simulator moves from now on.
+    fn set_articulated_inertia(
+        &mut self,
+        py: Python<'_>,
+        inertia: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let rows: Vec<Bound<'_, PyAny>> = inertia.try_iter()?.collect::<PyResult<_>>()?;
+        let mut numbers = [[0.0; 6]; 6];
+        if rows.len() != numbers.len() {
+            return Err(PyValueError::new_err(format!(
+                "an articulated inertia has 6 rows of 6 numbers, and {} rows were given",
+                rows.len()
+            )));
+        }
+        for (into, row) in numbers.iter_mut().zip(&rows) {
+            into.copy_from_slice(&finite_row(row, "the numbers of the row", 6)?);
+        }
+        self.plant.set_articulated_inertia(&numbers).or_raise(py)
+    }
+
+    /// Puts a mass in kg on the robot from now on, in place of the one put there before.
+    #[pyo3(signature = (mass_kg, *, place_m=None))]
+    fn set_payload(
+        &mut self,
+        py: Python<'_>,
+        mass_kg: f64,
+        place_m: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let place_m = maybe_triple(place_m, "the numbers of the place")?;
+        self.plant.carry_at(mass_kg, place_m).or_raise(py)
+    }
+
+    /// Changes the floor's friction from now on, but on its patches.
+    fn set_friction(&mut self, py: Python<'_>, friction: f64) -> PyResult<()> {
+        self.plant.set_friction(friction).or_raise(py)
+    }
+
+    /// Lets a wheel find a share of the ground's friction from now on.
+    fn set_grip(&mut self, py: Python<'_>, wheel: usize, share: f64) -> PyResult<()> {
+        self.plant.set_grip(wheel, share).or_raise(py)
+    }
+
+    /// Lets the ground lean from now on, so that gravity pulls along a direction in the world frame.
+    fn set_down(&mut self, py: Python<'_>, down: &Bound<'_, PyAny>) -> PyResult<()> {
+        let down = triple(down, "the numbers of the direction")?;
+        self.plant.set_down(down).or_raise(py)
+    }
+
+    /// The body in three dimensions, as it really is.
+    fn body(&self) -> Body {
+        Body::of(&self.plant)
+    }
+
+    /// The wheels and their contacts, as they really are.
+    fn wheels(&self) -> Wheels {
+        Wheels::of(&self.plant)
+    }
+
+    /// Where energy is, and where it went since the start, in J.
+    fn energies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let (world, now) = (self.plant.world(), self.plant.world().energy());
+        let all = PyDict::new(py);
+        for (name, joules) in [
+            ("kinetic_j", now.kinetic_j),
+            ("potential_j", now.potential_j),
+            ("motor_j", world.motor_energy_j()),
+            ("outside_j", world.outside_energy_j()),
+            ("slip_j", world.slip_energy_j()),
+            ("spin_up_j", world.spin_up_energy_j()),
+            ("bearing_j", world.bearing_energy_j()),
+            ("impact_j", world.impact_energy_j()),
+        ] {
+            all.set_item(name, joules)?;
+        }
+        Ok(all)
     }
 
     /// Where the scenario's `[reference]` wants the robot at a time in seconds, by default now; None without one.
@@ -272,6 +364,10 @@ impl Simulation {
 fn triple(value: &Bound<'_, PyAny>, what: &str) -> PyResult<[f64; 3]> {
     let row = finite_row(value, what, 3)?;
     Ok([row[0], row[1], row[2]])
+}
+
+fn maybe_triple(value: Option<&Bound<'_, PyAny>>, what: &str) -> PyResult<Option<[f64; 3]>> {
+    value.map(|value| triple(value, what)).transpose()
 }
 
 /// Advances a plant; of a long time it looks in between whether Ctrl-C was pressed.

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use ilon::compare::{CompareError, Compared, Comparison};
 use ilon::control::Kinematics;
-use ilon::inspect::Inspection;
 use ilon::files::FileAccess;
 use ilon::formats::{LoadRobot, Spec};
+use ilon::inspect::Inspection;
 use ilon::robot::Robot;
 use ilon::sim::remedy::{self, Keys};
 use ilon::simulate::Simulation;

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from ._ilon import (
     ArrowTable,
+    Body,
     Desired,
     Imu,
     Observation,
@@ -22,6 +23,7 @@ from ._ilon import (
     Torques,
     Trace,
     Truth,
+    Wheels,
     __version__,
     schema,
 )
@@ -43,6 +45,7 @@ from .viewers import to_rerun
 
 __all__ = [
     "ArrowTable",
+    "Body",
     "Check",
     "Comparison",
     "ControlError",
@@ -66,6 +69,7 @@ __all__ = [
     "Trace",
     "TraceError",
     "Truth",
+    "Wheels",
     "WorldError",
     "__version__",
     "check",
@@ -101,8 +105,8 @@ _register()
 
 
 def __getattr__(name: str) -> object:
-    # Only for who asks, since it needs Gymnasium.
-    if name in ("gym", "sb3"):
+    # Only for who asks, since they need what others made.
+    if name in ("gym", "mujoco", "sb3"):
         import importlib
 
         return importlib.import_module(f".{name}", __name__)

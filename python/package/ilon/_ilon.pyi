@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 __all__ = [
     "ArrowTable",
+    "Body",
     "Desired",
     "Imu",
     "Observation",
@@ -24,6 +25,7 @@ __all__ = [
     "Trace",
     "Track",
     "Truth",
+    "Wheels",
     "__version__",
     "command",
     "compare",
@@ -97,6 +99,49 @@ class Truth:
     @property
     def pitch_rad(self) -> float:
         """Pitch in rad."""
+
+@final
+class Body:
+    """The robot's body in three dimensions, as it really is."""
+
+    @property
+    def position_m(self) -> _Floats:
+        """The body frame's origin in the world: x, y, z in m."""
+    @property
+    def quaternion_wxyz(self) -> _Floats:
+        """How the body is turned in the world: a unit quaternion w, x, y, z."""
+    @property
+    def velocity_in_world_m_s(self) -> _Floats:
+        """Velocity of the body frame's origin, in the world frame, in m/s."""
+    @property
+    def angular_in_body_rad_s(self) -> _Floats:
+        """Rates about the axes of the body frame, in rad/s."""
+    @property
+    def acceleration_in_world_m_s2(self) -> _Floats:
+        """Acceleration of the body frame's origin in the world frame, in m/s^2: the mean over the last advance."""
+    @property
+    def gravity_in_world_m_s2(self) -> _Floats:
+        """The acceleration of gravity in the world frame, in m/s^2. On a slope it leans."""
+
+@final
+class Wheels:
+    """The robot's wheels and their contacts, as they really are, in the robot's order."""
+
+    @property
+    def angles_rad(self) -> _Floats:
+        """Angles about the wheels' axes since the start, in rad, not wrapped."""
+    @property
+    def rates_rad_s(self) -> _Floats:
+        """Rates about the wheels' axes, in rad/s."""
+    @property
+    def loads_n(self) -> _Floats:
+        """The ground's normal forces in N, in the last physics step."""
+    @property
+    def forces_in_body_n(self) -> _Floats:
+        """The ground's tangential forces: a row of x and y in the body frame for each wheel, in N."""
+    @property
+    def slip_in_body_m_s(self) -> _Floats:
+        """Velocities of the rollers' surfaces over the ground: a row of x and y in the body frame for each wheel, in m/s."""
 
 @final
 class Desired:
@@ -178,6 +223,37 @@ class Simulation:
     def push(self, force_n: npt.ArrayLike, lasts_s: float, *, place_m: npt.ArrayLike | None = None) -> None:
         """Pushes the chassis from now on with a constant force (x, y, z in N, in the world frame) for a time in seconds, at a place
         in the body frame (x, y, z in m); without one, at the chassis's centre of mass. Pushes add up; a reset ends them."""
+    def set_wrench(
+        self,
+        force_n: npt.ArrayLike | None = None,
+        moment_n_m: npt.ArrayLike | None = None,
+        *,
+        place_m: npt.ArrayLike | None = None,
+    ) -> None:
+        """Lets a force in N and a moment in N m, both x, y, z in the world frame, act on the chassis from now on until they are set again; the
+        force at a place in the body frame in m, or without one at the chassis's centre of mass. What is left out is 0."""
+    def set_articulated_inertia(self, inertia: npt.ArrayLike) -> None:
+        """Lets the chassis bear from now on the articulated-body inertia of something that another simulator moves: six rows of six numbers,
+        linear at the body frame's origin before angular, along the world's axes, in kg, kg m and kg m^2. With `set_wrench` of what that puts
+        on the chassis where it is not accelerated, both meet without a delay, whatever weighs more. All zeros end it."""
+    def set_payload(self, mass_kg: float, *, place_m: npt.ArrayLike | None = None) -> None:
+        """Puts a mass in kg on the robot, in place of the one put there before; 0 takes it off. It lies at a place in the body frame in m,
+        or without one at the chassis's centre of mass."""
+    def set_friction(self, friction: float) -> None:
+        """Changes Coulomb's coefficient of friction of the floor from now on, but on its patches."""
+    def set_grip(self, wheel: int, share: float) -> None:
+        """Lets the rollers of a wheel, counted from 0, find a share of the ground's friction from now on; 1 for all of it."""
+    def set_down(self, down: npt.ArrayLike) -> None:
+        """Lets the ground lean from now on: gravity pulls along a direction (x, y, z in the world frame, of any length); [0, 0, -1] is level
+        ground."""
+    def body(self) -> Body:
+        """The body in three dimensions, as it really is."""
+    def wheels(self) -> Wheels:
+        """The wheels and their contacts, as they really are."""
+    def energies(self) -> dict[str, float]:
+        """Where energy is and where it went since the start, in J: `kinetic_j` and `potential_j` now; the work of the motors `motor_j` and
+        of wrenches, payloads and leaning ground `outside_j`; and what went into `slip_j`, `spin_up_j` of rollers that came down, `bearing_j`
+        and `impact_j`."""
     def desired(self, t_s: float | None = None) -> Desired | None:
         """Where the scenario's `[reference]` wants the robot at a time in seconds, by default now; None without a reference."""
     def wheel_rates(self, twist: npt.ArrayLike) -> _Floats:

@@ -1,0 +1,131 @@
+"""MuJoCo's arm on ilon's base, against one engine that moves both."""
+
+import re
+
+import numpy as np
+import pytest
+
+import ilon
+
+mujoco = pytest.importorskip("mujoco")
+
+ARM = """
+<mujoco><option timestep="{step}" gravity="0 0 -9.81"/>
+<worldbody>{world}<body name="base_link"><freejoint/>
+  <geom type="box" size=".2 .12 .05" pos="0 0 .06" contype="0" conaffinity="0"/>
+  <body name="carriage" pos="0 0 .15"><inertial pos="0 0 0" mass="2" diaginertia=".0067 .0067 .0067"/>
+    <body pos="0 0 .06"><joint name="arm" axis="0 0 1" damping=".05" frictionloss=".1"/>
+      <inertial pos=".25 0 0" mass="2" diaginertia=".0013 .0267 .0267"/></body></body></body></worldbody>
+<actuator><motor joint="arm" ctrlrange="-12 12"/></actuator></mujoco>
+"""
+STIFFNESS, DAMPING, BEGINS_S, ENDS_S = 600.0, 19.0, 0.1, 0.9
+
+
+def scenario(robot, friction, **joints):
+    """A robot whose wheels are held: loops that do not depend on what the robot weighs, which without its arm is less."""
+    wheels = {
+        "rollers": 9,
+        "roller_radius_m": 0.012,
+        "roller_mass_kg": 0.01,
+        "damping_n_m_s": 1e-6,
+        "gamma": {"x_deg": 45},
+    }
+    return {
+        "robot": {"file": str(robot), "wheels": wheels, **({"joints": joints} if joints else {})},
+        "twist": {"vx_m_s": 0},
+        "world": {"floor": {"friction": friction}},
+        "wheel_loop": {"proportional_n_m_s": 0.5, "integral_n_m": 5},
+        "run": {"duration_s": 2, "physics_dt_s": 0.001},
+    }
+
+
+@pytest.fixture
+def base(assets, tmp_path):
+    """The robot with an arm, without it: what MuJoCo moves is taken out."""
+    text = (assets / "robots" / "mecanum4_arm.urdf").read_text()
+    for tag, name in (("joint", "arm"), ("link", "arm_link"), ("joint", "lift"), ("link", "carriage")):
+        text = re.sub(rf'<{tag} name="{name}".*?</{tag}>', "", text, flags=re.DOTALL)
+    path = tmp_path / "base.urdf"
+    path.write_text(text)
+    return path
+
+
+def coupled(base, friction, step_s=0.001, world=""):
+    simulation = ilon.Simulation(scenario(base, friction))
+    model = mujoco.MjModel.from_xml_string(ARM.format(step=step_s, world=world))
+    data = mujoco.MjData(model)
+    return ilon.mujoco.Base(model, data, simulation, body="base_link")
+
+
+def target(t_s):
+    """From rest to rest with the least jerk."""
+    s = min(max((t_s - BEGINS_S) / (ENDS_S - BEGINS_S), 0.0), 1.0)
+    rate = (30 * s**2 - 60 * s**3 + 30 * s**4) / (ENDS_S - BEGINS_S)
+    return np.pi / 2 * (10 * s**3 - 15 * s**4 + 6 * s**5), np.pi / 2 * rate
+
+
+def swing(under):
+    """Swings the arm of a coupled base for 1.2 s; its poses, and what the motor did."""
+    poses, motor_j = [], 0.0
+    for step in range(round(1.2 / under.dt_s)):
+        angle, rate = target(step * under.dt_s)
+        data = under.data
+        torque = STIFFNESS * (angle - data.qpos[7]) + DAMPING * (rate - data.qvel[6])
+        data.ctrl[0] = torque
+        before = data.qvel[6]
+        under.step([0.0] * 4)
+        motor_j += np.clip(torque, -12, 12) * (before + data.qvel[6]) / 2 * under.dt_s
+        poses.append(under.simulation.truth().pose)
+    return np.array(poses), motor_j
+
+
+# On ice nothing but the arm moves the base, by momentum; on a dry floor rollers and wheel loops hold it, and what shows is how far it gives.
+@pytest.mark.parametrize("friction", [0.0, 0.6])
+@pytest.mark.parametrize("step_s", [0.001, 0.002])
+def test_the_base_recoils_as_where_one_engine_moves_both(assets, base, friction, step_s):
+    setpoints = [{"t_s": BEGINS_S, "position_rad": 0}, {"t_s": ENDS_S, "position_rad": np.pi / 2}]
+    arm = {
+        "role": "driven",
+        "stiffness_n_m_rad": STIFFNESS,
+        "damping_n_m_s_rad": DAMPING,
+        "setpoints": setpoints,
+    }
+    one = ilon.Simulation(scenario(assets / "robots" / "mecanum4_arm.urdf", friction, arm=arm))
+    poses, _ = swing(coupled(base, friction, step_s))
+    expected = []
+    for _ in range(len(poses)):
+        one.advance([0.0] * 4, period_s=step_s)
+        expected.append(one.truth().pose)
+    # The recoil: how far the base gives in each direction.
+    np.testing.assert_allclose(np.abs(poses).max(axis=0), np.abs(expected).max(axis=0), rtol=0.01)
+
+
+def test_no_energy_comes_or_goes_between_the_engines(base):
+    under = coupled(base, 0.6)
+    begins_j = sum(under.scene_energy_j())
+    _, motor_j = swing(under)
+    # What one engine gave is what the other one got: both integrate the same wrench over the same rates.
+    assert under.work_on_scene_j == pytest.approx(-under.simulation.energies()["outside_j"], rel=1e-3)
+    # The motor's work is stored, or went into the arm's bearing: never below.
+    stored_j = sum(under.scene_energy_j()) - begins_j
+    assert 0.0 < motor_j + under.work_on_scene_j - stored_j < motor_j
+
+
+def test_what_does_not_fit_is_refused_in_words(base):
+    simulation = ilon.Simulation(scenario(base, 0.6))
+
+    def made(text, body="base_link"):
+        model = mujoco.MjModel.from_xml_string(text)
+        return ilon.mujoco.Base(model, mujoco.MjData(model), simulation, body=body)
+
+    good = ARM.format(step=0.001, world="")
+    for text, body, words in [
+        (good, "nobody", "no body 'nobody'"),
+        (good, "carriage", "no free joint"),
+        (good.replace("0.001", "0.0017"), "base_link", "do not fit"),
+        (good.replace("-9.81", "-1.62"), "base_link", "gravity is 1.62"),
+        (good.replace("<option", '<option integrator="RK4"'), "base_link", "integrator"),
+        (good.replace('name="arm"', 'name="front_left"'), "base_link", "a wheel of ilon's"),
+    ]:
+        with pytest.raises(ValueError, match=words):
+            made(text.replace('joint="arm"', 'joint="front_left"') if "front_left" in text else text, body)
