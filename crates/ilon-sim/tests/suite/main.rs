@@ -1,6 +1,7 @@
 //! The tests of `ilon-sim` from outside, one module for each subject, in one program.
 
 mod drives;
+mod ground;
 mod joints;
 mod limits;
 mod materials;
