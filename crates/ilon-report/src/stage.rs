@@ -116,7 +116,14 @@ fn floor(header: &Header, relief_m: Option<&[Vec<f64>]>) -> Floor {
                 ],
                 half_sides_m: b.sides_m.map(half),
                 heading_rad: b.heading_rad as f32,
+                pitch_rad: 0.0,
             })
+            .chain(ground.ramps.iter().map(|r| GroundBox {
+                center_m: r.center_m.map(|x| x as f32),
+                half_sides_m: r.sides_m.map(half),
+                heading_rad: r.heading_rad as f32,
+                pitch_rad: r.pitch_rad as f32,
+            }))
             .collect(),
         relief: ground
             .relief

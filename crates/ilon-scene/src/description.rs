@@ -218,6 +218,13 @@ pub struct GroundBox {
     /// Its heading.
     #[serde(default)]
     pub heading_rad: f32,
+    /// By how much the end along its own x axis is lowered.
+    #[serde(default, skip_serializing_if = "is_level")]
+    pub pitch_rad: f32,
+}
+
+fn is_level(pitch_rad: &f32) -> bool {
+    *pitch_rad == 0.0
 }
 
 /// Another friction everywhere but on the patches, for a while.

@@ -121,7 +121,6 @@ fn scenes() -> Vec<Scene> {
     all.push(scene("the same, sprung wheels", &sprung(), &[OVER, BARS]));
     let arm = format!("{}\n{SWING}", jointed("mecanum4_arm.urdf"));
     all.push(scene("an arm of 2 kg swings out in 0.6 s", &arm, &[STAND]));
-    all.push(scene("the same, a wheel on ice", &arm, &[STAND, ICE]));
     all.push(scene("figure eight, 1 m/s", &four, &[EIGHT]));
     all
 }

@@ -174,6 +174,9 @@ pub struct Ground {
     pub patches: Vec<GroundPatch>,
     /// Boxes that stand on the floor.
     pub boxes: Vec<GroundBox>,
+    /// Ramps: boxes that lean.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ramps: Vec<GroundRamp>,
     /// A bumpy square around the origin, in place of the plane.
     pub relief: Option<GroundRelief>,
 }
@@ -204,6 +207,19 @@ pub struct GroundBox {
     pub heading_rad: f64,
 }
 
+/// A box that leans: its upper side is a ramp.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GroundRamp {
+    /// Its middle, in metres.
+    pub center_m: [f64; 3],
+    /// Its lengths along its own axes, in metres.
+    pub sides_m: [f64; 3],
+    /// Its heading, in radians.
+    pub heading_rad: f64,
+    /// By how much the end along its own x axis is lowered, in radians.
+    pub pitch_rad: f64,
+}
+
 /// A square grid of heights around the origin.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GroundRelief {
@@ -213,8 +229,11 @@ pub struct GroundRelief {
     pub points: usize,
     /// The seed from which the heights are drawn, and the largest of them in metres: `ilon_sim::simulate::relief_heights_m`.
     pub seed: u64,
-    /// The largest height, in metres.
+    /// The largest height, in metres; 0 where a roughness says how high.
     pub height_m: f64,
+    /// The displacement's spectral density at 0.1 cycles/m, Gd(n0) of ISO 8608, in m^3; `None` of heights that are drawn one by one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub roughness_m3: Option<f64>,
 }
 
 /// A driven wheel, as far as records refer to it.

@@ -104,6 +104,7 @@ pub fn of_scenario(text: &str) -> Result<World, toml::de::Error> {
         center_m: [b.x_m, b.y_m, 0.5 * b.height_m],
         half_sides_m: [b.length_x_m, b.length_y_m, b.height_m].map(|side| 0.5 * side),
         heading_rad: b.heading_deg.to_radians(),
+        pitch_rad: 0.0,
     });
     let pushes = scenario.faults.iter().filter_map(|f| f.push.as_ref());
     let at = |place: Option<f32>| place.unwrap_or(0.0);

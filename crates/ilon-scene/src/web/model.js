@@ -239,8 +239,8 @@ class Model {
       const [[x, y], [a, b]] = [patch.center_m, patch.half_sides_m];
       put('decal', 'box', [a, 0, 0, x, 0, b, 0, y, 0, 0, 1e-4, 5e-4], [...this.frictionColor(patch.friction, colors), 0.55], [0, 0, 0, 1]);
     }
-    for (const { center_m: at, half_sides_m: half, heading_rad: heading } of this.floor.boxes) {
-      put('world', 'box', scaled(fromAngles(...at, 0, 0, heading), ...half), colors.box);
+    for (const { center_m: at, half_sides_m: half, heading_rad: heading, pitch_rad: pitch = 0 } of this.floor.boxes) {
+      put('world', 'box', scaled(fromAngles(...at, 0, pitch, heading), ...half), colors.box);
     }
     for (const push of this.data.pushes || []) {
       // A short push is shown for half a second, or nobody sees it.

@@ -44,7 +44,10 @@ pub use run::{Auto, Run, Step};
 pub use sensors::{Encoders, Fusion, Imu, ImuNoise, PoseSensor, Sensors};
 pub use setting::{SETTING, Setting};
 pub use wheels::{DcMotor, LoopTiming, Motors, Passive, WheelLaw, WheelLoop};
-pub use world::{Contacts, Floor, FloorBox, FloorPatch, Rough, Solver, World};
+pub use world::{
+    Contacts, Floor, FloorBox, FloorPatch, FloorRamp, FloorStairs, Rough, RoughnessClass, Solver,
+    World,
+};
 
 use std::path::PathBuf;
 

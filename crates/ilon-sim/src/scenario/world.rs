@@ -46,6 +46,12 @@ pub struct Floor {
     /// Boxes that stand on the floor: kerbs, thresholds, walls.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boxes: Vec<FloorBox>,
+    /// Ramps that lead up from the floor.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub ramps: Vec<FloorRamp>,
+    /// Stairs that lead up from the floor.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub stairs: Vec<FloorStairs>,
     /// A bumpy square around the origin in place of the plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rough: Option<Rough>,
@@ -86,6 +92,18 @@ impl Floor {
     /// Coulomb's coefficient of friction of a floor that is of no material.
     pub fn friction(&self) -> f64 {
         self.friction.unwrap_or(Self::FRICTION)
+    }
+
+    /// Whether it is a plane, and nothing stands on it.
+    pub fn is_plane(&self) -> bool {
+        let Self {
+            boxes,
+            ramps,
+            stairs,
+            rough,
+            ..
+        } = self;
+        boxes.is_empty() && ramps.is_empty() && stairs.is_empty() && rough.is_none()
     }
 
     /// Whether the floor or a patch is of a material.
@@ -183,13 +201,93 @@ pub struct FloorBox {
     pub height_m: f64,
 }
 
-/// Bumps: a height drawn at random for every point of a square grid.
+/// A ramp: it rises evenly from its foot. Its end falls off square to it, its sides straight down; a box behind it goes on at its height.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FloorRamp {
+    /// x of the middle of its foot in the world, in metres.
+    pub x_m: f64,
+    /// y of the middle of its foot in the world, in metres.
+    pub y_m: f64,
+    /// The heading in which it leads up, in degrees.
+    #[serde(default)]
+    pub heading_deg: f64,
+    /// Its length along the floor, in metres.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub length_m: f64,
+    /// Its width, in metres.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub width_m: f64,
+    /// How high it leads, in metres.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub rise_m: f64,
+}
+
+/// Stairs: steps of one height and one depth.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FloorStairs {
+    /// x of the middle of the first step's edge in the world, in metres.
+    pub x_m: f64,
+    /// y of the middle of the first step's edge in the world, in metres.
+    pub y_m: f64,
+    /// The heading in which they lead up, in degrees.
+    #[serde(default)]
+    pub heading_deg: f64,
+    /// How many steps there are.
+    #[schemars(range(min = 1, max = 100))]
+    pub steps: u32,
+    /// The height of a step, in metres.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub rise_m: f64,
+    /// The depth of a step, in metres.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub run_m: f64,
+    /// Their width, in metres.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub width_m: f64,
+}
+
+/// Classes of road roughness: ISO 8608, table C.1. Each is four times the class before it in spectral density, twice in height.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum RoughnessClass {
+    /// Very good: 16e-6 m^3 at 0.1 cycles/m.
+    A,
+    /// Good: 64e-6 m^3.
+    B,
+    /// Average: 256e-6 m^3.
+    C,
+    /// Poor: 1024e-6 m^3.
+    D,
+    /// Very poor: 4096e-6 m^3.
+    E,
+    /// 16384e-6 m^3.
+    F,
+    /// 65536e-6 m^3.
+    G,
+    /// 262144e-6 m^3.
+    H,
+}
+
+impl RoughnessClass {
+    /// Gd(n0): the geometric mean of the displacement's spectral density at 0.1 cycles/m, in m^3.
+    pub fn density_m3(self) -> f64 {
+        16e-6 * f64::from(4_u32.pow(self as u32))
+    }
+}
+
+/// Uneven ground on a square grid: a height drawn at random for every point, or ground of a class of roughness.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Rough {
-    /// The largest height, in metres; heights lie evenly between 0 and this.
+    /// The largest height, in metres; heights lie evenly between 0 and this. It stands in place of `iso_8608`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub height_m: f64,
+    pub height_m: Option<f64>,
+    /// The class of roughness by ISO 8608, from A to H, in place of `height_m`: along any line the spectral density of the heights falls with
+    /// the square of the cycles per metre, for waves from two cells to the side, in all directions alike. The mean height is 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub iso_8608: Option<RoughnessClass>,
     /// Distance between neighbouring points, in metres.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub cell_m: f64,
@@ -258,6 +356,8 @@ impl Default for Floor {
             slope_deg: 0.0,
             patches: Vec::new(),
             boxes: Vec::new(),
+            ramps: Vec::new(),
+            stairs: Vec::new(),
             rough: None,
             rolling_resistance: None,
             radius_exponent: None,

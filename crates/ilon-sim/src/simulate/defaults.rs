@@ -59,7 +59,7 @@ pub(super) fn scale_of(scenario: &Scenario, robot: &Robot) -> Scale {
 fn is_open_plane(scenario: &Scenario, robot: &Robot) -> bool {
     let floor = &scenario.world.floor;
     let round = scenario.robot.rollers == Rollers::Barrel && robot.wheels.iter().all(is_round);
-    round && floor.boxes.is_empty() && floor.rough.is_none()
+    round && floor.is_plane()
 }
 
 /// Whether a wheel is a circle, wherever its rollers are on their axles.

@@ -231,10 +231,7 @@ fn left_out(scenario: &Scenario, robot: &Robot) -> Vec<&'static str> {
             "the nap of the floor",
         ),
         (!section.patches.is_empty(), "patches of the floor"),
-        (
-            !section.boxes.is_empty() || section.rough.is_some(),
-            "ground that is no plane",
-        ),
+        (!section.is_plane(), "ground that is no plane"),
     ];
     let there = all.into_iter().filter(|(is_there, _)| *is_there);
     there.map(|(_, what)| what).collect()

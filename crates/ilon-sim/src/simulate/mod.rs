@@ -22,6 +22,7 @@ mod playback;
 mod recorder;
 mod reference;
 mod resolve;
+mod roughness;
 mod run;
 mod sensors;
 mod simulation;

@@ -2,6 +2,7 @@
 
 mod attached;
 mod drives;
+mod ground;
 mod joints;
 mod limits;
 mod materials;

@@ -235,6 +235,18 @@ fn what_servos_pushes_payloads_and_leaning_ground_bring_is_supply() {
     }
 }
 
+/// A robot with joints looks for its stand on ground without friction; what the floor is made of comes back afterwards.
+#[test]
+fn patches_lie_under_robots_with_joints_too() {
+    let arm = "[robot.joints.arm]\nrole = 'driven'\ntarget_rad = 0\n";
+    let ice = "[[world.floor.patches]]\nx_m = 0.15\ny_m = 0.16\nlength_x_m = 0.1\nlength_y_m = 0.1\nfriction = 0.02\n";
+    let mut simulation = Simulation::new(&jointed(&format!("{arm}{ice}"), 0.001)).unwrap();
+    (0..30).for_each(|_| simulation.step());
+    let last = simulation.trace().steps().last().unwrap();
+    let frictions: Vec<f64> = last.1.iter().map(|wheel| wheel.friction).collect();
+    assert_eq!(frictions, [0.02, 0.6, 0.6, 0.6]);
+}
+
 /// What a scenario that is passive by its law promises, it is held to.
 #[test]
 fn every_shipped_scenario_of_the_passive_law_bounds_the_rise_of_its_storage() {

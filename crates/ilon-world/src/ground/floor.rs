@@ -57,6 +57,8 @@ pub struct GroundBox {
     pub half_sides_m: Vector3<f64>,
     /// Its heading in the world, in radians.
     pub heading_rad: f64,
+    /// By how much the end along its own x axis is lowered, about its middle, in radians: a ramp that leads up has less than 0.
+    pub pitch_rad: f64,
 }
 
 /// A rough surface: heights on a square grid around the world's origin.
@@ -94,7 +96,7 @@ impl Floor {
     pub(crate) fn highest_m(&self, center_m: Vector2<f64>, radius_m: f64) -> f64 {
         let on_boxes = self.boxes.iter().filter_map(|solid| {
             let within_m = radius_m + solid.half_sides_m.norm();
-            let top_m = solid.center_m.z + solid.half_sides_m.z;
+            let top_m = solid.center_m.z + solid.half_height_m();
             ((solid.center_m.xy() - center_m).norm() <= within_m).then_some(top_m)
         });
         let on_relief = self
@@ -136,6 +138,10 @@ impl Floor {
             .flat_map(|b| b.half_sides_m.iter().copied().collect::<Vec<_>>());
         if let Some(bad) = sides.into_iter().find(|s| !(s.is_finite() && *s > 0.0)) {
             return setting("half_sides_m", bad, "finite and above 0");
+        }
+        let mut pitches = self.boxes.iter().map(|solid| solid.pitch_rad);
+        if let Some(bad) = pitches.find(|pitch| !(-upright..=upright).contains(pitch)) {
+            return setting("pitch_rad", bad, "between -pi/2 and pi/2");
         }
         if let Some(relief) = &self.relief {
             if !(relief.cell_m.is_finite() && relief.cell_m > 0.0) {
@@ -191,7 +197,14 @@ impl Floor {
 impl GroundBox {
     pub(super) fn floor_from_box(&self) -> Isometry3<f64> {
         let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.heading_rad);
-        Isometry3::from_parts(self.center_m.into(), heading)
+        let pitch = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), self.pitch_rad);
+        Isometry3::from_parts(self.center_m.into(), heading * pitch)
+    }
+
+    /// From its middle up to its highest corner, in metres.
+    fn half_height_m(&self) -> f64 {
+        let (sin, cos) = libm::sincos(self.pitch_rad);
+        cos.abs() * self.half_sides_m.z + sin.abs() * self.half_sides_m.x
     }
 }
 

@@ -33,12 +33,13 @@ impl World {
             return;
         }
         let put_down = self.bodies.clone();
+        let ground = self.ground.clone();
         self.ground.set_friction(Some(0.0), &[]);
         for body in &mut self.bodies {
             body.sets_out = true;
         }
         let is_found = self.come_to_rest(&put_down);
-        self.ground.set_friction(None, &[]);
+        self.ground = ground;
         let came = std::mem::replace(&mut self.bodies, put_down);
         if is_found {
             for (body, came) in self.bodies.iter_mut().zip(&came) {

@@ -187,6 +187,7 @@ fn rays_see_robots_bodies_and_ground() {
         center_m: Vector3::new(3.0, 0.0, 0.0),
         half_sides_m: Vector3::new(0.1, 1.0, 0.3),
         heading_rad: 0.0,
+        pitch_rad: 0.0,
     });
     let mut world = world(&floor, 1e-3);
     let id = world

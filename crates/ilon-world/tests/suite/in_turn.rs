@@ -49,6 +49,7 @@ fn worlds() -> Vec<Driven> {
         center_m: Vector3::zeros(),
         half_sides_m: Vector3::new(0.05, 3.0, 0.005),
         heading_rad: 0.0,
+        pitch_rad: 0.0,
     };
     let over_a_kerb = Floor {
         boxes: vec![kerb],

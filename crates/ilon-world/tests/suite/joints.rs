@@ -21,6 +21,7 @@ fn kerb(x_m: f64, y_m: f64, height_m: f64) -> Floor {
             center_m: Vector3::new(x_m, y_m, 0.5 * height_m),
             half_sides_m: Vector3::new(0.06, 0.06, 0.5 * height_m),
             heading_rad: 0.0,
+            pitch_rad: 0.0,
         }],
         ..Floor::default()
     }

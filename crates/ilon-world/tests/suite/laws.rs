@@ -91,6 +91,7 @@ fn the_energy_balance_closes() {
             center_m: Vector3::new(0.45, 0.0, 0.0),
             half_sides_m: Vector3::new(0.1, 1.0, 0.005),
             heading_rad: 0.1,
+            pitch_rad: 0.0,
         }],
         ..Floor::default()
     };

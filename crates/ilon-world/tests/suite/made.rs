@@ -276,6 +276,7 @@ fn rollers_that_are_no_barrels_drive_over_a_kerb() {
             center_m: Vector3::new(0.6, 0.0, 0.0),
             half_sides_m: Vector3::new(0.3, 0.5, 0.004),
             heading_rad: 0.0,
+            pitch_rad: 0.0,
         }],
         ..Floor::default()
     };

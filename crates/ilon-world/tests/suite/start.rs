@@ -15,6 +15,7 @@ fn solid(x_m: [f64; 2], y_m: [f64; 2], height_m: f64) -> GroundBox {
         center_m: Vector3::new(x, y, 0.5 * height_m),
         half_sides_m: Vector3::new(half_x, half_y, 0.5 * height_m),
         heading_rad: 0.0,
+        pitch_rad: 0.0,
     }
 }
 

@@ -13,6 +13,7 @@ fn over_a_kerb_the_window_opens_and_ends_where_the_full_model_ends() {
             center_m: Vector3::new(0.45, 0.0, 0.0),
             half_sides_m: Vector3::new(0.1, 1.0, 0.005),
             heading_rad: 0.1,
+            pitch_rad: 0.0,
         }],
         ..Floor::default()
     };

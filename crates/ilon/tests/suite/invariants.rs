@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use ilon::Scenario;
 use ilon::scenario::{RollerBodies, Step};
-use ilon::simulate::{Simulation, load_robot};
+use ilon::simulate::{Simulation, load_robot, relief_heights_m};
 use ilon::world::World;
 use rayon::prelude::*;
 
@@ -75,7 +75,10 @@ fn bits(world: &World) -> Vec<u64> {
 fn hub_range_m(simulation: &Simulation) -> [f64; 2] {
     let floor = &simulation.scenario().world.floor;
     let boxes = floor.boxes.iter().map(|solid| solid.height_m);
-    let highest_m = boxes.chain(floor.rough.iter().map(|rough| rough.height_m));
+    let relief = simulation.trace().header.ground.as_ref();
+    let relief = relief.and_then(|ground| ground.relief.as_ref());
+    let heights = relief.into_iter().flat_map(relief_heights_m).flatten();
+    let highest_m = boxes.chain(heights);
     let ground_m = highest_m.fold(0.0, f64::max);
     let world = simulation.world();
     let standing =

@@ -218,6 +218,7 @@ fn as_box(plate: &Plate) -> GroundBox {
         center_m: middle_m.push(half_height_m),
         half_sides_m: half_m.push(half_height_m),
         heading_rad: 0.0,
+        pitch_rad: 0.0,
     }
 }
 
