@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use crate::columns::{Kind, signals};
-use crate::header::{Ground, GroundBox, GroundPatch, GroundRelief, Header, WheelHeader};
+use crate::header::{
+    Ground, GroundBox, GroundPatch, GroundRamp, GroundRelief, Header, WheelHeader,
+};
 use crate::record::{Record, WheelSample};
 use crate::trace::{RowMut, Trace};
 
@@ -47,6 +49,7 @@ pub(crate) fn made_up_trace(wheel_count: usize, steps: usize, closed_loop: bool)
                 ..GroundPatch::default()
             }],
             boxes: vec![GroundBox::default()],
+            ramps: vec![GroundRamp::default()],
             relief: Some(GroundRelief {
                 seed: u64::MAX,
                 ..GroundRelief::default()
