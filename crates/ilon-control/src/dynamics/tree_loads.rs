@@ -14,7 +14,7 @@
 //!
 //! What accelerates the robot along the ground pulls on all wheels alike. These are linear in the loads, and the loads are linear in gravity and acceleration.
 
-use ilon_robot::{BodyJoint, JointKind, Robot};
+use ilon_robot::{BodyJoint, Coupling, JointKind, Robot};
 use nalgebra::{DMatrix, DVector, Point3, Vector2, Vector3};
 
 /// The loads as they follow from gravity and acceleration.
@@ -132,8 +132,23 @@ impl<'a> Statics<'a> {
         self.joint_row(self.robot.joints.len()) + coupling
     }
 
-    /// The left-hand side, with some joints held where they are.
-    fn matrix(&self, held: &[Option<f64>]) -> DMatrix<f64> {
+    /// Whether each joint stays where it is: those that are held, and what nothing bears and bears no wheel, which has no place here: it falls until it
+    /// hangs.
+    fn stays(&self, held: &[Option<f64>]) -> Vec<bool> {
+        let hangs_free = |joint: usize| {
+            let is_coupled = |of: &Coupling| of.joint == joint || of.follows == joint;
+            self.robot.joints[joint].gives_by().is_none()
+                && self.raises[joint].iter().all(|l| *l == 0.0)
+                && !self.robot.couplings.iter().any(is_coupled)
+        };
+        let joints = held.iter().enumerate();
+        joints
+            .map(|(joint, side)| side.is_some() || hangs_free(joint))
+            .collect()
+    }
+
+    /// The left-hand side, with the joints that stay held where they are.
+    fn matrix(&self, stays: &[bool]) -> DMatrix<f64> {
         let wheels = self.robot.wheels.len();
         let size = self.coupling_row(self.robot.couplings.len());
         let mut matrix = DMatrix::zeros(size, size);
@@ -162,13 +177,10 @@ impl<'a> Statics<'a> {
                 matrix[(self.joint_row(joint), row)] = c;
             }
         }
-        for (joint, held) in held.iter().enumerate() {
+        for joint in (0..stays.len()).filter(|joint| stays[*joint]) {
             let row = self.joint_row(joint);
-            // What nothing bears, and bears no wheel, has no place here: it falls until it hangs.
-            if held.is_some() || matrix.row(row).iter().all(|c| *c == 0.0) {
-                matrix.row_mut(row).fill(0.0);
-                matrix[(row, row)] = 1.0;
-            }
+            matrix.row_mut(row).fill(0.0);
+            matrix[(row, row)] = 1.0;
         }
         matrix
     }
@@ -176,16 +188,13 @@ impl<'a> Statics<'a> {
     fn solve(&self, held: &[Option<f64>]) -> Option<Solved> {
         let robot = self.robot;
         let (wheels, joints) = (robot.wheels.len(), robot.joints.len());
-        let matrix = self.matrix(held);
-        let stays = |joint: usize| {
-            let row = self.joint_row(joint);
-            matrix[(row, row)] == 1.0
-        };
+        let stays = self.stays(held);
+        let matrix = self.matrix(&stays);
         let size = matrix.nrows();
         let (at_rest, per_fields) = {
             let mut own = DVector::zeros(size);
             for (joint, of) in robot.joints.iter().enumerate() {
-                if let Some(spring) = of.gives_by().filter(|_| !stays(joint)) {
+                if let Some(spring) = of.gives_by().filter(|_| !stays[joint]) {
                     own[self.joint_row(joint)] = -spring.stiffness * spring.rest - spring.preload;
                 }
             }
@@ -200,7 +209,7 @@ impl<'a> Statics<'a> {
                 right[wheels] = -force.z;
                 right[wheels + 1] = -force.z * center_m.x + force.x * center_m.z;
                 right[wheels + 2] = -force.z * center_m.y + force.y * center_m.z;
-                for joint in (0..joints).filter(|joint| !stays(*joint)) {
+                for joint in (0..joints).filter(|joint| !stays[*joint]) {
                     right[self.joint_row(joint)] = -borne_by(robot, joint, &field);
                 }
                 right

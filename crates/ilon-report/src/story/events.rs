@@ -132,15 +132,22 @@ impl Watch {
                 spells.add(t_s, dt_s, 1.0, [0.0; 2]);
             }
         }
-        for (one, spells) in ground.boxes.iter().zip(&mut self.boxes) {
+        // Of boxes that lie in each other, as the steps of stairs do, a wheel is on the highest.
+        let mut highest: Option<(usize, f64)> = None;
+        for (index, one) in ground.boxes.iter().enumerate() {
             let (sin, cos) = one.heading_rad.sin_cos();
             let [dx, dy] = [x_m - one.center_m[0], y_m - one.center_m[1]];
             let [along, across] = [cos * dx + sin * dy, cos * dy - sin * dx];
             let inside_m = |off_m: f64, side_m: f64| 0.5 * side_m - off_m.abs();
             let inside_m = inside_m(along, one.sides_m[0]).min(inside_m(across, one.sides_m[1]));
-            if inside_m >= -EDGE_M {
-                spells.add(t_s, dt_s, inside_m, [0.0; 2]);
+            let is_higher =
+                |(other, _): (usize, f64)| one.sides_m[2] > ground.boxes[other].sides_m[2];
+            if inside_m >= -EDGE_M && highest.is_none_or(is_higher) {
+                highest = Some((index, inside_m));
             }
+        }
+        if let Some((index, inside_m)) = highest {
+            self.boxes[index].add(t_s, dt_s, inside_m, [0.0; 2]);
         }
     }
 
@@ -284,10 +291,13 @@ mod tests {
         }
     }
 
-    /// Ten seconds ahead at 0.2 m/s; from 4 to 5 s the wheel slides at 0.1 m/s at its friction limit.
     fn watched() -> Vec<Event> {
-        let header = header();
-        let mut watch = Watch::new(&header);
+        watched_on(&header())
+    }
+
+    /// Ten seconds ahead at 0.2 m/s; from 4 to 5 s the wheel slides at 0.1 m/s at its friction limit.
+    fn watched_on(header: &Header) -> Vec<Event> {
+        let mut watch = Watch::new(header);
         for row in 0..=1000 {
             let t_s = 0.01 * f64::from(row);
             let sliding = (4.0..5.0).contains(&t_s);
@@ -304,9 +314,9 @@ mod tests {
                 slip_x_m_s: if sliding { 0.1 } else { 0.001 },
                 ..WheelSample::default()
             };
-            watch.add(&header, &record, &[sample]);
+            watch.add(header, &record, &[sample]);
         }
-        watch.events(&header)
+        watch.events(header)
     }
 
     #[test]
@@ -338,6 +348,35 @@ mod tests {
         assert!(
             (ground[0].from_s - 4.475).abs() < 0.02 && (ground[0].until_s - 5.525).abs() < 0.02
         );
+    }
+
+    /// Steps of which each goes on beneath the next, from 0.8 and 1.2 m on to 1.6 m: a wheel is on one at a time.
+    #[test]
+    fn a_wheel_on_stairs_is_on_the_highest_box_under_it() {
+        let mut header = header();
+        let step = |from_m: f64, height_m: f64| GroundBox {
+            center_m: [0.5 * (from_m + 1.6), 0.0],
+            sides_m: [1.6 - from_m, 1.0, height_m],
+            heading_rad: 0.0,
+        };
+        if let Some(ground) = &mut header.ground {
+            ground.boxes = vec![step(0.8, 0.01), step(1.2, 0.02)];
+        }
+        let events = watched_on(&header);
+        let ground: Vec<_> = events
+            .iter()
+            .filter(|e| e.kind == EventKind::Ground)
+            .collect();
+        assert_eq!(ground.len(), 2);
+        // At 0.2 m/s, and 5 mm before each edge.
+        for (event, [from_m, until_m]) in ground.iter().zip([[0.795, 1.195], [1.195, 1.605]]) {
+            assert!((event.from_s - from_m / 0.2).abs() < 0.02, "{}", event.text);
+            assert!(
+                (event.until_s - until_m / 0.2).abs() < 0.02,
+                "{}",
+                event.text
+            );
+        }
     }
 
     /// A robot at (1, 2) looks along y: a contact 0.3 m ahead and 0.1 m to the left of it is at (0.9, 2.3).

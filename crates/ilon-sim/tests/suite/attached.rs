@@ -91,6 +91,31 @@ fn a_mass_that_another_simulator_moves_is_felt_as_one_that_is_carried() {
     }
 }
 
+/// A payload moves the robot's centre of mass, and with it what is attached from there: which of both came first changes nothing.
+#[test]
+fn a_payload_moves_the_centre_from_which_what_is_attached_counts() {
+    let place_m = [0.08, -0.05, 0.2];
+    let ends = [true, false].map(|carries_first| {
+        let mut plant = plant("");
+        let carry = |plant: &mut Plant| plant.carry_at(3.0, Some([-0.1, 0.07, 0.1])).unwrap();
+        if carries_first {
+            carry(&mut plant);
+        }
+        attach(&mut plant, 5.0, place_m);
+        if !carries_first {
+            carry(&mut plant);
+        }
+        for _ in 0..30 {
+            plant.advance(WheelCommand::Rates(&RATES), 0.01).unwrap();
+        }
+        plant.truth().pose
+    });
+    let [one, other] = ends;
+    let off_m = (one.x_m - other.x_m).hypot(one.y_m - other.y_m);
+    assert!(one.x_m.hypot(one.y_m) > 0.05 && off_m < 1e-9, "{off_m}");
+    assert!((one.heading_rad - other.heading_rad).abs() < 1e-9);
+}
+
 #[test]
 fn what_is_no_inertia_is_refused_and_nothing_ends_what_was() {
     let mut plant = plant("");

@@ -81,9 +81,8 @@ impl Taken {
 }
 
 impl WheelContact {
-    /// Sums up what the reactions of a step on its robot did to a wheel, but for the powers. The chassis's centre of mass is given in the body frame;
-    /// `middle` has the poses at which they acted,
-    /// `after` is the state at the end of the step.
+    /// Sums up what the reactions of a step on its robot did to a wheel, but for the powers. The chassis's centre of mass is given in the body
+    /// frame; `middle` has the poses at which they acted, `after` is the state at the end of the step.
     pub(crate) fn read<'a>(
         reactions: impl Iterator<Item = &'a Reaction>,
         (index, body): (usize, &WheelBody),
