@@ -67,7 +67,9 @@ mod tests {
     use nalgebra::Matrix3;
 
     use super::*;
-    use crate::{Body, Coupling, JointServo, JointSpring, MassProperties};
+    use crate::{
+        Body, Collision, CollisionShape, Coupling, JointServo, JointSpring, MassProperties,
+    };
 
     fn joint(parent: Option<usize>, kind: JointKind, at_m: Vector3<f64>) -> BodyJoint {
         BodyJoint {
@@ -115,11 +117,18 @@ mod tests {
             target: 1.5,
             ..JointServo::for_inertia(1.0)
         });
+        // A ball about its middle, in the body frame.
+        arm.body.collisions.push(Collision {
+            body_from_shape: Isometry3::translation(0.6, 0.1, 0.8),
+            shape: CollisionShape::Sphere { radius_m: 0.05 },
+        });
         let quarter = std::f64::consts::FRAC_PI_2;
         let posed = robot(vec![lift, arm]).posed(&[0.3, quarter]);
         let expected_m = Vector3::new(0.2, 0.1 + 0.4, 0.7 + 0.1 + 0.3);
         let middle_m = posed.joints[1].center_of_mass_m();
         assert!((middle_m - expected_m).norm() < 1e-15, "{middle_m}");
+        let ball = &posed.joints[1].body.collisions[0].body_from_shape;
+        assert!((ball.translation.vector - expected_m).norm() < 1e-15);
         assert_eq!(posed.joints[1].limits, [-1.0 - quarter, 2.0 - quarter]);
         assert_eq!(
             posed.joints[1].servo().map(|of| of.target),
