@@ -161,6 +161,40 @@ fn a_robot_goes_as_one_that_was_made_in_its_pose(law: &str) {
     assert!(off_m < 1e-6 && off_rad < 1e-6, "{swung:?} {made:?}");
 }
 
+/// A robot whose arm has swung out while it stood goes on as one whose arm was out from the beginning: the law has followed.
+#[test_case("computed_torque")]
+#[test_case("prioritised_torque")]
+fn a_law_follows_joints_that_move(law: &str) {
+    let goes = |joints: &str| {
+        let mut plant =
+            plant(&format!("{joints}\n[wheel_loop]\nlaw = \"{law}\"")).expect("it stands");
+        plant
+            .advance(WheelCommand::Rates(&HOLD), 1.5)
+            .expect("it stands");
+        let from = plant.truth().pose;
+        for step in 1..=30 {
+            let rate_rad_s = 0.3 * f64::from(step);
+            let rates_rad_s = [rate_rad_s, 0.5 * rate_rad_s, rate_rad_s, 0.5 * rate_rad_s];
+            plant
+                .advance(WheelCommand::Rates(&rates_rad_s), 0.01)
+                .expect("it goes");
+        }
+        from.displacement_to(&plant.truth().pose)
+    };
+    let (followed, started) = (
+        goes(ARM),
+        goes("[robot.joints.arm]\nrole = \"driven\"\ntarget_rad = 1.2"),
+    );
+    assert!(started.vx_m_s > 0.02, "{started:?}");
+    // The arm's recoil leaves each wheel on another place of its rollers. A law that stayed would be off by 0.1 mm and 4 mrad.
+    let off = [
+        followed.vx_m_s - started.vx_m_s,
+        followed.vy_m_s - started.vy_m_s,
+        followed.omega_rad_s - started.omega_rad_s,
+    ];
+    assert!(off.iter().all(|off| off.abs() < 3e-6), "{off:?}");
+}
+
 /// Guidance and odometry count from where the servos start: wheels that have moved out by 50 mm turn the robot by their own places, as the arm l + w of the
 /// mecanum matrix says.
 #[test]
@@ -220,4 +254,35 @@ fn limits_are_those_of_where_the_joints_start() {
     let changed = ahead.rows.iter().zip(&out.rows);
     let changed = changed.map(|(a, b)| (a.speeding_up.largest / b.speeding_up.largest - 1.0).abs());
     assert!(changed.fold(0.0, f64::max) > 0.01);
+}
+
+/// Of a motion between what grip gives with the arm ahead and with the arm out, it is remarked before the run where the arm will have moved.
+#[test]
+fn a_motion_is_judged_with_the_arm_where_its_setpoints_send_it() {
+    let ahead_m_s2 = |target_rad: f64| {
+        let robot = load_robot(&held_at(target_rad, "pid")).expect("a robot");
+        let limits = Limits::of(&held_at(target_rad, "pid"), &robot).expect("limits");
+        limits.rows[0].speeding_up.largest
+    };
+    let (before, after) = (ahead_m_s2(0.0), ahead_m_s2(1.2));
+    assert!(after < 0.98 * before, "{after} of {before}");
+    let ramp_s = 0.5 / (0.5 * (before + after));
+    // With the arm at zero all along the ramp, which begins at 1 s, and out from its beginning on.
+    let is_remarked = |goes_s: f64| {
+        let text = text(&format!(
+            "[robot.joints.arm]\nrole = \"driven\"\n\
+             setpoints = [{{ t_s = {goes_s}, position_rad = 0 }}, {{ t_s = {}, position_rad = 1.2 }}]",
+            goes_s + 0.1
+        ));
+        let ramp = format!("vx_m_s = 0.5\nramp_s = {ramp_s}\n");
+        let text = text.replace("vx_m_s = 0\n", &ramp);
+        let text = text.replace("duration_s = 1", &"duration_s = 1.5");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/robots");
+        let scenario = Scenario::from_toml(&text, "joints", folder).expect("a scenario");
+        let robot = load_robot(&scenario).expect("a robot");
+        let resolved = resolve(&scenario, &robot).expect("it can be run");
+        let mut said = resolved.warnings().iter();
+        said.any(|line| line.contains("asks for more than there is"))
+    };
+    assert!(!is_remarked(1.0 + 1.1 * ramp_s) && is_remarked(0.5));
 }
