@@ -276,7 +276,7 @@ fn a_motion_is_judged_with_the_arm_where_its_setpoints_send_it() {
         ));
         let ramp = format!("vx_m_s = 0.5\nramp_s = {ramp_s}\n");
         let text = text.replace("vx_m_s = 0\n", &ramp);
-        let text = text.replace("duration_s = 1", &"duration_s = 1.5");
+        let text = text.replace("duration_s = 1", "duration_s = 1.5");
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/robots");
         let scenario = Scenario::from_toml(&text, "joints", folder).expect("a scenario");
         let robot = load_robot(&scenario).expect("a robot");
