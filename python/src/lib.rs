@@ -31,7 +31,7 @@ mod _ilon {
     #[pymodule_export]
     use crate::identify::identify;
     #[pymodule_export]
-    use crate::moments::{Body, Desired, Imu, Observation, Outcome, Truth, Wheels};
+    use crate::moments::{Body, Desired, FreeBody, Imu, Observation, Outcome, Truth, Wheels};
     #[pymodule_export]
     use crate::run::{Run, Torques, run};
     #[pymodule_export]

@@ -3,7 +3,7 @@
 use ilon::robot::{Pose, Twist};
 use ilon::simulate::{Plant, Seen};
 use ilon::trace;
-use ilon::world::{BodyState, WheelContact};
+use ilon::world::{BodyState, FreeBodyState, WheelContact};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
@@ -290,6 +290,72 @@ impl Wheels {
 
     fn __repr__(&self) -> String {
         format!("Wheels(rates_rad_s={:.4?})", self.rates_rad_s)
+    }
+}
+
+/// A free body of the scenario, as it really is.
+#[pyclass(frozen, module = "ilon")]
+pub struct FreeBody(FreeBodyState);
+
+impl FreeBody {
+    /// The free bodies of a plant now with their names, in the scenario's order.
+    pub fn all_of(plant: &Plant) -> impl Iterator<Item = (&str, Self)> {
+        let world = plant.world();
+        world.free_bodies().iter().filter_map(|id| {
+            let (name, state) = (world.free_body_name(*id)?, world.free_body(*id)?);
+            Some((name, Self(state)))
+        })
+    }
+}
+
+#[pymethods]
+impl FreeBody {
+    /// Its middle in the world, in metres.
+    #[getter]
+    fn position_m<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, self.0.place_m.as_slice())
+    }
+
+    /// How it is turned in the world: a unit quaternion w, x, y, z.
+    #[getter]
+    fn quaternion_wxyz<'py>(&self, py: Python<'py>) -> Array<'py> {
+        let [x, y, z, w] = self.0.rotation.coords.into();
+        array(py, &[w, x, y, z])
+    }
+
+    /// Velocity of its middle, in the world frame, in m/s.
+    #[getter]
+    fn velocity_in_world_m_s<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, self.0.velocity_m_s.as_slice())
+    }
+
+    /// Its angular velocity, in the world frame, in rad/s.
+    #[getter]
+    fn angular_in_world_rad_s<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, self.0.angular_rad_s.as_slice())
+    }
+
+    /// The robot's force on it in the world frame in N: the mean over the last physics step.
+    #[getter]
+    fn force_of_robot_n<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, self.0.force_from_robots_n.as_slice())
+    }
+
+    /// Work that the robot has done on it since the start, in J.
+    #[getter]
+    fn work_of_robot_j(&self) -> f64 {
+        self.0.work_of_robots_j
+    }
+
+    /// Whether it rests, and is left alone until something comes near.
+    #[getter]
+    fn sleeps(&self) -> bool {
+        self.0.sleeps
+    }
+
+    fn __repr__(&self) -> String {
+        let [x_m, y_m, z_m] = self.0.place_m.into();
+        format!("FreeBody(position_m=[{x_m:.4}, {y_m:.4}, {z_m:.4}])")
     }
 }
 

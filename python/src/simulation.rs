@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
 
 use crate::errors::{OrRaise, raised};
-use crate::moments::{Body, Desired, Observation, Outcome, Truth, Wheels};
+use crate::moments::{Body, Desired, FreeBody, Observation, Outcome, Truth, Wheels};
 use crate::run::{BETWEEN_LOOKS, Stopped};
 use crate::scenario;
 use crate::values::{as_python, finite_row};
@@ -237,6 +237,15 @@ impl Simulation {
     /// The wheels and their contacts, as they really are.
     fn wheels(&self) -> Wheels {
         Wheels::of(&self.plant)
+    }
+
+    /// The scenario's free bodies by their names, as they really are.
+    fn free_bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        for (name, body) in FreeBody::all_of(&self.plant) {
+            all.set_item(name, body)?;
+        }
+        Ok(all)
     }
 
     /// Where energy is, and where it went since the start, in J.

@@ -247,3 +247,30 @@ def test_a_push_that_cannot_be_is_refused(simulation, push):
 def test_a_negative_seed_is_refused(simulation):
     with pytest.raises(OverflowError):
         simulation.reset(seed=-1)
+
+
+def test_a_box_that_is_pushed_says_where_it_is_and_what_it_takes(assets):
+    # mu m g is 0.3 * 2 kg * 9.81 m/s^2 = 5.886 N; the scenario holds the mean within 0.03 N, single steps within 5 % of it.
+    simulation = ilon.Simulation(assets / "scenarios" / "mecanum4_push_box.toml")
+    rates = simulation.wheel_rates([0.2, 0.0, 0.0])
+    rest = simulation.free_bodies()["box"]
+    assert rest.sleeps and rest.work_of_robot_j == 0.0
+    np.testing.assert_allclose(rest.position_m, [0.5, 0.0, 0.06], atol=1e-5)
+    while simulation.time_s < 3.0:
+        simulation.advance(rates)
+    middle, forces = simulation.free_bodies()["box"], []
+    while simulation.time_s < 4.5:
+        simulation.advance(rates)
+        forces.append(simulation.free_bodies()["box"].force_of_robot_n)
+    end = simulation.free_bodies()["box"]
+    assert np.mean(forces, axis=0)[0] == pytest.approx(5.886, rel=0.005)
+    way_m = end.position_m[0] - middle.position_m[0]
+    assert way_m == pytest.approx(0.2 * 1.5, rel=0.01)
+    assert end.work_of_robot_j - middle.work_of_robot_j == pytest.approx(5.886 * way_m, rel=0.005)
+    assert not end.sleeps and end.velocity_in_world_m_s[0] == pytest.approx(0.2, rel=0.05)
+    assert abs(end.angular_in_world_rad_s).max() < 0.05 and end.quaternion_wxyz[0] == pytest.approx(1.0, abs=1e-4)
+    assert simulation.free_bodies().keys() == {"box"}
+
+
+def test_a_world_without_bodies_has_none(simulation):
+    assert simulation.free_bodies() == {}

@@ -12,6 +12,7 @@ __all__ = [
     "ArrowTable",
     "Body",
     "Desired",
+    "FreeBody",
     "Imu",
     "Observation",
     "Outcome",
@@ -144,6 +145,32 @@ class Wheels:
         """Velocities of the rollers' surfaces over the ground: a row of x and y in the body frame for each wheel, in m/s."""
 
 @final
+class FreeBody:
+    """A free body of the scenario, as it really is."""
+
+    @property
+    def position_m(self) -> _Floats:
+        """Its middle in the world: x, y, z in m."""
+    @property
+    def quaternion_wxyz(self) -> _Floats:
+        """How it is turned in the world: a unit quaternion w, x, y, z."""
+    @property
+    def velocity_in_world_m_s(self) -> _Floats:
+        """Velocity of its middle, in the world frame, in m/s."""
+    @property
+    def angular_in_world_rad_s(self) -> _Floats:
+        """Its angular velocity, in the world frame, in rad/s."""
+    @property
+    def force_of_robot_n(self) -> _Floats:
+        """The robot's force on it in the world frame, in N: the mean over the last physics step."""
+    @property
+    def work_of_robot_j(self) -> float:
+        """Work that the robot has done on it since the start, in J: less what it did on the robot."""
+    @property
+    def sleeps(self) -> bool:
+        """Whether it rests, and is left alone until something comes near."""
+
+@final
 class Desired:
     """Where a reference wants the robot, and how fast."""
 
@@ -250,6 +277,8 @@ class Simulation:
         """The body in three dimensions, as it really is."""
     def wheels(self) -> Wheels:
         """The wheels and their contacts, as they really are."""
+    def free_bodies(self) -> dict[str, FreeBody]:
+        """The scenario's `[[world.bodies]]` by their names, as they really are."""
     def energies(self) -> dict[str, float]:
         """Where energy is and where it went since the start, in J: `kinetic_j` and `potential_j` now; the work of the motors `motor_j` and
         of wrenches, payloads and leaning ground `outside_j`; and what went into `slip_j`, `spin_up_j` of rollers that came down, `bearing_j`
