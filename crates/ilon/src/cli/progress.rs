@@ -201,8 +201,7 @@ mod tests {
         }
     }
 
-    /// Half at 100 pieces a second, and then one a second: half a second is left at first, but 50 s later there are 49 more of a mean of half a
-    /// second, which is said by then.
+    /// The first half takes half a second, and the next forty pieces take forty: what was said is then 4 s too little of 4.5.
     #[test]
     fn a_time_that_was_far_too_short_is_corrected() {
         let mut left = TimeLeft::default();
