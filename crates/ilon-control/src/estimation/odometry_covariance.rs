@@ -254,11 +254,12 @@ mod tests {
         let robot = mecanum4();
         let kinematics = Kinematics::new(&robot).unwrap();
         let mut rates = vec![0.0; 4];
-        let twist = Twist::new(0.4, 0.0, 0.0);
+        // Every wheel rolls 0.4 m along its roller's axis in a second.
+        let twist = Twist::new(0.4 / robot.wheels[0].gamma_rad.cos(), 0.0, 0.0);
         kinematics.wheel_rates(twist, &mut rates);
-        // Every wheel's way is as long as the robot's.
-        let speed_m_s = kinematics.lever_m()[0] * rates[0];
-        assert!((speed_m_s.abs() - 0.4).abs() < 1e-12);
+        for (lever_m, rate_rad_s) in kinematics.lever_m().iter().zip(&rates) {
+            assert!((lever_m * rate_rad_s.abs() - 0.4).abs() < 1e-12);
+        }
         for (period_s, noise) in [(0.01, 0.0), (0.05, 0.0), (0.01, 0.2)] {
             let errors = WayErrors {
                 scale: 0.004,
@@ -273,7 +274,7 @@ mod tests {
                 account.count(&pose, &turned);
                 pose = pose.moved(twist.scaled(period_s));
                 // As a filter does: with the lever of what is left of the heading's error.
-                let moved_m = 0.4 * period_s;
+                let moved_m = twist.vx_m_s * period_s;
                 #[rustfmt::skip]
                 let f = Matrix3::new(1.0, 0.0, 0.0,  0.0, 1.0, moved_m,  0.0, 0.0, 1.0);
                 let of_twist = account.twist_covariance(&rates, period_s);
