@@ -63,8 +63,8 @@ pub use metrics::{Settings, Summary};
 pub use projection::Projection;
 pub use quantities::Quantity;
 pub use record::{
-    BodySample, Desired, ImuSample, JointSample, MAX_BODIES, MAX_JOINTS, MAX_TASKS,
-    OdometryCovariance, Record, Storage, Support, TaskShare, Truth, WheelSample,
+    BodySample, Desired, ImuSample, ImuVariances, JointSample, MAX_BODIES, MAX_JOINTS, MAX_TASKS,
+    Reckoned, Record, Storage, Support, TaskShare, Truth, WheelSample,
 };
 pub use recording::{Recorded, Recording};
 pub use rows::Rows;
