@@ -1,9 +1,8 @@
 //! `ilon inspect`: a robot as it is understood.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use ilon_control::Kinematics;
-use ilon_files::FileAccess;
 use ilon_formats::LoadRobot;
 use ilon_robot::Robot;
 
@@ -11,7 +10,7 @@ use super::escape::one_line;
 use super::flags::{Flags, shell};
 use super::options::Sandbox;
 use super::outcome::Outcome;
-use super::robot::Reading;
+use super::robot::{Reading, robot_of_scenario};
 use super::table::Table;
 use super::{console, gallery, limits, open, reserve, ros2};
 use crate::cli::failure::Failure;
@@ -54,23 +53,6 @@ pub(super) struct Arguments {
     /// Print as JSON, and nothing else, on standard output.
     #[arg(long, help_heading = "Output")]
     json: bool,
-}
-
-/// The robot that a file names, where it is a scenario.
-fn robot_of_scenario(path: &Path, files: &FileAccess) -> Option<String> {
-    /// No scenario is longer.
-    const MOST_BYTES: u64 = 16 << 20;
-    path.extension().filter(|ending| *ending == "toml")?;
-    let text = files.read_text(path, MOST_BYTES).ok()?;
-    let table: toml::Table = text.parse().ok()?;
-    let robot = table.get("robot")?.get("file")?.as_str()?;
-    let beside = path.parent()?.join(robot);
-    // Without the way down into the scenario's folder and up again.
-    let here = std::env::current_dir().ok();
-    let whole = beside.canonicalize().ok();
-    let short = whole.as_ref().zip(here.as_ref());
-    let short = short.and_then(|(whole, here)| whole.strip_prefix(here).ok());
-    Some(short.unwrap_or(&beside).display().to_string())
 }
 
 /// Prints the robot; one that cannot be controlled is printed too, and then reported as bad input.
