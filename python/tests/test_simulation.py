@@ -305,3 +305,49 @@ def test_a_box_that_is_pushed_says_where_it_is_and_what_it_takes(assets):
 
 def test_a_world_without_bodies_has_none(simulation):
     assert simulation.free_bodies() == {}
+
+
+@pytest.fixture
+def with_arm(assets):
+    return ilon.Simulation(
+        {
+            "robot": {
+                "file": str(assets / "robots" / "mecanum4_arm.urdf"),
+                "wheels": {
+                    "rollers": 9,
+                    "roller_radius_m": 0.012,
+                    "roller_mass_kg": 0.01,
+                    "damping_n_m_s": 1e-6,
+                    "gamma": {"x_deg": 45},
+                },
+                "joints": {"arm": {"role": "driven"}, "lift": {"role": "driven"}},
+            },
+            "twist": {"vx_m_s": 0},
+            "run": {"duration_s": 1},
+        }
+    )
+
+
+def test_joints_go_where_they_are_sent_and_a_reset_brings_them_back(with_arm):
+    with_arm.command_joints({"arm": 0.4, "lift": 0.05})
+    with_arm.advance([0.0] * 4, period_s=1.5)
+    # The lift sags by its load over its stiffness, 2.5 mm at 10 Hz (docs/suspension.md).
+    assert with_arm.joints() == {"arm": pytest.approx(0.4, abs=2e-3), "lift": pytest.approx(0.05, abs=4e-3)}
+    with_arm.reset()
+    assert with_arm.joints()["arm"] == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("positions", "rates", "words"),
+    [
+        ({"arm": 0.1, "arn": 0.1}, None, "no joint `arn`"),
+        ({"arm": 0.1, "lift": 9.0}, None, "its limits are"),
+        ({"arm": math.nan}, None, "finite"),
+        ({"arm": 0.1}, {"lift": 1.0}, "lift"),
+    ],
+)
+def test_joints_that_cannot_go_are_refused_and_none_goes(with_arm, positions, rates, words):
+    with pytest.raises(ValueError, match=words):
+        with_arm.command_joints(positions, rates=rates)
+    with_arm.advance([0.0] * 4, period_s=0.5)
+    assert with_arm.joints()["arm"] == pytest.approx(0.0, abs=1e-6)

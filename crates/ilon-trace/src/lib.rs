@@ -32,6 +32,7 @@ mod finite;
 mod fold;
 mod hash;
 mod header;
+mod joint_travel;
 pub mod ledger;
 pub mod metrics;
 pub mod odometry;
@@ -59,7 +60,7 @@ pub use header::{
     Header, JointHeader, MotorLine, WheelHeader,
 };
 pub use ledger::Ledger;
-pub use metrics::{Settings, Summary};
+pub use metrics::{JointTravel, Settings, Summary};
 pub use projection::Projection;
 pub use quantities::Quantity;
 pub use record::{

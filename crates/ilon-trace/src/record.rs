@@ -66,6 +66,9 @@ pub struct Record {
     pub odometry_ideal: Pose,
     /// Dead reckoning by `twist_contact`, from the true pose at the start.
     pub odometry_contact: Pose,
+    /// Dead reckoning by eq. (7) with the wheels where their joints have them, from the true pose at the start: how far it is from `odometry_ideal` is
+    /// what hub motion costs; `None` of a robot without joints between bodies.
+    pub odometry_posed: Option<Pose>,
     /// What the reference wants; `None` in an open-loop run.
     pub desired: Option<Desired>,
     /// Where a log says that the real robot was at the time, in the world frame; `None` of a run that has no such log, and where

@@ -12,9 +12,9 @@ use nalgebra::Vector2;
 use super::bodies;
 use super::command::Decided;
 use super::header::{Appearance, header};
-use super::joint_targets::at_start;
 use super::pilot::{Idle, Pilot};
 use super::plant::Plant;
+use super::posed_odometry::PosedOdometry;
 use crate::Error;
 use crate::scenario::{Scenario, TIME_SLACK_S};
 
@@ -27,6 +27,8 @@ pub struct Recorder {
     kinematics: Kinematics,
     contact_kinematics: ContactKinematics,
     odometry_ideal: Pose,
+    /// Of a robot with joints between bodies.
+    posed: Option<PosedOdometry>,
     odometry_contact: Odometry,
     /// Of `odometry_ideal`; of a robot whose rollers say how it errs.
     covariance: Option<OdometryCovariance>,
@@ -112,6 +114,7 @@ impl Recorder {
             trace: Trace::with_capacity(header, rows),
             kinematics,
             odometry_ideal: start,
+            posed: (!robot.joints.is_empty()).then(|| PosedOdometry::new(robot, start)),
             odometry_contact: Odometry::new(contact_kinematics.clone(), start, &[]),
             contact_kinematics,
             last_angles_rad: vec![0.0; wheel_count],
@@ -133,7 +136,7 @@ impl Recorder {
     pub fn of_plant(plant: &Plant, urdf: &str) -> Result<Self, Error> {
         let (resolved, robot) = (plant.resolved(), plant.robot());
         let scenario = resolved.scenario();
-        let standing = &at_start(scenario, robot)?;
+        let standing = &resolved.joint_targets().standing(robot);
         let kinematics = Kinematics::new(standing)?;
         let contact = ContactKinematics::new(standing)?;
         let pilot = Pilot::new(
@@ -169,6 +172,9 @@ impl Recorder {
             sums.time_s += dt_s;
         }
         self.residual_m_s = self.residual_m_s.max(world.contact_residual_m_s());
+        if let Some(posed) = &mut self.posed {
+            posed.see(world.robot().joint_positions());
+        }
         let support = world.robot().support();
         self.carried.wheels_n_s += support.wheels_n * dt_s;
         self.carried.chassis_n_s += support.chassis_n * dt_s;
@@ -201,6 +207,7 @@ impl Recorder {
             seen_pose: seen.pose,
             odometry_ideal: self.odometry_ideal,
             odometry_contact: self.odometry_contact.pose(),
+            odometry_posed: self.posed.as_ref().map(PosedOdometry::pose),
             desired: decided.desired.map(|desired| Desired {
                 pose: desired.pose,
                 velocity_in_world: desired.velocity_in_world,
@@ -292,6 +299,9 @@ impl Recorder {
         }
         if let Some(covariance) = &mut self.covariance {
             covariance.count(&self.odometry_ideal, &self.turned_rad);
+        }
+        if let Some(posed) = &mut self.posed {
+            posed.reckon(&self.turned_rad);
         }
         // The kinematics is linear in the rates: angles turned give the displacement.
         let displacement = self.kinematics.twist(&self.turned_rad);

@@ -169,11 +169,13 @@ fn every_signal_of_the_robot_is_what_happened() {
             imu,
             storage,
             joints,
+            odometry_posed,
             bodies,
         } = *record;
         assert_relative_eq!(t_s, dt_s * step as f64, epsilon = 1e-12);
         // This robot is one body with wheels.
         assert_eq!(joints, [JointSample::default(); MAX_JOINTS]);
+        assert_eq!(odometry_posed, None);
         let ball = &bodies[0];
         assert_eq!(ball.place_m, <[f64; 3]>::from(now.ball.place_m));
         assert_eq!(ball.velocity_m_s, <[f64; 3]>::from(now.ball.velocity_m_s));
