@@ -24,6 +24,7 @@ mod odd_traces;
 mod options;
 mod outputs;
 mod pages_in_browser;
+mod planners;
 mod report_in_browser;
 mod robots_of_people;
 mod ros2;
