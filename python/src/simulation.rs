@@ -1,5 +1,6 @@
 //! A robot that is driven step by step: `ilon.Simulation`.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -211,6 +212,38 @@ impl Simulation {
     ) -> PyResult<()> {
         let place_m = maybe_triple(place_m, "the numbers of the place")?;
         self.plant.carry_at(mass_kg, place_m).or_raise(py)
+    }
+
+    /// Sends the servos of joints between bodies to positions, by name, from now on; all go, or none.
+    #[pyo3(signature = (positions, *, rates=None))]
+    fn command_joints(
+        &mut self,
+        py: Python<'_>,
+        positions: BTreeMap<String, f64>,
+        rates: Option<BTreeMap<String, f64>>,
+    ) -> PyResult<()> {
+        let rates = rates.unwrap_or_default();
+        if let Some(joint) = rates.keys().find(|joint| !positions.contains_key(*joint)) {
+            return Err(PyValueError::new_err(format!(
+                "a rate was given for the joint {joint:?}, and no position"
+            )));
+        }
+        let sent: Vec<(&str, [f64; 2])> = positions
+            .iter()
+            .map(|(joint, position)| {
+                let rate = rates.get(joint).copied().unwrap_or(0.0);
+                (joint.as_str(), [*position, rate])
+            })
+            .collect();
+        self.plant.set_joint_targets(&sent).or_raise(py)
+    }
+
+    /// Where the joints between bodies are now, in rad or m, by name.
+    fn joints(&self) -> BTreeMap<String, f64> {
+        let joints = &self.plant.robot().joints;
+        let at = self.plant.world().robot().joint_positions();
+        let names = joints.iter().map(|joint| joint.name.clone());
+        names.zip(at.iter().copied()).collect()
     }
 
     /// Changes the floor's friction from now on, but on its patches.

@@ -46,6 +46,37 @@ def test_a_simulation_begins_where_the_scenario_says(simulation):
     assert simulation.desired(math.pi / 2 / 0.3).pose == pytest.approx([0.0, 1.0, 0.0], abs=1e-12)
 
 
+def test_an_imu_says_how_the_robot_turns_and_what_holds_it(circle):
+    assert ilon.Simulation(circle).observe().imu is None
+    simulation = ilon.Simulation({**circle, "sensors": {"imu": {}}})
+    turned_rad = 0.0
+    for _ in range(100):
+        simulation.advance(simulation.wheel_rates([0.0, 0.0, 0.5]))
+        imu = simulation.observe().imu
+        turned_rad += imu.rate_rad_s[2] * simulation.control_dt_s
+    # What it says is the mean over the time since it said the last: nothing of the turn is lost.
+    assert turned_rad == pytest.approx(simulation.truth().pose[2], rel=1e-9)
+    assert turned_rad > 0.4
+    # At its place, the body's origin, the robot turns on the spot; the ground holds it.
+    assert imu.specific_force_m_s2 == pytest.approx([0.0, 0.0, 9.81], abs=0.02)
+    assert [imu.roll_rad, imu.pitch_rad] == pytest.approx([0.0, 0.0], abs=1e-3)
+
+
+def test_an_imu_errs_by_the_seed(circle):
+    section = {"accelerometer": {"noise": 0.1, "bias": 0.2}, "gyroscope": {"noise": 0.01, "bias": 0.02}}
+    simulation = ilon.Simulation({**circle, "sensors": {"imu": section}})
+
+    def said(seed):
+        simulation.reset(seed=seed)
+        driven(simulation, 5)
+        imu = simulation.observe().imu
+        return np.concatenate([imu.rate_rad_s, imu.specific_force_m_s2])
+
+    first = said(1)
+    assert (said(1) == first).all()
+    assert (said(2) != first).all()
+
+
 def test_reset_leads_to_the_same_motion(simulation):
     first = driven(simulation, 50)
     simulation.reset()
@@ -247,3 +278,49 @@ def test_a_push_that_cannot_be_is_refused(simulation, push):
 def test_a_negative_seed_is_refused(simulation):
     with pytest.raises(OverflowError):
         simulation.reset(seed=-1)
+
+
+@pytest.fixture
+def with_arm(assets):
+    return ilon.Simulation(
+        {
+            "robot": {
+                "file": str(assets / "robots" / "mecanum4_arm.urdf"),
+                "wheels": {
+                    "rollers": 9,
+                    "roller_radius_m": 0.012,
+                    "roller_mass_kg": 0.01,
+                    "damping_n_m_s": 1e-6,
+                    "gamma": {"x_deg": 45},
+                },
+                "joints": {"arm": {"role": "driven"}, "lift": {"role": "driven"}},
+            },
+            "twist": {"vx_m_s": 0},
+            "run": {"duration_s": 1},
+        }
+    )
+
+
+def test_joints_go_where_they_are_sent_and_a_reset_brings_them_back(with_arm):
+    with_arm.command_joints({"arm": 0.4, "lift": 0.05})
+    with_arm.advance([0.0] * 4, period_s=1.5)
+    # The lift sags by its load over its stiffness, 2.5 mm at 10 Hz (docs/suspension.md).
+    assert with_arm.joints() == {"arm": pytest.approx(0.4, abs=2e-3), "lift": pytest.approx(0.05, abs=4e-3)}
+    with_arm.reset()
+    assert with_arm.joints()["arm"] == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("positions", "rates", "words"),
+    [
+        ({"arm": 0.1, "arn": 0.1}, None, "no joint `arn`"),
+        ({"arm": 0.1, "lift": 9.0}, None, "its limits are"),
+        ({"arm": math.nan}, None, "finite"),
+        ({"arm": 0.1}, {"lift": 1.0}, "lift"),
+    ],
+)
+def test_joints_that_cannot_go_are_refused_and_none_goes(with_arm, positions, rates, words):
+    with pytest.raises(ValueError, match=words):
+        with_arm.command_joints(positions, rates=rates)
+    with_arm.advance([0.0] * 4, period_s=0.5)
+    assert with_arm.joints()["arm"] == pytest.approx(0.0, abs=1e-6)

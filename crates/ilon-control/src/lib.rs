@@ -90,7 +90,7 @@ pub use error::ControlError;
 pub use estimation::odometry::Odometry;
 pub use estimation::odometry_covariance::{OdometryCovariance, WayErrors};
 pub use estimation::pose_filter::{PoseEstimate, PoseFilter, PoseFilterSettings};
-pub use estimation::tilt::TiltFilter;
+pub use estimation::tilt::{InertialErrors, TiltFilter};
 pub use guidance::fastest::Fastest;
 pub use guidance::law::{
     Command, Feasibility, Gain, Guidance, GuidanceSettings, Priority, Saturation,

@@ -8,11 +8,19 @@
 //! A roller collides as a short stack of spheres along its axis, each with the exact radius of the barrel there, the
 //! outermost at its two ends: tools that know only URDF roll on it, and a reader recovers the barrel from it.
 
+mod elements;
+mod suspension;
+
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::fmt::Write;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
+use self::elements::{
+    attribute, box_moments, comment_text, cylinder, cylinder_moments, num, nums, write_dynamics,
+    write_geometry, write_inertial,
+};
+use self::suspension::{Carrier, carriers, write_carrier};
 use crate::error::{Fault, RobotError};
 use crate::model::{Barrel, DriveTrain, RollerSurface};
 use crate::spec::{ChassisShape, Described, Spec, check};
@@ -95,8 +103,13 @@ fn write_robot(out: &mut String, spec: &Spec, wheels: &[Described]) -> std::fmt:
     }
     writeln!(out, "-->\n<robot name=\"{}\">", attribute(&spec.name))?;
     write_chassis(out, spec)?;
+    let carriers = carriers(spec, wheels);
+    for carrier in &carriers {
+        write_carrier(out, carrier)?;
+    }
     for wheel in wheels {
-        write_wheel(out, wheel)?;
+        let carrier = carriers.iter().find(|of| of.carries(&wheel.placed.name));
+        write_wheel(out, wheel, carrier)?;
     }
     writeln!(out, "</robot>")
 }
@@ -106,7 +119,7 @@ fn write_chassis(out: &mut String, spec: &Spec) -> std::fmt::Result {
     let (geometry, moments) = match c.shape {
         ChassisShape::Box { size_m: [x, y, z] } => (
             format!("<box size=\"{}\"/>", nums(&[x, y, z])),
-            Vector3::new(y * y + z * z, x * x + z * z, x * x + y * y) * (c.mass_kg / 12.0),
+            box_moments(c.mass_kg, [x, y, z]),
         ),
         ChassisShape::Cylinder { radius_m, height_m } => (
             cylinder(radius_m, height_m),
@@ -120,21 +133,29 @@ fn write_chassis(out: &mut String, spec: &Spec) -> std::fmt::Result {
     writeln!(out, "  </link>")
 }
 
-fn write_wheel(out: &mut String, wheel: &Described) -> std::fmt::Result {
+fn write_wheel(out: &mut String, wheel: &Described, carrier: Option<&Carrier>) -> std::fmt::Result {
     let (placed, w) = (&wheel.placed, &wheel.wheel);
     let name = attribute(&placed.name);
     // The link's y axis is the hub axis, a quarter turn ahead of its x axis.
     let yaw_rad = (placed.axis_deg - 90.0).to_radians();
     writeln!(out, "  <joint name=\"{name}\" type=\"continuous\">")?;
+    let parent = carrier.map_or("base_link".to_owned(), |of| {
+        format!("{}_link", attribute(&of.joint))
+    });
     writeln!(
         out,
-        "    <parent link=\"base_link\"/>\n    <child link=\"{name}_link\"/>"
+        "    <parent link=\"{parent}\"/>\n    <child link=\"{name}_link\"/>"
     )?;
     let [x_m, y_m] = placed.position_m;
+    let carried_at_m = carrier.map_or([0.0; 3], |of| of.place_m);
     writeln!(
         out,
         "    <origin xyz=\"{}\" rpy=\"0 0 {}\"/>",
-        nums(&[x_m, y_m, wheel.axle_height_m]),
+        nums(&[
+            x_m - carried_at_m[0],
+            y_m - carried_at_m[1],
+            wheel.axle_height_m - carried_at_m[2]
+        ]),
         num(yaw_rad)
     )?;
     writeln!(out, "    <axis xyz=\"0 1 0\"/>")?;
@@ -330,92 +351,4 @@ fn write_roller(
         )?;
     }
     writeln!(out, "  </link>")
-}
-
-/// Principal moments of a solid cylinder along z about its centre, in kg m^2.
-fn cylinder_moments(mass_kg: f64, radius_m: f64, length_m: f64) -> Vector3<f64> {
-    let across = mass_kg * (3.0 * radius_m * radius_m + length_m * length_m) / 12.0;
-    Vector3::new(across, across, 0.5 * mass_kg * radius_m * radius_m)
-}
-
-fn cylinder(radius_m: f64, length_m: f64) -> String {
-    format!(
-        "<cylinder radius=\"{}\" length=\"{}\"/>",
-        num(radius_m),
-        num(length_m)
-    )
-}
-
-fn write_inertial(
-    out: &mut String,
-    origin: &str,
-    mass_kg: f64,
-    moments: &Vector3<f64>,
-) -> std::fmt::Result {
-    writeln!(
-        out,
-        "    <inertial>{origin}<mass value=\"{}\"/>\
-         <inertia ixx=\"{}\" ixy=\"0\" ixz=\"0\" iyy=\"{}\" iyz=\"0\" izz=\"{}\"/></inertial>",
-        num(mass_kg),
-        num(moments.x),
-        num(moments.y),
-        num(moments.z)
-    )
-}
-
-fn write_geometry(
-    out: &mut String,
-    origin: &str,
-    geometry: &str,
-    material: &str,
-    rgba: &str,
-) -> std::fmt::Result {
-    writeln!(
-        out,
-        "    <visual>{origin}<geometry>{geometry}</geometry>\
-         <material name=\"{material}\"><color rgba=\"{rgba}\"/></material></visual>"
-    )?;
-    writeln!(
-        out,
-        "    <collision>{origin}<geometry>{geometry}</geometry></collision>"
-    )
-}
-
-fn write_dynamics(out: &mut String, damping_n_m_s: f64, friction_n_m: f64) -> std::fmt::Result {
-    writeln!(
-        out,
-        "    <dynamics damping=\"{}\" friction=\"{}\"/>",
-        num(damping_n_m_s),
-        num(friction_n_m)
-    )
-}
-
-/// A number with fifteen significant digits: all that a double holds but for the noise of its last place.
-fn num(value: f64) -> String {
-    if value.abs() < 1e-15 {
-        return "0".to_owned();
-    }
-    let rounded: f64 = format!("{value:.14e}").parse().unwrap_or(value);
-    if rounded.abs() < 1e-4 {
-        format!("{rounded:e}")
-    } else {
-        format!("{rounded}")
-    }
-}
-
-fn nums(values: &[f64]) -> String {
-    values.iter().map(|&v| num(v)).collect::<Vec<_>>().join(" ")
-}
-
-/// A text as the value of an XML attribute.
-fn attribute(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
-}
-
-/// A text inside an XML comment, which must not hold two hyphens in a row.
-fn comment_text(text: &str) -> String {
-    text.replace("--", "- -")
 }

@@ -30,6 +30,8 @@ impl Heard {
 pub(crate) struct Commanded {
     /// The names of its wheels' joints, in its order.
     pub wheels: Vec<String>,
+    /// The names of the joints between bodies that servos drive.
+    pub joints: Vec<String>,
 }
 
 impl Commanded {
@@ -39,6 +41,12 @@ impl Commanded {
                 .wheels
                 .iter()
                 .map(|wheel| wheel.name.clone())
+                .collect(),
+            joints: robot
+                .joints
+                .iter()
+                .filter(|joint| joint.servo().is_some())
+                .map(|joint| joint.name.clone())
                 .collect(),
         }
     }
@@ -129,6 +137,36 @@ pub(crate) fn joint_state(message: &JointState, robot: &Commanded) -> Heard {
     }
 }
 
+/// Positions for joints between bodies, by name. Those that are not named stay where they were sent.
+pub(crate) fn joint_positions(message: &JointState, robot: &Commanded) -> Heard {
+    let (names, positions) = (&message.name, &message.position);
+    if names.len() != positions.len() {
+        return Heard::refused(format!(
+            "a command on /joint_commands is not taken: it has {} names and {} positions; give each joint that it names a position, in rad or m",
+            names.len(),
+            positions.len()
+        ));
+    }
+    let is_known = |name: &String| robot.joints.contains(name);
+    if let Some(unknown) = names.iter().find(|name| !is_known(name)) {
+        let known = match robot.joints.is_empty() {
+            true => "it has none: give one the role `driven` in [robot.joints.NAME]".to_owned(),
+            false => format!("they are {}", robot.joints.join(", ")),
+        };
+        return Heard::refused(format!(
+            "a command on /joint_commands is not taken: `{unknown}` is no joint of the robot that a servo drives; {known}"
+        ));
+    }
+    let joints = names.iter().cloned().zip(positions.iter().copied());
+    Heard {
+        change: Some(Change {
+            joints: Some(joints.collect()),
+            ..Change::default()
+        }),
+        note: None,
+    }
+}
+
 /// Rates for all wheels, in the robot's order.
 pub(crate) fn rates(message: &Float64MultiArray, robot: &Commanded) -> Heard {
     let skipped = message.layout.data_offset as usize;
@@ -157,6 +195,7 @@ mod tests {
     fn robot() -> Commanded {
         Commanded {
             wheels: ["left", "right"].map(str::to_owned).to_vec(),
+            joints: vec!["arm".to_owned()],
         }
     }
 
@@ -220,6 +259,30 @@ mod tests {
         assert_eq!(heard.change.expect("taken").wheels, Some(vec![1.0, 2.0]));
         message.layout.data_offset = u32::MAX;
         assert!(rates(&message, &robot()).change.is_none());
+    }
+
+    #[test]
+    fn joints_between_bodies_go_by_name_and_what_names_another_is_not_taken() {
+        let at = |names: &[&str], position: &[f64]| {
+            let message = JointState {
+                position: position.to_vec(),
+                ..joints(names, &[])
+            };
+            joint_positions(&message, &robot())
+        };
+        let sent = at(&["arm"], &[0.3]).change.expect("taken").joints;
+        assert_eq!(sent, Some([("arm".to_owned(), 0.3)].into()));
+        for (names, positions, words) in [
+            (&["arn"][..], &[0.3][..], "`arn` is no joint"),
+            (&["arm", "left"], &[0.3, 0.1], "`left` is no joint"),
+            (&["arm"], &[], "1 names and 0 positions"),
+            (&["arm"], &[0.1, 0.2], "1 names and 2 positions"),
+        ] {
+            let heard = at(names, positions);
+            assert!(heard.change.is_none());
+            let note = heard.note.expect("said");
+            assert!(note.contains(words), "{note}");
+        }
     }
 
     #[test]

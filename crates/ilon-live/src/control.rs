@@ -1,5 +1,6 @@
 //! What those who drive may say, and within which limits it counts.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -14,6 +15,10 @@ const MOST_M_S: f64 = 20.0;
 const MOST_RAD_S: f64 = 50.0;
 /// The fastest wheel that is taken, in rad/s; the scenario's limit may be lower.
 const MOST_WHEEL_RAD_S: f64 = 1000.0;
+/// The furthest that a joint is sent, in rad or m; its limits may be nearer.
+const MOST_JOINT: f64 = 1e4;
+/// The most joints that are remembered, so that nobody fills the memory with names.
+const MOST_JOINTS: usize = 256;
 /// Friction coefficients that are taken.
 pub(crate) const FRICTIONS: std::ops::RangeInclusive<f64> = 0.0..=2.0;
 /// Payloads that are taken, in kg.
@@ -58,6 +63,10 @@ pub enum Command {
 pub struct Controls {
     command: Command,
     commanded: Option<Instant>,
+    /// Where servos of joints between bodies were sent, in rad or m, by the joints' names, and the number of the command that said so.
+    joints: BTreeMap<String, (f64, u64)>,
+    /// How many commands of joints were taken.
+    joint_commands: u64,
     /// How many commands were taken.
     pub commands: u64,
     /// Who decides.
@@ -85,6 +94,8 @@ impl Default for Controls {
         Self {
             command: Command::Twist(Twist::default()),
             commanded: None,
+            joints: BTreeMap::new(),
+            joint_commands: 0,
             commands: 0,
             mode: Mode::default(),
             priority: None,
@@ -108,6 +119,8 @@ pub struct Change {
     pub twist: Option<[f64; 3]>,
     /// A rate for each wheel, in rad/s.
     pub wheels: Option<Vec<f64>>,
+    /// Where the servos of joints between bodies go, in rad or m, by the joints' names. They stay there until they are sent elsewhere.
+    pub joints: Option<BTreeMap<String, f64>>,
     /// Who decides.
     pub mode: Option<Mode>,
     /// Which task comes first.
@@ -171,6 +184,20 @@ impl Controls {
                 self.command(Command::Wheels(rates));
             }
         }
+        for (joint, asked) in change.joints.iter().flatten() {
+            if self.joints.len() >= MOST_JOINTS && !self.joints.contains_key(joint) {
+                said.push(format!(
+                    "more than {MOST_JOINTS} joints: `{joint}` is not taken"
+                ));
+                continue;
+            }
+            let name = format!("the position of `{joint}`");
+            if let Some(position) = limited(&name, *asked, -MOST_JOINT..=MOST_JOINT, &mut said) {
+                self.joint_commands += 1;
+                let number = self.joint_commands;
+                self.joints.insert(joint.clone(), (position, number));
+            }
+        }
         let mut number = |name, asked: Option<f64>, range| limited(name, asked?, range, &mut said);
         self.friction = number("friction", change.friction, FRICTIONS).or(self.friction);
         if let Some(payload_kg) = number("payload_kg", change.payload_kg, PAYLOADS_KG) {
@@ -198,6 +225,20 @@ impl Controls {
         self.command = command;
         self.commanded = Some(Instant::now());
         self.commands += 1;
+    }
+
+    /// How many commands of joints were taken.
+    pub fn joint_commands(&self) -> u64 {
+        self.joint_commands
+    }
+
+    /// Where joints were sent since so many commands of joints had been taken, in rad or m.
+    pub fn joints_since(&self, commands: u64) -> impl Iterator<Item = (&str, f64)> {
+        let since = self
+            .joints
+            .iter()
+            .filter(move |(_, (_, number))| *number > commands);
+        since.map(|(joint, (position, _))| (joint.as_str(), *position))
     }
 
     /// What was commanded last, and how long ago; a twist of zero where nothing was.
@@ -250,6 +291,27 @@ mod tests {
         assert!(said.contains("friction -3"), "{said}");
         assert_eq!(twist(&controls), Twist::new(20.0, 0.0, 0.0));
         assert_eq!(controls.friction, Some(0.0));
+    }
+
+    /// Each joint's last command counts once, whatever came of others since.
+    #[test]
+    fn joints_are_sent_where_they_were_last_told() {
+        let mut controls = Controls::default();
+        assert_eq!(
+            controls.take(r#"{"joints": {"arm": 0.5, "lift": 0.1}}"#),
+            None
+        );
+        let heard = controls.joint_commands();
+        assert_eq!(controls.joints_since(heard).next(), None);
+        assert_eq!(controls.take(r#"{"joints": {"arm": 0.5}}"#), None);
+        let since: Vec<_> = controls.joints_since(heard).collect();
+        assert_eq!(since, [("arm", 0.5)]);
+        let said = controls.change(&Change {
+            joints: Some([("arm".to_owned(), f64::NAN)].into()),
+            ..Change::default()
+        });
+        assert!(said.expect("it is said").contains("`arm`"));
+        assert_eq!(controls.joint_commands(), heard + 1);
     }
 
     #[test]

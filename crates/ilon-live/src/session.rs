@@ -44,6 +44,8 @@ pub struct Session {
     asked: Twist,
     /// How many commands came, and the simulated time at which the last one did.
     heard: (u64, f64),
+    /// How many commands of joints came.
+    joints_heard: u64,
     watchdog_acts: bool,
     notes: Vec<String>,
 }
@@ -126,6 +128,7 @@ impl Session {
             rates_rad_s: vec![0.0; robot.wheels.len()],
             asked: Twist::default(),
             heard: (0, 0.0),
+            joints_heard: 0,
             watchdog_acts: false,
             notes: Vec::new(),
         })
@@ -373,6 +376,13 @@ impl Session {
             self.friction = friction;
             self.plant.set_friction(friction)?;
         }
+        for (joint, position) in controls.joints_since(self.joints_heard) {
+            if let Err(refused) = self.plant.set_joint_target(joint, position, 0.0) {
+                self.notes
+                    .push(format!("a command is not taken: {refused}"));
+            }
+        }
+        self.joints_heard = controls.joint_commands();
         Ok(())
     }
 

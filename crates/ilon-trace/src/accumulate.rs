@@ -4,6 +4,7 @@ use ilon_robot::{Pose, Twist, wrap_angle};
 
 use crate::fold::{Largest, Mean, Rms};
 use crate::header::Header;
+use crate::joint_travel::JointAccumulator;
 use crate::ledger::Ledger;
 use crate::metrics::{Energy, Settings, Summary, TwistRatio, error};
 use crate::odometry;
@@ -98,6 +99,10 @@ impl Summary {
             storage_rise_j: run.storage_rise_j.get(),
             odometry_drift_m_per_m: reckoning.ideal.m_per_m,
             odometry_drift_rad_per_m: reckoning.ideal.rad_per_m,
+            odometry_joints_m: run.last.and_then(|last| {
+                let posed = last.odometry_posed?;
+                Some((posed.position_m() - last.odometry_ideal.position_m()).norm())
+            }),
             hub_ripple_m: wheels
                 .iter()
                 .filter_map(|wheel| wheel.hub_ripple_m)
@@ -109,6 +114,7 @@ impl Summary {
             ledger: run.ledger,
             energy: energy(header, run.first.as_ref(), run.last.as_ref()),
             wheels,
+            joints: run.joints.travels(header),
         })
     }
 }
@@ -138,6 +144,7 @@ struct Accumulator {
     first: Option<Record>,
     last: Option<Record>,
     wheels: Vec<WheelAccumulator>,
+    joints: JointAccumulator,
 }
 
 impl Accumulator {
@@ -166,6 +173,7 @@ impl Accumulator {
             first: None,
             last: None,
             wheels: WheelAccumulator::of_each(header),
+            joints: JointAccumulator::default(),
         }
     }
 
@@ -212,6 +220,7 @@ impl Accumulator {
                 .add(libm::hypot(speed_m_s, self.arm_m * v.omega_rad_s));
         }
         self.reckoning.add(record);
+        self.joints.add(header, record);
         self.ledger.add(record, header.row_span_s(record.t_s));
         self.residual_m_s.add(record.contact_residual_m_s);
         if let Some(storage) = record.storage {

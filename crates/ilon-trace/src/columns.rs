@@ -114,6 +114,12 @@ static MEASURED: [Column<Pose>; 3] = reals! { Pose;
     "measured_heading_rad" => heading_rad,
 };
 
+static POSED: [Column<Pose>; 3] = reals! { Pose;
+    "odometry_posed_x_m" => x_m,
+    "odometry_posed_y_m" => y_m,
+    "odometry_posed_heading_rad" => heading_rad,
+};
+
 static IMU: [Column<ImuSample>; 8] = reals! { ImuSample;
     "imu_rate_x_rad_s" => rate_rad_s.x,
     "imu_rate_y_rad_s" => rate_rad_s.y,
@@ -211,6 +217,7 @@ enum Source {
     Support(&'static Column<Support>),
     Desired(&'static Column<Desired>),
     Measured(&'static Column<Pose>),
+    Posed(&'static Column<Pose>),
     Imu(&'static Column<ImuSample>),
     Storage(&'static Column<Storage>),
     Task(usize, &'static Column<TaskShare>),
@@ -242,6 +249,7 @@ impl Signal {
             Source::Support(column) => record.support.as_ref().map(column.get),
             Source::Desired(column) => record.desired.as_ref().map(column.get),
             Source::Measured(column) => record.measured.as_ref().map(column.get),
+            Source::Posed(column) => record.odometry_posed.as_ref().map(column.get),
             Source::Imu(column) => record.imu.as_ref().map(column.get),
             Source::Storage(column) => record.storage.as_ref().map(column.get),
             Source::Task(task, column) => record.tasks.get(*task).map(column.get),
@@ -269,7 +277,7 @@ impl Signal {
 
     /// Whether a file may lack it: traces have had it only since some version.
     pub(crate) fn is_newer(&self) -> bool {
-        matches!(self.source, Source::Support(_))
+        matches!(self.source, Source::Support(_) | Source::Posed(_))
     }
 
     /// Puts a value read from a file into a row.
@@ -290,6 +298,9 @@ impl Signal {
             }
             Source::Measured(column) => {
                 (column.set)(record.measured.get_or_insert_default(), value);
+            }
+            Source::Posed(column) => {
+                (column.set)(record.odometry_posed.get_or_insert_default(), value);
             }
             Source::Imu(column) => (column.set)(record.imu.get_or_insert_default(), value),
             Source::Storage(column) => {
@@ -351,6 +362,13 @@ pub(crate) fn signals(header: &Header) -> Vec<Signal> {
         nullable: true,
         source: Source::Measured(column),
     });
+    let posed = POSED.iter().filter(|_| !header.joints.is_empty());
+    let posed = posed.map(|column| Signal {
+        name: column.name.to_owned(),
+        kind: column.kind,
+        nullable: true,
+        source: Source::Posed(column),
+    });
     let imu = IMU.iter().filter(|_| header.imu).map(|column| Signal {
         name: column.name.to_owned(),
         kind: column.kind,
@@ -404,6 +422,7 @@ pub(crate) fn signals(header: &Header) -> Vec<Signal> {
         .chain(support)
         .chain(desired)
         .chain(measured)
+        .chain(posed)
         .chain(imu)
         .chain(storage)
         .chain(task)

@@ -102,6 +102,9 @@ pub struct JointHeader {
     pub name: String,
     /// Whether it slides, in metres, or turns, in radians.
     pub slides: bool,
+    /// Its stops, in rad or m; `None` where it has none, or that is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<[f64; 2]>,
 }
 
 /// A free body: something that lies about and can be pushed.
@@ -353,6 +356,7 @@ fn joints_of(joints: &[BodyJoint]) -> Vec<JointHeader> {
                 joint.name.clone()
             },
             slides: joint.kind == JointKind::Slides,
+            limits: Some(joint.limits).filter(|of| of.iter().all(|at| at.is_finite())),
         }
     };
     joints.iter().enumerate().map(header).collect()

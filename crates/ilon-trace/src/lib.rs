@@ -32,6 +32,7 @@ mod finite;
 mod fold;
 mod hash;
 mod header;
+mod joint_travel;
 pub mod ledger;
 pub mod metrics;
 pub mod odometry;
@@ -59,12 +60,12 @@ pub use header::{
     Header, JointHeader, MotorLine, WheelHeader,
 };
 pub use ledger::Ledger;
-pub use metrics::{Settings, Summary};
+pub use metrics::{JointTravel, Settings, Summary};
 pub use projection::Projection;
 pub use quantities::Quantity;
 pub use record::{
-    BodySample, Desired, ImuSample, JointSample, MAX_BODIES, MAX_JOINTS, MAX_TASKS,
-    OdometryCovariance, Record, Storage, Support, TaskShare, Truth, WheelSample,
+    BodySample, Desired, ImuSample, ImuVariances, JointSample, MAX_BODIES, MAX_JOINTS, MAX_TASKS,
+    Reckoned, Record, Storage, Support, TaskShare, Truth, WheelSample,
 };
 pub use recording::{Recorded, Recording};
 pub use rows::Rows;

@@ -140,6 +140,10 @@ pub struct Summary {
     pub odometry_drift_m_per_m: Option<f64>,
     /// Heading error of dead reckoning by eq. (7) at the end, per metre travelled, in rad/m, signed.
     pub odometry_drift_rad_per_m: Option<f64>,
+    /// How far dead reckoning by eq. (7) is at the end from what it is with the wheels where their joints have them, in metres: what hub motion costs; `None`
+    /// of a robot without joints between bodies.
+    #[serde(default)]
+    pub odometry_joints_m: Option<f64>,
     /// The largest peak-to-peak change of any hub's height within the window of the means, in metres.
     pub hub_ripple_m: Option<f64>,
 
@@ -157,6 +161,26 @@ pub struct Summary {
     pub energy: Energy,
     /// The contacts of each wheel.
     pub wheels: Vec<WheelSlip>,
+    /// How far each joint between bodies moved.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joints: Vec<JointTravel>,
+}
+
+/// How far a joint between bodies moved over a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct JointTravel {
+    /// Its name.
+    pub name: String,
+    /// Whether it slides, in metres, or turns, in radians.
+    pub slides: bool,
+    /// The least position, in m or rad.
+    pub least: f64,
+    /// The largest.
+    pub most: f64,
+    /// The part of the run in which it was on a stop, in [0, 1]; `None` where it has none, or that is not known.
+    #[serde(default)]
+    pub on_stop: Option<f64>,
 }
 
 /// Real over modelled twist; `None` for a component that is not driven.

@@ -86,7 +86,7 @@ impl World {
     ///
     /// # Errors
     /// [`WorldError`] where a setting or the floor makes no sense, a roller has no shape, or the robot would lie on its chassis
-    /// or leave a wheel hanging by more than its radius where it starts.
+    /// or leave a wheel hanging by more than its radius where it starts, or a body on a joint would begin in the ground.
     pub fn new(
         robot: impl Into<SharedRobot>,
         floor: &Floor,
@@ -116,6 +116,9 @@ impl World {
             bodies.push(Articulated::build(robot, &stands, settings));
         }
         check::check_together(&bodies, &ground, settings)?;
+        bodies
+            .iter()
+            .try_for_each(|body| check::check_links(body, &ground))?;
         let in_rapier = bodies
             .first()
             .filter(|_| settings.contacts == ContactSolver::Rapier);

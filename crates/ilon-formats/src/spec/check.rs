@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{ChassisShape, Described, Spec};
+use super::{ChassisShape, Described, Spec, SuspensionLaw, SuspensionSpec};
 use crate::error::{Fault, RobotError};
 
 const POSITIVE: &str = "a finite number above 0";
@@ -13,6 +13,7 @@ const FINITE: &str = "a finite number";
 pub(crate) fn check(spec: &Spec, wheels: &[Described]) -> Result<(), RobotError> {
     let error = |fault| RobotError::new(&spec.name, fault);
     check_common(spec, wheels).map_err(error)?;
+    check_suspension(spec, wheels).map_err(error)?;
     wheels.iter().try_for_each(|wheel| {
         check_wheel(wheel).map_err(|fault| match wheel.is_overridden {
             true => error(fault).about(format!("wheel `{}`", wheel.placed.name)),
@@ -159,6 +160,145 @@ fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
                 .collect(),
         }),
     }
+}
+
+/// What wheels hang on.
+fn check_suspension(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
+    let mut hung: Vec<&str> = Vec::new();
+    for (name, of) in &spec.suspension {
+        let key = |of: &str| format!("suspension.{name}.{of}");
+        for wheel in &of.wheels {
+            if !wheels.iter().any(|known| known.placed.name == *wheel) {
+                return Err(Fault::NoSuchWheel {
+                    wheel: wheel.clone(),
+                    wheels: wheels
+                        .iter()
+                        .map(|wheel| wheel.placed.name.clone())
+                        .collect(),
+                });
+            }
+            if hung.contains(&wheel.as_str()) {
+                let range = "wheels that hang on nothing else, each named once";
+                return Err(out_of_range(&key("wheels"), wheel, range));
+            }
+            hung.push(wheel);
+        }
+        if of.wheels.is_empty() {
+            return Err(out_of_range(&key("wheels"), "empty", "one wheel or more"));
+        }
+        positive(&key("mass_kg"), of.mass_kg)?;
+        check_law(name, of, wheels)?;
+    }
+    // Rockers are called as their suspension, and the others after their wheels.
+    let rockers = spec.suspension.iter();
+    let mut rockers = rockers.filter(|(_, of)| matches!(of.law, SuspensionLaw::Rocker { .. }));
+    let is_taken = |name: &str| {
+        let mut taken = wheels.iter().flat_map(|wheel| {
+            let name = &wheel.placed.name;
+            [
+                name.clone(),
+                format!("{name}_spring"),
+                format!("{name}_arm"),
+            ]
+        });
+        taken.any(|taken| taken == name) || name.is_empty() || name == "base"
+    };
+    match rockers.find(|(name, _)| is_taken(name)) {
+        Some((name, _)) => Err(out_of_range(
+            "suspension",
+            format!("`{name}`"),
+            "a name that no wheel's joint or link has",
+        )),
+        None => Ok(()),
+    }
+}
+
+/// The numbers of one suspension.
+fn check_law(name: &str, of: &SuspensionSpec, wheels: &[Described]) -> Result<(), Fault> {
+    let key = |kind: &str, of: &str| format!("suspension.{name}.law.{kind}.{of}");
+    let (kind, positives, others): (&str, Vec<(&str, f64)>, Vec<(&str, f64)>) = match of.law {
+        SuspensionLaw::Rocker {
+            limit_deg,
+            damping_n_m_s_rad,
+            friction_n_m,
+        } => (
+            "rocker",
+            vec![("limit_deg", limit_deg)],
+            vec![
+                ("damping_n_m_s_rad", damping_n_m_s_rad),
+                ("friction_n_m", friction_n_m),
+            ],
+        ),
+        SuspensionLaw::Sprung {
+            stiffness_n_m,
+            damping_n_s_m,
+            friction_n,
+            preload_n,
+            travel_m,
+        } => (
+            "sprung",
+            vec![("stiffness_n_m", stiffness_n_m), ("travel_m", travel_m)],
+            vec![
+                ("damping_n_s_m", damping_n_s_m),
+                ("friction_n", friction_n),
+                ("preload_n", preload_n),
+            ],
+        ),
+        SuspensionLaw::TrailingArm {
+            length_m,
+            stiffness_n_m_rad,
+            damping_n_m_s_rad,
+            friction_n_m,
+            preload_n_m,
+            travel_deg,
+        } => (
+            "trailing_arm",
+            vec![
+                ("length_m", length_m.abs()),
+                ("stiffness_n_m_rad", stiffness_n_m_rad),
+                ("travel_deg", travel_deg),
+            ],
+            vec![
+                ("damping_n_m_s_rad", damping_n_m_s_rad),
+                ("friction_n_m", friction_n_m),
+                ("preload_n_m", preload_n_m),
+            ],
+        ),
+    };
+    for (of, value) in positives {
+        positive(&key(kind, of), value)?;
+    }
+    for (of, value) in others {
+        not_negative(&key(kind, of), value)?;
+    }
+    let (at, value_deg) = match of.law {
+        SuspensionLaw::Rocker { limit_deg, .. } => ("limit_deg", limit_deg),
+        SuspensionLaw::TrailingArm { travel_deg, .. } => ("travel_deg", travel_deg),
+        SuspensionLaw::Sprung { .. } => ("", 0.0),
+    };
+    if value_deg >= 90.0 {
+        let range = "above 0 and below 90 degrees";
+        return Err(out_of_range(&key(kind, at), value_deg, range));
+    }
+    if kind == "rocker" {
+        let places: Vec<[f64; 2]> = of
+            .wheels
+            .iter()
+            .filter_map(|name| wheels.iter().find(|wheel| wheel.placed.name == *name))
+            .map(|wheel| wheel.placed.position_m)
+            .collect();
+        let [a, b] = places[..] else {
+            let range = "the names of two wheels, which its bar joins";
+            let wheels = format!("suspension.{name}.wheels");
+            return Err(out_of_range(&wheels, of.wheels.join(", "), range));
+        };
+        if (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-6 {
+            let range = "the names of two wheels at different places";
+            let wheels = format!("suspension.{name}.wheels");
+            return Err(out_of_range(&wheels, of.wheels.join(", "), range));
+        }
+    }
+    Ok(())
 }
 
 /// The tread, if there is one.

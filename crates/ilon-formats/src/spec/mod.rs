@@ -6,6 +6,7 @@
 mod changed;
 mod check;
 mod described;
+mod suspension;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,6 +22,7 @@ use crate::model::{DriveTrain, RollerSurface, RollersAsMade, Tread};
 
 pub(crate) use check::check;
 pub(crate) use described::Described;
+pub use suspension::{SuspensionLaw, SuspensionSpec};
 
 /// Longest description that is read, in bytes: one with a wheel list of thousands stays below.
 const MAX_BYTES: u64 = 1 << 20;
@@ -40,6 +42,9 @@ pub struct Spec {
     pub rollers: RollerSpec,
     /// Where the wheels sit and which way they roll.
     pub wheels: Arrangement,
+    /// `[suspension.NAME]`: what wheels hang on, between chassis and wheels: a rocker, springs, trailing arms. Wheels that none names are on the chassis.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub suspension: BTreeMap<String, SuspensionSpec>,
     /// `[overrides.NAME]`: what is otherwise about the wheel of that name: worn, or mounted otherwise.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub overrides: BTreeMap<String, WheelOverride>,

@@ -63,7 +63,7 @@ pub(super) fn check(source: &Source, links_may_miss: bool) -> Result<Vec<Remark>
     faults.into_result().map(|()| remarks)
 }
 
-/// What the file says of drives and rollers, in the elements that [`crate::generate`] writes.
+/// What the file says of drives, rollers and springs, in the elements that [`crate::generate`] writes.
 fn check_additions(source: &Source, faults: &mut Faults) {
     let joints: HashSet<&str> = source
         .all("joint")
@@ -72,7 +72,7 @@ fn check_additions(source: &Source, faults: &mut Faults) {
     let added = source
         .robot()
         .children()
-        .filter(|n| n.has_tag_name("ilon_drive") || n.has_tag_name("ilon_rollers"));
+        .filter(|n| ["ilon_drive", "ilon_rollers", "ilon_spring"].contains(&n.tag_name().name()));
     for addition in added {
         let rollers = addition.children().filter(|n| n.has_tag_name("roller"));
         for said in [addition].into_iter().chain(rollers) {

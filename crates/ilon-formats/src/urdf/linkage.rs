@@ -101,17 +101,12 @@ pub(super) fn decide(
         .keys()
         .filter_map(|name| tree.joints.iter().position(|joint| joint.name == *name))
         .collect();
+    let springs = transmission::springs(loading.source);
     let mut linkage = Linkage::default();
     for (joint, above) in from_the_top(tree) {
         let is_wheel = wheels_and_rollers.contains(&joint);
         let in_wheel = above.iter().any(|at| wheels_and_rollers.contains(at));
-        if is_wheel
-            && loading
-                .source
-                .prepared
-                .springs
-                .contains_key(&tree.joints[joint].name)
-        {
+        if is_wheel && springs.contains_key(&tree.joints[joint].name) {
             let subject = format!("joint `{}`", tree.joints[joint].name);
             let words =
                 "the file's spring in it is not simulated: it is a wheel's or a roller's own joint";
@@ -128,12 +123,7 @@ pub(super) fn decide(
         let options = loading.options.joints.get(&tree.joints[joint].name);
         let role = match options {
             Some(options) => asked(loading, joint, options)?,
-            None => match loading
-                .source
-                .prepared
-                .springs
-                .get(&tree.joints[joint].name)
-            {
+            None => match springs.get(&tree.joints[joint].name) {
                 Some(spring) => sprung(loading, joint, spring),
                 None => default_role(tree, joint, &carried, &driven),
             },

@@ -18,7 +18,7 @@ enum Range {
 }
 
 /// The numeric attributes of URDF: element, attribute, how many numbers, whether it must be there, range.
-const NUMBERS: [(&str, &str, usize, bool, Range); 43] = [
+const NUMBERS: [(&str, &str, usize, bool, Range); 46] = [
     ("origin", "xyz", 3, false, Range::Any),
     ("origin", "rpy", 3, false, Range::Any),
     ("origin", "quat_xyzw", 4, false, Range::Any),
@@ -45,6 +45,9 @@ const NUMBERS: [(&str, &str, usize, bool, Range); 43] = [
     ("mimic", "offset", 1, false, Range::Any),
     ("dynamics", "damping", 1, false, Range::NotNegative),
     ("dynamics", "friction", 1, false, Range::NotNegative),
+    ("ilon_spring", "stiffness", 1, true, Range::Positive),
+    ("ilon_spring", "rest", 1, false, Range::Any),
+    ("ilon_spring", "preload", 1, false, Range::Any),
     ("ilon_drive", "gear_ratio", 1, false, Range::Positive),
     ("ilon_drive", "rotor_inertia", 1, false, Range::NotNegative),
     ("ilon_drive", "gear_efficiency", 1, false, Range::Share),

@@ -205,7 +205,14 @@ impl<'a> Source<'a> {
         const READ: [(&str, &[&str]); 3] = [
             (
                 "robot",
-                &["link", "joint", "material", "ilon_drive", "ilon_rollers"],
+                &[
+                    "link",
+                    "joint",
+                    "material",
+                    "ilon_drive",
+                    "ilon_rollers",
+                    "ilon_spring",
+                ],
             ),
             ("link", &["inertial", "collision"]),
             (

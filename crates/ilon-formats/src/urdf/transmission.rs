@@ -9,7 +9,7 @@ use super::numbers::number;
 use super::source::{Source, child};
 use super::tree::Tree;
 use crate::error::{Fault, RobotError};
-use crate::model::{DriveTrain, RollerSurface, RollersAsMade, Tread, Wheel};
+use crate::model::{DriveTrain, JointSpring, RollerSurface, RollersAsMade, Tread, Wheel};
 
 /// The drives of the joints that have one in the file.
 pub(super) fn drives(source: &Source, tree: &Tree) -> BTreeMap<String, DriveTrain> {
@@ -56,6 +56,25 @@ pub(super) fn drives(source: &Source, tree: &Tree) -> BTreeMap<String, DriveTrai
         drives.insert(joint.to_owned(), drive);
     }
     drives
+}
+
+/// The springs in joints, by the joints' names: those of the file that it was made from, and those that stand in it.
+pub(super) fn springs(source: &Source) -> BTreeMap<String, JointSpring> {
+    let mut springs = source.prepared.springs.clone();
+    let elements = source.robot().children();
+    // Joints and numbers were checked with all others.
+    for node in elements.filter(|n| n.has_tag_name("ilon_spring")) {
+        let said = |name: &str| node.attribute(name).map(|_| number(node, name));
+        if let (Some(joint), Some(stiffness)) = (node.attribute("joint"), said("stiffness")) {
+            let spring = JointSpring {
+                stiffness,
+                rest: said("rest").unwrap_or(0.0),
+                preload: said("preload").unwrap_or(0.0),
+            };
+            springs.insert(joint.to_owned(), spring);
+        }
+    }
+    springs
 }
 
 /// The surfaces of the rollers of those wheels of which the file says something, by the wheels' joints.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use ilon_formats::{Spec, generate};
 
-const NAMES: [&str; 8] = [
+const NAMES: [&str; 9] = [
     "mecanum4",
     "mecanum4_6_rollers",
     "mecanum4_12_rollers",
@@ -16,6 +16,7 @@ const NAMES: [&str; 8] = [
     "volksbot",
     "mecanum6",
     "optiodom",
+    "mecanum4_arms",
 ];
 
 fn asset(name: &str, extension: &str) -> PathBuf {

@@ -102,6 +102,7 @@ prop_compose! {
                 }),
             },
             wheels: Arrangement::List(wheels),
+            suspension: BTreeMap::new(),
             overrides: BTreeMap::new(),
         }
     }

@@ -177,6 +177,7 @@ struct Ends {
     topics: Topics,
     twist_stamped: Option<Subscription<TwistStamped>>,
     twist: Option<Subscription<Twist>>,
+    wheels: Subscription<JointState>,
     joints: Subscription<JointState>,
     rates: Subscription<Float64MultiArray>,
     step: Server<services::Step, Answer>,
@@ -224,7 +225,8 @@ impl Ends {
                 .unstamped
                 .then(|| outlet.hear("/cmd_vel"))
                 .transpose()?,
-            joints: outlet.hear("/robot_joint_commands")?,
+            wheels: outlet.hear("/robot_joint_commands")?,
+            joints: outlet.hear("/joint_commands")?,
             rates: outlet.hear("/wheel_commands")?,
             step: outlet.serve("step_simulation", SIMULATION, "StepSimulation")?,
             reset: outlet.serve("reset_simulation", SIMULATION, "ResetSimulation")?,
@@ -305,6 +307,7 @@ impl Heart {
             mut topics,
             twist_stamped,
             twist,
+            wheels,
             joints,
             rates,
             step,
@@ -379,8 +382,15 @@ impl Heart {
         }
         let heard = |message: &JointState| hear(commands::joint_state(message, &robot));
         served.push(listen(
-            &joints,
+            &wheels,
             "/robot_joint_commands",
+            (&desk, &throttle),
+            heard,
+        ));
+        let heard = |message: &JointState| hear(commands::joint_positions(message, &robot));
+        served.push(listen(
+            &joints,
+            "/joint_commands",
             (&desk, &throttle),
             heard,
         ));

@@ -1,17 +1,20 @@
 //! What slid and what that cost, how long tasks waited, and how far dead reckoning drifts, in words.
 
 use ilon_trace::slip::WheelSlip;
-use ilon_trace::{Header, Summary};
+use ilon_trace::{Header, JointTravel, Summary};
 
 use super::events::{Event, EventKind};
 use crate::page::escape;
-use crate::text::{energy, length, percent, speed, time};
+use crate::text::{angle, energy, length, percent, speed, time};
 
 /// Less than this is no cost, in J.
 const LEAST_J: f64 = 5e-4;
 
 /// A wheel is off the ground where it is for more than this part of the time.
 const LEAST_OFF: f64 = 0.01;
+
+/// Less than this is no cost of hub motion, in metres.
+const LEAST_COST_M: f64 = 1e-4;
 
 /// Which wheels were off the ground, and for how much of the run; the two that were longest.
 pub(super) fn off_the_ground(summary: &Summary) -> Option<String> {
@@ -126,6 +129,53 @@ pub(super) fn saturation(summary: &Summary, header: &Header, events: &[Event]) -
         escape(name),
         longest.when()
     ))
+}
+
+/// How far joints between bodies moved, the two that went furthest of all that went their own way on the ground or by their servos; and what hubs that
+/// move cost dead reckoning.
+pub(super) fn joints(summary: &Summary) -> Option<String> {
+    // What sags by less than this at the start, and stays, is not told of: m or rad.
+    const LEAST: f64 = 1e-3;
+    let mut moved: Vec<&JointTravel> = summary.joints.iter().collect();
+    let way = |of: &JointTravel| of.most - of.least;
+    moved.retain(|of| way(of) > LEAST);
+    moved.sort_by(|a, b| way(b).total_cmp(&way(a)));
+    let first = moved.first()?;
+    let said = |of: &JointTravel| {
+        let at = |value: f64| {
+            if of.slides {
+                length(value)
+            } else {
+                angle(value)
+            }
+        };
+        let verb = if of.slides { "moved" } else { "turned" };
+        let stop = of.on_stop.filter(|share| *share > LEAST_OFF);
+        let stop = stop.map_or_else(String::new, |share| {
+            format!(", on a stop for {} of the run", percent(share))
+        });
+        format!(
+            "<b>{}</b> {verb} between {} and {}{stop}",
+            escape(&of.name),
+            at(of.least),
+            at(of.most)
+        )
+    };
+    let mut text = said(first);
+    if let Some(second) = moved.get(1) {
+        text += &format!(", {}", said(second));
+    }
+    if moved.len() > 2 {
+        text += &format!(", {} more by less", moved.len() - 2);
+    }
+    let costs = summary.odometry_joints_m.filter(|m| *m > LEAST_COST_M);
+    let costs = costs.map_or_else(String::new, |m| {
+        format!(
+            " Wheels that moved on joints put dead reckoning off by <b>{}</b>, which takes them where they started.",
+            length(m)
+        )
+    });
+    Some(format!("{text}.{costs}"))
 }
 
 /// How far dead reckoning drifts.

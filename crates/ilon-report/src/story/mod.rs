@@ -105,6 +105,7 @@ impl Story {
             let costs = [
                 slope,
                 costs::off_the_ground(summary),
+                costs::joints(summary),
                 costs::slipping(summary, &events),
                 costs::saturation(summary, header, &events),
                 costs::reckoning(summary),

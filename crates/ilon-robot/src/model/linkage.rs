@@ -37,8 +37,8 @@ pub struct Body {
     pub name: String,
     /// Mass properties in the joint's frame.
     pub mass: MassProperties,
-    /// Its collision geometry, in the body frame while all joints stand at zero. It is drawn; of a robot only chassis and rollers touch the
-    /// world.
+    /// Its collision geometry, in the body frame while all joints stand at zero: with it the body touches ground and other bodies, none of its own
+    /// robot's.
     pub collisions: Vec<Collision>,
 }
 

@@ -114,9 +114,12 @@ pub struct Scenario {
 }
 
 impl Scenario {
-    /// The motion asked for, whichever of `[reference]`, `[twist]` and `[playback]` it is; `None` where several or none stand.
+    /// The motion asked for, whichever of `[reference]`, `[twist]` and `[playback]` it is; `None` where several or none stand. A log that drives joints
+    /// between bodies alone stands beside it.
     pub fn motion(&self) -> Option<Motion<'_>> {
-        match (&self.reference, &self.twist, &self.playback) {
+        let playback = self.playback.as_ref();
+        let playback = playback.filter(|playback| playback.drives != Drives::Joints);
+        match (&self.reference, &self.twist, playback) {
             (Some(reference), None, None) => Some(Motion::Tracked(reference)),
             (None, Some(twist), None) => Some(Motion::OpenLoop(twist)),
             (None, None, Some(playback)) => Some(Motion::Played(playback)),

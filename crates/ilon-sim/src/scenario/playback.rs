@@ -26,7 +26,12 @@ pub struct Playback {
     /// starts where the simulated one does; where they begin later, so that the first is where the simulated robot is by then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pose_topic: Option<String>,
-    /// What the log calls otherwise: on the left a wheel's joint or a column such as `vx_m_s`, on the right the name in the log.
+    /// The topic that says where servos take joints between bodies: the positions of `sensor_msgs/JointState`. Of bags only; a CSV file
+    /// says it in columns `JOINT_position_rad`, or `_deg`, `_m`, `_mm`. It drives the joints with the role `driven` that have neither a target nor
+    /// setpoints in the scenario, along the lines between what it says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint_topic: Option<String>,
+    /// What the log calls otherwise: on the left a joint or a column such as `vx_m_s`, on the right the name in the log.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub names: BTreeMap<String, String>,
     /// How much of the log's beginning is left out, in seconds.
@@ -53,7 +58,11 @@ impl Playback {
 
     /// Refuses keys that would be ignored.
     pub(super) fn object(&self) -> Result<(), Objection> {
-        let of_bags = [("topic", &self.topic), ("pose_topic", &self.pose_topic)];
+        let of_bags = [
+            ("topic", &self.topic),
+            ("pose_topic", &self.pose_topic),
+            ("joint_topic", &self.joint_topic),
+        ];
         let topic = of_bags.into_iter().find(|(_, topic)| topic.is_some());
         if let Some((key, _)) = topic.filter(|_| self.is_csv()) {
             return Err(Objection::to(
@@ -62,6 +71,17 @@ impl Playback {
                     "`playback.{key}` chooses messages of a bag, but `playback.file` is a CSV file"
                 ),
                 "leave it out; `playback.names` says what the columns are called",
+            ));
+        }
+        let of_wheels = [("topic", &self.topic), ("pose_topic", &self.pose_topic)];
+        let topic = of_wheels.into_iter().find(|(_, topic)| topic.is_some());
+        if let Some((key, _)) = topic.filter(|_| self.drives == Drives::Joints) {
+            return Err(Objection::to(
+                format!("playback.{key}"),
+                format!(
+                    "`playback.{key}` is of a log that drives the robot, but this one drives its joints alone"
+                ),
+                "choose their messages by `playback.joint_topic`",
             ));
         }
         if self.angle_gain_per_s.is_some() && self.drives != Drives::WheelAngles {
@@ -94,4 +114,6 @@ pub enum Drives {
     /// Where the body was, for the guidance to track: columns `x_m`, `y_m` and `heading_rad` or `heading_deg`, or `nav_msgs/Odometry`,
     /// `geometry_msgs/PoseStamped` or `nav_msgs/Path`. The path begins where the robot starts.
     Path,
+    /// Joints between bodies alone, as `joint_topic` says: beside a `[reference]` or a `[twist]`, which drives the wheels.
+    Joints,
 }

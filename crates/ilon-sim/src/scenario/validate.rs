@@ -3,7 +3,9 @@
 use ilon_trace::file::MOST_ROWS;
 
 use super::objection::Objection;
-use super::{Contacts, Fault, Motion, Robot, RollerBodies, Rollers, Scenario, Step, WheelLaw};
+use super::{
+    Contacts, Drives, Fault, Motion, Robot, RollerBodies, Rollers, Scenario, Step, WheelLaw,
+};
 use crate::Error;
 
 /// The most physics steps of a run: weeks of computing.
@@ -175,6 +177,11 @@ impl Scenario {
     }
 
     fn object_to_motion(&self) -> Result<(), Objection> {
+        let playback = self.playback.as_ref();
+        let of_joints = playback.filter(|playback| playback.drives == Drives::Joints);
+        if let Some(playback) = of_joints {
+            playback.object()?;
+        }
         match self.motion() {
             Some(Motion::OpenLoop(twist)) => object_to_schedule(twist),
             Some(Motion::Played(playback)) => playback.object(),
@@ -183,8 +190,15 @@ impl Scenario {
                 let stand = [
                     self.reference.is_some(),
                     self.twist.is_some(),
-                    self.playback.is_some(),
+                    self.playback.is_some() && of_joints.is_none(),
                 ];
+                if of_joints.is_some() && stand == [false; 3] {
+                    return Err(Objection::to(
+                        "playback.drives",
+                        "the log drives joints alone, and nothing says what the wheels shall do",
+                        "add a `[twist]`, of zeros where they shall stand, or a `[reference]`",
+                    ));
+                }
                 let (key, stands) = match stand {
                     [false, false, false] => (
                         "",

@@ -9,7 +9,6 @@ use ilon_robot::{JointRole, Robot};
 use ilon_world::{MotorTorque, TorqueBounds};
 
 use super::command::WheelCommand;
-use super::joint_targets::at_start;
 use super::motors::motors;
 use super::resolve::Resolved;
 use super::wheel_loop::{dynamic_model, passive_settings, pid};
@@ -33,7 +32,7 @@ impl Drive {
     /// The drive of a resolved scenario.
     pub fn new(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
         let (scenario, physics_dt_s) = (resolved.scenario(), resolved.physics_dt_s());
-        let standing = &at_start(scenario, robot)?;
+        let standing = &resolved.joint_targets().standing(robot);
         let model = dynamic_model(standing)?;
         let law: Box<dyn TorqueLaw> = match scenario.wheel_loop.law {
             WheelLaw::Pid => Box::new(pid(&scenario.wheel_loop, &model, physics_dt_s)?),

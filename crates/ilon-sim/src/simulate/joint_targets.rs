@@ -1,28 +1,22 @@
 //! Where the servos of joints between bodies are sent: by the scenario's setpoints, or by whoever drives the plant.
 
-use ilon_robot::{JointKind, Robot};
+use std::sync::Arc;
+
+use ilon_robot::{BodyJoint, JointKind, JointRole, Robot};
 use ilon_world::World;
 
+use super::playback::Played;
 use crate::Error;
 use crate::scenario::{Between, Joint, Scenario};
 
 /// The targets of the joints that servos drive.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) struct JointTargets {
     joints: Vec<Driven>,
 }
 
-/// A robot as a scenario's servos start it, its joints counted from there.
-///
-/// # Errors
-/// Those of [`JointTargets::new`].
-pub(super) fn at_start(scenario: &Scenario, robot: &Robot) -> Result<Robot, Error> {
-    let targets = JointTargets::new(scenario, robot)?;
-    Ok(robot.posed(&targets.at(0.0, robot)))
-}
-
 /// A joint that a servo drives.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 struct Driven {
     /// Its place among the robot's joints.
     index: usize,
@@ -30,31 +24,59 @@ struct Driven {
 }
 
 /// What sends its servo.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 enum Aim {
     /// Setpoints: time in seconds and position, and how the target goes between them. At least one.
-    Setpoints(Vec<[f64; 2]>, Between),
+    Setpoints(Arc<[[f64; 2]]>, Between),
     /// Somebody from outside: position and rate.
     Given([f64; 2]),
 }
 
 impl JointTargets {
+    /// Where a scenario, and its log, send a robot's joints.
+    ///
     /// # Errors
     /// [`Error::Invalid`] for setpoints in the other kind of joint's unit, or beyond its limits.
-    pub fn new(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
+    pub fn new(scenario: &Scenario, played: &Played, robot: &Robot) -> Result<Self, Error> {
         let mut joints = Vec::new();
         for (index, of) in robot.joints.iter().enumerate() {
             let Some(servo) = of.servo() else {
                 continue;
             };
             let asked = scenario.robot.joints.get(&of.name);
-            let aim = match asked.filter(|asked| !asked.setpoints.is_empty()) {
-                Some(asked) => Aim::Setpoints(points(asked, robot, index)?, asked.between),
-                None => Aim::Given([servo.target, 0.0]),
+            let asked = asked.filter(|asked| !asked.setpoints.is_empty());
+            let logged = played.joints.iter().find(|(joint, _)| *joint == index);
+            let aim = match (asked, logged) {
+                (Some(asked), _) => {
+                    Aim::Setpoints(points(asked, robot, index)?.into(), asked.between)
+                }
+                (None, Some((_, rows))) => {
+                    rows.iter()
+                        .try_for_each(|[t_s, position]| check(of, *t_s, *position))?;
+                    Aim::Setpoints(rows.as_slice().into(), Between::Linear)
+                }
+                (None, None) => Aim::Given([servo.target, 0.0]),
             };
             joints.push(Driven { index, aim });
         }
         Ok(Self { joints })
+    }
+
+    /// A robot as its servos start it, its joints counted from there.
+    pub fn standing(&self, robot: &Robot) -> Robot {
+        robot.posed(&self.at(0.0, robot))
+    }
+
+    /// A robot whose servos begin where they are sent first: a log is read after the robot.
+    pub fn begun(&self, robot: &Robot) -> Robot {
+        let mut robot = robot.clone();
+        let positions = self.at(0.0, &robot);
+        for (joint, position) in robot.joints.iter_mut().zip(positions) {
+            if let JointRole::Driven(servo) = &mut joint.role {
+                servo.target = position;
+            }
+        }
+        robot
     }
 
     /// Where the servos send a robot's joints at a time, in rad or m; zero of a joint that nothing drives.
@@ -97,7 +119,6 @@ impl Driven {
 /// The setpoints of a joint in its unit.
 fn points(asked: &Joint, robot: &Robot, index: usize) -> Result<Vec<[f64; 2]>, Error> {
     let of = &robot.joints[index];
-    let [lower, upper] = of.limits;
     let (key, moves) = match of.kind {
         JointKind::Turns => ("position_rad", "turns"),
         JointKind::Slides => ("position_m", "slides"),
@@ -116,18 +137,25 @@ fn points(asked: &Joint, robot: &Robot, index: usize) -> Result<Vec<[f64; 2]>, E
                 format!("write `{key}` in its setpoints"),
             ));
         };
-        if !(lower..=upper).contains(&position) {
-            return Err(Error::invalid(
-                format!(
-                    "a setpoint of the joint `{}` at {} s is {position}, beyond its limits of {lower} and {upper}",
-                    of.name, point.t_s
-                ),
-                "give one between them, or correct the limits in the robot's file",
-            ));
-        }
+        check(of, point.t_s, position)?;
         Ok([point.t_s, position])
     };
     asked.setpoints.iter().map(point).collect()
+}
+
+/// Refuses a setpoint that a joint cannot be at.
+fn check(of: &BodyJoint, t_s: f64, position: f64) -> Result<(), Error> {
+    let [lower, upper] = of.limits;
+    if (lower..=upper).contains(&position) {
+        return Ok(());
+    }
+    Err(Error::invalid(
+        format!(
+            "a setpoint of the joint `{}` at {t_s} s is {position}, beyond its limits of {lower} and {upper}",
+            of.name
+        ),
+        "give one between them, or correct the limits in the robot's file",
+    ))
 }
 
 /// Position and rate at a time.

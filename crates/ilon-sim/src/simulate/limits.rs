@@ -12,9 +12,10 @@ use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 
 use super::floor::floor;
-use super::joint_targets::{JointTargets, at_start};
+use super::joint_targets::JointTargets;
 use super::motors::motors;
 use super::pilot::{Pilot, point_m};
+use super::playback::Played;
 use crate::Error;
 use crate::scenario::{Fault, Scenario, WheelLaw};
 
@@ -124,8 +125,10 @@ impl Limits {
     /// # Errors
     /// Where the scenario, or the robot, makes no sense, or the floor has no friction.
     pub fn of(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
-        let mut limiter = Limiter::new(scenario, robot, 1.0)?;
-        let kinematics = Kinematics::new(&at_start(scenario, robot)?)?;
+        // Whatever a log says later, servos stand where the robot's file and the scenario send them.
+        let targets = JointTargets::new(scenario, &Played::default(), robot)?;
+        let mut limiter = Limiter::new(scenario, (robot, &targets), 1.0)?;
+        let kinematics = Kinematics::new(&targets.standing(robot))?;
         let tops = SpeedLimits::new(&kinematics, &top_rates(scenario, robot));
         let mut rows = Vec::new();
         for (motion, eighths, turning) in MOTIONS {
@@ -255,7 +258,11 @@ impl Limiter {
     ///
     /// # Errors
     /// Like [`Limits::of`].
-    pub fn new(scenario: &Scenario, robot: &Robot, share: f64) -> Result<Self, Error> {
+    pub fn new(
+        scenario: &Scenario,
+        (robot, targets): (&Robot, &JointTargets),
+        share: f64,
+    ) -> Result<Self, Error> {
         let robot = laden(scenario, robot);
         let floor = floor(scenario, &robot)?;
         let pairs = floor.footings.iter().map(|footing| footing.friction);
@@ -279,7 +286,6 @@ impl Limiter {
             sharing,
             share,
         };
-        let targets = JointTargets::new(scenario, &robot)?;
         let positions = targets.at(0.0, &robot);
         Ok(Self {
             limits: AccelerationLimits::new(&robot.posed(&positions), &settings)?,
@@ -392,12 +398,12 @@ impl Limiter {
 /// Like [`Limits::of`], and where there is no way along the path.
 pub(super) fn fastest(
     scenario: &Scenario,
-    robot: &Robot,
+    (robot, targets): (&Robot, &JointTargets),
     path: &Reference,
     share: f64,
 ) -> Result<Reference, Error> {
-    let mut limiter = Limiter::new(scenario, robot, share)?;
-    let kinematics = Kinematics::new(&at_start(scenario, robot)?)?;
+    let mut limiter = Limiter::new(scenario, (robot, targets), share)?;
+    let kinematics = Kinematics::new(&targets.standing(robot))?;
     let limit_rad_s = top_rates(scenario, robot)
         .into_iter()
         .fold(f64::INFINITY, f64::min);
@@ -417,12 +423,15 @@ const LOOKS: usize = 2000;
 
 /// Of a planned motion that takes more than grip or motors give: when first, how much at most, of which wheel, and of what. Steps of a
 /// speed, which would take any amount, are left to the wheel loops.
-pub(super) fn remark(scenario: &Scenario, robot: &Robot, pilot: &Pilot) -> Option<String> {
+pub(super) fn remark(
+    scenario: &Scenario,
+    (robot, targets): (&Robot, &JointTargets),
+    pilot: &Pilot,
+) -> Option<String> {
     // What is wrong with a scenario is said elsewhere.
-    let mut limiter = Limiter::new(scenario, robot, 1.0).ok()?;
+    let mut limiter = Limiter::new(scenario, (robot, targets), 1.0).ok()?;
     let mut beyond: Option<(f64, f64, AccelerationUse)> = None;
     let mut looks_beyond = 0;
-    let targets = JointTargets::new(scenario, robot).ok()?;
     for look in 0..=LOOKS {
         let t_s = scenario.run.duration_s * look as f64 / LOOKS as f64;
         let (twist, twist_rate) = pilot.planned(t_s)?;

@@ -19,6 +19,7 @@ mod noise;
 mod pilot;
 mod plant;
 mod playback;
+mod posed_odometry;
 mod recorder;
 mod reference;
 mod resolve;

@@ -15,7 +15,7 @@ use super::disturbances::{Disturbances, Wrench};
 use super::drive::{Drive, WheelRates};
 use super::faults::{Faults, LostMotor};
 use super::floor;
-use super::joint_targets::{JointTargets, at_start};
+use super::joint_targets::JointTargets;
 use super::resolve::Resolved;
 use super::sensors::{Seen, Sensors};
 use super::storage::StorageAccount;
@@ -152,11 +152,11 @@ impl Plant {
     /// Like [`Plant::new`], and where the ground makes no sense.
     pub fn on_floor(resolved: &Resolved, robot: &Robot, floor: Floor) -> Result<Self, Error> {
         let plan = Plan {
-            kinematics: Kinematics::new(&at_start(resolved.scenario(), robot)?)?,
+            kinematics: Kinematics::new(&resolved.joint_targets().standing(robot))?,
             floor,
             settings: resolved.world_settings(),
             resolved: resolved.clone(),
-            robot: SharedRobot::from(robot),
+            robot: SharedRobot::from(&resolved.joint_targets().begun(robot)),
         };
         let seed = resolved.scenario().sensors.seed;
         Self::build(Arc::new(plan), seed, resolved.start())
@@ -188,7 +188,7 @@ impl Plant {
             drive,
             faults: Faults::new(&scenario.faults, robot)?,
             disturbances: Disturbances::new(scenario, robot)?,
-            joint_targets: JointTargets::new(scenario, robot)?,
+            joint_targets: resolved.joint_targets().clone(),
             motors: vec![MotorTorque::constant(0.0); wheel_count],
             sensed: 0,
             outcome: Outcome {
@@ -562,21 +562,40 @@ impl Plant {
     /// # Errors
     /// [`Error::Invalid`] where the robot has no such joint, nothing drives it, or it cannot go there.
     pub fn set_joint_target(&mut self, joint: &str, position: f64, rate: f64) -> Result<(), Error> {
+        self.set_joint_targets(&[(joint, [position, rate])])
+    }
+
+    /// Like [`Plant::set_joint_target`], of several joints: each by its name, with position and rate. All go, or none.
+    ///
+    /// # Errors
+    /// Like [`Plant::set_joint_target`].
+    pub fn set_joint_targets(&mut self, sent: &[(&str, [f64; 2])]) -> Result<(), Error> {
+        let indices = sent.iter().map(|(joint, _)| self.joint(joint));
+        let indices: Vec<usize> = indices.collect::<Result<_, _>>()?;
+        // What the world takes counts from the coming step on, in which every servo is sent to its target anew.
+        for (index, (_, [position, rate])) in indices.iter().zip(sent) {
+            self.world.robot_mut().aim_joint(*index, *position, *rate)?;
+        }
+        for (index, (_, at)) in indices.into_iter().zip(sent) {
+            self.joint_targets.give(index, *at);
+        }
+        Ok(())
+    }
+
+    /// The place of a joint between bodies among the robot's.
+    fn joint(&self, name: &str) -> Result<usize, Error> {
         let joints = &self.plan.robot.joints;
-        let Some(index) = joints.iter().position(|of| of.name == joint) else {
+        joints.iter().position(|of| of.name == name).ok_or_else(|| {
             let known: Vec<&str> = joints.iter().map(|of| of.name.as_str()).collect();
-            return Err(Error::invalid(
-                format!("the robot has no joint `{joint}` between bodies"),
+            Error::invalid(
+                format!("the robot has no joint `{name}` between bodies"),
                 if known.is_empty() {
                     "give one the role `driven` in [robot.joints.NAME]".to_owned()
                 } else {
                     format!("name one of: {}", known.join(", "))
                 },
-            ));
-        };
-        self.world.robot_mut().aim_joint(index, position, rate)?;
-        self.joint_targets.give(index, [position, rate]);
-        Ok(())
+            )
+        })
     }
 
     /// Puts a mass in kg on the robot, at its chassis's centre of mass, in place of the one put there before; 0 takes it off. It comes

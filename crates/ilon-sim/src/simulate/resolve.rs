@@ -6,9 +6,9 @@ use ilon_control::{ContactKinematics, Kinematics, Reference};
 use ilon_robot::{Pose, Robot};
 use nalgebra::Vector2;
 
-use super::joint_targets::at_start;
+use super::joint_targets::JointTargets;
 use super::pilot::{Idle, Pilot};
-use super::playback::Log;
+use super::playback::{self, Log, Played};
 use super::{defaults, limits, reference, stability, warnings, wheel_loop};
 use crate::Error;
 use crate::roller_drag;
@@ -22,7 +22,8 @@ pub struct Resolved {
     physics_dt_s: f64,
     wheel_rate_limit_rad_s: f64,
     reference: Option<Reference>,
-    log: Option<Arc<Log>>,
+    played: Played,
+    joint_targets: JointTargets,
     reference_point_m: Vector2<f64>,
     warnings: Vec<String>,
 }
@@ -55,7 +56,9 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     scenario.validate()?;
     let mut scenario = scenario.clone();
     scenario.world.floor.fill();
-    let standing = at_start(&scenario, robot)?;
+    let played = playback::read(&scenario, robot, scenario.robot.start())?;
+    let joint_targets = JointTargets::new(&scenario, &played, robot)?;
+    let standing = joint_targets.standing(robot);
     let kinematics = Kinematics::new(&standing)?;
     let contact_kinematics = ContactKinematics::new(&standing)?;
 
@@ -75,9 +78,9 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         playback.angle_gain_per_s = Some(playback.angle_gain_per_s());
     }
     wheel_loop::choose_springs(&mut scenario, &standing)?;
-    let log = Log::read(&scenario, robot, scenario.robot.start())?;
-    if let Some(log) = log.as_ref().filter(|_| scenario.run.is_open()) {
-        scenario.run.duration_s = log.end_s();
+    let log = played.log.clone();
+    if scenario.run.is_open() {
+        scenario.run.duration_s = played.end_s;
         scenario.validate()?;
     }
     let path = log.as_ref().and_then(|log| log.reference()).transpose()?;
@@ -85,7 +88,12 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     let reference = match (&scenario.reference, reference) {
         (Some(section), Some(path)) if section.timing.is_some() => {
             let share = section.share_of_limits();
-            Some(limits::fastest(&scenario, robot, &path, share)?)
+            Some(limits::fastest(
+                &scenario,
+                (robot, &joint_targets),
+                &path,
+                share,
+            )?)
         }
         (_, reference) => reference,
     };
@@ -137,7 +145,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     warnings.extend(warnings::of_what_comes_too_late(&scenario));
     warnings.extend(warnings::of_heading(&scenario));
     if let Driver::Guidance = driver {
-        warnings.extend(limits::remark(&scenario, robot, &pilot));
+        warnings.extend(limits::remark(&scenario, (robot, &joint_targets), &pilot));
     }
     match pilot.feasibility(scenario.run.duration_s) {
         Some(feasibility) => {
@@ -154,7 +162,8 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         physics_dt_s,
         wheel_rate_limit_rad_s: limit_rad_s,
         reference,
-        log,
+        played,
+        joint_targets,
         reference_point_m: pilot.reference_point_m(),
         warnings,
     })
@@ -188,7 +197,12 @@ impl Resolved {
 
     /// What a log says, where the scenario has a `[playback]`.
     pub(super) fn log(&self) -> Option<Arc<Log>> {
-        self.log.clone()
+        self.played.log.clone()
+    }
+
+    /// Where the servos of joints between bodies are sent.
+    pub(super) fn joint_targets(&self) -> &JointTargets {
+        &self.joint_targets
     }
 
     /// The point of the body frame that follows the reference, in metres.

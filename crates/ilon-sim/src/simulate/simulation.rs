@@ -10,7 +10,6 @@ use ilon_world::World;
 
 use super::clock::CpuTime;
 use super::header::{Appearance, header};
-use super::joint_targets::at_start;
 use super::load::{load, load_robot};
 use super::pilot::{Controller, Pilot};
 use super::plant::Plant;
@@ -136,7 +135,10 @@ impl Simulation {
     pub fn steered(scenario: &Scenario) -> Result<Self, Error> {
         let scenario = Scenario {
             reference: None,
-            playback: None,
+            playback: scenario
+                .playback
+                .clone()
+                .filter(|playback| playback.drives == scenario::Drives::Joints),
             twist: Some(scenario::Twist::default()),
             expect: scenario::Expect::default(),
             ..scenario.clone()
@@ -164,7 +166,7 @@ impl Simulation {
         controller: Option<Box<dyn Controller>>,
     ) -> Result<Self, Error> {
         let scenario = resolved.scenario();
-        let standing = at_start(scenario, robot)?;
+        let standing = resolved.joint_targets().standing(robot);
         let kinematics = Kinematics::new(&standing)?;
         let contact_kinematics = ContactKinematics::new(&standing)?;
         let pilot = Pilot::new(
@@ -187,7 +189,7 @@ impl Simulation {
             contact_kinematics,
             resolved.start(),
             scenario.run.row_count() as usize,
-            scenario.run.roller_angles_hz,
+            scenario,
         );
         let mut warnings = resolved.warnings().to_vec();
         let stands = plant.world().robot().joint_positions();

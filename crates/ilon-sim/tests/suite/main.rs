@@ -3,6 +3,7 @@
 mod attached;
 mod drives;
 mod ground;
+mod joint_logs;
 mod joints;
 mod limits;
 mod materials;
@@ -11,6 +12,8 @@ mod plant;
 mod playback;
 mod playback_bag;
 mod record;
+mod ridgeback;
 mod similarity;
 mod spin;
 mod support;
+mod suspensions;

@@ -252,6 +252,7 @@ pub static GROUPS: &[Group] = &[
             detail!(turned_rad, "turned, back and forth", DEGREE, 1),
             detail!(odometry_drift_m_per_m, "odometry drift", MILLIMETRE_A_METRE, 2),
             detail!(odometry_drift_rad_per_m, "odometry drift, heading", DEGREE_A_METRE, 3),
+            detail!(odometry_joints_m, "odometry: what hub motion costs", MILLIMETRE, 2),
         ],
     },
     drift!("odometry by equation (7)", odometry_ideal),

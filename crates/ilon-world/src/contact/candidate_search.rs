@@ -1,6 +1,6 @@
 //! Where a robot is near the ground: the places that may touch in the step.
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 use crate::RollerBodies;
 use crate::contact::candidate::{Candidate, Turning, UPRIGHT};
@@ -39,33 +39,50 @@ impl Scene<'_> {
         }
     }
 
-    /// Fills `found` with the places of the chassis that are near the ground.
-    pub fn find_chassis(&self, found: &mut Vec<Candidate>) {
+    /// Fills `found` with the places of the chassis and of bodies on joints that are near the ground.
+    pub fn find_bodies(&self, found: &mut Vec<Candidate>) {
         found.clear();
-        self.shapes.of_chassis(|place_m, normal, gap_m| {
-            let lever_m = place_m - self.middle.center_m();
+        let shared = &self.body.robot;
+        (self.shapes).of_bodies(shared, |joint, place_m, normal, gap_m| {
             let axes = frame(normal, Vector3::x());
-            let velocity = |state: &State| {
-                let turned = state.floor_from_chassis().rotation
-                    * self.middle.floor_from_chassis().rotation.inverse();
-                along_frame(&axes, &self.before.angular_rad_s.cross(&(turned * lever_m)))
-            };
+            let gained_m_s = along_frame(&axes, &self.gained_by_turning_m_s(joint, &place_m));
             found.push(Candidate {
-                a: self.member(Part::Chassis),
+                a: self.member(Part::of_body(joint)),
                 b: Partner::Ground,
                 place_m,
                 normal,
                 along: Vector3::x(),
                 gap_m,
-                turning: Turning::in_each_half(
-                    0.5 * (velocity(self.ahead) - velocity(self.before)),
-                ),
+                turning: Turning::in_each_half(0.5 * gained_m_s),
                 came_down: false,
                 travel_m_s: Vector3::zeros(),
                 on_barrel: false,
                 gap_ahead_m: gap_m,
             });
         });
+    }
+
+    /// What a place of a joint's link, or of the chassis, gains in velocity over the step because it turns on, in m/s. It is given as it is in the middle
+    /// of the step.
+    pub(super) fn gained_by_turning_m_s(
+        &self,
+        joint: Option<usize>,
+        place_m: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let center_m = self.body.chassis_mass.center_of_mass_m;
+        let Some(joint) = joint else {
+            let lever_m = place_m - self.middle.center_m();
+            let of = |state: &State| {
+                let turned = state.floor_from_chassis().rotation
+                    * self.middle.floor_from_chassis().rotation.inverse();
+                self.before.angular_rad_s.cross(&(turned * lever_m))
+            };
+            return of(self.ahead) - of(self.before);
+        };
+        let pose = |state: &State| state.carrier(Some(joint), &center_m);
+        let in_link = pose(self.middle).inverse_transform_point(&Point3::from(*place_m));
+        let of = |state: &State| state.link_velocity_m_s(joint, &(pose(state) * in_link).coords);
+        of(self.ahead) - of(self.before)
     }
 
     /// Fills `found` with the places of a wheel's rollers that are near the ground.

@@ -1,10 +1,11 @@
-//! Where the chassis of two articulated bodies are near each other.
+//! Where the chassis of two articulated bodies, and what moves on their joints, are near each other.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use parry3d::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
 use rapier3d::prelude::*;
 
 use crate::contact::candidate::{Candidate, Turning};
+use crate::contact::free_body_search::fastest_link_m_s;
 use crate::contact::reaction::{Part, Partner};
 use crate::contact::scene::{Scene, Scenes};
 use crate::engine::convert;
@@ -28,8 +29,8 @@ impl Scenes<'_> {
         let a_from_b = floor_from_a.inv_mul(b.middle.floor_from_chassis());
         let closes_m_s = speed_m_s(a) + speed_m_s(b);
         let within_m = NEAR * a.scale.length_m.max(b.scale.length_m) + self.dt_s * closes_m_s;
-        for (shape_a, a_from_shape) in shapes(a) {
-            for (shape_b, b_from_shape) in shapes(b) {
+        for (joint_a, shape_a, a_from_shape) in shapes(a) {
+            for (joint_b, shape_b, b_from_shape) in shapes(b) {
                 let pose_b = convert::pose(&a_from_b) * b_from_shape;
                 let mut manifolds: Vec<ContactManifold<(), ()>> = Vec::new();
                 // What parry cannot tell of two shapes it says at once, whatever their poses: they do not touch then.
@@ -53,8 +54,8 @@ impl Scenes<'_> {
                     for point in &manifold.points {
                         let in_a_m = convert::to_f64(from_piece_b * point.local_p2);
                         found.push(Candidate {
-                            a: a.member(Part::Chassis),
-                            b: Partner::Of(b.member(Part::Chassis)),
+                            a: a.member(Part::of_body(joint_a)),
+                            b: Partner::Of(b.member(Part::of_body(joint_b))),
                             place_m: (floor_from_a * Point3::from(in_a_m)).coords,
                             normal,
                             along: Vector3::x(),
@@ -72,21 +73,32 @@ impl Scenes<'_> {
     }
 }
 
-/// The fastest that a place of a chassis may move in the step, in m/s.
+/// The fastest that a place of a chassis, or of a body on its joints, may move in the step, in m/s.
 fn speed_m_s(scene: &Scene<'_>) -> f64 {
-    let reach_m = shapes(scene).map(|(shape, pose)| {
+    let of_chassis = shapes(scene).filter(|(joint, ..)| joint.is_none());
+    let reach_m = of_chassis.map(|(_, shape, pose)| {
         let ball = shape.compute_local_bounding_sphere();
         f64::from((pose * ball.center).length() + ball.radius)
     });
     let turns_m_s = scene.before.angular_rad_s.norm() * reach_m.fold(0.0, f64::max);
-    scene.before.velocity_m_s.norm() + turns_m_s
+    let goes_m_s = scene.before.velocity_m_s.norm() + turns_m_s;
+    goes_m_s.max(fastest_link_m_s(scene.body, scene.before))
 }
 
-/// The shapes of a chassis, with their poses in its frame.
-fn shapes<'a>(scene: &Scene<'a>) -> impl Iterator<Item = (&'a SharedShape, Pose)> {
+/// The shapes of a chassis and of the bodies on its joints, each with its joint and its pose in the chassis's frame.
+fn shapes<'a>(
+    scene: &Scene<'a>,
+) -> impl Iterator<Item = (Option<usize>, &'a SharedShape, Pose)> + use<'a> {
     let chassis_from_body = Isometry3::from(-scene.body.chassis_mass.center_of_mass_m);
-    let shapes = scene.body.robot.chassis_shapes().iter();
-    shapes.map(move |(body_from_shape, shape)| {
-        (shape, convert::pose(&(chassis_from_body * body_from_shape)))
+    let (center_m, middle) = (scene.body.chassis_mass.center_of_mass_m, scene.middle);
+    scene.body.robot.shapes().iter().map(move |of| {
+        let chassis_from_carrier = match of.joint {
+            None => chassis_from_body,
+            joint => middle
+                .floor_from_chassis()
+                .inv_mul(&middle.carrier(joint, &center_m)),
+        };
+        let pose = convert::pose(&(chassis_from_carrier * of.carrier_from_shape));
+        (of.joint, &of.shape, pose)
     })
 }

@@ -1,7 +1,6 @@
 //! Where free bodies are near the ground, near robots and near one another.
 
-use nalgebra::{Isometry3, Vector3};
-use rapier3d::prelude::SharedShape;
+use nalgebra::Vector3;
 
 use crate::contact::candidate::{Candidate, Turning};
 use crate::contact::candidate_search::Workspace;
@@ -54,33 +53,55 @@ impl Scenes<'_> {
 /// A free body, its shape, and what that is within.
 type Own<'a> = (&'a Scene<'a>, &'a Solid<'a>, Bounds);
 
-/// The shapes of a chassis, or of a free body, in a state.
-pub(crate) fn solids<'a>(
+/// The shapes of a robot's chassis and of its bodies on joints, each with its joint, or the shape of a free body, in a state.
+pub(crate) fn parts<'a, 's>(
     body: &'a Articulated,
-    state: &State,
-) -> impl Iterator<Item = Solid<'a>> + use<'a> {
-    let chassis_from_body = Isometry3::from(-body.chassis_mass.center_of_mass_m);
-    let floor_from_body = state.floor_from_chassis() * chassis_from_body;
-    let shapes = body.robot.chassis_shapes().iter();
-    shapes.map(
-        move |(body_from_shape, shape): &(Isometry3<f64>, SharedShape)| Solid {
-            shape,
-            floor_from_shape: floor_from_body * body_from_shape,
-        },
-    )
+    state: &'s State,
+) -> impl Iterator<Item = (Option<usize>, Solid<'a>)> + use<'a, 's> {
+    let center_m = body.chassis_mass.center_of_mass_m;
+    body.robot.shapes().iter().map(move |of| {
+        let solid = Solid {
+            shape: &of.shape,
+            floor_from_shape: state.carrier(of.joint, &center_m) * of.carrier_from_shape,
+        };
+        (of.joint, solid)
+    })
 }
 
-/// The furthest that a place of a chassis may move in a step by the rates of a state, in metres.
+/// The same shapes alone.
+pub(crate) fn solids<'a, 's>(
+    body: &'a Articulated,
+    state: &'s State,
+) -> impl Iterator<Item = Solid<'a>> + use<'a, 's> {
+    parts(body, state).map(|(_, solid)| solid)
+}
+
+/// The furthest that a place of a chassis, or of a body on its joints, may move in a step by the rates of a state, in metres.
 pub(crate) fn travel_m(body: &Articulated, state: &State, dt_s: f64) -> f64 {
     let center_m = state.center_m();
-    let reach_m = solids(body, state).map(|solid| {
+    let of_chassis = parts(body, state).filter(|(joint, _)| joint.is_none());
+    let reach_m = of_chassis.map(|(_, solid)| {
         let ball = solid.shape.compute_local_bounding_sphere();
         let at_m = solid.floor_from_shape.translation.vector - center_m;
         let off_m = f64::from(ball.center.length() + ball.radius);
         at_m.norm() + off_m
     });
     let turns_m_s = state.angular_rad_s.norm() * reach_m.fold(0.0, f64::max);
-    dt_s * (state.velocity_m_s.norm() + turns_m_s)
+    let goes_m_s = state.velocity_m_s.norm() + turns_m_s;
+    dt_s * goes_m_s.max(fastest_link_m_s(body, state))
+}
+
+/// The fastest that a place of a body on a joint may move by the rates of a state, in m/s.
+pub(crate) fn fastest_link_m_s(body: &Articulated, state: &State) -> f64 {
+    let of_links = parts(body, state).filter(|(joint, _)| joint.is_some());
+    let fastest = of_links.map(|(joint, solid)| {
+        let ball = solid.shape.compute_local_bounding_sphere();
+        let at_m = solid.floor_from_shape.translation.vector;
+        let off_m = f64::from(ball.center.length() + ball.radius);
+        let turns_m_s = state.carrier_rates(joint).norm() * off_m;
+        state.carrier_velocity_m_s(joint, &at_m).norm() + turns_m_s
+    });
+    fastest.fold(0.0, f64::max)
 }
 
 /// How near two bodies are looked at for contact, in metres.
@@ -92,7 +113,7 @@ fn within_m(one: &Scene<'_>, other: &Scene<'_>) -> f64 {
 fn find_ground((scene, solid, bounds): Own<'_>, found: &mut Vec<Candidate>) {
     let within_m = NEAR * scene.scale.length_m + travel_m(scene.body, scene.before, scene.dt_s);
     let around = bounds.grown(within_m);
-    let mut add = |near: Near| found.push(candidate(scene, None, &near));
+    let mut add = |near: Near| found.push(candidate((scene, None), None, &near));
     if scene.ground.is_solid_below() && around.least_m.z <= 0.0 {
         solid.near_plane(within_m, &mut add);
     }
@@ -106,10 +127,10 @@ fn find_ground((scene, solid, bounds): Own<'_>, found: &mut Vec<Candidate>) {
 fn find_between_chassis(a: &Scene<'_>, (b, solid, bounds): Own<'_>, found: &mut Vec<Candidate>) {
     let within_m = within_m(a, b);
     let around = bounds.grown(within_m);
-    for part in solids(a.body, a.middle) {
+    for (joint, part) in parts(a.body, a.middle) {
         if part.bounds().meets(&around) {
             part.near(solid, within_m, |near| {
-                found.push(candidate(a, Some(b), &near));
+                found.push(candidate((a, joint), Some(b), &near));
             });
         }
     }
@@ -137,21 +158,23 @@ fn find_robot(robot: &Scene<'_>, own: Own<'_>, room: &mut Workspace, found: &mut
     }
 }
 
-/// A place of A near a free body, or of a free body near the ground.
-fn candidate(a: &Scene<'_>, b: Option<&Scene<'_>>, near: &Near) -> Candidate {
+/// A place of A's chassis, or of its body on a joint, near a free body, or of a free body near the ground.
+fn candidate(
+    (a, joint): (&Scene<'_>, Option<usize>),
+    b: Option<&Scene<'_>>,
+    near: &Near,
+) -> Candidate {
     let turning = if near.is_corner {
         let axes = frame(near.normal, Vector3::x());
-        let gained = |scene: &Scene<'_>| {
-            let then = |state| turning_m_s(scene, state, &near.place_m);
-            then(scene.ahead) - then(scene.before)
-        };
-        let gained_m_s = gained(a) - b.map_or_else(Vector3::zeros, gained);
+        let of_b = b.map(|scene| scene.gained_by_turning_m_s(None, &near.place_m));
+        let of_a = a.gained_by_turning_m_s(joint, &near.place_m);
+        let gained_m_s = of_a - of_b.unwrap_or_else(Vector3::zeros);
         Turning::in_each_half(0.5 * along_frame(&axes, &gained_m_s))
     } else {
         Turning::NONE
     };
     Candidate {
-        a: a.member(Part::Chassis),
+        a: a.member(Part::of_body(joint)),
         b: b.map_or(Partner::Ground, |scene| {
             Partner::Of(scene.member(Part::Chassis))
         }),
@@ -165,12 +188,4 @@ fn candidate(a: &Scene<'_>, b: Option<&Scene<'_>>, near: &Near) -> Candidate {
         on_barrel: false,
         gap_ahead_m: near.gap_m,
     }
-}
-
-/// What the turning of a chassis gives a place of it, which is given as it is in the middle of the step, in the pose of a state, in m/s.
-fn turning_m_s(scene: &Scene<'_>, state: &State, place_m: &Vector3<f64>) -> Vector3<f64> {
-    let turned =
-        state.floor_from_chassis().rotation * scene.middle.floor_from_chassis().rotation.inverse();
-    let lever_m = turned * (place_m - scene.middle.center_m());
-    scene.before.angular_rad_s.cross(&lever_m)
 }

@@ -182,7 +182,11 @@ impl Scene<'_> {
         direction: Vector3<f64>,
     ) -> Side {
         let Part::Roller(wheel, roller) = part else {
-            return self.moving_with(None, state, (&place_m, &direction), &Vector3::zeros());
+            let joint = match part {
+                Part::Link(joint) => Some(joint),
+                _ => None,
+            };
+            return self.moving_with(joint, state, (&place_m, &direction), &Vector3::zeros());
         };
         let hub = &state.hubs()[wheel];
         let roller = &self.wheels[wheel].rollers[roller];
@@ -193,7 +197,8 @@ impl Scene<'_> {
             axis.dot(&(place_m - roller.center_m(hub)).cross(&direction))
         };
         let carried = -share * axis;
-        let mut side = self.moving_with(Some(wheel), state, (&place_m, &direction), &carried);
+        let joint = self.wheels[wheel].joint;
+        let mut side = self.moving_with(Some(joint), state, (&place_m, &direction), &carried);
         if !roller.seized {
             side.axle = Some((0, share));
             if roller.slide.is_some() {

@@ -28,6 +28,8 @@ pub(crate) enum Partner {
 pub(crate) enum Part {
     /// The chassis touches something.
     Chassis,
+    /// The body of a joint touches something.
+    Link(usize),
     /// A roller touches something: wheel and roller.
     Roller(usize, usize),
     /// The bearing of a wheel.
@@ -53,6 +55,11 @@ pub(crate) enum Part {
 }
 
 impl Part {
+    /// The body of a joint, or the chassis.
+    pub fn of_body(joint: Option<usize>) -> Self {
+        joint.map_or(Self::Chassis, Self::Link)
+    }
+
     /// Whether a reaction here goes on where one there was in the last step. A wheel changes rollers as it turns.
     pub fn follows(self, before: Self) -> bool {
         match (self, before) {
@@ -204,7 +211,7 @@ impl Reaction {
     /// How many numbers the part has.
     pub fn rows(&self) -> usize {
         match self.a.part {
-            Part::Chassis | Part::Roller(..) => 3,
+            Part::Chassis | Part::Link(_) | Part::Roller(..) => 3,
             Part::Rolling(..) => 2,
             Part::Hub(_)
             | Part::Axle(..)

@@ -109,11 +109,11 @@ impl<'a> Scene<'a> {
         Side::of_joints(self.index, self.tree.path(joint, share))
     }
 
-    /// How fast what moves with a wheel's hub, or with the chassis, moves along a direction at a place, and turns along another, given in the
-    /// pose of a state.
+    /// How fast what moves with the link of a joint of the tree, or with the chassis, moves along a direction at a place, and turns along another,
+    /// given in the pose of a state.
     pub fn moving_with(
         &self,
-        wheel: Option<usize>,
+        joint: Option<usize>,
         state: &State,
         (place_m, direction): (&Vector3<f64>, &Vector3<f64>),
         turn: &Vector3<f64>,
@@ -126,9 +126,7 @@ impl<'a> Scene<'a> {
                 Motion::Slides => link.axis().dot(direction),
             }
         };
-        let joints = wheel.map_or(Path::NONE, |wheel| {
-            self.tree.path(self.wheels[wheel].joint, share)
-        });
+        let joints = joint.map_or(Path::NONE, |joint| self.tree.path(joint, share));
         let about_root = about(&state.center_m());
         let mut side = Side::of_joints(self.index, joints);
         side.root.fixed_rows_mut::<3>(0).copy_from(direction);

@@ -12,7 +12,7 @@ use crate::contact::reaction::{Part, Partner, Reaction};
 pub struct Support {
     /// What the wheels carry: the ground's force on all rollers along the floor's normal.
     pub wheels_n: f64,
-    /// What the chassis carries: the same of what of it lies on the ground.
+    /// What the chassis and bodies on joints carry: the same of what of them lies on the ground.
     pub chassis_n: f64,
     /// How walls, kerbs and bumps push the robot: the part of all normal forces that lies in the floor's plane, x and y. A flat floor
     /// has none.
@@ -26,7 +26,7 @@ impl Support {
             return;
         }
         let carried = match reaction.a.part {
-            Part::Chassis => &mut self.chassis_n,
+            Part::Chassis | Part::Link(_) => &mut self.chassis_n,
             Part::Roller(..) => &mut self.wheels_n,
             _ => return,
         };

@@ -268,9 +268,10 @@ fn assemble(
             })),
     );
     let chassis_from_body = Isometry3::from(-chassis_mass.center_of_mass_m);
-    for (body_from_shape, shape) in shared.chassis_shapes() {
-        let collider = ColliderBuilder::new(shape.clone())
-            .position(convert::pose(&(chassis_from_body * body_from_shape)))
+    // Robots with joints between bodies are refused where rapier moves them.
+    for of in shared.shapes() {
+        let collider = ColliderBuilder::new(of.shape.clone())
+            .position(convert::pose(&(chassis_from_body * of.carrier_from_shape)))
             .density(0.0)
             .collision_groups(groups::CHASSIS)
             .active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS)

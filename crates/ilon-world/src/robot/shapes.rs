@@ -1,4 +1,4 @@
-//! What of a robot touches the ground as parry finds it: its chassis, and rollers that have the shapes of their file.
+//! What of a robot touches the ground as parry finds it: its chassis, bodies on joints, and rollers that have the shapes of their file.
 
 use std::cell::RefCell;
 
@@ -30,7 +30,8 @@ struct Near {
     colliders: ColliderSet,
     broad_phase: BroadPhaseBvh,
     narrow_phase: NarrowPhase,
-    chassis: Vec<ColliderHandle>,
+    /// Of the chassis and of bodies on joints, in the order of the robot's shapes.
+    bodies: Vec<ColliderHandle>,
     /// Each with its wheel and its place on it.
     rollers: Vec<(ColliderHandle, usize, usize)>,
 }
@@ -65,18 +66,25 @@ pub(crate) struct Placed<'a> {
 impl Shapes {
     /// Finds where they are near the ground.
     pub fn find(&mut self, placed: &Placed<'_>) {
-        self.is_near = placed.has_modelled_rollers() || placed.chassis_is_near();
+        self.is_near = placed.has_modelled_rollers() || placed.bodies_are_near();
         if self.is_near {
             let near = self.near.get_or_insert_with(|| Box::new(Near::new(placed)));
             near.find(placed);
         }
     }
 
-    /// Shows where the chassis is near the ground: place on the ground, normal out of it, and distance.
-    pub fn of_chassis(&self, mut show: impl FnMut(Vector3<f64>, Vector3<f64>, f64)) {
+    /// Shows where the chassis and bodies on joints are near the ground: of which joint the body is, place on the ground, normal out of it, and
+    /// distance.
+    pub fn of_bodies(
+        &self,
+        robot: &SharedRobot,
+        mut show: impl FnMut(Option<usize>, Vector3<f64>, Vector3<f64>, f64),
+    ) {
         if let Some(near) = self.near.as_ref().filter(|_| self.is_near) {
-            for collider in &near.chassis {
-                near.show(*collider, &mut show);
+            for (collider, of) in near.bodies.iter().zip(robot.shapes()) {
+                near.show(*collider, &mut |place_m, normal, gap_m| {
+                    show(of.joint, place_m, normal, gap_m)
+                });
             }
         }
     }
@@ -104,20 +112,22 @@ impl Placed<'_> {
         rollers.any(|roller| roller.shape.is_some())
     }
 
-    /// The shapes of the chassis with their poses in the floor's frame.
-    fn chassis_shapes(&self) -> impl Iterator<Item = (Isometry3<f64>, &SharedShape)> {
-        let chassis_from_body = Isometry3::from(-self.chassis_mass.center_of_mass_m);
-        let floor_from_body = self.state.floor_from_chassis() * chassis_from_body;
-        let shapes = self.robot.chassis_shapes().iter();
-        shapes.map(move |(body_from_shape, shape)| (floor_from_body * body_from_shape, shape))
+    /// The shapes of chassis and bodies on joints with their poses in the floor's frame.
+    fn shapes(&self) -> impl Iterator<Item = (Isometry3<f64>, &SharedShape)> {
+        let center_m = self.chassis_mass.center_of_mass_m;
+        let shapes = self.robot.shapes().iter();
+        shapes.map(move |of| {
+            let floor_from_carrier = self.state.carrier(of.joint, &center_m);
+            (floor_from_carrier * of.carrier_from_shape, &of.shape)
+        })
     }
 
-    /// Whether boxes around the shapes of the chassis reach the ground.
-    fn chassis_is_near(&self) -> bool {
+    /// Whether boxes around these shapes reach the ground.
+    fn bodies_are_near(&self) -> bool {
         /// What f32 makes of the size of a shape.
         const ROUNDED_M: f64 = 1e-5;
         let reach_m = Vector3::repeat(self.within_m + ROUNDED_M);
-        self.chassis_shapes().any(|(floor_from_shape, shape)| {
+        self.shapes().any(|(floor_from_shape, shape)| {
             let turned = convert::rotation(&floor_from_shape.rotation);
             let around = shape.compute_aabb(&Pose::from_parts(Vector::ZERO, turned));
             let at_m = floor_from_shape.translation.vector;
@@ -141,9 +151,9 @@ impl Near {
                     .solver_groups(InteractionGroups::none()),
             )
         };
-        let chassis = placed.robot.chassis_shapes().iter();
-        let chassis = chassis
-            .map(|(_, shape)| insert(shape, groups::CHASSIS))
+        let bodies = placed.robot.shapes().iter();
+        let bodies = bodies
+            .map(|of| insert(&of.shape, groups::CHASSIS))
             .collect();
         let mut rollers = Vec::new();
         for (wheel, body) in placed.wheels.iter().enumerate() {
@@ -158,7 +168,7 @@ impl Near {
             colliders,
             broad_phase: BroadPhaseBvh::new(),
             narrow_phase: NarrowPhase::new(),
-            chassis,
+            bodies,
             rollers,
         }
     }
@@ -174,7 +184,7 @@ impl Near {
                 collider.set_position(convert::pose(&(rapier_from_floor * floor_from_shape)));
             }
         };
-        for (collider, (floor_from_shape, _)) in self.chassis.iter().zip(placed.chassis_shapes()) {
+        for (collider, (floor_from_shape, _)) in self.bodies.iter().zip(placed.shapes()) {
             place(*collider, &floor_from_shape);
         }
         for (collider, wheel, roller) in &self.rollers {

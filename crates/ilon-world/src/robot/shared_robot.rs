@@ -3,7 +3,7 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
-use ilon_robot::{BodyJoint, JointKind, MassProperties, Robot, Wheel};
+use ilon_robot::{BodyJoint, Collision, JointKind, MassProperties, Robot, Wheel};
 use nalgebra::{Isometry3, Vector3};
 use parry3d::shape::SharedShape;
 
@@ -38,8 +38,18 @@ struct Shared {
     rollers: Vec<Vec<Arc<FixedRoller>>>,
     /// Without anything on its chassis, and with rollers that all turn.
     tree: Arc<Tree>,
-    /// The shapes of the chassis with their poses in the body frame.
-    chassis_shapes: Vec<(Isometry3<f64>, SharedShape)>,
+    /// The shapes of the chassis and of the bodies on joints.
+    shapes: Vec<BodyShape>,
+}
+
+/// A shape of a robot that is neither a wheel's nor a roller's.
+#[derive(Debug)]
+pub(crate) struct BodyShape {
+    /// The joint whose body carries it; `None` of the chassis.
+    pub joint: Option<usize>,
+    /// Its pose in the frame of that joint, or in the body frame.
+    pub carrier_from_shape: Isometry3<f64>,
+    pub shape: SharedShape,
 }
 
 impl SharedRobot {
@@ -53,10 +63,32 @@ impl SharedRobot {
         &self.0.tree
     }
 
-    /// The shapes of the chassis with their poses in the body frame.
-    pub(crate) fn chassis_shapes(&self) -> &[(Isometry3<f64>, SharedShape)] {
-        &self.0.chassis_shapes
+    /// The shapes of the chassis, and then those of the bodies on joints.
+    pub(crate) fn shapes(&self) -> &[BodyShape] {
+        &self.0.shapes
     }
+}
+
+fn shapes_of(robot: &Robot) -> Vec<BodyShape> {
+    let of = |collisions: &[Collision], joint: Option<usize>, carrier_from_body: Isometry3<f64>| {
+        let shapes = collisions.iter().filter_map(shape_of);
+        let shapes = shapes.map(|(body_from_shape, shape)| BodyShape {
+            joint,
+            // As it is of the chassis, whose frame that is.
+            carrier_from_shape: match joint {
+                Some(_) => carrier_from_body * body_from_shape,
+                None => body_from_shape,
+            },
+            shape,
+        });
+        shapes.collect::<Vec<_>>()
+    };
+    let mut shapes = of(&robot.chassis.collisions, None, Isometry3::identity());
+    for (index, joint) in robot.joints.iter().enumerate() {
+        let joint_from_body = joint.body_from_joint.inverse();
+        shapes.extend(of(&joint.body.collisions, Some(index), joint_from_body));
+    }
+    shapes
 }
 
 /// Rollers of a wheel that stand still.
@@ -140,12 +172,7 @@ impl From<&Robot> for SharedRobot {
         Self(Arc::new(Shared {
             rollers,
             tree: Arc::new(tree),
-            chassis_shapes: robot
-                .chassis
-                .collisions
-                .iter()
-                .filter_map(shape_of)
-                .collect(),
+            shapes: shapes_of(robot),
             robot: robot.clone(),
         }))
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use ilon_robot::{BodyJoint, Robot};
-use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::dynamics::{LinkPose, Motion, ROOT_DOFS, Tree};
 
@@ -101,6 +101,17 @@ impl State {
     /// Where all links of the tree are.
     pub fn links(&self) -> &[LinkPose] {
         &self.links
+    }
+
+    /// Pose of a joint's link, or of the body frame, whose origin is so far from the chassis's centre of mass.
+    pub fn carrier(&self, joint: Option<usize>, center_m: &Vector3<f64>) -> Isometry3<f64> {
+        let Some(joint) = joint else {
+            return self.floor_from_chassis * Isometry3::from(-center_m);
+        };
+        let link = &self.links[joint];
+        let rotation = Rotation3::from_matrix_unchecked(link.rotation);
+        let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
+        Isometry3::from_parts(link.center_m.into(), rotation)
     }
 
     /// Puts the chassis somewhere else.
@@ -228,6 +239,23 @@ impl State {
         way.fold(self.chassis_velocity_m_s(place_m), |sum, at| {
             sum + self.moving_of(at, place_m)
         })
+    }
+
+    /// Velocity of a place of a joint's link, or of the chassis, in m/s.
+    pub fn carrier_velocity_m_s(
+        &self,
+        joint: Option<usize>,
+        place_m: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        match joint {
+            Some(joint) => self.link_velocity_m_s(joint, place_m),
+            None => self.chassis_velocity_m_s(place_m),
+        }
+    }
+
+    /// Angular velocity of a joint's link, or of the chassis, in rad/s.
+    pub fn carrier_rates(&self, joint: Option<usize>) -> Vector3<f64> {
+        joint.map_or(self.angular_rad_s, |joint| self.link_rate(joint))
     }
 
     /// Angular velocity of a hub, in the floor's frame, in rad/s.

@@ -141,7 +141,7 @@ impl World {
                     self.energies.impact_j -= reaction.impulse.x * mean;
                     continue;
                 }
-                Part::Chassis => Taken::of(reaction, &mut 0.0),
+                Part::Chassis | Part::Link(_) => Taken::of(reaction, &mut 0.0),
                 Part::Roller(wheel, roller) => {
                     let body = &mut self.bodies[reaction.a.body];
                     let roller = &mut body.wheels[wheel].rollers[roller];

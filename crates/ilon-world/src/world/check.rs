@@ -3,10 +3,12 @@
 use ilon_robot::{Robot, Roller, RollerForm, Wheel};
 
 use super::check_joints::check_joints;
+use crate::contact::free_body_search::parts;
 use crate::contact::scene::Scenes;
 use crate::engine::shapes::shape_of_roller;
 use crate::ground::Ground;
 use crate::robot::articulated::Articulated;
+use crate::settings::NEAR;
 use crate::{ContactSolver, Floor, FloorSurface, RollerBodies, Settings, WorldError};
 
 /// Refuses what cannot be simulated.
@@ -90,6 +92,37 @@ pub(super) fn check_together(
         }),
         None => Ok(()),
     }
+}
+
+/// Refuses a body on a joint that would begin in the ground, deeper than the contact could carry it out of.
+pub(super) fn check_links(body: &Articulated, ground: &Ground) -> Result<(), WorldError> {
+    let shallow_m = NEAR * body.scale.length_m;
+    for (joint, solid) in parts(body, &body.state) {
+        let Some(joint) = joint else {
+            continue;
+        };
+        let bounds = solid.bounds();
+        let mut gap_m = match ground.is_solid_below() {
+            true => bounds.least_m.z,
+            false => f64::INFINITY,
+        };
+        for on_ground in ground.solids().filter(|of| of.bounds().meets(&bounds)) {
+            solid.near(&on_ground, shallow_m, |near| gap_m = gap_m.min(near.gap_m));
+        }
+        if gap_m < -shallow_m {
+            let of = &body.robot.joints[joint];
+            return Err(WorldError::NoPlaceToStand {
+                reason: format!(
+                    "its body `{}` on joint `{}` would begin {:.0} mm deep in the ground, with that joint at {:.3}: begin it at another position",
+                    of.body.name,
+                    of.name,
+                    -1e3 * gap_m,
+                    body.state.joint_positions()[joint]
+                ),
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Refuses a tread that an even share of the weight, in N, presses deeper than the rollers of the wheel are thick.

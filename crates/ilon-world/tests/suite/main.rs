@@ -11,6 +11,7 @@ mod made;
 mod motors;
 mod nap;
 mod play;
+mod reach;
 mod reference;
 mod rolling;
 mod servos;

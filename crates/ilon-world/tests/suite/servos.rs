@@ -400,3 +400,52 @@ fn what_no_servo_can_do_is_refused_in_words() {
         );
     }
 }
+
+/// A rotor about the vertical, over the middle of the robot, that goes faster and faster on grip of 0.1: the wheels, which are held, begin to slide where its reaction has
+/// grown to what the rollers can bear, each mu N along its axis on a lever of (l + w) / sqrt 2; and from there on the base turns by the angular momentum that they
+/// do not take out.
+#[test]
+fn a_base_on_grip_alone_slides_and_turns_as_its_reaction_says() {
+    let (friction, inertia, slides_s) = (0.1, 0.1, 1.0);
+    let mut robot = mecanum4();
+    let center_m = robot.center_of_mass_m();
+    let (still_kg_m2, at_m) = (yaw_inertia(&robot, center_m), robot.wheels[0].position_m());
+    let law = (JointKind::Turns, JointRole::Driven(servo(1e4, 100.0)));
+    let mut rotor = joint("rotor", law, (center_m, Vector3::z()), (ARM_KG, center_m));
+    rotor.body.mass.inertia_kg_m2 = nalgebra::Matrix3::identity() * inertia;
+    robot.joints.push(rotor);
+    let floor = Floor {
+        friction,
+        ..Floor::default()
+    };
+    let dt_s = 5e-4;
+    let mut world = world(&robot, &floor, G, dt_s);
+    let bears_n_m = friction * robot.mass_kg() * G * (at_m.x.abs() + at_m.y.abs()) / 2_f64.sqrt();
+    // Its angle grows with the cube of time, and its reaction with time.
+    let jerk = bears_n_m / (inertia * slides_s);
+    let mut begins = None;
+    let held: Vec<MotorTorque> = vec![MotorTorque::with_droop(0.0, 1e6); 4];
+    while world.time_s() < 1.5 * slides_s {
+        let t_s = world.time_s() + 0.5 * dt_s;
+        let aim = [jerk * t_s.powi(3) / 6.0, jerk * t_s * t_s / 2.0];
+        world
+            .robot_mut()
+            .aim_joint(0, aim[0], aim[1])
+            .expect("driven");
+        world.robot_mut().drive(&held);
+        world.step();
+        let contacts = world.robot().contacts().iter();
+        let slides_m_s = contacts.map(|contact| contact.sliding_in_body_m_s.norm());
+        if slides_m_s.fold(0.0, f64::max) > 3e-6 {
+            begins.get_or_insert(at(&world));
+        }
+    }
+    let by_hand = jerk * slides_s.powi(3) / 6.0;
+    let begins = begins.expect("it slides");
+    println!("{begins} {by_hand}");
+    assert_near(begins, by_hand, 0.01, "angle at which it slides");
+    let turned_rad = -jerk * inertia * 0.5_f64.powi(3) / (6.0 * (still_kg_m2 + inertia));
+    let heading_rad = world.robot().state().pose.heading_rad;
+    println!("{heading_rad} {turned_rad}");
+    assert_near(heading_rad, turned_rad, 0.01, "base");
+}

@@ -165,15 +165,17 @@ fn every_signal_of_the_robot_is_what_happened() {
             potential_energy_j,
             contact_residual_m_s,
             support,
-            odometry_covariance,
+            reckoned,
             imu,
             storage,
             joints,
+            odometry_posed,
             bodies,
         } = *record;
         assert_relative_eq!(t_s, dt_s * step as f64, epsilon = 1e-12);
         // This robot is one body with wheels.
         assert_eq!(joints, [JointSample::default(); MAX_JOINTS]);
+        assert_eq!(odometry_posed, None);
         let ball = &bodies[0];
         assert_eq!(ball.place_m, <[f64; 3]>::from(now.ball.place_m));
         assert_eq!(ball.velocity_m_s, <[f64; 3]>::from(now.ball.velocity_m_s));
@@ -207,8 +209,9 @@ fn every_signal_of_the_robot_is_what_happened() {
         );
         assert_eq!(measured, None, "no log");
         assert_eq!((imu, storage), (None, None), "no IMU, no passive law");
-        let sure = odometry_covariance.expect("rollers that say how they err");
-        assert!((0..3).all(|axis| sure.pose[axis][axis] >= 0.0));
+        let reckoned = reckoned.expect("rollers that say how they err");
+        assert!((0..3).all(|axis| reckoned.pose_covariance[axis][axis] >= 0.0));
+        assert_eq!(reckoned.twist, twist_ideal, "exact encoders");
         assert_eq!(seen_pose, pose, "exact sensors without latency");
 
         // Reckoned here by a sum over the steps, with the contact kinematics of their middle.

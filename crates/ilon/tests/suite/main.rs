@@ -11,6 +11,7 @@ mod compare;
 mod energy;
 mod export;
 mod faults;
+mod fusion;
 mod gallery;
 mod identify;
 mod invariants;

@@ -11,29 +11,36 @@ use ilon_messages::std_msgs::Float64MultiArray;
 use ilon_messages::{CdrError, Message};
 
 use super::series::Series;
-use super::wanted::{MOST_ROWS, Wanted};
+use super::wanted::{MOST_ROWS, Said, Wanted};
 use crate::Error;
 use crate::scenario::Drives;
 
-/// What drives the robot, and where the real one was. Times are those of the recording.
-pub(super) fn read(
-    wanted: &Wanted<'_>,
-    files: &FileAccess,
-) -> Result<(Series, Option<Series>), Error> {
+/// What drives the robot and its joints, and where the real one was. Times are those of the recording.
+pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<Said, Error> {
     if let Drives::WheelRates | Drives::WheelAngles | Drives::WheelTorques = wanted.section.drives {
         wanted.wheels.iter().for_each(|wheel| {
             wanted.name(wheel);
         });
     }
+    wanted.joints.iter().for_each(|(joint, _)| {
+        wanted.name(joint);
+    });
     wanted.refuse_unused_names()?;
-    let topic = match &wanted.section.topic {
-        Some(topic) => topic.clone(),
-        None => only_topic(wanted, files)?,
+    let drives_joints_alone = wanted.section.drives == Drives::Joints;
+    let topic = match (&wanted.section.topic, &wanted.section.joint_topic) {
+        (Some(topic), _) => Some(topic.clone()),
+        (None, Some(_)) if drives_joints_alone => None,
+        (None, _) => Some(only_topic(wanted, files)?),
+    };
+    let (topic, joint_topic) = match drives_joints_alone {
+        true => (None, wanted.section.joint_topic.clone().or(topic)),
+        false => (topic, wanted.section.joint_topic.clone()),
     };
     let width = match wanted.section.drives {
         Drives::Twist | Drives::Path => 3,
         _ => wanted.wheels.len(),
     };
+    let mut joints = vec![Series::new(1); wanted.joints.len()];
     let pose_topic = wanted.section.pose_topic.as_deref();
     let (mut driving, mut measured) = (Series::new(width), pose_topic.map(|_| Series::new(3)));
     let mut fault = None;
@@ -44,8 +51,11 @@ pub(super) fn read(
         let since_ns = *first_ns.get_or_insert(message.log_time_ns);
         let t_s = (i128::from(message.log_time_ns) - i128::from(since_ns)) as f64 * 1e-9;
         let mut take = || -> Result<(), Error> {
-            if message.topic == topic {
+            if Some(message.topic) == topic.as_deref() {
                 drive(wanted, message, t_s, &mut driving)?;
+            }
+            if Some(message.topic) == joint_topic.as_deref() {
+                move_joints(wanted, message, t_s, &mut joints)?;
             }
             if let Some(measured) = measured
                 .as_mut()
@@ -61,8 +71,12 @@ pub(super) fn read(
         if !seen.contains_key(message.topic) && seen.len() < 1000 {
             seen.insert(message.topic.to_owned(), message.type_name.to_owned());
         }
-        if driving.len() > MOST_ROWS {
-            let message = format!("it has more than {MOST_ROWS} messages of `{topic}`");
+        let longest = joints.iter().map(Series::len).max().unwrap_or(0);
+        if driving.len().max(longest) > MOST_ROWS {
+            let message = format!(
+                "it has more than {MOST_ROWS} messages of `{}`",
+                message.topic
+            );
             fault = Some(wanted.fault(message, "cut it into parts"));
         }
         fault.is_none()
@@ -70,7 +84,11 @@ pub(super) fn read(
     if let Some(fault) = fault {
         return Err(fault);
     }
-    for (key, topic) in [("topic", Some(topic.as_str())), ("pose_topic", pose_topic)] {
+    for (key, topic) in [
+        ("topic", topic.as_deref()),
+        ("pose_topic", pose_topic),
+        ("joint_topic", joint_topic.as_deref()),
+    ] {
         if let Some(topic) = topic.filter(|topic| !seen.contains_key(*topic)) {
             return Err(wanted.fault(
                 format!("it has no messages of `playback.{key}` = `{topic}`"),
@@ -78,7 +96,49 @@ pub(super) fn read(
             ));
         }
     }
-    Ok((driving, measured))
+    Ok(Said {
+        driving,
+        measured,
+        joints,
+    })
+}
+
+/// Adds where a message says that joints are. It may name some of them, and others that are no concern of the log's.
+fn move_joints(
+    wanted: &Wanted<'_>,
+    message: &ReadMessage,
+    t_s: f64,
+    joints: &mut [Series],
+) -> Result<(), Error> {
+    if message.type_name != JointState::TYPE_NAME {
+        return Err(wanted.fault(
+            format!("`{}` is of the type {}", message.topic, message.type_name),
+            format!("choose a topic of the type {}", JointState::TYPE_NAME),
+        ));
+    }
+    let JointState { name, position, .. } = decode(wanted, message)?;
+    // Of joints that it says other things of.
+    if position.is_empty() {
+        return Ok(());
+    }
+    if name.len() != position.len() {
+        return Err(wanted.fault(
+            format!(
+                "a message of `{}`, {t_s:.3} s after the first of all, has {} names and {} positions",
+                message.topic,
+                name.len(),
+                position.len()
+            ),
+            "give each joint that it names a position",
+        ));
+    }
+    for ((joint, _), series) in wanted.joints.iter().zip(joints) {
+        let theirs = wanted.name(joint);
+        if let Some(place) = name.iter().position(|name| name == theirs) {
+            series.push(t_s, finite(wanted, message, t_s, vec![position[place]])?);
+        }
+    }
+    Ok(())
 }
 
 fn read_all(
@@ -98,7 +158,7 @@ fn read_all(
 fn types(drives: Drives) -> &'static [&'static str] {
     match drives {
         Drives::WheelRates => &[JointState::TYPE_NAME, Float64MultiArray::TYPE_NAME],
-        Drives::WheelAngles | Drives::WheelTorques => &[JointState::TYPE_NAME],
+        Drives::WheelAngles | Drives::WheelTorques | Drives::Joints => &[JointState::TYPE_NAME],
         Drives::Twist => &[
             TwistStamped::TYPE_NAME,
             Twist::TYPE_NAME,
@@ -141,7 +201,10 @@ fn only_topic(wanted: &Wanted<'_>, files: &FileAccess) -> Result<String, Error> 
                     "several of its topics could drive the robot: {}",
                     names.join(", ")
                 ),
-                "choose one with `playback.topic`",
+                match wanted.section.drives {
+                    Drives::Joints => "choose one with `playback.joint_topic`",
+                    _ => "choose one with `playback.topic`",
+                },
             ))
         }
     }
@@ -166,6 +229,7 @@ fn drive(
     driving: &mut Series,
 ) -> Result<(), Error> {
     let values = match wanted.section.drives {
+        Drives::Joints => return Ok(()),
         Drives::WheelRates if message.type_name == Float64MultiArray::TYPE_NAME => {
             let data = decode::<Float64MultiArray>(wanted, message)?.data;
             if data.len() != wanted.wheels.len() {

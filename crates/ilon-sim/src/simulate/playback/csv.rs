@@ -2,8 +2,10 @@
 
 use ilon_files::{FileAccess, ReadError};
 
+use ilon_robot::JointKind;
+
 use super::series::Series;
-use super::wanted::{MAX_BYTES, MOST_ROWS, Wanted};
+use super::wanted::{MAX_BYTES, MOST_ROWS, Said, Wanted};
 use crate::Error;
 use crate::foreign::{cell, is_head_of_log, quoted};
 use crate::scenario::{Drives, is_computable, nearest};
@@ -24,11 +26,11 @@ struct Column {
     factor: f64,
 }
 
-/// What drives the robot, and where the real one was.
-pub(super) fn read(
-    wanted: &Wanted<'_>,
-    files: &FileAccess,
-) -> Result<(Series, Option<Series>), Error> {
+const PER_MINUTE: f64 = std::f64::consts::TAU / 60.0;
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// What drives the robot and its joints, and where the real one was.
+pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<Said, Error> {
     let file = files
         .reader(wanted.path, MAX_BYTES)
         .map_err(|fault| match fault {
@@ -64,11 +66,14 @@ pub(super) fn read(
     let time = column(wanted, &header, &TIMES)?;
     let driving = driving(wanted, &header)?;
     let measured = measured(wanted, &header)?;
+    let joints = joints(wanted, &header)?;
     wanted.refuse_unused_names()?;
 
     let mut driven = Series::new(driving.len());
+    let mut moved = vec![Series::new(1); joints.len()];
     let mut poses = Series::new(3);
     let mut first_ns = None;
+    let mut rows_read = 0;
     for row in rows {
         let row = row.map_err(parsing)?;
         let line = row.position().map_or(0, ::csv::Position::line);
@@ -121,7 +126,9 @@ pub(super) fn read(
                 )),
             }
         };
-        if let Some(values) = values(&driving)? {
+        if let Some(values) = values(&driving)?
+            && !driving.is_empty()
+        {
             driven.push(t_s, values);
         }
         if let Some(columns) = &measured
@@ -129,19 +136,56 @@ pub(super) fn read(
         {
             poses.push(t_s, values);
         }
-        if driven.len() > MOST_ROWS {
+        for (column, series) in joints.iter().zip(&mut moved) {
+            // A joint that is logged less often leaves its cells empty.
+            if let Some(column) = column
+                && !text_of(column).is_empty()
+            {
+                series.push(t_s, [number(column)?]);
+            }
+        }
+        rows_read += 1;
+        if rows_read > MOST_ROWS {
             return Err(wanted.fault(
                 format!("it has more than {MOST_ROWS} rows"),
                 "cut it into parts",
             ));
         }
     }
-    Ok((driven, measured.map(|_| poses)))
+    Ok(Said {
+        driving: driven,
+        measured: measured.map(|_| poses),
+        joints: moved,
+    })
+}
+
+/// Of each joint that the log may drive, the column that says where it was, if there is one.
+fn joints(wanted: &Wanted<'_>, header: &Header<'_>) -> Result<Vec<Option<Column>>, Error> {
+    let column_of = |(joint, kind): &(&str, JointKind)| {
+        let kinds: [(&str, f64); 2] = match kind {
+            JointKind::Turns => [("position_rad", 1.0), ("position_deg", DEGREE)],
+            JointKind::Slides => [("position_m", 1.0), ("position_mm", 1e-3)],
+        };
+        let theirs = wanted.name(joint);
+        // As a person writes it, or as in a trace of ilon; or as `playback.names` says.
+        let mut names: Vec<(String, f64)> = Vec::new();
+        for (kind, factor) in kinds {
+            names.push((format!("{theirs}_{kind}"), factor));
+            names.push((format!("joint_{theirs}_{kind}"), factor));
+        }
+        if theirs != *joint {
+            names.push((theirs.to_owned(), 1.0));
+        }
+        find(
+            wanted,
+            header,
+            names.iter().map(|(name, factor)| (name.as_str(), *factor)),
+        )
+    };
+    wanted.joints.iter().map(column_of).collect()
 }
 
 fn driving(wanted: &Wanted<'_>, header: &Header<'_>) -> Result<Vec<Column>, Error> {
-    const PER_MINUTE: f64 = std::f64::consts::TAU / 60.0;
-    const DEGREE: f64 = std::f64::consts::PI / 180.0;
     let wheels = |kinds: &[(&str, f64)]| -> Result<Vec<Column>, Error> {
         let wheels = wanted.wheels.iter().enumerate();
         let columns = wheels.map(|(index, wheel)| {
@@ -189,6 +233,7 @@ fn driving(wanted: &Wanted<'_>, header: &Header<'_>) -> Result<Vec<Column>, Erro
             )])
             .collect(),
         Drives::Path => pose(wanted, header, ""),
+        Drives::Joints => Ok(Vec::new()),
     }
 }
 
@@ -223,12 +268,12 @@ fn pose(wanted: &Wanted<'_>, header: &Header<'_>, prefix: &str) -> Result<Vec<Co
     ])
 }
 
-/// The one column that is called by any of these names.
-fn column(
+/// The one column that is called by any of these names, if there is one.
+fn find<'n>(
     wanted: &Wanted<'_>,
     header: &Header<'_>,
-    names: &[(&str, f64)],
-) -> Result<Column, Error> {
+    names: impl IntoIterator<Item = (&'n str, f64)>,
+) -> Result<Option<Column>, Error> {
     let mut found = None;
     for (name, factor) in names {
         let theirs = wanted.name(name);
@@ -244,11 +289,20 @@ fn column(
         if let (None, Some(place)) = (&found, places.first()) {
             found = Some(Column {
                 place: *place,
-                factor: *factor,
+                factor,
             });
         }
     }
-    found.ok_or_else(|| {
+    Ok(found)
+}
+
+/// The one column that is called by any of these names.
+fn column(
+    wanted: &Wanted<'_>,
+    header: &Header<'_>,
+    names: &[(&str, f64)],
+) -> Result<Column, Error> {
+    find(wanted, header, names.iter().copied())?.ok_or_else(|| {
         let (first, _) = names[0];
         let shown = header.names.iter().filter(|_| header.is_log);
         let near = nearest(first, shown.map(String::as_str));

@@ -9,12 +9,12 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use ilon_control::{Heading, Reference};
-use ilon_robot::{Pose, Robot, Twist};
+use ilon_robot::{JointKind, Pose, Robot, Twist};
 use nalgebra::Vector2;
 
 pub(super) use self::series::Placing;
 use self::series::{Series, is_wrapped, place, unwrap};
-use self::wanted::Wanted;
+use self::wanted::{Said, Wanted};
 use crate::Error;
 use crate::scenario::{Drives, Scenario, TIME_SLACK_S};
 
@@ -40,6 +40,17 @@ struct Measured {
     is_placed: bool,
 }
 
+/// What comes of a log.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Played {
+    /// What drives wheels or body; `None` of a log that drives joints alone.
+    pub log: Option<Arc<Log>>,
+    /// Where it takes joints between bodies: which of the robot's, and time in seconds of the run and position, times growing.
+    pub joints: Vec<(usize, Vec<[f64; 2]>)>,
+    /// When what it drives ends, in seconds of the run.
+    pub end_s: f64,
+}
+
 /// What a log asks of the wheels at a time.
 pub(super) enum Asked {
     Rates,
@@ -47,71 +58,175 @@ pub(super) enum Asked {
     Twist(Twist),
 }
 
-impl Log {
-    /// Reads the log that a scenario names, for a robot that starts at a pose.
-    ///
-    /// # Errors
-    /// Where it cannot be read, or does not say what shall drive the robot.
-    pub fn read(
-        scenario: &Scenario,
-        robot: &Robot,
-        start: Pose,
-    ) -> Result<Option<Arc<Self>>, Error> {
-        let Some(section) = &scenario.playback else {
-            return Ok(None);
-        };
-        let path = scenario.resolve(&section.file);
-        let fault = |message: String, help: String| Error::Log {
-            path: path.clone(),
-            message,
-            help,
-        };
-        let wheels: Vec<&str> = robot
-            .wheels
+/// Reads the log that a scenario names, for a robot that starts at a pose; nothing where it names none.
+///
+/// # Errors
+/// Where it cannot be read, or does not say what shall drive the robot.
+pub(super) fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Played, Error> {
+    let Some(section) = &scenario.playback else {
+        return Ok(Played::default());
+    };
+    let path = scenario.resolve(&section.file);
+    let wheels: Vec<&str> = robot
+        .wheels
+        .iter()
+        .map(|wheel| wheel.name.as_str())
+        .collect();
+    let moved = joints_without_aim(scenario, robot);
+    let joints: Vec<(&str, JointKind)> = moved
+        .iter()
+        .map(|index| {
+            (
+                robot.joints[*index].name.as_str(),
+                robot.joints[*index].kind,
+            )
+        })
+        .collect();
+    let wanted = Wanted {
+        section,
+        wheels: &wheels,
+        joints: &joints,
+        path: &path,
+        asked: RefCell::default(),
+    };
+    let said = match section.is_csv() {
+        true => csv::read(&wanted, &scenario.files)?,
+        false => bag::read(&wanted, &scenario.files)?,
+    };
+    let Said {
+        mut driving,
+        measured,
+        mut joints,
+    } = said;
+    let all = [Some(&driving), measured.as_ref()].into_iter().flatten();
+    all.chain(&joints)
+        .try_for_each(|series| grows(&wanted, series))?;
+    let moves = joints.iter().any(|series| series.len() > 0);
+    if !moves && (section.joint_topic.is_some() || section.drives == Drives::Joints) {
+        return Err(moves_no_joint(&wanted));
+    }
+    let alone = section.drives == Drives::Joints;
+    let first_s = match alone {
+        true => joints
             .iter()
-            .map(|wheel| wheel.name.as_str())
-            .collect();
-        let wanted = Wanted {
-            section,
-            wheels: &wheels,
-            path: &path,
-            asked: RefCell::default(),
-        };
-        let (mut driving, measured) = match section.is_csv() {
-            true => csv::read(&wanted, &scenario.files)?,
-            false => bag::read(&wanted, &scenario.files)?,
-        };
-        let Some(first_s) = driving.times_s.first().copied() else {
-            let message = "it holds nothing that could drive the robot".to_owned();
-            return Err(fault(
-                message,
-                "see `playback.drives` and `playback.topic`".to_owned(),
-            ));
-        };
-        for series in [Some(&driving), measured.as_ref()].into_iter().flatten() {
-            if let Some(row) = series
-                .times_s
-                .windows(2)
-                .position(|pair| pair[1] <= pair[0])
-            {
-                let (at, next) = (series.times_s[row], series.times_s[row + 1]);
-                return Err(fault(
-                    format!("its times do not grow: after {at} s comes {next} s"),
-                    "order its rows by time, and leave each time once".to_owned(),
-                ));
-            }
-        }
-        // Time counts from what drives the robot first.
-        driving.shift_times(-first_s - section.from_s);
+            .filter_map(|series| series.times_s.first().copied())
+            .reduce(f64::min),
+        false => driving.times_s.first().copied(),
+    };
+    let Some(first_s) = first_s else {
+        return Err(wanted.fault(
+            "it holds nothing that could drive the robot",
+            "see `playback.drives` and `playback.topic`",
+        ));
+    };
+    // Time counts from what drives the robot first.
+    let shift_s = -first_s - section.from_s;
+    joints
+        .iter_mut()
+        .for_each(|series| series.shift_times(shift_s));
+    let last_s = |series: &Series| series.times_s.last().copied();
+    let end_s = joints.iter().filter_map(last_s).reduce(f64::max);
+    let joints = moved
+        .into_iter()
+        .zip(joints)
+        .filter(|(_, series)| series.len() > 0);
+    let joints = joints
+        .map(|(index, series)| {
+            let rows = series.rows().map(|(t_s, row)| [t_s, row[0]]);
+            (index, rows.collect())
+        })
+        .collect();
+    if alone {
+        return Ok(Played {
+            log: None,
+            joints,
+            end_s: end_s.unwrap_or(0.0),
+        });
+    }
+    driving.shift_times(shift_s);
+    let log = Log::new(
+        &wanted,
+        (driving, measured),
+        shift_s,
+        scenario.run.control_dt_s,
+        start,
+    )?;
+    Ok(Played {
+        end_s: log.end_s(),
+        log: Some(Arc::new(log)),
+        joints,
+    })
+}
+
+/// The joints that a log may drive: those with a servo that the scenario sends nowhere.
+fn joints_without_aim(scenario: &Scenario, robot: &Robot) -> Vec<usize> {
+    let is_free = |index: &usize| {
+        let joint = &robot.joints[*index];
+        let asked = scenario.robot.joints.get(&joint.name);
+        joint.servo().is_some()
+            && asked.is_none_or(|asked| {
+                asked.setpoints.is_empty() && asked.target_m.or(asked.target_rad).is_none()
+            })
+    };
+    (0..robot.joints.len()).filter(is_free).collect()
+}
+
+/// That a log which shall drive joints drives none.
+fn moves_no_joint(wanted: &Wanted<'_>) -> Error {
+    let names: Vec<String> = wanted
+        .joints
+        .iter()
+        .map(|(joint, _)| format!("`{}`", wanted.name(joint)))
+        .collect();
+    let help = match (names.is_empty(), wanted.section.is_csv()) {
+        (true, _) => "give a joint role = \"driven\", and neither a target nor setpoints, in [robot.joints.NAME]".to_owned(),
+        (false, true) => format!(
+            "looked for are columns such as {}_position_rad, or _m of a joint that slides, of {}; `playback.names` says what a joint is called",
+            wanted.name(wanted.joints[0].0),
+            names.join(", ")
+        ),
+        (false, false) => format!(
+            "looked for are positions of {}; `playback.names` says what a joint is called",
+            names.join(", ")
+        ),
+    };
+    wanted.fault("it drives no joint of the robot", help)
+}
+
+/// Refuses times that do not grow.
+fn grows(wanted: &Wanted<'_>, series: &Series) -> Result<(), Error> {
+    let times_s = &series.times_s;
+    let Some(row) = times_s.windows(2).position(|pair| pair[1] <= pair[0]) else {
+        return Ok(());
+    };
+    Err(wanted.fault(
+        format!(
+            "its times do not grow: after {} s comes {} s",
+            times_s[row],
+            times_s[row + 1]
+        ),
+        "order its rows by time, and leave each time once",
+    ))
+}
+
+impl Log {
+    /// A log whose rows have the times of the run; the real robot's have those of the log until they are shifted by as much.
+    fn new(
+        wanted: &Wanted<'_>,
+        (mut driving, measured): (Series, Option<Series>),
+        shift_s: f64,
+        control_dt_s: f64,
+        start: Pose,
+    ) -> Result<Self, Error> {
+        let section = wanted.section;
         if driving.len() == 1 {
-            return Err(fault(
-                "it drives the robot by one row alone, of which nobody knows how long it holds"
-                    .to_owned(),
-                "add a row at the time at which it ends".to_owned(),
+            return Err(wanted.fault(
+                "it drives the robot by one row alone, of which nobody knows how long it holds",
+                "add a row at the time at which it ends",
             ));
         }
         if driving.end_s() <= 0.0 {
-            return Err(fault(
+            return Err(wanted.fault(
                 format!(
                     "`playback.from_s` = {} leaves nothing of it",
                     section.from_s
@@ -122,13 +237,13 @@ impl Log {
         let measured = match measured {
             None => None,
             Some(poses) if poses.len() == 0 => {
-                return Err(fault(
-                    "it says nowhere where the real robot was".to_owned(),
-                    "see `playback.pose_topic`".to_owned(),
+                return Err(wanted.fault(
+                    "it says nowhere where the real robot was",
+                    "see `playback.pose_topic`",
                 ));
             }
             Some(mut poses) => {
-                poses.shift_times(-first_s - section.from_s);
+                poses.shift_times(shift_s);
                 unwrap(&mut poses, 2);
                 let is_placed = poses.times_s[0] <= TIME_SLACK_S;
                 if is_placed {
@@ -154,13 +269,13 @@ impl Log {
                     .for_each(|angle| *angle -= first);
             }
         }
-        Ok(Some(Arc::new(Self {
+        Ok(Self {
             drives: section.drives,
             driving,
             measured,
             angle_gain_per_s: section.angle_gain_per_s(),
-            control_dt_s: scenario.run.control_dt_s,
-        })))
+            control_dt_s,
+        })
     }
 
     /// When what drives the robot ends, in seconds of the run: where rows hold until the next, when the last has held as long as the others;
@@ -169,7 +284,9 @@ impl Log {
         let driving = &self.driving;
         match self.drives {
             Drives::WheelRates | Drives::WheelTorques | Drives::Twist => driving.end_s(),
-            Drives::WheelAngles | Drives::Path => driving.times_s.last().copied().unwrap_or(0.0),
+            Drives::WheelAngles | Drives::Path | Drives::Joints => {
+                driving.times_s.last().copied().unwrap_or(0.0)
+            }
         }
     }
 
@@ -223,7 +340,7 @@ impl Log {
                 }
                 Asked::Rates
             }
-            Drives::Twist | Drives::Path => {
+            Drives::Twist | Drives::Path | Drives::Joints => {
                 let row = self
                     .driving
                     .held(t_s)
@@ -269,7 +386,7 @@ impl Log {
     ) -> Option<f64> {
         let largest = |row: &[f64]| row.iter().fold(0.0, |most: f64, rate| most.max(rate.abs()));
         match self.drives {
-            Drives::WheelTorques | Drives::Path => None,
+            Drives::WheelTorques | Drives::Path | Drives::Joints => None,
             Drives::WheelRates => Some(largest(&self.driving.values)),
             Drives::WheelAngles => {
                 let rows: Vec<(f64, &[f64])> = self.driving.rows().collect();

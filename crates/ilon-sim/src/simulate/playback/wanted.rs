@@ -4,6 +4,9 @@ use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use ilon_robot::JointKind;
+
+use super::series::Series;
 use crate::Error;
 use crate::scenario::Playback;
 
@@ -15,9 +18,21 @@ pub(super) const MOST_ROWS: usize = 20_000_000;
 pub(super) struct Wanted<'a> {
     pub section: &'a Playback,
     pub wheels: &'a [&'a str],
+    /// The joints between bodies that it may drive.
+    pub joints: &'a [(&'a str, JointKind)],
     pub path: &'a Path,
     /// What was looked for.
     pub asked: RefCell<BTreeSet<String>>,
+}
+
+/// What a log says, in times of its own.
+pub(super) struct Said {
+    /// What drives wheels or body.
+    pub driving: Series,
+    /// Where the real robot was: x, y and heading.
+    pub measured: Option<Series>,
+    /// Where each of the joints was that it may drive; without rows where the log does not say.
+    pub joints: Vec<Series>,
 }
 
 impl Wanted<'_> {

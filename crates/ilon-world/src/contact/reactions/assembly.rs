@@ -51,7 +51,7 @@ impl Reactions {
     /// Finds the places where the bodies are near the ground and one another.
     pub(super) fn find(&mut self, scenes: Scenes<'_>) {
         for scene in scenes.each() {
-            scene.find_chassis(&mut self.found);
+            scene.find_bodies(&mut self.found);
             self.nearby.append(&mut self.found);
             for wheel in 0..scene.robot.wheels.len() {
                 scene.find_wheel(wheel, &mut self.workspace, &mut self.found);
@@ -90,8 +90,8 @@ impl Reactions {
             if friction_n_m > 0.0 && axle.response.is_some() {
                 // Its spin against the hub.
                 let still = (&Vector3::zeros(), &Vector3::zeros());
-                let (wheel, hub_turns) = (Some(axle.wheel), -axle.axis);
-                let mut side = scene.moving_with(wheel, scene.middle, still, &hub_turns);
+                let (hub, hub_turns) = (Some(body.joint), -axle.axis);
+                let mut side = scene.moving_with(hub, scene.middle, still, &hub_turns);
                 side.axle = Some((i, 1.0));
                 let part = Part::Axle(axle.wheel, axle.roller);
                 self.hold_bearing(&scene, part, side, friction_n_m);

@@ -115,7 +115,7 @@ fn turned_by(
     let of_axle = axle.map_or(0.0, |_| moment.dot(&axis));
     let of_hub = moment - of_axle * axis;
     let still = (&Vector3::zeros(), &Vector3::zeros());
-    let mut side = scene.moving_with(Some(wheel), scene.middle, still, &of_hub);
+    let mut side = scene.moving_with(Some(body.joint), scene.middle, still, &of_hub);
     side.axle = axle.map(|index| (index, of_axle));
     side
 }

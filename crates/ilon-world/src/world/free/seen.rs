@@ -6,7 +6,7 @@ use parry3d::query::Ray;
 use rapier3d::prelude::*;
 
 use super::islands::id_of;
-use crate::contact::free_body_search::solids;
+use crate::contact::free_body_search::parts;
 use crate::contact::solid::Solid;
 use crate::engine::convert;
 use crate::free::FreeBodyId;
@@ -20,7 +20,7 @@ use crate::world::body::BodyId;
 pub enum Seen {
     /// The ground and what stands on it for good.
     Ground,
-    /// A robot: its chassis, or a wheel, as a cylinder of its radius.
+    /// A robot: its chassis, a body on a joint, or a wheel, as a cylinder of its radius.
     Robot(BodyId),
     /// A free body.
     Free(FreeBodyId),
@@ -46,7 +46,7 @@ pub struct RayHit {
 /// the world's origin.
 #[non_exhaustive]
 pub struct InRapier {
-    /// A body for each chassis, wheel and free body.
+    /// A body for each shape of a chassis or of a body on a joint, for each wheel and each free body.
     pub bodies: RigidBodySet,
     /// Their shapes, and those of the ground, which have no body.
     pub colliders: ColliderSet,
@@ -156,11 +156,11 @@ impl World {
         let all = self.bodies.iter().chain(self.islands.bodies());
         for (index, body) in all.enumerate() {
             let seen = id_of(body).map_or(Seen::Robot(BodyId(index)), Seen::Free);
-            for solid in solids(body, &body.state) {
+            for (joint, solid) in parts(body, &body.state) {
                 let at_m = solid.floor_from_shape.translation.vector;
                 let part = Part {
-                    velocity_m_s: body.state.chassis_velocity_m_s(&at_m),
-                    angular_rad_s: body.state.angular_rad_s,
+                    velocity_m_s: body.state.carrier_velocity_m_s(joint, &at_m),
+                    angular_rad_s: body.state.carrier_rates(joint),
                     ..Part::still(&solid)
                 };
                 show(seen, part);

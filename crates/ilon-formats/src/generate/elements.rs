@@ -1,0 +1,112 @@
+//! The elements of URDF as they are written.
+
+use std::fmt::Write;
+
+use nalgebra::Vector3;
+
+/// Principal moments of a solid cylinder along z about its centre, in kg m^2.
+pub(super) fn cylinder_moments(mass_kg: f64, radius_m: f64, length_m: f64) -> Vector3<f64> {
+    let across = mass_kg * (3.0 * radius_m * radius_m + length_m * length_m) / 12.0;
+    Vector3::new(across, across, 0.5 * mass_kg * radius_m * radius_m)
+}
+
+pub(super) fn cylinder(radius_m: f64, length_m: f64) -> String {
+    format!(
+        "<cylinder radius=\"{}\" length=\"{}\"/>",
+        num(radius_m),
+        num(length_m)
+    )
+}
+
+pub(super) fn write_inertial(
+    out: &mut String,
+    origin: &str,
+    mass_kg: f64,
+    moments: &Vector3<f64>,
+) -> std::fmt::Result {
+    writeln!(
+        out,
+        "    <inertial>{origin}<mass value=\"{}\"/>\
+         <inertia ixx=\"{}\" ixy=\"0\" ixz=\"0\" iyy=\"{}\" iyz=\"0\" izz=\"{}\"/></inertial>",
+        num(mass_kg),
+        num(moments.x),
+        num(moments.y),
+        num(moments.z)
+    )
+}
+
+pub(super) fn write_geometry(
+    out: &mut String,
+    origin: &str,
+    geometry: &str,
+    material: &str,
+    rgba: &str,
+) -> std::fmt::Result {
+    write_visual(out, origin, geometry, material, rgba)?;
+    writeln!(
+        out,
+        "    <collision>{origin}<geometry>{geometry}</geometry></collision>"
+    )
+}
+
+pub(super) fn write_visual(
+    out: &mut String,
+    origin: &str,
+    geometry: &str,
+    material: &str,
+    rgba: &str,
+) -> std::fmt::Result {
+    writeln!(
+        out,
+        "    <visual>{origin}<geometry>{geometry}</geometry>\
+         <material name=\"{material}\"><color rgba=\"{rgba}\"/></material></visual>"
+    )
+}
+
+/// Principal moments of a box about its centre, in kg m^2.
+pub(super) fn box_moments(mass_kg: f64, [x, y, z]: [f64; 3]) -> Vector3<f64> {
+    Vector3::new(y * y + z * z, x * x + z * z, x * x + y * y) * (mass_kg / 12.0)
+}
+
+pub(super) fn write_dynamics(
+    out: &mut String,
+    damping_n_m_s: f64,
+    friction_n_m: f64,
+) -> std::fmt::Result {
+    writeln!(
+        out,
+        "    <dynamics damping=\"{}\" friction=\"{}\"/>",
+        num(damping_n_m_s),
+        num(friction_n_m)
+    )
+}
+
+/// A number with fifteen significant digits: all that a double holds but for the noise of its last place.
+pub(super) fn num(value: f64) -> String {
+    if value.abs() < 1e-15 {
+        return "0".to_owned();
+    }
+    let rounded: f64 = format!("{value:.14e}").parse().unwrap_or(value);
+    if rounded.abs() < 1e-4 {
+        format!("{rounded:e}")
+    } else {
+        format!("{rounded}")
+    }
+}
+
+pub(super) fn nums(values: &[f64]) -> String {
+    values.iter().map(|&v| num(v)).collect::<Vec<_>>().join(" ")
+}
+
+/// A text as the value of an XML attribute.
+pub(super) fn attribute(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+/// A text inside an XML comment, which must not hold two hyphens in a row.
+pub(super) fn comment_text(text: &str) -> String {
+    text.replace("--", "- -")
+}

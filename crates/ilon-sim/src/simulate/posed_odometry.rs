@@ -1,0 +1,165 @@
+//! Dead reckoning that knows where joints between bodies have the wheels.
+
+use ilon_control::Kinematics;
+use ilon_robot::{Pose, Robot, Twist};
+use nalgebra::{Isometry3, Vector3};
+
+/// Dead reckoning by Indiveri 2009, eq. (5), with the wheels where their joints have them, once a control period: what a robot would know that measured all of
+/// its joints.
+///
+/// Of the velocity of a hub v_h = v + omega x b + db/dt the wheel rolls off all, so that (5) has db/dt beside the body's motion; and of the rate with which a
+/// wheel rolls over the ground its encoder sees all but that of its carrier.
+#[derive(Clone)]
+pub(super) struct PosedOdometry {
+    robot: Robot,
+    /// The joints' positions as they were last, in rad or m.
+    positions: Vec<f64>,
+    /// Those for which the hubs are known.
+    known: Vec<f64>,
+    /// Pose of each hub in the body frame with the joints there, at wheel angle zero.
+    body_from_hubs: Vec<Isometry3<f64>>,
+    /// `None` until the first period, and where wheels stand so that no twist follows from their rates.
+    kinematics: Option<Kinematics>,
+    pose: Pose,
+    rates_rad: Vec<f64>,
+}
+
+impl PosedOdometry {
+    pub fn new(robot: &Robot, start: Pose) -> Self {
+        Self {
+            rates_rad: vec![0.0; robot.wheels.len()],
+            robot: robot.clone(),
+            positions: Vec::new(),
+            known: Vec::new(),
+            body_from_hubs: Vec::new(),
+            kinematics: None,
+            pose: start,
+        }
+    }
+
+    pub fn pose(&self) -> Pose {
+        self.pose
+    }
+
+    /// Takes up where the joints are.
+    pub fn see(&mut self, positions: &[f64]) {
+        self.positions.clear();
+        self.positions.extend_from_slice(positions);
+    }
+
+    /// Goes on by what the wheels turned in a control period, in rad.
+    pub fn reckon(&mut self, turned_rad: &[f64]) {
+        if self.positions.is_empty() {
+            return;
+        }
+        let moved = self.positions != self.known;
+        let before = std::mem::take(&mut self.body_from_hubs);
+        if moved || self.kinematics.is_none() {
+            let posed = self.robot.posed(&self.positions);
+            let wheels = posed.wheels.iter();
+            self.body_from_hubs = wheels.map(|wheel| wheel.body_from_hub).collect();
+            self.kinematics = Kinematics::new(&posed).ok().or(self.kinematics.take());
+            self.known.clone_from(&self.positions);
+        } else {
+            self.body_from_hubs.clone_from(&before);
+        }
+        let Some(kinematics) = &self.kinematics else {
+            return;
+        };
+        let mut rolled_rad = turned_rad.to_vec();
+        for (wheel, (now, then)) in self.body_from_hubs.iter().zip(&before).enumerate() {
+            let moved_m = now.translation.vector - then.translation.vector;
+            let turned = (now.rotation * then.rotation.inverse()).scaled_axis();
+            let asked = Twist::new(moved_m.x, moved_m.y, 0.0);
+            kinematics.wheel_rates(asked, &mut self.rates_rad);
+            rolled_rad[wheel] += turned.dot(&(now.rotation * Vector3::z())) - self.rates_rad[wheel];
+        }
+        self.pose = self.pose.moved(kinematics.twist(&rolled_rad));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_formats::LoadRobot;
+    use ilon_robot::{Body, BodyJoint, JointKind, JointRole, MassProperties};
+
+    use super::*;
+
+    const URDF: &str = include_str!("../../../../assets/robots/mecanum4.urdf");
+
+    /// The mecanum4 with all of its wheels on one carrier, which moves on a joint at the body's origin.
+    fn on_a_carrier(kind: JointKind, axis: Vector3<f64>) -> Robot {
+        let mut robot = Robot::from_urdf_str(URDF, "mecanum4.urdf").expect("a robot");
+        let turn = nalgebra::UnitQuaternion::rotation_between(&Vector3::z(), &axis);
+        let body_from_joint =
+            Isometry3::from_parts(Vector3::zeros().into(), turn.expect("not the opposite"));
+        robot.joints.push(BodyJoint {
+            name: "carrier".to_owned(),
+            parent: None,
+            kind,
+            body_from_joint,
+            body: Body {
+                name: "carrier".to_owned(),
+                mass: MassProperties::point(1.0, Vector3::zeros()),
+                collisions: Vec::new(),
+            },
+            role: JointRole::Free,
+            limits: [-1.0, 1.0],
+            damping: 0.0,
+            friction: 0.0,
+        });
+        robot
+            .wheels
+            .iter_mut()
+            .for_each(|wheel| wheel.carrier = Some(0));
+        robot
+    }
+
+    /// Wheels that stand on the ground while their carrier moves under the body: the body goes back by as much, which eq. (7) alone would not see.
+    #[test]
+    fn hubs_that_move_move_the_body() {
+        for (kind, axis, at, expected) in [
+            (JointKind::Slides, Vector3::x(), 0.1, [-0.1, 0.0, 0.0]),
+            (JointKind::Slides, Vector3::y(), -0.05, [0.0, 0.05, 0.0]),
+            (JointKind::Turns, Vector3::z(), 0.3, [0.0, 0.0, -0.3]),
+        ] {
+            let robot = on_a_carrier(kind, axis);
+            let mut odometry = PosedOdometry::new(&robot, Pose::default());
+            let steps = 2000;
+            for step in 0..=steps {
+                odometry.see(&[at * f64::from(step) / f64::from(steps)]);
+                odometry.reckon(&[0.0; 4]);
+            }
+            let pose = odometry.pose();
+            let found = [pose.x_m, pose.y_m, pose.heading_rad];
+            for (found, expected) in found.iter().zip(expected) {
+                // Each period is taken with the kinematics of its end: of first order in the period.
+                assert!((found - expected).abs() < 1e-3, "{found} {expected}");
+            }
+        }
+    }
+
+    /// A carrier that turns about the wheels' own axis rolls them: an encoder against it sees nothing.
+    #[test]
+    fn a_carrier_that_turns_about_an_axle_rolls_the_wheel() {
+        let mut robot = on_a_carrier(JointKind::Turns, Vector3::y());
+        let hub_m = robot.wheels[0].body_from_hub.translation.vector;
+        robot.joints[0].body_from_joint.translation = Vector3::new(0.0, 0.0, hub_m.z).into();
+        // All hubs at one axle: so they turn in place.
+        for wheel in &mut robot.wheels {
+            wheel.body_from_hub.translation.vector.x *= 1e-9;
+        }
+        robot.wheels[0].body_from_hub.translation.vector.x = 0.0;
+        let mut odometry = PosedOdometry::new(&robot, Pose::default());
+        for step in 0..=100 {
+            odometry.see(&[0.2 * f64::from(step) / 100.0]);
+            odometry.reckon(&[0.0; 4]);
+        }
+        let radius_m = robot.wheels[0].radius_m;
+        let pose = odometry.pose();
+        assert!(
+            (pose.x_m - 0.2 * radius_m).abs() < 1e-3 * radius_m,
+            "{pose:?}"
+        );
+    }
+}

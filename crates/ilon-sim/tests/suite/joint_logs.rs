@@ -1,0 +1,194 @@
+//! Joints that servos drive where a log sends them: CSV files and bags, beside wheels or alone, and what is refused.
+
+use std::path::Path;
+
+use ilon_messages::bag::{BagWriter, Qos};
+use ilon_messages::geometry_msgs::Twist;
+use ilon_messages::sensor_msgs::JointState;
+use ilon_sim::{Error, Plant, Run, Scenario, WheelCommand, run};
+use test_case::test_case;
+
+const ROBOT: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../../assets/robots/mecanum4_arm.urdf"
+);
+
+/// A scenario in a folder, of a robot whose arm a servo drives.
+fn scenario(folder: &Path, joint: &str, motion: &str) -> Result<Scenario, Error> {
+    let text = format!(
+        "[robot]\nfile = \"{ROBOT}\"\n\
+         wheels = {{ rollers = 9, roller_radius_m = 0.012, roller_mass_kg = 0.01, damping_n_m_s = 1e-6, gamma.x_deg = 45 }}\n\
+         [robot.joints.arm]\nrole = \"driven\"\n{joint}\n{motion}"
+    );
+    Scenario::from_toml(&text, "joints", folder)
+}
+
+/// What comes of a CSV file that drives the joints.
+fn of_csv(csv: &str, joint: &str, motion: &str) -> Result<Run, Error> {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("log.csv"), csv).expect("a log");
+    run(&scenario(folder.path(), joint, motion)?)
+}
+
+const ALONE: &str = "[playback]\nfile = \"log.csv\"\ndrives = \"joints\"\n[twist]\nvx_m_s = 0\n";
+/// From 0.2 rad within a second to 0.6 rad: at a constant rate, which the servo follows with the delay of a critically damped one.
+const ROWS: &str = "t_s,arm_position_rad\n5,0.2\n6,0.6\n";
+
+/// Where the arm is at a time.
+fn arm_at(run: &Run, t_s: f64) -> f64 {
+    let records = run.trace.records();
+    let near = records.iter().min_by(|a, b| {
+        let off = |t: f64| (t - t_s).abs();
+        off(a.t_s).total_cmp(&off(b.t_s))
+    });
+    near.expect("records").joints[0].position
+}
+
+/// The run begins where the log begins, whatever its clock, goes along the line between its rows, and ends with it.
+#[test_case(ROWS, ""; "by the joints name")]
+#[test_case("t_ms,arm_position_deg\n0,11.459155902616464\n1000,34.37746770784939\n", ""; "in degrees and milliseconds")]
+#[test_case("t_s,joint_arm_position_rad,wheel\n0,0.2,1\n0.5,,2\n1,0.6,3\n", ""; "as in a trace and with an empty cell")]
+#[test_case("t_s,elbow\n0,0.2\n1,0.6\n", "names.arm = \"elbow\"\n"; "by another name")]
+fn a_csv_file_drives_a_joint_beside_a_twist(csv: &str, names: &str) {
+    let motion = ALONE.replace("[twist]", &format!("{names}[twist]"));
+    let run = of_csv(csv, "", &motion).expect("a run");
+    assert!((run.summary.duration_s - 1.0).abs() < 1e-9);
+    assert!((arm_at(&run, 0.0) - 0.2).abs() < 1e-6);
+    // A critically damped servo that knows its target's rate follows without a lag but for friction and damping: some mrad, as with setpoints.
+    assert!(
+        (arm_at(&run, 0.5) - 0.4).abs() < 0.01,
+        "{}",
+        arm_at(&run, 0.5)
+    );
+}
+
+/// A log that drives the wheels moves joints too, in the time of the wheels.
+#[test]
+fn a_log_of_wheels_takes_joints_along() {
+    let wheels =
+        "front_left_rate_rad_s,front_right_rate_rad_s,rear_left_rate_rad_s,rear_right_rate_rad_s";
+    let csv = format!(
+        "t_s,{wheels},arm_position_rad\n1,,,,,0.0\n2,3,3,3,3,0.2\n2.5,3,3,3,3,\n3,3,3,3,3,0.6\n"
+    );
+    let motion = "[playback]\nfile = \"log.csv\"\ndrives = \"wheel_rates\"\n";
+    let run = of_csv(&csv, "", motion).expect("a run");
+    assert!((arm_at(&run, 0.0) - 0.2).abs() < 1e-6);
+    assert!((arm_at(&run, 0.5) - 0.4).abs() < 0.01);
+    let goes = run.trace.records().last().expect("records").truth.pose.x_m;
+    assert!(goes > 0.1, "{goes}");
+    // A target in the scenario holds the joint, whatever the log says.
+    let held = of_csv(&csv, "target_rad = 0.1", motion).expect("a run");
+    assert!((arm_at(&held, 0.9) - 0.1).abs() < 0.01);
+}
+
+/// What a reset begins with is the log's beginning, and snapshots of both plants are of one plan.
+#[test]
+fn a_reset_begins_where_the_log_begins() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("log.csv"), ROWS).expect("a log");
+    let scenario = scenario(folder.path(), "", ALONE).expect("a scenario");
+    let mut plant = Plant::of_scenario(&scenario).expect("it stands");
+    let at = |plant: &Plant| plant.world().robot().joint_positions()[0];
+    plant
+        .advance(WheelCommand::Rates(&[0.0; 4]), 1.5)
+        .expect("it goes");
+    assert!((at(&plant) - 0.6).abs() < 2e-3, "{}", at(&plant));
+    let pose = plant.resolved().start();
+    plant.reset(0, pose).expect("it stands");
+    assert!((at(&plant) - 0.2).abs() < 1e-6);
+}
+
+fn joint_state(names: &[&str], position: &[f64]) -> JointState {
+    JointState {
+        name: names.iter().map(ToString::to_string).collect(),
+        position: position.to_vec(),
+        ..JointState::default()
+    }
+}
+
+/// What comes of a bag of joints' positions and twists, at times in seconds.
+fn of_bag(joints: &[(f64, JointState)], motion: &str) -> Result<Run, Error> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut bag = BagWriter::create(&folder.path().join("bag")).expect("a bag");
+    bag.declare::<JointState>("/joint_commands", Qos::reliable(1))
+        .expect("a topic");
+    bag.declare::<Twist>("/cmd_vel", Qos::reliable(1))
+        .expect("a topic");
+    let ns = |t_s: f64| 9_000_000_000 + (1e9 * t_s).round() as u64;
+    for t_s in [0.5, 1.0, 1.5] {
+        bag.write("/cmd_vel", &Twist::default(), ns(t_s))
+            .expect("a message");
+    }
+    for (t_s, message) in joints {
+        bag.write("/joint_commands", message, ns(*t_s))
+            .expect("a message");
+    }
+    bag.finish().expect("a bag");
+    run(&scenario(folder.path(), "", motion)?)
+}
+
+const BAG: &str =
+    "[playback]\nfile = \"bag\"\ndrives = \"twist\"\njoint_topic = \"/joint_commands\"\n";
+const BAG_ALONE: &str = "[playback]\nfile = \"bag\"\ndrives = \"joints\"\n[twist]\nvx_m_s = 0\n";
+
+/// A bag drives joints beside a twist, from the twist's first message on, or alone, from their own first on.
+#[test]
+fn a_bag_drives_joints() {
+    let said = [
+        (0.0, joint_state(&["arm"], &[0.0])),
+        (0.2, joint_state(&["front_left"], &[9.0])),
+        (0.5, joint_state(&["front_left", "arm"], &[9.0, 0.2])),
+        (1.5, joint_state(&["arm", "front_left"], &[0.6, 9.0])),
+    ];
+    let beside = of_bag(&said, BAG).expect("a run");
+    let alone = of_bag(&said, BAG_ALONE).expect("a run");
+    for (run, starts, later) in [(&beside, 0.2, 0.4), (&alone, 0.0, 0.2)] {
+        assert!(
+            (arm_at(run, 0.0) - starts).abs() < 1e-6,
+            "{}",
+            arm_at(run, 0.0)
+        );
+        assert!(
+            (arm_at(run, 0.5) - later).abs() < 0.01,
+            "{}",
+            arm_at(run, 0.5)
+        );
+    }
+    assert!((alone.summary.duration_s - 1.5).abs() < 1e-9);
+}
+
+#[test_case(&[(0.0, joint_state(&["arm"], &[0.0, 1.0]))], BAG, "1 names and 2 positions"; "wrong length")]
+#[test_case(&[(0.0, joint_state(&["arm"], &[f64::NAN]))], BAG, "cannot be computed with"; "no number")]
+#[test_case(&[(0.0, joint_state(&["arn"], &[0.1]))], BAG, "it drives no joint"; "an unknown joint")]
+#[test_case(&[(0.0, joint_state(&["arm"], &[0.1])), (0.0, joint_state(&["arm"], &[0.2]))], BAG, "do not grow"; "one time twice")]
+#[test_case(&[(0.0, joint_state(&["arm"], &[7.0]))], BAG, "beyond its limits"; "beyond the limits")]
+#[test_case(&[], BAG, "no messages of `playback.joint_topic`"; "no message")]
+#[test_case(&[(0.0, joint_state(&["arm"], &[0.1]))], "[playback]\nfile = \"bag\"\ndrives = \"twist\"\njoint_topic = \"/cmd_vel\"\n", "geometry_msgs/msg/Twist"; "another type")]
+#[test_case(&[(0.0, joint_state(&["arm"], &[0.1]))], "[playback]\nfile = \"bag\"\ndrives = \"joints\"\n", "add a `[twist]`"; "wheels that nothing drives")]
+#[test_case(&[(0.0, joint_state(&["arm"], &[0.1]))], "[playback]\nfile = \"bag\"\ndrives = \"joints\"\ntopic = \"/x\"\n[twist]\nvx_m_s = 0\n", "joint_topic"; "the wheels topic")]
+fn what_no_joint_can_do_is_refused_in_words(
+    joints: &[(f64, JointState)],
+    motion: &str,
+    words: &str,
+) {
+    let Err(error) = of_bag(joints, motion) else {
+        panic!("not refused");
+    };
+    let error = format!("{error} {error:?}");
+    assert!(error.contains(words), "{error}");
+}
+
+#[test_case("t_s,arm_position_rad\n0,0.1\n0,0.2\n", "do not grow"; "times that stand")]
+#[test_case("t_s,arm_position_rad\n1,0.1\n0,0.2\n", "do not grow"; "times that go back")]
+#[test_case("t_s,arm_position_rad\n0,nan\n1,0.2\n", "must be a number"; "no number")]
+#[test_case("t_s,arn_position_rad\n0,0.1\n1,0.2\n", "it drives no joint"; "an unknown joint")]
+#[test_case("t_s,arm_position_m\n0,0.1\n1,0.2\n", "arm_position_rad"; "the unit of a slide")]
+#[test_case("t_s,arm_position_rad\n0,0.1\n1,2.7\n", "beyond its limits"; "beyond the limits")]
+#[test_case("t_s,arm_position_rad\n", "it drives no joint"; "no rows")]
+fn a_csv_file_that_no_joint_can_follow_is_refused_in_words(csv: &str, words: &str) {
+    let Err(error) = of_csv(csv, "", ALONE) else {
+        panic!("not refused");
+    };
+    let error = format!("{error} {error:?}");
+    assert!(error.contains(words), "{error}");
+}

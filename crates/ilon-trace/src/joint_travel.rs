@@ -1,0 +1,92 @@
+//! How far joints between bodies move over a run.
+
+use crate::fold::Mean;
+use crate::header::Header;
+use crate::metrics::JointTravel;
+use crate::record::{MAX_JOINTS, Record};
+
+/// A joint is on a stop within this share of its way, which a stop gives by.
+const NEAR_STOP: f64 = 1e-3;
+
+/// What is counted of all joints in one pass over all rows.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct JointAccumulator {
+    joints: Vec<One>,
+}
+
+#[derive(Clone, Debug)]
+struct One {
+    least: f64,
+    most: f64,
+    on_stop: Mean,
+}
+
+impl JointAccumulator {
+    pub fn add(&mut self, header: &Header, record: &Record) {
+        let count = header.joints.len().min(MAX_JOINTS);
+        let none = One {
+            least: f64::INFINITY,
+            most: f64::NEG_INFINITY,
+            on_stop: Mean::default(),
+        };
+        self.joints.resize(count, none);
+        let samples = record.joints.iter().zip(&header.joints);
+        for (one, (sample, of)) in self.joints.iter_mut().zip(samples) {
+            one.least = one.least.min(sample.position);
+            one.most = one.most.max(sample.position);
+            if let Some([lower, upper]) = of.limits {
+                let near = NEAR_STOP * (upper - lower);
+                let is_on = sample.position < lower + near || sample.position > upper - near;
+                one.on_stop.add(f64::from(u8::from(is_on)));
+            }
+        }
+    }
+
+    pub fn travels(&self, header: &Header) -> Vec<JointTravel> {
+        let joints = self.joints.iter().zip(&header.joints);
+        let travel = |(one, of): (&One, &crate::header::JointHeader)| JointTravel {
+            name: of.name.clone(),
+            slides: of.slides,
+            least: one.least,
+            most: one.most,
+            on_stop: one.on_stop.get(),
+        };
+        joints.map(travel).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::header::JointHeader;
+
+    /// Least, largest, and the share of rows on a stop, of each joint.
+    #[test]
+    fn joints_are_followed_over_a_run() {
+        let joint = |name: &str, limits| JointHeader {
+            name: name.to_owned(),
+            slides: false,
+            limits,
+        };
+        let header = Header {
+            joints: vec![joint("rocker", Some([-0.1, 0.1])), joint("turret", None)],
+            ..Header::default()
+        };
+        let mut joints = JointAccumulator::default();
+        for [rocker, turret] in [[0.0, 1.0], [0.1, 7.0], [0.05, -2.0], [-0.1, 0.0]] {
+            let mut record = Record::default();
+            record.joints[0].position = rocker;
+            record.joints[1].position = turret;
+            joints.add(&header, &record);
+        }
+        let [rocker, turret] = &joints.travels(&header)[..] else {
+            panic!("two joints");
+        };
+        assert_eq!((rocker.least, rocker.most), (-0.1, 0.1));
+        assert_eq!(rocker.on_stop, Some(0.5));
+        assert_eq!(
+            (turret.least, turret.most, turret.on_stop),
+            (-2.0, 7.0, None)
+        );
+    }
+}
