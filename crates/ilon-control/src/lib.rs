@@ -93,7 +93,7 @@ pub use estimation::pose_filter::{PoseEstimate, PoseFilter, PoseFilterSettings};
 pub use estimation::tilt::{InertialErrors, TiltFilter};
 pub use guidance::fastest::Fastest;
 pub use guidance::law::{
-    Command, Feasibility, Gain, Guidance, GuidanceSettings, Priority, Saturation,
+    Command, Feasibility, Gain, Guidance, GuidanceSettings, GuidanceTask, Priority, Saturation,
 };
 pub use guidance::priority::{Task, TaskShare, share_capacity, sigma};
 pub use guidance::reference::{Desired, Heading, Reference};

@@ -121,6 +121,7 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
                 seen_pose: pose,
                 odometry_ideal: by_ideal,
                 odometry_contact: by_contact,
+                odometry_posed: None,
                 desired,
                 measured: None,
                 command_twist_in_body: command,

@@ -24,6 +24,7 @@
 
 mod accumulate;
 mod columns;
+mod design;
 pub mod difference;
 mod error;
 mod fault;
@@ -51,6 +52,7 @@ pub mod slip;
 pub mod trace;
 
 pub use columns::{Kind, Signal};
+pub use design::Design;
 pub use difference::{Difference, differences, number};
 pub use error::TraceError;
 pub use fault::{Fault, FaultKind};

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 /// The most tasks that one guidance law runs: feedforward and feedback of position and of heading, Indiveri 2009,
 /// eqs. (38)-(41).
-pub const MAX_TASKS: usize = 4;
+pub const MAX_TASKS: usize = 6;
 
 /// The most joints between bodies that a trace records: those that stand first in the robot.
 pub const MAX_JOINTS: usize = 12;

@@ -25,6 +25,7 @@
 //! | [`compare`] | several runs beside each other |
 //! | [`planar`] | a robot as a planar base, fitted for planners and learners |
 //! | [`ros2_control`] | parameters for the controllers of ros2_controllers |
+//! | [`planners`] | a robot for PathPlanner, Choreo and Road Runner |
 //! | [`pages`] | pages that show more than a trace: measurements, robots, designs |
 //! | [`cli`] | the `ilon` command |
 //!
@@ -136,6 +137,7 @@ pub mod bench;
 )]
 pub mod cli;
 pub mod planar;
+pub mod planners;
 pub mod ros2_control;
 
 pub use ilon_control as control;

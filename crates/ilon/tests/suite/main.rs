@@ -26,6 +26,7 @@ mod options;
 mod outputs;
 mod pages_in_browser;
 mod planar;
+mod planners;
 mod report_in_browser;
 mod robots_of_people;
 mod ros2;
