@@ -5,8 +5,9 @@ use ilon_control::{Arrangement, Kinematics, SpeedLimits};
 use ilon_robot::{Robot, Twist};
 use ilon_trace::Design;
 
-use super::joint_targets::at_start;
+use super::joint_targets::JointTargets;
 use super::limits::{Limiter, top_rates};
+use super::playback::Played;
 use crate::Error;
 use crate::scenario::Scenario;
 
@@ -19,7 +20,8 @@ const STEP_DEG: usize = 15;
 /// # Errors
 /// Where the robot, or the scenario, makes no sense: fewer than three wheels, a floor without friction.
 pub fn design(scenario: &Scenario, robot: &Robot) -> Result<Design, Error> {
-    let posed = at_start(scenario, robot)?;
+    let targets = JointTargets::new(scenario, &Played::default(), robot)?;
+    let posed = targets.standing(robot);
     let arrangement = Arrangement::of(&posed)?;
     let finite = |value: f64| value.is_finite().then_some(value);
     let mut design = Design::default();
@@ -33,7 +35,7 @@ pub fn design(scenario: &Scenario, robot: &Robot) -> Result<Design, Error> {
     design.speed_least_m_s = finite(least_m_s);
     design.speed_most_m_s = finite(most_m_s);
     design.yaw_rate_rad_s = finite(tops.top_yaw_rate_rad_s());
-    let mut limiter = Limiter::new(scenario, robot, 1.0)?;
+    let mut limiter = Limiter::new(scenario, (robot, &targets), 1.0)?;
     let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
     for degrees in (0..360).step_by(STEP_DEG) {
         let (sin, cos) = libm::sincos((degrees as f64).to_radians());
