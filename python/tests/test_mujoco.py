@@ -1,6 +1,7 @@
 """MuJoCo's arm on ilon's base, against one engine that moves both."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -129,3 +130,26 @@ def test_what_does_not_fit_is_refused_in_words(base):
     ]:
         with pytest.raises(ValueError, match=words):
             made(text.replace('joint="arm"', 'joint="front_left"') if "front_left" in text else text, body)
+
+
+def test_an_arm_swings_while_its_base_pushes_a_box_and_every_joule_is_accounted_for(monkeypatch, capfd, tmp_path):
+    monkeypatch.syspath_prepend(str(Path(__file__).resolve().parents[1] / "examples"))
+    monkeypatch.chdir(tmp_path)
+    import mujoco_arm
+
+    account = mujoco_arm.drive(lasts_s=1.6)
+    assert account.base_m > 0.3 and account.box_m > 0.1
+    # What one engine gave the other one got.
+    assert account.passed_by_mujoco == pytest.approx(account.passed_by_ilon, rel=1e-3)
+    assert account.passed_by_mujoco > 1.0
+    # The box slides on its floor for that; what is more went into the hit on it, and into its contact with the base. Half of the
+    # energy at the base's speed is the most that a hit takes of a box that weighs a sixth of it.
+    slid_j = 0.3 * 2.0 * 9.81 * account.box_m
+    hit_j = 0.5 * 2.0 * mujoco_arm.AHEAD_M_S**2
+    assert slid_j * 0.98 < account.scene_contacts < slid_j * 1.1 + hit_j
+    # On ilon's side the motors' work is stored, or went into slip, bearings and landings, or into the scene.
+    there = account.ilon
+    gone_j = there["slip_j"] + there["spin_up_j"] + there["bearing_j"] + there["impact_j"]
+    stored_j = there["motor_j"] + there["outside_j"] - gone_j
+    assert stored_j == pytest.approx(there["kinetic_j"] + there["potential_j"] - account.potential_begins, rel=0.02, abs=5e-3)
+    assert "singular" not in capfd.readouterr().out and not list(tmp_path.iterdir())

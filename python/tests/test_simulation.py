@@ -46,6 +46,37 @@ def test_a_simulation_begins_where_the_scenario_says(simulation):
     assert simulation.desired(math.pi / 2 / 0.3).pose == pytest.approx([0.0, 1.0, 0.0], abs=1e-12)
 
 
+def test_an_imu_says_how_the_robot_turns_and_what_holds_it(circle):
+    assert ilon.Simulation(circle).observe().imu is None
+    simulation = ilon.Simulation({**circle, "sensors": {"imu": {}}})
+    turned_rad = 0.0
+    for _ in range(100):
+        simulation.advance(simulation.wheel_rates([0.0, 0.0, 0.5]))
+        imu = simulation.observe().imu
+        turned_rad += imu.rate_rad_s[2] * simulation.control_dt_s
+    # What it says is the mean over the time since it said the last: nothing of the turn is lost.
+    assert turned_rad == pytest.approx(simulation.truth().pose[2], rel=1e-9)
+    assert turned_rad > 0.4
+    # At its place, the body's origin, the robot turns on the spot; the ground holds it.
+    assert imu.specific_force_m_s2 == pytest.approx([0.0, 0.0, 9.81], abs=0.02)
+    assert [imu.roll_rad, imu.pitch_rad] == pytest.approx([0.0, 0.0], abs=1e-3)
+
+
+def test_an_imu_errs_by_the_seed(circle):
+    section = {"accelerometer": {"noise": 0.1, "bias": 0.2}, "gyroscope": {"noise": 0.01, "bias": 0.02}}
+    simulation = ilon.Simulation({**circle, "sensors": {"imu": section}})
+
+    def said(seed):
+        simulation.reset(seed=seed)
+        driven(simulation, 5)
+        imu = simulation.observe().imu
+        return np.concatenate([imu.rate_rad_s, imu.specific_force_m_s2])
+
+    first = said(1)
+    assert (said(1) == first).all()
+    assert (said(2) != first).all()
+
+
 def test_reset_leads_to_the_same_motion(simulation):
     first = driven(simulation, 50)
     simulation.reset()

@@ -8,6 +8,7 @@
 use std::alloc::System;
 use std::ffi::CString;
 use std::path::Path;
+use std::sync::Mutex;
 
 use ilon_c::plant::*;
 use ilon_c::state::IlonAbout;
@@ -70,9 +71,22 @@ fn held(region: &Region<'_, System>) -> i64 {
     stats.bytes_allocated as i64 - stats.bytes_deallocated as i64
 }
 
+/// Both tests count the same bytes.
+static COUNTS: Mutex<()> = Mutex::new(());
+
 #[test]
 fn many_steps_do_not_grow_and_nothing_is_left() {
-    let steps = std::env::var("ILON_STEPS").map_or(20_000, |steps| steps.parse().unwrap());
+    stays_as_large(20_000);
+}
+
+#[test]
+#[ignore = "takes minutes: `cargo test --release -p ilon-c --test growth -- --ignored`"]
+fn a_million_steps_do_not_grow_and_nothing_is_left() {
+    stays_as_large(1_000_000);
+}
+
+fn stays_as_large(steps: u32) {
+    let _alone = COUNTS.lock().unwrap();
     // What is made once stays: schemas, thread rooms, tables.
     let first = load();
     drive(first, 1000);

@@ -70,6 +70,15 @@ pub enum ControlError {
         /// The largest that it may be.
         most: f64,
     },
+    /// A guidance without tasks, which would never move.
+    #[error("the guidance has no tasks: name one, such as the position's feedback")]
+    NoTasks,
+    /// A task that would be served twice.
+    #[error("the guidance has the task `{task}` twice: name it once")]
+    TwiceATask {
+        /// Its name.
+        task: &'static str,
+    },
     /// A gain that would swing up with the periods and delays of its loop.
     #[error("{what} is {value:.4}, which is unstable {because}; below {most:.4} it is stable")]
     Unstable {

@@ -90,10 +90,10 @@ pub use error::ControlError;
 pub use estimation::odometry::Odometry;
 pub use estimation::odometry_covariance::{OdometryCovariance, WayErrors};
 pub use estimation::pose_filter::{PoseEstimate, PoseFilter, PoseFilterSettings};
-pub use estimation::tilt::TiltFilter;
+pub use estimation::tilt::{InertialErrors, TiltFilter};
 pub use guidance::fastest::Fastest;
 pub use guidance::law::{
-    Command, Feasibility, Gain, Guidance, GuidanceSettings, Priority, Saturation,
+    Command, Feasibility, Gain, Guidance, GuidanceSettings, GuidanceTask, Priority, Saturation,
 };
 pub use guidance::priority::{Task, TaskShare, share_capacity, sigma};
 pub use guidance::reference::{Desired, Heading, Reference};

@@ -241,8 +241,14 @@ fn write_surface(out: &mut String, wheel: &Described) -> std::fmt::Result {
             }
         }
     }
-    if surface.axial_play_m != 0.0 {
-        write!(out, " axial_play=\"{}\"", num(surface.axial_play_m))?;
+    for (name, value) in [
+        ("axial_play", surface.axial_play_m),
+        ("axle_friction", surface.axle_friction),
+        ("axle_radius", surface.axle_radius_m),
+    ] {
+        if value != 0.0 {
+            write!(out, " {name}=\"{}\"", num(value))?;
+        }
     }
     if factor < 1.0 {
         write!(out, " length_factor=\"{}\"", num(factor))?;

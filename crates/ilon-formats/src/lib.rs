@@ -66,7 +66,7 @@ pub use options::{Handedness, JointOptions, LoadOptions, RoleOption, RollerForms
 pub use packages::Package;
 pub use prepare::urdf_text;
 pub use spec::{
-    Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerSpec, Spec, SuspensionLaw,
-    SuspensionSpec, TreadSpec, WheelOverride, WheelSpec,
+    Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerBearings, RollerSpec, Spec,
+    SuspensionLaw, SuspensionSpec, TreadSpec, WheelOverride, WheelSpec,
 };
 pub use urdf::WheelOutline;

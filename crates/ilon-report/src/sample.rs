@@ -137,7 +137,7 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
                 bodies: Default::default(),
                 imu: None,
                 storage: None,
-                odometry_covariance: None,
+                reckoned: None,
                 support: Some(Support {
                     wheels_n: wheels.iter().map(|w| w.normal_force_n).sum(),
                     ..Support::default()

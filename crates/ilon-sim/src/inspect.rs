@@ -143,6 +143,12 @@ pub struct SurfaceInspection {
     pub rolling_resistance: f64,
     /// Play of each roller along its axle, from stop to stop, in metres.
     pub axial_play_m: f64,
+    /// Coefficient of the friction between roller and axle.
+    pub axle_friction: f64,
+    /// Radius of the rollers' axles, in metres.
+    pub axle_radius_m: f64,
+    /// Torque of that friction under the wheel's share of the weight, in N m.
+    pub axle_drag_n_m: f64,
     /// The tread; `None` of rigid rollers.
     pub tread: Option<TreadInspection>,
 }
@@ -178,6 +184,9 @@ impl SurfaceInspection {
         (*surface != RollerSurface::default()).then_some(Self {
             rolling_resistance: surface.rolling_resistance,
             axial_play_m: surface.axial_play_m,
+            axle_friction: surface.axle_friction,
+            axle_radius_m: surface.axle_radius_m,
+            axle_drag_n_m: surface.axle_drag_n_m(load_kg * STANDARD_GRAVITY_M_S2),
             tread,
         })
     }
@@ -283,14 +292,27 @@ impl Inspection {
         robot: &Robot,
         files: &FileAccess,
     ) -> Result<Self, Error> {
-        const STANDING: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 1.0\n";
-        let scenario = Scenario::from_toml_with(STANDING, "the conditions", "", settings, files)?;
-        scenario.validate()?;
-        let mut robot = robot.clone();
-        scenario.motors.apply(&mut robot);
-        scenario.rollers.apply(&mut robot)?;
+        let (scenario, robot) = conditions(settings, robot, files)?;
         self.with_limits(&scenario, &robot)
     }
+}
+
+/// A scenario in which a robot stands, with settings, and the robot under its motors and rollers.
+///
+/// # Errors
+/// A key that no scenario has, and conditions that make no sense.
+pub fn conditions(
+    settings: &[Setting],
+    robot: &Robot,
+    files: &FileAccess,
+) -> Result<(Scenario, Robot), Error> {
+    const STANDING: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 1.0\n";
+    let scenario = Scenario::from_toml_with(STANDING, "the conditions", "", settings, files)?;
+    scenario.validate()?;
+    let mut robot = robot.clone();
+    scenario.motors.apply(&mut robot);
+    scenario.rollers.apply(&mut robot)?;
+    Ok((scenario, robot))
 }
 
 impl WheelInspection {

@@ -1,8 +1,8 @@
 //! Whether the floor can turn a robot's rollers against the drag of their bearings.
 //!
 //! Under its share N of the weight a wheel's roller of radius r is turned by friction mu with a torque of at most mu N r. Its bearing
-//! holds it with dry friction, and with damping times its rate: v / (r cos gamma) where the robot moves sideways at v. Where the
-//! bearing takes all of it, the roller stands and the wheel slides.
+//! holds it with dry friction, of which that on the axle follows N, and with damping times its rate: v / (r cos gamma) where the
+//! robot moves sideways at v. Where the bearing takes all of it, the roller stands and the wheel slides.
 
 use ilon_robot::{Robot, Wheel};
 
@@ -22,12 +22,14 @@ pub(crate) fn remarks(robot: &Robot, friction: f64, gravity_m_s2: f64) -> Vec<St
 }
 
 fn words(wheel: &Wheel, friction: f64, load_n: f64) -> Option<String> {
+    let dry_n_m = |roller: &ilon_robot::Roller| {
+        roller.joint.friction_n_m + wheel.surface.axle_drag_n_m(load_n)
+    };
     // The one that drags most, against what turns it.
     let share = |roller: &&ilon_robot::Roller| {
         let turning_n_m = friction * load_n * roller.radius_m;
         let rate_rad_s = SPEED_M_S / (roller.radius_m * libm::cos(wheel.gamma_rad));
-        let joint = roller.joint;
-        (joint.friction_n_m + joint.damping_n_m_s * rate_rad_s) / turning_n_m
+        (dry_n_m(roller) + roller.joint.damping_n_m_s * rate_rad_s) / turning_n_m
     };
     let by_share = |p: &&ilon_robot::Roller, q: &&ilon_robot::Roller| share(p).total_cmp(&share(q));
     let worst = wheel.rollers.iter().max_by(by_share)?;
@@ -36,7 +38,7 @@ fn words(wheel: &Wheel, friction: f64, load_n: f64) -> Option<String> {
         return None;
     }
     let turning_n_m = friction * load_n * worst.radius_m;
-    let (dry_n_m, damping_n_m_s) = (worst.joint.friction_n_m, worst.joint.damping_n_m_s);
+    let (dry_n_m, damping_n_m_s) = (dry_n_m(worst), worst.joint.damping_n_m_s);
     let floor = format!(
         "a floor of friction {friction} turns them with {} mN m at most under the wheel's share of the weight",
         millis(turning_n_m)

@@ -11,7 +11,7 @@ use toml::{Table, Value};
 use crate::axis::{Axis, Values, grid_points};
 use crate::axis_syntax::{axes_of, range};
 use crate::base::Base;
-use crate::file::{MOST_RUNS, Method, SEED, StudyFile, flat};
+use crate::file::{Keep, MOST_RUNS, Method, SEED, StudyFile, flat};
 use crate::row::figure_names;
 use crate::sample::{MOST_SOBOL_POINTS, runs_a_point};
 use ilon_sim::scenario::{Bound, Scenario, Setting, nearest, read_toml};
@@ -284,7 +284,45 @@ impl Draft<'_> {
             return wrong(&["axes"], message, help);
         }
         self.questions()?;
-        self.quantities()
+        self.quantities()?;
+        self.physics()
+    }
+
+    /// What is asked of a study with or without physics: the quantities of the one the other does not have.
+    fn physics(&self) -> Result<(), Error> {
+        let file = self.file;
+        let wrong = |keys: &[&str], message: String, help: &str| self.wrong(keys, message, help);
+        let find = file.find.iter().map(|find| ("find", &find.quantity));
+        let least = file
+            .minimise
+            .iter()
+            .map(|least| ("minimise", &least.quantity));
+        let asked = file.quantities.iter().map(|name| ("quantities", name));
+        let bounds = file.expect.keys().map(|name| ("expect", name));
+        let mut named = asked.chain(bounds).chain(find).chain(least);
+        let is_of_design = |name: &str| name.starts_with("design.");
+        if let Some((key, name)) = named.find(|(_, name)| is_of_design(name) == file.physics) {
+            let (message, help) = match file.physics {
+                true => (
+                    format!("`{name}` is known without a run, and runs do not have it"),
+                    "write `physics = false`, or ask for a quantity of runs",
+                ),
+                false => (
+                    format!("`{name}` is of runs, and there are none with `physics = false`"),
+                    "ask for quantities of designs: `design.condition`, `design.speed_least_m_s`; or leave `physics` out",
+                ),
+            };
+            return wrong(&[key], message, help);
+        }
+        if !file.physics && file.repetitions > 1 {
+            let message = "`repetitions` would all be the same with `physics = false`".to_owned();
+            return wrong(&["repetitions"], message, "leave `repetitions` out");
+        }
+        if !file.physics && !matches!(file.keep, Keep::None) {
+            let message = "there are no traces to keep with `physics = false`".to_owned();
+            return wrong(&["keep"], message, "leave `keep` out");
+        }
+        Ok(())
     }
 
     /// What `[find]` and `[minimise]` can be asked of.

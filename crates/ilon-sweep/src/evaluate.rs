@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use ilon_trace::file::write_text;
-use ilon_trace::{Recorded, Recording};
+use ilon_trace::{Recorded, Recording, Summary};
 use miette::Diagnostic;
 
 use crate::hash::Hash;
@@ -13,6 +13,7 @@ use crate::row::{Row, Status, Task, figures_of};
 use crate::study::Study;
 use ilon_sim::Error;
 use ilon_sim::scenario::{Expect, Scenario};
+use ilon_sim::simulate::design;
 use ilon_sim::{Run, Simulation};
 
 /// What a run wrote down, where it is to be kept.
@@ -43,8 +44,9 @@ pub(crate) fn evaluate(
         figures: Vec::new(),
     };
     // A fault of ilon's own in one run shall not cost the others.
-    let simulated = catch_unwind(AssertUnwindSafe(|| {
-        simulate(study, task, stop, &mut row.key)
+    let simulated = catch_unwind(AssertUnwindSafe(|| match study.file().physics {
+        true => simulate(study, task, stop, &mut row.key).map(Came::Run),
+        false => look_at(study, task, &mut row.key).map(Came::Design),
     }));
     let simulated = match simulated {
         Ok(Err(Error::Stopped)) => return Err(Error::Stopped),
@@ -67,13 +69,44 @@ pub(crate) fn evaluate(
             row.error = Some(error);
             Ok((row, None))
         }
-        Ok(finished) => {
+        Ok(Came::Design(summary)) => {
+            row.status = Status::Done;
+            row.figures = figures_of(&summary);
+            Ok((row, None))
+        }
+        Ok(Came::Run(finished)) => {
             row.status = Status::Done;
             row.trace_hash = Some(finished.run.summary.trace_hash.clone());
             row.figures = figures_of(&finished.run.summary);
             Ok((row, Some(finished)))
         }
     }
+}
+
+/// What came of a task.
+enum Came {
+    /// A run.
+    Run(Finished),
+    /// What is known of its robot without one.
+    Design(Box<Summary>),
+}
+
+/// What is known of a task's robot without a run.
+fn look_at(study: &Study, task: &Task, key: &mut String) -> Result<Box<Summary>, Error> {
+    let scenario = scenario_of(study, task)?;
+    let known = study.robots().of(&scenario)?;
+    let mut robot = known.loaded.robot.clone();
+    scenario.motors.apply(&mut robot);
+    scenario.rollers.apply(&mut robot)?;
+    let mut hash = Hash::new();
+    hash.feed(env!("CARGO_PKG_VERSION"));
+    hash.feed("design");
+    hash.feed(&scenario.to_toml()?);
+    hash.feed(&known.urdf_hash);
+    *key = hash.to_string();
+    let mut summary = Box::<Summary>::default();
+    summary.design = design(&scenario, &robot)?;
+    Ok(summary)
 }
 
 fn simulate(study: &Study, task: &Task, stop: &Stop, key: &mut String) -> Result<Finished, Error> {

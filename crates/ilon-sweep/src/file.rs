@@ -31,6 +31,10 @@ pub struct StudyFile {
     #[serde(default, skip_serializing_if = "Table::is_empty")]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub axes: Table,
+    /// Whether runs are simulated. Without, a study looks at the `design` quantities alone, which follow from the robot, its wheels' limits and
+    /// its grip: rank and condition of M, top speeds, accelerations without slip.
+    #[serde(default = "yes", skip_serializing_if = "is_yes")]
+    pub physics: bool,
     /// How points are chosen on the axes.
     #[serde(default)]
     pub method: Method,
@@ -72,6 +76,14 @@ impl StudyFile {
     pub fn json_schema() -> serde_json::Value {
         schemars::schema_for!(Self).to_value()
     }
+}
+
+fn yes() -> bool {
+    true
+}
+
+fn is_yes(value: &bool) -> bool {
+    *value
 }
 
 /// One path, or several.

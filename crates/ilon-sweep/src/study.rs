@@ -399,7 +399,13 @@ impl Study {
                 .bases
                 .first()
                 .is_some_and(|base| base.text.contains("[reference"));
-            let usual: &[&str] = if is_tracked {
+            let usual: &[&str] = if !self.file.physics {
+                &[
+                    "design.condition",
+                    "design.speed_least_m_s",
+                    "design.acceleration_least_m_s2",
+                ]
+            } else if is_tracked {
                 &[
                     "position_error_max_m",
                     "position_error_rms_m",

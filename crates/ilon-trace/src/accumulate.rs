@@ -2,6 +2,7 @@
 
 use ilon_robot::{Pose, Twist, wrap_angle};
 
+use crate::design::Design;
 use crate::fold::{Largest, Mean, Rms};
 use crate::header::Header;
 use crate::joint_travel::JointAccumulator;
@@ -113,6 +114,7 @@ impl Summary {
             odometry_contact: reckoning.contact,
             ledger: run.ledger,
             energy: energy(header, run.first.as_ref(), run.last.as_ref()),
+            design: Design::default(),
             wheels,
             joints: run.joints.travels(header),
         })

@@ -24,6 +24,7 @@
 
 mod accumulate;
 mod columns;
+mod design;
 pub mod difference;
 mod error;
 mod fault;
@@ -51,6 +52,7 @@ pub mod slip;
 pub mod trace;
 
 pub use columns::{Kind, Signal};
+pub use design::Design;
 pub use difference::{Difference, differences, number};
 pub use error::TraceError;
 pub use fault::{Fault, FaultKind};
@@ -64,8 +66,8 @@ pub use metrics::{JointTravel, Settings, Summary};
 pub use projection::Projection;
 pub use quantities::Quantity;
 pub use record::{
-    BodySample, Desired, ImuSample, JointSample, MAX_BODIES, MAX_JOINTS, MAX_TASKS,
-    OdometryCovariance, Record, Storage, Support, TaskShare, Truth, WheelSample,
+    BodySample, Desired, ImuSample, ImuVariances, JointSample, MAX_BODIES, MAX_JOINTS, MAX_TASKS,
+    Reckoned, Record, Storage, Support, TaskShare, Truth, WheelSample,
 };
 pub use recording::{Recorded, Recording};
 pub use rows::Rows;

@@ -3,6 +3,7 @@
 use ilon_robot::{Twist, wrap_angle};
 use serde::{Deserialize, Serialize};
 
+use crate::design::Design;
 use crate::header::Header;
 use crate::ledger::Ledger;
 use crate::odometry::Drift;
@@ -159,6 +160,9 @@ pub struct Summary {
     pub ledger: Ledger,
     /// Where the motors' work went.
     pub energy: Energy,
+    /// What is known of the robot without a run, where there was none.
+    #[serde(default, skip_serializing_if = "Design::is_unknown")]
+    pub design: Design,
     /// The contacts of each wheel.
     pub wheels: Vec<WheelSlip>,
     /// How far each joint between bodies moved.

@@ -84,11 +84,12 @@ pub fn si_unit(name: &str) -> &'static str {
 }
 
 /// Longer endings first.
-const SI_UNITS: [(&str, &str); 13] = [
+const SI_UNITS: [(&str, &str); 14] = [
     ("m_per_m", "m/m"),
     ("rad_per_m", "rad/m"),
     ("rad_per_turn", "rad/turn"),
     ("n_m", "N m"),
+    ("m_s2", "m/s^2"),
     ("rad_s", "rad/s"),
     ("m_s", "m/s"),
     ("rad", "rad"),
@@ -128,6 +129,7 @@ mod tests {
         trace.header.measure_to_s = f64::INFINITY;
         let mut summary = Summary::of(&trace, &Settings::default());
         summary.sim_seconds_per_cpu_second = Some(7.0);
+        summary.design.rank = Some(3.0);
         summary
     }
 
@@ -186,6 +188,7 @@ mod tests {
             ("rad/m", "deg per m", degrees),
             ("rad/turn", "deg per turn", degrees),
             ("rad/s", "rad/s", 1.0),
+            ("m/s^2", "m/s^2", 1.0),
             ("s", "s", 1.0),
             ("s", "ms", 1e3),
             ("J", "J", 1.0),

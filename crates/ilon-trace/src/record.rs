@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 /// The most tasks that one guidance law runs: feedforward and feedback of position and of heading, Indiveri 2009,
 /// eqs. (38)-(41).
-pub const MAX_TASKS: usize = 4;
+pub const MAX_TASKS: usize = 6;
 
 /// The most joints between bodies that a trace records: those that stand first in the robot.
 pub const MAX_JOINTS: usize = 12;
@@ -117,22 +117,24 @@ pub struct Record {
     pub contact_residual_m_s: f64,
     /// What carried the robot, and what stood in its way; `None` where a trace does not say.
     pub support: Option<Support>,
-    /// How sure dead reckoning by `twist_ideal` is of its pose and twist; `None` where nobody worked it out. It goes with messages, and is no
-    /// column of a file.
-    pub odometry_covariance: Option<OdometryCovariance>,
+    /// What dead reckoning by Indiveri 2009, eq. (7), says beside `odometry_ideal`; `None` where nobody worked it out. It goes with messages, and is
+    /// no column of a file.
+    pub reckoned: Option<Reckoned>,
     /// What an inertial measurement unit said last; `None` without one.
     pub imu: Option<ImuSample>,
     /// What a passive wheel law stored and was supplied with; `None` under any other.
     pub storage: Option<Storage>,
 }
 
-/// How sure dead reckoning is: covariances of x, y and heading, row by row, in m, m/s, rad and rad/s.
+/// What dead reckoning says of the twist, and how sure it is: covariances of x, y and heading, row by row, in m, m/s, rad and rad/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct OdometryCovariance {
+pub struct Reckoned {
+    /// The twist by the rates that the encoders said, in the body frame.
+    pub twist: Twist,
     /// Of the pose, in the world frame.
-    pub pose: [[f64; 3]; 3],
-    /// Of the twist, in the body frame.
-    pub twist: [[f64; 3]; 3],
+    pub pose_covariance: [[f64; 3]; 3],
+    /// Of the twist, in the body frame, for one who takes the errors of every row for independent.
+    pub twist_covariance: [[f64; 3]; 3],
 }
 
 /// What an inertial measurement unit on the chassis says, in the body frame as the robot takes its axes to lie.
@@ -146,6 +148,19 @@ pub struct ImuSample {
     pub roll_rad: f64,
     /// Pitch against gravity, as the robot's filter has it, in radians.
     pub pitch_rad: f64,
+    /// How sure it is; `None` where that is not known. It goes with messages, and is no column of a file.
+    pub variances: Option<ImuVariances>,
+}
+
+/// How sure an inertial measurement unit is on each of its axes, noise and biases together.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ImuVariances {
+    /// Of a rate of turn, in rad^2/s^2.
+    pub rate_rad2_s2: f64,
+    /// Of the specific force along an axis, in m^2/s^4.
+    pub specific_force_m2_s4: f64,
+    /// Of roll and of pitch by the robot's filter, while the robot itself does not accelerate, in rad^2.
+    pub tilt_rad2: f64,
 }
 
 /// The storage function of a robot under a passive wheel law. Its rise is never more than what it was supplied with.

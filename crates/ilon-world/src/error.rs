@@ -129,6 +129,21 @@ pub enum WorldError {
         /// The least radius of the wheel's rollers, in metres.
         most_m: f64,
     },
+    /// There is friction on an axle that has no radius, or is thicker than the rollers on it.
+    #[error(
+        "wheel `{wheel}`: its rollers have friction of coefficient {friction} on axles of radius {axle_m} m; write a coefficient of 0 or more, and a \
+         radius in metres above 0 and below that of the rollers, {most_m} m: 2 mm is 0.002"
+    )]
+    NoSuchAxle {
+        /// The wheel's name.
+        wheel: String,
+        /// The coefficient of friction.
+        friction: f64,
+        /// The radius of the axles, in metres.
+        axle_m: f64,
+        /// The least radius of the wheel's rollers, in metres.
+        most_m: f64,
+    },
     /// A tread is so soft that the robot's weight alone would press it deeper than its rollers are thick.
     #[error(
         "wheel `{wheel}`: its tread of {stiffness_n_m} N/m would be pressed by {sag_mm:.1} mm under its share of the weight, deeper than its \

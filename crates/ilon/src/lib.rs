@@ -23,7 +23,9 @@
 //! | [`mod@bench`] | how accurate and how fast the simulation is |
 //! | [`report`] | the run as one page to look at |
 //! | [`compare`] | several runs beside each other |
+//! | [`planar`] | a robot as a planar base, fitted for planners and learners |
 //! | [`ros2_control`] | parameters for the controllers of ros2_controllers |
+//! | [`planners`] | a robot for PathPlanner, Choreo and Road Runner |
 //! | [`pages`] | pages that show more than a trace: measurements, robots, designs |
 //! | [`cli`] | the `ilon` command |
 //!
@@ -134,6 +136,8 @@ pub mod bench;
     allow(dead_code, reason = "what only the command says and writes")
 )]
 pub mod cli;
+pub mod planar;
+pub mod planners;
 pub mod ros2_control;
 
 pub use ilon_control as control;

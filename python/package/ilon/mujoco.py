@@ -115,7 +115,13 @@ class Base:
         self.data.qpos[at + 3 : at + 7] = body.quaternion_wxyz
         self.data.qvel[self._dofs] = _rates(body)
         self.model.opt.gravity[:] = body.gravity_in_world_m_s2
-        mj.mj_forward(self.model, self.data)
+        lent = self.model.dof_armature[self._dofs].copy()
+        # A base without mass is none that MuJoCo could move.
+        self.model.dof_armature[self._dofs] = self._armature
+        try:
+            mj.mj_forward(self.model, self.data)
+        finally:
+            self.model.dof_armature[self._dofs] = lent
 
     def step(self, wheel_rates: npt.ArrayLike | None = None, *, torques: npt.ArrayLike | None = None) -> Outcome:
         """Lets both go on by `dt_s`: the robot by wheel rates in rad/s or torques in N m, the scene by what is in `data`. Raises
@@ -176,8 +182,9 @@ class Base:
     def scene_energy_j(self) -> tuple[float, float]:
         """Kinetic and potential energy of the scene now, without the base's own body, in J."""
         model, data = self.model, self.data
-        mj.mj_forward(model, data)
-        mj.mj_energyPos(model, data)
+        # What energies need, and nothing that would divide by the mass of the base.
+        for part in (mj.mj_kinematics, mj.mj_comPos, mj.mj_tendon, mj.mj_makeM, mj.mj_energyPos):
+            part(model, data)
         product = np.zeros(model.nv)
         mj.mj_mulM(model, data, product, data.qvel)
         return float(data.qvel @ product) / 2, float(data.energy[0])

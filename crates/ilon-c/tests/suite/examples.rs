@@ -10,14 +10,20 @@ use crate::support::{library, root, scenario};
 
 /// Builds an example; `None`, and a word, where the machine has no such compiler.
 fn build(compiler: &str, source: &str, flags: &[&str], folder: &Path) -> Option<PathBuf> {
-    let program = folder.join(format!("{source}.run"));
+    let source = root().join("crates/ilon-c/examples").join(source);
+    build_file(compiler, &source, flags, folder)
+}
+
+/// Like [`build`], of any file.
+pub fn build_file(compiler: &str, source: &Path, flags: &[&str], folder: &Path) -> Option<PathBuf> {
+    let program = folder.join("program.run");
     let (examples, library) = (root().join("crates/ilon-c"), library());
     let library = library.parent().unwrap();
     let built = Command::new(compiler)
         .args(["-O1", "-g", "-Wall", "-Wextra", "-Werror"])
         .args(flags)
         .arg(format!("-I{}", examples.join("include").display()))
-        .arg(examples.join("examples").join(source))
+        .arg(source)
         .arg(format!("-L{}", library.display()))
         .arg(format!("-Wl,-rpath,{}", library.display()))
         .args(["-lilon_c", "-lm", "-pthread", "-o"])

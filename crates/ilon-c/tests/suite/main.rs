@@ -9,6 +9,7 @@ mod cost;
 mod examples;
 #[cfg(target_pointer_width = "64")]
 mod fmu;
+mod gz;
 mod header;
 mod misuse;
 mod same;

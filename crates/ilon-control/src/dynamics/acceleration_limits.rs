@@ -371,13 +371,15 @@ impl AccelerationLimits {
         for (h, touch) in self.touches.iter().enumerate() {
             let row: RowVector3<f64> = r.fixed_view::<1, 3>(h, 0).into();
             let push_n = ((row * x)[0] - capacity.own_n_m[h]) / touch.lever_m;
-            let [beside_n, across_n] = touch.beside_push(moving, nu_rate, (row * nu_rate)[0]);
+            let load_n = capacity.loads_n[h];
+            let [beside_n, across_n] =
+                touch.beside_push(moving, nu_rate, (row * nu_rate)[0], load_n);
             self.forces[h] = WheelForce {
                 push_n,
                 at_ground_n: [push_n + beside_n, across_n],
                 grip_n: capacity.grips_n[h],
                 motor: capacity.motor[h],
-                load_n: capacity.loads_n[h],
+                load_n,
             };
         }
         force

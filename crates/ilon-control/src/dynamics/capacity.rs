@@ -4,7 +4,7 @@ use ilon_robot::{Robot, Twist};
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::loads::WheelLoads;
-use super::model::DynamicModel;
+use super::model::{DynamicModel, WheelSpin, wheel_spin};
 use super::traction::{PushRange, TractionSet};
 use crate::ControlError;
 use crate::actuation::motor::TorqueRange;
@@ -24,6 +24,8 @@ pub(crate) struct Capacity {
     downhill_m_s2: Vector2<f64>,
     /// What the body needs per acceleration beyond the wheels' own: R^T (I - diag(J)) R.
     body: Matrix3<f64>,
+    /// The touching rollers, of robots with friction on their axles that follows the load; else none.
+    on_axles: Vec<WheelSpin>,
     // One number a wheel each.
     resistance_n_m: Vec<f64>,
     accelerations_rad_s2: Vec<f64>,
@@ -62,7 +64,13 @@ impl Capacity {
         let body: Matrix3<f64> = (r.transpose() * beyond_own * r)
             .fixed_view::<3, 3>(0, 0)
             .into();
+        let spins: Result<Vec<_>, _> = robot.wheels.iter().map(wheel_spin).collect();
+        let mut on_axles = spins?;
+        if on_axles.iter().all(|spin| spin.axle_drag_m == 0.0) {
+            on_axles.clear();
+        }
         Ok(Self {
+            on_axles,
             loads: WheelLoads::new(robot, gravity_m_s2),
             set: TractionSet::new(model.kinematics()),
             gravity_m_s2,
@@ -144,6 +152,14 @@ impl Capacity {
         let turning = omega * Vector2::new(-moment.nu.vy_m_s, moment.nu.vx_m_s);
         self.loads
             .fill_n(nu_rate.xy() + turning - down, &mut self.loads_n);
+        if !self.on_axles.is_empty() {
+            let to = kinematics.twist(moment.towards);
+            let towards = Vector3::new(to.vx_m_s, to.vy_m_s, to.omega_rad_s);
+            for (spin, load_n) in self.on_axles.iter().zip(&self.loads_n) {
+                let drag_n_m = spin.axle_drag_m * load_n.max(0.0) * spin.way(&towards);
+                force += drag_n_m * spin.roller.transpose();
+            }
+        }
         // Without a friction coefficient any grip in proportion to the loads gives the same distribution.
         let friction = if self.friction.is_finite() {
             self.friction

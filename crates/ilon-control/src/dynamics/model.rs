@@ -326,6 +326,24 @@ pub(super) struct WheelSpin {
     pub roller_inertia_kg_m2: f64,
     pub roller_damping_n_m_s: f64,
     pub roller_friction_n_m: f64,
+    /// Torque of the friction on the roller's axle per load, in N m/N: the dynamic model knows no loads, and leaves it out.
+    pub axle_drag_m: f64,
+}
+
+impl WheelSpin {
+    /// Which way the roller turns against its hub as the robot moves: -1, 0 or 1, and 0 where it does by rounding alone.
+    pub fn way(&self, twist: &Vector3<f64>) -> f64 {
+        /// Products of unit vectors that are none are below this.
+        const ROUNDING: f64 = 1e-12;
+        let spin = (self.roller * twist)[0];
+        let is_none = spin.abs() <= ROUNDING * self.roller.norm() * twist.norm();
+        if is_none { 0.0 } else { spin.signum() }
+    }
+
+    /// The torque of all dry friction of the roller under a load in N, in N m: of its joint, and of its axle.
+    pub fn dry_n_m(&self, load_n: f64) -> f64 {
+        self.roller_friction_n_m + self.axle_drag_m * load_n.max(0.0)
+    }
 }
 
 pub(super) fn wheel_spin(wheel: &Wheel) -> Result<WheelSpin, ControlError> {
@@ -349,6 +367,7 @@ pub(super) fn wheel_spin(wheel: &Wheel) -> Result<WheelSpin, ControlError> {
         roller_inertia_kg_m2: j_r,
         roller_damping_n_m_s: roller.joint.damping_n_m_s,
         roller_friction_n_m: roller.joint.friction_n_m,
+        axle_drag_m: wheel.surface.axle_drag_n_m(1.0),
     })
 }
 

@@ -54,22 +54,19 @@ impl Touch {
     }
 
     /// By how much the ground's force along the roller's axis differs from the hub's push, and its force across, in N: what turns the
-    /// roller, while the hub gains `hub_rate_rad_s2`.
+    /// roller under a load, while the hub gains `hub_rate_rad_s2`.
     pub fn beside_push(
         &self,
         moving: &Moving,
         nu_rate: Vector3<f64>,
         hub_rate_rad_s2: f64,
+        load_n: f64,
     ) -> [f64; 2] {
         let spin = &self.spin;
         let dot = |v: &Vector3<f64>| (spin.roller * v)[0];
         let gained = dot(&nu_rate) + spin.roller_on_axis * hub_rate_rad_s2;
         let inertia_n_m = spin.roller_inertia_kg_m2 * gained;
-        let towards = dot(&moving.towards);
-        let dry_n_m = match towards == 0.0 {
-            true => 0.0,
-            false => libm::copysign(spin.roller_friction_n_m, towards),
-        };
+        let dry_n_m = spin.dry_n_m(load_n) * spin.way(&moving.towards);
         let drag_n_m = spin.roller_damping_n_m_s * dot(&moving.nu) + dry_n_m;
         let across_n = (inertia_n_m + drag_n_m) / self.roller_radius_m;
         let beside_n =

@@ -35,6 +35,53 @@ pub enum Saturation {
     None,
 }
 
+/// A task of the guidance, for [`Guidance::with_tasks`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum GuidanceTask {
+    /// M_l r_d', eq. (38): the velocity that is desired.
+    PositionFeedforward,
+    /// M_l K_r e_r, eq. (39): back to the desired position.
+    PositionFeedback,
+    /// M_a phi_d', eq. (40): the heading rate that is desired.
+    HeadingFeedforward,
+    /// M_a K_phi e_phi, eq. (41): back to the desired heading.
+    HeadingFeedback,
+    /// A third reference: to look at a point of the world, with M_a times a gain times the angle to it.
+    Face {
+        /// The point in the world frame, in metres.
+        point_m: Vector2<f64>,
+        /// The gain on the angle, in 1/s.
+        gain_per_s: f64,
+    },
+    /// The same motion of the reference point all the time, in the body frame.
+    Twist(Twist),
+}
+
+impl GuidanceTask {
+    /// Its name in commands and traces.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::PositionFeedforward => "position feedforward",
+            Self::PositionFeedback => "position feedback",
+            Self::HeadingFeedforward => "heading feedforward",
+            Self::HeadingFeedback => "heading feedback",
+            Self::Face { .. } => "face",
+            Self::Twist(_) => "twist",
+        }
+    }
+
+    /// The tasks of (38)-(41) or (47)-(50).
+    fn usual(saturation: Saturation) -> Vec<Self> {
+        let position = [Self::PositionFeedforward, Self::PositionFeedback];
+        let heading = [Self::HeadingFeedforward, Self::HeadingFeedback];
+        match saturation {
+            Saturation::Prioritised(Priority::Heading) => [heading, position].concat(),
+            _ => [position, heading].concat(),
+        }
+    }
+}
+
 /// The position gain K_r of eq. (23), in 1/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Gain {
@@ -108,6 +155,10 @@ pub struct Guidance {
     /// What each wheel's rate counts in the norm of a task: q'_max over the wheel's own limit; 1 of all where they are alike.
     weights: Vec<f64>,
     saturation: Saturation,
+    /// What is served, highest priority first.
+    order: Vec<GuidanceTask>,
+    /// Room for it as tasks.
+    tasks: Vec<Task>,
     command: Command,
     /// Wheel rates of each task in turn, N numbers a task.
     task_rates: Vec<f64>,
@@ -136,6 +187,8 @@ impl Guidance {
             capacity_rad_s: limit_rad_s,
             weights: vec![1.0; count],
             saturation: settings.saturation,
+            order: GuidanceTask::usual(settings.saturation),
+            tasks: Vec::with_capacity(4),
             command: Command {
                 wheel_rates_rad_s: vec![0.0; count],
                 twist_in_body: Twist::default(),
@@ -190,6 +243,43 @@ impl Guidance {
         Ok(self)
     }
 
+    /// The same with any tasks, each once, in the order of their priority, in place of the four of [`GuidanceSettings::saturation`]: eqs. (32)
+    /// to (34). What is left out is not served.
+    ///
+    /// # Errors
+    /// [`ControlError::NoTasks`]; [`ControlError::TwiceATask`] where one stands twice, by its name; [`ControlError::NotPositive`] and
+    /// [`ControlError::NotFinite`] for what they say.
+    pub fn with_tasks(mut self, tasks: &[GuidanceTask]) -> Result<Self, ControlError> {
+        if tasks.is_empty() {
+            return Err(ControlError::NoTasks);
+        }
+        for (place, task) in tasks.iter().enumerate() {
+            let name = task.name();
+            if tasks[..place].iter().any(|before| before.name() == name) {
+                return Err(ControlError::TwiceATask { task: name });
+            }
+            match task {
+                GuidanceTask::Face {
+                    point_m,
+                    gain_per_s,
+                } => {
+                    finite("x of the point to face, in m", point_m.x)?;
+                    finite("y of the point to face, in m", point_m.y)?;
+                    positive("the gain on the angle to a point, in 1/s", *gain_per_s)?;
+                }
+                GuidanceTask::Twist(twist) => {
+                    finite("vx of a task, in m/s", twist.vx_m_s)?;
+                    finite("vy of a task, in m/s", twist.vy_m_s)?;
+                    finite("the yaw rate of a task, in rad/s", twist.omega_rad_s)?;
+                }
+                _ => {}
+            }
+        }
+        self.order = tasks.to_vec();
+        self.tasks = Vec::with_capacity(tasks.len());
+        Ok(self)
+    }
+
     /// The kinematics that it commands by.
     pub fn kinematics(&self) -> &Kinematics {
         &self.kinematics
@@ -197,8 +287,7 @@ impl Guidance {
 
     /// Wheel rates for the body frame's pose as it is seen and the desired motion of the reference point.
     pub fn update(&mut self, seen: &Pose, desired: &Desired) -> &Command {
-        let tasks = self.tasks(seen, desired);
-        self.combine(&tasks, None)
+        self.update_by(seen, desired, None)
     }
 
     /// As [`Self::update`], with the wheel rates taken from the rollers that touch at the wheel angles of the last
@@ -209,8 +298,24 @@ impl Guidance {
         desired: &Desired,
         contact: &ContactKinematics,
     ) -> &Command {
-        let tasks = self.tasks(seen, desired);
-        self.combine(&tasks, Some(contact))
+        self.update_by(seen, desired, Some(contact))
+    }
+
+    fn update_by(
+        &mut self,
+        seen: &Pose,
+        desired: &Desired,
+        contact: Option<&ContactKinematics>,
+    ) -> &Command {
+        let mut tasks = std::mem::take(&mut self.tasks);
+        tasks.clear();
+        tasks.extend(self.order.iter().map(|task| Task {
+            name: task.name(),
+            twist_in_body: self.asked(task, seen, desired),
+        }));
+        self.combine(&tasks, contact);
+        self.tasks = tasks;
+        &self.command
     }
 
     /// Wheel rates for any tasks in the order of their priority: eqs. (32)-(34) for n tasks. More tasks than ever
@@ -245,48 +350,51 @@ impl Guidance {
     }
 
     /// The names of the tasks of a reference, highest priority first.
-    pub fn task_names(&self) -> [&'static str; 4] {
-        let (position, heading) = (POSITION_TASKS, HEADING_TASKS);
-        match self.saturation {
-            Saturation::Prioritised(Priority::Heading) => {
-                [heading[0], heading[1], position[0], position[1]]
-            }
-            _ => [position[0], position[1], heading[0], heading[1]],
-        }
+    pub fn task_names(&self) -> impl ExactSizeIterator<Item = &'static str> {
+        self.order.iter().map(GuidanceTask::name)
     }
 
-    /// The four tasks of (38)-(41) or (47)-(50) as twists of the reference point in the body frame.
-    fn tasks(&self, seen: &Pose, desired: &Desired) -> [Task; 4] {
+    /// What a task asks for: of (38)-(41) or (47)-(50), as a twist of the reference point in the body frame.
+    fn asked(&self, task: &GuidanceTask, seen: &Pose, desired: &Desired) -> Twist {
         let phi = seen.heading_rad;
         // r_c: where the reference point is in the world frame.
-        let arm = self.kinematics.reference_point_m();
-        let (s, c) = libm::sincos(phi);
-        let r_c = seen.position_m() + Vector2::new(c * arm.x - s * arm.y, s * arm.x + c * arm.y);
-        // Eqs. (16), (17), the heading error wrapped: the shorter way round.
-        let e_r = desired.pose.position_m() - r_c;
-        let e_phi = wrap_angle(desired.pose.heading_rad - phi);
-
-        let r_d_dot = desired.velocity_in_world.linear_m_s();
-        let k_r_e_r = self.k_r * e_r;
-        let linear_in_body = |v: Vector2<f64>| Twist::new(v.x, v.y, 0.0).rotated(-phi);
-        let task = |name, twist_in_body| Task {
-            name,
-            twist_in_body,
+        let r_c = || {
+            let arm = self.kinematics.reference_point_m();
+            let (s, c) = libm::sincos(phi);
+            seen.position_m() + Vector2::new(c * arm.x - s * arm.y, s * arm.x + c * arm.y)
         };
-        let position = [
-            task(POSITION_TASKS[0], linear_in_body(r_d_dot)),
-            task(POSITION_TASKS[1], linear_in_body(k_r_e_r)),
-        ];
-        let phi_d_dot = desired.velocity_in_world.omega_rad_s;
-        let heading = [
-            task(HEADING_TASKS[0], Twist::new(0.0, 0.0, phi_d_dot)),
-            task(HEADING_TASKS[1], Twist::new(0.0, 0.0, self.k_phi * e_phi)),
-        ];
-        match self.saturation {
-            Saturation::Prioritised(Priority::Heading) => {
-                [heading[0], heading[1], position[0], position[1]]
+        let linear_in_body = |v: Vector2<f64>| Twist::new(v.x, v.y, 0.0).rotated(-phi);
+        // Heading errors are wrapped: the shorter way round.
+        match task {
+            GuidanceTask::PositionFeedforward => {
+                linear_in_body(desired.velocity_in_world.linear_m_s())
             }
-            _ => [position[0], position[1], heading[0], heading[1]],
+            GuidanceTask::PositionFeedback => {
+                // Eq. (16).
+                let e_r = desired.pose.position_m() - r_c();
+                linear_in_body(self.k_r * e_r)
+            }
+            GuidanceTask::HeadingFeedforward => {
+                Twist::new(0.0, 0.0, desired.velocity_in_world.omega_rad_s)
+            }
+            GuidanceTask::HeadingFeedback => {
+                // Eq. (17).
+                let e_phi = wrap_angle(desired.pose.heading_rad - phi);
+                Twist::new(0.0, 0.0, self.k_phi * e_phi)
+            }
+            GuidanceTask::Face {
+                point_m,
+                gain_per_s,
+            } => {
+                let to = point_m - r_c();
+                // On the point itself there is nowhere to look.
+                let angle = match to.norm() > 0.0 {
+                    true => wrap_angle(libm::atan2(to.y, to.x) - phi),
+                    false => 0.0,
+                };
+                Twist::new(0.0, 0.0, gain_per_s * angle)
+            }
+            GuidanceTask::Twist(twist) => *twist,
         }
     }
 
@@ -365,10 +473,6 @@ impl Guidance {
         command
     }
 }
-
-/// Names of the tasks of the position and of the heading.
-const POSITION_TASKS: [&str; 2] = ["position feedforward", "position feedback"];
-const HEADING_TASKS: [&str; 2] = ["heading feedforward", "heading feedback"];
 
 /// How a twist of the guidance's reference point maps to wheel rates.
 struct RateMap<'a> {

@@ -1,6 +1,9 @@
 //! The passive law worked out a second time, from the wheels' places and rollers alone: M by hand, its pseudo-inverse by the normal equations,
 //! loads from a plane by Cramer's rule, and the sharing by trying every set of wheels that could be at the bound.
 
+use std::io::Write;
+use std::process::{Command, Stdio};
+
 #[allow(dead_code)]
 use crate::fixtures;
 
@@ -155,57 +158,79 @@ fn robots() -> Vec<Robot> {
     all
 }
 
+/// A robot that was turned from `first` to `second`, and what its law makes of it.
+struct Case {
+    own: PassiveTorqueSettings,
+    first: Vec<f64>,
+    second: Vec<f64>,
+    targets: Vec<f64>,
+    rates: Vec<f64>,
+    gravity: Vector3<f64>,
+    got: Vec<f64>,
+}
+
+fn cases(robot: &Robot, seed: &mut u64) -> Vec<Case> {
+    let n = robot.wheels.len();
+    let own = PassiveTorqueSettings {
+        // Out of the way: when it binds is another test's.
+        wheel_limit_n_m: 1e3,
+        ..PassiveTorqueSettings::for_robot(robot, 9.81, 1e-3, 0.01, 0.0).unwrap()
+    };
+    let mut case = || {
+        let mut law = PassiveTorque::new(robot, &own).unwrap();
+        let mut random = |size: f64| -> Vec<f64> { (0..n).map(|_| size * noise(seed)).collect() };
+        let (first, second, targets, rates) = (random(3.0), random(3.0), random(2.0), random(2.0));
+        let g = random(1.0);
+        let gravity = Vector3::new(g[0], g[1], -9.7);
+        let open = vec![TorqueRange::UNLIMITED; n];
+        for angles in [&first, &second] {
+            law.sense(&BodySense {
+                angles_rad: angles,
+                gravity_in_body_m_s2: Some(gravity),
+            });
+            law.update(&targets, &rates, &open, 1e-3);
+        }
+        Case {
+            got: law.update(&targets, &rates, &open, 0.0).to_vec(),
+            own,
+            first,
+            second,
+            targets,
+            rates,
+            gravity,
+        }
+    };
+    (0..40).map(|_| case()).collect()
+}
+
 #[test]
 fn torques_are_those_of_a_second_derivation() {
     let mut seed = 11;
     for robot in robots() {
         let n = robot.wheels.len();
         let hand = ByHand::new(&robot);
-        let own = PassiveTorqueSettings {
-            // Out of the way: when it binds is another test's.
-            wheel_limit_n_m: 1e3,
-            ..PassiveTorqueSettings::for_robot(&robot, 9.81, 1e-3, 0.01, 0.0).unwrap()
-        };
         let mean = hand.levers.iter().sum::<f64>() / n as f64;
-        for _ in 0..40 {
-            let mut law = PassiveTorque::new(&robot, &own).unwrap();
-            let mut random =
-                |size: f64| -> Vec<f64> { (0..n).map(|_| size * noise(&mut seed)).collect() };
-            let (first, second, targets, rates) =
-                (random(3.0), random(3.0), random(2.0), random(2.0));
-            let g = random(1.0);
-            let g = Vector3::new(g[0], g[1], -9.7);
-            let open = vec![TorqueRange::UNLIMITED; n];
-            for angles in [&first, &second] {
-                law.sense(&BodySense {
-                    angles_rad: angles,
-                    gravity_in_body_m_s2: Some(g),
-                });
-                law.update(&targets, &rates, &open, 1e-3);
-            }
-            let got = law.update(&targets, &rates, &open, 0.0).to_vec();
-
+        for case in cases(&robot, &mut seed) {
+            let (own, g) = (&case.own, case.gravity);
             let d = Vector3::new(
                 own.damping_n_s_m,
                 own.damping_n_s_m,
                 own.heading_damping_n_m_s_rad,
             );
-            let slower = hand.rolled(&targets) - hand.rolled(&rates);
+            let slower = hand.rolled(&case.targets) - hand.rolled(&case.rates);
             let c = hand.center;
             let down = hand.mass * Vector3::new(g.x, g.y, c.x * g.y - c.y * g.x);
             let pushes = hand.share(d.component_mul(&slower) - down, &hand.loads(g, 9.81));
-            let turned: Vec<f64> = first.iter().zip(&second).map(|(a, b)| b - a).collect();
-            let (slid, slides) = (hand.slid(&turned), hand.slid(&rates));
+            let turned = case.first.iter().zip(&case.second);
+            let turned: Vec<f64> = turned.map(|(a, b)| b - a).collect();
+            let (slid, slides) = (hand.slid(&turned), hand.slid(&case.rates));
             let (k_n, d_n) = (own.wheel_stiffness_n_m_rad, own.wheel_damping_n_m_s_rad);
             for h in 0..n {
                 let between = (k_n * slid[h] + d_n * slides[h]) * hand.levers[h] / (mean * mean);
                 let expected = hand.levers[h] * pushes[h] - between;
+                let got = case.got[h];
                 // Torques of up to some N m, by determinants of sums of ten products.
-                assert!(
-                    (got[h] - expected).abs() < 1e-9,
-                    "{h}: {} {expected}",
-                    got[h]
-                );
+                assert!((got - expected).abs() < 1e-9, "{h}: {got} {expected}");
             }
         }
         // The pseudo-inverse leaves three wheels nothing to slide against.
@@ -216,4 +241,87 @@ fn torques_are_those_of_a_second_derivation() {
         });
         assert_eq!(p.max() < 1e-20, n == 3);
     }
+}
+
+/// A Python with numpy: that under `ILON_PYTHON`, or `python3`. Without one it says that the test is skipped.
+fn python() -> Option<String> {
+    let named = std::env::var("ILON_PYTHON").ok();
+    let python = named.clone().unwrap_or("python3".into());
+    let tried = Command::new(&python).args(["-c", "import numpy"]).output();
+    if tried.is_ok_and(|output| output.status.success()) {
+        return Some(python);
+    }
+    assert!(
+        named.is_none(),
+        "{python}, named by ILON_PYTHON, has no numpy"
+    );
+    println!("skipped: {python} has no numpy");
+    None
+}
+
+/// A case for `passive_in_numpy.py`, as a line of JSON.
+fn line(robot: &Robot, case: &Case) -> String {
+    let wheel = |w: &ilon_robot::Wheel| {
+        let (at, n) = (w.position_m(), w.roller_axis());
+        [at.x, at.y, n.x, n.y, w.radius_m, w.gamma_rad]
+    };
+    let wheels: Vec<_> = robot.wheels.iter().map(wheel).collect();
+    let center = robot.center_of_mass_m();
+    let center = [center.x, center.y, center.z + robot.ride_height_m()];
+    let own = &case.own;
+    let numbers = [
+        ("mass", robot.mass_kg()),
+        ("g", 9.81),
+        ("damping", own.damping_n_s_m),
+        ("heading_damping", own.heading_damping_n_m_s_rad),
+        ("between", own.wheel_stiffness_n_m_rad),
+        ("between_damping", own.wheel_damping_n_m_s_rad),
+    ];
+    let numbers = numbers.map(|(name, number)| format!("{name:?}: {number:?}"));
+    format!(
+        "{{\"wheels\": {wheels:?}, \"center\": {center:?}, \"gravity\": {:?}, \"rates\": {:?}, \"targets\": {:?}, \"first\": {:?}, \
+         \"second\": {:?}, {}}}\n",
+        <[f64; 3]>::from(case.gravity),
+        case.rates,
+        case.targets,
+        case.first,
+        case.second,
+        numbers.join(", ")
+    )
+}
+
+#[test]
+fn torques_are_those_of_numpy() {
+    let Some(python) = python() else { return };
+    let mut seed = 12;
+    let (mut lines, mut got) = (String::new(), Vec::new());
+    for robot in robots() {
+        for case in cases(&robot, &mut seed) {
+            lines += &line(&robot, &case);
+            got.push(case.got);
+        }
+    }
+    let mut running = Command::new(python)
+        .arg(concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/tests/passive_in_numpy.py"
+        ))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut into = running.stdin.take().unwrap();
+    let asks = std::thread::spawn(move || into.write_all(lines.as_bytes()));
+    let output = running.wait_with_output().unwrap();
+    asks.join().unwrap().unwrap();
+    let said = String::from_utf8(output.stdout).unwrap();
+    let mut worst = 0.0_f64;
+    for (line, got) in said.lines().zip(&got) {
+        for (theirs, ours) in line.split(' ').zip(got) {
+            worst = worst.max((theirs.parse::<f64>().unwrap() - ours).abs());
+        }
+    }
+    println!("{} cases, apart by at most {worst:.1e} N m", got.len());
+    assert_eq!(said.lines().count(), got.len());
+    assert!(worst < 1e-9, "{worst}");
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{ChassisShape, Described, Spec, SuspensionLaw, SuspensionSpec};
+use super::{ChassisShape, Described, RollerSpec, Spec, SuspensionLaw, SuspensionSpec};
 use crate::error::{Fault, RobotError};
 
 const POSITIVE: &str = "a finite number above 0";
@@ -110,6 +110,8 @@ fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
         ("rollers.row_spacing_m", r.row_spacing_m),
         ("rollers.rolling_resistance", r.rolling_resistance),
         ("rollers.axial_play_m", r.axial_play_m),
+        ("rollers.axle_friction", r.surface().axle_friction),
+        ("rollers.axle_radius_m", r.surface().axle_radius_m),
     ] {
         not_negative(key, value)?;
     }
@@ -127,6 +129,7 @@ fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
         let range = "by the names of rollers' joints, such as `front_left_roller_1`";
         return Err(out_of_range("rollers.radius_offsets_m", name, range));
     }
+    check_axle(r)?;
     check_tread(spec)?;
     if w.gear_efficiency > 1.0 {
         let range = "above 0 and at most 1";
@@ -297,6 +300,17 @@ fn check_law(name: &str, of: &SuspensionSpec, wheels: &[Described]) -> Result<()
             let wheels = format!("suspension.{name}.wheels");
             return Err(out_of_range(&wheels, of.wheels.join(", "), range));
         }
+    }
+    Ok(())
+}
+
+/// The axles of the rollers, where there is friction on them.
+fn check_axle(rollers: &RollerSpec) -> Result<(), Fault> {
+    let surface = rollers.surface();
+    let radius_m = surface.axle_radius_m;
+    if surface.axle_friction > 0.0 && !(radius_m > 0.0 && radius_m < rollers.radius_m) {
+        let range = "above 0 and below `rollers.radius_m`, where there is `rollers.axle_friction`";
+        return Err(out_of_range("rollers.axle_radius_m", radius_m, range));
     }
     Ok(())
 }

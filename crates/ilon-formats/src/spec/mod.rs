@@ -3,6 +3,7 @@
 //! The body frame of a described robot has its origin on the ground, x forward, y left and z up, so that a robot spawned
 //! at z = 0 stands on the floor.
 
+mod bearings;
 mod changed;
 mod check;
 mod described;
@@ -20,6 +21,7 @@ use crate::error::{Fault, RobotError};
 use crate::files::FileAccess;
 use crate::model::{DriveTrain, RollerSurface, RollersAsMade, Tread};
 
+pub use bearings::RollerBearings;
 pub(crate) use check::check;
 pub(crate) use described::Described;
 pub use suspension::{SuspensionLaw, SuspensionSpec};
@@ -190,6 +192,17 @@ pub struct RollerSpec {
     /// Play of each roller along its axle, from stop to stop, in metres.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub axial_play_m: f64,
+    /// How the rollers turn on their axles: `"bushings"`, `"ball"` or `"industrial"`, which say `axle_friction` and `axle_radius_m`;
+    /// left out, without friction that follows the load.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bearings: Option<RollerBearings>,
+    /// Coefficient of the friction between roller and axle, in place of that of `bearings`: under a load it holds the roller with
+    /// this times `axle_radius_m` times the load.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axle_friction: Option<f64>,
+    /// Radius of the rollers' axles, in metres, in place of that of `bearings`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axle_radius_m: Option<f64>,
     /// `rollers.tread.stiffness_n_m = ...`: what rollers that give are covered with; left out, they are rigid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tread: Option<TreadSpec>,
@@ -242,10 +255,15 @@ impl RollerSpec {
             shear_damping_n_s_m: said.shear_damping_n_s_m,
             relaxation_length_m: said.relaxation_length_m,
         });
+        let bearings = self
+            .bearings
+            .map(|kind| (kind.axle_friction(), kind.axle_radius_m(self.radius_m)));
         RollerSurface {
             tread,
             rolling_resistance: self.rolling_resistance,
             axial_play_m: self.axial_play_m,
+            axle_friction: self.axle_friction.or(bearings.map(|b| b.0)).unwrap_or(0.0),
+            axle_radius_m: self.axle_radius_m.or(bearings.map(|b| b.1)).unwrap_or(0.0),
         }
     }
 }

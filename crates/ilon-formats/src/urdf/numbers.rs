@@ -18,7 +18,7 @@ enum Range {
 }
 
 /// The numeric attributes of URDF: element, attribute, how many numbers, whether it must be there, range.
-const NUMBERS: [(&str, &str, usize, bool, Range); 46] = [
+const NUMBERS: [(&str, &str, usize, bool, Range); 48] = [
     ("origin", "xyz", 3, false, Range::Any),
     ("origin", "rpy", 3, false, Range::Any),
     ("origin", "quat_xyzw", 4, false, Range::Any),
@@ -89,6 +89,14 @@ const NUMBERS: [(&str, &str, usize, bool, Range); 46] = [
         Range::Positive,
     ),
     ("ilon_rollers", "axial_play", 1, false, Range::NotNegative),
+    (
+        "ilon_rollers",
+        "axle_friction",
+        1,
+        false,
+        Range::NotNegative,
+    ),
+    ("ilon_rollers", "axle_radius", 1, false, Range::NotNegative),
     ("ilon_rollers", "length_factor", 1, false, Range::Positive),
     ("ilon_rollers", "crown", 1, false, Range::Positive),
     ("ilon_rollers", "edge_radius", 1, false, Range::NotNegative),

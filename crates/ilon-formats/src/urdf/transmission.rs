@@ -95,6 +95,8 @@ pub(super) fn surfaces(source: &Source) -> BTreeMap<String, RollerSurface> {
             tread,
             rolling_resistance: said("rolling_resistance").unwrap_or(0.0),
             axial_play_m: said("axial_play").unwrap_or(0.0),
+            axle_friction: said("axle_friction").unwrap_or(0.0),
+            axle_radius_m: said("axle_radius").unwrap_or(0.0),
         };
         Some((node.attribute("joint")?.to_owned(), surface))
     })

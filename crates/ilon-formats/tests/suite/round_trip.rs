@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use ilon_formats::{
-    Arrangement, ChassisShape, ChassisSpec, LoadRobot, PlacedWheel, RollerSpec, Spec, TreadSpec,
-    WheelSpec, generate,
+    Arrangement, ChassisShape, ChassisSpec, LoadRobot, PlacedWheel, RollerBearings, RollerSpec,
+    Spec, TreadSpec, WheelSpec, generate,
 };
 use ilon_robot::{Robot, wrap_angle};
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
@@ -93,6 +93,9 @@ prop_compose! {
                 // Letters that XML has to escape.
                 material: (longer > 0.5).then(|| "rubber <60> & \"cord\"".to_owned()),
                 axial_play_m: 0.1 * surface.0 * roller_radius_m,
+                bearings: (surface.0 > 0.5).then_some(RollerBearings::Bushings),
+                axle_friction: (longer > 0.5).then_some(0.3 * longer),
+                axle_radius_m: (longer > 0.5).then_some(0.2 * roller_radius_m),
                 tread: surface.1.map(|(stiffness_n_m, damping_n_s_m, relaxation_length_m)| TreadSpec {
                     stiffness_n_m,
                     damping_n_s_m,
@@ -156,6 +159,8 @@ proptest! {
             prop_assert_eq!(&wheel.material, &spec.rollers.material);
             let (found, said) = (wheel.surface, spec.rollers.surface());
             prop_assert!(close(found.rolling_resistance, said.rolling_resistance));
+            prop_assert!(close(found.axle_friction, said.axle_friction));
+            prop_assert!(close(found.axle_radius_m, said.axle_radius_m));
             prop_assert_eq!(found.tread.is_some(), said.tread.is_some());
             if let (Some(found), Some(said)) = (found.tread, said.tread) {
                 let same = |a: Option<f64>, b: Option<f64>| match (a, b) {

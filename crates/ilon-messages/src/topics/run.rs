@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use ilon_robot::{Pose, Robot, Twist};
-use ilon_trace::{Header as RunHeader, ImuSample, JointSample, Record, WheelSample};
+use ilon_trace::{Header as RunHeader, ImuSample, ImuVariances, JointSample, Record, WheelSample};
 use nalgebra::{Isometry3, UnitQuaternion};
 
 use super::contacts::{Contacts, MARKER_RATE_HZ};
@@ -29,10 +29,12 @@ use crate::visualization_msgs::MarkerArray;
 /// Time between diagnostics, in seconds of simulated time.
 const DIAGNOSTICS_EVERY_S: f64 = 1.0;
 
+/// The variance of what is not known at all, in m^2 or rad^2.
+const UNKNOWN: f64 = 1e6;
 /// Variances of x, y, z, roll, pitch and yaw, in m^2 and rad^2, that dead reckoning is published with where a row does not say how sure it is:
 /// what is not reckoned is as good as unknown. They are of the order that drivers of such robots publish.
-const RECKONED: [f64; 6] = [1e-3, 1e-3, 1e6, 1e6, 1e6, 1e-2];
-/// The least variance of x, y, heading and their rates that is said of them: filters do not take zero.
+const RECKONED: [f64; 6] = [1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2];
+/// The least variance that is said of what odometry and IMU measure: filters do not take zero.
 const LEAST: f64 = 1e-8;
 /// Those of the truth. Filters do not take zero.
 const TRUE: [f64; 6] = [1e-12; 6];
@@ -249,16 +251,12 @@ impl RunTopics {
             twist: twist(record.command_twist_in_body),
         };
         outlet.send("/cmd_vel", &command, time_ns)?;
-        let mut odom = odometry(
-            now,
-            [&self.odom, &base],
-            &reckoned,
-            record.twist_ideal,
-            RECKONED,
-        );
-        if let Some(covariance) = &record.odometry_covariance {
-            put_planar(&mut odom.pose.covariance, &covariance.pose);
-            put_planar(&mut odom.twist.covariance, &covariance.twist);
+        let frames = [&self.odom, &base].map(String::as_str);
+        let mut odom = odometry(now, frames, &reckoned, record.twist_ideal, RECKONED);
+        if let Some(said) = &record.reckoned {
+            odom.twist.twist = twist(said.twist);
+            put_planar(&mut odom.pose.covariance, &said.pose_covariance);
+            put_planar(&mut odom.twist.covariance, &said.twist_covariance);
         }
         outlet.send("/odom", &odom, time_ns)?;
         let real_twist = truth.twist_in_body;
@@ -440,8 +438,8 @@ fn put_planar(whole: &mut Covariance, planar: &[[f64; 3]; 3]) {
     }
 }
 
-/// What an inertial measurement unit says, with roll and pitch by the robot's filter; the heading is not measured, and how the numbers vary
-/// is not said.
+/// What an inertial measurement unit says, with roll and pitch by the robot's filter; the heading is not measured. Covariances are zero where
+/// they are not known, as the message has it.
 fn imu(header: Header, sample: &ImuSample) -> Imu {
     let vector = |v: &nalgebra::Vector3<f64>| Vector3 {
         x: v.x,
@@ -449,12 +447,21 @@ fn imu(header: Header, sample: &ImuSample) -> Imu {
         z: v.z,
     };
     let level = UnitQuaternion::from_euler_angles(sample.roll_rad, sample.pitch_rad, 0.0);
+    let diagonal = |[x, y, z]: [f64; 3]| [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]];
+    let alike = |variance: f64| diagonal([variance + LEAST; 3]);
+    let (said, none) = (sample.variances, diagonal([0.0; 3]));
+    let tilt = |of: ImuVariances| {
+        let tilt_rad2 = of.tilt_rad2 + LEAST;
+        diagonal([tilt_rad2, tilt_rad2, UNKNOWN])
+    };
     Imu {
         header,
         orientation: pose(&Isometry3::from_parts(Default::default(), level)).orientation,
         angular_velocity: vector(&sample.rate_rad_s),
         linear_acceleration: vector(&sample.specific_force_m_s2),
-        ..Imu::default()
+        orientation_covariance: said.map_or(none, tilt),
+        angular_velocity_covariance: said.map_or(none, |of| alike(of.rate_rad2_s2)),
+        linear_acceleration_covariance: said.map_or(none, |of| alike(of.specific_force_m2_s4)),
     }
 }
 

@@ -69,6 +69,11 @@ pub struct RollerSurface {
     pub rolling_resistance: f64,
     /// Play of each roller along its axle, from stop to stop, in metres, >= 0.
     pub axial_play_m: f64,
+    /// Coefficient of the friction between roller and axle, >= 0: under a load N it holds the roller with the torque that
+    /// [`Self::axle_drag_n_m`] says, beside what its joint says of dry friction and damping.
+    pub axle_friction: f64,
+    /// Radius of the axle, where that friction acts, in metres, >= 0; of a rolling bearing that of its bore.
+    pub axle_radius_m: f64,
 }
 
 /// What rollers with play that have no tread of their own give way by under a wheel's load, of its radius, and their damping as a share of
@@ -77,6 +82,11 @@ const STIFF_SAG: f64 = 5.5e-5;
 const STIFF_DAMPING: f64 = 0.7;
 
 impl RollerSurface {
+    /// Most torque of the friction on a roller's axle under a load in N, in N m: coefficient times radius times load.
+    pub fn axle_drag_n_m(&self, load_n: f64) -> f64 {
+        self.axle_friction * self.axle_radius_m * load_n.max(0.0)
+    }
+
     /// What its rollers touch the ground with on a robot of these units: its tread, or, where they have none and can slide along their
     /// axles, one that gives way by 5.5e-5 of the wheel's radius, 1e7 N/m on a robot of 11 kg with wheels of 50 mm. About a hand-over two of
     /// them carry the wheel while one slides, and of rigid ones it cannot be said which carries what.

@@ -34,6 +34,12 @@ pub struct Guidance {
     /// that they take of each wheel's own limit.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub wheel_rate_limits_rad_s: Vec<f64>,
+    /// The tasks in the order of their priority, in place of the four that `priority` puts in order, equations (32) to (34):
+    /// `"position_feedforward"`, `"position_feedback"`, `"heading_feedforward"`, `"heading_feedback"`, each once; and beside them
+    /// `{ face = { x_m = 1, y_m = 0 } }`, which turns the robot to look at a point, and `{ twist = { omega_rad_s = 0.2 } }`, a motion in the
+    /// body frame. What is left out is not served.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tasks: Vec<Task>,
     /// Which kinematics turns a twist into wheel rates.
     pub kinematics: Kinematics,
     /// The point of the body that follows the reference.
@@ -49,6 +55,48 @@ impl Guidance {
             None => self.position_gain_per_s,
         }
     }
+}
+
+/// A task of the guidance.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(rename = "GuidanceTask")]
+pub enum Task {
+    /// The desired velocity, equation (38).
+    PositionFeedforward,
+    /// Back to the desired position, equation (39).
+    PositionFeedback,
+    /// The desired heading rate, equation (40).
+    HeadingFeedforward,
+    /// Back to the desired heading, equation (41).
+    HeadingFeedback,
+    /// To look at a point of the world.
+    Face {
+        /// x of the point, in metres.
+        x_m: f64,
+        /// y of the point, in metres.
+        y_m: f64,
+        /// Gain on the angle to it, in 1/s.
+        #[serde(default = "one")]
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        gain_per_s: f64,
+    },
+    /// A motion of the reference point in the body frame, the same all the time.
+    Twist {
+        /// Ahead, in m/s.
+        #[serde(default)]
+        vx_m_s: f64,
+        /// To the left, in m/s.
+        #[serde(default)]
+        vy_m_s: f64,
+        /// Counter-clockwise, in rad/s.
+        #[serde(default)]
+        omega_rad_s: f64,
+    },
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 /// A point of the body.
@@ -118,6 +166,7 @@ impl Default for Guidance {
             position_gain_matrix_per_s: None,
             capacity_rad_s: None,
             wheel_rate_limits_rad_s: Vec::new(),
+            tasks: Vec::new(),
             kinematics: Kinematics::default(),
             reference_point: ReferencePoint::default(),
         }

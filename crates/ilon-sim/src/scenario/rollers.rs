@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use ilon_robot::{NotMade, Robot, RollersAsMade, Tread as RobotTread};
+use ilon_formats::RollerBearings;
+use ilon_robot::{
+    NotMade, Robot, Roller, RollerSurface as RobotSurface, RollersAsMade, Tread as RobotTread,
+};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -55,6 +58,21 @@ pub struct RollerSurface {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub axial_play_m: Option<f64>,
+    /// How the rollers turn on their axles, as a class of wheels that says `axle_friction` and `axle_radius_m`, by makers' tables of bearings:
+    /// `"bushings"` 0.2 on axles of 0.15 of the rollers' radius, dry plastic or bronze on a pin; `"ball"` 0.0015 on the same axles;
+    /// `"industrial"`, needle or tapered roller bearings, 0.0020 on axles of 0.3. Left out, what the robot's file says, or else no friction
+    /// that follows the load: next to ball bearings.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bearings: Option<RollerBearings>,
+    /// Coefficient of the friction between roller and axle, in place of that of `bearings`: under a load it holds the roller with this times
+    /// `axle_radius_m` times the load, beside the dry friction of its joint.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub axle_friction: Option<f64>,
+    /// Radius of the rollers' axles, in metres, in place of that of `bearings`; of a rolling bearing that of its bore.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub axle_radius_m: Option<f64>,
     /// A tread: rollers that give, so that every roller which reaches the ground carries its share.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tread: Option<Tread>,
@@ -107,6 +125,8 @@ impl RollerSurface {
                 .rolling_resistance
                 .unwrap_or(surface.rolling_resistance);
             surface.axial_play_m = self.axial_play_m.unwrap_or(surface.axial_play_m);
+            self.put_on_axles(surface, &wheel.rollers);
+            check_axle(surface, &wheel.name)?;
             if let Some(tread) = &self.tread {
                 surface.tread = Some(tread.laid_over(surface.tread, &wheel.name)?);
             }
@@ -123,6 +143,17 @@ impl RollerSurface {
             made.map_err(|fault| of_wheel(&name, &fault))?;
         }
         Ok(())
+    }
+
+    /// Says how the rollers of a wheel turn on their axles.
+    fn put_on_axles(&self, surface: &mut RobotSurface, rollers: &[Roller]) {
+        if let Some(bearings) = self.bearings {
+            let radius_m = rollers.iter().map(|r| r.radius_m).fold(0.0, f64::max);
+            surface.axle_friction = bearings.axle_friction();
+            surface.axle_radius_m = bearings.axle_radius_m(radius_m);
+        }
+        surface.axle_friction = self.axle_friction.unwrap_or(surface.axle_friction);
+        surface.axle_radius_m = self.axle_radius_m.unwrap_or(surface.axle_radius_m);
     }
 
     /// Says what the rollers are made of.
@@ -205,6 +236,19 @@ impl Tread {
     }
 }
 
+/// Refuses friction on axles of which nobody says how thick they are.
+fn check_axle(surface: &RobotSurface, wheel: &str) -> Result<(), Error> {
+    if surface.axle_friction == 0.0 || surface.axle_radius_m > 0.0 {
+        return Ok(());
+    }
+    Err(Error::invalid(
+        format!(
+            "`rollers.axle_friction` is given, but nothing says how thick the axles of the wheel `{wheel}` are"
+        ),
+        "add `rollers.axle_radius_m`, in metres, or a class of wheels: `rollers.bearings` = \"bushings\"",
+    ))
+}
+
 /// Rollers of a wheel that cannot be made so, in words.
 fn of_wheel(wheel: &str, fault: &NotMade) -> Error {
     let help = match fault {
@@ -242,6 +286,54 @@ mod tests {
                 (1e5, Some(4e4))
             );
             assert_eq!(wheel.surface.rolling_resistance, 0.02);
+        }
+    }
+
+    #[test]
+    fn bearings_say_friction_and_axle_and_single_keys_go_before() {
+        let axles = |lines: &str| {
+            let surface = applied(lines).unwrap().wheels[0].surface;
+            (surface.axle_friction, surface.axle_radius_m)
+        };
+        // Rollers of 12 mm.
+        let close = |found: (f64, f64), said: (f64, f64)| {
+            let off = (found.0 - said.0).abs() + (found.1 - said.1).abs();
+            assert!(off < 1e-9, "{found:?} {said:?}");
+        };
+        close(axles(""), (0.0, 0.0));
+        close(axles("bearings = 'bushings'"), (0.2, 1.8e-3));
+        close(axles("bearings = 'ball'"), (0.0015, 1.8e-3));
+        close(axles("bearings = 'industrial'"), (0.002, 3.6e-3));
+        close(
+            axles("bearings = 'ball'\naxle_friction = 0.1"),
+            (0.1, 1.8e-3),
+        );
+        close(
+            axles("bearings = 'ball'\naxle_radius_m = 2e-3"),
+            (0.0015, 2e-3),
+        );
+        let fault = applied("axle_friction = 0.1").unwrap_err().to_string();
+        assert!(
+            fault.contains("how thick") && fault.contains("front_left"),
+            "{fault}"
+        );
+    }
+
+    #[test]
+    fn a_description_says_the_same_of_the_axles() {
+        for lines in [
+            "bearings = 'bushings'",
+            "axle_friction = 0.3\naxle_radius_m = 2.5e-3",
+        ] {
+            let mut options = ilon_formats::LoadOptions::default();
+            options.spec = toml::from_str(&format!("[rollers]\n{lines}")).unwrap();
+            let described = Robot::load_with(ROBOT, &options).unwrap().robot;
+            let (a, b) = (
+                described.wheels[1].surface,
+                applied(lines).unwrap().wheels[1].surface,
+            );
+            assert!((a.axle_friction - b.axle_friction).abs() < 1e-12);
+            assert!((a.axle_radius_m - b.axle_radius_m).abs() < 1e-12);
         }
     }
 

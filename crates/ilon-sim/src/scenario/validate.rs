@@ -128,6 +128,11 @@ impl Scenario {
                 "rollers.rolling_resistance",
                 rollers.rolling_resistance.is_some_and(|drag| drag > 0.0),
             ),
+            ("rollers.bearings", rollers.bearings.is_some()),
+            (
+                "rollers.axle_friction",
+                rollers.axle_friction.is_some_and(|friction| friction > 0.0),
+            ),
             (
                 "rollers.axial_play_m",
                 rollers.axial_play_m.is_some_and(|play_m| play_m > 0.0),

@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use ilon_control::TiltFilter;
-use ilon_trace::ImuSample;
+use ilon_control::{InertialErrors, TiltFilter};
+use ilon_trace::{ImuSample, ImuVariances};
 use ilon_world::World;
 use nalgebra::{UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
@@ -29,6 +29,8 @@ pub(super) struct Imu {
     filter: TiltFilter,
     rng: ChaCha8Rng,
     seen: ImuSample,
+    /// For how long it has said something, in seconds.
+    heard_s: f64,
     /// By how much the gyroscope says that the robot has turned since it was asked last, in rad.
     turned_rad: f64,
 }
@@ -81,6 +83,7 @@ impl Imu {
             gyroscope_bias,
             rng,
             seen: ImuSample::default(),
+            heard_s: 0.0,
             turned_rad: 0.0,
         })
     }
@@ -142,13 +145,36 @@ impl Imu {
         self.filter
             .update(&taken.rate_rad_s, &taken.specific_force_m_s2, over_s);
         self.turned_rad += taken.rate_rad_s.z * taken.over_s;
+        self.heard_s += taken.over_s;
         let down = self.filter.down_in_body();
         self.seen = ImuSample {
             rate_rad_s: taken.rate_rad_s,
             specific_force_m_s2: taken.specific_force_m_s2,
             roll_rad: libm::atan2(-down.y, -down.z),
             pitch_rad: libm::atan2(down.x, libm::hypot(down.y, down.z)),
+            variances: Some(self.variances(taken.over_s)),
         };
+    }
+
+    /// How sure it is, of a sample that came so long after the last. How it is mounted the robot does not know, and is no part of it.
+    fn variances(&self, over_s: f64) -> ImuVariances {
+        let errors = |of: &ImuNoise| InertialErrors {
+            noise: of.noise,
+            bias: of.bias,
+            bias_walk: of.bias_walk,
+        };
+        let gyroscope = errors(&self.section.gyroscope);
+        let accelerometer = errors(&self.section.accelerometer);
+        ImuVariances {
+            rate_rad2_s2: gyroscope.variance(self.heard_s),
+            specific_force_m2_s4: accelerometer.variance(self.heard_s),
+            tilt_rad2: self.filter.variance_rad2(
+                &gyroscope,
+                &accelerometer,
+                self.gravity_m_s2,
+                (over_s, self.heard_s),
+            ),
+        }
     }
 
     /// What it said last, and the tilt by the filter.

@@ -36,7 +36,8 @@ pub struct Limits {
     /// The limits of motions without turning in all directions, at rest and at shares of the top speeds.
     pub outlines: Vec<LimitOutline>,
     /// A polytope of accelerations from rest, ahead and to the left in m/s^2 and turning in rad/s^2, all of which can be had; in JSON its
-    /// `corners`, and its `half_spaces` [x, y, z], within which x a + y b + z c <= 1. `None` where something along an axis cannot be had.
+    /// `corners`, its `half_spaces` [x, y, z], within which x a + y b + z c <= 1, and the share `missing_at_most` that no direction misses more
+    /// than. `None` where something along an axis cannot be had.
     #[serde(serialize_with = "as_corners_and_half_spaces")]
     pub polytope: Option<AccelerationPolytope>,
     /// A box of accelerations ahead and back, left and right, in m/s^2, and of turning, in rad/s^2, for planners that know no other shape:
@@ -189,14 +190,15 @@ fn as_corners_and_half_spaces<S: Serializer>(
     let corners: Vec<[f64; 3]> = corners
         .map(|corner| [corner.vx_m_s, corner.vy_m_s, corner.omega_rad_s])
         .collect();
-    let mut both = serializer.serialize_struct("polytope", 2)?;
+    let mut both = serializer.serialize_struct("polytope", 3)?;
     both.serialize_field("corners", &corners)?;
     both.serialize_field("half_spaces", &polytope.half_spaces)?;
+    both.serialize_field("missing_at_most", &polytope.missing_at_most)?;
     both.end()
 }
 
 /// Rates up to which wheels are driven, in rad/s: of motor, guidance and a DC motor's line.
-fn top_rates(scenario: &Scenario, robot: &Robot) -> Vec<f64> {
+pub(super) fn top_rates(scenario: &Scenario, robot: &Robot) -> Vec<f64> {
     let guided = scenario.guidance.wheel_rate_limit_rad_s;
     let no_load = scenario.motors.dc.map(|dc| dc.no_load_rate_rad_s);
     let held = guided
@@ -343,7 +345,8 @@ impl Limiter {
         Ok(())
     }
 
-    fn along(&mut self, direction: Twist, twist: Twist) -> Result<AccelerationLimit, Error> {
+    /// The largest acceleration along a direction while the robot moves with a twist.
+    pub fn along(&mut self, direction: Twist, twist: Twist) -> Result<AccelerationLimit, Error> {
         Ok(self.limits.along(direction, twist, &self.motors)?)
     }
 

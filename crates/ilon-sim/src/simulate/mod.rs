@@ -4,6 +4,7 @@ mod bodies;
 mod clock;
 mod command;
 mod defaults;
+mod design;
 mod disturbances;
 mod drive;
 mod faults;
@@ -41,6 +42,7 @@ pub use ilon_world::WheelContact;
 
 pub use clock::CpuTime;
 pub use command::{Commanded, Decided, WheelCommand};
+pub use design::design;
 pub use floor::relief_heights_m;
 pub use limits::{Limit, LimitOutline, LimitRow, Limits, OutlinePoint};
 pub use load::{load, load_file, load_robot};

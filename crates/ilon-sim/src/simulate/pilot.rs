@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use ilon_control::{
-    Command, ContactKinematics, Desired, Feasibility, Gain, Guidance, GuidanceSettings, Kinematics,
-    Reference, Task, TaskShare,
+    Command, ContactKinematics, Desired, Feasibility, Gain, Guidance, GuidanceSettings,
+    GuidanceTask, Kinematics, Reference, Task, TaskShare,
 };
 use ilon_robot::{Pose, Robot, Twist, wrap_angle};
 use nalgebra::{Matrix2, Vector2};
@@ -141,6 +141,10 @@ impl Pilot {
                 let mut guidance = Guidance::new(kinematics, &settings)?;
                 if !section.wheel_rate_limits_rad_s.is_empty() {
                     guidance = guidance.with_wheel_limits(&section.wheel_rate_limits_rad_s)?;
+                }
+                if !section.tasks.is_empty() {
+                    let tasks: Vec<_> = section.tasks.iter().map(task).collect();
+                    guidance = guidance.with_tasks(&tasks)?;
                 }
                 match section.capacity_rad_s {
                     Some(capacity_rad_s) => guidance.with_capacity(capacity_rad_s)?,
@@ -296,7 +300,7 @@ impl Pilot {
     /// Names of the guidance's tasks, highest priority first; none in open loop.
     pub fn task_names(&self) -> Vec<&'static str> {
         match &self.motion {
-            Planned::Reference(_) => self.guidance.task_names().to_vec(),
+            Planned::Reference(_) => self.guidance.task_names().collect(),
             Planned::Twist(_) | Planned::Log(_) | Planned::Own(..) => Vec::new(),
         }
     }
@@ -400,6 +404,29 @@ impl Pilot {
             }
             Planned::Twist(_) | Planned::Log(_) | Planned::Own(..) => None,
         }
+    }
+}
+
+/// A task of a scenario, for the guidance.
+fn task(task: &scenario::Task) -> GuidanceTask {
+    match *task {
+        scenario::Task::PositionFeedforward => GuidanceTask::PositionFeedforward,
+        scenario::Task::PositionFeedback => GuidanceTask::PositionFeedback,
+        scenario::Task::HeadingFeedforward => GuidanceTask::HeadingFeedforward,
+        scenario::Task::HeadingFeedback => GuidanceTask::HeadingFeedback,
+        scenario::Task::Face {
+            x_m,
+            y_m,
+            gain_per_s,
+        } => GuidanceTask::Face {
+            point_m: Vector2::new(x_m, y_m),
+            gain_per_s,
+        },
+        scenario::Task::Twist {
+            vx_m_s,
+            vy_m_s,
+            omega_rad_s,
+        } => GuidanceTask::Twist(Twist::new(vx_m_s, vy_m_s, omega_rad_s)),
     }
 }
 

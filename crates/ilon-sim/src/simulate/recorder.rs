@@ -3,8 +3,8 @@
 use ilon_control::{ContactKinematics, Kinematics, Odometry, OdometryCovariance, WayErrors};
 use ilon_robot::{Pose, Robot};
 use ilon_trace::{
-    Desired, Header, JointSample, MAX_JOINTS, MAX_TASKS, Record, Support, TaskShare, Trace,
-    WheelSample,
+    Desired, Header, JointSample, MAX_JOINTS, MAX_TASKS, Reckoned, Record, Support, TaskShare,
+    Trace, WheelSample,
 };
 use ilon_world::World;
 use nalgebra::Vector2;
@@ -16,7 +16,7 @@ use super::pilot::{Idle, Pilot};
 use super::plant::Plant;
 use super::posed_odometry::PosedOdometry;
 use crate::Error;
-use crate::scenario::TIME_SLACK_S;
+use crate::scenario::{Scenario, TIME_SLACK_S};
 
 /// Writes down what happens to a [`Plant`]: the growing trace, and what has to be summed between its rows.
 ///
@@ -32,6 +32,8 @@ pub struct Recorder {
     odometry_contact: Odometry,
     /// Of `odometry_ideal`; of a robot whose rollers say how it errs.
     covariance: Option<OdometryCovariance>,
+    /// From row to row.
+    row_period_s: f64,
     last_angles_rad: Vec<f64>,
     turned_rad: Vec<f64>,
     /// Of each wheel, since the start or the last row.
@@ -96,13 +98,19 @@ impl Recorder {
         contact_kinematics: ContactKinematics,
         start: Pose,
         rows: usize,
-        roller_angles_hz: Option<f64>,
+        scenario: &Scenario,
     ) -> Self {
         let wheel_count = robot.wheels.len();
-        let errors = WayErrors::of_rollers(robot, SLIP_SHARE).ok();
+        let errors = WayErrors::of_rollers(robot, SLIP_SHARE).map(|errors| WayErrors {
+            rate_noise_rad_s: scenario.sensors.encoders.rate_noise_rad_s,
+            ..errors
+        });
+        let roller_angles_hz = scenario.run.roller_angles_hz;
         Self {
             covariance: errors
-                .and_then(|errors| OdometryCovariance::new(kinematics.clone(), errors).ok()),
+                .and_then(|errors| OdometryCovariance::new(kinematics.clone(), errors))
+                .ok(),
+            row_period_s: header.control_dt_s * f64::from(header.record_every.max(1)),
             trace: Trace::with_capacity(header, rows),
             kinematics,
             odometry_ideal: start,
@@ -145,9 +153,8 @@ impl Recorder {
             ..header(resolved, robot, Appearance::by(urdf), &pilot)?
         };
         let start = plant.truth().pose;
-        let every_hz = scenario.run.roller_angles_hz;
         Ok(Self::new(
-            header, robot, kinematics, contact, start, 1, every_hz,
+            header, robot, kinematics, contact, start, 1, scenario,
         ))
     }
 
@@ -224,12 +231,16 @@ impl Recorder {
             potential_energy_j: energy.potential_j,
             contact_residual_m_s: self.residual_m_s,
             support: Some(self.carried.means(plant.truth().pose.heading_rad)),
-            odometry_covariance: self.covariance.as_ref().map(|covariance| {
-                ilon_trace::OdometryCovariance {
-                    pose: covariance
+            reckoned: self.covariance.as_ref().map(|covariance| {
+                let seen_rad_s = &seen.wheel_rates_rad_s;
+                Reckoned {
+                    twist: self.kinematics.twist(seen_rad_s),
+                    pose_covariance: covariance
                         .covariance(self.odometry_ideal.heading_rad)
                         .into(),
-                    twist: covariance.twist_covariance(rates_rad_s).into(),
+                    twist_covariance: covariance
+                        .twist_covariance(seen_rad_s, self.row_period_s)
+                        .into(),
                 }
             }),
             imu: seen.imu,

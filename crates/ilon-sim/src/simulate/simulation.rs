@@ -189,7 +189,7 @@ impl Simulation {
             contact_kinematics,
             resolved.start(),
             scenario.run.row_count() as usize,
-            scenario.run.roller_angles_hz,
+            scenario,
         );
         let mut warnings = resolved.warnings().to_vec();
         let stands = plant.world().robot().joint_positions();

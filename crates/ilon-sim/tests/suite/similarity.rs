@@ -159,6 +159,15 @@ const LAWS: &[Law] = &[
         keys: |s| format!("rollers.radius_spread_m = {:e}", 5e-5 * s.length()),
     },
     Law {
+        name: "bushings",
+        keys: |s| {
+            format!(
+                "rollers.axle_friction = 0.2\nrollers.axle_radius_m = {:e}",
+                2e-3 * s.length()
+            )
+        },
+    },
+    Law {
         name: "play",
         keys: |s| format!("rollers.axial_play_m = {:e}", 2e-4 * s.length()),
     },

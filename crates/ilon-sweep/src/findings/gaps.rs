@@ -93,6 +93,10 @@ const NEEDS: &[(&str, &str)] = &[
         "it is taken per metre or per turn of the way, and the robot hardly moves; let it drive or turn further",
     ),
     (
+        "design.",
+        "the arrangement is singular, or no wheel has a rate limit; take other angles or places of wheels, or give the wheels limits",
+    ),
+    (
         "storage_rise_j",
         "only the passive law stores anything; give the scenario `wheel_loop.law` = \"passive\"",
     ),

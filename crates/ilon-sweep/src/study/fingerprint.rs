@@ -48,6 +48,7 @@ pub(super) fn of(study: &Draft, fixed: &[Setting], files: &FileAccess) -> Result
         seed,
         find,
         minimise,
+        physics,
         ..
     } = study.file;
     let asked = serde_json::json!([
@@ -60,6 +61,9 @@ pub(super) fn of(study: &Draft, fixed: &[Setting], files: &FileAccess) -> Result
         minimise
     ]);
     hash.feed(&asked.to_string());
+    if !physics {
+        hash.feed("without physics");
+    }
     Ok(hash.to_string())
 }
 

@@ -495,3 +495,60 @@ fn traces_are_kept_of_the_worst_and_the_failed_alone() {
         }
     }
 }
+
+/// Of designs without a run: wheels on a ring with rollers at gamma are held by the one that turns fastest, at rho q'max cos(gamma) in the direction along
+/// its roller's axis, whatever the count; and on the spot by |b| cos(gamma) / cos(gamma).
+#[test]
+fn a_study_without_physics_says_what_designs_can_do() {
+    let folder = Folder::new();
+    let text = "physics = false\nquantities = [\"design.speed_least_m_s\", \"design.rank\"]\n\
+                [axes]\nrobot.spec.wheels.ring.count = [3, 4, 6]\nrobot.spec.wheels.ring.gamma_deg = [0.0, 20.0, 45.0]\n";
+    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/robots/volksbot.toml");
+    let text = format!(
+        "{text}[set]\nrobot.file = {:?}\n",
+        robot.display().to_string()
+    );
+    let rows = folder.rows(&text);
+    assert_eq!(rows.len(), 9);
+    for row in &rows {
+        assert_eq!(
+            (row.status, &row.trace_hash),
+            (Status::Done, &None),
+            "{row:?}"
+        );
+        let figure = |name: &str| row.figure(figure_index(name).unwrap());
+        assert_eq!(figure("design.rank"), Some(3.0));
+        assert_eq!(figure("slip_energy_j"), None);
+        let gamma_rad = row.values[1].as_float().unwrap().to_radians();
+        // 0.05 m at 91.6 rad/s.
+        let least_m_s = 0.05 * 91.6 * gamma_rad.cos();
+        let found_m_s = figure("design.speed_least_m_s").unwrap();
+        assert!(
+            (found_m_s / least_m_s - 1.0).abs() < 1e-9,
+            "{found_m_s} {least_m_s}"
+        );
+        assert!(
+            (figure("design.yaw_rate_rad_s").unwrap() / (0.05 * 91.6 / 0.25) - 1.0).abs() < 1e-9
+        );
+        let least_m_s2 = figure("design.acceleration_least_m_s2").unwrap();
+        assert!(least_m_s2 > 0.0 && least_m_s2 <= figure("design.acceleration_most_m_s2").unwrap());
+    }
+    // Again, the same; and what is of runs alone is refused.
+    assert_eq!(folder.rows(&text), rows);
+    let axes = "[axes]\nworld.floor.friction = [0.2, 0.6]\n";
+    for (text, said) in [
+        (
+            "physics = false\nquantities = [\"slip_energy_j\"]\n",
+            "is of runs",
+        ),
+        ("quantities = [\"design.condition\"]\n", "physics = false"),
+        ("physics = false\nrepetitions = 2\n", "repetitions"),
+        ("physics = false\nkeep = \"all\"\n", "keep"),
+    ] {
+        let (words, help) = message(folder.study(&format!("{text}{axes}")));
+        assert!(
+            format!("{words} {help}").contains(said),
+            "{text}: {words} ({help})"
+        );
+    }
+}

@@ -14,6 +14,7 @@ const MILLIMETRE: Unit = unit("mm", 1e3);
 const MILLIMETRE_A_METRE: Unit = unit("mm per m", 1e3);
 const MILLIMETRE_A_SECOND: Unit = unit("mm/s", 1e3);
 const METRE_A_SECOND: Unit = unit("m/s", 1.0);
+const METRE_A_SECOND_SQUARED: Unit = unit("m/s^2", 1.0);
 const RADIAN_A_SECOND: Unit = unit("rad/s", 1.0);
 const DEGREE: Unit = unit("deg", DEGREES);
 const DEGREE_A_METRE: Unit = unit("deg per m", DEGREES);
@@ -286,4 +287,17 @@ pub static GROUPS: &[Group] = &[
         2
     ),
     budget!("error budget: heading", detail, heading_rad, DEGREE, 3),
+    Group {
+        heading: "design, without a run",
+        open_loop_only: false,
+        quantities: &[
+            main!(design.rank, "rank of M", NUMBER, 0),
+            main!(design.condition, "condition of M", NUMBER, 2),
+            main!(design.speed_least_m_s, "top speed, slowest direction", METRE_A_SECOND, 3),
+            main!(design.speed_most_m_s, "top speed, fastest direction", METRE_A_SECOND, 3),
+            main!(design.yaw_rate_rad_s, "top yaw rate", RADIAN_A_SECOND, 3),
+            main!(design.acceleration_least_m_s2, "acceleration without slip, least direction", METRE_A_SECOND_SQUARED, 3),
+            main!(design.acceleration_most_m_s2, "acceleration without slip, most direction", METRE_A_SECOND_SQUARED, 3),
+        ],
+    },
 ];

@@ -31,6 +31,8 @@ pub(crate) struct Axle {
     pub free_response: f64,
     /// How it slides along its axle.
     pub slide: AxleSlide,
+    /// What its contacts carry when the step begins, in N.
+    pub load_n: f64,
 }
 
 impl Axle {
@@ -166,6 +168,7 @@ impl Scene<'_> {
                 state.response(0.0)
             },
             slide: state.slide_on_ground(),
+            load_n: 0.0,
         })
     }
 

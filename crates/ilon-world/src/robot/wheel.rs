@@ -42,6 +42,8 @@ pub(crate) struct Surface {
     pub tread: Option<TreadLaw>,
     /// Drag per load.
     pub rolling_resistance: f64,
+    /// Most torque of the friction on a roller's axle per load, in N m/N.
+    pub axle_drag_m: f64,
     /// The mass that stands on a wheel, in kg.
     pub load_kg: f64,
 }
@@ -66,6 +68,7 @@ impl Surface {
         Self {
             tread: surface.touching_tread(scale).as_ref().map(law),
             rolling_resistance: surface.rolling_resistance,
+            axle_drag_m: surface.axle_drag_n_m(1.0),
             load_kg,
         }
     }

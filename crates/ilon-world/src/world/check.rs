@@ -182,6 +182,23 @@ fn check_play(wheel: &Wheel) -> Result<(), WorldError> {
     })
 }
 
+/// Refuses friction on axles that are none.
+fn check_axles(wheel: &Wheel) -> Result<(), WorldError> {
+    let (friction, axle_m) = (wheel.surface.axle_friction, wheel.surface.axle_radius_m);
+    let radii_m = wheel.rollers.iter().map(|roller| roller.radius_m);
+    let most_m = radii_m.fold(f64::INFINITY, f64::min);
+    let is_there = axle_m > 0.0 && axle_m < most_m;
+    if friction == 0.0 || (friction > 0.0 && friction.is_finite() && is_there) {
+        return Ok(());
+    }
+    Err(WorldError::NoSuchAxle {
+        wheel: wheel.name.clone(),
+        friction,
+        axle_m,
+        most_m,
+    })
+}
+
 /// Refuses what rapier's own solver does not know.
 fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldError> {
     let refused = |what: String, remedy| Err(WorldError::NotInRapier { what, remedy });
@@ -208,6 +225,16 @@ fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<
                 wheel.name
             ),
             "leave the play out",
+        );
+    }
+    let has_axles = |wheel: &&Wheel| wheel.surface.axle_friction > 0.0;
+    if let Some(wheel) = robot.wheels.iter().find(has_axles) {
+        return refused(
+            format!(
+                "friction on the rollers' axles that follows the load (wheel `{}`)",
+                wheel.name
+            ),
+            "leave it out, or write dry friction of the rollers' joints",
         );
     }
     let gives =
@@ -260,6 +287,7 @@ fn check_wheel(wheel: &Wheel) -> Result<(), WorldError> {
         });
     }
     check_play(wheel)?;
+    check_axles(wheel)?;
     for roller in &wheel.rollers {
         if let RollerForm::AsModelled(modelled) = &roller.form {
             if wheel.surface.tread.is_some() {

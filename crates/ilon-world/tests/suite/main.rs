@@ -1,5 +1,6 @@
 //! The tests of `ilon-world` from outside, one module for each subject, in one program.
 
+mod axles;
 mod bodies;
 mod disturbances;
 mod free;

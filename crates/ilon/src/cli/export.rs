@@ -1,46 +1,130 @@
 //! `ilon export`: a robot for other people's simulators.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use ilon_fmi::package::platform;
+use ilon_formats::LoadRobot;
+use ilon_robot::Robot;
 
+use super::escape::one_line;
+use super::flags::{Flags, shell};
 use super::options::{Sandbox, Settings};
 use super::outcome::Outcome;
+use super::robot::{Reading, robot_of_scenario};
 use super::{console, reserve};
 use crate::cli::failure::Failure;
+use crate::planar;
+use crate::scenario::Scenario;
+use crate::sim::remedy;
+
+/// The scenario in which a planar base is driven, before it is changed.
+const DRIVEN: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 1.0\n";
 
 /// Arguments of `ilon export`.
 #[derive(Debug, clap::Args)]
+#[command(group = clap::ArgGroup::new("what").required(true))]
 pub(super) struct Arguments {
     /// Write the robot and world of a scenario as a functional mock-up unit (FMI 3.0, co-simulation).
-    #[arg(long, value_name = "SCENARIO", required = true)]
-    fmu: PathBuf,
-    /// Where to write it [default: the scenario's name and `.fmu`].
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "SCENARIO", group = "what")]
+    fmu: Option<PathBuf>,
+    /// Fit a base that moves in the plane to sweeps of a robot, for planners and learners, with its error on other drives; write it as JSON, as a
+    /// model for numpy, and as bases of MuJoCo and Gazebo.
+    #[arg(long, value_name = "ROBOT", group = "what")]
+    planar: Option<PathBuf>,
+    /// Where to write it [default: the scenario's name and `.fmu`; of a planar base the folder of the robot's name and `_planar`].
+    #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
     /// The shared library of ilon-c that goes into it [default: the one beside this command].
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "planar")]
     library: Option<PathBuf>,
     #[command(flatten)]
     settings: Settings,
     #[command(flatten)]
+    reading: Reading,
+    #[command(flatten)]
     sandbox: Sandbox,
 }
 
-/// Writes the FMU, once it is known that what is in it can be run.
+/// Writes what was asked for.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let path = &arguments.fmu;
+    match (&arguments.fmu, &arguments.planar) {
+        (Some(scenario), _) => fmu(scenario, arguments),
+        (None, Some(robot)) => planar_base(robot, arguments),
+        (None, None) => Err(Failure::usage(
+            "there is nothing to export",
+            "add --fmu or --planar",
+        )),
+    }
+}
+
+/// A path's name with an ending of its own.
+fn named_after(path: &Path, ending: &str) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(ending);
+    name.into()
+}
+
+/// Fits a planar base to a robot and writes it into a folder.
+fn planar_base(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
+    let mut options = arguments.reading.options();
+    options.files = arguments.sandbox.files()?;
+    if let Some(robot) = robot_of_scenario(path, &options.files) {
+        return Err(Failure::usage(
+            format!("`{}` is a scenario, not a robot", path.display()),
+            format!(
+                "export its robot, `ilon export --planar {}`, and give keys with --set",
+                shell(&robot)
+            ),
+        ));
+    }
+    let out = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| named_after(path, "_planar"));
+    let _claim = reserve::folder(&out, "--out")?;
+    let mut robot = Robot::load_with(path, &options)
+        .map_err(|fault| {
+            let command = format!(
+                "ilon export --planar {}{}",
+                shell(&path.display().to_string()),
+                arguments.sandbox.words()
+            );
+            remedy::diagnosed(fault, path, &options, &Flags { command })
+        })?
+        .robot;
+    let settings = &arguments.settings.settings;
+    let scenario =
+        Scenario::from_toml_with(DRIVEN, "the conditions", "", settings, &options.files)?;
+    scenario.validate()?;
+    scenario.motors.apply(&mut robot);
+    scenario.rollers.apply(&mut robot)?;
+    let (base, judges, dt_s) = planar::fit(&scenario, &robot)?;
+    for (name, text) in planar::files(&base, &judges, dt_s)? {
+        ilon_trace::file::write_text(&out.join(name), &text)?;
+    }
+    let off = &base.held_out;
+    console::lines(&format!(
+        "a planar base of `{}`: {}\non {} drives of {:.1} s that it has not seen it ends off by {:.2} % of the path, its base on joints by {:.2} %, ideal kinematics by {:.2} %\n",
+        one_line(&base.robot),
+        one_line(&out.display().to_string()),
+        off.drives,
+        off.duration_s,
+        1e2 * off.model.position_over_path,
+        1e2 * off.joints.position_over_path,
+        1e2 * off.ideal.position_over_path,
+    ))?;
+    Ok(Outcome::Done)
+}
+
+/// Writes the FMU, once it is known that what is in it can be run.
+fn fmu(path: &PathBuf, arguments: &Arguments) -> Result<Outcome, Failure> {
     let library = match &arguments.library {
         Some(library) => library.clone(),
         None => beside_this_command()?,
     };
     let out = match &arguments.out {
         Some(out) => out.clone(),
-        None => {
-            let mut name = path.file_stem().unwrap_or_default().to_owned();
-            name.push(".fmu");
-            name.into()
-        }
+        None => named_after(path, ".fmu"),
     };
     let _claim = reserve::file(&out, "--out", &[path.clone(), library.clone()])?;
     let settings = &arguments.settings.settings;

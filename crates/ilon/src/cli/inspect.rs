@@ -1,9 +1,8 @@
 //! `ilon inspect`: a robot as it is understood.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use ilon_control::Kinematics;
-use ilon_files::FileAccess;
 use ilon_formats::LoadRobot;
 use ilon_robot::Robot;
 
@@ -11,12 +10,12 @@ use super::escape::one_line;
 use super::flags::{Flags, shell};
 use super::options::Sandbox;
 use super::outcome::Outcome;
-use super::robot::Reading;
+use super::robot::{Reading, robot_of_scenario};
 use super::table::Table;
-use super::{console, gallery, limits, open, reserve, ros2};
+use super::{console, gallery, limits, open, planners, reserve, ros2};
 use crate::cli::failure::Failure;
 use crate::drawing;
-use crate::inspect::{Inspection, TreadInspection};
+use crate::inspect::{Inspection, TreadInspection, WheelInspection};
 use crate::pages;
 use crate::sim::remedy;
 
@@ -31,6 +30,8 @@ pub(super) struct Arguments {
     sandbox: Sandbox,
     #[command(flatten)]
     limits: limits::Asked,
+    #[command(flatten)]
+    planners: planners::Exports,
     /// Draw the robot from above, with the axes of its rollers, as an SVG; with `--limits` how hard it may be driven in each direction.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     svg: Option<PathBuf>,
@@ -56,23 +57,6 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// The robot that a file names, where it is a scenario.
-fn robot_of_scenario(path: &Path, files: &FileAccess) -> Option<String> {
-    /// No scenario is longer.
-    const MOST_BYTES: u64 = 16 << 20;
-    path.extension().filter(|ending| *ending == "toml")?;
-    let text = files.read_text(path, MOST_BYTES).ok()?;
-    let table: toml::Table = text.parse().ok()?;
-    let robot = table.get("robot")?.get("file")?.as_str()?;
-    let beside = path.parent()?.join(robot);
-    // Without the way down into the scenario's folder and up again.
-    let here = std::env::current_dir().ok();
-    let whole = beside.canonicalize().ok();
-    let short = whole.as_ref().zip(here.as_ref());
-    let short = short.and_then(|(whole, here)| whole.strip_prefix(here).ok());
-    Some(short.unwrap_or(&beside).display().to_string())
-}
-
 /// Prints the robot; one that cannot be controlled is printed too, and then reported as bad input.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let path = &arguments.robot;
@@ -93,6 +77,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let _controllers = claimed(&arguments.ros2_controllers, "--ros2-controllers")?;
     let _control = claimed(&arguments.ros2_control, "--ros2-control")?;
     let _html = claimed(&arguments.html, "--html")?;
+    let _planners = arguments.planners.claim(path)?;
     if let Some(robot) = robot_of_scenario(path, &options.files) {
         return Err(Failure::usage(
             format!("`{}` is a scenario, not a robot", path.display()),
@@ -152,6 +137,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         arguments.ros2_controllers.as_deref(),
         arguments.ros2_control.as_deref(),
     )?;
+    arguments
+        .planners
+        .write(&loaded, &inspection, &arguments.limits, &options.files)?;
     if arguments.json {
         let json = serde_json::to_string_pretty(&inspection)
             .map_err(|error| Failure::encode("the inspection", &error))?;
@@ -228,12 +216,12 @@ fn surfaces(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading(
         "treads: stiffness in N/mm and damping in N s/m, along the ground's normal and across it; sag under a wheel's share of \
-         the weight and the way over which sheared tread is renewed in mm; drag per load of rolling; play along the rollers' axles in mm",
+         the weight and the way over which sheared tread is renewed in mm; drag per load of rolling; play along the rollers' axles in mm; most torque of friction on them under that share in mN m",
     );
     columns(
         &mut table,
         &[
-            "along", "across", "damped", "across", "sag", "renewed", "drag", "play",
+            "along", "across", "damped", "across", "sag", "renewed", "drag", "play", "axle",
         ],
     );
     for wheel in &robot.wheels {
@@ -255,6 +243,7 @@ fn surfaces(robot: &Inspection) -> Table {
                 of_tread(|tread| Some(1e3 * tread.relaxation_length_m?), 1),
                 format!("{:.3}", surface.rolling_resistance),
                 format!("{:.3}", 1e3 * surface.axial_play_m),
+                format!("{:.2}", 1e3 * surface.axle_drag_n_m),
             ],
         );
     }
@@ -339,7 +328,17 @@ fn text(robot: &Inspection) -> String {
     let mut text = table.to_string();
 
     let mut table = Table::new();
-    table.heading("rollers: largest radius and length in mm");
+    let on_axles = |wheel: &WheelInspection| {
+        let surface = wheel.surface.as_ref();
+        surface.is_some_and(|surface| surface.axle_friction > 0.0)
+    };
+    table.heading(match robot.wheels.iter().any(on_axles) {
+        true => "rollers: largest radius and length in mm",
+        false => {
+            "rollers: largest radius and length in mm; friction on their axles that follows the load is taken as none, which ball bearings \
+             nearly have and bushings do not"
+        }
+    });
     columns(&mut table, &["count", "radius", "length"]);
     for wheel in &robot.wheels {
         table.words(

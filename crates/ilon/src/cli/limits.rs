@@ -5,10 +5,10 @@ use ilon_robot::Robot;
 
 use super::options::Settings;
 use super::table::Table;
-use crate::Error;
-use crate::inspect::Inspection;
+use crate::inspect::{Inspection, conditions};
 use crate::pages::limits::by_motion;
 use crate::simulate::Limits;
+use crate::{Error, Scenario};
 
 /// Which limits are asked for.
 #[derive(Clone, Debug, clap::Args)]
@@ -44,6 +44,18 @@ impl Asked {
             return Ok(inspection);
         }
         inspection.with_limits_under(&self.conditions.settings.settings, robot, files)
+    }
+
+    /// The conditions as a scenario, and the robot under them.
+    ///
+    /// # Errors
+    /// As [`Self::add_to`].
+    pub fn conditions(
+        &self,
+        robot: &Robot,
+        files: &FileAccess,
+    ) -> Result<(Scenario, Robot), Error> {
+        conditions(&self.conditions.settings.settings, robot, files)
     }
 
     /// Whether there are settings that nothing asks for.

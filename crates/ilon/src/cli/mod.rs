@@ -45,6 +45,8 @@ mod options;
 mod outcome;
 mod output;
 #[cfg(feature = "command")]
+mod planners;
+#[cfg(feature = "command")]
 mod progress;
 #[cfg(feature = "command")]
 mod report;

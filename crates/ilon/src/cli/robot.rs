@@ -1,7 +1,8 @@
 //! How a robot's file is to be read, on the command line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use ilon_files::FileAccess;
 use ilon_formats::{Handedness, LoadOptions, Package, RollerForms, WheelOptions};
 
 /// Options of reading a robot's file.
@@ -121,6 +122,23 @@ impl Wheels {
         options.roller_mass_kg = self.roller_mass_kg;
         Some(options)
     }
+}
+
+/// The robot that a file names, where it is a scenario.
+pub(super) fn robot_of_scenario(path: &Path, files: &FileAccess) -> Option<String> {
+    /// No scenario is longer.
+    const MOST_BYTES: u64 = 16 << 20;
+    path.extension().filter(|ending| *ending == "toml")?;
+    let text = files.read_text(path, MOST_BYTES).ok()?;
+    let table: toml::Table = text.parse().ok()?;
+    let robot = table.get("robot")?.get("file")?.as_str()?;
+    let beside = path.parent()?.join(robot);
+    // Without the way down into the scenario's folder and up again.
+    let here = std::env::current_dir().ok();
+    let whole = beside.canonicalize().ok();
+    let short = whole.as_ref().zip(here.as_ref());
+    let short = short.and_then(|(whole, here)| whole.strip_prefix(here).ok());
+    Some(short.unwrap_or(&beside).display().to_string())
 }
 
 fn package(text: &str) -> Result<Package, String> {

@@ -93,6 +93,7 @@ fn accelerations(drive: &DriveParameters, limits: &Limits) -> String {
         -y,
         friction = limits.friction
     );
+    text.push_str(&dwb(drive, limits));
     let _ = write!(
         text,
         "\n# The same for Nav2's velocity smoother: x, y and yaw.\nvelocity_smoother:\n  ros__parameters:\n    \
@@ -100,6 +101,27 @@ fn accelerations(drive: &DriveParameters, limits: &Limits) -> String {
         -x, -y, -yaw
     );
     text
+}
+
+/// The same for Nav2's DWB controller, beside MPPI; empty where the wheels' rates have no limits.
+fn dwb(drive: &DriveParameters, limits: &Limits) -> String {
+    let Some([vx, vy, wz]) = drive.box_within() else {
+        return String::new();
+    };
+    let [x, y, yaw] = limits.acceleration_box;
+    format!(
+        "    # The same for Nav2's DWB controller; to take it: controller_plugins: [\"FollowPathDWB\"].\n    FollowPathDWB:\n      \
+         plugin: \"dwb_core::DWBLocalPlanner\"\n      min_vel_x: {:.4}\n      max_vel_x: {vx:.4}\n      min_vel_y: {:.4}\n      \
+         max_vel_y: {vy:.4}\n      max_vel_theta: {wz:.4}\n      min_speed_xy: 0.0\n      max_speed_xy: {:.4}\n      \
+         min_speed_theta: 0.0\n      acc_lim_x: {x:.4}\n      acc_lim_y: {y:.4}\n      acc_lim_theta: {yaw:.4}\n      \
+         decel_lim_x: {:.4}\n      decel_lim_y: {:.4}\n      decel_lim_theta: {:.4}\n",
+        -vx,
+        -vy,
+        vx.hypot(vy),
+        -x,
+        -y,
+        -yaw
+    )
 }
 
 fn frames(base: &str) -> String {

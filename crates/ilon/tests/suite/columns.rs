@@ -165,7 +165,7 @@ fn every_signal_of_the_robot_is_what_happened() {
             potential_energy_j,
             contact_residual_m_s,
             support,
-            odometry_covariance,
+            reckoned,
             imu,
             storage,
             joints,
@@ -209,8 +209,9 @@ fn every_signal_of_the_robot_is_what_happened() {
         );
         assert_eq!(measured, None, "no log");
         assert_eq!((imu, storage), (None, None), "no IMU, no passive law");
-        let sure = odometry_covariance.expect("rollers that say how they err");
-        assert!((0..3).all(|axis| sure.pose[axis][axis] >= 0.0));
+        let reckoned = reckoned.expect("rollers that say how they err");
+        assert!((0..3).all(|axis| reckoned.pose_covariance[axis][axis] >= 0.0));
+        assert_eq!(reckoned.twist, twist_ideal, "exact encoders");
         assert_eq!(seen_pose, pose, "exact sensors without latency");
 
         // Reckoned here by a sum over the steps, with the contact kinematics of their middle.

@@ -54,6 +54,25 @@ fn the_table_names_wheels_and_what_is_set_for_nothing_is_refused() {
         yaml.contains("ax_max: ") && yaml.contains("max_decel: [-"),
         "{yaml}"
     );
+    // DWB has the same, under its own names.
+    let value = |key: &str| -> f64 {
+        let at = yaml.find(&format!(" {key}: ")).expect(key);
+        let rest = &yaml[at + key.len() + 3..];
+        rest.lines()
+            .next()
+            .and_then(|text| text.parse().ok())
+            .expect(key)
+    };
+    for (dwb, mppi) in [
+        ("acc_lim_x", "ax_max"),
+        ("decel_lim_y", "ay_min"),
+        ("acc_lim_theta", "az_max"),
+        ("max_vel_y", "vy_max"),
+        ("min_vel_x", "vx_min"),
+        ("max_vel_theta", "wz_max"),
+    ] {
+        assert_eq!(value(dwb), value(mppi), "{yaml}");
+    }
     let idle = folder.ilon(&["inspect", "robot.urdf", "--set", "world.floor.friction=0.2"]);
     assert!(ended_with(2, &idle).contains("add --limits"));
     let key = "world.flor.friction=1";

@@ -4,6 +4,11 @@
 //! the face whose middle lies furthest within the edge, as seen from zero, is replaced by faces to the point on the edge beyond its middle:
 //! those faces that the point sees go, and their rim is joined to it. Turns count by the way of the outermost wheel, so that all three
 //! axes are in m/s^2.
+//!
+//! **What is missing at most.** Let the edge beyond the middle of a face be at l = 1 + e, where l is linear and 1 on the face, and let a place q
+//! of what can be had lie beyond the same face at l = 1 + h. As seen from zero, the middle lies between q and a place on the face's rim, at
+//! least a third of the way to q. The line between the two can be had too, and passes over the middle at l = 1 + h s / (1 + h (1 - s)) with
+//! s >= 1/3, which is at most 1 + e: h <= 3 e / (1 - 2 e). In the direction of q the share h / (1 + h) is missing.
 
 use ilon_robot::Twist;
 use nalgebra::{Vector2, Vector3};
@@ -20,6 +25,8 @@ pub struct AccelerationPolytope {
     pub held_by: Vec<LimitedBy>,
     /// Its faces: an acceleration (a, b, c) lies in it where x a + y b + z c is at most 1 for each; in s^2/m, and for z in s^2/rad.
     pub half_spaces: Vec<[f64; 3]>,
+    /// No direction misses more than this share of what can be had in it.
+    pub missing_at_most: f64,
     edges: Vec<[usize; 2]>,
 }
 
@@ -99,6 +106,7 @@ impl AccelerationLimits {
         }
         while hull.corners.len() < Self::MOST_CORNERS {
             let widest = hull.faces.iter().enumerate();
+            let widest = widest.filter(|(_, face)| !face.is_last);
             let widest = widest.max_by(|(_, a), (_, b)| a.missing.total_cmp(&b.missing));
             let Some((face, missing)) = widest.map(|(face, found)| (face, found.missing)) else {
                 break;
@@ -107,7 +115,7 @@ impl AccelerationLimits {
                 break;
             }
             if !hull.grow(face, &mut edge)? {
-                hull.faces[face].missing = 0.0;
+                hull.faces[face].is_last = true;
             }
         }
         Ok(Some(hull.into_polytope(arm_m)))
@@ -135,12 +143,27 @@ struct Face {
     /// The edge beyond its middle, and by which share it is further than the middle.
     beyond: Corner,
     missing: f64,
+    /// Whether it cannot be replaced by others.
+    is_last: bool,
 }
 
 impl Face {
     /// Whether a place lies beyond its plane, by more than rounding.
     fn sees(&self, at: &Vector3<f64>) -> bool {
         self.normal.dot(at) > self.distance + 1e-9 * at.norm()
+    }
+
+    /// The share that no direction beyond it misses more than.
+    fn missing_at_most(&self) -> f64 {
+        // e and h of the module's derivation.
+        let e = self.missing / (1.0 - self.missing);
+        match 1.0 - 2.0 * e > 0.0 {
+            true => {
+                let h = 3.0 * e / (1.0 - 2.0 * e);
+                h / (1.0 + h)
+            }
+            false => 1.0,
+        }
     }
 
     fn edges(&self) -> [[usize; 2]; 3] {
@@ -183,6 +206,7 @@ impl Hull {
             distance: normal.dot(&a),
             missing: 1.0 - middle.norm() / beyond.at.norm(),
             beyond,
+            is_last: false,
         });
         Ok(())
     }
@@ -263,6 +287,11 @@ impl Hull {
                 .iter()
                 .map(|side| [side.x, side.y, side.z * arm_m])
                 .collect(),
+            missing_at_most: self
+                .faces
+                .iter()
+                .map(Face::missing_at_most)
+                .fold(0.0, f64::max),
             edges,
         }
     }

@@ -8,5 +8,6 @@ mod priorities;
 mod random;
 mod reference;
 mod saturation;
+mod tasks;
 mod torques;
 mod tracking;

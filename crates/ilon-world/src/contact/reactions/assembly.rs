@@ -86,7 +86,8 @@ impl Reactions {
             let axle = self.axles[i];
             let scene = scenes.of(axle.body);
             let body = &scene.wheels[axle.wheel];
-            let friction_n_m = body.rollers[axle.roller].friction_n_m;
+            let under_load_n_m = body.surface.axle_drag_m * axle.load_n.max(0.0);
+            let friction_n_m = body.rollers[axle.roller].friction_n_m + under_load_n_m;
             if friction_n_m > 0.0 && axle.response.is_some() {
                 // Its spin against the hub.
                 let still = (&Vector3::zeros(), &Vector3::zeros());
@@ -158,6 +159,9 @@ impl Reactions {
                 a: self.with_axle(row.a, of_a),
                 b: row.b.map(|side| self.with_axle(side, of_b)),
             });
+            for (place, _) in rows[0].sides().filter_map(|side| side.axle) {
+                self.axles[place].load_n += load_n;
+            }
             let reaction = Reaction {
                 a: place.a,
                 b: place.b,

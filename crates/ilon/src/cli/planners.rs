@@ -1,0 +1,97 @@
+//! `ilon inspect --limits --pathplanner`, `--choreo` and `--road-runner`: a robot for the planners of robot contests.
+
+use std::path::{Path, PathBuf};
+
+use ilon_files::FileAccess;
+use ilon_formats::Loaded;
+use ilon_trace::file::write_text;
+
+use super::failure::Failure;
+use super::limits;
+use super::reserve;
+use crate::inspect::Inspection;
+use crate::planners::{self, Swerve};
+use crate::ros2_control::DriveParameters;
+
+/// Which files for planners are asked for.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Planners")]
+pub(super) struct Exports {
+    /// Write the robot as PathPlanner's `settings.json`: a swerve drive that can do no more than this robot.
+    #[arg(long, value_name = "FILE", requires = "limits")]
+    pathplanner: Option<PathBuf>,
+    /// Write the robot as a project of Choreo (`.chor`): a swerve drive that can do no more than this robot.
+    #[arg(long, value_name = "FILE", requires = "limits")]
+    choreo: Option<PathBuf>,
+    /// Write feedforward and limits for Road Runner's mecanum drive, as Java; needs the motors: `--set motors.dc.stall_torque_n_m=...`
+    /// and `--set motors.dc.no_load_rate_rad_s=...`.
+    #[arg(long, value_name = "FILE", requires = "limits")]
+    road_runner: Option<PathBuf>,
+}
+
+impl Exports {
+    /// The files, with the flags that name them.
+    pub fn files(&self) -> [(&Option<PathBuf>, &'static str); 3] {
+        [
+            (&self.pathplanner, "--pathplanner"),
+            (&self.choreo, "--choreo"),
+            (&self.road_runner, "--road-runner"),
+        ]
+    }
+
+    /// Keeps the places of the files free for them.
+    pub fn claim(&self, robot: &Path) -> Result<Vec<reserve::Claim>, Failure> {
+        let asked = self.files().into_iter();
+        let named = asked.filter_map(|(path, flag)| Some((path.as_ref()?, flag)));
+        named
+            .map(|(path, flag)| reserve::file(path, flag, &[robot.to_path_buf()]))
+            .collect()
+    }
+
+    /// Writes what is asked for.
+    pub fn write(
+        &self,
+        loaded: &Loaded,
+        inspection: &Inspection,
+        conditions: &limits::Asked,
+        files: &FileAccess,
+    ) -> Result<(), Failure> {
+        let Some(limits) = &inspection.limits else {
+            return Ok(());
+        };
+        let (scenario, robot) = conditions.conditions(&loaded.robot, files)?;
+        if self.pathplanner.is_some() || self.choreo.is_some() {
+            let swerve = Swerve::of(&robot, limits).map_err(|fault| {
+                Failure::usage(fault.to_string(), "leave --pathplanner and --choreo out")
+            })?;
+            for (path, text) in [
+                (&self.pathplanner, planners::pathplanner(&swerve)),
+                (&self.choreo, planners::choreo(&swerve)),
+            ] {
+                if let Some(path) = path {
+                    write_text(path, &text)?;
+                }
+            }
+        }
+        if let Some(path) = &self.road_runner {
+            let dc = scenario.motors.dc.as_ref().ok_or_else(|| {
+                Failure::usage(
+                    "--road-runner needs to know the motors",
+                    "add `--set motors.dc.stall_torque_n_m=...` and `--set motors.dc.no_load_rate_rad_s=...`, both at the wheel on 12 V",
+                )
+            })?;
+            let drive = DriveParameters::of(&robot)?.map_err(|_| not_mecanum())?;
+            let gravity_m_s2 = scenario.world.gravity_m_s2;
+            let text = planners::road_runner(&robot, &drive, dc, limits, gravity_m_s2)?;
+            write_text(path, &text.ok_or_else(not_mecanum)?)?;
+        }
+        Ok(())
+    }
+}
+
+fn not_mecanum() -> Failure {
+    Failure::usage(
+        "Road Runner drives four mecanum wheels, which this robot has not",
+        "leave --road-runner out",
+    )
+}

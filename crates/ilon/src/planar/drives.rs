@@ -1,0 +1,140 @@
+//! What ilon's robot does under commands of the body's twist.
+
+use std::f64::consts::TAU;
+
+use ilon_control::{Kinematics, SpeedLimits};
+use ilon_robot::{Robot, Twist};
+use nalgebra::Vector3;
+
+use crate::Error;
+use crate::scenario::Scenario;
+use crate::simulate::{Driver, Plant, WheelCommand, resolve_for};
+
+/// Wheels are driven up to this rate over sqrt(g / radius), beyond which a robot is fast for its size, or to nine tenths of their limit.
+const FASTEST: f64 = 1.5;
+const SHARE_OF_LIMIT: f64 = 0.9;
+
+/// A robot to be driven, at rest, again and again.
+pub(super) struct Track {
+    fresh: Plant,
+    kinematics: Kinematics,
+    limits: SpeedLimits,
+    /// The rate up to which wheels are driven, in rad/s.
+    pub wheel_rate_rad_s: f64,
+    /// Between two samples: the physics step, in seconds.
+    pub dt_s: f64,
+    /// The robot's unit of time, sqrt(radius / g), in seconds.
+    pub unit_s: f64,
+}
+
+/// Commands and what came of them, one of each a step.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Drive {
+    /// The twists that were asked, in m/s, m/s and rad/s.
+    pub asked: Vec<Vector3<f64>>,
+    /// The body's twists at the end of each step.
+    pub came: Vec<Vector3<f64>>,
+}
+
+pub(super) fn twist(of: Vector3<f64>) -> Twist {
+    Twist::new(of.x, of.y, of.z)
+}
+
+pub(super) fn vector(of: Twist) -> Vector3<f64> {
+    Vector3::new(of.vx_m_s, of.vy_m_s, of.omega_rad_s)
+}
+
+impl Track {
+    /// A robot under the floor, motors and wheel loops of a scenario.
+    pub fn new(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
+        let resolved = resolve_for(scenario, robot, Driver::Own)?;
+        let fresh = Plant::new(&resolved, robot)?;
+        let kinematics = fresh.kinematics().clone();
+        let radii = robot.wheels.iter().map(|wheel| wheel.radius_m);
+        let radius_m = radii.sum::<f64>() / robot.wheels.len() as f64;
+        let unit_s = libm::sqrt(radius_m / scenario.world.gravity_m_s2.max(1e-3));
+        let limit_rad_s = resolved.wheel_rate_limit_rad_s();
+        let wheel_rate_rad_s = (SHARE_OF_LIMIT * limit_rad_s).min(FASTEST / unit_s);
+        Ok(Self {
+            limits: SpeedLimits::uniform(&kinematics, wheel_rate_rad_s),
+            fresh,
+            kinematics,
+            wheel_rate_rad_s,
+            dt_s: resolved.physics_dt_s(),
+            unit_s,
+        })
+    }
+
+    /// The fastest twist along a direction.
+    pub fn fastest(&self, direction: Vector3<f64>) -> Vector3<f64> {
+        direction / self.limits.share(twist(direction))
+    }
+
+    /// The robot, at rest.
+    pub fn plant(&self) -> Plant {
+        self.fresh.clone()
+    }
+
+    /// Goes on for a physics step with the wheel rates of a twist, and says with which twist the body then moves.
+    pub fn step(&self, plant: &mut Plant, asked: Vector3<f64>) -> Result<Vector3<f64>, Error> {
+        let mut rates_rad_s = vec![0.0; self.kinematics.wheel_count()];
+        self.kinematics.wheel_rates(twist(asked), &mut rates_rad_s);
+        plant.advance(WheelCommand::Rates(&rates_rad_s), self.dt_s)?;
+        Ok(vector(plant.truth().twist_in_body))
+    }
+
+    /// Goes on for a physics step with motors that give nothing.
+    pub fn coast(&self, plant: &mut Plant) -> Result<Vector3<f64>, Error> {
+        let torques_n_m = vec![0.0; self.kinematics.wheel_count()];
+        plant.advance(WheelCommand::Torques(&torques_n_m), self.dt_s)?;
+        Ok(vector(plant.truth().twist_in_body))
+    }
+
+    /// How many steps a time in the robot's units has.
+    pub fn steps(&self, units: f64) -> usize {
+        (units * self.unit_s / self.dt_s).ceil() as usize
+    }
+
+    /// A drive from rest.
+    pub fn drive(&self, asked: Vec<Vector3<f64>>) -> Result<Drive, Error> {
+        let mut plant = self.plant();
+        let came = asked.iter().map(|asked| self.step(&mut plant, *asked));
+        Ok(Drive {
+            came: came.collect::<Result<_, _>>()?,
+            asked,
+        })
+    }
+
+    /// What a person or a planner might ask, by chance: twists in all directions up to a share of the fastest, each held for a while. The
+    /// same number gives the same drive.
+    pub fn by_chance(&self, number: usize, units: f64) -> Vec<Vector3<f64>> {
+        /// The generalised golden ratio of four dimensions, the root of x^5 = x + 1: its powers fill the cube evenly (Roberts 2018).
+        const RATIO: f64 = 1.167_303_978_261_418_7;
+        const MOST: f64 = 0.6;
+        const HELD: [f64; 2] = [4.0, 16.0];
+        let mut asked = Vec::new();
+        let steps = self.steps(units);
+        let mut piece = 1 + 1000 * number;
+        while asked.len() < steps {
+            let [around, up, size, long] =
+                [1, 2, 3, 4].map(|power| (piece as f64 / RATIO.powi(power)).fract());
+            let height = 2.0 * up - 1.0;
+            let (sin, cos) = libm::sincos(TAU * around);
+            let level = libm::sqrt(1.0 - height * height);
+            let tops = self.tops();
+            let way = Vector3::new(level * cos, level * sin, height).component_mul(&tops);
+            let twist = self.fastest(way) * (MOST * size);
+            let held = self.steps(HELD[0] + (HELD[1] - HELD[0]) * long);
+            asked.extend(std::iter::repeat_n(twist, held));
+            piece += 1;
+        }
+        asked.truncate(steps);
+        asked
+    }
+
+    /// The fastest along each axis.
+    pub fn tops(&self) -> Vector3<f64> {
+        let along = |axis: usize| self.fastest(Vector3::ith(axis, 1.0))[axis];
+        Vector3::new(along(0), along(1), along(2))
+    }
+}

@@ -1,0 +1,415 @@
+//! The law's numbers, each of a sweep of its own.
+
+use std::f64::consts::TAU;
+
+use ilon_control::DynamicModel;
+use ilon_robot::Robot;
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+
+use super::drives::{Drive, Track, twist, vector};
+use super::model::{Law, SERVO_S, Servos, error, poses, taken};
+use super::{DirectionShortfall, Grip, HeldOut, Joints, Lag, Planar, Shortfall};
+use crate::Error;
+use crate::scenario::Scenario;
+
+/// Directions in which a steady drive is looked at.
+const DIRECTIONS: usize = 12;
+/// Drives of chance: the first are fitted to, the others judge.
+const FITTED: usize = 6;
+const HELD_OUT: usize = 6;
+/// How long each is, in the robot's units of time, of which a wheel of 50 mm has 14 a second.
+const CHANCE_UNITS: f64 = 70.0;
+/// Over which time what the model misses is taken as drift, in the robot's units.
+const DRIFT_UNITS: f64 = 14.0;
+
+/// Fits a planar base to a robot under the floor, motors and wheel loops of a scenario, and says which drives it was judged by and how long their
+/// steps are, in seconds. The robot is as [`load_robot`](crate::simulate::load_robot) gives it.
+///
+/// # Errors
+/// Where the scenario or the robot makes no sense, and for a robot that does not go where it is asked.
+pub fn fit(scenario: &Scenario, robot: &Robot) -> Result<(Planar, Vec<Drive>, f64), Error> {
+    let track = Track::new(scenario, robot)?;
+    let starts = starts(&track)?;
+    let grip = grip(&track, &starts)?;
+    let most = Vector3::from(grip.most);
+    let shortfall = shortfall(&track, most)?;
+    let matrix = Matrix3::from_fn(|row, column| shortfall.matrix[row][column]);
+    let lag = lag(&track, &matrix, most)?;
+    let proportional_per_s = Vector3::from(lag.proportional_per_s);
+    let law = Law {
+        shortfall: matrix,
+        proportional_per_s,
+        integral_per_s2: Vector3::from(lag.integral_per_s2),
+        most,
+        exponent: grip.exponent,
+        step_s: step_s(&track, proportional_per_s.max()),
+    };
+    let by_chance = |number| track.drive(track.by_chance(number, CHANCE_UNITS));
+    let fitted: Vec<Drive> = (0..FITTED).map(by_chance).collect::<Result<_, _>>()?;
+    let judges = FITTED..FITTED + HELD_OUT;
+    let judges: Vec<Drive> = judges.map(by_chance).collect::<Result<_, _>>()?;
+    let dt_s = track.dt_s;
+    let (joints, servos) = joints(&track, robot, (&law, &fitted))?;
+    let planar = Planar {
+        robot: robot.name.clone(),
+        friction: track.plant().floor_friction(),
+        wheel_rate_rad_s: track.wheel_rate_rad_s,
+        top: track.tops().into(),
+        step_s: law.step_s,
+        drift_covariance_per_s: drift(&track, &fitted, &law),
+        shortfall,
+        grip,
+        lag,
+        joints,
+        held_out: HeldOut {
+            drives: HELD_OUT,
+            duration_s: track.steps(CHANCE_UNITS) as f64 * dt_s,
+            model: error(&judges, dt_s, |asked| law.follow(asked, dt_s)),
+            joints: error(&judges, dt_s, |asked| servos.follow(asked, dt_s)),
+            ideal: error(&judges, dt_s, <[_]>::to_vec),
+        },
+    };
+    Ok((planar, judges, dt_s))
+}
+
+/// Directions of the space of twists, in shares of the fastest along each axis: all around, turning, and both at once.
+fn ways() -> Vec<Vector3<f64>> {
+    let around = (0..DIRECTIONS).map(|k| TAU * k as f64 / DIRECTIONS as f64);
+    let level = around.map(|angle| Vector3::new(libm::cos(angle), libm::sin(angle), 0.0));
+    let turns = [1.0, -1.0].map(|sign| Vector3::new(0.0, 0.0, sign));
+    let both = [
+        [1.0, 0.0, 1.0],
+        [0.0, 1.0, 1.0],
+        [-1.0, 0.0, 1.0],
+        [0.0, -1.0, 1.0],
+    ];
+    let both = both.map(|way| Vector3::from(way).normalize());
+    level.chain(turns).chain(both).collect()
+}
+
+/// Mean accelerations of starts that ask for the fastest, until half of it has come.
+fn starts(track: &Track) -> Result<Vec<Vector3<f64>>, Error> {
+    /// On glaze of a friction of 0.01 a robot is as fast as its wheels ask after 150.
+    const LONGEST_UNITS: f64 = 400.0;
+    let tops = track.tops();
+    let start = |way: Vector3<f64>| {
+        let asked = track.fastest(way.component_mul(&tops));
+        let mut plant = track.plant();
+        for step in 1..=track.steps(LONGEST_UNITS) {
+            let came = track.step(&mut plant, asked)?;
+            if came.component_div(&tops).norm() >= 0.5 * asked.component_div(&tops).norm() {
+                return Ok(came / (step as f64 * track.dt_s));
+            }
+        }
+        Err(Error::invalid(
+            format!(
+                "asked for {:.2} m/s ahead, {:.2} m/s to the left and {:.2} rad/s, the robot does not come to half of it",
+                asked.x, asked.y, asked.z
+            ),
+            "a base that is fitted must go where it is asked: give its floor more friction, or its motors more torque",
+        ))
+    };
+    ways().into_iter().map(start).collect()
+}
+
+/// What grip and motors give, from starts.
+fn grip(track: &Track, starts: &[Vector3<f64>]) -> Result<Grip, Error> {
+    let tops = track.tops();
+    // The sum of X_i |a_i|^p = 1 is linear in X = most^-p. Over the tops all axes are of one size.
+    let of_exponent = |p: f64| {
+        let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+        for start in starts {
+            let row = start.component_div(&tops).map(|a| libm::pow(a.abs(), p));
+            // So that small accelerations weigh as much as large ones.
+            let weight = 1.0 / row.sum();
+            normal += weight * weight * row * row.transpose();
+            right += weight * weight * row;
+        }
+        let x = normal.cholesky()?.solve(&right);
+        x.iter().all(|x| *x > 0.0).then_some(())?;
+        let most = x.map(|x| libm::pow(x, -1.0 / p)).component_mul(&tops);
+        let squares = starts.iter().map(|a| {
+            let off = taken(*a, most, p) - 1.0;
+            off * off
+        });
+        let off = libm::sqrt(squares.sum::<f64>() / starts.len() as f64);
+        Some((most, p, off))
+    };
+    let candidates = (10..=40).filter_map(|tenths| of_exponent(f64::from(tenths) / 10.0));
+    let best = candidates.min_by(|a, b| a.2.total_cmp(&b.2));
+    let (Some((most, exponent, fit_error)), Some((ellipse, _, ellipse_fit_error))) =
+        (best, of_exponent(2.0))
+    else {
+        return Err(Error::invalid(
+            "the robot's accelerations make no ellipse",
+            "a base that is fitted must move along all three axes, alike in all directions that are opposite",
+        ));
+    };
+    Ok(Grip {
+        most: most.into(),
+        exponent,
+        fit_error,
+        ellipse: ellipse.into(),
+        ellipse_fit_error,
+    })
+}
+
+/// How much of what is asked comes, from steady drives.
+fn shortfall(track: &Track, most: Vector3<f64>) -> Result<Shortfall, Error> {
+    /// A while after a robot is as fast as it will be, and the time over which it is looked at: some turns of the wheels.
+    const SETTLED_UNITS: f64 = 8.0;
+    const MEASURED_UNITS: f64 = 30.0;
+    const SHARE: f64 = 0.6;
+    let tops = track.tops();
+    let settled = track.steps(SETTLED_UNITS);
+    let measured = track.steps(MEASURED_UNITS);
+    let (mut normal, mut right) = (Matrix3::zeros(), Matrix3::zeros());
+    let mut pairs = Vec::new();
+    for way in ways() {
+        let asked = track.fastest(way.component_mul(&tops)) * SHARE;
+        let start_s = 2.0 * taken(asked, most, 1.0);
+        let start = settled + (start_s / track.dt_s).ceil() as usize;
+        let drive = track.drive(vec![asked; start + measured])?;
+        let came = drive.came[start..].iter().sum::<Vector3<f64>>() / measured as f64;
+        let (asked, came) = (asked.component_div(&tops), came.component_div(&tops));
+        normal += asked * asked.transpose();
+        right += came * asked.transpose();
+        pairs.push((asked, came));
+    }
+    let Some(inverse) = normal.try_inverse() else {
+        return Err(Error::invalid(
+            "the robot cannot be driven along all three axes",
+            "give it wheels that can",
+        ));
+    };
+    let relative = right * inverse;
+    let off = pairs.iter().map(|(u, v)| (relative * u - v).amax());
+    let fit_error = off.fold(0.0, f64::max);
+    let scale = Matrix3::from_diagonal(&tops);
+    let unscale = Matrix3::from_diagonal(&tops.map(|top| 1.0 / top));
+    let matrix = scale * relative * unscale;
+    let by_direction = pairs.iter().take(DIRECTIONS).enumerate();
+    let by_direction = by_direction.map(|(k, (asked, came))| {
+        let [asked, came] = [asked, came].map(|v| v.component_mul(&tops).xy());
+        let speed = asked.norm();
+        let way = asked / speed;
+        DirectionShortfall {
+            direction_deg: 360.0 * k as f64 / DIRECTIONS as f64,
+            missing: 1.0 - came.dot(&way) / speed,
+            aside: way.perp(&came) / speed,
+        }
+    });
+    Ok(Shortfall {
+        by_direction: by_direction.collect(),
+        matrix: matrix.transpose().into(),
+        fit_error,
+    })
+}
+
+/// The gains of the law, from starts that ask for less than there is.
+fn lag(track: &Track, shortfall: &Matrix3<f64>, most: Vector3<f64>) -> Result<Lag, Error> {
+    const TRIAL: f64 = 0.01;
+    const SHARE_OF_GRIP: f64 = 0.3;
+    const UNITS: f64 = 4.0;
+    // At least 40 samples, of which the gains are two.
+    let steps = track.steps(UNITS).max(40);
+    let mut lag = Lag {
+        proportional_per_s: [0.0; 3],
+        integral_per_s2: [0.0; 3],
+        fit_error: [0.0; 3],
+    };
+    for axis in 0..3 {
+        let way = track.fastest(Vector3::ith(axis, 1.0));
+        let trial = track.drive(vec![way * TRIAL; steps])?;
+        let (mut before, mut hardest) = (0.0, f64::MIN_POSITIVE);
+        for came in &trial.came {
+            hardest = f64::max(hardest, (came[axis] - before) / track.dt_s);
+            before = came[axis];
+        }
+        let share = (TRIAL * SHARE_OF_GRIP * most[axis] / hardest).min(0.5);
+        let drive = track.drive(vec![way * share; steps])?;
+        let off = |proportional_per_s: f64, over_square: f64| {
+            let integral_per_s2 = over_square * proportional_per_s * proportional_per_s;
+            let law = Law {
+                shortfall: *shortfall,
+                proportional_per_s: Vector3::ith(axis, proportional_per_s),
+                integral_per_s2: Vector3::ith(axis, integral_per_s2),
+                most: Vector3::repeat(f64::MAX),
+                exponent: 1.0,
+                step_s: step_s(track, proportional_per_s),
+            };
+            let followed = law.follow(&drive.asked, track.dt_s);
+            let pairs = followed.iter().zip(&drive.came);
+            let squares = pairs.map(|(followed, came)| {
+                let off = (followed[axis] - came[axis]) / drive.asked[0][axis];
+                off * off
+            });
+            libm::sqrt(squares.sum::<f64>() / steps as f64)
+        };
+        let (gains, error) = least(off, track.unit_s);
+        lag.proportional_per_s[axis] = gains[0];
+        lag.integral_per_s2[axis] = gains[1] * gains[0] * gains[0];
+        lag.fit_error[axis] = error;
+    }
+    Ok(lag)
+}
+
+/// The longest step for a gain: a quarter of the time that it takes.
+fn step_s(track: &Track, proportional_per_s: f64) -> f64 {
+    track.dt_s.min(0.25 / proportional_per_s)
+}
+
+/// The gain in 1/s, and the integral one over its square, of which something is least: by looking everywhere, and then ever closer.
+fn least(of: impl Fn(f64, f64) -> f64, unit_s: f64) -> ([f64; 2], f64) {
+    /// From far slower to far quicker than any wheel loop, in the robot's units.
+    const GAINS: [f64; 2] = [0.2, 100.0];
+    /// Critically damped is a quarter.
+    const MOST_OVER_SQUARE: f64 = 1.0;
+    const POINTS: usize = 12;
+    const ROUNDS: usize = 5;
+    let mut logs = GAINS.map(|gain| libm::log(gain / unit_s));
+    let mut shares = [0.0, MOST_OVER_SQUARE];
+    let mut best = ([1.0 / unit_s, 0.0], f64::INFINITY);
+    for _ in 0..ROUNDS {
+        let at = |[from, to]: [f64; 2], k: usize| from + (to - from) * k as f64 / POINTS as f64;
+        for row in 0..=POINTS {
+            for column in 0..=POINTS {
+                let gains = [libm::exp(at(logs, row)), at(shares, column)];
+                let found = of(gains[0], gains[1]);
+                if found < best.1 {
+                    best = (gains, found);
+                }
+            }
+        }
+        let around = |middle: f64, [from, to]: [f64; 2]| {
+            let half = (to - from) / 6.0;
+            [middle - half, middle + half]
+        };
+        logs = around(libm::log(best.0[0]), logs);
+        shares = around(best.0[1], shares).map(|share| share.max(0.0));
+    }
+    best
+}
+
+/// What the law misses: covariance of the pose that grows in a second of drives of chance.
+fn drift(track: &Track, drives: &[Drive], law: &Law) -> [[f64; 3]; 3] {
+    let dt_s = track.dt_s;
+    let window = track.steps(DRIFT_UNITS);
+    let (mut sum, mut time_s) = (Matrix3::zeros(), 0.0);
+    for drive in drives {
+        let modelled = law.follow(&drive.asked, dt_s);
+        for (modelled, came) in modelled.chunks(window).zip(drive.came.chunks(window)) {
+            let [modelled, came] = [modelled, came].map(|twists| poses(twists, dt_s).pop());
+            let off = modelled.unwrap_or_default() - came.unwrap_or_default();
+            sum += off * off.transpose();
+        }
+        time_s += drive.came.len() as f64 * dt_s;
+    }
+    // It is symmetric.
+    (sum / time_s).into()
+}
+
+/// The base on joints.
+fn joints(
+    track: &Track,
+    robot: &Robot,
+    (law, fitted): (&Law, &[Drive]),
+) -> Result<(Joints, Servos), Error> {
+    let model = DynamicModel::new(robot)?;
+    let kinematics = model.kinematics();
+    let mut rates_rad_s = vec![0.0; kinematics.wheel_count()];
+    let inertia = Vector3::from_fn(|axis, _| {
+        kinematics.wheel_rates(twist(Vector3::ith(axis, 1.0)), &mut rates_rad_s);
+        2.0 * model.kinetic_energy_j(&rates_rad_s)
+    });
+    let with_lag = |lag_s: f64| Servos {
+        gain: law.shortfall.diagonal(),
+        lag_s,
+        most: law.most,
+    };
+    // From a quarter of the servo's own time to twenty times that, in steps of a tenth.
+    let lags_s = (0..32).map(|k| 0.25 * SERVO_S * libm::pow(1.1, f64::from(k)));
+    let off = |lag_s: f64| {
+        let servos = with_lag(lag_s);
+        let error = error(fitted, track.dt_s, |asked| servos.follow(asked, track.dt_s));
+        let share = |axis: usize| error.twist_rms[axis] / track.tops()[axis];
+        libm::hypot(libm::hypot(share(0), share(1)), share(2))
+    };
+    let lags_s = lags_s.map(|lag_s| (off(lag_s), lag_s));
+    let best = lags_s.min_by(|a, b| a.0.total_cmp(&b.0));
+    let servos = with_lag(best.map_or(SERVO_S, |(_, lag_s)| lag_s));
+    let (mut friction, mut damping) = (Vector3::zeros(), Vector3::zeros());
+    for axis in 0..3 {
+        let [dry, viscous] = coasting(track, axis, law.most[axis])?;
+        friction[axis] = inertia[axis] * dry;
+        damping[axis] = inertia[axis] * viscous;
+    }
+    let state = track.plant().truth();
+    let joints = Joints {
+        mass_kg: robot.mass_kg(),
+        center_m: robot.center_of_mass_m().into(),
+        height_m: state.height_m,
+        box_m: box_around(robot),
+        inertia: inertia.into(),
+        most: inertia.component_mul(&law.most).into(),
+        gain: servos.gain.into(),
+        lag_s: servos.lag_s,
+        friction: friction.into(),
+        damping: damping.into(),
+    };
+    Ok((joints, servos))
+}
+
+/// How a robot slows down along an axis while its motors give nothing: dry, in m/s^2 or rad/s^2, and by its speed, in 1/s.
+fn coasting(track: &Track, axis: usize, most: f64) -> Result<[f64; 2], Error> {
+    const SHARE: f64 = 0.4;
+    const SETTLED_UNITS: f64 = 8.0;
+    const LONGEST_UNITS: f64 = 30.0;
+    let asked = track.fastest(Vector3::ith(axis, 1.0)) * SHARE;
+    let mut plant = track.plant();
+    let start_s = 2.0 * asked[axis] / most;
+    for _ in 0..track.steps(SETTLED_UNITS + start_s / track.unit_s) {
+        track.step(&mut plant, asked)?;
+    }
+    // v = v_0 - c t - d s: linear in both, and no measured number is differentiated.
+    let first = vector(plant.truth().twist_in_body)[axis];
+    let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
+    let (mut t_s, mut way, mut before) = (0.0, 0.0, first);
+    for _ in 0..track.steps(LONGEST_UNITS) {
+        let now = track.coast(&mut plant)?[axis];
+        if now < 0.2 * first {
+            break;
+        }
+        t_s += track.dt_s;
+        way += 0.5 * track.dt_s * (before + now);
+        before = now;
+        let row = Vector2::new(t_s, way);
+        normal += row * row.transpose();
+        right += row * (first - now);
+    }
+    let both = normal.cholesky().map(|normal| normal.solve(&right));
+    let only = |k: usize| (right[k] / normal[(k, k)]).max(0.0);
+    let found = match both {
+        Some(both) if both.min() >= 0.0 => both.into(),
+        // What would push is nothing.
+        Some(both) if both.x < 0.0 => [0.0, only(1)],
+        Some(_) => [only(0), 0.0],
+        // It stands within two steps.
+        None => [first / (2.0 * track.dt_s), 0.0],
+    };
+    Ok(found)
+}
+
+/// A box around the wheels, above the ground.
+fn box_around(robot: &Robot) -> [[f64; 3]; 2] {
+    let mut corners = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    for wheel in &robot.wheels {
+        let at = wheel.position_m();
+        let reach = [1.0, 1.0, 0.75].map(|share| share * wheel.radius_m);
+        for axis in 0..3 {
+            corners[0][axis] = corners[0][axis].min(at[axis] - reach[axis]);
+            corners[1][axis] = corners[1][axis].max(at[axis] + reach[axis]);
+        }
+    }
+    corners
+}

@@ -1,0 +1,136 @@
+//! The law of a planar base, that of a base on joints, and how far they are off.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::DriveError;
+use super::drives::Drive;
+
+/// What turns a velocity in a frame that turns: omega x v.
+fn carried(v: Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(-v.z * v.y, v.z * v.x, 0.0)
+}
+
+/// The law of the wheel loops within what there is.
+pub(super) struct Law {
+    pub shortfall: Matrix3<f64>,
+    pub proportional_per_s: Vector3<f64>,
+    pub integral_per_s2: Vector3<f64>,
+    pub most: Vector3<f64>,
+    pub exponent: f64,
+    pub step_s: f64,
+}
+
+/// How much of what there is an acceleration takes.
+pub(super) fn taken(a: Vector3<f64>, most: Vector3<f64>, exponent: f64) -> f64 {
+    let shares = a.component_div(&most);
+    let sum: f64 = shares
+        .iter()
+        .map(|share| libm::pow(share.abs(), exponent))
+        .sum();
+    libm::pow(sum, 1.0 / exponent)
+}
+
+impl Law {
+    /// The twists that come of what is asked, from rest.
+    pub fn follow(&self, asked: &[Vector3<f64>], dt_s: f64) -> Vec<Vector3<f64>> {
+        let parts = (dt_s / self.step_s).ceil().max(1.0);
+        let h_s = dt_s / parts;
+        let (mut v, mut z) = (Vector3::zeros(), Vector3::zeros());
+        let mut came = Vec::with_capacity(asked.len());
+        for asked in asked {
+            let target = self.shortfall * asked;
+            for _ in 0..parts as usize {
+                let e = target - v;
+                let loops = self.proportional_per_s.component_mul(&e)
+                    + self.integral_per_s2.component_mul(&z);
+                let wanted = loops + carried(v);
+                let taken = taken(wanted, self.most, self.exponent);
+                if taken <= 1.0 {
+                    z += h_s * e;
+                }
+                v += h_s * (wanted / taken.max(1.0) - carried(v));
+            }
+            came.push(v);
+        }
+        came
+    }
+}
+
+/// How soon a servo of joints closes on what its filter says, in seconds.
+pub(super) const SERVO_S: f64 = 0.005;
+
+/// Servos behind filters, each with a force of its own.
+pub(super) struct Servos {
+    pub gain: Vector3<f64>,
+    pub lag_s: f64,
+    pub most: Vector3<f64>,
+}
+
+impl Servos {
+    /// The twists that come of what is asked, from rest.
+    pub fn follow(&self, asked: &[Vector3<f64>], dt_s: f64) -> Vec<Vector3<f64>> {
+        let parts = (4.0 * dt_s / SERVO_S.min(self.lag_s)).ceil();
+        let h_s = dt_s / parts;
+        let (mut v, mut filtered): (Vector3<f64>, Vector3<f64>) = Default::default();
+        let mut came = Vec::with_capacity(asked.len());
+        for asked in asked {
+            for _ in 0..parts as usize {
+                let target = self.gain.component_mul(&filtered);
+                filtered += h_s / self.lag_s * (asked - filtered);
+                let wanted = (target - v) / SERVO_S;
+                let given = wanted.zip_map(&self.most, |a, most| a.clamp(-most, most));
+                v += h_s * (given - carried(v));
+            }
+            came.push(v);
+        }
+        came
+    }
+}
+
+/// Where a body is that moves with these twists from the origin: x, y and heading after each.
+pub(super) fn poses(twists: &[Vector3<f64>], dt_s: f64) -> Vec<Vector3<f64>> {
+    let mut pose: Vector3<f64> = Vector3::zeros();
+    let step = |twist: &Vector3<f64>| {
+        let (sin, cos) = libm::sincos(pose.z + 0.5 * dt_s * twist.z);
+        pose += dt_s
+            * Vector3::new(
+                cos * twist.x - sin * twist.y,
+                sin * twist.x + cos * twist.y,
+                twist.z,
+            );
+        pose
+    };
+    twists.iter().map(step).collect()
+}
+
+/// How far a model is off over some drives.
+pub(super) fn error(
+    drives: &[Drive],
+    dt_s: f64,
+    model: impl Fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>,
+) -> DriveError {
+    let (mut squares, mut samples) = (Vector3::zeros(), 0);
+    let (mut position, mut heading) = (0.0, 0.0);
+    for drive in drives {
+        let modelled = model(&drive.asked);
+        for (modelled, came) in modelled.iter().zip(&drive.came) {
+            let off = modelled - came;
+            squares += off.component_mul(&off);
+        }
+        samples += modelled.len();
+        let ends = [&modelled, &drive.came].map(|twists| poses(twists, dt_s).pop());
+        let off = ends[0].unwrap_or_default() - ends[1].unwrap_or_default();
+        let path_m: f64 = drive.came.iter().map(|v| v.xy().norm() * dt_s).sum();
+        position += off.xy().norm() / path_m;
+        heading += off.z * off.z;
+    }
+    let count = drives.len() as f64;
+    DriveError {
+        twist_rms: (squares / samples as f64).map(libm::sqrt).into(),
+        position_over_path: position / count,
+        heading_rms_rad: libm::sqrt(heading / count),
+    }
+}
+
+#[cfg(test)]
+mod tests;

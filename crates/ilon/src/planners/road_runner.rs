@@ -1,0 +1,151 @@
+//! Feedforward and limits for Road Runner's mecanum drive.
+
+use ilon_control::{ControlError, DynamicModel};
+use ilon_robot::{Robot, Twist};
+use nalgebra::RowVector3;
+
+use crate::ros2_control::{Controller, DriveParameters};
+use crate::scenario::DcMotor;
+use crate::simulate::Limits;
+
+const INCH_M: f64 = 0.0254;
+
+/// The battery's voltage at which a motor's stall torque and no-load rate hold, in V: Road Runner divides by the voltage that it measures.
+const BATTERY_V: f64 = 12.0;
+
+/// What a motion needs of a motor's voltage: k_S sign(v) + k_V v + k_A v', with v the speed of a wheel's rim.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Feedforward {
+    /// For dry friction, in V.
+    pub ks_v: f64,
+    /// Per speed, in V s/m.
+    pub kv_v_s_m: f64,
+    /// Per acceleration, in V s^2/m.
+    pub ka_v_s2_m: f64,
+}
+
+impl Feedforward {
+    /// Of a motion straight in a direction, the mean of the wheels. The model is that of [`DynamicModel`], with the friction of rollers on their
+    /// axles under equal loads.
+    ///
+    /// # Errors
+    /// Those of [`DynamicModel::new`].
+    pub fn of(
+        robot: &Robot,
+        dc: &DcMotor,
+        direction: Twist,
+        gravity_m_s2: f64,
+    ) -> Result<Self, ControlError> {
+        let model = DynamicModel::new(robot)?;
+        let n = robot.wheels.len();
+        let mut rates = vec![0.0; n];
+        model.kinematics().wheel_rates(direction, &mut rates);
+        // The torque that drives the wheels at a multiple of the direction's speed, or speeds them up by it.
+        let driving_n_m = |speed: f64, acceleration: f64| -> f64 {
+            let times = |by: f64| -> Vec<f64> { rates.iter().map(|rate| by * rate).collect() };
+            let mut torques_n_m = vec![0.0; n];
+            model.torques(&times(speed), &times(acceleration), &mut torques_n_m);
+            let along = torques_n_m.iter().zip(&rates);
+            along
+                .map(|(torque, rate)| torque * sign(*rate))
+                .sum::<f64>()
+                / n as f64
+        };
+        let (once_n_m, twice_n_m) = (driving_n_m(1.0, 0.0), driving_n_m(2.0, 0.0));
+        let rate_sum = rates.iter().map(|rate| rate.abs()).sum::<f64>();
+        let load_n = robot.mass_kg() * gravity_m_s2 / n as f64;
+        let on_axles_w: f64 = robot
+            .wheels
+            .iter()
+            .map(|wheel| axle_w(wheel, direction, load_n))
+            .sum();
+        let dry_n_m = 2.0 * once_n_m - twice_n_m + on_axles_w / rate_sum;
+        // As shares of the voltage.
+        let efficiency = robot
+            .wheels
+            .iter()
+            .map(|w| w.drive.gear_efficiency)
+            .sum::<f64>()
+            / n as f64;
+        let of_torque = |torque_n_m: f64| torque_n_m / (efficiency * dc.stall_torque_n_m);
+        let radius_m = robot.wheels.iter().map(|w| w.radius_m).sum::<f64>() / n as f64;
+        // Of the wheel's rim where the robot moves at the direction's speed.
+        let rim_m_s = radius_m * rate_sum / n as f64;
+        Ok(Self {
+            ks_v: BATTERY_V * of_torque(dry_n_m),
+            kv_v_s_m: BATTERY_V
+                * (of_torque(twice_n_m - once_n_m) / rim_m_s
+                    + 1.0 / (radius_m * dc.no_load_rate_rad_s)),
+            ka_v_s2_m: BATTERY_V * of_torque(driving_n_m(0.0, 1.0)) / rim_m_s,
+        })
+    }
+}
+
+/// The power of the friction on the axle of a wheel's touching roller, in W, where the robot moves with a twist.
+fn axle_w(wheel: &ilon_robot::Wheel, twist: Twist, load_n: f64) -> f64 {
+    let Some(roller) = wheel.rollers.first() else {
+        return 0.0;
+    };
+    let (n, b) = (wheel.axis(), wheel.position_m().xy());
+    let along = RowVector3::new(n.x, n.y, b.x * n.y - b.y * n.x);
+    let m_s = along.x * twist.vx_m_s + along.y * twist.vy_m_s + along.z * twist.omega_rad_s;
+    let spin_rad_s = m_s / (roller.radius_m * libm::cos(wheel.gamma_rad));
+    wheel.surface.axle_drag_n_m(load_n) * spin_rad_s.abs()
+}
+
+fn sign(x: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { x.signum() }
+}
+
+/// The fields of `MecanumDrive.Params` of Road Runner's quickstart, as Java; `drive` is of a robot with mecanum wheels.
+///
+/// # Errors
+/// Those of [`Feedforward::of`].
+pub fn road_runner(
+    robot: &Robot,
+    drive: &DriveParameters,
+    dc: &DcMotor,
+    limits: &Limits,
+    gravity_m_s2: f64,
+) -> Result<Option<String>, ControlError> {
+    let Controller::Mecanum { center_sum_m, .. } = &drive.controller else {
+        return Ok(None);
+    };
+    let [ahead, left] = [Twist::new(1.0, 0.0, 0.0), Twist::new(0.0, 1.0, 0.0)]
+        .map(|way| Feedforward::of(robot, dc, way, gravity_m_s2));
+    let (ahead, left) = (ahead?, left?);
+    let least = drive
+        .rate_limits_rad_s
+        .iter()
+        .copied()
+        .fold(dc.no_load_rate_rad_s, f64::min);
+    let [x, y, yaw] = limits.acceleration_box.map(|side| side.max(0.0));
+    let along = x.min(y) / INCH_M;
+    let name: String = robot.name.chars().filter(|c| !c.is_control()).collect();
+    Ok(Some(format!(
+        "// Road Runner's MecanumDrive.Params for the robot \"{name}\", made by ilon {version}. Set inPerTick to what yours measures.\n\
+         public double lateralInPerTick = {lateral:.5} * inPerTick;\n\
+         public double trackWidthTicks = {track:.4} / inPerTick;\n\n\
+         // Volts of a motor on {BATTERY_V} V per speed of a wheel's rim, ahead. To the left the same robot has kS = {ks_left:.4},\n\
+         // kV = {kv_left:.6} * inPerTick and kA = {ka_left:.6} * inPerTick: Road Runner has one set for both.\n\
+         public double kS = {ks:.4};\npublic double kV = {kv:.6} * inPerTick;\npublic double kA = {ka:.6} * inPerTick;\n\n\
+         // In inches: nine tenths of what the wheels' rates allow, and of what neither grip (friction {friction}) nor motors forbid.\n\
+         public double maxWheelVel = {wheel:.2};\npublic double minProfileAccel = {down:.2};\npublic double maxProfileAccel = {up:.2};\n\
+         public double maxAngVel = {yaw_rate:.4};\npublic double maxAngAccel = {yaw:.4};\n",
+        version = env!("CARGO_PKG_VERSION"),
+        lateral = drive.real_over_asked[1],
+        track = center_sum_m / INCH_M,
+        ks_left = left.ks_v,
+        kv_left = left.kv_v_s_m * INCH_M,
+        ka_left = left.ka_v_s2_m * INCH_M,
+        ks = ahead.ks_v,
+        kv = ahead.kv_v_s_m * INCH_M,
+        ka = ahead.ka_v_s2_m * INCH_M,
+        friction = limits.friction,
+        wheel = 0.9 * least * drive.radius_m / INCH_M,
+        down = -along,
+        up = along,
+        yaw_rate = 0.9 * least * drive.radius_m / center_sum_m,
+    )))
+}

@@ -1,0 +1,182 @@
+//! A robot as a swerve drive that can do no more than it.
+
+use ilon_control::{AccelerationPolytope, Kinematics, SpeedLimits};
+use ilon_robot::{MassProperties, Robot, Twist};
+use nalgebra::Vector3;
+
+use crate::simulate::Limits;
+
+/// Gravity as the planners take it, in m/s^2.
+pub(super) const PLANNERS_GRAVITY_M_S2: f64 = 9.8;
+
+/// Of the limits, what planners are given.
+const SHARE: f64 = 0.9;
+
+/// A robot as a swerve drive: all that it allows, the robot can do from rest.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Swerve {
+    /// The robot's name.
+    pub name: String,
+    /// Mass in kg.
+    pub mass_kg: f64,
+    /// Inertia about the vertical through the centre of mass, in kg m^2.
+    pub inertia_kg_m2: f64,
+    /// The wheels' places in the body frame, in metres: front left, front right, back left, back right.
+    pub modules_m: [[f64; 2]; 4],
+    /// Radius of the wheels, in metres.
+    pub wheel_radius_m: f64,
+    /// The coefficient of friction for the planner, which takes a quarter of the weight on each module.
+    pub friction: f64,
+    /// The torque at a wheel that goes with it, in N m.
+    pub torque_n_m: f64,
+    /// Top speed in the slowest direction, without turning, in m/s.
+    pub speed_m_s: f64,
+    /// Top yaw rate on the spot, in rad/s.
+    pub yaw_rate_rad_s: f64,
+    /// Box of accelerations ahead, left and turning of which every corner can be had, in m/s^2 and rad/s^2.
+    pub acceleration_box: [f64; 3],
+    /// How far the robot reaches from the origin of its body frame ahead, back, left and right, in metres.
+    pub reach_m: [f64; 4],
+}
+
+/// Why a robot cannot be taken for a swerve drive.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NoSwerve {
+    /// It has not four wheels, one in each quadrant.
+    #[error(
+        "planners for swerve drives take four wheels, one in each corner: front left, front right, back left, back right; this robot has {0}"
+    )]
+    NotFourCorners(String),
+    /// Something along an axis cannot be had from rest.
+    #[error(
+        "there is no direction-free acceleration to give: on this ground the robot cannot even stand, or a motor holds it"
+    )]
+    NothingToGive,
+    /// Its wheels have no rate limit.
+    #[error(
+        "the robot's file sets no rate limits of its wheels: give its joints <limit velocity=...>"
+    )]
+    NoRateLimit,
+}
+
+impl Swerve {
+    /// The robot as a swerve drive under the conditions of its limits.
+    ///
+    /// # Errors
+    /// Where it cannot be taken for one.
+    pub fn of(robot: &Robot, limits: &Limits) -> Result<Self, NoSwerve> {
+        let modules_m = corners(robot)?;
+        let polytope = limits.polytope.as_ref().ok_or(NoSwerve::NothingToGive)?;
+        let whole = whole(robot).ok_or(NoSwerve::NothingToGive)?;
+        let inertia_kg_m2 = whole.inertia_kg_m2.m33;
+        let kinematics = Kinematics::new(robot).map_err(|_| NoSwerve::NothingToGive)?;
+        let rates: Vec<f64> = robot
+            .wheels
+            .iter()
+            .map(|w| w.motor.velocity_rad_s)
+            .collect();
+        let tops = SpeedLimits::new(&kinematics, &rates);
+        let speed_m_s = slowest_m_s(&tops);
+        let yaw_rate_rad_s = 1.0 / tops.share(Twist::new(0.0, 0.0, 1.0));
+        if !(speed_m_s.is_finite() && yaw_rate_rad_s.is_finite()) {
+            return Err(NoSwerve::NoRateLimit);
+        }
+        let force_n = SHARE * force_within_n(&modules_m, (whole.mass_kg, inertia_kg_m2), polytope);
+        let wheels = robot.wheels.len() as f64;
+        let wheel_radius_m = robot.wheels.iter().map(|w| w.radius_m).sum::<f64>() / wheels;
+        Ok(Self {
+            name: robot.name.clone(),
+            mass_kg: whole.mass_kg,
+            inertia_kg_m2,
+            modules_m,
+            wheel_radius_m,
+            friction: force_n / (0.25 * whole.mass_kg * PLANNERS_GRAVITY_M_S2),
+            torque_n_m: force_n * wheel_radius_m,
+            speed_m_s,
+            yaw_rate_rad_s,
+            acceleration_box: limits.acceleration_box,
+            reach_m: [Vector3::x(), -Vector3::x(), Vector3::y(), -Vector3::y()]
+                .map(|way| reach_m(robot, &way)),
+        })
+    }
+}
+
+/// The wheels' places: front left, front right, back left, back right.
+fn corners(robot: &Robot) -> Result<[[f64; 2]; 4], NoSwerve> {
+    let not = || NoSwerve::NotFourCorners(format!("{} wheels elsewhere", robot.wheels.len()));
+    if robot.wheels.len() != 4 {
+        return Err(not());
+    }
+    let at = |x: f64, y: f64| {
+        let mut there = robot.wheels.iter().filter(|wheel| {
+            let place_m = wheel.position_m();
+            x * place_m.x > 0.0 && y * place_m.y > 0.0
+        });
+        let place_m = there.next().ok_or_else(not)?.position_m();
+        Ok([place_m.x, place_m.y])
+    };
+    Ok([
+        at(1.0, 1.0)?,
+        at(1.0, -1.0)?,
+        at(-1.0, 1.0)?,
+        at(-1.0, -1.0)?,
+    ])
+}
+
+/// The robot as one body, its joints at zero.
+fn whole(robot: &Robot) -> Option<MassProperties> {
+    let mut parts = vec![robot.chassis.mass.clone()];
+    for joint in &robot.joints {
+        parts.push(joint.body.mass.moved(&joint.body_from_joint));
+    }
+    for wheel in &robot.wheels {
+        parts.push(wheel.hub.moved(&wheel.body_from_hub));
+        let rollers = wheel.rollers.iter();
+        parts.extend(rollers.map(|roller| roller.mass_in_hub().moved(&wheel.body_from_hub)));
+    }
+    MassProperties::merged(&parts)
+}
+
+/// Top speed in the slowest direction.
+fn slowest_m_s(tops: &SpeedLimits) -> f64 {
+    let shares = (0..360).map(|degrees| {
+        let (sin, cos) = libm::sincos(f64::from(degrees).to_radians());
+        tops.share(Twist::new(cos, sin, 0.0))
+    });
+    1.0 / shares.fold(0.0, f64::max)
+}
+
+/// The largest force of a module, in N, with which all accelerations of the swerve drive lie in a polytope.
+///
+/// Modules at b_i that push with any f_i, |f_i| <= F, give m a = sum f_i and J alpha = sum b_i x f_i. Of a face n . (a, alpha) <= 1 they reach at
+/// most F sum |n_a / m + (n_alpha / J) k x b_i|, each pushing along its own term.
+fn force_within_n(
+    modules_m: &[[f64; 2]; 4],
+    (mass_kg, inertia_kg_m2): (f64, f64),
+    polytope: &AccelerationPolytope,
+) -> f64 {
+    let per_newton = |[ahead, left, turning]: &[f64; 3]| -> f64 {
+        let turning = turning / inertia_kg_m2;
+        let term = |[x, y]: &[f64; 2]| {
+            let (along, across) = (ahead / mass_kg - turning * y, left / mass_kg + turning * x);
+            along.hypot(across)
+        };
+        modules_m.iter().map(term).sum()
+    };
+    1.0 / polytope
+        .half_spaces
+        .iter()
+        .map(per_newton)
+        .fold(0.0, f64::max)
+}
+
+/// How far chassis and wheels reach from the origin of the body frame in a horizontal direction, in metres.
+fn reach_m(robot: &Robot, way: &Vector3<f64>) -> f64 {
+    let chassis = robot.chassis.collisions.iter().map(|c| c.reach_m(way));
+    let wheels = robot.wheels.iter().map(|wheel| {
+        let axis = wheel.axis().dot(&way.xy());
+        wheel.position_m().dot(way) + wheel.radius_m * (1.0 - axis * axis).max(0.0).sqrt()
+    });
+    chassis.chain(wheels).fold(0.0, f64::max)
+}
