@@ -128,7 +128,16 @@ pub(super) fn decide(
                 None => default_role(tree, joint, &carried, &driven),
             },
         };
-        let Some(role) = role else { continue };
+        let Some(role) = role else {
+            let why = options
+                .is_none()
+                .then(|| why_no_rocker(tree, joint, &carried));
+            if let Some(words) = why.flatten() {
+                let subject = format!("joint `{}`", tree.joints[joint].name);
+                loading.remarks.push(Remark::new(subject, words));
+            }
+            continue;
+        };
         check_joint(loading, joint)?;
         let deep = above.iter().filter(|at| linkage.place_of(**at).is_some());
         if deep.count() >= DEEPEST {
@@ -284,16 +293,8 @@ fn default_role(
     if of.motion != Motion::Swinging || is_driven || of.travel[0] >= of.travel[1] {
         return None;
     }
-    // A load on a wheel turns the joint one way or the other.
-    let turns = |hub: &usize| {
-        let lever_m = tree.joints[*hub].origin - of.origin;
-        lever_m.cross(&Vector3::z()).dot(&of.axis)
-    };
-    let least = carried.iter().map(turns).fold(f64::INFINITY, f64::min);
-    let most = carried.iter().map(turns).fold(f64::NEG_INFINITY, f64::max);
-    let balance = least < -1e-6 && most > 1e-6;
     let has_mass = tree.links[of.child].mass.is_some();
-    (balance && has_mass).then(|| Role {
+    (balance(tree, joint, carried) && has_mass).then(|| Role {
         role: JointRole::Free,
         damping: of.losses.damping_n_m_s,
         friction: of.losses.friction_n_m,
@@ -304,6 +305,56 @@ fn default_role(
             of.travel[0],
             of.travel[1]
         ),
+    })
+}
+
+/// Whether loads on the wheels that a joint carries turn it both ways, one against the other.
+fn balance(tree: &Tree, joint: usize, carried: &[usize]) -> bool {
+    let of = &tree.joints[joint];
+    let turns = |hub: &usize| {
+        let lever_m = tree.joints[*hub].origin - of.origin;
+        lever_m.cross(&Vector3::z()).dot(&of.axis)
+    };
+    let least = carried.iter().map(turns).fold(f64::INFINITY, f64::min);
+    let most = carried.iter().map(turns).fold(f64::NEG_INFINITY, f64::max);
+    least < -1e-6 && most > 1e-6
+}
+
+/// Why a joint that carries wheels as a rocker does is held all the same; `None` of any other.
+fn why_no_rocker(tree: &Tree, joint: usize, carried: &[usize]) -> Option<String> {
+    let of = &tree.joints[joint];
+    if of.motion != Motion::Swinging || of.effort > 0.0 || !balance(tree, joint, carried) {
+        return None;
+    }
+    if let Some(mimic) = &of.mimic {
+        let known = tree.joints.iter().any(|other| other.name == mimic.joint);
+        return Some(match (known, mimic.joint == of.name) {
+            (_, true) => {
+                "held: it mimics itself; leave its `<mimic>` out, and it is free as a rocker is"
+                    .to_owned()
+            }
+            (false, _) => format!(
+                "held: it mimics `{}`, which is no joint of the file; name another, or leave its `<mimic>` out, and it is free as a rocker is",
+                mimic.joint
+            ),
+            (true, false) => format!(
+                "held: it mimics `{}`; give both a role in [robot.joints.NAME], and one follows the other",
+                mimic.joint
+            ),
+        });
+    }
+    let [lower, upper] = of.travel;
+    if lower >= upper {
+        return Some(format!(
+            "held: its lower limit of {lower} is not below its upper one of {upper}; exchange them, and it is free as a rocker is"
+        ));
+    }
+    let child = &tree.links[of.child];
+    child.mass.is_none().then(|| {
+        format!(
+            "held: it moves link `{}`, which has no mass; give it an `<inertial>`, and it is free as a rocker is",
+            child.name
+        )
     })
 }
 
