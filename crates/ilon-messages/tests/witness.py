@@ -40,6 +40,7 @@ TOP_LEVEL = [
     "std_msgs/msg/Float64MultiArray",
     "std_msgs/msg/String",
     "tf2_msgs/msg/TFMessage",
+    "trajectory_msgs/msg/JointTrajectory",
     "visualization_msgs/msg/MarkerArray",
 ]
 DISTRIBUTIONS = [store for store in Stores if store.name.startswith("ROS2_") and store.name >= "ROS2_HUMBLE"]

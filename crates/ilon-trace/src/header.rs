@@ -345,6 +345,8 @@ impl Header {
     /// Fills in all that follows from the robot: its name, wheels, outlines and the wheel rate limit.
     pub fn of_robot(robot: &Robot) -> Self {
         let finite = |x: f64| x.is_finite().then_some(x);
+        // As they are while all joints stand at zero.
+        let bodies_of_joints = robot.joints.iter().flat_map(|joint| &joint.body.collisions);
         Self {
             robot_name: robot.name.clone(),
             mass_kg: robot.mass_kg(),
@@ -354,6 +356,7 @@ impl Header {
                 .chassis
                 .collisions
                 .iter()
+                .chain(bodies_of_joints)
                 .map(|c| outline_from_above_m(&c.body_from_shape, &c.shape))
                 .filter(|polygon| polygon.len() >= 3)
                 .collect(),

@@ -48,7 +48,7 @@ pub(super) fn converted(file: &str, text: &str) -> Result<Prepared, RobotError> 
         };
         let mut prepared = Prepared::as_it_is(file, "");
         let (urdf, origins) = reader.write(file, text, &mut prepared.remarks)?;
-        prepared.springs = reader.springs();
+        prepared.springs = reader.springs()?;
         prepared.text = urdf.into();
         prepared.origins = origins;
         if models.len() > 1 {
@@ -372,18 +372,47 @@ impl<'a, 'i> Model<'a, 'i, '_> {
     }
 
     /// The springs in its joints: on the body they act with -stiffness (q - reference).
-    fn springs(&self) -> BTreeMap<String, JointSpring> {
-        let spring = |node: Node| {
+    fn springs(&self) -> Result<BTreeMap<String, JointSpring>, RobotError> {
+        let mut springs = BTreeMap::new();
+        for node in self.all("joint") {
             let moves = node.attribute("type") != Some("ball");
-            let dynamics = child(child(node, "axis").filter(|_| moves)?, "dynamics")?;
-            let spring = JointSpring {
-                stiffness: number_of(dynamics, "spring_stiffness").filter(|k| *k > 0.0)?,
-                rest: number_of(dynamics, "spring_reference").unwrap_or(0.0),
-                preload: 0.0,
+            let axis = child(node, "axis").filter(|_| moves);
+            let dynamics = axis.and_then(|axis| child(axis, "dynamics"));
+            let (Some(dynamics), Some(name)) = (dynamics, node.attribute("name")) else {
+                continue;
             };
-            Some((node.attribute("name")?.to_owned(), spring))
+            let stiffness = self.of_spring(dynamics, "spring_stiffness", name)?;
+            let rest = self.of_spring(dynamics, "spring_reference", name)?;
+            if stiffness < 0.0 {
+                let said = child(dynamics, "spring_stiffness").unwrap_or(dynamics);
+                let words = format!(
+                    "`spring_stiffness` of joint `{name}` is {stiffness}, but must be 0 or above: the spring would push away from its reference"
+                );
+                return Err((self.fault)(said, words));
+            }
+            if stiffness > 0.0 {
+                let spring = JointSpring {
+                    stiffness,
+                    rest,
+                    preload: 0.0,
+                };
+                springs.insert(name.to_owned(), spring);
+            }
+        }
+        Ok(springs)
+    }
+
+    /// A number of a joint's spring; 0 where none is said.
+    fn of_spring(&self, dynamics: Node, tag: &str, joint: &str) -> Result<f64, RobotError> {
+        let Some(said) = child(dynamics, tag) else {
+            return Ok(0.0);
         };
-        self.all("joint").filter_map(spring).collect()
+        number_of(dynamics, tag).ok_or_else(|| {
+            let words = format!(
+                "`{tag}` of joint `{joint}` is no finite number: write one, or leave it out"
+            );
+            (self.fault)(said, words)
+        })
     }
 
     /// The axis in the joint's frame.

@@ -198,7 +198,7 @@ fn check_joint(source: &Source, joint: Node, remarks: &mut Vec<Remark>, faults: 
     if joint_type == "fixed" {
         return;
     }
-    for tag in ["limit", "dynamics"] {
+    for tag in ["limit", "dynamics", "mimic"] {
         if let Some(node) = child(joint, tag) {
             check_numbers(source, node, faults);
         }

@@ -320,3 +320,76 @@ fn a_spring_of_mjcf_is_read_with_its_reference_and_class() {
     let plain = plain.unwrap().robot;
     assert!(remarked(&plain, "joint `rock`", "`springdamper`"));
 }
+
+/// A rocker that is held for something that is wrong with it says what, and what would make it free.
+#[test_case(r#"<limit lower="0.1" upper="-0.1" effort="0" velocity="0"/>"#, MASS, "exchange them"; "limits the wrong way round")]
+#[test_case(LIMIT, "", "which has no mass"; "no mass")]
+#[test_case(r#"<limit lower="-0.1" upper="0.1" effort="0" velocity="0"/><mimic joint="rock"/>"#, MASS, "it mimics itself"; "a mimic of itself")]
+#[test_case(r#"<limit lower="-0.1" upper="0.1" effort="0" velocity="0"/><mimic joint="nobody"/>"#, MASS, "which is no joint of the file"; "a mimic of nobody")]
+#[test_case(r#"<limit lower="-0.1" upper="0.1" effort="0" velocity="0"/><mimic joint="mecanum_rear_left"/>"#, MASS, "give both a role"; "a mimic of a wheel")]
+fn a_rocker_that_is_held_says_why(inside: &str, mass: &str, words: &str) {
+    let robot = load(&text(("revolute", "1 0 0"), inside, mass), &[]);
+    let robot = robot.unwrap().robot;
+    assert!(robot.joints.is_empty(), "{:?}", robot.joints);
+    assert!(
+        remarked(&robot, "joint `rock`", words),
+        "{:?}",
+        robot.remarks
+    );
+}
+
+#[test]
+fn a_mimic_by_no_number_is_refused() {
+    let inside = format!(r#"{LIMIT}<mimic joint="mecanum_rear_left" multiplier="nan"/>"#);
+    let refused = load(&text(("revolute", "1 0 0"), &inside, MASS), &[]).unwrap_err();
+    assert!(refused.contains("multiplier"), "{refused}");
+}
+
+/// `<ilon_spring>` is the spring that URDF has no word for.
+#[test]
+fn a_spring_beside_a_joint_is_read() {
+    let said = |spring: &str| {
+        let slide = text(("prismatic", "0 0 1"), LIMIT, MASS);
+        load(
+            &slide.replace("</robot>", &format!("{spring}</robot>")),
+            &[],
+        )
+    };
+    let robot = said(r#"<ilon_spring joint="rock" stiffness="4000" rest="-0.006" preload="3"/>"#);
+    let robot = robot.unwrap().robot;
+    let spring = robot.joints[0].spring().expect("it is sprung");
+    assert!((spring.force_at(0.01) - (3.0 - 4000.0 * 0.016)).abs() < 1e-9);
+    for (wrong, words) in [
+        (r#"<ilon_spring joint="rock"/>"#, "stiffness"),
+        (r#"<ilon_spring joint="rock" stiffness="-4"/>"#, "stiffness"),
+        (
+            r#"<ilon_spring joint="rock" stiffness="4" rest="nan"/>"#,
+            "rest",
+        ),
+        (r#"<ilon_spring joint="rack" stiffness="4"/>"#, "rack"),
+        (r#"<ilon_spring stiffness="4"/>"#, "joint"),
+    ] {
+        let refused = said(wrong).unwrap_err();
+        assert!(refused.contains(words), "{refused}");
+    }
+}
+
+#[test_case("<spring_stiffness>-4000</spring_stiffness>", "must be 0 or above"; "a stiffness below 0")]
+#[test_case("<spring_stiffness>stiff</spring_stiffness>", "`spring_stiffness` of joint `rock`"; "a stiffness in words")]
+#[test_case("<spring_stiffness>nan</spring_stiffness>", "no finite number"; "a stiffness that is no number")]
+#[test_case("<spring_stiffness>4000</spring_stiffness><spring_reference>inf</spring_reference>", "`spring_reference`"; "a reference nowhere")]
+fn a_spring_of_sdf_that_cannot_be_is_refused(inside: &str, words: &str) {
+    let refused = load(&sdf(&format!("<dynamics>{inside}</dynamics>")), &[]).unwrap_err();
+    assert!(refused.contains(words), "{refused}");
+}
+
+#[test]
+fn a_stiffness_of_mjcf_that_cannot_be_is_remarked() {
+    let robot = load(&mjcf(r#"stiffness="-5" range="-9 11""#, ""), &[]);
+    let robot = robot.unwrap().robot;
+    assert!(
+        remarked(&robot, "joint `rock`", "no spring's"),
+        "{:?}",
+        robot.remarks
+    );
+}

@@ -2,4 +2,5 @@
 
 mod ardupilot;
 mod foxglove;
+mod joints;
 mod server;

@@ -11,6 +11,7 @@ pub mod rosgraph_msgs;
 pub mod sensor_msgs;
 pub mod std_msgs;
 pub mod tf2_msgs;
+pub mod trajectory_msgs;
 pub mod visualization_msgs;
 
 /// The messages of all packages.
@@ -24,6 +25,7 @@ const ALL: &[&[&Description]] = &[
     sensor_msgs::ALL,
     std_msgs::ALL,
     tf2_msgs::ALL,
+    trajectory_msgs::ALL,
     visualization_msgs::ALL,
 ];
 

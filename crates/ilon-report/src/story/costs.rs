@@ -188,3 +188,48 @@ pub(super) fn reckoning(summary: &Summary) -> Option<String> {
         length(contact)
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn joint(
+        name: &str,
+        slides: bool,
+        [least, most]: [f64; 2],
+        on_stop: Option<f64>,
+    ) -> JointTravel {
+        let mut joint = JointTravel::default();
+        joint.name = name.to_owned();
+        (joint.slides, joint.least, joint.most, joint.on_stop) = (slides, least, most, on_stop);
+        joint
+    }
+
+    /// The two that went furthest are told of, with their stops; what hub motion costs only where it costs something.
+    #[test]
+    fn joints_that_moved_are_told_of() {
+        let mut summary = Summary::default();
+        assert_eq!(joints(&summary), None);
+        summary.joints = vec![
+            joint("still", true, [0.006, 0.0061], Some(0.0)),
+            joint("spring", true, [0.002, 0.012], Some(0.0)),
+            joint("rocker", false, [-0.0873, 0.02], Some(0.25)),
+            joint("other", true, [0.0, 0.002], None),
+        ];
+        summary.odometry_joints_m = Some(1e-6);
+        let said = joints(&summary).expect("three moved");
+        assert!(said.starts_with("<b>rocker</b> turned between "), "{said}");
+        assert!(said.contains("on a stop for 25"), "{said}");
+        assert!(
+            said.contains("<b>spring</b> moved between 2.00 mm and 12.00 mm, 1 more by less."),
+            "{said}"
+        );
+        assert!(
+            !said.contains("still") && !said.contains("dead reckoning"),
+            "{said}"
+        );
+        summary.odometry_joints_m = Some(0.0031);
+        let said = joints(&summary).expect("three moved");
+        assert!(said.contains("off by <b>3.10 mm</b>"), "{said}");
+    }
+}

@@ -117,6 +117,14 @@ fn progress(record: &Record) -> Option<(f64, f64)> {
     Some((real.vx_m_s * x + real.vy_m_s * y, held_back_n))
 }
 
+/// What a robot stands on beside its wheels, and what carries there: a trace does not tell its chassis from bodies on its joints.
+fn on_which(header: &Header) -> [&'static str; 2] {
+    match header.joints.is_empty() {
+        true => ["its chassis", "the chassis"],
+        false => ["its chassis, or on a body on one of its joints", "these"],
+    }
+}
+
 /// How the robot stands in a row, if not free on its wheels.
 fn stances(record: &Record, samples: &[WheelSample]) -> [Option<Stance>; 2] {
     let touches = samples.iter().any(|sample| sample.touching);
@@ -356,8 +364,9 @@ impl Episode {
                     true => of_asked,
                     false => format!("; {of_asked}"),
                 };
+                let [on, what] = on_which(header);
                 format!(
-                    "{when} the robot stood <b>on its chassis</b>{lean}: the wheels carried {}, and the chassis {}, <b>{}</b> of the weight{motion}.",
+                    "{when} the robot stood <b>on {on}</b>{lean}: the wheels carried {}, and {what} {}, <b>{}</b> of the weight{motion}.",
                     force(wheels_n),
                     force(chassis_n),
                     percent(self.chassis_share())

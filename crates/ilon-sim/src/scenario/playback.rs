@@ -26,7 +26,8 @@ pub struct Playback {
     /// starts where the simulated one does; where they begin later, so that the first is where the simulated robot is by then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pose_topic: Option<String>,
-    /// The topic that says where servos take joints between bodies: the positions of `sensor_msgs/JointState`. Of bags only; a CSV file
+    /// The topic that says where servos take joints between bodies: the positions of `sensor_msgs/JointState`, or
+    /// `trajectory_msgs/JointTrajectory`, from when it came. Of bags only; a CSV file
     /// says it in columns `JOINT_position_rad`, or `_deg`, `_m`, `_mm`. It drives the joints with the role `driven` that have neither a target nor
     /// setpoints in the scenario, along the lines between what it says.
     #[serde(default, skip_serializing_if = "Option::is_none")]

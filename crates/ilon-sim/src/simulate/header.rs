@@ -78,6 +78,8 @@ pub(super) fn header(
         }),
         commands_by_contact: scenario.guidance.kinematics == scenario::Kinematics::Contact,
         versions: BTreeMap::from([("ilon".to_owned(), env!("CARGO_PKG_VERSION").to_owned())]),
-        ..Header::of_robot(robot)
+        // Its joints are counted from zero; drawn it is as its servos start it.
+        joints: Header::of_robot(robot).joints,
+        ..Header::of_robot(&resolved.joint_targets().standing(robot))
     })
 }

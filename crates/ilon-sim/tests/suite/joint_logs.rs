@@ -2,9 +2,12 @@
 
 use std::path::Path;
 
+use ilon_messages::Message;
 use ilon_messages::bag::{BagWriter, Qos};
+use ilon_messages::builtin_interfaces::Duration;
 use ilon_messages::geometry_msgs::Twist;
 use ilon_messages::sensor_msgs::JointState;
+use ilon_messages::trajectory_msgs::{JointTrajectory, JointTrajectoryPoint};
 use ilon_sim::{Error, Plant, Run, Scenario, WheelCommand, run};
 use test_case::test_case;
 
@@ -107,10 +110,10 @@ fn joint_state(names: &[&str], position: &[f64]) -> JointState {
 }
 
 /// What comes of a bag of joints' positions and twists, at times in seconds.
-fn of_bag(joints: &[(f64, JointState)], motion: &str) -> Result<Run, Error> {
+fn of_bag<M: Message>(joints: &[(f64, M)], motion: &str) -> Result<Run, Error> {
     let folder = tempfile::tempdir().expect("a folder");
     let mut bag = BagWriter::create(&folder.path().join("bag")).expect("a bag");
-    bag.declare::<JointState>("/joint_commands", Qos::reliable(1))
+    bag.declare::<M>("/joint_commands", Qos::reliable(1))
         .expect("a topic");
     bag.declare::<Twist>("/cmd_vel", Qos::reliable(1))
         .expect("a topic");
@@ -155,6 +158,54 @@ fn a_bag_drives_joints() {
         );
     }
     assert!((alone.summary.duration_s - 1.5).abs() < 1e-9);
+}
+
+/// Points of the arm: seconds after its beginning, and positions.
+fn trajectory(points: &[(f64, f64)]) -> JointTrajectory {
+    let point = |(after_s, position): &(f64, f64)| JointTrajectoryPoint {
+        positions: vec![9.0, *position],
+        time_from_start: Duration {
+            sec: after_s.floor() as i32,
+            nanosec: (1e9 * after_s.fract()).round() as u32,
+        },
+        ..JointTrajectoryPoint::default()
+    };
+    JointTrajectory {
+        joint_names: vec!["gripper".to_owned(), "arm".to_owned()],
+        points: points.iter().map(point).collect(),
+        ..JointTrajectory::default()
+    }
+}
+
+/// A trajectory goes from when it came, and another takes its place from where it has come to.
+#[test]
+fn a_bag_of_trajectories_drives_joints() {
+    let said = [
+        (0.0, trajectory(&[(0.0, 0.0), (1.0, 0.8)])),
+        (0.5, trajectory(&[(0.5, 0.2), (1.0, 0.2)])),
+    ];
+    let run = of_bag(&said, BAG_ALONE).expect("a run");
+    for (t_s, at) in [(0.0, 0.0), (0.25, 0.2), (0.75, 0.3), (1.25, 0.2)] {
+        assert!(
+            (arm_at(&run, t_s) - at).abs() < 0.02,
+            "{t_s} {}",
+            arm_at(&run, t_s)
+        );
+    }
+    assert!((run.summary.duration_s - 1.5).abs() < 1e-9);
+}
+
+#[test]
+fn a_trajectory_whose_points_lack_a_joint_is_refused_in_words() {
+    let mut lacks = trajectory(&[(0.0, 0.0), (1.0, 0.8)]);
+    lacks.points[1].positions.pop();
+    let Err(error) = of_bag(&[(0.0, lacks)], BAG_ALONE) else {
+        panic!("not refused");
+    };
+    assert!(
+        error.to_string().contains("a point of 1 positions"),
+        "{error}"
+    );
 }
 
 #[test_case(&[(0.0, joint_state(&["arm"], &[0.0, 1.0]))], BAG, "1 names and 2 positions"; "wrong length")]

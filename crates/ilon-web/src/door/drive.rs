@@ -125,6 +125,7 @@ impl Drive {
             drives: Drives::Twist,
             topic: None,
             pose_topic: None,
+            joint_topic: None,
             names: Default::default(),
             from_s: 0.0,
             angle_gain_per_s: None,

@@ -180,7 +180,8 @@ impl World {
             return;
         }
         for reaction in self.reactions.all() {
-            let (Part::Chassis | Part::Roller(..), Partner::Of(b)) = (reaction.a.part, reaction.b)
+            let (Part::Chassis | Part::Link(_) | Part::Roller(..), Partner::Of(b)) =
+                (reaction.a.part, reaction.b)
             else {
                 continue;
             };

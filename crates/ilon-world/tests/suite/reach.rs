@@ -173,6 +173,16 @@ fn an_arm_that_hits_a_free_body_keeps_the_momentum() {
             + world.bearing_energy_j()
             + world.impact_energy_j();
         let did_j = world.motor_energy_j();
+        // On ice all that the cube has it has from the arm, but for what the ground takes where it is hit under its middle.
+        let free = world.free_body(cube).expect("there");
+        let inertia = CUBE_KG * 0.3 * 0.3 / 6.0;
+        let moves_j = 0.5 * CUBE_KG * free.velocity_m_s.norm_squared()
+            + 0.5 * inertia * free.angular_rad_s.norm_squared();
+        let work_j = free.work_of_robots_j;
+        assert!(
+            moves_j < 1.001 * work_j && moves_j > 0.98 * work_j,
+            "{moves_j} of {work_j}"
+        );
         println!("{dt_s}: {of_cube_n_s} {of_all_n_s} {did_j} {gained_j} {lost_j}");
         assert!(of_cube_n_s > 1.0, "{of_cube_n_s}");
         (of_all_n_s, (did_j - gained_j - lost_j) / did_j)
@@ -237,4 +247,54 @@ fn an_arm_that_begins_in_the_ground_is_refused() {
         words.contains("on joint `arm`") && words.contains("mm deep"),
         "{words}"
     );
+}
+
+/// Two robots touch each other by an arm as by their chassis: on ice what one gains the other loses.
+#[test]
+fn an_arm_pushes_another_robot() {
+    let servo = JointServo {
+        stiffness: 20.0,
+        damping: 2.0,
+        ..JointServo::for_inertia(1.0)
+    };
+    let mut other = mecanum4();
+    other.chassis.collisions.push(Collision {
+        body_from_shape: Isometry3::translation(0.0, 0.0, 0.13),
+        shape: CollisionShape::Box {
+            half_extents_m: Vector3::new(0.2, 0.12, 0.1),
+        },
+    });
+    let robots = [with_arm(Vector3::z(), servo), other];
+    let starts = [
+        Pose::default(),
+        Pose {
+            x_m: 0.1,
+            y_m: 0.42,
+            heading_rad: 0.0,
+        },
+    ];
+    let robots = robots.iter().map(ilon_world::SharedRobot::from).zip(starts);
+    let settings = Settings {
+        dt_s: 1e-3,
+        ..Settings::default()
+    };
+    let mut world = World::of_bodies(robots, &ice(), &settings).expect("they stand");
+    let ids: Vec<_> = world.bodies().collect();
+    world
+        .body_mut(ids[0])
+        .aim_joint(0, FRAC_PI_2, 0.0)
+        .expect("driven");
+    for _ in 0..500 {
+        world.step();
+    }
+    let pushed = world.body(ids[1]).state();
+    let speed_m_s = pushed.velocity_in_body_m_s.norm();
+    println!("{speed_m_s} {:?}", pushed.pose);
+    // Away from the arm, to the left of the one that pushes.
+    assert!(
+        speed_m_s > 0.05 && pushed.pose.y_m > 0.43,
+        "{speed_m_s} {:?}",
+        pushed.pose
+    );
+    assert!(world.body(ids[0]).state().pose.y_m < -1e-3);
 }

@@ -183,6 +183,14 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
             self.prepared.remarks.push(Remark::new(subject, words));
         }
         let moves = matches!(joint.type_, mj::JointType::Hinge | mj::JointType::Slide);
+        if moves && (joint.stiffness < 0.0 || !joint.stiffness.is_finite()) {
+            let subject = format!("joint `{name}`");
+            let words = format!(
+                "its stiffness of {} is no spring's, and not simulated: write a number above 0, or leave it out",
+                joint.stiffness
+            );
+            self.prepared.remarks.push(Remark::new(subject, words));
+        }
         if moves && joint.stiffness > 0.0 && joint.stiffness.is_finite() {
             let spring = JointSpring {
                 stiffness: joint.stiffness,

@@ -69,6 +69,7 @@ pub fn codecs() -> BTreeMap<&'static str, Codec> {
         sensor_msgs: Imu JointState CompressedImage;
         std_msgs: Header String ColorRGBA MultiArrayDimension MultiArrayLayout Float64MultiArray;
         tf2_msgs: TFMessage;
+        trajectory_msgs: JointTrajectory JointTrajectoryPoint;
         visualization_msgs: UVCoordinate MeshFile Marker MarkerArray;
     };
     let codecs: BTreeMap<_, _> = all

@@ -8,6 +8,7 @@ use ilon_messages::geometry_msgs::{self as geometry, PoseStamped, Twist, TwistSt
 use ilon_messages::nav_msgs::{Odometry, Path};
 use ilon_messages::sensor_msgs::JointState;
 use ilon_messages::std_msgs::Float64MultiArray;
+use ilon_messages::trajectory_msgs::JointTrajectory;
 use ilon_messages::{CdrError, Message};
 
 use super::series::Series;
@@ -110,10 +111,16 @@ fn move_joints(
     t_s: f64,
     joints: &mut [Series],
 ) -> Result<(), Error> {
+    if message.type_name == JointTrajectory::TYPE_NAME {
+        return follow_trajectory(wanted, message, t_s, joints);
+    }
     if message.type_name != JointState::TYPE_NAME {
         return Err(wanted.fault(
             format!("`{}` is of the type {}", message.topic, message.type_name),
-            format!("choose a topic of the type {}", JointState::TYPE_NAME),
+            format!(
+                "choose a topic of the type {}",
+                types(Drives::Joints).join(" or ")
+            ),
         ));
     }
     let JointState { name, position, .. } = decode(wanted, message)?;
@@ -141,6 +148,46 @@ fn move_joints(
     Ok(())
 }
 
+/// Adds where a trajectory takes joints, from when it came: in place of what is left of one before, from where that has come to.
+fn follow_trajectory(
+    wanted: &Wanted<'_>,
+    message: &ReadMessage,
+    t_s: f64,
+    joints: &mut [Series],
+) -> Result<(), Error> {
+    let trajectory = decode::<JointTrajectory>(wanted, message)?;
+    let names = &trajectory.joint_names;
+    for ((joint, _), series) in wanted.joints.iter().zip(joints) {
+        let theirs = wanted.name(joint);
+        let Some(place) = names.iter().position(|name| name == theirs) else {
+            continue;
+        };
+        series.cut(t_s);
+        for point in &trajectory.points {
+            if point.positions.len() != names.len() {
+                return Err(wanted.fault(
+                    format!(
+                        "a message of `{}`, {t_s:.3} s after the first of all, has {} names and a point of {} positions",
+                        message.topic,
+                        names.len(),
+                        point.positions.len()
+                    ),
+                    "give each joint that it names a position in each point",
+                ));
+            }
+            let after_s = &point.time_from_start;
+            let at_s = t_s + f64::from(after_s.sec) + 1e-9 * f64::from(after_s.nanosec);
+            // A point of no time is where the joint shall be now.
+            if series.times_s.last().is_some_and(|last_s| *last_s == at_s) {
+                series.pop();
+            }
+            let position = vec![point.positions[place]];
+            series.push(at_s, finite(wanted, message, t_s, position)?);
+        }
+    }
+    Ok(())
+}
+
 fn read_all(
     wanted: &Wanted<'_>,
     files: &FileAccess,
@@ -158,7 +205,8 @@ fn read_all(
 fn types(drives: Drives) -> &'static [&'static str] {
     match drives {
         Drives::WheelRates => &[JointState::TYPE_NAME, Float64MultiArray::TYPE_NAME],
-        Drives::WheelAngles | Drives::WheelTorques | Drives::Joints => &[JointState::TYPE_NAME],
+        Drives::WheelAngles | Drives::WheelTorques => &[JointState::TYPE_NAME],
+        Drives::Joints => &[JointState::TYPE_NAME, JointTrajectory::TYPE_NAME],
         Drives::Twist => &[
             TwistStamped::TYPE_NAME,
             Twist::TYPE_NAME,

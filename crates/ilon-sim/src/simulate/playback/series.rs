@@ -81,6 +81,28 @@ impl Series {
         }
     }
 
+    /// Lets go of all rows after a time, and adds one at that time where one of them was under way.
+    pub fn cut(&mut self, t_s: f64) {
+        let kept = self.times_s.partition_point(|time_s| *time_s < t_s);
+        if kept == 0 {
+            self.times_s.clear();
+            self.values.clear();
+            return;
+        }
+        let at: Vec<f64> = (0..self.width)
+            .map(|column| self.between(t_s, column))
+            .collect();
+        self.times_s.truncate(kept);
+        self.values.truncate(kept * self.width);
+        self.push(t_s, at);
+    }
+
+    /// Lets go of the last row.
+    pub fn pop(&mut self) {
+        self.times_s.pop();
+        self.values.truncate(self.times_s.len() * self.width);
+    }
+
     pub fn shift_times(&mut self, by_s: f64) {
         self.times_s.iter_mut().for_each(|time_s| *time_s += by_s);
     }
