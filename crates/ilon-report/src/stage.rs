@@ -417,6 +417,7 @@ fn track(header: &Header, [start_s, end_s]: [f64; 2], events: &[Event]) -> Strin
             EventKind::Fault => ("faults".to_owned(), "limit".to_owned()),
             EventKind::Stance(_) => ("posture".to_owned(), "limit".to_owned()),
             EventKind::Ground => ("ground".to_owned(), "asked".to_owned()),
+            EventKind::Announced => ("announced".to_owned(), "limit".to_owned()),
             EventKind::Touch => ("bodies".to_owned(), "asked".to_owned()),
             EventKind::Saturated(task) => {
                 let name = header.task_names.get(task).map_or("task", String::as_str);
@@ -441,7 +442,8 @@ fn track(header: &Header, [start_s, end_s]: [f64; 2], events: &[Event]) -> Strin
         EventKind::Stance(_) => 1,
         EventKind::Ground => 2,
         EventKind::Touch => 3,
-        EventKind::Saturated(task) => 4 + task,
+        EventKind::Announced => 4,
+        EventKind::Saturated(task) => 5 + task,
         EventKind::Slide(wheel) => 100 + wheel,
         EventKind::Airborne(wheel) => 10_000 + wheel,
     };

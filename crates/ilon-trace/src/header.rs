@@ -90,9 +90,27 @@ pub struct Header {
     /// The line of the direct-current motors at the wheels; `None` where only the wheels' limits hold, or that is not known.
     #[serde(default)]
     pub motor_line: Option<MotorLine>,
+    /// Where the motion was known before the run to ask for more than grip or motors give; `None` where it did not, or that is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub announced: Option<Announced>,
     /// Whether wheel rates were commanded by the rollers that touch, and not by Indiveri 2009, eq. (7).
     #[serde(default)]
     pub commands_by_contact: bool,
+}
+
+/// A motion that asks for more than there is, as it was known before the run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Announced {
+    /// From when on, in seconds.
+    pub from_s: f64,
+    /// When it asks for most, in seconds.
+    pub most_at_s: f64,
+    /// Of which wheel then, by its place among [`Header::wheels`].
+    pub wheel: usize,
+    /// Whether of its grip; otherwise of its motor's torque.
+    pub of_grip: bool,
+    /// How much then, over what it has; `None` where it has nothing.
+    pub share: Option<f64>,
 }
 
 /// A joint between bodies: a rocker, a sprung wheel, a swing arm.
