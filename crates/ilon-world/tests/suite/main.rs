@@ -1,6 +1,7 @@
 //! The tests of `ilon-world` from outside, one module for each subject, in one program.
 
 mod bodies;
+mod chassis_on_relief;
 mod disturbances;
 mod free;
 mod free_world;
