@@ -125,10 +125,10 @@ fn floor(header: &Header, relief_m: Option<&[Vec<f64>]>) -> Floor {
                 pitch_rad: r.pitch_rad as f32,
             }))
             .collect(),
-        relief: ground
-            .relief
-            .zip(relief_m)
-            .and_then(|(r, heights_m)| Relief::new(r.cell_m, heights_m)),
+        relief: ground.relief.zip(relief_m).and_then(|(r, heights_m)| {
+            let middle = r.map.as_ref().map_or([0.0; 2], |map| map.center_m);
+            Relief::new(r.cell_m, middle, heights_m)
+        }),
         changes: faults(header)
             .filter_map(|fault| match fault.kind {
                 FaultKind::FrictionChanged { friction } => Some(FrictionChange {

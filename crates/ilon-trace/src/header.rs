@@ -198,7 +198,7 @@ pub struct Ground {
     /// Ramps: boxes that lean.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ramps: Vec<GroundRamp>,
-    /// A bumpy square around the origin, in place of the plane.
+    /// Uneven ground in place of the plane.
     pub relief: Option<GroundRelief>,
 }
 
@@ -241,12 +241,12 @@ pub struct GroundRamp {
     pub pitch_rad: f64,
 }
 
-/// A square grid of heights around the origin.
+/// A grid of heights: a square around the origin, or that of a map.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GroundRelief {
     /// Distance between neighbouring points, in metres.
     pub cell_m: f64,
-    /// How many points a side has.
+    /// How many points a side has; of a map, along x.
     pub points: usize,
     /// The seed from which the heights are drawn, and the largest of them in metres: `ilon_sim::simulate::relief_heights_m`.
     pub seed: u64,
@@ -255,6 +255,22 @@ pub struct GroundRelief {
     /// The displacement's spectral density at 0.1 cycles/m, Gd(n0) of ISO 8608, in m^3; `None` of heights that are drawn one by one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roughness_m3: Option<f64>,
+    /// The heights of a map, in place of all that draws some.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub map: Option<GroundMap>,
+}
+
+/// The heights of a map as they were driven on.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GroundMap {
+    /// The middle of its grid, x and y, in metres.
+    pub center_m: [f64; 2],
+    /// The height of level 0, in metres.
+    pub lowest_m: f64,
+    /// From one level to the next, in metres.
+    pub step_m: f64,
+    /// The level of each point, row by row from -y to +y, in each row from -x to +x: u16, little-endian, in base64.
+    pub levels: String,
 }
 
 /// A driven wheel, as far as records refer to it.

@@ -219,7 +219,8 @@ fn check_suspension(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
 /// The numbers of one suspension.
 fn check_law(name: &str, of: &SuspensionSpec, wheels: &[Described]) -> Result<(), Fault> {
     let key = |kind: &str, of: &str| format!("suspension.{name}.law.{kind}.{of}");
-    let (kind, positives, others): (&str, Vec<(&str, f64)>, Vec<(&str, f64)>) = match of.law {
+    type Numbers = Vec<(&'static str, f64)>;
+    let (kind, positives, others): (&str, Numbers, Numbers) = match of.law {
         SuspensionLaw::Rocker {
             limit_deg,
             damping_n_m_s_rad,

@@ -10,7 +10,7 @@ use nalgebra::Vector2;
 use super::joint_targets::JointTargets;
 use super::pilot::{Idle, Pilot};
 use super::playback::{self, Log, Played};
-use super::{defaults, limits, reference, stability, warnings, wheel_loop};
+use super::{defaults, height_map, limits, reference, stability, warnings, wheel_loop};
 use crate::Error;
 use crate::roller_drag;
 use crate::scenario::{Contacts, Drives, RollerBodies, Scenario, Step};
@@ -143,6 +143,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         let (friction, gravity_m_s2) = (world.floor.friction(), world.gravity_m_s2);
         warnings.extend(roller_drag::remarks(robot, friction, gravity_m_s2));
     }
+    warnings.extend(height_map::remarks(&scenario, robot)?);
     warnings.extend(warnings::of_friction(&scenario));
     warnings.extend(warnings::of_what_comes_too_late(&scenario));
     warnings.extend(warnings::of_heading(&scenario));
