@@ -69,4 +69,4 @@ pub use spec::{
     Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerBearings, RollerSpec, Spec,
     SuspensionLaw, SuspensionSpec, TreadSpec, WheelOverride, WheelSpec,
 };
-pub use urdf::WheelOutline;
+pub use urdf::{WheelOutline, mesh_triangles};

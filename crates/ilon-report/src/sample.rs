@@ -251,7 +251,7 @@ fn asked(t_s: f64, pose: Pose, desired: Option<Desired>) -> [Twist; 4] {
 }
 
 /// Prioritised saturation of the tasks and the twist it leaves.
-fn saturated(header: &Header, asked: [Twist; 4]) -> ([TaskShare; 4], Twist) {
+fn saturated(header: &Header, asked: [Twist; 4]) -> ([TaskShare; ilon_trace::MAX_TASKS], Twist) {
     let mut left_rad_s = LIMIT_RAD_S;
     let mut granted = Twist::default();
     let tasks = asked.map(|twist| {
@@ -272,7 +272,9 @@ fn saturated(header: &Header, asked: [Twist; 4]) -> ([TaskShare; 4], Twist) {
         left_rad_s = (left_rad_s - weight * asked_rad_s).max(0.0);
         share
     });
-    (tasks, granted)
+    let mut all = [TaskShare::default(); ilon_trace::MAX_TASKS];
+    all[..tasks.len()].copy_from_slice(&tasks);
+    (all, granted)
 }
 
 /// The wheel's rate for a twist, Indiveri 2009, eq. (9).

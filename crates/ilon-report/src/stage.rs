@@ -125,10 +125,10 @@ fn floor(header: &Header, relief_m: Option<&[Vec<f64>]>) -> Floor {
                 pitch_rad: r.pitch_rad as f32,
             }))
             .collect(),
-        relief: ground
-            .relief
-            .zip(relief_m)
-            .and_then(|(r, heights_m)| Relief::new(r.cell_m, heights_m)),
+        relief: ground.relief.zip(relief_m).and_then(|(r, heights_m)| {
+            let middle = r.map.as_ref().map_or([0.0; 2], |map| map.center_m);
+            Relief::new(r.cell_m, middle, heights_m)
+        }),
         changes: faults(header)
             .filter_map(|fault| match fault.kind {
                 FaultKind::FrictionChanged { friction } => Some(FrictionChange {
@@ -417,6 +417,7 @@ fn track(header: &Header, [start_s, end_s]: [f64; 2], events: &[Event]) -> Strin
             EventKind::Fault => ("faults".to_owned(), "limit".to_owned()),
             EventKind::Stance(_) => ("posture".to_owned(), "limit".to_owned()),
             EventKind::Ground => ("ground".to_owned(), "asked".to_owned()),
+            EventKind::Announced => ("announced".to_owned(), "limit".to_owned()),
             EventKind::Touch => ("bodies".to_owned(), "asked".to_owned()),
             EventKind::Saturated(task) => {
                 let name = header.task_names.get(task).map_or("task", String::as_str);
@@ -441,7 +442,8 @@ fn track(header: &Header, [start_s, end_s]: [f64; 2], events: &[Event]) -> Strin
         EventKind::Stance(_) => 1,
         EventKind::Ground => 2,
         EventKind::Touch => 3,
-        EventKind::Saturated(task) => 4 + task,
+        EventKind::Announced => 4,
+        EventKind::Saturated(task) => 5 + task,
         EventKind::Slide(wheel) => 100 + wheel,
         EventKind::Airborne(wheel) => 10_000 + wheel,
     };

@@ -255,14 +255,17 @@ pub struct Push {
     pub until_s: f32,
 }
 
-/// A rough surface: heights on a square grid around the world's origin.
+/// A rough surface: heights on a grid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Relief {
     /// Distance between neighbouring heights.
     pub cell_m: f32,
-    /// How many heights there are along a side.
+    /// How many heights there are along x.
     pub points: usize,
+    /// The middle of the grid; the world's origin where it is not given.
+    #[serde(default)]
+    pub center_m: [f32; 2],
     /// Metres for each step of `data`.
     pub scale: f32,
     /// The heights, row by row from -y to +y, in each row from -x to +x: i16, little-endian, in base64.
@@ -270,14 +273,14 @@ pub struct Relief {
 }
 
 impl Relief {
-    /// A surface of heights in metres, row by row from -y to +y, in each row from -x to +x; `None` unless they are a square of at
+    /// A surface about a middle, of heights in metres, row by row from -y to +y, in each row from -x to +x; `None` unless they are a grid of at
     /// least 2 x 2 finite heights.
-    pub fn new(cell_m: f64, heights_m: &[Vec<f64>]) -> Option<Self> {
-        let points = heights_m.len();
+    pub fn new(cell_m: f64, center_m: [f64; 2], heights_m: &[Vec<f64>]) -> Option<Self> {
+        let points = heights_m.first()?.len();
         let heights = || heights_m.iter().flatten().copied();
-        let square = points >= 2 && heights_m.iter().all(|row| row.len() == points);
-        let sized = cell_m > 0.0 && cell_m.is_finite();
-        if !(square && sized && heights().all(f64::is_finite)) {
+        let even = points >= 2 && heights_m.iter().all(|row| row.len() == points);
+        let sized = cell_m > 0.0 && cell_m.is_finite() && center_m.iter().all(|x| x.is_finite());
+        if !(heights_m.len() >= 2 && even && sized && heights().all(f64::is_finite)) {
             return None;
         }
         let highest_m = heights().map(f64::abs).fold(1e-9, f64::max);
@@ -288,6 +291,7 @@ impl Relief {
         Some(Self {
             cell_m: cell_m as f32,
             points,
+            center_m: center_m.map(|x| x as f32),
             scale,
             data: BASE64_STANDARD.encode(bytes),
         })

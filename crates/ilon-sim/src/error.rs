@@ -96,6 +96,18 @@ pub enum Error {
         help: String,
     },
 
+    /// A file of a height map holds none.
+    #[error("{}: {message}", path.display())]
+    #[diagnostic(help("{help}"))]
+    HeightMap {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        message: String,
+        /// How to repair it.
+        help: String,
+    },
+
     /// A file of waypoints holds something else than waypoints.
     #[error("{}: {message}", path.display())]
     #[diagnostic(help("{help}"))]

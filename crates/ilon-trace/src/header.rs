@@ -90,9 +90,27 @@ pub struct Header {
     /// The line of the direct-current motors at the wheels; `None` where only the wheels' limits hold, or that is not known.
     #[serde(default)]
     pub motor_line: Option<MotorLine>,
+    /// Where the motion was known before the run to ask for more than grip or motors give; `None` where it did not, or that is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub announced: Option<Announced>,
     /// Whether wheel rates were commanded by the rollers that touch, and not by Indiveri 2009, eq. (7).
     #[serde(default)]
     pub commands_by_contact: bool,
+}
+
+/// A motion that asks for more than there is, as it was known before the run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Announced {
+    /// From when on, in seconds.
+    pub from_s: f64,
+    /// When it asks for most, in seconds.
+    pub most_at_s: f64,
+    /// Of which wheel then, by its place among [`Header::wheels`].
+    pub wheel: usize,
+    /// Whether of its grip; otherwise of its motor's torque.
+    pub of_grip: bool,
+    /// How much then, over what it has; `None` where it has nothing.
+    pub share: Option<f64>,
 }
 
 /// A joint between bodies: a rocker, a sprung wheel, a swing arm.
@@ -180,7 +198,7 @@ pub struct Ground {
     /// Ramps: boxes that lean.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ramps: Vec<GroundRamp>,
-    /// A bumpy square around the origin, in place of the plane.
+    /// Uneven ground in place of the plane.
     pub relief: Option<GroundRelief>,
 }
 
@@ -223,12 +241,12 @@ pub struct GroundRamp {
     pub pitch_rad: f64,
 }
 
-/// A square grid of heights around the origin.
+/// A grid of heights: a square around the origin, or that of a map.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GroundRelief {
     /// Distance between neighbouring points, in metres.
     pub cell_m: f64,
-    /// How many points a side has.
+    /// How many points a side has; of a map, along x.
     pub points: usize,
     /// The seed from which the heights are drawn, and the largest of them in metres: `ilon_sim::simulate::relief_heights_m`.
     pub seed: u64,
@@ -237,6 +255,22 @@ pub struct GroundRelief {
     /// The displacement's spectral density at 0.1 cycles/m, Gd(n0) of ISO 8608, in m^3; `None` of heights that are drawn one by one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roughness_m3: Option<f64>,
+    /// The heights of a map, in place of all that draws some.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub map: Option<GroundMap>,
+}
+
+/// The heights of a map as they were driven on.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GroundMap {
+    /// The middle of its grid, x and y, in metres.
+    pub center_m: [f64; 2],
+    /// The height of level 0, in metres.
+    pub lowest_m: f64,
+    /// From one level to the next, in metres.
+    pub step_m: f64,
+    /// The level of each point, row by row from -y to +y, in each row from -x to +x: u16, little-endian, in base64.
+    pub levels: String,
 }
 
 /// A driven wheel, as far as records refer to it.

@@ -58,8 +58,8 @@ pub use error::TraceError;
 pub use fault::{Fault, FaultKind};
 pub use hash::{hash_of_rows, trace_hash};
 pub use header::{
-    BodyHeader, BodyShape, Ground, GroundBox, GroundPatch, GroundRamp, GroundRelief, Guidance,
-    Header, JointHeader, MotorLine, WheelHeader,
+    Announced, BodyHeader, BodyShape, Ground, GroundBox, GroundMap, GroundPatch, GroundRamp,
+    GroundRelief, Guidance, Header, JointHeader, MotorLine, WheelHeader,
 };
 pub use ledger::Ledger;
 pub use metrics::{JointTravel, Settings, Summary};

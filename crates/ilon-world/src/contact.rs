@@ -19,6 +19,7 @@ pub(crate) mod row;
 pub(crate) mod scene;
 pub(crate) mod solid;
 pub(crate) mod support;
+pub(crate) mod thinning;
 pub(crate) mod tread;
 pub(crate) mod turned_profile;
 pub(crate) mod wheel_contact;

@@ -4,6 +4,8 @@ mod anchor;
 mod floor;
 mod surface;
 
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 use parry3d::bounding_volume::Aabb;
 use rapier3d::prelude::*;
@@ -29,6 +31,8 @@ pub(crate) struct Ground {
     footings: Vec<Footing>,
     patches: Vec<Patch>,
     solids: Vec<Solid>,
+    /// The grid of the height field among them, in f64.
+    relief: Option<Arc<Relief>>,
     /// The boxes among them.
     boxes: Vec<SolidBox>,
     /// The direction of gravity.
@@ -69,6 +73,7 @@ impl Ground {
         });
         Self {
             boxes: boxes.collect(),
+            relief: floor.relief.clone().map(Arc::new),
             solids: solids
                 .map(|(floor_from_solid, shape)| Solid {
                     floor_from_solid,
@@ -103,7 +108,7 @@ impl Ground {
             .iter()
             .for_each(|solid| offer(Piece::Box(*solid)));
         for solid in &self.solids {
-            let Some(field) = solid.shape.as_heightfield() else {
+            let (Some(field), Some(relief)) = (solid.shape.as_heightfield(), &self.relief) else {
                 continue;
             };
             let center = solid.floor_from_solid.inverse() * Point3::from(*place_m);
@@ -113,8 +118,10 @@ impl Ground {
                 convert::vector(&(center.coords + half)),
             );
             field.map_elements_in_local_aabb(&around, &mut |_, triangle| {
+                // f32 puts a corner elsewhere for each triangle that it belongs to, and rollers that lie across a seam would touch on both its sides.
                 let corner = |corner: Vector| {
-                    (solid.floor_from_solid * Point3::from(convert::to_f64(corner))).coords
+                    let place = solid.floor_from_solid * Point3::from(convert::to_f64(corner));
+                    relief.point_near_m(&place.coords)
                 };
                 let corners_m = [triangle.a, triangle.b, triangle.c].map(corner);
                 if let Some(triangle) = Triangle::new(corners_m, &Vector3::z()) {

@@ -78,7 +78,7 @@
 //! let robot = load_robot(&scenario)?;
 //! // Waves of 4 mm, 0.4 m long, on a square of 4 m.
 //! let row: Vec<f64> = (0..81).map(|k| 0.002 * (f64::from(k) * 0.785).sin()).collect();
-//! let relief = Relief { cell_m: 0.05, heights_m: vec![row; 81] };
+//! let relief = Relief { cell_m: 0.05, center_m: Default::default(), heights_m: vec![row; 81] };
 //! let floor = Floor { friction: 0.4, relief: Some(relief), ..Floor::default() };
 //! let mut plant = Plant::on_floor(&resolve(&scenario, &robot)?, &robot, floor)?;
 //! plant.advance(WheelCommand::Rates(&[6.0; 4]), 2.0)?;

@@ -45,6 +45,10 @@ impl Fault {
             Self::NotADescription { .. } => {
                 "name the description from which the robot is generated, or leave these keys out"
             }
+            Self::Xml { reason } if reason.contains("XML declaration") => {
+                "an XML declaration, `<?xml ...?>`, stands at the very beginning of a file or nowhere: put it before all else, comments and empty \
+                 lines too, or leave it out"
+            }
             Self::Xml { .. } => "close every element and quote every attribute",
             Self::NotUrdf { .. } => {
                 "give a URDF, xacro, SDF or MJCF file, or a description in TOML"

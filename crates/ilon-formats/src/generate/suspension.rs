@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::elements::{
     attribute, box_moments, num, nums, write_dynamics, write_inertial, write_visual,
 };
-use crate::spec::{Described, Spec, SuspensionLaw, SuspensionSpec};
+use crate::spec::{Described, Spec, SuspensionLaw};
 
 /// A body between the chassis and wheels, on its joint.
 pub(super) struct Carrier {
@@ -37,27 +37,83 @@ impl Carrier {
 
 /// The bodies between chassis and wheels that a description asks for, which was checked.
 pub(super) fn carriers(spec: &Spec, wheels: &[Described]) -> Vec<Carrier> {
-    let of = |(name, of): (&String, &SuspensionSpec)| {
+    let mut carriers = Vec::new();
+    for (name, of) in &spec.suspension {
         let hung = of
             .wheels
             .iter()
             .filter_map(|name| wheels.iter().find(|wheel| wheel.placed.name == *name));
         let hung: Vec<&Described> = hung.collect();
-        match &of.law {
-            SuspensionLaw::Rocker { .. } => vec![rocker(name, of, &hung)],
-            _ => hung.iter().map(|wheel| own(of, wheel)).collect(),
+        match of.law {
+            SuspensionLaw::Rocker {
+                limit_deg,
+                damping_n_m_s_rad,
+                friction_n_m,
+            } => {
+                if let [a, b] = hung[..] {
+                    carriers.push(Carrier {
+                        wheels: of.wheels.clone(),
+                        travel: limit_deg.to_radians(),
+                        damping: damping_n_m_s_rad,
+                        friction: friction_n_m,
+                        ..bar(name, of.mass_kg, [a, b])
+                    });
+                }
+            }
+            SuspensionLaw::Sprung {
+                stiffness_n_m,
+                damping_n_s_m,
+                friction_n,
+                preload_n,
+                travel_m,
+            } => carriers.extend(hung.iter().map(|wheel| Carrier {
+                slides: true,
+                axis: [0.0, 0.0, 1.0],
+                travel: travel_m,
+                stiffness: Some(stiffness_n_m),
+                // On the wheel: down.
+                preload: -preload_n,
+                damping: damping_n_s_m,
+                friction: friction_n,
+                ..at_wheel("spring", of.mass_kg, wheel)
+            })),
+            SuspensionLaw::TrailingArm {
+                length_m,
+                stiffness_n_m_rad,
+                damping_n_m_s_rad,
+                friction_n_m,
+                preload_n_m,
+                travel_deg,
+            } => carriers.extend(hung.iter().map(|wheel| {
+                let at_wheel = at_wheel("arm", of.mass_kg, wheel);
+                let [x_m, y_m, z_m] = at_wheel.place_m;
+                let [_, thick_m, _] = at_wheel.sides_m;
+                Carrier {
+                    place_m: [x_m + length_m, y_m, z_m],
+                    // A load on a wheel behind its pivot turns the arm about the left, and about the right where the wheel is ahead.
+                    axis: [0.0, 1.0_f64.copysign(length_m), 0.0],
+                    travel: travel_deg.to_radians(),
+                    stiffness: Some(stiffness_n_m_rad),
+                    preload: -preload_n_m,
+                    damping: damping_n_m_s_rad,
+                    friction: friction_n_m,
+                    sides_m: [length_m.abs(), thick_m, thick_m],
+                    middle_m: [-0.5 * length_m, 0.0, 0.0],
+                    ..at_wheel
+                }
+            })),
         }
-    };
-    spec.suspension.iter().flat_map(of).collect()
+    }
+    carriers
 }
 
 /// How thick these bodies are, over the radius of a wheel.
 const THICKNESS: f64 = 0.3;
 
 /// A bar between two wheels, which turns about its middle, across itself.
-fn rocker(name: &str, of: &SuspensionSpec, hung: &[&Described]) -> Carrier {
-    let [a, b] = [0, 1].map(|at| hung[at].placed.position_m);
-    let way_m = [b[0] - a[0], b[1] - a[1]];
+fn bar(name: &str, mass_kg: f64, [a, b]: [&Described; 2]) -> Carrier {
+    let ([ax, ay], [bx, by]) = (a.placed.position_m, b.placed.position_m);
+    let way_m = [bx - ax, by - ay];
     let long_m = way_m[0].hypot(way_m[1]);
     // Across the bar, ahead or to the left.
     let [x, y] = [way_m[1] / long_m, -way_m[0] / long_m];
@@ -66,96 +122,51 @@ fn rocker(name: &str, of: &SuspensionSpec, hung: &[&Described]) -> Carrier {
     } else {
         1.0
     };
-    let thick_m = THICKNESS * hung[0].wheel.radius_m;
-    let SuspensionLaw::Rocker {
-        limit_deg,
-        damping_n_m_s_rad,
-        friction_n_m,
-    } = of.law
-    else {
-        unreachable!("it is called for rockers alone");
-    };
+    let thick_m = THICKNESS * a.wheel.radius_m;
     Carrier {
         joint: name.to_owned(),
         place_m: [
-            0.5 * (a[0] + b[0]),
-            0.5 * (a[1] + b[1]),
-            0.5 * (hung[0].axle_height_m + hung[1].axle_height_m),
+            0.5 * (ax + bx),
+            0.5 * (ay + by),
+            0.5 * (a.axle_height_m + b.axle_height_m),
         ],
-        wheels: of.wheels.clone(),
-        slides: false,
         axis: [sign * x, sign * y, 0.0],
-        travel: limit_deg.to_radians(),
-        stiffness: None,
-        preload: 0.0,
-        damping: damping_n_m_s_rad,
-        friction: friction_n_m,
-        mass_kg: of.mass_kg,
         sides_m: [long_m, thick_m, thick_m],
-        middle_m: [0.0; 3],
         heading_rad: libm::atan2(way_m[1], way_m[0]),
+        ..still(mass_kg)
     }
 }
 
-/// A slide, or an arm, of one wheel.
-fn own(of: &SuspensionSpec, wheel: &Described) -> Carrier {
-    let thick_m = THICKNESS * wheel.wheel.radius_m;
+/// A block at a wheel's axle.
+fn at_wheel(kind: &str, mass_kg: f64, wheel: &Described) -> Carrier {
     let [x_m, y_m] = wheel.placed.position_m;
     let name = &wheel.placed.name;
-    let common = |joint: String| Carrier {
-        joint,
+    Carrier {
+        joint: format!("{name}_{kind}"),
         place_m: [x_m, y_m, wheel.axle_height_m],
         wheels: vec![name.clone()],
-        slides: true,
-        axis: [0.0, 0.0, 1.0],
+        sides_m: [THICKNESS * wheel.wheel.radius_m; 3],
+        ..still(mass_kg)
+    }
+}
+
+/// A body of a mass that nothing is said of.
+fn still(mass_kg: f64) -> Carrier {
+    Carrier {
+        joint: String::new(),
+        place_m: [0.0; 3],
+        wheels: Vec::new(),
+        slides: false,
+        axis: [0.0; 3],
         travel: 0.0,
         stiffness: None,
         preload: 0.0,
         damping: 0.0,
         friction: 0.0,
-        mass_kg: of.mass_kg,
-        sides_m: [thick_m; 3],
+        mass_kg,
+        sides_m: [0.0; 3],
         middle_m: [0.0; 3],
         heading_rad: 0.0,
-    };
-    match of.law {
-        SuspensionLaw::Sprung {
-            stiffness_n_m,
-            damping_n_s_m,
-            friction_n,
-            preload_n,
-            travel_m,
-        } => Carrier {
-            travel: travel_m,
-            stiffness: Some(stiffness_n_m),
-            // On the wheel: down.
-            preload: -preload_n,
-            damping: damping_n_s_m,
-            friction: friction_n,
-            ..common(format!("{name}_spring"))
-        },
-        SuspensionLaw::TrailingArm {
-            length_m,
-            stiffness_n_m_rad,
-            damping_n_m_s_rad,
-            friction_n_m,
-            preload_n_m,
-            travel_deg,
-        } => Carrier {
-            place_m: [x_m + length_m, y_m, wheel.axle_height_m],
-            slides: false,
-            // A load on a wheel behind its pivot turns the arm about the left, and about the right where the wheel is ahead.
-            axis: [0.0, 1.0_f64.copysign(length_m), 0.0],
-            travel: travel_deg.to_radians(),
-            stiffness: Some(stiffness_n_m_rad),
-            preload: -preload_n_m,
-            damping: damping_n_m_s_rad,
-            friction: friction_n_m,
-            sides_m: [length_m.abs(), thick_m, thick_m],
-            middle_m: [-0.5 * length_m, 0.0, 0.0],
-            ..common(format!("{name}_arm"))
-        },
-        SuspensionLaw::Rocker { .. } => unreachable!("a rocker carries two wheels"),
     }
 }
 

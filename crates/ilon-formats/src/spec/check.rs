@@ -219,7 +219,8 @@ fn check_suspension(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
 /// The numbers of one suspension.
 fn check_law(name: &str, of: &SuspensionSpec, wheels: &[Described]) -> Result<(), Fault> {
     let key = |kind: &str, of: &str| format!("suspension.{name}.law.{kind}.{of}");
-    let (kind, positives, others): (&str, Vec<(&str, f64)>, Vec<(&str, f64)>) = match of.law {
+    type Numbers = Vec<(&'static str, f64)>;
+    let (kind, positives, others): (&str, Numbers, Numbers) = match of.law {
         SuspensionLaw::Rocker {
             limit_deg,
             damping_n_m_s_rad,
@@ -283,25 +284,26 @@ fn check_law(name: &str, of: &SuspensionSpec, wheels: &[Described]) -> Result<()
         let range = "above 0 and below 90 degrees";
         return Err(out_of_range(&key(kind, at), value_deg, range));
     }
-    if kind == "rocker" {
-        let places: Vec<[f64; 2]> = of
-            .wheels
-            .iter()
-            .filter_map(|name| wheels.iter().find(|wheel| wheel.placed.name == *name))
-            .map(|wheel| wheel.placed.position_m)
-            .collect();
-        let [a, b] = places[..] else {
-            let range = "the names of two wheels, which its bar joins";
-            let wheels = format!("suspension.{name}.wheels");
-            return Err(out_of_range(&wheels, of.wheels.join(", "), range));
-        };
-        if (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-6 {
-            let range = "the names of two wheels at different places";
-            let wheels = format!("suspension.{name}.wheels");
-            return Err(out_of_range(&wheels, of.wheels.join(", "), range));
-        }
+    match of.law {
+        SuspensionLaw::Rocker { .. } => check_bar(name, of, wheels),
+        _ => Ok(()),
     }
-    Ok(())
+}
+
+/// The two wheels of a rocker.
+fn check_bar(name: &str, of: &SuspensionSpec, wheels: &[Described]) -> Result<(), Fault> {
+    let named = of.wheels.iter();
+    let known = named.filter_map(|name| wheels.iter().find(|wheel| wheel.placed.name == *name));
+    let places: Vec<[f64; 2]> = known.map(|wheel| wheel.placed.position_m).collect();
+    let range = match places[..] {
+        [a, b] if (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-6 => {
+            "the names of two wheels at different places"
+        }
+        [_, _] => return Ok(()),
+        _ => "the names of two wheels, which its bar joins",
+    };
+    let key = format!("suspension.{name}.wheels");
+    Err(out_of_range(&key, of.wheels.join(", "), range))
 }
 
 /// The axles of the rollers, where there is friction on them.

@@ -220,7 +220,7 @@ pub(super) fn check(source: &Source, mut robot: Robot) -> Result<Robot, RobotErr
             "the robot's centre of mass lies outside the area of its wheels: it does not stand on them",
         )),
     }
-    check_chassis_above_floor(source, &robot, pose.as_ref())?;
+    check_chassis_above_floor(source, &robot, pose.as_ref(), &mut remarks)?;
     remark_root(&robot, &mut remarks);
     remark_masses(&robot, &mut remarks);
     plausibility::remark(&robot, &mut remarks);
@@ -290,21 +290,26 @@ fn check_standing(
     Ok(())
 }
 
-/// The chassis must not reach below the floor.
+/// The chassis must not reach below the floor; where it touches that is remarked.
 fn check_chassis_above_floor(
     source: &Source,
     robot: &Robot,
     pose: Option<&StandingPose>,
+    remarks: &mut Vec<Remark>,
 ) -> Result<(), RobotError> {
+    /// Of a wheel's radius: so little above the floor, the first bump or the sag of a tread lays the chassis on it.
+    const TOUCHES: f64 = 1e-3;
     let up: Unit<Vector3<f64>> = pose.map_or_else(Vector3::z_axis, StandingPose::up_in_body);
     let floor_m = -pose.map_or_else(|| robot.ride_height_m(), |pose| pose.height_m);
     let down = -up.into_inner();
-    let lowest_m = robot
+    let heights = robot
         .chassis
         .collisions
         .iter()
-        .map(|collision| -collision.reach_m(&down))
-        .fold(f64::INFINITY, f64::min);
+        .map(|collision| (-collision.reach_m(&down), collision));
+    let Some((lowest_m, lowest)) = heights.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+        return Ok(());
+    };
     let radius_m = robot
         .wheels
         .iter()
@@ -315,6 +320,21 @@ fn check_chassis_above_floor(
             deep_mm: 1e3 * (floor_m - lowest_m),
         };
         return Err(source.link_error(&robot.chassis.name, fault));
+    }
+    let above_m = lowest_m - floor_m;
+    if above_m < TOUCHES * radius_m {
+        let at = lowest.farthest(&down);
+        let side = if above_m < 0.0 { "below" } else { "above" };
+        remarks.push(Remark::new(
+            format!("link `{}`", robot.chassis.name),
+            format!(
+                "at rest the chassis touches the floor: at x = {:.3} m, y = {:.3} m its collision geometry is {:.3} mm {side} the floor on which \
+                 the wheels stand, and takes weight off them",
+                at.x,
+                at.y,
+                1e3 * above_m.abs()
+            ),
+        ));
     }
     Ok(())
 }

@@ -92,10 +92,12 @@ pub(super) fn decide(
     let tree = loading.tree;
     let wheels_and_rollers = moving(candidates, given);
     refuse_strangers(loading, &wheels_and_rollers)?;
-    let hubs: Vec<usize> = candidates
+    let hubs = candidates
         .iter()
         .map(|candidate| candidate.hub)
-        .chain(given.iter().map(|given| given.like.joint))
+        .chain(given.iter().map(|given| given.like.joint));
+    let hubs: Vec<(usize, HashSet<usize>)> = hubs
+        .map(|hub| (hub, tree.joints_above(hub).collect()))
         .collect();
     let driven: HashSet<usize> = transmission::drives(loading.source, tree)
         .keys()
@@ -103,9 +105,17 @@ pub(super) fn decide(
         .collect();
     let springs = transmission::springs(loading.source);
     let mut linkage = Linkage::default();
-    for (joint, above) in from_the_top(tree) {
+    // Of each joint whether it is a wheel's or below one, and how many joints move from the chassis to it. Chains may be long: each joint is
+    // looked at once.
+    let mut of_wheel = vec![false; tree.joints.len()];
+    let mut movers = vec![0; tree.joints.len()];
+    for joint in from_the_top(tree) {
         let is_wheel = wheels_and_rollers.contains(&joint);
-        let in_wheel = above.iter().any(|at| wheels_and_rollers.contains(at));
+        let above = tree.joints_above(joint).next();
+        let in_wheel = above.is_some_and(|above| of_wheel[above]);
+        let deep = above.map_or(0, |above| movers[above]);
+        of_wheel[joint] = is_wheel || in_wheel;
+        movers[joint] = deep;
         if is_wheel && springs.contains_key(&tree.joints[joint].name) {
             let subject = format!("joint `{}`", tree.joints[joint].name);
             let words =
@@ -117,8 +127,8 @@ pub(super) fn decide(
         }
         let carried: Vec<usize> = hubs
             .iter()
-            .copied()
-            .filter(|hub| joints_above(tree, *hub).contains(&joint))
+            .filter(|(_, above)| above.contains(&joint))
+            .map(|(hub, _)| *hub)
             .collect();
         let options = loading.options.joints.get(&tree.joints[joint].name);
         let role = match options {
@@ -139,8 +149,7 @@ pub(super) fn decide(
             continue;
         };
         check_joint(loading, joint)?;
-        let deep = above.iter().filter(|at| linkage.place_of(**at).is_some());
-        if deep.count() >= DEEPEST {
+        if deep >= DEEPEST {
             return Err(refused(
                 loading,
                 joint,
@@ -151,6 +160,7 @@ pub(super) fn decide(
                 ),
             ));
         }
+        movers[joint] = deep + 1;
         linkage.joints.push((joint, role));
     }
     Ok(linkage)
@@ -192,10 +202,10 @@ pub(super) fn assemble(
         }
         let collisions = check::chassis(loading, body)?;
         let body_from_joint = frame(of.origin.coords, &of.axis);
-        let above = joints_above(tree, *joint);
+        let mut above = tree.joints_above(*joint);
         joints.push(BodyJoint {
             name: of.name.clone(),
-            parent: above.iter().find_map(|at| linkage.place_of(*at)),
+            parent: above.find_map(|at| linkage.place_of(at)),
             kind: if of.slides {
                 JointKind::Slides
             } else {
@@ -222,8 +232,8 @@ pub(super) fn assemble(
             .joints
             .iter()
             .position(|joint| joint.name == wheel.name);
-        let above = hub.map(|hub| joints_above(tree, hub)).unwrap_or_default();
-        wheel.carrier = above.iter().find_map(|at| linkage.place_of(*at));
+        let mut above = hub.into_iter().flat_map(|hub| tree.joints_above(hub));
+        wheel.carrier = above.find_map(|at| linkage.place_of(at));
     }
     Ok((joints, couplings(tree, linkage)))
 }
@@ -257,28 +267,17 @@ fn frame(origin_m: Vector3<f64>, axis: &Vector3<f64>) -> Isometry3<f64> {
     )
 }
 
-/// All joints, those above before those below, each with the joints above it, the nearest first.
-fn from_the_top(tree: &Tree) -> Vec<(usize, Vec<usize>)> {
+/// All joints, those above before those below.
+fn from_the_top(tree: &Tree) -> Vec<usize> {
     let mut found = Vec::with_capacity(tree.joints.len());
-    let mut waiting: Vec<(usize, Vec<usize>)> = vec![(tree.root, Vec::new())];
-    while let Some((link, above)) = waiting.pop() {
+    let mut waiting = vec![tree.root];
+    while let Some(link) = waiting.pop() {
         for &joint in &tree.links[link].joints_below {
-            let below = [joint].into_iter().chain(above.iter().copied()).collect();
-            waiting.push((tree.joints[joint].child, below));
-            found.push((joint, above.clone()));
+            waiting.push(tree.joints[joint].child);
+            found.push(joint);
         }
     }
-    // Breadth and depth aside, a parent's place is always found before its children's.
     found
-}
-
-/// The joints above one, the nearest first.
-fn joints_above(tree: &Tree, joint: usize) -> Vec<usize> {
-    let above = |joint: &usize| {
-        let parent = tree.joints[*joint].parent;
-        tree.joints.iter().position(|other| other.child == parent)
-    };
-    std::iter::successors(above(&joint), above).collect()
 }
 
 /// What a joint does of which nobody says anything; `None` where it is held.

@@ -62,6 +62,7 @@ use recognise::Candidate;
 pub(crate) use repair::{levelled, repaired, with_light_parts_repaired};
 use source::Source;
 use tree::{Motion, Tree};
+pub use visual_meshes::mesh_triangles;
 pub(crate) use visual_meshes::read as read_looks;
 pub(crate) use wheel_size::is_wheel_size;
 

@@ -20,6 +20,8 @@ pub(super) struct Tree {
     pub(super) links: Vec<TreeLink>,
     pub(super) joints: Vec<TreeJoint>,
     pub(super) root: usize,
+    /// Of each link the joint above it.
+    above: Vec<Option<usize>>,
     /// Of each joint the nearest turning joint above it.
     turning_above: Vec<Option<usize>>,
     /// Of each joint a turning joint below it.
@@ -153,9 +155,16 @@ impl Tree {
             links,
             joints,
             root,
+            above: hanging.above,
             turning_above,
             turning_below,
         })
+    }
+
+    /// The joints above one, the nearest first.
+    pub(super) fn joints_above(&self, joint: usize) -> impl Iterator<Item = usize> {
+        let above = |joint: &usize| self.above[self.joints[*joint].parent];
+        std::iter::successors(above(&joint), above)
     }
 
     /// The nearest turning joint above a joint.

@@ -1,6 +1,6 @@
 //! What happened, and when: faults, how the robot stood, slides, lost contacts, other ground and saturation.
 
-use ilon_trace::{Header, Record, WheelSample};
+use ilon_trace::{Announced, Header, Record, WheelSample};
 
 use super::faults;
 use super::posture::{Posture, Stance};
@@ -45,6 +45,8 @@ pub(crate) enum EventKind {
     Ground,
     /// A task of the guidance did not get what it asked for.
     Saturated(usize),
+    /// The motion asked for more than grip or motors give, as was known before the run.
+    Announced,
     /// The robot pressed on a free body.
     Touch,
     /// A wheel slid.
@@ -235,9 +237,64 @@ impl Watch {
                 }
             }
         }
+        if let Some(announced) = &header.announced {
+            let text = against_seen(header, announced, &events);
+            events.push(Event {
+                from_s: announced.from_s,
+                until_s: announced.most_at_s,
+                kind: EventKind::Announced,
+                text,
+                slid_m: 0.0,
+                lost_j: 0.0,
+            });
+        }
         events.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
         events
     }
+}
+
+/// Slides that begin within so much of each other begin at once.
+const AT_ONCE_S: f64 = 0.02;
+
+/// What was announced before the run, and what was seen of it.
+fn against_seen(header: &Header, announced: &Announced, events: &[Event]) -> String {
+    let name = |wheel: usize| {
+        header
+            .wheels
+            .get(wheel)
+            .map_or("a wheel", |wheel| wheel.name.as_str())
+    };
+    let of_what = match announced.of_grip {
+        true => "grip",
+        false => "motor's torque",
+    };
+    let up_to = match announced.share {
+        Some(share) => format!("up to {:.0} % of its {of_what}", 100.0 * share),
+        None => format!("more than its {of_what}"),
+    };
+    let slides = events.iter().filter_map(|event| match event.kind {
+        EventKind::Slide(wheel) if event.until_s >= announced.from_s => Some((event.from_s, wheel)),
+        _ => None,
+    });
+    let slides: Vec<(f64, usize)> = slides.collect();
+    let first = slides.iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    let seen = match first {
+        None => "no wheel slides after that".to_owned(),
+        Some((first_s, first)) => {
+            // Wheels that are alike begin at once.
+            let with_it = |slide: &&(f64, usize)| {
+                slide.1 == announced.wheel && slide.0 <= first_s + AT_ONCE_S
+            };
+            match slides.iter().find(with_it) {
+                Some((from_s, _)) => format!("it slides first, at {}", time(*from_s)),
+                None => format!("{} slides first, at {}", name(*first), time(*first_s)),
+            }
+        }
+    };
+    format!(
+        "announced before the run: {} is asked for {up_to}; seen: {seen}",
+        name(announced.wheel)
+    )
 }
 
 /// A time, or a span of time, in words.
@@ -293,6 +350,37 @@ mod tests {
 
     fn watched() -> Vec<Event> {
         watched_on(&header())
+    }
+
+    /// What was announced stands beside what was seen: the wheel, and when, from the row before the first that slides.
+    #[test]
+    fn what_was_announced_stands_beside_what_was_seen() {
+        let said = |from_s: f64, wheel: usize| {
+            let mut header = header();
+            header.announced = Some(Announced {
+                from_s,
+                most_at_s: from_s + 0.2,
+                wheel,
+                of_grip: true,
+                share: Some(1.27),
+            });
+            let events = watched_on(&header);
+            let found = events
+                .iter()
+                .find(|event| event.kind == EventKind::Announced);
+            found.expect("announced").text.clone()
+        };
+        assert_eq!(
+            said(3.9, 0),
+            "announced before the run: front is asked for up to 127 % of its grip; seen: it slides first, at 3.99 s"
+        );
+        assert!(said(6.0, 0).ends_with("seen: no wheel slides after that"));
+        assert!(said(3.9, 7).ends_with("seen: front slides first, at 3.99 s"));
+        assert!(
+            watched()
+                .iter()
+                .all(|event| event.kind != EventKind::Announced)
+        );
     }
 
     /// Ten seconds ahead at 0.2 m/s; from 4 to 5 s the wheel slides at 0.1 m/s at its friction limit.

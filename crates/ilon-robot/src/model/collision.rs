@@ -48,6 +48,38 @@ pub enum CollisionShape {
 }
 
 impl Collision {
+    /// Where the shape reaches farthest in a direction of the frame of the body that carries it, in metres; the middle of what is farthest
+    /// where that is an edge or a face of a shape that is no hull.
+    pub fn farthest(&self, direction: &Vector3<f64>) -> Point3<f64> {
+        let d = self.body_from_shape.rotation.inverse() * direction;
+        // Along a side that is square to the direction nothing is farther than its middle.
+        let towards = |x: f64, most: f64| {
+            if x.abs() < 1e-9 {
+                0.0
+            } else {
+                most.copysign(x)
+            }
+        };
+        let in_shape = match &self.shape {
+            CollisionShape::Box { half_extents_m } => d.zip_map(half_extents_m, towards),
+            CollisionShape::Cylinder { radius_m, length_m } => {
+                let level = d.xy().try_normalize(1e-9).unwrap_or_default() * *radius_m;
+                Vector3::new(level.x, level.y, towards(d.z, 0.5 * length_m))
+            }
+            CollisionShape::Capsule { radius_m, length_m } => {
+                let end = Vector3::new(0.0, 0.0, towards(d.z, 0.5 * length_m));
+                end + d.normalize() * *radius_m
+            }
+            CollisionShape::Sphere { radius_m } => d.normalize() * *radius_m,
+            CollisionShape::ConvexHull { points_m } => {
+                let points = points_m.iter().map(|point| point.coords);
+                let farthest = points.max_by(|a, b| a.dot(&d).total_cmp(&b.dot(&d)));
+                farthest.unwrap_or_default()
+            }
+        };
+        self.body_from_shape * Point3::from(in_shape)
+    }
+
     /// How far the shape reaches from the origin of the body that carries it, in a unit direction of that body's frame, in
     /// metres.
     pub fn reach_m(&self, direction: &Vector3<f64>) -> f64 {
@@ -65,5 +97,79 @@ impl Collision {
                 .fold(f64::NEG_INFINITY, f64::max),
         };
         self.body_from_shape.translation.vector.dot(direction) + from_middle_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{UnitQuaternion, vector};
+
+    use super::*;
+
+    /// In every direction the farthest point is as far as the shape reaches.
+    #[test]
+    fn the_farthest_point_is_as_far_as_the_shape_reaches() {
+        let points = [[0.1, 0.0, 0.2], [-0.3, 0.1, 0.0], [0.0, -0.2, -0.1]];
+        let shapes = [
+            CollisionShape::Box {
+                half_extents_m: vector![0.1, 0.2, 0.3],
+            },
+            CollisionShape::Cylinder {
+                radius_m: 0.1,
+                length_m: 0.4,
+            },
+            CollisionShape::Capsule {
+                radius_m: 0.1,
+                length_m: 0.4,
+            },
+            CollisionShape::Sphere { radius_m: 0.2 },
+            CollisionShape::ConvexHull {
+                points_m: points.map(Point3::from).into(),
+            },
+        ];
+        let turned = UnitQuaternion::from_euler_angles(0.3, -0.7, 1.1);
+        for shape in shapes {
+            let body_from_shape = Isometry3::from_parts(vector![0.5, -0.4, 0.3].into(), turned);
+            let collision = Collision {
+                body_from_shape,
+                shape,
+            };
+            for direction in [
+                vector![0.0, 0.0, -1.0],
+                vector![1.0, 0.0, 0.0],
+                vector![0.6, 0.0, 0.8],
+                vector![-0.48, 0.6, 0.64],
+            ] {
+                let farthest_m = collision.farthest(&direction).coords.dot(&direction);
+                let reach_m = collision.reach_m(&direction);
+                assert!(
+                    (farthest_m - reach_m).abs() < 1e-12,
+                    "{collision:?} in {direction}"
+                );
+            }
+        }
+    }
+
+    /// Where a face or an edge is square to the direction its middle is meant.
+    #[test]
+    fn of_a_face_the_middle_is_meant() {
+        let down = vector![0.0, 0.0, -1.0];
+        let at = |shape| {
+            let body_from_shape = Isometry3::translation(0.1, 0.2, 0.3);
+            Collision {
+                body_from_shape,
+                shape,
+            }
+            .farthest(&down)
+        };
+        let boxed = at(CollisionShape::Box {
+            half_extents_m: vector![0.1, 0.2, 0.3],
+        });
+        assert_eq!(boxed, Point3::new(0.1, 0.2, 0.0));
+        let disc = at(CollisionShape::Cylinder {
+            radius_m: 0.1,
+            length_m: 0.4,
+        });
+        assert!((disc - Point3::new(0.1, 0.2, 0.1)).norm() < 1e-15);
     }
 }

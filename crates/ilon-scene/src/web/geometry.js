@@ -96,15 +96,17 @@ function surface({ low, step, vertices: places, triangles }) {
 }
 
 // Heights on a square grid around the origin, row by row from -y to +y, each row from -x to +x.
-function heightField({ cell_m: cell, points, heights }) {
+function heightField({ cell_m: cell, points, heights, center_m: [x, y] = [0, 0] }) {
   const vertices = [];
   const indices = [];
-  const at = (i, j) => heights[clamp(j, 0, points - 1) * points + clamp(i, 0, points - 1)];
-  const half = 0.5 * (points - 1) * cell;
-  for (let j = 0; j < points; j++) {
+  const rows = heights.length / points;
+  const at = (i, j) => heights[clamp(j, 0, rows - 1) * points + clamp(i, 0, points - 1)];
+  const left = x - 0.5 * (points - 1) * cell;
+  const front = y - 0.5 * (rows - 1) * cell;
+  for (let j = 0; j < rows; j++) {
     for (let i = 0; i < points; i++) {
       const n = unit([(at(i - 1, j) - at(i + 1, j)) / (2 * cell), (at(i, j - 1) - at(i, j + 1)) / (2 * cell), 1]);
-      vertices.push(i * cell - half, j * cell - half, at(i, j), ...n, 0);
+      vertices.push(left + i * cell, front + j * cell, at(i, j), ...n, 0);
       if (i && j) {
         const k = j * points + i;
         indices.push(k - points - 1, k - points, k, k - points - 1, k, k - 1);

@@ -28,7 +28,7 @@ class Model {
     this.slideMax = 2.5 * radius;
     if (this.floor.relief) {
       const relief = this.floor.relief;
-      relief.heights = decoded({ data: relief.data, scale: relief.scale }, relief.points * relief.points);
+      relief.heights = decoded({ data: relief.data, scale: relief.scale }, bytesOf(relief.data).length / 2);
     }
   }
 

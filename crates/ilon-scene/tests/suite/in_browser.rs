@@ -276,12 +276,12 @@ fn a_robot_on_a_slope_with_bumps_patches_boxes_and_pushes_is_drawn() {
     let Some(browser) = browser() else { return };
     let (robot, _) = robot("volksbot");
     let mut description = Description::of_robot(&robot, None, &Looks::default());
-    let heights = (0..41).map(|j| {
+    let heights = (0..31).map(|j| {
         (0..41)
             .map(|i| 0.0005 * f64::from((i * 7 + j * 3) % 5))
             .collect()
     });
-    description.floor.relief = Relief::new(0.05, &heights.collect::<Vec<Vec<f64>>>());
+    description.floor.relief = Relief::new(0.05, [0.3, -0.2], &heights.collect::<Vec<Vec<f64>>>());
     assert!(description.floor.relief.is_some());
     description.floor.slope_rad = 0.2;
     let json = r#"{ "friction": 0.6,

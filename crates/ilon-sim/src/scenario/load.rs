@@ -148,6 +148,9 @@ impl Scenario {
         if let Some(playback) = &mut moved.playback {
             from_there(&mut playback.file);
         }
+        if let Some(map) = &mut moved.world.floor.height_map {
+            from_there(&mut map.file);
+        }
         moved.folder = folder.to_owned();
         moved
     }

@@ -45,8 +45,8 @@ pub use sensors::{Encoders, Fusion, Imu, ImuNoise, PoseSensor, Sensors};
 pub use setting::{SETTING, Setting};
 pub use wheels::{DcMotor, LoopTiming, Motors, Passive, WheelLaw, WheelLoop};
 pub use world::{
-    Contacts, Floor, FloorBox, FloorPatch, FloorRamp, FloorStairs, Rough, RoughnessClass, Solver,
-    World,
+    Contacts, Floor, FloorBox, FloorPatch, FloorRamp, FloorStairs, HeightMap, Rough,
+    RoughnessClass, Solver, World,
 };
 
 use std::path::PathBuf;

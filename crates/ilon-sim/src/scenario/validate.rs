@@ -80,6 +80,14 @@ impl Scenario {
                 "write law = \"prioritised_torque\" or \"passive\", or leave the friction out",
             ));
         }
+        let floor = &self.world.floor;
+        if floor.rough.is_some() && floor.height_map.is_some() {
+            return Err(Objection::to(
+                "world.floor.height_map",
+                "both `world.floor.rough` and `world.floor.height_map` take the place of the floor's plane",
+                "leave one of them out",
+            ));
+        }
         let fusion = self.sensors.fusion.as_ref();
         if self.sensors.imu.is_none() && fusion.is_some_and(|fusion| fusion.gyroscope) {
             return Err(Objection::to(

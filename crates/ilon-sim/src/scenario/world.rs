@@ -1,5 +1,7 @@
 //! `[world]`: gravity, floor, and what lies on it.
 
+use std::path::PathBuf;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -55,6 +57,9 @@ pub struct Floor {
     /// A bumpy square around the origin in place of the plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rough: Option<Rough>,
+    /// Ground from a picture or a mesh in place of the plane.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height_map: Option<HeightMap>,
     /// Rolling resistance of the floor: drag per load on level ground, dimensionless: 0.01 of a hard one, 0.1 to 0.3 of a soft one.
     /// That of the rollers comes on top.
     #[serde(skip_serializing_if = "is_zero")]
@@ -101,9 +106,11 @@ impl Floor {
             ramps,
             stairs,
             rough,
+            height_map,
             ..
         } = self;
-        boxes.is_empty() && ramps.is_empty() && stairs.is_empty() && rough.is_none()
+        let is_even = rough.is_none() && height_map.is_none();
+        boxes.is_empty() && ramps.is_empty() && stairs.is_empty() && is_even
     }
 
     /// Whether the floor or a patch is of a material.
@@ -299,6 +306,31 @@ pub struct Rough {
     pub seed: u64,
 }
 
+/// Ground whose heights come from a file, on a grid of at most 1025 x 1025 points. Between them it is flat in triangles; beyond it there is no ground.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HeightMap {
+    /// The file, relative to the scenario file. A picture in grey of 8 or 16 bits, `.png`: a point for each pixel, black the lowest, its upper edge
+    /// at +y. Or a mesh, `.stl`, `.obj` or `.dae`, in metres with z upwards: at each point of the grid its highest place there.
+    pub file: PathBuf,
+    /// Distance between neighbouring points, in metres.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub cell_m: f64,
+    /// How high white is above black, in metres; of a picture alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub height_m: Option<f64>,
+    /// The height of black, or what is added to the heights of a mesh, in metres.
+    #[serde(default)]
+    pub base_m: f64,
+    /// x of the picture's middle, or what is added to the x of a mesh, in metres.
+    #[serde(default)]
+    pub x_m: f64,
+    /// y of the picture's middle, or what is added to the y of a mesh, in metres.
+    #[serde(default)]
+    pub y_m: f64,
+}
+
 /// Who solves the contacts with the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -359,6 +391,7 @@ impl Default for Floor {
             ramps: Vec::new(),
             stairs: Vec::new(),
             rough: None,
+            height_map: None,
             rolling_resistance: None,
             radius_exponent: None,
             creep: None,

@@ -3,13 +3,13 @@
 use ilon_robot::Robot;
 use ilon_trace::{Ground, GroundPatch, GroundRamp, GroundRelief};
 use ilon_world::{Floor, Footing, GroundBox, Relief};
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-use super::roughness;
 use super::surface::Footings;
 use super::timed_patch::TimedPatch;
+use super::{height_map, roughness};
 use crate::Error;
 use crate::scenario::{self, FloorRamp, FloorStairs, Rough, RoughnessClass, Scenario};
 
@@ -19,7 +19,7 @@ const MOST_CELLS: f64 = 500.0;
 /// The floor of a scenario under a robot, with the patches that are there when it begins.
 ///
 /// # Errors
-/// Where a rough floor has too many cells, or fewer than one, or a pair of materials is not named.
+/// Where a rough floor has too many cells, or fewer than one, a height map cannot be read, or a pair of materials is not named.
 pub(super) fn floor(scenario: &Scenario, robot: &Robot) -> Result<Floor, Error> {
     let section = &scenario.world.floor;
     let slope_rad = section.slope_deg.to_radians();
@@ -50,7 +50,7 @@ pub(super) fn floor(scenario: &Scenario, robot: &Robot) -> Result<Floor, Error> 
         slope_rad,
         patches: TimedPatch::those_at(&footings.patches()?, 0.0),
         boxes: boxes.chain(ramps).collect(),
-        relief: section.rough.as_ref().map(relief).transpose()?,
+        relief: uneven(scenario)?.as_ref().map(relief),
         surface,
         materials: footings.materials(),
         footings: footings.each_of(footings.floor()),
@@ -68,7 +68,7 @@ pub(super) fn patches(scenario: &Scenario, robot: &Robot) -> Result<Vec<TimedPat
 /// The ground of a scenario under a robot as a trace keeps it.
 ///
 /// # Errors
-/// Where a pair of materials is not named.
+/// Those of [`floor`].
 pub(super) fn ground(scenario: &Scenario, robot: &Robot) -> Result<Ground, Error> {
     let section = &scenario.world.floor;
     let footings = Footings::new(scenario, robot)?;
@@ -88,7 +88,7 @@ pub(super) fn ground(scenario: &Scenario, robot: &Robot) -> Result<Ground, Error
             .collect(),
         boxes: upright(section).collect(),
         ramps: section.ramps.iter().map(ramp).collect(),
-        relief: section.rough.as_ref().map(drawn).transpose()?,
+        relief: uneven(scenario)?,
     })
 }
 
@@ -139,8 +139,11 @@ fn ramp(ramp: &FloorRamp) -> GroundRamp {
     }
 }
 
-/// The heights of a bumpy ground in metres, row by row: above its lowest possible point, or of a class of roughness about their mean.
+/// The heights of uneven ground in metres, row by row: of a map, of a class of roughness about their mean, or above the lowest possible point.
 pub fn relief_heights_m(relief: &GroundRelief) -> Vec<Vec<f64>> {
+    if let Some(map) = &relief.map {
+        return height_map::heights_m(map, relief.points);
+    }
     if let Some(density_m3) = relief.roughness_m3 {
         return roughness::heights_m(relief.points, relief.cell_m, density_m3, relief.seed);
     }
@@ -151,12 +154,21 @@ pub fn relief_heights_m(relief: &GroundRelief) -> Vec<Vec<f64>> {
         .collect()
 }
 
-fn relief(rough: &Rough) -> Result<Relief, Error> {
-    let drawn = drawn(rough)?;
-    Ok(Relief {
-        cell_m: drawn.cell_m,
-        heights_m: relief_heights_m(&drawn),
-    })
+/// What takes the place of the plane, if something does.
+fn uneven(scenario: &Scenario) -> Result<Option<GroundRelief>, Error> {
+    let section = &scenario.world.floor;
+    let map = section.height_map.as_ref();
+    let map = map.map(|map| height_map::relief(map, scenario));
+    section.rough.as_ref().map(drawn).or(map).transpose()
+}
+
+fn relief(ground: &GroundRelief) -> Relief {
+    let center_m = ground.map.as_ref().map_or([0.0; 2], |map| map.center_m);
+    Relief {
+        cell_m: ground.cell_m,
+        center_m: Vector2::from(center_m),
+        heights_m: relief_heights_m(ground),
+    }
 }
 
 /// What uneven ground is drawn from.
@@ -183,6 +195,7 @@ fn drawn(rough: &Rough) -> Result<GroundRelief, Error> {
         seed: rough.seed,
         height_m: rough.height_m.unwrap_or_default(),
         roughness_m3: rough.iso_8608.map(RoughnessClass::density_m3),
+        map: None,
     })
 }
 

@@ -67,6 +67,7 @@ pub(super) fn header(
         ground: Some(floor::ground(scenario, robot)?),
         bodies: bodies::header(scenario),
         faults: Some(faults::recorded(&scenario.faults, robot)?),
+        announced: resolved.announced().cloned(),
         guidance: pilot
             .follows_reference()
             .then(|| stability::guidance(scenario)),

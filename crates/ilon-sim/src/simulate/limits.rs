@@ -7,6 +7,7 @@ use ilon_control::{
     Kinematics, LimitCause, LimitSettings, Motor, PushSharing, Reference, SpeedLimits,
 };
 use ilon_robot::{Robot, Twist};
+use ilon_trace::Announced;
 use nalgebra::Vector3;
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
@@ -424,13 +425,20 @@ pub(super) fn fastest(
 /// Times at which a motion is looked at.
 const LOOKS: usize = 2000;
 
-/// Of a planned motion that takes more than grip or motors give: when first, how much at most, of which wheel, and of what. Steps of a
-/// speed, which would take any amount, are left to the wheel loops.
-pub(super) fn remark(
+/// A planned motion that takes more than grip or motors give, and for which share of the run.
+#[derive(Clone, Debug)]
+pub(super) struct Beyond {
+    pub announced: Announced,
+    share_of_run: f64,
+}
+
+/// Where a planned motion takes more than grip or motors give: when first, how much at most, of which wheel, and of what. Steps of a speed, which
+/// would take any amount, are left to the wheel loops.
+pub(super) fn beyond(
     scenario: &Scenario,
     (robot, targets): (&Robot, &JointTargets),
     pilot: &Pilot,
-) -> Option<String> {
+) -> Option<Beyond> {
     // What is wrong with a scenario is said elsewhere.
     let mut limiter = Limiter::new(scenario, (robot, targets), 1.0).ok()?;
     let mut beyond: Option<(f64, f64, AccelerationUse)> = None;
@@ -458,21 +466,44 @@ pub(super) fn remark(
             }
         }
     }
-    let (first_s, at_s, worst) = beyond?;
-    let wheel = &limiter.robot.wheels[worst.by.wheel].name;
-    let (of_what, then) = match worst.by.cause {
-        LimitCause::Grip => ("grip on the floor", "it slides"),
-        LimitCause::Motor => ("motor's torque", "the robot falls behind"),
-    };
-    let needs = match worst.share.is_finite() {
-        true => format!("needs {:.0} % of its {of_what}", 100.0 * worst.share),
-        false => format!("needs more than its {of_what}"),
-    };
-    Some(format!(
-        "the motion asks for more than there is for {:.1} % of the run, first at {first_s:.2} s: at {at_s:.2} s wheel `{wheel}` {needs}, so that \
-         {then}; ask for less acceleration",
-        100.0 * f64::from(looks_beyond) / (LOOKS + 1) as f64
-    ))
+    let (from_s, most_at_s, worst) = beyond?;
+    Some(Beyond {
+        announced: Announced {
+            from_s,
+            most_at_s,
+            wheel: worst.by.wheel,
+            of_grip: worst.by.cause == LimitCause::Grip,
+            share: worst.share.is_finite().then_some(worst.share),
+        },
+        share_of_run: f64::from(looks_beyond) / (LOOKS + 1) as f64,
+    })
+}
+
+impl Beyond {
+    /// It in words.
+    pub fn remark(&self, robot: &Robot) -> String {
+        let Announced {
+            from_s,
+            most_at_s,
+            wheel,
+            of_grip,
+            share,
+        } = self.announced;
+        let wheel = &robot.wheels[wheel].name;
+        let (of_what, then) = match of_grip {
+            true => ("grip on the floor", "it slides"),
+            false => ("motor's torque", "the robot falls behind"),
+        };
+        let needs = match share {
+            Some(share) => format!("needs {:.0} % of its {of_what}", 100.0 * share),
+            None => format!("needs more than its {of_what}"),
+        };
+        format!(
+            "the motion asks for more than there is for {:.1} % of the run, first at {from_s:.2} s: at {most_at_s:.2} s wheel `{wheel}` {needs}, so that \
+             {then}; ask for less acceleration",
+            100.0 * self.share_of_run
+        )
+    }
 }
 
 /// The robot with the payloads that are on it when the run begins.

@@ -11,6 +11,7 @@ mod faults;
 mod floor;
 mod fusion;
 mod header;
+mod height_map;
 mod imu;
 mod joint_targets;
 mod limits;

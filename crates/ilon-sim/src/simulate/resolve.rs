@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use ilon_control::{ContactKinematics, Kinematics, Reference};
 use ilon_robot::{Pose, Robot};
+use ilon_trace::Announced;
 use nalgebra::Vector2;
 
 use super::joint_targets::JointTargets;
 use super::pilot::{Idle, Pilot};
 use super::playback::{self, Log, Played};
-use super::{defaults, limits, reference, stability, warnings, wheel_loop};
+use super::{defaults, height_map, limits, reference, stability, warnings, wheel_loop};
 use crate::Error;
 use crate::roller_drag;
 use crate::scenario::{Contacts, Drives, RollerBodies, Scenario, Step};
@@ -25,6 +26,7 @@ pub struct Resolved {
     played: Played,
     joint_targets: JointTargets,
     reference_point_m: Vector2<f64>,
+    announced: Option<Announced>,
     warnings: Vec<String>,
 }
 
@@ -141,12 +143,15 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         let (friction, gravity_m_s2) = (world.floor.friction(), world.gravity_m_s2);
         warnings.extend(roller_drag::remarks(robot, friction, gravity_m_s2));
     }
+    warnings.extend(height_map::remarks(&scenario, robot)?);
     warnings.extend(warnings::of_friction(&scenario));
     warnings.extend(warnings::of_what_comes_too_late(&scenario));
     warnings.extend(warnings::of_heading(&scenario));
-    if let Driver::Guidance = driver {
-        warnings.extend(limits::remark(&scenario, (robot, &joint_targets), &pilot));
-    }
+    let beyond = match driver {
+        Driver::Guidance => limits::beyond(&scenario, (robot, &joint_targets), &pilot),
+        Driver::Own => None,
+    };
+    warnings.extend(beyond.as_ref().map(|beyond| beyond.remark(robot)));
     match pilot.feasibility(scenario.run.duration_s) {
         Some(feasibility) => {
             warnings.extend(warnings::of_feasibility(&feasibility));
@@ -165,6 +170,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         played,
         joint_targets,
         reference_point_m: pilot.reference_point_m(),
+        announced: beyond.map(|beyond| beyond.announced),
         warnings,
     })
 }
@@ -203,6 +209,11 @@ impl Resolved {
     /// Where the servos of joints between bodies are sent.
     pub(super) fn joint_targets(&self) -> &JointTargets {
         &self.joint_targets
+    }
+
+    /// Where its motion asks for more than grip or motors give, as far as that is known beforehand.
+    pub fn announced(&self) -> Option<&Announced> {
+        self.announced.as_ref()
     }
 
     /// The point of the body frame that follows the reference, in metres.

@@ -326,6 +326,47 @@ fn a_motion_that_asks_for_more_than_there_is_is_remarked_before_it_is_run() {
     assert!(ramp(0.125).is_some_and(|line| line.contains("first at 1.0")));
 }
 
+/// What is announced is in the trace, and seen in it: a start with 8 m/s^2 slides on the wheel and from the time that were said.
+#[test]
+fn what_is_announced_stands_in_the_trace_and_is_seen_there() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
+    let ramp = |ramp_s: f64| {
+        let text = format!(
+            "robot.file = \"mecanum4.urdf\"\ntwist = {{ vx_m_s = 1.0, ramp_s = {ramp_s}, rest_s = 0.5, settle_s = 0.0 }}\nrun.duration_s = 1.2\n"
+        );
+        let scenario = Scenario::from_toml(&text, "limits", folder).expect("a scenario");
+        ilon_sim::run(&scenario).expect("it can be run")
+    };
+    assert_eq!(ramp(0.5).trace.header.announced, None);
+    let run = ramp(0.125);
+    let announced = run.trace.header.announced.as_ref().expect("announced");
+    assert!(
+        announced.of_grip && (announced.from_s - 0.5).abs() < 0.01,
+        "{announced:?}"
+    );
+    // Front wheels push m a / (2 sqrt 2), and bear m g / 4 less m a h / (2 L), with the centre of mass h above the ground and axles 0.3 m apart.
+    let robot = Robot::load(format!("{folder}/mecanum4.urdf")).expect("a shipped robot");
+    let height_m = robot.center_of_mass_m().z + robot.ride_height_m();
+    let expected = 8.0 / 8.0_f64.sqrt() / (0.6 * (9.81 / 4.0 - 8.0 * height_m / 0.6));
+    let share = announced.share.expect("a share");
+    // What turns the rollers is a few thousandths of it.
+    assert!((share / expected - 1.0).abs() < 0.01, "{share} {expected}");
+    let slides = |row: usize, wheel: usize| {
+        let sample = &run.trace.wheels_at(row)[wheel];
+        sample.slip_speed_m_s() > 0.005 && sample.friction_used().is_some_and(|used| used > 0.95)
+    };
+    let records = run.trace.records();
+    let rows = 0..records.len();
+    let first = rows
+        .clone()
+        .find(|row| (0..4).any(|wheel| slides(*row, wheel)));
+    let first_s = records[first.expect("it slides")].t_s;
+    // The wheel loops take some hundredths of a second to ask for it.
+    assert!((first_s - announced.from_s).abs() < 0.06, "{first_s}");
+    let mut soon = rows.filter(|row| (first_s..first_s + 0.02).contains(&records[*row].t_s));
+    assert!(soon.any(|row| slides(row, announced.wheel)));
+}
+
 /// A lap time follows the square root of the friction, but for the wheels' rates: of a tenth of it 3.2 times as long.
 #[test]
 fn a_path_is_timed_by_its_floor() {

@@ -9,6 +9,7 @@ use crate::contact::handover::{leave_out_handed_over, leave_out_higher};
 use crate::contact::nearest::{Nearest, Piece, PlacedBarrel, keep_nearest_of_surface};
 use crate::contact::reaction::{Member, Part, Partner};
 use crate::contact::scene::Scene;
+use crate::contact::thinning::thin;
 use crate::contact::turned_profile::PlacedProfile;
 use crate::robot::roller::RollerState;
 use crate::robot::state::State;
@@ -60,6 +61,11 @@ impl Scene<'_> {
                 gap_ahead_m: gap_m,
             });
         });
+        thin(
+            found,
+            self.middle.floor_from_chassis(),
+            2.0 * self.scale.length_m,
+        );
     }
 
     /// What a place of a joint's link, or of the chassis, gains in velocity over the step because it turns on, in m/s. It is given as it is in the middle
@@ -172,7 +178,11 @@ impl Scene<'_> {
                 continue;
             }
             room.nearest.clear();
+            let reach_m = roller.bounding_radius_m + within_gap_m;
             for (number, piece) in room.pieces.iter().enumerate() {
+                if piece.foot(&placed.center_m).distance_m > reach_m {
+                    continue;
+                }
                 let nearest = placed.nearest_to(piece);
                 if nearest.gap_m < within_gap_m {
                     room.nearest.push((number, nearest));

@@ -361,21 +361,27 @@ impl PlacedBarrel<'_> {
 /// nearer still right beside it: then nothing can touch at the seam, and a contact there would push along a normal that
 /// the surface does not have. So a place goes where another piece holds it too and is nearer to the sphere; of equals one
 /// stays. `places` has the index of each place's piece.
+///
+/// Along a roller too: a barrel that lies across the seam of two pieces in one plane is nearest to the one that its lowest place is not above right
+/// over the seam, as near as the other is there. But the distance to the other is convex along the roller and least elsewhere, so that what would touch at
+/// the seam touches there first.
 pub(crate) fn keep_nearest_of_surface(places: &mut Vec<(usize, Nearest)>, pieces: &[Piece]) {
     if places.len() < 2 {
         return;
     }
     /// Two pieces are equally near to what f64 makes of it.
     const SAME_DISTANCE_M: f64 = 1e-12;
-    let nearer = |&(own, nearest): &(usize, Nearest), other: usize| {
+    let nearer = |&(own, nearest): &(usize, Nearest), &(other, beside): &(usize, Nearest)| {
         if other == own || !pieces[other].holds(&nearest.place_m) {
             return false;
         }
         let own_m = pieces[own].foot(&nearest.sphere_m).distance_m;
         let other_m = pieces[other].foot(&nearest.sphere_m).distance_m;
-        other_m < own_m - SAME_DISTANCE_M || other < own && other_m < own_m + SAME_DISTANCE_M
+        let is_least_elsewhere = beside.corner.is_none() && !pieces[own].holds(&beside.place_m);
+        let of_equals = is_least_elsewhere || other < own;
+        other_m < own_m - SAME_DISTANCE_M || of_equals && other_m < own_m + SAME_DISTANCE_M
     };
     // Whoever is nearer is itself among the places: it touches where this one would, or deeper.
-    let others: Vec<usize> = places.iter().map(|(piece, _)| *piece).collect();
-    places.retain(|place| !others.iter().any(|&other| nearer(place, other)));
+    let others = places.clone();
+    places.retain(|place| !others.iter().any(|other| nearer(place, other)));
 }

@@ -61,12 +61,14 @@ pub struct GroundBox {
     pub pitch_rad: f64,
 }
 
-/// A rough surface: heights on a square grid around the world's origin.
+/// A rough surface: heights on a grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Relief {
     /// Distance between neighbouring heights, in metres, > 0.
     pub cell_m: f64,
-    /// Heights above the plane in metres: row by row from -y to +y, in each row from -x to +x. Square, at least 2 x 2.
+    /// The middle of the grid in the world, in metres.
+    pub center_m: Vector2<f64>,
+    /// Heights above the plane in metres: row by row from -y to +y, in each row from -x to +x. Rows of one length, at least 2 x 2.
     pub heights_m: Vec<Vec<f64>>,
 }
 
@@ -147,13 +149,15 @@ impl Floor {
             if !(relief.cell_m.is_finite() && relief.cell_m > 0.0) {
                 return setting("cell_m", relief.cell_m, "finite and above 0");
             }
-            let rows = relief.heights_m.len();
-            if rows < 2 || relief.heights_m.iter().any(|row| row.len() != rows) {
-                return setting(
-                    "heights_m",
-                    rows as f64,
-                    "a square grid of at least 2 x 2 heights",
-                );
+            let [columns, rows] = relief.points();
+            let is_grid = relief.heights_m.iter().all(|row| row.len() == columns);
+            if rows < 2 || columns < 2 || !is_grid {
+                let range = "a grid of at least 2 x 2 heights";
+                return setting("heights_m", rows as f64, range);
+            }
+            let middle = relief.center_m.iter();
+            if let Some(bad) = middle.copied().find(|m| !m.is_finite()) {
+                return setting("center_m", bad, "finite");
             }
             let heights = relief.heights_m.iter().flatten();
             if let Some(bad) = heights.copied().find(|h| !h.is_finite()) {
@@ -180,8 +184,9 @@ impl Floor {
         let upright =
             UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
         let relief = self.relief.iter().map(|relief| {
+            let at_m = relief.center_m.push(0.0);
             (
-                Isometry3::from_parts(Translation3::identity(), upright),
+                Isometry3::from_parts(Translation3::from(at_m), upright),
                 relief.shape(),
             )
         });
@@ -209,17 +214,42 @@ impl GroundBox {
 }
 
 impl Relief {
-    /// Length of the square's side, in metres.
-    fn side_m(&self) -> f64 {
-        self.cell_m * (self.heights_m.len() - 1) as f64
+    /// How many heights there are along x and along y.
+    fn points(&self) -> [usize; 2] {
+        [
+            self.heights_m.first().map_or(0, Vec::len),
+            self.heights_m.len(),
+        ]
+    }
+
+    /// Its lengths along x and y, in metres.
+    fn sides_m(&self) -> Vector2<f64> {
+        let sides = self.points().map(|points| (points - 1) as f64);
+        self.cell_m * Vector2::from(sides)
+    }
+
+    /// Its corner at the least x and y, in metres.
+    fn corner_m(&self) -> Vector2<f64> {
+        self.center_m - 0.5 * self.sides_m()
+    }
+
+    /// The point of the grid that a place is next to, in metres.
+    pub(super) fn point_near_m(&self, place_m: &Vector3<f64>) -> Vector3<f64> {
+        let corner_m = self.corner_m();
+        let index = |axis: usize| {
+            let cells = (place_m[axis] - corner_m[axis]) / self.cell_m;
+            (cells.round().max(0.0) as usize).min(self.points()[axis] - 1)
+        };
+        let (column, row) = (index(0), index(1));
+        let at_m = corner_m + self.cell_m * Vector2::new(column as f64, row as f64);
+        at_m.push(self.heights_m[row][column])
     }
 
     /// The highest point within a circle around a place, in metres; `None` where the circle misses the relief.
     fn highest_m(&self, center_m: Vector2<f64>, radius_m: f64) -> Option<f64> {
-        let half_m = 0.5 * self.side_m();
+        let corner_m = self.corner_m();
         let is_near = |row: usize, column: usize| {
-            let at = Vector2::new(column as f64, row as f64) * self.cell_m
-                - Vector2::new(half_m, half_m);
+            let at = corner_m + Vector2::new(column as f64, row as f64) * self.cell_m;
             (at - center_m).norm() <= radius_m + self.cell_m
         };
         let rows = self.heights_m.iter().enumerate();
@@ -231,19 +261,19 @@ impl Relief {
     }
 
     fn shape(&self) -> SharedShape {
-        let n = self.heights_m.len();
+        let [columns, rows] = self.points();
         // parry counts rows along its z, which is our -y.
         let heights = Array2::new(
-            n,
-            n,
-            (0..n * n)
-                .map(|i| self.heights_m[n - 1 - i % n][i / n] as Real)
+            rows,
+            columns,
+            (0..rows * columns)
+                .map(|i| self.heights_m[rows - 1 - i % rows][i / rows] as Real)
                 .collect(),
         );
-        let side = self.side_m() as Real;
+        let sides = self.sides_m();
         SharedShape::new(HeightField::with_flags(
             heights,
-            Vector::new(side, 1.0, side),
+            Vector::new(sides.x as Real, 1.0, sides.y as Real),
             HeightFieldFlags::FIX_INTERNAL_EDGES,
         ))
     }

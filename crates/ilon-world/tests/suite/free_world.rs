@@ -292,6 +292,7 @@ fn on_rough_ground_bodies_stand_on_what_is_beneath() {
     let floor = Floor {
         relief: Some(Relief {
             cell_m: 0.1,
+            center_m: Default::default(),
             heights_m,
         }),
         ..Floor::default()

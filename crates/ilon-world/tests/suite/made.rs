@@ -325,6 +325,7 @@ fn cylinders_drive_over_bumps_as_barrels_do() {
     let bump = |i: usize| 0.002 * ((i * 7919 + i * i * 31) % 101) as f64 / 100.0;
     let relief = Relief {
         cell_m: 0.02,
+        center_m: Default::default(),
         heights_m: (0..size)
             .map(|row| (0..size).map(|column| bump(row * size + column)).collect())
             .collect(),

@@ -2,6 +2,7 @@
 
 mod axles;
 mod bodies;
+mod chassis_on_relief;
 mod disturbances;
 mod free;
 mod free_world;

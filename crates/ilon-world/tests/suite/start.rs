@@ -102,6 +102,7 @@ fn on_bumps_the_first_wheel_touches_and_none_is_inside() {
     let floor = Floor {
         relief: Some(Relief {
             cell_m: 0.03,
+            center_m: Default::default(),
             heights_m,
         }),
         ..Floor::default()

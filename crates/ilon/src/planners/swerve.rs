@@ -175,8 +175,15 @@ fn force_within_n(
 fn reach_m(robot: &Robot, way: &Vector3<f64>) -> f64 {
     let chassis = robot.chassis.collisions.iter().map(|c| c.reach_m(way));
     let wheels = robot.wheels.iter().map(|wheel| {
-        let axis = wheel.axis().dot(&way.xy());
-        wheel.position_m().dot(way) + wheel.radius_m * (1.0 - axis * axis).max(0.0).sqrt()
+        let along = wheel.axis().dot(&way.xy()).abs();
+        let across = (1.0 - along * along).max(0.0).sqrt();
+        let half_widths_m = wheel.rollers.iter().map(|roller| {
+            let lies = roller.axis_in_hub.z.abs();
+            let round = (1.0 - lies * lies).max(0.0).sqrt();
+            roller.center_in_hub_m.z.abs() + 0.5 * roller.length_m * lies + roller.radius_m * round
+        });
+        let half_width_m = half_widths_m.fold(0.0, f64::max);
+        wheel.position_m().dot(way) + wheel.radius_m * across + half_width_m * along
     });
     chassis.chain(wheels).fold(0.0, f64::max)
 }

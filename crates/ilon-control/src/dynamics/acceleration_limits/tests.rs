@@ -3,8 +3,8 @@ use std::f64::consts::{FRAC_PI_2, SQRT_2};
 use ilon_robot::MotorLimits;
 
 use super::*;
-use crate::MotorCurve;
 use crate::fixtures::{mecanum4, six_wheels, volksbot};
+use crate::{DynamicModel, MotorCurve};
 
 const FRICTION: f64 = 0.6;
 
@@ -68,6 +68,57 @@ fn with_equal_loops_the_wheels_that_are_relieved_slide_first() {
         assert!(relieved.contains(&found.wheel), "{found:?}");
         assert_eq!(found.cause, LimitCause::Grip);
     }
+}
+
+/// Bushings hold a mecanum robot sideways with sqrt(2) mu a / r of its weight, whatever the loads, and ahead with nothing: motors that are short lose so
+/// much of the acceleration, and where a floor cannot turn the rollers any more there is none.
+#[test]
+fn friction_on_axles_takes_its_share_of_the_load() {
+    let plain = mecanum4();
+    let on_axles = |friction: f64| {
+        let mut robot = mecanum4();
+        for wheel in &mut robot.wheels {
+            wheel.surface.axle_friction = friction;
+            wheel.surface.axle_radius_m = 2e-3;
+        }
+        robot
+    };
+    let model = DynamicModel::new(&plain).unwrap();
+    let r = model.kinematics().rate_matrix();
+    let moving_kg = (r.transpose() * model.inertia() * r)[(1, 1)];
+    let radius_m = plain.wheels[0].rollers[0].radius_m;
+    let weak = motors(4, 0.3);
+    for sharing in [PushSharing::EqualLoops, PushSharing::ByGrip] {
+        let mut settings = settings(sharing);
+        settings.friction = 5.0;
+        let largest = |robot: &Robot, angle_rad: f64| {
+            let direction = towards(angle_rad);
+            let mut limits = AccelerationLimits::new(robot, &settings).unwrap();
+            let found = limits
+                .along(direction, direction.scaled(0.1), &weak)
+                .unwrap();
+            assert_eq!(found.cause, LimitCause::Motor, "{found:?}");
+            found.largest
+        };
+        let bushed = on_axles(0.2);
+        let lost = largest(&plain, FRAC_PI_2) - largest(&bushed, FRAC_PI_2);
+        let expected = SQRT_2 * 0.2 * 2e-3 / radius_m * plain.mass_kg() * 9.81 / moving_kg;
+        // Halving ends at a billionth of what there is.
+        assert!(
+            (lost / expected - 1.0).abs() < 1e-6,
+            "{sharing:?}: {lost} {expected}"
+        );
+        let ahead = largest(&plain, 0.0) - largest(&bushed, 0.0);
+        assert!(ahead.abs() < 1e-6 * expected, "{sharing:?}: {ahead}");
+    }
+    // mu a = 0.6 r: the floor's friction of 0.6 is just taken by the rollers.
+    let stuck = on_axles(1.01 * FRICTION * radius_m / 2e-3);
+    let mut limits = AccelerationLimits::new(&stuck, &settings(PushSharing::EqualLoops)).unwrap();
+    let left = towards(FRAC_PI_2);
+    let found = limits
+        .along(left, left.scaled(0.1), &motors(4, 1e3))
+        .unwrap();
+    assert_eq!((found.largest, found.cause), (0.0, LimitCause::Grip));
 }
 
 /// By grip the rear wheels push what the front ones cannot: sqrt 2 mu times half the weight in all, whatever the height.

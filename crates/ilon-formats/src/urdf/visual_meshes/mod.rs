@@ -6,7 +6,7 @@ mod coarse;
 mod soup;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
@@ -14,6 +14,7 @@ use roxmltree::{Document, Node};
 
 use super::mesh::Meshes;
 use super::source::child;
+use crate::files::FileAccess;
 use crate::model::{Looks, Mesh};
 
 /// The most triangles of all meshes of a robot together: about 200 kB of a page.
@@ -22,6 +23,14 @@ const MOST_TRIANGLES: usize = 16_000;
 const MOST_FILES: usize = 200;
 /// The most triangles that are read of all files together, before they are made fewer.
 const MOST_READ: usize = 3_000_000;
+
+/// The triangles of a mesh file, `.stl`, `.obj` or `.dae`: three corners each, as the file counts, all finite.
+///
+/// # Errors
+/// Why it cannot be read, in words.
+pub fn mesh_triangles(path: &Path, files: &FileAccess) -> Result<Vec<[[f32; 3]; 3]>, String> {
+    soup::read(path, files)
+}
 
 /// Reads the meshes of a URDF. Rollers are left out: they are drawn by their exact outlines.
 pub(crate) fn read(text: &str, meshes: &Meshes, rollers: &BTreeSet<&str>) -> Looks {

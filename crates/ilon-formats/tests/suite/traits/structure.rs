@@ -199,6 +199,62 @@ fn a_chassis_below_the_floor_is_told() {
     assert!((deep_mm - 20.0).abs() < 1e-9);
 }
 
+/// The box's lower side at a clearance, over which the same box at twice the height stands: of two shapes the lower one is named.
+#[test_case(-0.2e-3, "0.200 mm below"; "within what a file is rounded by")]
+#[test_case(0.0, "0.000 mm above"; "on it")]
+#[test_case(0.02e-3, "0.020 mm above"; "nearly")]
+#[test_case(2e-3, ""; "above")]
+fn a_chassis_that_touches_the_floor_at_rest_is_remarked(clearance_m: f64, words: &str) {
+    let height_m = 0.05 + clearance_m;
+    let spec = SPEC.replace("[0.0, 0.0, 0.06]", &format!("[0.01, 0.02, {height_m}]"));
+    let text = generate(&Spec::from_toml_str(&spec, "low.toml").expect("good")).expect("in range");
+    let robot = Robot::from_urdf_str(&text, "low.urdf").expect("it loads");
+    let said = robot
+        .remarks
+        .iter()
+        .find(|r| r.text.contains("touches the floor"));
+    assert_eq!(said.is_some(), !words.is_empty(), "{said:?}");
+    if let Some(remark) = said {
+        assert!(
+            remark.text.contains(words) && remark.text.contains("x = 0.010 m, y = 0.020 m"),
+            "{remark}"
+        );
+    }
+}
+
+/// A chain of links as files that are made by programs have it: twice as many links take about twice as long, where each joint was held against
+/// all above it. In steps of one link a minute is what that took.
+#[test]
+fn a_long_chain_of_fixed_links_ends_soon() {
+    const LINKS: usize = 60_000;
+    let mut chain = String::new();
+    let mut above = "base_link".to_owned();
+    for k in 0..LINKS {
+        chain += &format!(
+            "<link name=\"c{k}\"/><joint name=\"cj{k}\" type=\"fixed\"><parent link=\"{above}\"/><child link=\"c{k}\"/></joint>"
+        );
+        above = format!("c{k}");
+    }
+    let text = small().replace("</robot>", &format!("{chain}</robot>"));
+    let begun = std::time::Instant::now();
+    let robot = Robot::from_urdf_str(&text, "chain.urdf").expect("it loads");
+    assert_eq!(robot.wheels.len(), 3);
+    let took = begun.elapsed().as_secs_f64();
+    println!("{LINKS} links in {took:.2} s");
+    assert!(took < 20.0, "{took} s");
+}
+
+#[test]
+fn a_declaration_that_comes_late_is_told_how_to_mend() {
+    let error = Robot::from_urdf_str(
+        "\n<!-- by me -->\n<?xml version=\"1.0\"?>\n<robot name=\"a\"/>",
+        "late.urdf",
+    )
+    .unwrap_err();
+    let help = error.help();
+    assert!(help.contains("stands at the very beginning"), "{help}");
+}
+
 #[test]
 fn steered_wheels_are_told_apart_from_swedish_ones() {
     let mut text = String::from("<robot name=\"r\"><link name=\"base\"/>");

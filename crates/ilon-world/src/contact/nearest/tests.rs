@@ -213,3 +213,53 @@ fn the_outline_of_a_turning_wheel_is_round_on_every_flat_ground() {
         }
     }
 }
+
+/// A plane of small triangles is a plane: a barrel that lies across their seams touches once, where it touches the plane.
+#[test]
+fn across_seams_in_one_plane_a_roller_touches_once() {
+    let barrel = barrel();
+    let mut pieces = Vec::new();
+    for row in -8..8 {
+        for column in -8..8 {
+            let corner = |i: i32, j: i32| {
+                0.01 * Vector3::new(f64::from(column + i), f64::from(row + j), 0.0)
+            };
+            for corners_m in [
+                [corner(0, 0), corner(1, 0), corner(1, 1)],
+                [corner(0, 0), corner(1, 1), corner(0, 1)],
+            ] {
+                pieces.push(Piece::Triangle(
+                    Triangle::new(corners_m, &Vector3::z()).unwrap(),
+                ));
+            }
+        }
+    }
+    for index in 0..400 {
+        let turned = f64::from(index);
+        // Anywhere, and a hair beside a seam: from 1e-14 m to a tenth of a millimetre.
+        let x_m = match index % 2 {
+            0 => 3e-3 * turned.sin(),
+            _ => 10.0_f64.powi(-4 - index % 11) * turned.sin(),
+        };
+        let at = Translation3::new(x_m, 7e-3 * (2.3 * turned).cos(), 0.0119);
+        let lies = UnitQuaternion::from_euler_angles(
+            std::f64::consts::FRAC_PI_2 + 0.02 * (1.7 * turned).sin(),
+            0.0,
+            turned,
+        );
+        let placed = placed(&barrel, &Isometry3::from_parts(at, lies));
+        let on_plane = placed.nearest_to(&Piece::Plane);
+        let mut places: Vec<(usize, Nearest)> = pieces
+            .iter()
+            .enumerate()
+            .map(|(number, piece)| (number, placed.nearest_to(piece)))
+            .filter(|(_, nearest)| nearest.gap_m < 1e-3)
+            .collect();
+        assert!(places.len() > 1);
+        keep_nearest_of_surface(&mut places, &pieces);
+        assert_eq!(places.len(), 1, "{index}: {places:?}");
+        let found = places[0].1;
+        assert!((found.gap_m - on_plane.gap_m).abs() < EXACT_M);
+        assert!((found.place_m - on_plane.place_m).norm() < 1e-7, "{index}");
+    }
+}

@@ -115,6 +115,7 @@ pub fn bumps(seed: u64) -> Floor {
     Floor {
         relief: Some(Relief {
             cell_m: 0.05,
+            center_m: Default::default(),
             heights_m,
         }),
         ..Floor::default()

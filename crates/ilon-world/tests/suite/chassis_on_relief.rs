@@ -1,0 +1,80 @@
+//! A chassis that lies on ground of many small faces: thousands of places, of which a few carry it.
+
+use crate::support;
+
+use ilon_robot::{Collision, CollisionShape, Pose, Robot};
+use ilon_world::{Floor, Relief, Settings, World};
+use nalgebra::{Isometry3, Vector3};
+use support::mecanum4;
+
+/// A robot whose chassis is a box of 0.3 m x 0.16 m, 30 mm above the ground.
+fn low() -> Robot {
+    let mut robot = mecanum4();
+    robot.chassis.collisions = vec![Collision {
+        body_from_shape: Isometry3::translation(0.0, 0.0, 0.05),
+        shape: CollisionShape::Box {
+            half_extents_m: Vector3::new(0.15, 0.08, 0.02),
+        },
+    }];
+    robot
+}
+
+/// Level ground with a bank of 50 mm between the wheels, from some x to some other, in cells of 5 mm.
+fn bank(x_m: [f64; 2]) -> Floor {
+    let points = 121;
+    let at_m = |index: usize| 0.005 * (index as f64 - 60.0);
+    let height_m = |row: usize, column: usize| {
+        let inside = (x_m[0]..=x_m[1]).contains(&at_m(column)) && at_m(row).abs() < 0.07;
+        if inside { 0.05 } else { 0.0 }
+    };
+    Floor {
+        relief: Some(Relief {
+            cell_m: 0.005,
+            center_m: Default::default(),
+            heights_m: (0..points)
+                .map(|row| (0..points).map(|column| height_m(row, column)).collect())
+                .collect(),
+        }),
+        ..Floor::default()
+    }
+}
+
+fn settled(floor: &Floor) -> World {
+    let settings = Settings {
+        dt_s: 2e-3,
+        ..Settings::default()
+    };
+    let mut world = World::new(&low(), floor, Pose::default(), &settings).unwrap();
+    while world.time_s() < 0.4 {
+        world.step();
+    }
+    world
+}
+
+/// 28 x 57 cells of two faces each, under the middle of the robot.
+#[test]
+fn a_bank_of_small_cells_carries_a_chassis() {
+    let world = settled(&bank([-0.14, 0.14]));
+    let robot = world.robot();
+    let state = robot.state();
+    let weight_n = low().mass_kg() * 9.81;
+    let carried_n = robot.support().chassis_n;
+    println!("{carried_n} N of {weight_n} N, {state:?}");
+    // The last of the settling: a hundredth of the weight would move it by a tenth of a millimetre in the time.
+    assert!((carried_n / weight_n - 1.0).abs() < 1e-2, "{carried_n}");
+    assert!((state.height_m - 0.02).abs() < 1e-4, "{}", state.height_m);
+    assert!(state.pitch_rad.abs() < 1e-4 && state.roll_rad.abs() < 1e-4);
+}
+
+/// A bank that ends 20 mm before the middle lets the robot tip onto its front wheels, one that ends 20 mm behind it does not. A robot that turns
+/// about the edge of the bank falls by m g s = (I + m s^2) phi'', tenths of a radian in the time.
+#[test]
+fn a_chassis_tips_over_the_edge_of_a_bank_and_not_before() {
+    let holds = settled(&bank([-0.14, 0.02]));
+    let pitch_rad = holds.robot().state().pitch_rad;
+    assert!(pitch_rad.abs() < 1e-3, "{pitch_rad}");
+    let tips = settled(&bank([-0.14, -0.02]));
+    let pitch_rad = tips.robot().state().pitch_rad;
+    assert!(pitch_rad > 0.03, "{pitch_rad}");
+    assert!(tips.robot().support().wheels_n > 1.0);
+}
