@@ -45,7 +45,7 @@ pub(crate) fn evaluate(
     };
     // A fault of ilon's own in one run shall not cost the others.
     let simulated = catch_unwind(AssertUnwindSafe(|| match study.file().physics {
-        true => simulate(study, task, stop, &mut row.key).map(Came::Run),
+        true => simulate(study, task, stop, &mut row.key).map(|run| Came::Run(Box::new(run))),
         false => look_at(study, task, &mut row.key).map(Came::Design),
     }));
     let simulated = match simulated {
@@ -78,7 +78,7 @@ pub(crate) fn evaluate(
             row.status = Status::Done;
             row.trace_hash = Some(finished.run.summary.trace_hash.clone());
             row.figures = figures_of(&finished.run.summary);
-            Ok((row, Some(finished)))
+            Ok((row, Some(*finished)))
         }
     }
 }
@@ -86,7 +86,7 @@ pub(crate) fn evaluate(
 /// What came of a task.
 enum Came {
     /// A run.
-    Run(Finished),
+    Run(Box<Finished>),
     /// What is known of its robot without one.
     Design(Box<Summary>),
 }
