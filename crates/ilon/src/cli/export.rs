@@ -117,7 +117,7 @@ fn planar_base(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 /// Writes the FMU, once it is known that what is in it can be run.
-fn fmu(path: &PathBuf, arguments: &Arguments) -> Result<Outcome, Failure> {
+fn fmu(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
     let library = match &arguments.library {
         Some(library) => library.clone(),
         None => beside_this_command()?,
@@ -126,7 +126,7 @@ fn fmu(path: &PathBuf, arguments: &Arguments) -> Result<Outcome, Failure> {
         Some(out) => out.clone(),
         None => named_after(path, ".fmu"),
     };
-    let _claim = reserve::file(&out, "--out", &[path.clone(), library.clone()])?;
+    let _claim = reserve::file(&out, "--out", &[path.to_path_buf(), library.clone()])?;
     let settings = &arguments.settings.settings;
     let files = arguments.sandbox.files()?;
     let bytes = ilon_fmi::package(path, settings, &files, &library)?;
