@@ -6,8 +6,10 @@ use ilon_control::{Gain, Guidance, GuidanceSettings, Priority, Reference, Satura
 use ilon_formats::Loaded;
 use ilon_robot::{Looks, Pose, Robot, Twist, roll_pitch_yaw};
 use ilon_scene::{Contact, Description, Frame, WheelFrame, shapes_of_bodies};
-use ilon_sim::Scenario;
-use ilon_sim::simulate::{Decided, Driver, Plant, Recorder, WheelCommand, load, resolve_for};
+use ilon_sim::simulate::{
+    Decided, Driver, Plant, Recorder, WheelCommand, guidance, load, resolve_for,
+};
+use ilon_sim::{Scenario, scenario};
 use ilon_trace::{Header, Record, WheelSample};
 use serde::Serialize;
 
@@ -25,7 +27,9 @@ pub struct Session {
     guidance: Guidance,
     /// Follows a commanded twist, by the body's origin.
     by_hand: Guidance,
-    settings: GuidanceSettings,
+    /// How the guidance is set now.
+    section: scenario::Guidance,
+    wheel_rate_limit_rad_s: f64,
     reference: Option<Reference>,
     priority: Priority,
     position_gain_per_s: f64,
@@ -94,10 +98,11 @@ impl Session {
         let scenario = resolved.scenario();
         let section = &scenario.guidance;
         let priority: Priority = section.priority.into();
-        let settings = GuidanceSettings {
+        let wheel_rate_limit_rad_s = resolved.wheel_rate_limit_rad_s();
+        let by_hand = GuidanceSettings {
             position_gain: Gain::Scalar(section.position_gain_per_s),
             heading_gain: section.heading_gain_per_s,
-            wheel_rate_limit_rad_s: resolved.wheel_rate_limit_rad_s(),
+            wheel_rate_limit_rad_s,
             saturation: Saturation::Prioritised(priority),
         };
         let plant = Plant::new(&resolved, &robot)?;
@@ -109,13 +114,14 @@ impl Session {
             urdf,
             looks,
             plant,
-            guidance: Guidance::new(kinematics.about(resolved.reference_point_m())?, &settings)?,
-            by_hand: Guidance::new(kinematics, &settings)?,
+            guidance: guidance(section, kinematics.about(resolved.reference_point_m())?)?,
+            by_hand: Guidance::new(kinematics, &by_hand)?,
             reference: resolved.reference().cloned(),
             priority,
             position_gain_per_s: section.position_gain_per_s,
             heading_gain_per_s: section.heading_gain_per_s,
-            settings,
+            section: section.clone(),
+            wheel_rate_limit_rad_s,
             friction,
             payload_kg: 0.0,
             control_dt_s: resolved.control_dt_s(),
@@ -328,7 +334,7 @@ impl Session {
             ));
             return self.follow_twist(Twist::default());
         }
-        let most_rad_s = self.settings.wheel_rate_limit_rad_s;
+        let most_rad_s = self.wheel_rate_limit_rad_s;
         for (wheel, asked) in rates_rad_s.iter().enumerate() {
             let taken = asked.clamp(-most_rad_s, most_rad_s);
             if taken != *asked {
@@ -357,13 +363,24 @@ impl Session {
             .heading_gain_per_s
             .unwrap_or(self.heading_gain_per_s);
         if (wanted, [position, heading]) != (self.priority, self.gains_per_s()) {
+            let section = &mut self.section;
+            if wanted != self.priority {
+                // Who goes first is said anew, and with it that the other gives way.
+                section.priority = match wanted {
+                    Priority::Position => scenario::Priority::Position,
+                    Priority::Heading => scenario::Priority::Heading,
+                };
+                section.saturation = scenario::Saturation::Prioritised;
+                section.tasks.clear();
+            }
+            if position != self.position_gain_per_s {
+                section.position_gain_matrix_per_s = None;
+            }
+            (section.position_gain_per_s, section.heading_gain_per_s) = (position, heading);
             self.priority = wanted;
             (self.position_gain_per_s, self.heading_gain_per_s) = (position, heading);
-            self.settings.saturation = Saturation::Prioritised(wanted);
-            self.settings.position_gain = Gain::Scalar(position);
-            self.settings.heading_gain = heading;
             let kinematics = self.guidance.kinematics().clone();
-            self.guidance = Guidance::new(kinematics, &self.settings)?;
+            self.guidance = guidance(&self.section, kinematics)?;
         }
         if controls.payload_kg != self.payload_kg {
             self.payload_kg = controls.payload_kg;

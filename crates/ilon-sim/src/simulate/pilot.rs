@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use ilon_control::{
-    Command, ContactKinematics, Desired, Feasibility, Gain, Guidance, GuidanceSettings,
-    GuidanceTask, Kinematics, Reference, Task, TaskShare,
+    Command, ContactKinematics, Desired, Feasibility, Guidance, Kinematics, Reference, Task,
+    TaskShare,
 };
 use ilon_robot::{Pose, Robot, Twist, wrap_angle};
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::Vector2;
 
 use super::command::{Commanded, Decided, WheelCommand};
+use super::guidance::guidance;
 use super::playback::{Asked, Log, Placing};
 use super::sensors::Seen;
 use super::twist_profile::TwistProfile;
@@ -103,24 +104,7 @@ impl Pilot {
         controller: Option<Box<dyn Controller>>,
     ) -> Result<Self, Error> {
         let section = &scenario.guidance;
-        let priority = section.priority.into();
         let wheel_count = kinematics.wheel_count();
-        let settings = GuidanceSettings {
-            position_gain: match section.position_gain_matrix_per_s {
-                Some([[xx, xy], [yx, yy]]) => Gain::Matrix(Matrix2::new(xx, xy, yx, yy)),
-                None => Gain::Scalar(section.position_gain_per_s),
-            },
-            heading_gain: section.heading_gain_per_s,
-            wheel_rate_limit_rad_s: section.wheel_rate_limit_rad_s.unwrap_or(f64::INFINITY),
-            saturation: match section.saturation {
-                scenario::Saturation::Prioritised => {
-                    ilon_control::Saturation::Prioritised(priority)
-                }
-                scenario::Saturation::Clip => ilon_control::Saturation::Clip,
-                scenario::Saturation::Scale => ilon_control::Saturation::Scale,
-                scenario::Saturation::None => ilon_control::Saturation::None,
-            },
-        };
         let tracked = tracked.map(Box::new);
         let twist = scenario.twist.clone().unwrap_or_default();
         let motion = match (controller, tracked, &log) {
@@ -137,20 +121,7 @@ impl Pilot {
         };
         Ok(Self {
             motion,
-            guidance: {
-                let mut guidance = Guidance::new(kinematics, &settings)?;
-                if !section.wheel_rate_limits_rad_s.is_empty() {
-                    guidance = guidance.with_wheel_limits(&section.wheel_rate_limits_rad_s)?;
-                }
-                if !section.tasks.is_empty() {
-                    let tasks: Vec<_> = section.tasks.iter().map(task).collect();
-                    guidance = guidance.with_tasks(&tasks)?;
-                }
-                match section.capacity_rad_s {
-                    Some(capacity_rad_s) => guidance.with_capacity(capacity_rad_s)?,
-                    None => guidance,
-                }
-            },
+            guidance: guidance(section, kinematics)?,
             contact: match section.kinematics {
                 scenario::Kinematics::Ideal => None,
                 scenario::Kinematics::Contact => Some(contact_kinematics),
@@ -404,29 +375,6 @@ impl Pilot {
             }
             Planned::Twist(_) | Planned::Log(_) | Planned::Own(..) => None,
         }
-    }
-}
-
-/// A task of a scenario, for the guidance.
-fn task(task: &scenario::Task) -> GuidanceTask {
-    match *task {
-        scenario::Task::PositionFeedforward => GuidanceTask::PositionFeedforward,
-        scenario::Task::PositionFeedback => GuidanceTask::PositionFeedback,
-        scenario::Task::HeadingFeedforward => GuidanceTask::HeadingFeedforward,
-        scenario::Task::HeadingFeedback => GuidanceTask::HeadingFeedback,
-        scenario::Task::Face {
-            x_m,
-            y_m,
-            gain_per_s,
-        } => GuidanceTask::Face {
-            point_m: Vector2::new(x_m, y_m),
-            gain_per_s,
-        },
-        scenario::Task::Twist {
-            vx_m_s,
-            vy_m_s,
-            omega_rad_s,
-        } => GuidanceTask::Twist(Twist::new(vx_m_s, vy_m_s, omega_rad_s)),
     }
 }
 

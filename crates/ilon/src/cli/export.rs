@@ -126,7 +126,7 @@ fn fmu(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
         Some(out) => out.clone(),
         None => named_after(path, ".fmu"),
     };
-    let _claim = reserve::file(&out, "--out", &[path.to_owned(), library.clone()])?;
+    let _claim = reserve::file(&out, "--out", &[path.to_path_buf(), library.clone()])?;
     let settings = &arguments.settings.settings;
     let files = arguments.sandbox.files()?;
     let bytes = ilon_fmi::package(path, settings, &files, &library)?;
