@@ -31,8 +31,8 @@ pub(crate) struct Ground {
     footings: Vec<Footing>,
     patches: Vec<Patch>,
     solids: Vec<Solid>,
-    /// The grid of the height field among them, in f64.
-    relief: Option<Arc<Relief>>,
+    /// The height field among them in f64, and its highest point, in metres.
+    relief: Option<(Arc<Relief>, f64)>,
     /// The boxes among them.
     boxes: Vec<SolidBox>,
     /// The direction of gravity.
@@ -73,7 +73,11 @@ impl Ground {
         });
         Self {
             boxes: boxes.collect(),
-            relief: floor.relief.clone().map(Arc::new),
+            relief: floor.relief.clone().map(|relief| {
+                let heights = relief.heights_m.iter().flatten().copied();
+                let highest_m = heights.fold(f64::NEG_INFINITY, f64::max);
+                (Arc::new(relief), highest_m)
+            }),
             solids: solids
                 .map(|(floor_from_solid, shape)| Solid {
                     floor_from_solid,
@@ -95,6 +99,8 @@ impl Ground {
 
     /// Fills `pieces` with those of the ground that may be nearer to a place than `within_m`.
     pub fn pieces_near(&self, place_m: &Vector3<f64>, within_m: f64, pieces: &mut Vec<Piece>) {
+        /// What f32 makes of a place of a relief, at most.
+        const ROUNDED_M: f64 = 1e-5;
         pieces.clear();
         let mut offer = |piece: Piece| {
             if piece.foot(place_m).distance_m < within_m {
@@ -108,11 +114,16 @@ impl Ground {
             .iter()
             .for_each(|solid| offer(Piece::Box(*solid)));
         for solid in &self.solids {
-            let (Some(field), Some(relief)) = (solid.shape.as_heightfield(), &self.relief) else {
+            let (Some(field), Some((relief, highest_m))) =
+                (solid.shape.as_heightfield(), &self.relief)
+            else {
                 continue;
             };
             let center = solid.floor_from_solid.inverse() * Point3::from(*place_m);
-            let half = Vector3::repeat(within_m);
+            // What is so near lies no higher than the highest point: within a circle around the place, seen from above. parry's y is our z.
+            let above_m = (place_m.z - highest_m).max(0.0);
+            let around_m = libm::sqrt((within_m * within_m - above_m * above_m).max(0.0));
+            let half = Vector3::new(around_m, within_m, around_m).add_scalar(ROUNDED_M);
             let around = Aabb::new(
                 convert::vector(&(center.coords - half)),
                 convert::vector(&(center.coords + half)),
