@@ -300,6 +300,22 @@ fn the_guidance_follows_the_reference_whatever_comes_first() {
     }
 }
 
+/// Tasks of the position alone: the robot comes onto the circle, and nothing turns it but what its rollers' slip does.
+#[test]
+fn the_guidance_has_the_tasks_of_the_scenario() {
+    let tasks = "guidance.tasks=[\"position_feedforward\", \"position_feedback\"]";
+    let mut session = session(&[tasks]);
+    let mut controls = Controls::default();
+    assert_eq!(controls.take("{\"mode\": \"reference\"}"), None);
+    let start_rad = session.frame().pose.heading_rad;
+    let steps = (20.0 / session.control_dt_s()) as usize;
+    (0..steps).for_each(|_| session.advance(&controls).expect("a step"));
+    let error_m = session.figures(&controls).reference_error_m;
+    assert!(error_m.expect("a reference") < 0.05, "{error_m:?}");
+    let turned_rad = (session.frame().pose.heading_rad - start_rad).abs();
+    assert!(turned_rad < 0.2, "turned by {turned_rad} rad");
+}
+
 #[test]
 fn ice_takes_the_grip_and_the_start_is_where_it_was() {
     let mut session = session(&[]);
