@@ -34,6 +34,13 @@ enum Autoreset {
     Disabled,
 }
 
+/// What a reset gives: observations, a row a robot; how far each is off its path, in m; and by how much it is turned from it, in rad.
+type Begun<'py> = (
+    Bound<'py, PyArray2<f32>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+);
+
 /// Robots on their ways along paths, each with an episode of its own.
 #[pyclass(module = "ilon._ilon")]
 pub struct Track {
@@ -146,11 +153,7 @@ impl Track {
         py: Python<'py>,
         seeds: Vec<Option<u64>>,
         mask: Option<Vec<bool>>,
-    ) -> PyResult<(
-        Bound<'py, PyArray2<f32>>,
-        Bound<'py, PyArray1<f64>>,
-        Bound<'py, PyArray1<f64>>,
-    )> {
+    ) -> PyResult<Begun<'py>> {
         let count = self.episodes.len();
         let mask = mask.unwrap_or_else(|| vec![true; count]);
         if seeds.len() != count || mask.len() != count {
