@@ -75,10 +75,15 @@ fn bits(world: &World) -> Vec<u64> {
 fn hub_range_m(simulation: &Simulation) -> [f64; 2] {
     let floor = &simulation.scenario().world.floor;
     let boxes = floor.boxes.iter().map(|solid| solid.height_m);
+    let ramps = floor.ramps.iter().map(|ramp| ramp.rise_m);
+    let stairs = floor
+        .stairs
+        .iter()
+        .map(|stairs| f64::from(stairs.steps) * stairs.rise_m);
     let relief = simulation.trace().header.ground.as_ref();
     let relief = relief.and_then(|ground| ground.relief.as_ref());
     let heights = relief.into_iter().flat_map(relief_heights_m).flatten();
-    let highest_m = boxes.chain(heights);
+    let highest_m = boxes.chain(ramps).chain(stairs).chain(heights);
     let ground_m = highest_m.fold(0.0, f64::max);
     let world = simulation.world();
     let standing =
