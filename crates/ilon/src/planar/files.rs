@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use serde_json::Value;
+
 use super::drives::Drive;
 use super::model::SERVO_S;
 use super::{Joints, Planar};
@@ -17,9 +19,9 @@ pub fn files(
     judges: &[Drive],
     dt_s: f64,
 ) -> Result<Vec<(&'static str, String)>, Error> {
-    let json = serde_json::to_string_pretty(planar).ok();
-    // A number that is none is written as null.
-    let json = json.filter(|json| !json.contains("null")).ok_or_else(|| {
+    let value = serde_json::to_value(planar).ok();
+    let json = value.filter(is_whole).map(|value| format!("{value:#}"));
+    let json = json.ok_or_else(|| {
         Error::invalid(
             format!(
                 "no planar base fits `{}`: a number of it is none",
@@ -35,6 +37,16 @@ pub fn files(
         ("planar.sdf", sdf(planar)),
         ("held_out.csv", csv(judges, dt_s)),
     ])
+}
+
+/// Whether all numbers are some: one that is none is null.
+fn is_whole(value: &Value) -> bool {
+    match value {
+        Value::Null => false,
+        Value::Array(values) => values.iter().all(is_whole),
+        Value::Object(values) => values.values().all(is_whole),
+        _ => true,
+    }
 }
 
 /// What each file says of where it comes from, and how far it is off.
@@ -230,4 +242,21 @@ fn csv(drives: &[Drive], dt_s: f64) -> String {
         }
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::is_whole;
+
+    /// A name may be anything; a number that is none is found however deep it lies.
+    #[test]
+    fn numbers_that_are_none_are_found_and_names_are_not_looked_at() {
+        assert!(is_whole(
+            &json!({ "robot": "nullbot: null", "grip": { "most": [1.0, 2.0] } })
+        ));
+        let infinite = json!({ "robot": "bot", "grip": { "most": [1.0, f64::INFINITY] } });
+        assert!(!is_whole(&infinite));
+    }
 }
