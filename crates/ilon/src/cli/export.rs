@@ -13,12 +13,9 @@ use super::outcome::Outcome;
 use super::robot::{Reading, robot_of_scenario};
 use super::{console, reserve};
 use crate::cli::failure::Failure;
+use crate::inspect::conditions;
 use crate::planar;
-use crate::scenario::Scenario;
 use crate::sim::remedy;
-
-/// The scenario in which a planar base is driven, before it is changed.
-const DRIVEN: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 1.0\n";
 
 /// Arguments of `ilon export`.
 #[derive(Debug, clap::Args)]
@@ -82,7 +79,7 @@ fn planar_base(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
         .clone()
         .unwrap_or_else(|| named_after(path, "_planar"));
     let _claim = reserve::folder(&out, "--out")?;
-    let mut robot = Robot::load_with(path, &options)
+    let robot = Robot::load_with(path, &options)
         .map_err(|fault| {
             let command = format!(
                 "ilon export --planar {}{}",
@@ -93,11 +90,7 @@ fn planar_base(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
         })?
         .robot;
     let settings = &arguments.settings.settings;
-    let scenario =
-        Scenario::from_toml_with(DRIVEN, "the conditions", "", settings, &options.files)?;
-    scenario.validate()?;
-    scenario.motors.apply(&mut robot);
-    scenario.rollers.apply(&mut robot)?;
+    let (scenario, robot) = conditions(settings, &robot, &options.files)?;
     let (base, judges, dt_s) = planar::fit(&scenario, &robot)?;
     for (name, text) in planar::files(&base, &judges, dt_s)? {
         ilon_trace::file::write_text(&out.join(name), &text)?;
