@@ -62,7 +62,7 @@ impl Scene<'_> {
             });
         });
         thin(
-            found,
+            (found, 0),
             self.middle.floor_from_chassis(),
             2.0 * self.scale.length_m,
         );

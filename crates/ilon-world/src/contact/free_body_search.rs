@@ -8,6 +8,7 @@ use crate::contact::frame::{along_frame, frame};
 use crate::contact::reaction::{Part, Partner};
 use crate::contact::scene::{Scene, Scenes};
 use crate::contact::solid::{Bounds, Near, Solid};
+use crate::contact::thinning::thin;
 use crate::robot::articulated::Articulated;
 use crate::robot::state::State;
 use crate::settings::NEAR;
@@ -113,6 +114,7 @@ fn within_m(one: &Scene<'_>, other: &Scene<'_>) -> f64 {
 fn find_ground((scene, solid, bounds): Own<'_>, found: &mut Vec<Candidate>) {
     let within_m = NEAR * scene.scale.length_m + travel_m(scene.body, scene.before, scene.dt_s);
     let around = bounds.grown(within_m);
+    let first = found.len();
     let mut add = |near: Near| found.push(candidate((scene, None), None, &near));
     if scene.ground.is_solid_below() && around.least_m.z <= 0.0 {
         solid.near_plane(within_m, &mut add);
@@ -122,6 +124,8 @@ fn find_ground((scene, solid, bounds): Own<'_>, found: &mut Vec<Candidate>) {
             solid.near(&ground, within_m, &mut add);
         }
     }
+    let region_m = 2.0 * scene.scale.length_m;
+    thin((found, first), scene.middle.floor_from_chassis(), region_m);
 }
 
 fn find_between_chassis(a: &Scene<'_>, (b, solid, bounds): Own<'_>, found: &mut Vec<Candidate>) {

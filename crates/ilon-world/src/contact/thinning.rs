@@ -1,4 +1,4 @@
-//! Fewer places where a chassis lies on ground of many small faces.
+//! Fewer places where a chassis or a free body lies on ground of many small faces.
 //!
 //! Each face of a relief that is near a chassis is a place of contact: thousands where cells are small. All of them are solved at once, and the work
 //! grows with the cube of their number. A rigid chassis is carried by what reaches highest: in each region of it, as wide as a wheel, the place that
@@ -9,26 +9,36 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Point3};
 
 use crate::contact::candidate::Candidate;
+use crate::contact::reaction::Part;
 
 /// What more places than this are thinned: more than boxes on kerbs make.
 const MANY: usize = 64;
 /// A place that is further out by a metre counts as nearer by so much, so that of many as near a chassis stands on the outermost.
 const OUTWARD: f64 = 1e-5;
 
-/// Thins the places of a chassis in its pose, by regions of so many metres.
-pub(super) fn thin(found: &mut Vec<Candidate>, floor_from_chassis: &Isometry3<f64>, region_m: f64) {
-    if found.len() <= MANY {
+/// Thins the places from one on, of a chassis in its pose and of bodies on its joints, or of a free body, by regions of so many metres.
+pub(super) fn thin(
+    (found, first): (&mut Vec<Candidate>, usize),
+    floor_from_chassis: &Isometry3<f64>,
+    region_m: f64,
+) {
+    if found.len() <= first + MANY {
         return;
     }
     let mut nearest = BTreeMap::new();
-    for (index, place) in found.iter().enumerate() {
+    for (index, place) in found.iter().enumerate().skip(first) {
         let local = floor_from_chassis.inverse_transform_point(&Point3::from(place.place_m));
         let region = local.coords.map(|x| (x / region_m).floor() as i64);
         let out_of_ground = floor_from_chassis.rotation.inverse() * place.normal;
         let axis = out_of_ground.iamax();
         let side = (axis, out_of_ground[axis] > 0.0);
         let gap_m = place.gap_m - OUTWARD * local.coords.norm();
-        let key = ([region.x, region.y, region.z], side);
+        // What the chassis has there says nothing of a body on a joint.
+        let joint = match place.a.part {
+            Part::Link(joint) => Some(joint),
+            _ => None,
+        };
+        let key = (joint, [region.x, region.y, region.z], side);
         let held = nearest.entry(key).or_insert((gap_m, index));
         if gap_m < held.0 {
             *held = (gap_m, index);
@@ -37,7 +47,48 @@ pub(super) fn thin(found: &mut Vec<Candidate>, floor_from_chassis: &Isometry3<f6
     let mut stay: Vec<usize> = nearest.into_values().map(|(_, index)| index).collect();
     stay.sort_unstable();
     for (to, from) in stay.iter().enumerate() {
-        found.swap(to, *from);
+        found.swap(first + to, *from);
     }
-    found.truncate(stay.len());
+    found.truncate(first + stay.len());
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::contact::candidate::Turning;
+    use crate::contact::reaction::{Member, Partner};
+
+    fn place(part: Part, x_m: f64, gap_m: f64) -> Candidate {
+        Candidate {
+            a: Member { body: 0, part },
+            b: Partner::Ground,
+            place_m: Vector3::new(x_m, 0.01, 0.01),
+            normal: Vector3::z(),
+            along: Vector3::x(),
+            gap_m,
+            turning: Turning::NONE,
+            came_down: false,
+            travel_m_s: Vector3::zeros(),
+            on_barrel: false,
+            gap_ahead_m: gap_m,
+        }
+    }
+
+    /// A hundred places of the chassis in a region of 0.1 m: the nearest stays. A place of an arm there is further off, and stays too, for what carries
+    /// the chassis does not carry the arm.
+    #[test]
+    fn the_nearest_place_of_each_body_stays() {
+        let chassis = |k: i32| place(Part::Chassis, 1e-4 * f64::from(k), 1e-6 * f64::from(k % 50));
+        let mut found: Vec<Candidate> = (10..110).map(chassis).collect();
+        found.push(place(Part::Link(2), 0.02, 1e-3));
+        thin((&mut found, 0), &Isometry3::identity(), 0.1);
+        let stay: Vec<(Part, f64)> = found.iter().map(|at| (at.a.part, at.gap_m)).collect();
+        assert_eq!(stay, [(Part::Chassis, 0.0), (Part::Link(2), 1e-3)]);
+        // As few as boxes on kerbs make are left alone.
+        let mut few: Vec<Candidate> = (10..74).map(chassis).collect();
+        thin((&mut few, 0), &Isometry3::identity(), 0.1);
+        assert_eq!(few.len(), 64);
+    }
 }

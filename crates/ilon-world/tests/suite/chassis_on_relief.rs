@@ -1,10 +1,10 @@
-//! A chassis that lies on ground of many small faces: thousands of places, of which a few carry it.
+//! A chassis, or a free body, that lies on ground of many small faces: thousands of places, of which a few carry it.
 
 use crate::support;
 
 use ilon_robot::{Collision, CollisionShape, Pose, Robot};
-use ilon_world::{Floor, Relief, Settings, World};
-use nalgebra::{Isometry3, Vector3};
+use ilon_world::{Floor, FreeBody, FreeShape, Relief, Settings, World};
+use nalgebra::{Isometry3, Vector2, Vector3};
 use support::mecanum4;
 
 /// A robot whose chassis is a box of 0.3 m x 0.16 m, 30 mm above the ground.
@@ -77,4 +77,46 @@ fn a_chassis_tips_over_the_edge_of_a_bank_and_not_before() {
     let pitch_rad = tips.robot().state().pitch_rad;
     assert!(pitch_rad > 0.03, "{pitch_rad}");
     assert!(tips.robot().support().wheels_n > 1.0);
+}
+
+/// A box of 0.3 m beside the robot, on 60 x 60 cells: it slides v^2 / (2 mu g) = 31.9 mm, straight, and rests level where its ground is.
+#[test]
+fn a_box_slides_over_small_cells_as_over_a_plane() {
+    let points = 401;
+    let floor = Floor {
+        relief: Some(Relief {
+            cell_m: 0.005,
+            center_m: Vector2::new(0.5, 0.0),
+            heights_m: vec![vec![0.0; points]; points],
+        }),
+        ..Floor::default()
+    };
+    let settings = Settings {
+        dt_s: 2e-3,
+        ..Settings::default()
+    };
+    let mut world = World::new(&mecanum4(), &floor, Pose::default(), &settings).unwrap();
+    let size_m = Vector3::new(0.3, 0.3, 0.2);
+    let place_m = Vector2::new(0.8, 0.0);
+    let id = world
+        .add_body(&FreeBody {
+            friction: 0.4,
+            velocity_m_s: Vector3::y() * 0.5,
+            ..FreeBody::new("box", FreeShape::Box { size_m }, 2.0, place_m)
+        })
+        .unwrap();
+    while world.time_s() < 0.3 {
+        world.step();
+    }
+    let end = world.free_body(id).unwrap();
+    let way_m = 0.5 * 0.5 / (2.0 * 0.4 * 9.81);
+    // To rest in steps of 2 ms: half of one at 0.5 m/s is 1.6 % of the way.
+    assert!(
+        (end.place_m.y / way_m - 1.0).abs() < 0.02,
+        "{}",
+        end.place_m.y
+    );
+    assert!((end.place_m.x - 0.8).abs() < 1e-5);
+    assert!((end.place_m.z - 0.1).abs() < 1e-5, "{}", end.place_m.z);
+    assert!(end.rotation.angle() < 1e-4 && end.velocity_m_s.norm() < 1e-3);
 }
