@@ -6,25 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use support::{Folder, ended_with, stderr};
+use support::{Folder, ended_with, python, stderr};
 
-/// A Python that has what `bag_witness.py` judges by (`requirements.txt`): that under `ILON_PYTHON`, or `python3`.
-fn python() -> Option<String> {
-    let named = std::env::var("ILON_PYTHON").ok();
-    let python = named.clone().unwrap_or("python3".into());
-    let tried = Command::new(&python)
-        .args(["-c", "import rosbags, mcap_ros2, rerun, pyarrow"])
-        .output();
-    if tried.is_ok_and(|output| output.status.success()) {
-        return Some(python);
-    }
-    assert!(
-        named.is_none(),
-        "{python}, named by ILON_PYTHON, lacks what crates/ilon/tests/requirements.txt lists"
-    );
-    println!("skipped: {python} lacks what crates/ilon/tests/requirements.txt lists");
-    None
-}
+/// What `bag_witness.py` judges by.
+const JUDGES: &str = "rosbags, mcap_ros2, rerun, pyarrow";
 
 fn witness(python: &str, arguments: &[&str]) {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/bag_witness.py");
@@ -57,7 +42,9 @@ fn shipped() -> Vec<PathBuf> {
 /// rollers turn.
 #[test]
 fn others_read_the_bag_of_every_scenario_as_its_trace_has_it() {
-    let Some(python) = python() else { return };
+    let Some(python) = python(JUDGES) else {
+        return;
+    };
     let folder = Folder::new();
     let mut arguments = Vec::new();
     for (index, path) in shipped().iter().enumerate() {
@@ -93,7 +80,9 @@ fn others_read_the_bag_of_every_scenario_as_its_trace_has_it() {
 #[test]
 #[ignore = "takes many minutes: all scenarios to their ends"]
 fn others_read_the_bag_of_every_whole_scenario() {
-    let Some(python) = python() else { return };
+    let Some(python) = python(JUDGES) else {
+        return;
+    };
     let folder = Folder::new();
     for path in shipped() {
         let out = folder.path("out").display().to_string();
@@ -108,7 +97,9 @@ fn others_read_the_bag_of_every_whole_scenario() {
 
 #[test]
 fn a_killed_run_leaves_a_bag_that_can_be_read() {
-    let Some(python) = python() else { return };
+    let Some(python) = python(JUDGES) else {
+        return;
+    };
     let folder = Folder::new();
     let mut command = folder.command(&[
         "run",

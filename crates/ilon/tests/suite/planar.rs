@@ -7,25 +7,7 @@ use approx::assert_relative_eq;
 use serde_json::Value;
 use test_case::test_case;
 
-use crate::support::{Folder, ended_with, stderr};
-
-/// A Python that has a package: that under `ILON_PYTHON`, or `python3`.
-fn python(package: &str) -> Option<String> {
-    let named = std::env::var("ILON_PYTHON").ok();
-    let python = named.clone().unwrap_or("python3".into());
-    let tried = Command::new(&python)
-        .args(["-c", &format!("import {package}")])
-        .output();
-    if tried.is_ok_and(|output| output.status.success()) {
-        return Some(python);
-    }
-    assert!(
-        named.is_none(),
-        "{python}, named by ILON_PYTHON, lacks {package} of crates/ilon/tests/requirements.txt"
-    );
-    println!("skipped: {python} has no {package}");
-    None
-}
+use crate::support::{Folder, ended_with, python, stderr};
 
 /// What a script of Python prints as JSON.
 fn said(python: &str, script: &Path, arguments: &[&str]) -> Value {

@@ -29,6 +29,25 @@ pub const HOLDS: &str = "\n[expect]\ntwist_ratio_contact.vx = { min = 0.9, max =
 /// A bound that none keeps.
 pub const FAILS: &str = "\n[expect]\ntwist_ratio_contact.vx = { max = -1 }\n";
 
+/// A Python that has some packages, of `tests/requirements.txt`: that under `ILON_PYTHON`, or `python3`. Without one it says that the test is
+/// skipped.
+pub fn python(packages: &str) -> Option<String> {
+    let named = std::env::var("ILON_PYTHON").ok();
+    let python = named.clone().unwrap_or("python3".into());
+    let tried = Command::new(&python)
+        .args(["-c", &format!("import {packages}")])
+        .output();
+    if tried.is_ok_and(|output| output.status.success()) {
+        return Some(python);
+    }
+    assert!(
+        named.is_none(),
+        "{python}, named by ILON_PYTHON, lacks {packages} of crates/ilon/tests/requirements.txt"
+    );
+    println!("skipped: {python} lacks {packages} of crates/ilon/tests/requirements.txt");
+    None
+}
+
 pub struct Folder(tempfile::TempDir);
 
 impl Folder {
