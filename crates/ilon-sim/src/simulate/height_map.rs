@@ -84,16 +84,16 @@ pub(super) fn remarks(scenario: &Scenario, robot: &Robot) -> Result<Vec<String>,
     let mut remarks = grid.remarks.clone();
     let radii = robot.wheels.iter().map(|wheel| wheel.radius_m);
     let radius_m = radii.fold(f64::INFINITY, f64::min);
-    let cell_m = map.cell_m;
+    let (cell_m, radius_mm) = (map.cell_m, 1e3 * radius_m);
     if cell_m > FINE * radius_m {
         remarks.push(format!(
-            "`world.floor.height_map.cell_m` = {cell_m} is wide for wheels of {radius_m} m: bumps and holes narrower than two cells are not in it"
+            "`world.floor.height_map.cell_m` = {cell_m} is wide for wheels of {radius_mm:.1} mm: bumps and holes narrower than two cells are not in it"
         ));
     }
     if grid.step_m > ROUGH * radius_m {
         remarks.push(format!(
-            "the height map has steps of {:.4} m between one grey and the next: wheels of {radius_m} m climb each; a picture of 16 bits has finer ones",
-            grid.step_m
+            "the height map has steps of {:.2} mm between one grey and the next: wheels of {radius_mm:.1} mm climb each; a picture of 16 bits has finer ones",
+            1e3 * grid.step_m
         ));
     }
     let steepest_m = grid.steepest_m();
