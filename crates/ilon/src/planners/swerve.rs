@@ -104,16 +104,18 @@ impl Swerve {
 
 /// The wheels' places: front left, front right, back left, back right.
 fn corners(robot: &Robot) -> Result<[[f64; 2]; 4], NoSwerve> {
-    let not = || NoSwerve::NotFourCorners(format!("{} wheels elsewhere", robot.wheels.len()));
+    let not = |where_they_are| {
+        NoSwerve::NotFourCorners(format!("{} wheels{where_they_are}", robot.wheels.len()))
+    };
     if robot.wheels.len() != 4 {
-        return Err(not());
+        return Err(not(""));
     }
     let at = |x: f64, y: f64| {
         let mut there = robot.wheels.iter().filter(|wheel| {
             let place_m = wheel.position_m();
             x * place_m.x > 0.0 && y * place_m.y > 0.0
         });
-        let place_m = there.next().ok_or_else(not)?.position_m();
+        let place_m = there.next().ok_or_else(|| not(" elsewhere"))?.position_m();
         Ok([place_m.x, place_m.y])
     };
     Ok([
