@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ilon::compare::{CompareError, Compared, Comparison};
+use ilon::compare::{CompareError, ComparedRun, Comparison};
 use ilon::control::Kinematics;
 use ilon::files::FileAccess;
 use ilon::formats::{LoadRobot, Spec};
@@ -103,7 +103,7 @@ pub fn compare<'py>(
     for run in runs {
         if let Ok(run) = run.cast::<Run>() {
             let run = run.get().inner();
-            compared.push(Compared::new(
+            compared.push(ComparedRun::new(
                 run.scenario.name.clone(),
                 run.trace.clone(),
                 run.summary.clone(),
@@ -115,7 +115,7 @@ pub fn compare<'py>(
                     "compare runs, or paths of folders that runs wrote, or of traces",
                 )
             })?;
-            let loaded = py.detach(|| Compared::load(&path));
+            let loaded = py.detach(|| ComparedRun::load(&path));
             compared.push(loaded.map_err(|fault| not_comparable(py, fault))?);
             paths.push(path);
         }

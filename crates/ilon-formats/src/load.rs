@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::error::{Remedy, RobotError};
-use crate::model::{Looks, Robot};
+use crate::model::{Robot, VisualMeshes};
 use crate::options::{LoadOptions, WheelOptions};
 use crate::prepare::{prepare, read_text};
 use crate::urdf::{self, Meshes, Prepared, Read, WheelOutline};
@@ -32,7 +32,7 @@ pub struct Loaded {
 
 impl Loaded {
     /// The meshes by which the robot is seen. Reads their files, which may take a second; what cannot be read is remarked.
-    pub fn looks(&self) -> Looks {
+    pub fn looks(&self) -> VisualMeshes {
         let (file, options) = &self.read_from;
         let rollers = self.robot.wheels.iter().flat_map(|wheel| &wheel.rollers);
         let rollers = rollers.map(|roller| roller.name.as_str()).collect();

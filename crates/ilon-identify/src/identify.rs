@@ -9,8 +9,8 @@ use nalgebra::Matrix3xX;
 use crate::controller;
 use crate::delay;
 use crate::directions::directions;
-use crate::fit::{Evidence, Fitted, Noise, fit, take_noise};
-use crate::log::{Delayed, Kind, Log, doubts, wiring};
+use crate::kinematic_fit::{Evidence, Fitted, Noise, fit, take_noise};
+use crate::log::{Delayed, Kind, Log, anomalies, wiring};
 use crate::model::{Model, Parameter};
 use crate::model_choice::{choose, end, judge, judged_by, matrix_of, trackers_of};
 use crate::motion::{Tracker, Window, reckoned, windows};
@@ -19,7 +19,7 @@ use crate::outcome::{
 };
 use crate::read_logs::{delays, read, refuse};
 use crate::scatter::Scatter;
-use crate::simulate::{Seen, simulate};
+use crate::simulate::{Observations, simulate};
 use crate::study::{ModelFile, Study};
 
 /// How far an identification is.
@@ -52,7 +52,7 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
     };
     let mut odd: Vec<RunDoubt> = Vec::new();
     for (run, log) in logs.iter().enumerate() {
-        for doubt in doubts::of_rows(log, &study.robot) {
+        for doubt in anomalies::of_rows(log, &study.robot) {
             refuse(study, run, &doubt)?;
             odd.push(RunDoubt {
                 file: study.file.runs[run].file.display().to_string(),
@@ -114,14 +114,14 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
             }
             (None, Some(first)) if delay.is_shown => odd.push(RunDoubt {
                 file: study.file.runs[*first].file.display().to_string(),
-                doubt: doubts::doubt(
+                doubt: anomalies::anomaly(
                     Kind::Delay,
                     false,
                     format!(
                         "the poses come {} s after the wheels ({} to {} s)",
-                        doubts::shown(delay.value_s),
-                        doubts::shown(delay.interval.low),
-                        doubts::shown(delay.interval.high)
+                        anomalies::shown(delay.value_s),
+                        anomalies::shown(delay.interval.low),
+                        anomalies::shown(delay.interval.high)
                     ),
                     "two clocks, or a tracker that takes its time: `delay_s = \"fit\"` in `[log]` takes it out",
                 ),
@@ -226,7 +226,7 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
     if let Some(section) = &study.file.simulate {
         let count = |count: u32| progress(Progress::Simulating(count));
         let all = all_windows(&evidence);
-        let seen = Seen {
+        let seen = Observations {
             windows: &all,
             held_out: &evidence.held_out,
             trackers: &trackers,

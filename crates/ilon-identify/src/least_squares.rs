@@ -31,7 +31,7 @@ pub type Residuals<'r> = dyn Fn(&[f64]) -> Result<Option<Vec<f64>>, Error> + Syn
 
 /// Where a search ended.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct Minimum {
     /// The values there.
     pub values: Vec<f64>,
     /// What is left, a row an equation.
@@ -52,7 +52,7 @@ pub fn least_squares(
     residuals: &Residuals<'_>,
     start: &[f64],
     search: &Search,
-) -> Result<Found, Error> {
+) -> Result<Minimum, Error> {
     let clamp = |values: &mut [f64]| {
         for (value, (low, high)) in values.iter_mut().zip(&search.bounds) {
             *value = value.clamp(*low, *high);
@@ -128,7 +128,7 @@ pub fn least_squares(
             has_converged = true;
         }
     }
-    Ok(Found {
+    Ok(Minimum {
         values,
         residuals: left,
         jacobian,

@@ -23,7 +23,7 @@
 //! | [`delay`] | by how much the tracker's poses come after the wheels |
 //! | [`motion`] | displacements in the body frame, over short stretches |
 //! | [`model`] | what of the kinematics can be free |
-//! | [`fit`] | values, noise, and what a log determines |
+//! | [`kinematic_fit`] | values, noise, and what a log determines |
 //! | [`scatter`] | how sure the values are |
 //! | `simulate` | keys of the scenario, by simulating |
 //! | [`plan`] | which course determines what is free |
@@ -37,8 +37,8 @@
 mod controller;
 pub mod delay;
 mod directions;
-pub mod fit;
 mod identify;
+pub mod kinematic_fit;
 mod least_squares;
 pub mod log;
 pub mod model;
@@ -55,7 +55,7 @@ mod study;
 mod study_file;
 
 pub use identify::{Progress, identify};
-pub use least_squares::{Found, Search, least_squares};
+pub use least_squares::{Minimum, Search, least_squares};
 pub use log::Log;
 pub use outcome::Identified;
 pub use result_files::{FILES, files};

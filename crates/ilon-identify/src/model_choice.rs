@@ -4,7 +4,7 @@ use ilon_sim::Error;
 use nalgebra::Matrix3xX;
 use rayon::prelude::*;
 
-use crate::fit::{Evidence, Fitted, Noise, fit, misses, see_with};
+use crate::kinematic_fit::{Evidence, Fitted, Noise, fit, misses, see_with};
 use crate::log::Log;
 use crate::model::Model;
 use crate::motion::{Tracker, Window, reckoned};

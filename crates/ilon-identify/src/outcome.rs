@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::log::Doubt;
+use crate::log::Anomaly;
 use crate::scatter::Interval;
 
 /// All that an identification found.
@@ -452,5 +452,5 @@ pub struct RunDoubt {
     pub file: String,
     /// What is odd about it.
     #[serde(flatten)]
-    pub doubt: Doubt,
+    pub doubt: Anomaly,
 }

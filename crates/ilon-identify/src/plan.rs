@@ -9,7 +9,7 @@ use ilon_sim::Error;
 use nalgebra::{DMatrix, SymmetricEigen};
 use serde::Serialize;
 
-use crate::fit::{Evidence, Noise, residuals};
+use crate::kinematic_fit::{Evidence, Noise, residuals};
 use crate::log::Log;
 use crate::model::Model;
 use crate::motion::{Window, windows};

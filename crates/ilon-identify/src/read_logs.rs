@@ -4,7 +4,7 @@ use ilon_sim::Error;
 use rayon::prelude::*;
 
 use crate::delay::{self, Delay};
-use crate::log::{Delayed, Doubt, Log};
+use crate::log::{Anomaly, Delayed, Log};
 use crate::model::{Model, Parameter};
 use crate::study::Study;
 
@@ -84,7 +84,7 @@ pub(crate) fn read_run(study: &Study, run: usize) -> Result<Log, Error> {
 }
 
 /// Ends an identification over a log to which nothing can be fitted.
-pub(crate) fn refuse(study: &Study, run: usize, doubt: &Doubt) -> Result<(), Error> {
+pub(crate) fn refuse(study: &Study, run: usize, doubt: &Anomaly) -> Result<(), Error> {
     match doubt.is_fatal {
         true => Err(crate::log::fault(
             &study.resolve(&study.file.runs[run].file),

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ilon_control::{Gain, Guidance, GuidanceSettings, Priority, Reference, Saturation, Task};
 use ilon_formats::Loaded;
-use ilon_robot::{Looks, Pose, Robot, Twist, roll_pitch_yaw};
+use ilon_robot::{Pose, Robot, Twist, VisualMeshes, roll_pitch_yaw};
 use ilon_scene::{Contact, Description, Frame, WheelFrame, shapes_of_bodies};
 use ilon_sim::simulate::{
     Decided, Driver, Plant, Recorder, WheelCommand, guidance, load, resolve_for,
@@ -20,7 +20,7 @@ use crate::control::{self, Command, Controls, Mode, WATCHDOG};
 pub struct Session {
     name: String,
     urdf: Arc<str>,
-    looks: Looks,
+    looks: VisualMeshes,
     plant: Plant,
     recorder: Recorder,
     /// Follows the reference, by the point that the scenario names.
@@ -92,7 +92,7 @@ impl Session {
     /// Where the scenario asks for something that cannot be.
     pub fn new(scenario: &Scenario) -> Result<Self, LiveError> {
         let loaded = load(scenario)?;
-        let looks = loaded.looks();
+        let looks = loaded.visual_meshes();
         let Loaded { robot, urdf, .. } = loaded;
         let resolved = resolve_for(scenario, &robot, Driver::Own)?;
         let scenario = resolved.scenario();

@@ -7,7 +7,7 @@ use ilon_trace::ledger::Terms;
 use ilon_trace::slip::constraint_residual_m_s;
 use ilon_trace::{Header, MAX_TASKS, Projection, Record, Rows, Trace, WheelHeader, WheelSample};
 
-use super::decimate::{Evenly, MAX_POINTS, Outline};
+use super::decimate::{Envelope, Evenly, MAX_POINTS};
 use super::story::{Event, Integrator, Measured, Standing, Watch, apart};
 
 /// What is drawn of the robot over time.
@@ -204,13 +204,13 @@ impl OfWheel {
 }
 
 /// What was gathered from all rows of a run.
-pub(super) struct Gathered {
+pub(super) struct Accumulated {
     row_count: usize,
     /// Whether what the robot takes for its pose is ever another than the real one.
     pub sees_otherwise: bool,
     /// How far the robot is from where a log measured the real one.
     pub measured: Measured,
-    robot: Vec<(OfRobot, Outline)>,
+    robot: Vec<(OfRobot, Envelope)>,
     wheels: Vec<OneWheel>,
     ways: [Way; 5],
     grown: Evenly<Grown>,
@@ -226,7 +226,7 @@ pub(super) struct Gathered {
 
 /// What was gathered of one wheel.
 struct OneWheel {
-    curves: Vec<(OfWheel, Outline)>,
+    curves: Vec<(OfWheel, Envelope)>,
     slip_around: Bins<SECTORS>,
     load_in_pitch: Bins<PITCH_BINS>,
     slip_in_pitch: Bins<PITCH_BINS>,
@@ -255,12 +255,12 @@ const GROWTH_POINTS: usize = 600;
 /// Instants between which the error budget is taken.
 const BUDGET_POINTS: usize = 4000;
 
-impl Gathered {
+impl Accumulated {
     /// Goes through all rows.
     pub fn of<R: Rows>(rows: &R) -> Result<Self, R::Error> {
         let header = rows.header();
         let row_count = rows.row_count();
-        let outline = || Outline::new(row_count, MAX_POINTS);
+        let outline = || Envelope::new(row_count, MAX_POINTS);
         let robot = OfRobot::all(header).into_iter();
         let wheel = || OneWheel {
             curves: OfWheel::ALL.map(|what| (what, outline())).into(),
@@ -474,7 +474,7 @@ mod tests {
             };
             trace.push(Record::default(), &[sample]);
         }
-        let Ok(gathered) = Gathered::of(&trace);
+        let Ok(gathered) = Accumulated::of(&trace);
         let shares = gathered.load_in_pitch(0);
         // Bins of 2.25 deg: 6 deg lies in the third. Four numbers below 1: rounding below 1e-15.
         assert!((shares[2] - 0.65).abs() < 1e-15);

@@ -29,7 +29,7 @@ pub fn envelope(curve: &[(f64, f64)], max_points: usize) -> Vec<(f64, f64)> {
 }
 
 /// The outline of a curve whose points come one by one, and whose length is known before: what [`envelope`] makes of it.
-pub struct Outline {
+pub struct Envelope {
     /// How many points are to come, and have come.
     count: usize,
     seen: usize,
@@ -41,7 +41,7 @@ pub struct Outline {
     kept: Vec<(f64, f64)>,
 }
 
-impl Outline {
+impl Envelope {
     pub fn new(count: usize, max_points: usize) -> Self {
         let max_points = max_points.max(4);
         Self {
@@ -196,7 +196,7 @@ mod tests {
                 rest => (k * 37 % 19) as f64 + rest as f64,
             };
             let curve: Vec<_> = (0..count).map(|k| (k as f64, value(k))).collect();
-            let mut outline = Outline::new(count, max);
+            let mut outline = Envelope::new(count, max);
             let mut spread = Evenly::new(count, max);
             for point in &curve {
                 outline.add(*point);

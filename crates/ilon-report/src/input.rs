@@ -5,25 +5,25 @@ use std::borrow::Cow;
 use ilon_trace::rows::thinned;
 use ilon_trace::{Rows, Trace};
 
-use super::accumulate::Gathered;
+use super::accumulate::Accumulated;
 
 /// Rows that are drawn one by one, and what was gathered from all of them.
-pub(super) struct Shown<'t> {
+pub(super) struct RunInput<'t> {
     /// All rows of a run that lies in memory, evenly spread ones of one that does not.
     pub trace: Cow<'t, Trace>,
     /// It has one row in so many.
     pub every: usize,
     /// What all rows came to.
-    pub all: Gathered,
+    pub all: Accumulated,
 }
 
-impl<'t> Shown<'t> {
+impl<'t> RunInput<'t> {
     /// All rows of a trace.
     pub fn of(trace: &'t Trace) -> Result<Self, std::convert::Infallible> {
         Ok(Self {
             trace: Cow::Borrowed(trace),
             every: 1,
-            all: Gathered::of(trace)?,
+            all: Accumulated::of(trace)?,
         })
     }
 
@@ -33,7 +33,7 @@ impl<'t> Shown<'t> {
         Ok(Self {
             trace: Cow::Owned(thinned(rows, every)?),
             every,
-            all: Gathered::of(rows)?,
+            all: Accumulated::of(rows)?,
         })
     }
 }

@@ -35,7 +35,7 @@ use ilon_trace::{Recorded, Settings, Summary, Trace, TraceError};
 pub use decimate::short;
 use figure::{dashed, dotted, solid};
 use figures::{balance, contacts, motion, rollers, wheels};
-use input::Shown;
+use input::RunInput;
 pub use page::GENERATOR;
 use page::{Head, Section, card, escape, panels};
 pub use provenance::{Expectation, Provenance};
@@ -62,7 +62,7 @@ pub fn html(trace: &Trace, summary: &Summary) -> String {
 
 /// The report of a run, with what its trace does not carry.
 pub fn html_with(trace: &Trace, summary: &Summary, context: &Context) -> String {
-    let Ok(shown) = Shown::of(trace);
+    let Ok(shown) = RunInput::of(trace);
     let Ok(scene) = stage::picture_of(trace, context.robot, context.relief_m.as_deref());
     page_of(&shown, summary, context, scene.as_ref()).0
 }
@@ -89,12 +89,12 @@ pub fn write_recorded(
     let relief_m = context.relief_m.as_deref();
     let (page, answer) = match recorded {
         Recorded::Memory(trace) => {
-            let Ok(shown) = Shown::of(trace);
+            let Ok(shown) = RunInput::of(trace);
             let Ok(scene) = stage::picture_of(trace, context.robot, relief_m);
             page_of(&shown, summary, context, scene.as_ref())
         }
         Recorded::File(file) => {
-            let shown = Shown::of_many(file, ROWS_A_GROUP)?;
+            let shown = RunInput::of_many(file, ROWS_A_GROUP)?;
             let scene = stage::picture_of(file, context.robot, relief_m)?;
             page_of(&shown, summary, context, scene.as_ref())
         }
@@ -111,16 +111,18 @@ pub fn answer(recorded: &Recorded, summary: &Summary) -> Result<Vec<String>, Tra
     let settings = Settings::default();
     let story = match recorded {
         Recorded::Memory(trace) => {
-            let Ok(shown) = Shown::of(trace);
+            let Ok(shown) = RunInput::of(trace);
             Story::of(&shown, summary, &settings)
         }
-        Recorded::File(file) => Story::of(&Shown::of_many(file, ROWS_A_GROUP)?, summary, &settings),
+        Recorded::File(file) => {
+            Story::of(&RunInput::of_many(file, ROWS_A_GROUP)?, summary, &settings)
+        }
     };
     Ok(story.plain())
 }
 
 fn page_of(
-    shown: &Shown,
+    shown: &RunInput,
     summary: &Summary,
     context: &Context,
     scene: Option<&stage::Picture>,
@@ -205,7 +207,7 @@ fn facts(trace: &Trace, summary: &Summary) -> Vec<String> {
     facts
 }
 
-fn motion_section(shown: &Shown, settings: &Settings) -> Section {
+fn motion_section(shown: &RunInput, settings: &Settings) -> Section {
     let legend = [
         ("real", solid("@real").width(2.6)),
         ("asked, before saturation", dotted("@asked")),
@@ -240,7 +242,7 @@ fn motion_section(shown: &Shown, settings: &Settings) -> Section {
 }
 
 /// Where the error came from: at the worst instant of a closed loop, over the run of an open one.
-fn budget_section(shown: &Shown, summary: &Summary, story: &Story) -> Section {
+fn budget_section(shown: &RunInput, summary: &Summary, story: &Story) -> Section {
     let integral = format!(
         "<div class=\"grid\">\n{}{}</div>\n",
         balance::ledger(shown, summary)
@@ -277,7 +279,12 @@ fn budget_section(shown: &Shown, summary: &Summary, story: &Story) -> Section {
 }
 
 /// Everything else, folded by topic.
-fn details_section(shown: &Shown, summary: &Summary, story: &Story, context: &Context) -> Section {
+fn details_section(
+    shown: &RunInput,
+    summary: &Summary,
+    story: &Story,
+    context: &Context,
+) -> Section {
     let trace = &*shown.trace;
     let legend = [
         ("real", solid("@real").width(2.2)),
@@ -364,7 +371,7 @@ fn robot_from_above(trace: &Trace) -> String {
 /// Below this no contact slides in a way that a figure could show, in m/s.
 const LEAST_SLIDING_M_S: f64 = 1e-3;
 
-fn contacts_of(shown: &Shown, summary: &Summary) -> String {
+fn contacts_of(shown: &RunInput, summary: &Summary) -> String {
     let trace = &*shown.trace;
     let mut figures = vec![
         contacts::normal_force(shown),
@@ -413,7 +420,7 @@ fn contacts_of(shown: &Shown, summary: &Summary) -> String {
     )
 }
 
-fn footer(shown: &Shown) -> String {
+fn footer(shown: &RunInput) -> String {
     let some = match shown.every {
         1 => String::new(),
         every => format!(

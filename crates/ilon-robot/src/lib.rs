@@ -21,9 +21,9 @@ mod model;
 pub use angles::roll_pitch_yaw;
 pub use model::{
     Barrel, Body, BodyJoint, Chassis, Collision, CollisionShape, Coupling, DriveTrain, Joint,
-    JointKind, JointRole, JointServo, JointSpring, Looks, MassProperties, Mesh, ModelledRoller,
-    MotorLimits, NotMade, NotTurned, Pose, Profile, ProfilePart, Remark, Robot, Roller, RollerForm,
-    RollerSurface, RollersAsMade, Scale, StandingPose, Tread, Turned, Twist, Wheel, mean_of_gain,
-    wrap_angle,
+    JointKind, JointRole, JointServo, JointSpring, MassProperties, Mesh, ModelledRoller,
+    MotorLimits, NotMade, Pose, Profile, ProfileError, ProfilePart, Remark, Robot, Roller,
+    RollerForm, RollerSurface, RollersAsMade, Scale, SolidOfRevolution, StandingPose, Tread, Twist,
+    VisualMeshes, Wheel, mean_of_gain, wrap_angle,
 };
 pub use model::{barrel, made, mass, profile, tread, turned};

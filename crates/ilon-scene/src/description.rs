@@ -92,7 +92,7 @@ pub struct Shape {
     pub pose: [f32; 7],
     /// What it is.
     #[serde(flatten)]
-    pub form: Form,
+    pub form: Geometry,
     /// Its colour, red, green, blue, opacity, from 0 to 1; without one it takes that of the page.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub color: Option<[f32; 4]>,
@@ -101,7 +101,7 @@ pub struct Shape {
 /// What a shape is. All but meshes are centred on their own frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", content = "size", rename_all = "snake_case")]
-pub enum Form {
+pub enum Geometry {
     /// Half of its sides.
     Box([f32; 3]),
     /// Along z: radius and length.

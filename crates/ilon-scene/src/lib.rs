@@ -31,12 +31,12 @@
 //!
 //! ```
 //! use ilon_formats::LoadRobot;
-//! use ilon_robot::{Looks, Robot};
+//! use ilon_robot::{VisualMeshes, Robot};
 //! use ilon_scene::{Description, Frames, Scene, embed};
 //!
 //! let urdf = std::fs::read_to_string("../../assets/robots/volksbot.urdf")?;
 //! let robot = Robot::from_urdf_str(&urdf, "volksbot.urdf")?;
-//! let scene = Scene::new(Description::of_robot(&robot, Some(&urdf), &Looks::default()), Frames::at_rest(&robot));
+//! let scene = Scene::new(Description::of_robot(&robot, Some(&urdf), &VisualMeshes::default()), Frames::at_rest(&robot));
 //! let page = format!(
 //!     "<style>{}</style><canvas style='height: 20rem'></canvas><script>{}</script>
 //!      <script>ilonScene(document.querySelector('canvas'), {});</script>",

@@ -1,6 +1,6 @@
 //! The outline of a roller: points `[z, r]` along and across its axis, from one end to the other, closed by flat ends.
 
-use ilon_robot::{Barrel, Profile, Turned};
+use ilon_robot::{Barrel, Profile, SolidOfRevolution};
 
 /// Intervals of a barrel's outline: no chord is off the arc by more than a hundredth of the roller's radius.
 const PLACES: usize = 10;
@@ -44,7 +44,7 @@ pub fn of_profile(profile: &Profile) -> Vec<[f32; 2]> {
 }
 
 /// A roller with a profile by numbers: its points, and arcs over the edges that are rounded.
-pub fn of_turned(turned: &Turned) -> Vec<[f32; 2]> {
+pub fn of_turned(turned: &SolidOfRevolution) -> Vec<[f32; 2]> {
     let corners = turned.corners();
     // The outward direction of the line or face before the corner, as an angle from the axis.
     let before_rad = |i: usize| match i {
@@ -99,7 +99,7 @@ mod tests {
     fn a_profile_by_numbers_is_drawn_on_its_surface() {
         for edge_radius_m in [0.0, 0.002] {
             let points = [[-0.02, 0.006], [-0.006, 0.01], [0.006, 0.01], [0.02, 0.007]];
-            let turned = Turned::new(&points, edge_radius_m).unwrap();
+            let turned = SolidOfRevolution::new(&points, edge_radius_m).unwrap();
             let outline = of_turned(&turned);
             // From the axis at one end to the axis at the other, every other point on the surface, to f32's rounding.
             let (first, last) = (outline[0], outline[outline.len() - 1]);

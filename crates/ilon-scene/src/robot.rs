@@ -1,13 +1,13 @@
 //! The robot's shapes, from its model and from what its file shows.
 
 use ilon_robot::{
-    Collision, CollisionShape, JointKind, Looks, Mesh, Robot, Roller, RollerForm, Wheel,
+    Collision, CollisionShape, JointKind, Mesh, Robot, Roller, RollerForm, VisualMeshes, Wheel,
 };
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 
 use crate::description::{
-    BodyShape, Description, Floor, Form, PlacedMesh, RobotShape, RollerShape, Shape, WheelShape,
-    pose,
+    BodyShape, Description, Floor, Geometry, PlacedMesh, RobotShape, RollerShape, Shape,
+    WheelShape, pose,
 };
 use crate::outline;
 use crate::visuals::{self, Visuals};
@@ -16,7 +16,7 @@ impl Description {
     /// A robot on a level floor. The chassis is drawn by the `<visual>` elements of the URDF that it was read from
     /// (`Loaded::urdf` of ilon-formats), where that is given and shows boxes, cylinders, spheres or meshes that `looks` has
     /// (`Loaded::looks`); else by its collision shapes, and without any by a plate between its wheels.
-    pub fn of_robot(robot: &Robot, urdf: Option<&str>, looks: &Looks) -> Self {
+    pub fn of_robot(robot: &Robot, urdf: Option<&str>, looks: &VisualMeshes) -> Self {
         let visuals = urdf.map(|text| visuals::of_urdf(text, robot, looks));
         Self {
             robot: robot_shape(robot, &visuals.unwrap_or_default(), looks),
@@ -31,7 +31,7 @@ impl Description {
     }
 }
 
-fn robot_shape(robot: &Robot, visuals: &Visuals, looks: &Looks) -> RobotShape {
+fn robot_shape(robot: &Robot, visuals: &Visuals, looks: &VisualMeshes) -> RobotShape {
     let mut remarks = looks.remarks.clone();
     let mut left_out = visuals.meshes;
     let span_m = robot
@@ -40,7 +40,7 @@ fn robot_shape(robot: &Robot, visuals: &Visuals, looks: &Looks) -> RobotShape {
         .map(|w| w.position_m().xy().norm() + w.radius_m)
         .fold(0.0, f64::max);
     let mut kept = |shape: &Shape, why: Option<String>| {
-        let Some((Form::Mesh(placed), why)) = Some(shape.form).zip(why) else {
+        let Some((Geometry::Mesh(placed), why)) = Some(shape.form).zip(why) else {
             return true;
         };
         let name = looks.meshes.get(placed.index).map(|mesh| &mesh.name);
@@ -167,10 +167,10 @@ fn bodies(robot: &Robot, visuals: &Visuals) -> Vec<BodyShape> {
 const MOST_SPANS: f64 = 20.0;
 
 /// The meshes that some shapes use, to which these refer from now on.
-fn meshes<'a>(shapes: impl Iterator<Item = &'a mut Shape>, looks: &Looks) -> Vec<Mesh> {
+fn meshes<'a>(shapes: impl Iterator<Item = &'a mut Shape>, looks: &VisualMeshes) -> Vec<Mesh> {
     let mut used: Vec<usize> = Vec::new();
     for shape in shapes {
-        if let Form::Mesh(placed) = &mut shape.form {
+        if let Geometry::Mesh(placed) = &mut shape.form {
             let known = used.iter().position(|index| *index == placed.index);
             let place = known.unwrap_or_else(|| {
                 used.push(placed.index);
@@ -184,8 +184,8 @@ fn meshes<'a>(shapes: impl Iterator<Item = &'a mut Shape>, looks: &Looks) -> Vec
 }
 
 /// Whether a mesh on a hub reaches out to where the rollers touch: then it is the picture of a whole wheel.
-fn shows_rollers(wheel: &Wheel, shape: &Shape, looks: &Looks) -> bool {
-    let Form::Mesh(PlacedMesh { index, scale }) = shape.form else {
+fn shows_rollers(wheel: &Wheel, shape: &Shape, looks: &VisualMeshes) -> bool {
+    let Geometry::Mesh(PlacedMesh { index, scale }) = shape.form else {
         return false;
     };
     let placed = isometry(&shape.pose);
@@ -198,7 +198,7 @@ fn shows_rollers(wheel: &Wheel, shape: &Shape, looks: &Looks) -> bool {
 }
 
 /// The hub as its file shows it; a drum inside its rollers where it shows nothing, or something as large as the wheel.
-fn hub(wheel: &Wheel, shown: &[Shape], looks: &Looks) -> Vec<Shape> {
+fn hub(wheel: &Wheel, shown: &[Shape], looks: &VisualMeshes) -> Vec<Shape> {
     let inside_m = |roller: &Roller| roller.ring_radius_m() - 0.8 * roller.radius_m;
     let room_m = wheel
         .rollers
@@ -208,7 +208,7 @@ fn hub(wheel: &Wheel, shown: &[Shape], looks: &Looks) -> Vec<Shape> {
     let room_m = room_m.clamp(0.1 * wheel.radius_m, wheel.radius_m);
     let fits = |shape: &Shape| {
         // A mesh was looked at by its own vertices.
-        matches!(shape.form, Form::Mesh(_))
+        matches!(shape.form, Geometry::Mesh(_))
             || corners(shape, looks)
                 .iter()
                 .all(|c| c.xy().norm() < 1.5 * room_m.max(0.8 * wheel.radius_m))
@@ -223,14 +223,14 @@ fn hub(wheel: &Wheel, shown: &[Shape], looks: &Looks) -> Vec<Shape> {
         .fold(0.3 * room_m, f64::max);
     vec![Shape {
         pose: pose(&Isometry3::identity()),
-        form: Form::Cylinder([room_m as f32, 2.0 * half_width_m as f32]),
+        form: Geometry::Cylinder([room_m as f32, 2.0 * half_width_m as f32]),
         color: None,
     }]
 }
 
 /// A shape of the model as shapes that are drawn. A mesh is drawn as the box around it.
 fn shapes_of_collision(collision: &Collision) -> Vec<Shape> {
-    let at = |shape_from_part: Isometry3<f64>, form: Form| Shape {
+    let at = |shape_from_part: Isometry3<f64>, form: Geometry| Shape {
         pose: pose(&(collision.body_from_shape * shape_from_part)),
         form,
         color: None,
@@ -238,21 +238,24 @@ fn shapes_of_collision(collision: &Collision) -> Vec<Shape> {
     let here = Isometry3::identity();
     match &collision.shape {
         CollisionShape::Box { half_extents_m: h } => {
-            vec![at(here, Form::Box([h.x as f32, h.y as f32, h.z as f32]))]
+            vec![at(
+                here,
+                Geometry::Box([h.x as f32, h.y as f32, h.z as f32]),
+            )]
         }
         CollisionShape::Cylinder { radius_m, length_m } => vec![at(
             here,
-            Form::Cylinder([*radius_m as f32, *length_m as f32]),
+            Geometry::Cylinder([*radius_m as f32, *length_m as f32]),
         )],
         CollisionShape::Capsule { radius_m, length_m } => {
             let end = |sign: f64| {
                 let up = Translation3::new(0.0, 0.0, sign * 0.5 * length_m);
-                at(up.into(), Form::Sphere([*radius_m as f32]))
+                at(up.into(), Geometry::Sphere([*radius_m as f32]))
             };
-            let middle = Form::Cylinder([*radius_m as f32, *length_m as f32]);
+            let middle = Geometry::Cylinder([*radius_m as f32, *length_m as f32]);
             vec![at(here, middle), end(-1.0), end(1.0)]
         }
-        CollisionShape::Sphere { radius_m } => vec![at(here, Form::Sphere([*radius_m as f32]))],
+        CollisionShape::Sphere { radius_m } => vec![at(here, Geometry::Sphere([*radius_m as f32]))],
         CollisionShape::ConvexHull { points_m } => {
             let Some(first) = points_m.first() else {
                 return Vec::new();
@@ -262,7 +265,7 @@ fn shapes_of_collision(collision: &Collision) -> Vec<Shape> {
                 .fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p)));
             let half = (high - low) * 0.5;
             let middle = Translation3::from(nalgebra::center(&low, &high).coords);
-            let form = Form::Box([half.x as f32, half.y as f32, half.z as f32]);
+            let form = Geometry::Box([half.x as f32, half.y as f32, half.z as f32]);
             vec![at(middle.into(), form)]
         }
     }
@@ -278,7 +281,7 @@ fn plate(robot: &Robot) -> Shape {
     let middle = 0.5 * (low + high) + Vector3::z() * thick_m;
     Shape {
         pose: pose(&Translation3::from(middle).into()),
-        form: Form::Box([
+        form: Geometry::Box([
             half.x.max(thick_m) as f32,
             (0.8 * half.y).max(thick_m) as f32,
             0.5 * thick_m as f32,
@@ -288,12 +291,12 @@ fn plate(robot: &Robot) -> Shape {
 }
 
 /// The corners of the box around a shape along its own axes, in the frame of the body that carries it.
-fn corners(shape: &Shape, looks: &Looks) -> Vec<Vector3<f64>> {
+fn corners(shape: &Shape, looks: &VisualMeshes) -> Vec<Vector3<f64>> {
     let [low, high] = match shape.form {
-        Form::Box(half) => around(half),
-        Form::Cylinder([r, l]) => around([r, r, 0.5 * l]),
-        Form::Sphere([r]) => around([r, r, r]),
-        Form::Mesh(PlacedMesh { index, scale }) => {
+        Geometry::Box(half) => around(half),
+        Geometry::Cylinder([r, l]) => around([r, r, 0.5 * l]),
+        Geometry::Sphere([r]) => around([r, r, r]),
+        Geometry::Mesh(PlacedMesh { index, scale }) => {
             let bounds = looks
                 .meshes
                 .get(index)

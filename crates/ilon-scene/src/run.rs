@@ -5,7 +5,7 @@ use ilon_trace::{
     BodyHeader, BodyShape, Header, JointSample, Projection, Record, Rows, WheelSample,
 };
 
-use crate::description::{Form, Shape};
+use crate::description::{Geometry, Shape};
 use crate::frames::{Contact, Frame, Frames, WheelFrame};
 
 /// How many frames of a run are kept.
@@ -44,11 +44,11 @@ impl Thinning {
 /// The free bodies of a run, each in its own frame: what [`crate::Description::bodies`] shows.
 pub fn shapes_of_bodies(header: &Header) -> Vec<Shape> {
     let form = |shape: BodyShape| match shape {
-        BodyShape::Box { size_m } => Form::Box(size_m.map(|side| 0.5 * side as f32)),
+        BodyShape::Box { size_m } => Geometry::Box(size_m.map(|side| 0.5 * side as f32)),
         BodyShape::Cylinder { radius_m, length_m } => {
-            Form::Cylinder([radius_m as f32, length_m as f32])
+            Geometry::Cylinder([radius_m as f32, length_m as f32])
         }
-        BodyShape::Sphere { radius_m } => Form::Sphere([radius_m as f32]),
+        BodyShape::Sphere { radius_m } => Geometry::Sphere([radius_m as f32]),
     };
     let shape = |body: &BodyHeader| Shape {
         pose: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],

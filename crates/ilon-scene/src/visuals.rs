@@ -3,11 +3,11 @@
 
 use std::collections::{HashMap, HashSet};
 
-use ilon_robot::{Looks, Robot};
+use ilon_robot::{Robot, VisualMeshes};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 
-use crate::description::{Form, PlacedMesh, Shape, pose};
+use crate::description::{Geometry, PlacedMesh, Shape, pose};
 
 /// What is shown of the bodies of a robot.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,7 +32,7 @@ enum Of {
 }
 
 /// Reads them from a text that the robot was read from. What is not well formed shows nothing.
-pub(crate) fn of_urdf(text: &str, robot: &Robot, looks: &Looks) -> Visuals {
+pub(crate) fn of_urdf(text: &str, robot: &Robot, looks: &VisualMeshes) -> Visuals {
     let Ok(document) = Document::parse(text) else {
         return Visuals::default();
     };
@@ -46,7 +46,7 @@ struct File<'a, 'input> {
     below: HashMap<&'a str, Vec<Node<'a, 'input>>>,
     children: HashSet<&'a str>,
     colors: HashMap<&'a str, [f32; 4]>,
-    looks: &'a Looks,
+    looks: &'a VisualMeshes,
 }
 
 fn child<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> Option<Node<'a, 'input>> {
@@ -54,7 +54,7 @@ fn child<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> Option<Node<'a, 'inpu
 }
 
 impl<'a, 'input> File<'a, 'input> {
-    fn of(document: &'a Document<'input>, looks: &'a Looks) -> Self {
+    fn of(document: &'a Document<'input>, looks: &'a VisualMeshes) -> Self {
         let root = document.root_element();
         let named = |tag| {
             let elements = root.children().filter(move |n| n.has_tag_name(tag));
@@ -157,15 +157,15 @@ impl<'a, 'input> File<'a, 'input> {
             if let Some([x, y, z]) = size("box", "size").as_deref() {
                 put(
                     Isometry3::identity(),
-                    Form::Box([x, y, z].map(|side| 0.5 * *side as f32)),
+                    Geometry::Box([x, y, z].map(|side| 0.5 * *side as f32)),
                 );
             }
             if let Some(radius_m) = one("sphere", "radius") {
-                put(Isometry3::identity(), Form::Sphere([radius_m]));
+                put(Isometry3::identity(), Geometry::Sphere([radius_m]));
             }
             if let Some(mesh) = child(geometry, "mesh") {
                 match self.mesh(mesh) {
-                    Some(placed) => put(Isometry3::identity(), Form::Mesh(placed)),
+                    Some(placed) => put(Isometry3::identity(), Geometry::Mesh(placed)),
                     None => *meshes += 1,
                 }
             }
@@ -173,11 +173,14 @@ impl<'a, 'input> File<'a, 'input> {
                 let Some((radius_m, length_m)) = one(tag, "radius").zip(one(tag, "length")) else {
                     continue;
                 };
-                put(Isometry3::identity(), Form::Cylinder([radius_m, length_m]));
+                put(
+                    Isometry3::identity(),
+                    Geometry::Cylinder([radius_m, length_m]),
+                );
                 if tag == "capsule" {
                     for half in [-0.5, 0.5] {
                         let end = Translation3::new(0.0, 0.0, half * f64::from(length_m));
-                        put(end.into(), Form::Sphere([radius_m]));
+                        put(end.into(), Geometry::Sphere([radius_m]));
                     }
                 }
             }

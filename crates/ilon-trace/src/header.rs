@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ilon_robot::{BodyJoint, CollisionShape, JointKind, Looks, Pose, Robot, Wheel};
+use ilon_robot::{BodyJoint, CollisionShape, JointKind, Pose, Robot, VisualMeshes, Wheel};
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -73,8 +73,8 @@ pub struct Header {
     #[serde(default)]
     pub urdf: String,
     /// The meshes by which the robot is seen, made small: what they show is no part of the run.
-    #[serde(default, skip_serializing_if = "Looks::is_empty")]
-    pub looks: Looks,
+    #[serde(default, skip_serializing_if = "VisualMeshes::is_empty")]
+    pub looks: VisualMeshes,
     /// The ground that the robot drove on; `None` where it is not known.
     #[serde(default)]
     pub ground: Option<Ground>,

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use ilon::compare::{Compared, Comparison, html};
+use ilon::compare::{ComparedRun, Comparison, html};
 use ilon_files::FileAccess;
 use ilon_formats::Spec;
 use ilon_report::stage::scene_of;
@@ -105,7 +105,7 @@ pub struct Door {
     files: BTreeMap<PathBuf, Vec<u8>>,
     running: Option<Running>,
     finished: Option<Finished>,
-    kept: Option<Compared>,
+    kept: Option<ComparedRun>,
 }
 
 /// A run under way.
@@ -323,6 +323,6 @@ enum Reply {
     Bytes(Vec<u8>),
 }
 
-fn compared(run: &Run, name: String) -> Compared {
-    Compared::new(name, run.trace.clone(), run.summary.clone())
+fn compared(run: &Run, name: String) -> ComparedRun {
+    ComparedRun::new(name, run.trace.clone(), run.summary.clone())
 }

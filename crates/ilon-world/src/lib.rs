@@ -77,5 +77,5 @@ pub use settings::{
 };
 pub use world::{
     Body, BodyId, BodyMut, BodyState, FreeBodyState, InRapier, Payload, PlaceMotion, Push, RayHit,
-    Seen, World,
+    World, WorldObject,
 };

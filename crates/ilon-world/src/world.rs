@@ -29,7 +29,7 @@ use crate::{ContactSolver, Floor, MotorTorque, Settings, WorldError};
 pub use body::{Body, BodyId, BodyMut, BodyState, PlaceMotion};
 pub use disturbance::Push;
 use free::islands::Islands;
-pub use free::{FreeBodyState, InRapier, RayHit, Seen};
+pub use free::{FreeBodyState, InRapier, RayHit, WorldObject};
 
 /// Robots on the ground, in most worlds one, and free bodies beside them.
 ///

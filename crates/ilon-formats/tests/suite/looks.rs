@@ -8,7 +8,7 @@ use std::path::Path;
 use common::{options, small};
 use ilon_files::FileAccess;
 use ilon_formats::{LoadRobot, Loaded};
-use ilon_robot::{Looks, Robot};
+use ilon_robot::{Robot, VisualMeshes};
 use test_case::test_case;
 
 type Point = [f32; 3];
@@ -111,7 +111,7 @@ fn polygons() -> Vec<u8> {
 }
 
 /// A robot whose chassis is seen as a mesh, read beside these files.
-fn shown_as(mesh: &str, files: &[(&str, Vec<u8>)]) -> (Loaded, Looks) {
+fn shown_as(mesh: &str, files: &[(&str, Vec<u8>)]) -> (Loaded, VisualMeshes) {
     let folder = tempfile::tempdir().expect("a folder");
     for (name, bytes) in files {
         std::fs::write(folder.path().join(name), bytes).expect("a file");
@@ -124,12 +124,12 @@ fn urdf(mesh: &str) -> String {
     small().replacen("<visual>", &format!("{visual}<visual>"), 1)
 }
 
-fn read_in(folder: &Path, mesh: &str, access: FileAccess) -> (Loaded, Looks) {
+fn read_in(folder: &Path, mesh: &str, access: FileAccess) -> (Loaded, VisualMeshes) {
     let file = folder.join("robot.urdf");
     let options = options(|o| o.files = access);
     let loaded = Robot::from_urdf_str_with(&urdf(mesh), &file.display().to_string(), &options);
     let loaded = loaded.expect("what is only seen stops no robot from being read");
-    let looks = loaded.looks();
+    let looks = loaded.visual_meshes();
     (loaded, looks)
 }
 
@@ -263,5 +263,8 @@ fn a_mesh_of_many_triangles_is_simplified_and_its_size_stays() {
     // What a page and a trace carry of it.
     let json = serde_json::to_string(&looks).expect("JSON");
     assert!(json.len() < 250_000, "{}", json.len());
-    assert_eq!(serde_json::from_str::<Looks>(&json).expect("JSON"), looks);
+    assert_eq!(
+        serde_json::from_str::<VisualMeshes>(&json).expect("JSON"),
+        looks
+    );
 }

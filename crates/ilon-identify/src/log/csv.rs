@@ -14,7 +14,7 @@ use super::format::{Column, Format, Measure, Place};
 use super::series::{Log, MAX_BYTES, MOST_ROWS, fault};
 
 /// A column that was found.
-struct Found {
+struct NamedColumn {
     place: usize,
     name: String,
     measure: Measure,
@@ -118,8 +118,8 @@ pub(super) fn read(
             let message = format!("it has more than {MOST_ROWS} rows");
             return Err(fault(path, message, "cut it into parts"));
         }
-        let number = |column: &Found| number(path, &record, line, column);
-        let must = |column: &Found| match number(column)? {
+        let number = |column: &NamedColumn| number(path, &record, line, column);
+        let must = |column: &NamedColumn| match number(column)? {
             Some(value) => Ok(value),
             None => Err(fault(
                 path,
@@ -216,7 +216,7 @@ fn found(
     (names, is_log): (&[String], bool),
     what: &str,
     column: &Column,
-) -> Result<Found, Error> {
+) -> Result<NamedColumn, Error> {
     let place = match &column.column {
         Place::Number(number) => number.saturating_sub(1),
         Place::Name(name) => {
@@ -269,7 +269,7 @@ fn found(
         Place::Name(name) => name.clone(),
         Place::Number(number) => number.to_string(),
     };
-    Ok(Found {
+    Ok(NamedColumn {
         place,
         name,
         measure,
@@ -285,7 +285,7 @@ fn number(
     path: &Path,
     record: &::csv::ByteRecord,
     line: usize,
-    column: &Found,
+    column: &NamedColumn,
 ) -> Result<Option<f64>, Error> {
     let Some(cell) = record.get(column.place) else {
         return Err(fault(

@@ -1,8 +1,8 @@
 //! Logs of drives: what the wheels did, and where something outside saw the robot.
 
+pub mod anomalies;
 mod bag;
 mod csv;
-pub mod doubts;
 mod format;
 mod series;
 pub mod wiring;
@@ -15,7 +15,7 @@ use ilon_sim::Error;
 
 use self::series::FEWEST_ROWS;
 
-pub use doubts::{Doubt, Kind};
+pub use anomalies::{Anomaly, Kind};
 pub(crate) use format::check;
 pub use format::{Bag, Column, Delayed, Fitted, Format, Place};
 pub use series::Log;

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use ilon_robot::Robot;
 use nalgebra::Matrix3xX;
 
-use super::doubts::{Doubt, Kind, doubt, shown};
+use super::anomalies::{Anomaly, Kind, anomaly, shown};
 use super::series::Log;
 use crate::model::{Model, Parameter};
 use crate::motion::{Window, windows};
@@ -18,7 +18,7 @@ const TURNS: f64 = 0.05;
 const OFF_RAD: f64 = 0.4;
 
 /// What the motion of all runs shows: whether the wheels as stated explain it, and if not, what would.
-pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Doubt> {
+pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
     let model = Model::new(robot, &[]).ok()?;
     let matrix = model.twist_matrix(&[])?;
     let lever_m = Parameter::Lever.nominal(robot);
@@ -39,7 +39,7 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Doubt> {
                 && (stated.turn_scale / stated.scale).abs() / factor > 0.3
                 && !near(stated.turn_scale.abs(), stated.scale)
             {
-                return Some(doubt(
+                return Some(anomaly(
                     Kind::Unit,
                     true,
                     format!(
@@ -75,7 +75,7 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Doubt> {
         // A tracker that is only turned is a smaller change than several wheels.
         let is_turned = stated.explained >= EXPLAINED && changes > 1;
         if !is_turned {
-            return Some(doubt(
+            return Some(anomaly(
                 Kind::Wiring,
                 true,
                 format!(
@@ -88,7 +88,7 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Doubt> {
         }
     }
     if stated.explained >= EXPLAINED {
-        return Some(doubt(
+        return Some(anomaly(
             Kind::Wiring,
             true,
             format!(
@@ -100,7 +100,7 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Doubt> {
             ),
         ));
     }
-    Some(doubt(
+    Some(anomaly(
         Kind::Unexplained,
         true,
         format!(
@@ -113,7 +113,7 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Doubt> {
 
 /// One axis of the tracker that points otherwise than it is stated, where the wheels as stated explain the motion with that alone
 /// changed. Whoever looks at displacements in the body frame cannot see it, for these were turned by the heading.
-pub fn of_axes(logs: &[&Log], robot: &Robot, window_s: f64) -> Option<Doubt> {
+pub fn of_axes(logs: &[&Log], robot: &Robot, window_s: f64) -> Option<Anomaly> {
     type Change = fn([f64; 3]) -> [f64; 3];
     let changes: [(&str, Change); 4] = [
         (
@@ -156,7 +156,7 @@ pub fn of_axes(logs: &[&Log], robot: &Robot, window_s: f64) -> Option<Doubt> {
         .filter(|(_, (_, turned_rad))| turned_rad.abs() <= OFF_RAD)
         .max_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
     (most >= EXPLAINED && as_stated < EXPLAINED).then(|| {
-        doubt(
+        anomaly(
             Kind::Wiring,
             true,
             format!(
@@ -216,7 +216,7 @@ const FACTORS: [(f64, &str); 12] = [
     ),
 ];
 
-fn scale_doubt(stated: &Guess) -> Option<Doubt> {
+fn scale_doubt(stated: &Guess) -> Option<Anomaly> {
     let ratio = stated.scale;
     if (0.55..=1.8).contains(&ratio) {
         return None;
@@ -236,7 +236,7 @@ fn scale_doubt(stated: &Guess) -> Option<Doubt> {
         None => "likely other ticks a turn, a gear that was counted twice, or another wheel radius"
             .to_owned(),
     };
-    Some(doubt(
+    Some(anomaly(
         Kind::Unit,
         true,
         format!(

@@ -8,7 +8,7 @@ use nalgebra::Matrix3xX;
 use toml::Value as Toml;
 
 use super::config::Simulate;
-use super::made::Made;
+use super::drive_result::DriveResult;
 use super::parameters::Free;
 use super::phases::{self, Starts};
 use super::steady_drives::Course;
@@ -84,7 +84,7 @@ pub(super) fn made(
     course: &Course,
     task: Task,
     nominal: &Matrix3xX<f64>,
-) -> Result<Option<Made>, Error> {
+) -> Result<Option<DriveResult>, Error> {
     let (robot, period_s) = (&ready.robot, ready.scenario.run.control_dt_s);
     let rates = &course.rates_rad_s[..];
     let rows = (section.drive_s / period_s).ceil().max(2.0) as usize;
@@ -172,7 +172,7 @@ pub(super) fn made(
         };
         (wheels_rad_s, body_m) = (found.wheels_rad_s[0], found.body_m[0]);
     }
-    Ok(Some(Made {
+    Ok(Some(DriveResult {
         along: (seen[0] * asked[0] + seen[1] * asked[1]) / (size * size),
         across: (seen[1] * asked[0] - seen[0] * asked[1]) / (size * size),
         drift_rad_per_m: (seen[2] - asked[2]) / size,

@@ -14,13 +14,13 @@ use nalgebra::{DMatrix, DVector, Matrix3xX};
 use rayon::prelude::*;
 
 use super::drive::{self, Ready, Task, made};
-use super::made::{Made, Together};
+use super::drive_result::{DriveResult, MeanOverPhases};
 use super::parameters::Free;
 use super::phases::Starts;
 use super::profile_likelihood::{Along, NORMAL, PARTS, Point, Scattered, Share};
 use super::residuals::Scales;
 use super::steady_drives::{Course, Leg};
-use crate::least_squares::{Found, Search, least_squares};
+use crate::least_squares::{Minimum, Search, least_squares};
 use crate::scatter::{Cluster, Interval, Scatter};
 use crate::study::{Simulate, Study};
 
@@ -54,7 +54,7 @@ impl Rig<'_> {
         ready: &Ready,
         which: &[usize],
         starts: Starts,
-    ) -> Result<Vec<Option<Together>>, Error> {
+    ) -> Result<Vec<Option<MeanOverPhases>>, Error> {
         let sets = starts.count();
         let tasks: Vec<Task> = which
             .iter()
@@ -72,9 +72,9 @@ impl Rig<'_> {
             (self.count)(self.simulated.fetch_add(1, Ordering::Relaxed) + 1);
             made
         };
-        let all: Result<Vec<Option<Made>>, Error> = tasks.par_iter().map(one).collect();
+        let all: Result<Vec<Option<DriveResult>>, Error> = tasks.par_iter().map(one).collect();
         let all = all?;
-        Ok(all.chunks(sets as usize).map(Together::new).collect())
+        Ok(all.chunks(sets as usize).map(MeanOverPhases::new).collect())
     }
 }
 
@@ -92,11 +92,11 @@ pub(super) struct Problem<'a> {
 }
 
 /// What drives made at some values of the keys.
-type Simulated = (Vec<f64>, Vec<Option<Together>>);
+type Simulated = (Vec<f64>, Vec<Option<MeanOverPhases>>);
 
 /// Values that were found, and what follows from them.
 pub(super) struct Fitted {
-    pub found: Found,
+    pub found: Minimum,
     pub intervals: Vec<Interval>,
     /// Of each free key, a value in another valley that the drives do not refuse.
     pub elsewhere: Vec<Option<f64>>,
@@ -129,7 +129,7 @@ impl<'a> Problem<'a> {
     }
 
     /// What the drives make at some values; `None` where one of them cannot be.
-    fn made(&self, seen: &[f64]) -> Result<Option<Vec<Together>>, Error> {
+    fn made(&self, seen: &[f64]) -> Result<Option<Vec<MeanOverPhases>>, Error> {
         let own = &seen[..self.free.len()];
         let known = {
             let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
@@ -162,8 +162,8 @@ impl<'a> Problem<'a> {
     fn rows(
         &self,
         seen: &[f64],
-        made: &[Together],
-        of: impl Fn(&Together) -> &Made,
+        made: &[MeanOverPhases],
+        of: impl Fn(&MeanOverPhases) -> &DriveResult,
     ) -> Vec<[f64; 2]> {
         let scales = &seen[self.free.len()..];
         let mut rows = Vec::new();
@@ -176,7 +176,7 @@ impl<'a> Problem<'a> {
     }
 
     /// By how much each equation is off from its mean in each of the sets of wheel angles; none of one set.
-    fn deviations(&self, seen: &[f64], made: &[Together]) -> Vec<Vec<f64>> {
+    fn deviations(&self, seen: &[f64], made: &[MeanOverPhases]) -> Vec<Vec<f64>> {
         let sets = self.starts.count() as usize;
         if sets < 2 {
             return Vec::new();
@@ -234,7 +234,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Where a search ends, and the errors by which it weighed equations.
-    fn settled(&self, start: &[f64], search: &Search) -> Result<(Found, Vec<f64>), Error> {
+    fn settled(&self, start: &[f64], search: &Search) -> Result<(Minimum, Vec<f64>), Error> {
         let mut values = start.to_vec();
         let mut round = 0;
         loop {
@@ -270,7 +270,7 @@ impl<'a> Problem<'a> {
     }
 
     /// What is left along the range of each key.
-    fn along(&self, found: &Found, errors: &[f64], search: &Search) -> Result<Vec<Along>, Error> {
+    fn along(&self, found: &Minimum, errors: &[f64], search: &Search) -> Result<Vec<Along>, Error> {
         let one = |axis: usize| -> Result<Along, Error> {
             let here = found.values[axis];
             let (low, high) = search.bounds[axis];
@@ -323,7 +323,7 @@ impl<'a> Problem<'a> {
     /// Intervals that hold all values that drives do not refuse, and which of those lie in another valley.
     fn whole(
         &self,
-        found: &Found,
+        found: &Minimum,
         all: &[Along],
         mut intervals: Vec<Interval>,
         runs: Option<&Runs>,
@@ -386,7 +386,7 @@ impl<'a> Problem<'a> {
     }
 
     /// How runs scatter about what was found; `None` of one run.
-    fn runs(&self, found: &Found) -> Option<Runs> {
+    fn runs(&self, found: &Minimum) -> Option<Runs> {
         let mut of_run: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         let mut row = 0;
         for leg in self.fitted {
@@ -426,7 +426,7 @@ impl<'a> Problem<'a> {
     /// angles leave of the mean. No numbers of what only one run tells.
     fn intervals(
         &self,
-        found: &Found,
+        found: &Minimum,
         errors: &[f64],
         runs: Option<&Runs>,
     ) -> Result<Vec<Interval>, Error> {
@@ -455,7 +455,11 @@ impl<'a> Problem<'a> {
     }
 
     /// The variance of each value by the wheel angles at which the log's drives began, and by how few sets of them were simulated.
-    fn of_angles(&self, found: &Found, errors: &[f64]) -> Result<Option<[DVector<f64>; 2]>, Error> {
+    fn of_angles(
+        &self,
+        found: &Minimum,
+        errors: &[f64],
+    ) -> Result<Option<[DVector<f64>; 2]>, Error> {
         let Some(made) = self.made(&found.values)? else {
             return Ok(None);
         };
@@ -489,7 +493,7 @@ impl<'a> Problem<'a> {
 
     /// Whether it matters for some value at which angles wheels begin, of a problem in which they begin at known ones: whether drives from other
     /// angles move it by more than a small part of what it is known to. `intervals` are those found, where they are.
-    fn matter(&self, found: &Found, intervals: Option<&[Interval]>) -> Result<bool, Error> {
+    fn matter(&self, found: &Minimum, intervals: Option<&[Interval]>) -> Result<bool, Error> {
         let Some(here) = self.made(&found.values)? else {
             return Ok(true);
         };
@@ -497,7 +501,7 @@ impl<'a> Problem<'a> {
         let there = self
             .rig
             .drives(&self.ready(own)?, self.wanted, Starts::Sets(TRIED))?;
-        let Some(there) = there.into_iter().collect::<Option<Vec<Together>>>() else {
+        let Some(there) = there.into_iter().collect::<Option<Vec<MeanOverPhases>>>() else {
             return Ok(true);
         };
         let inverse = inverse(&found.jacobian);
@@ -532,7 +536,7 @@ impl<'a> Problem<'a> {
 
 /// Values at which clearly less is left than where a search ended, along the range of one key with the others following; `None` where there
 /// are none.
-fn better(found: &Found, all: &[Along], search: &Search) -> Option<Vec<f64>> {
+fn better(found: &Minimum, all: &[Along], search: &Search) -> Option<Vec<f64>> {
     let least = all.iter().enumerate();
     let least = least.filter_map(|(axis, along)| Some((axis, along.least()?)));
     let (axis, [value, squares]) = least.min_by(|(_, a), (_, b)| a[1].total_cmp(&b[1]))?;

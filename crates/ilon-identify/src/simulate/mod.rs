@@ -4,13 +4,13 @@
 mod check;
 mod config;
 mod drive;
+mod drive_result;
 mod fitting;
-mod made;
+mod observations;
 mod parameters;
 mod phases;
 mod profile_likelihood;
 mod residuals;
-mod seen;
 mod steady_drives;
 
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -24,17 +24,17 @@ pub use self::config::{
 };
 use self::drive::Ready;
 use self::fitting::{Problem, Rig, shown};
+pub(crate) use self::observations::Observations;
 use self::parameters::{Free, free_of, start_of};
 use self::phases::Starts;
-use self::residuals::{Compared, Scales};
-pub(crate) use self::seen::Seen;
+use self::residuals::{Scales, SimulatedLegs};
 use self::steady_drives::{Leg, legs};
 use crate::least_squares::Search;
 use crate::outcome::{Beside, Elsewhere, Simulation, Value};
 use crate::study::{Study, flat};
 
 /// What simulating found.
-pub(crate) struct Found {
+pub(crate) struct SimulationFit {
     pub parameters: Vec<(String, Value)>,
     pub simulation: Simulation,
 }
@@ -46,10 +46,10 @@ const SETS: u32 = 8;
 pub(crate) fn simulate(
     study: &Study,
     section: &Simulate,
-    seen: &Seen<'_>,
+    seen: &Observations<'_>,
     nominal: &Matrix3xX<f64>,
     count: &(dyn Fn(u32) + Sync),
-) -> Result<Found, Error> {
+) -> Result<SimulationFit, Error> {
     let free = free_of(section)?;
     let held_out = seen.held_out;
     let (legs, drives) = legs(study, section, seen, nominal);
@@ -152,12 +152,13 @@ pub(crate) fn simulate(
     let every: Vec<usize> = (0..drives.len()).collect();
     let ready = Ready::new(study, &drive::keys(study, &free, &values, &[]))?;
     let made = rig.drives(&ready, &every, starts)?;
-    let compared = Compared::new(study, &legs, &made, &scales, &found.values[keys..]);
+    let compared = SimulatedLegs::new(study, &legs, &made, &scales, &found.values[keys..]);
     let mut beside = Vec::new();
     for other in &section.beside {
         let keys = drive::keys(study, &free, &values, &flat(&other.set));
         let made = rig.drives(&Ready::new(study, &keys)?, &every, starts)?;
-        let compared = Compared::new(study, &legs, &made, &scales, &found.values[free.len()..]);
+        let compared =
+            SimulatedLegs::new(study, &legs, &made, &scales, &found.values[free.len()..]);
         beside.push(Beside {
             name: other.name.clone(),
             fit: compared.misses(false),
@@ -199,7 +200,7 @@ pub(crate) fn simulate(
         })
     });
     let elsewhere = elsewhere.collect();
-    Ok(Found {
+    Ok(SimulationFit {
         parameters,
         simulation: Simulation {
             fit: compared.misses(false),

@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix3xX;
 
-use super::made::Together;
+use super::drive_result::MeanOverPhases;
 use super::steady_drives::{Course, Leg, asked};
 use crate::outcome::{Drive, DriveRipple, DriveTorque, Misses, OtherDrive, SimulatedSeries, Value};
 use crate::scatter::Interval;
@@ -59,23 +59,23 @@ impl Scales {
 }
 
 /// All legs with what was simulated of them.
-pub(super) struct Compared<'a> {
+pub(super) struct SimulatedLegs<'a> {
     rows: Vec<Row<'a>>,
     first_scale: f64,
 }
 
 struct Row<'a> {
     leg: &'a Leg,
-    made: Together,
+    made: MeanOverPhases,
     scale: f64,
     is_held_out: bool,
 }
 
-impl<'a> Compared<'a> {
+impl<'a> SimulatedLegs<'a> {
     pub fn new(
         study: &Study,
         legs: &'a [Leg],
-        made: &[Option<Together>],
+        made: &[Option<MeanOverPhases>],
         scales: &Scales,
         values: &[f64],
     ) -> Self {

@@ -2,8 +2,8 @@
 
 use nalgebra::Matrix3xX;
 
-use super::made::Made;
-use super::seen::Seen;
+use super::drive_result::DriveResult;
+use super::observations::Observations;
 use crate::directions::of_body;
 use crate::log::Log;
 use crate::motion::Window;
@@ -61,7 +61,7 @@ impl Leg {
     }
 
     /// What is left of it beside what a simulated drive made, each with its own error; `scale` is the common factor on its ways.
-    pub fn differences(&self, made: &Made, scale: f64) -> Vec<[f64; 2]> {
+    pub fn differences(&self, made: &DriveResult, scale: f64) -> Vec<[f64; 2]> {
         let mut left = Vec::with_capacity(self.equations());
         left.push([self.along - scale * made.along, self.error]);
         left.push([self.across - scale * made.across, self.error]);
@@ -98,7 +98,7 @@ fn sure(ripple: &Ripple) -> [f64; 2] {
 pub(super) fn legs(
     study: &Study,
     section: &Simulate,
-    all: &Seen<'_>,
+    all: &Observations<'_>,
     nominal: &Matrix3xX<f64>,
 ) -> (Vec<Leg>, Vec<Course>) {
     let (windows, trackers, window_s) = (all.windows, all.trackers, study.file.window_s);

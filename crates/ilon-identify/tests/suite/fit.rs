@@ -1,6 +1,6 @@
 //! What a fit takes for noise, what for an outlier, and what a window misses a model by.
 
-use ilon_identify::fit::{Evidence, Noise, misses, take_noise};
+use ilon_identify::kinematic_fit::{Evidence, Noise, misses, take_noise};
 use ilon_identify::motion::{Tracker, Window};
 use nalgebra::Matrix3xX;
 use rand_chacha::ChaCha8Rng;

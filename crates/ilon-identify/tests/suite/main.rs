@@ -1,7 +1,7 @@
 //! The tests of `ilon-identify` from outside, one module for each subject, in one program.
 
+mod anomalies;
 mod bad_logs;
-mod doubts;
 mod fit;
 mod floors;
 mod phases;

@@ -2,7 +2,7 @@
 
 use crate::support;
 
-use ilon_identify::fit::{Evidence, Fitted, fit, take_noise};
+use ilon_identify::kinematic_fit::{Evidence, Fitted, fit, take_noise};
 use ilon_identify::model::Model;
 use ilon_identify::motion::{Window, windows};
 use support::{Drive, drive, robot};

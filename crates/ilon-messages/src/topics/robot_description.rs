@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fmt::Write;
 use std::ops::Range;
 
-use ilon_robot::{Robot, Roller, RollerForm, Turned, Wheel, roll_pitch_yaw};
+use ilon_robot::{Robot, Roller, RollerForm, SolidOfRevolution, Wheel, roll_pitch_yaw};
 use nalgebra::{Isometry3, UnitQuaternion};
 use roxmltree::Document;
 
@@ -137,7 +137,7 @@ fn visuals(wheel: &Wheel, roller: &Roller, link_from_roller: &Isometry3<f64>) ->
 }
 
 /// A roller with a profile by numbers, as a stack of cylinders.
-fn slices(turned: &Turned, link_from_roller: &Isometry3<f64>) -> String {
+fn slices(turned: &SolidOfRevolution, link_from_roller: &Isometry3<f64>) -> String {
     let (first_m, last_m) = turned.span_m();
     let length_m = (last_m - first_m) / SPHERES as f64;
     (0..SPHERES).fold(String::new(), |mut shown, index| {
@@ -258,7 +258,7 @@ mod tests {
     #[test]
     fn a_roller_by_numbers_is_shown_from_end_to_end() {
         let points_m = [[-0.02, 0.005], [0.0, 0.01], [0.03, 0.004]];
-        let turned = Turned::new(&points_m, 0.0).unwrap();
+        let turned = SolidOfRevolution::new(&points_m, 0.0).unwrap();
         let text = format!("<a>{}</a>", slices(&turned, &Isometry3::identity()));
         let document = Document::parse(&text).unwrap();
         let attribute = |tag: &str, name: &str| -> Vec<Vec<f64>> {

@@ -5,7 +5,7 @@ use ilon_trace::ledger::Integral;
 use ilon_trace::quantities::by_key;
 use ilon_trace::{Record, Summary, WheelSample};
 
-use crate::compare::{Compared, Comparison};
+use crate::compare::{ComparedRun, Comparison};
 use crate::figure::{
     Axis, Curve, Figure, Layout, Pen, Span, axis, bars, curve, dashed, layout, map_layout, plot,
     wheel_pen,
@@ -338,7 +338,10 @@ fn from_zero(x_title: &str, y_title: &str) -> Layout {
 }
 
 /// One curve a run.
-fn each_run(comparison: &Comparison, points: impl Fn(&Compared) -> Vec<(f64, f64)>) -> Vec<Curve> {
+fn each_run(
+    comparison: &Comparison,
+    points: impl Fn(&ComparedRun) -> Vec<(f64, f64)>,
+) -> Vec<Curve> {
     let runs = comparison.runs.iter().enumerate();
     runs.map(|(index, run)| curve(&run.name, points(run).into_iter(), run_pen(index)))
         .collect()
@@ -379,15 +382,15 @@ fn bars_of_runs(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::Compared;
+    use crate::compare::ComparedRun;
     use crate::sample::made_up_run;
     use ilon_trace::{Settings, Summary, Trace};
 
-    fn run(name: &str, open_loop: bool) -> Compared {
+    fn run(name: &str, open_loop: bool) -> ComparedRun {
         let mut trace = made_up_run(2.0, open_loop);
         trace.header.scenario_name = name.to_owned();
         let summary = Summary::of(&trace, &Settings::default());
-        Compared {
+        ComparedRun {
             name: name.to_owned(),
             trace,
             summary,
@@ -396,8 +399,9 @@ mod tests {
 
     #[test]
     fn a_reference_that_runs_share_is_drawn_once_and_none_where_there_is_none() {
-        let drawn =
-            |runs: Vec<Compared>| references(&Comparison::of(runs, &[]).expect("two runs")).len();
+        let drawn = |runs: Vec<ComparedRun>| {
+            references(&Comparison::of(runs, &[]).expect("two runs")).len()
+        };
         assert_eq!(drawn(vec![run("a", false), run("b", false)]), 1);
         assert_eq!(drawn(vec![run("a", false), run("b", true)]), 1);
         assert_eq!(drawn(vec![run("a", true), run("b", true)]), 0);

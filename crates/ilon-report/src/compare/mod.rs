@@ -17,7 +17,7 @@ pub use page::{html, write};
 
 /// One of the runs that are compared.
 #[derive(Clone, Debug)]
-pub struct Compared {
+pub struct ComparedRun {
     /// What it is called beside the others.
     pub name: String,
     /// What was recorded.
@@ -56,7 +56,7 @@ pub enum CompareError {
 #[derive(Clone, Debug)]
 pub struct Comparison {
     /// The runs, each with a name that none other has.
-    pub runs: Vec<Compared>,
+    pub runs: Vec<ComparedRun>,
     /// What was set differently: the keys of the scenarios that not all runs share.
     pub differences: Vec<SettingRow>,
 }
@@ -70,7 +70,7 @@ pub struct SettingRow {
     pub values: Vec<Option<String>>,
 }
 
-impl Compared {
+impl ComparedRun {
     /// Reads a run from the folder that `ilon run` wrote, or from a trace file by itself. Figures come from the folder's
     /// `summary.json` where it is that trace's own, and from the trace otherwise.
     ///
@@ -124,7 +124,7 @@ impl Comparison {
     ///
     /// # Errors
     /// Fewer than two runs.
-    pub fn of(runs: Vec<Compared>, paths: &[PathBuf]) -> Result<Self, CompareError> {
+    pub fn of(runs: Vec<ComparedRun>, paths: &[PathBuf]) -> Result<Self, CompareError> {
         if runs.len() < 2 {
             return Err(CompareError::TooFew);
         }
@@ -160,7 +160,7 @@ impl Comparison {
 
 /// Names that differ: the scenarios' where they do, else those of the files or folders, else the whole paths, else
 /// numbered ones.
-fn names(runs: &[Compared], paths: &[PathBuf]) -> Vec<String> {
+fn names(runs: &[ComparedRun], paths: &[PathBuf]) -> Vec<String> {
     let of_scenarios = runs.iter().map(|run| run.name.clone()).collect();
     let last = |path: &PathBuf| {
         let name = path.file_stem().unwrap_or(path.as_os_str());
@@ -183,7 +183,7 @@ fn names(runs: &[Compared], paths: &[PathBuf]) -> Vec<String> {
     }
 }
 
-fn differences(runs: &[Compared]) -> Vec<SettingRow> {
+fn differences(runs: &[ComparedRun]) -> Vec<SettingRow> {
     let texts = runs
         .iter()
         .map(|run| run.trace.header.scenario_toml.as_str());
@@ -259,14 +259,14 @@ mod tests {
     use super::*;
     use ilon_trace::Header;
 
-    fn run(name: &str, scenario_toml: &str) -> Compared {
+    fn run(name: &str, scenario_toml: &str) -> ComparedRun {
         let header = Header {
             scenario_name: name.to_owned(),
             scenario_toml: scenario_toml.to_owned(),
             ..Header::default()
         };
         let trace = Trace::with_capacity(header, 0);
-        Compared {
+        ComparedRun {
             name: name.to_owned(),
             summary: Summary::of(&trace, &Settings::default()),
             trace,

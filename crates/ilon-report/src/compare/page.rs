@@ -303,7 +303,7 @@ fn numbers_section(comparison: &Comparison) -> Section {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::Compared;
+    use crate::compare::ComparedRun;
     use crate::sample::made_up_run;
     use ilon_trace::{Settings, Summary};
 
@@ -312,7 +312,7 @@ mod tests {
             let mut trace = made_up_run(2.0, open_loop);
             trace.header.scenario_name = name.to_owned();
             let summary = Summary::of(&trace, &Settings::default());
-            Compared {
+            ComparedRun {
                 name: name.to_owned(),
                 trace,
                 summary,

@@ -127,7 +127,7 @@ pub(super) fn sentences(comparison: &Comparison) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::Compared;
+    use crate::compare::ComparedRun;
     use crate::sample::made_up_run;
     use ilon_trace::{Settings, Summary};
 
@@ -135,7 +135,7 @@ mod tests {
         let run = |name: &str| {
             let trace = made_up_run(2.0, false);
             let summary = Summary::of(&trace, &Settings::default());
-            Compared::new(name.to_owned(), trace, summary)
+            ComparedRun::new(name.to_owned(), trace, summary)
         };
         let mut runs = vec![run("one"), run("two")];
         runs[1].trace.header.scenario_name = "two".to_owned();

@@ -8,7 +8,7 @@ use crate::decimate::evenly;
 use crate::figure::{
     Curve, Figure, Layout, Span, axis, bars, curve, dashed, dots, exact_curve, layout, plot, solid,
 };
-use crate::input::Shown;
+use crate::input::RunInput;
 use crate::story::{Budget, PARTS};
 use crate::text::{label, length};
 
@@ -20,7 +20,7 @@ pub(crate) const TERM_COLORS: [&str; 5] =
     ["@guidance", "@compensation", "@servo", "@geometry", "@slip"];
 
 /// The ledger: net bars, and how the terms grew.
-pub(crate) fn ledger(shown: &Shown, summary: &Summary) -> Vec<Figure> {
+pub(crate) fn ledger(shown: &RunInput, summary: &Summary) -> Vec<Figure> {
     let mm = |i: &Integral, f: Quantity| 1e3 * f(i);
     let position: [(&str, Quantity); 2] = [("along x", |i| i.x_m), ("along y", |i| i.y_m)];
     let heading: [(&str, Quantity); 1] = [("heading", |i| i.heading_rad)];
@@ -123,7 +123,7 @@ pub(crate) fn budget(budget: &Budget) -> Figure {
 }
 
 /// The motors' work and where it went.
-pub(crate) fn energy(shown: &Shown) -> Figure {
+pub(crate) fn energy(shown: &RunInput) -> Figure {
     let trace = &*shown.trace;
     let of = |f: fn(&Record, &Record) -> f64| {
         let records = trace.records();
@@ -215,7 +215,7 @@ fn bars_of(
 
 /// Each term's way so far, stacked.
 fn growth(
-    shown: &Shown,
+    shown: &RunInput,
     id: &str,
     title: &str,
     caption: &str,
@@ -277,7 +277,7 @@ mod tests {
     fn the_ledgers_bars_are_the_summarys_terms_in_millimetres() {
         let trace = crate::sample::made_up_run(2.0, false);
         let summary = Summary::of(&trace, &ilon_trace::Settings::default());
-        let Ok(shown) = Shown::of(&trace);
+        let Ok(shown) = RunInput::of(&trace);
         let figures = ledger(&shown, &summary);
         let plot: serde_json::Value = serde_json::from_str(&figures[0].plot).expect("JSON");
         let curves = plot["curves"].as_array().expect("curves");

@@ -10,10 +10,10 @@ use crate::figure::{
     Curve, Figure, Layout, Span, axis, curve, dots, dotted, exact_curve, layout, map_layout, plot,
     wheel_pen,
 };
-use crate::input::Shown;
+use crate::input::RunInput;
 
 /// Sliding speed of each wheel's contact over time.
-pub(crate) fn slip_speed(shown: &Shown) -> Figure {
+pub(crate) fn slip_speed(shown: &RunInput) -> Figure {
     Figure {
         id: "slip-speed".to_owned(),
         title: "Sliding speed".to_owned(),
@@ -31,7 +31,7 @@ pub(crate) fn slip_speed(shown: &Shown) -> Figure {
 }
 
 /// Normal force of each wheel over time.
-pub(crate) fn normal_force(shown: &Shown) -> Figure {
+pub(crate) fn normal_force(shown: &RunInput) -> Figure {
     Figure {
         id: "normal-force".to_owned(),
         title: "Load on each wheel".to_owned(),
@@ -49,7 +49,7 @@ pub(crate) fn normal_force(shown: &Shown) -> Figure {
 }
 
 /// Tangential force of each wheel over time.
-pub(crate) fn tangential_force(shown: &Shown) -> Figure {
+pub(crate) fn tangential_force(shown: &RunInput) -> Figure {
     Figure {
         id: "tangential-force".to_owned(),
         title: "Push of each wheel".to_owned(),
@@ -67,7 +67,7 @@ pub(crate) fn tangential_force(shown: &Shown) -> Figure {
 }
 
 /// Share of the friction cone that each wheel uses, over time.
-pub(crate) fn grip_used(shown: &Shown) -> Figure {
+pub(crate) fn grip_used(shown: &RunInput) -> Figure {
     Figure {
         id: "grip-used".to_owned(),
         title: "Grip in use over time".to_owned(),
@@ -84,7 +84,7 @@ pub(crate) fn grip_used(shown: &Shown) -> Figure {
 }
 
 /// Energy that each wheel has lost to slip, over time.
-pub(crate) fn slip_energy(shown: &Shown) -> Figure {
+pub(crate) fn slip_energy(shown: &RunInput) -> Figure {
     Figure {
         id: "slip-energy".to_owned(),
         title: "Energy lost to slip".to_owned(),
@@ -100,7 +100,7 @@ pub(crate) fn slip_energy(shown: &Shown) -> Figure {
 }
 
 /// Residual of Indiveri 2009, eq. (5), of each wheel over time.
-pub(crate) fn residual(shown: &Shown) -> Figure {
+pub(crate) fn residual(shown: &RunInput) -> Figure {
     Figure {
         id: "residual".to_owned(),
         title: "Residual of equation (5)".to_owned(),
@@ -118,7 +118,7 @@ pub(crate) fn residual(shown: &Shown) -> Figure {
 }
 
 /// Rms sliding speed around each wheel's turn.
-pub(crate) fn polar(shown: &Shown) -> Figure {
+pub(crate) fn polar(shown: &RunInput) -> Figure {
     let header = &shown.trace.header;
     let around: Vec<[f64; SECTORS]> = (0..header.wheels.len())
         .map(|index| {
@@ -257,7 +257,7 @@ pub(crate) fn contact_map(trace: &Trace) -> Figure {
 }
 
 /// Spin of the touching roller against that of rolling without sliding.
-pub(crate) fn roller_spin(shown: &Shown) -> Figure {
+pub(crate) fn roller_spin(shown: &RunInput) -> Figure {
     Figure {
         id: "roller-spin".to_owned(),
         title: "Roller spin, real minus ideal".to_owned(),
@@ -275,7 +275,7 @@ pub(crate) fn roller_spin(shown: &Shown) -> Figure {
 }
 
 /// One curve a wheel.
-fn each_wheel(shown: &Shown, what: OfWheel, scale: fn(f64) -> f64) -> Vec<Curve> {
+fn each_wheel(shown: &RunInput, what: OfWheel, scale: fn(f64) -> f64) -> Vec<Curve> {
     let header = &shown.trace.header;
     let wheels = header.wheels.iter().enumerate().map(|(index, wheel)| {
         let points = shown.all.wheel(index, what);

@@ -9,11 +9,11 @@ use crate::figure::{
     Curve, Figure, Layout, Pen, Span, axis, curve, dashed, dots, dotted, exact_curve, map_layout,
     plot, solid,
 };
-use crate::input::Shown;
+use crate::input::RunInput;
 use crate::story::Budget;
 
 /// The way over the floor, against the reference.
-pub(crate) fn path(shown: &Shown) -> Figure {
+pub(crate) fn path(shown: &RunInput) -> Figure {
     let trace = &*shown.trace;
     let records = trace.records();
     let desired = || records.iter().filter_map(|r| r.desired).map(|d| d.pose);
@@ -62,7 +62,7 @@ pub(crate) fn path(shown: &Shown) -> Figure {
 }
 
 /// Position and heading error over time; none without a reference.
-pub(crate) fn errors(shown: &Shown, settings: &Settings) -> Vec<Figure> {
+pub(crate) fn errors(shown: &RunInput, settings: &Settings) -> Vec<Figure> {
     if shown.all.robot(OfRobot::PositionError).next().is_none() {
         return Vec::new();
     }
@@ -138,7 +138,7 @@ pub(crate) fn errors(shown: &Shown, settings: &Settings) -> Vec<Figure> {
 }
 
 /// How far the simulated robot is from the one that a log measured; none without such a log.
-pub(crate) fn against_the_log(shown: &Shown) -> Vec<Figure> {
+pub(crate) fn against_the_log(shown: &RunInput) -> Vec<Figure> {
     if shown.all.robot(OfRobot::MeasuredDistance).next().is_none() {
         return Vec::new();
     }
@@ -176,7 +176,7 @@ pub(crate) fn against_the_log(shown: &Shown) -> Vec<Figure> {
 }
 
 /// The position error and what happened around the worst instant.
-pub(crate) fn error_around(shown: &Shown, budget: &Budget) -> Figure {
+pub(crate) fn error_around(shown: &RunInput, budget: &Budget) -> Figure {
     let around_s = (budget.at_s - budget.from_s).max(0.2);
     let (from_s, to_s) = (budget.from_s - 0.5 * around_s, budget.at_s + 0.7 * around_s);
     let near = shown
@@ -221,7 +221,7 @@ pub(crate) const COMPONENTS: [(&str, &str, &str, Component); 3] = [
 ];
 
 /// The three components of the twist: asked, ideal, by the contacts, real.
-pub(crate) fn twist(shown: &Shown) -> Vec<Figure> {
+pub(crate) fn twist(shown: &RunInput) -> Vec<Figure> {
     COMPONENTS
         .into_iter()
         .enumerate()
@@ -261,7 +261,7 @@ pub(crate) fn twist(shown: &Shown) -> Vec<Figure> {
 }
 
 /// Where dead reckoning believes the robot to be, and how far off that is.
-pub(crate) fn odometry(shown: &Shown) -> Vec<Figure> {
+pub(crate) fn odometry(shown: &RunInput) -> Vec<Figure> {
     let poses = |pose: fn(&Record) -> Pose| -> Vec<Pose> {
         shown.trace.records().iter().map(pose).collect()
     };
@@ -338,7 +338,7 @@ pub(crate) fn way(name: &str, poses: &[Pose], pen: Pen) -> Curve {
 }
 
 /// A horizontal line over the run.
-pub(super) fn level(shown: &Shown, name: &str, y: f64, pen: Pen) -> Curve {
+pub(super) fn level(shown: &RunInput, name: &str, y: f64, pen: Pen) -> Curve {
     exact_curve(name, shown.all.ends_s().map(|t_s| (t_s, y)), pen)
 }
 

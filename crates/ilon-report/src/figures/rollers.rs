@@ -2,12 +2,12 @@
 
 use ilon_trace::{Trace, WheelSample};
 
-use crate::accumulate::{Gathered, PITCH_BINS};
+use crate::accumulate::{Accumulated, PITCH_BINS};
 use crate::decimate::{MAX_POINTS, evenly};
 use crate::figure::{
     Curve, Figure, Layout, Span, axis, curve, dots, exact_curve, layout, plot, solid, wheel_pen,
 };
-use crate::input::Shown;
+use crate::input::RunInput;
 
 /// One panel a wheel: the roller that carries it over time, where it shares the load, and where none touches.
 pub(crate) fn touching(trace: &Trace) -> Vec<Figure> {
@@ -68,7 +68,7 @@ fn changes<'t>(samples: impl Iterator<Item = (f64, &'t WheelSample)>) -> Vec<(f6
 }
 
 /// How the carrying roller shares the load, over the wheel's turn folded into one roller pitch.
-pub(crate) fn hand_over(shown: &Shown) -> Figure {
+pub(crate) fn hand_over(shown: &RunInput) -> Figure {
     let curves = each_wheel(shown, |all, index| all.load_in_pitch(index));
     Figure {
         id: "hand-over".to_owned(),
@@ -88,7 +88,7 @@ pub(crate) fn hand_over(shown: &Shown) -> Figure {
 }
 
 /// Sliding speed over the wheel's turn folded into one roller pitch.
-pub(crate) fn slip_within_a_pitch(shown: &Shown) -> Figure {
+pub(crate) fn slip_within_a_pitch(shown: &RunInput) -> Figure {
     let curves = each_wheel(shown, |all, index| all.slip_in_pitch(index).map(f64::sqrt));
     Figure {
         id: "slip-pitch".to_owned(),
@@ -108,7 +108,10 @@ pub(crate) fn slip_within_a_pitch(shown: &Shown) -> Figure {
 
 /// A curve for each wheel of what was folded into one roller pitch, in degrees; parts of the pitch where nothing came are
 /// left out.
-fn each_wheel(shown: &Shown, folded: fn(&Gathered, usize) -> [f64; PITCH_BINS]) -> Vec<Curve> {
+fn each_wheel(
+    shown: &RunInput,
+    folded: fn(&Accumulated, usize) -> [f64; PITCH_BINS],
+) -> Vec<Curve> {
     let header = &shown.trace.header;
     let wheels = header.wheels.iter().enumerate().map(|(index, wheel)| {
         let pitch_deg = 360.0 / wheel.roller_count.max(1) as f64;

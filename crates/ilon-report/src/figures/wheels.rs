@@ -5,10 +5,10 @@ use crate::accumulate::{OfRobot, OfWheel};
 use crate::figure::{
     Curve, Figure, Layout, Span, axis, curve, dashed, dotted, plot, solid, wheel_pen,
 };
-use crate::input::Shown;
+use crate::input::RunInput;
 
 /// One panel a wheel: commanded and real rate, and the limit. All panels share their scale.
-pub(crate) fn rates(shown: &Shown) -> Vec<Figure> {
+pub(crate) fn rates(shown: &RunInput) -> Vec<Figure> {
     let trace = &*shown.trace;
     let header = &trace.header;
     let limits = || {
@@ -53,7 +53,7 @@ pub(crate) fn rates(shown: &Shown) -> Vec<Figure> {
 }
 
 /// Torques of all wheels.
-pub(crate) fn torques(shown: &Shown) -> Figure {
+pub(crate) fn torques(shown: &RunInput) -> Figure {
     let header = &shown.trace.header;
     let curves = header.wheels.iter().enumerate().map(|(index, wheel)| {
         let torques = shown.all.wheel(index, OfWheel::Torque);
@@ -73,7 +73,7 @@ pub(crate) fn torques(shown: &Shown) -> Figure {
 }
 
 /// What the torques give of the accelerations asked for; `None` where they gave all, always.
-pub(crate) fn torque_weights(shown: &Shown) -> Option<Figure> {
+pub(crate) fn torque_weights(shown: &RunInput) -> Option<Figure> {
     let position = || shown.all.robot(OfRobot::PositionTorqueWeight);
     let heading = || shown.all.robot(OfRobot::HeadingTorqueWeight);
     position().chain(heading()).any(|(_, w)| w < 1.0).then(|| {
@@ -99,7 +99,7 @@ pub(crate) fn torque_weights(shown: &Shown) -> Option<Figure> {
 }
 
 /// Weights and capacities of the guidance law's tasks; empty without guidance.
-pub(crate) fn tasks(shown: &Shown) -> Vec<Figure> {
+pub(crate) fn tasks(shown: &RunInput) -> Vec<Figure> {
     let names = &shown.trace.header.task_names;
     if names.is_empty() {
         return Vec::new();
@@ -178,7 +178,7 @@ mod tests {
                 };
                 trace.push(record, &[turning, WheelSample::default()]);
             }
-            let Ok(shown) = Shown::of(&trace);
+            let Ok(shown) = RunInput::of(&trace);
             let limits = |figure: &Figure| -> Vec<f64> {
                 let plot: serde_json::Value = serde_json::from_str(&figure.plot).expect("JSON");
                 let curves = plot["curves"].as_array().expect("curves");

@@ -38,7 +38,7 @@ pub fn html(loaded: &Loaded, seen: &Inspection) -> String {
     let kinematics = Kinematics::new(robot).ok();
     let contact = ContactKinematics::new(robot).ok();
     let scene = Scene::new(
-        Description::of_robot(robot, Some(&loaded.urdf), &loaded.looks()),
+        Description::of_robot(robot, Some(&loaded.urdf), &loaded.visual_meshes()),
         turning(robot, contact.clone()),
     );
     let picture = stage::of_robot(&scene, TURN_S).ok();

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::sweep::{self, Quantity, Run, Sensitivity, Shown, Varied};
+use crate::sweep::{self, Quantity, Run, Sensitivity, StudyInput, Varied};
 use ilon_sweep::{Findings, Question, Row, Scale, Status, Study, Values, number_of, text_of};
 use ilon_trace::TraceError;
 
@@ -32,7 +32,7 @@ pub fn write(
     sweep::write(path, &shown(study, rows, findings), command)
 }
 
-fn shown(study: &Study, rows: &[Row], findings: &Findings) -> Shown {
+fn shown(study: &Study, rows: &[Row], findings: &Findings) -> StudyInput {
     let scenarios: Vec<&str> = study.scenario_names().collect();
     let varied = study.columns().iter().enumerate().map(|(index, column)| {
         let axis = study.axes().iter().find(|axis| axis.key == column.key);
@@ -113,7 +113,7 @@ fn shown(study: &Study, rows: &[Row], findings: &Findings) -> Shown {
         has_failed: row.status == Status::Failed,
     });
     let runs = runs.collect();
-    Shown {
+    StudyInput {
         name: study.name().to_owned(),
         facts: facts(study, findings),
         answers: answers(study, findings),

@@ -21,7 +21,7 @@ pub(crate) use events::{Event, EventKind, Watch};
 pub(crate) use measured::{Measured, apart};
 
 use crate::accumulate::OfRobot;
-use crate::input::Shown;
+use crate::input::RunInput;
 use crate::page::escape;
 use crate::text::{angle, length, time};
 use faults::Trouble;
@@ -49,7 +49,7 @@ pub(crate) struct Story {
 }
 
 impl Story {
-    pub fn of(shown: &Shown, summary: &Summary, settings: &Settings) -> Self {
+    pub fn of(shown: &RunInput, summary: &Summary, settings: &Settings) -> Self {
         let header = &shown.trace.header;
         let watch = shown.all.watch();
         let posture = &watch.posture;

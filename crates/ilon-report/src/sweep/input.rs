@@ -7,7 +7,7 @@ use crate::short;
 
 /// A study as it is shown.
 #[derive(Clone, Debug, Default)]
-pub struct Shown {
+pub struct StudyInput {
     /// Its name.
     pub name: String,
     /// What it was, as plain text: its scenarios, how points were chosen, how many.
@@ -84,7 +84,7 @@ pub fn figure(x: f64) -> String {
     number(short(x, 4))
 }
 
-impl Shown {
+impl StudyInput {
     /// The value of a key as it is read.
     pub(super) fn value(&self, key: usize, value: f64) -> String {
         match self.varied[key].words.get(value as usize) {

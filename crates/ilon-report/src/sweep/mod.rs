@@ -14,7 +14,7 @@ use std::path::Path;
 use ilon_trace::TraceError;
 use ilon_trace::file::write_text;
 
-pub use self::input::{Bar, Quantity, Run, Sensitivity, Shown, Varied, figure};
+pub use self::input::{Bar, Quantity, Run, Sensitivity, StudyInput, Varied, figure};
 use crate::page::{self, Head, Section, answers, escape, table};
 
 /// Runs that are listed at each end of a quantity.
@@ -24,7 +24,7 @@ const LISTED: usize = 5;
 const DRAWN: usize = 6;
 
 /// The page. `command` says how a run is seen again.
-pub fn html(shown: &Shown, command: &dyn Fn(u64) -> String) -> String {
+pub fn html(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
     let head = Head {
         kind: "study",
         title: shown.name.clone(),
@@ -93,14 +93,14 @@ pub fn html(shown: &Shown, command: &dyn Fn(u64) -> String) -> String {
 /// [`TraceError::Io`] where the file cannot be written.
 pub fn write(
     path: &Path,
-    shown: &Shown,
+    shown: &StudyInput,
     command: &dyn Fn(u64) -> String,
 ) -> Result<(), TraceError> {
     write_text(path, &html(shown, command))
 }
 
 /// The runs at both ends of each quantity, and those that failed first.
-fn listed(shown: &Shown, command: &dyn Fn(u64) -> String) -> String {
+fn listed(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
     let mut html = String::new();
     let mut list = |title: String, runs: &[&Run], quantity: Option<usize>| {
         if runs.is_empty() {

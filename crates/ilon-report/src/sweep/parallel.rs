@@ -1,7 +1,7 @@
 //! All runs of a study as parallel coordinates.
 
 use super::chart::Place;
-use super::input::{Run, Shown};
+use super::input::{Run, StudyInput};
 use super::shape::distinct;
 use crate::page::json_in_script;
 use crate::short;
@@ -15,7 +15,7 @@ const STEPS: f64 = 4095.0;
 const MOST_NUMBERS: usize = 200_000;
 
 /// All runs as parallel coordinates: the place of the drawing, and its data.
-pub(super) fn parallel(shown: &Shown) -> String {
+pub(super) fn parallel(shown: &StudyInput) -> String {
     let keys: Vec<usize> = (0..shown.varied.len())
         .filter(|key| shown.varied[*key].key != "sensors.seed" && distinct(shown, *key).len() > 1)
         .collect();

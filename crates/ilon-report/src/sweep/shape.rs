@@ -1,6 +1,6 @@
 //! Which figures a study is shown by, and the points in them.
 
-use super::input::{Run, Shown, figure};
+use super::input::{Run, StudyInput, figure};
 
 /// Most curves in one figure.
 const MOST_CURVES: usize = 8;
@@ -59,7 +59,7 @@ pub(super) struct Point {
 }
 
 /// The figures of a study.
-pub(super) fn figures(shown: &Shown, most_quantities: usize) -> Vec<Figure> {
+pub(super) fn figures(shown: &StudyInput, most_quantities: usize) -> Vec<Figure> {
     let mut figures = Vec::new();
     // A seed orders nothing.
     let keys: Vec<usize> = (0..shown.varied.len())
@@ -115,7 +115,7 @@ pub(super) fn figures(shown: &Shown, most_quantities: usize) -> Vec<Figure> {
 }
 
 /// The values of a key, in ascending order.
-pub(super) fn distinct(shown: &Shown, key: usize) -> Vec<f64> {
+pub(super) fn distinct(shown: &StudyInput, key: usize) -> Vec<f64> {
     let mut values: Vec<f64> = shown
         .runs
         .iter()
@@ -127,12 +127,12 @@ pub(super) fn distinct(shown: &Shown, key: usize) -> Vec<f64> {
 }
 
 /// Whether two keys make a table of fields, of which enough were run.
-fn is_fields(shown: &Shown, a: usize, b: usize) -> bool {
+fn is_fields(shown: &StudyInput, a: usize, b: usize) -> bool {
     let (a, b) = (distinct(shown, a).len(), distinct(shown, b).len());
     a >= 3 && b >= 3 && a <= MOST_FIELDS && b <= MOST_FIELDS && a * b <= 2 * shown.runs.len()
 }
 
-fn wider(shown: &Shown, a: usize, b: usize) -> usize {
+fn wider(shown: &StudyInput, a: usize, b: usize) -> usize {
     if distinct(shown, b).len() > distinct(shown, a).len() {
         b
     } else {
@@ -140,7 +140,7 @@ fn wider(shown: &Shown, a: usize, b: usize) -> usize {
     }
 }
 
-fn scale(shown: &Shown, key: usize) -> Scale {
+fn scale(shown: &StudyInput, key: usize) -> Scale {
     let varied = &shown.varied[key];
     Scale {
         name: varied.key.clone(),
@@ -149,7 +149,7 @@ fn scale(shown: &Shown, key: usize) -> Scale {
     }
 }
 
-fn cloud(shown: &Shown, quantity: usize, key: usize) -> Figure {
+fn cloud(shown: &StudyInput, quantity: usize, key: usize) -> Figure {
     let all: Vec<(f64, f64)> = shown
         .runs
         .iter()
@@ -171,7 +171,7 @@ fn cloud(shown: &Shown, quantity: usize, key: usize) -> Figure {
     }
 }
 
-fn curves(shown: &Shown, quantity: usize, key: usize) -> Figure {
+fn curves(shown: &StudyInput, quantity: usize, key: usize) -> Figure {
     let others: Vec<usize> = (0..shown.varied.len())
         .filter(|other| {
             *other != key
@@ -257,7 +257,7 @@ fn gathered(mut points: Vec<(f64, f64)>) -> Vec<Point> {
     gathered
 }
 
-fn heat(shown: &Shown, quantity: usize, a: usize, b: usize) -> Figure {
+fn heat(shown: &StudyInput, quantity: usize, a: usize, b: usize) -> Figure {
     let (xs, ys) = (distinct(shown, a), distinct(shown, b));
     let mut sums = vec![(0.0, 0.0); xs.len() * ys.len()];
     for run in &shown.runs {
@@ -304,7 +304,7 @@ mod tests {
     use super::*;
 
     /// A study over keys with these numbers of values, with the quantity a + 10 b and so on of their places.
-    fn study(counts: &[usize], repetitions: usize) -> Shown {
+    fn study(counts: &[usize], repetitions: usize) -> StudyInput {
         let varied = |index: usize| Varied {
             key: format!("k{index}"),
             words: Vec::new(),
@@ -331,14 +331,14 @@ mod tests {
                 has_failed: false,
             }
         };
-        Shown {
+        StudyInput {
             varied: (0..counts.len()).map(varied).collect(),
             quantities: vec![Quantity {
                 name: "q".to_owned(),
                 bound: Some(3.0),
             }],
             runs: (0..total * repetitions).map(run).collect(),
-            ..Shown::default()
+            ..StudyInput::default()
         }
     }
 
@@ -409,7 +409,7 @@ mod tests {
         let mut shown = study(&[3, 3], 1);
         assert!(is_fields(&shown, 0, 1));
         // The two keys keep three values each with runs along one diagonal and beside it.
-        let keep = |shown: &mut Shown, kept: &[usize]| {
+        let keep = |shown: &mut StudyInput, kept: &[usize]| {
             shown.runs.retain(|run| kept.contains(&(run.run as usize)));
         };
         keep(&mut shown, &[0, 1, 4, 5, 8]);

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Unit, UnitQuaternion, Vector3};
 
-use super::{Barrel, Collision, Joint, MassProperties, Profile, Turned, wrap_angle};
+use super::{Barrel, Collision, Joint, MassProperties, Profile, SolidOfRevolution, wrap_angle};
 
 /// A passive roller on the rim of a wheel.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,7 +40,7 @@ pub enum RollerForm {
     /// `ring_radius_m` are those of that circle.
     Made(Barrel),
     /// A body turned to a profile by numbers.
-    Turned(Turned),
+    Turned(SolidOfRevolution),
     /// The collision shapes of its file.
     AsModelled(ModelledRoller),
 }

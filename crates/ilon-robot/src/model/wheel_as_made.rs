@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::made::{NotMade, RollersAsMade, WIDEST_GAP_RAD, out_of_range};
+use super::rollers_as_made::{NotMade, RollersAsMade, WIDEST_GAP_RAD, out_of_range};
 use super::{Barrel, Roller, RollerForm, Wheel};
 
 impl Wheel {

@@ -28,7 +28,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let world = world::of_scenario(&run.header.scenario_toml)?;
     let robot = robot.unwrap_or_else(|| beside(trace, &world.robot_file));
     let loaded = Robot::load_with(&robot, &LoadOptions::default())?;
-    let mut description = Description::of_robot(&loaded.robot, Some(&loaded.urdf), &loaded.looks());
+    let mut description =
+        Description::of_robot(&loaded.robot, Some(&loaded.urdf), &loaded.visual_meshes());
     (description.floor, description.pushes) = (world.floor, world.pushes);
     let scene = Scene::new(
         description,

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::Command;
 
 use ilon_formats::LoadRobot;
-use ilon_robot::{Looks, Robot};
+use ilon_robot::{Robot, VisualMeshes};
 use ilon_scene::{Contact, Description, Frame, Frames, Push, Relief, Scene, WheelFrame, embed};
 use serde_json::Value;
 
@@ -237,7 +237,7 @@ fn a_mecanum_robot_is_drawn_answers_and_the_console_stays_silent() {
     let Some(browser) = browser() else { return };
     let (robot, urdf) = robot("mecanum4");
     let scene = Scene::new(
-        Description::of_robot(&robot, Some(&urdf), &Looks::default()),
+        Description::of_robot(&robot, Some(&urdf), &VisualMeshes::default()),
         drive(&robot),
     );
     let found = found(&browser, &scene, &["--force-prefers-reduced-motion"]);
@@ -264,7 +264,8 @@ fn a_robot_whose_chassis_is_a_mesh_is_drawn() {
     let options = ilon_formats::LoadOptions::default();
     let loaded = Robot::from_urdf_str_with(&urdf.replace(shown, mesh), &file, &options);
     let loaded = loaded.expect("it is read");
-    let description = Description::of_robot(&loaded.robot, Some(&loaded.urdf), &loaded.looks());
+    let description =
+        Description::of_robot(&loaded.robot, Some(&loaded.urdf), &loaded.visual_meshes());
     assert_eq!(description.robot.meshes.len(), 1);
     let scene = Scene::new(description, drive(&loaded.robot));
     let found = found(&browser, &scene, &["--force-prefers-reduced-motion"]);
@@ -275,7 +276,7 @@ fn a_robot_whose_chassis_is_a_mesh_is_drawn() {
 fn a_robot_on_a_slope_with_bumps_patches_boxes_and_pushes_is_drawn() {
     let Some(browser) = browser() else { return };
     let (robot, _) = robot("volksbot");
-    let mut description = Description::of_robot(&robot, None, &Looks::default());
+    let mut description = Description::of_robot(&robot, None, &VisualMeshes::default());
     let heights = (0..31).map(|j| {
         (0..41)
             .map(|i| 0.0005 * f64::from((i * 7 + j * 3) % 5))
@@ -308,7 +309,7 @@ fn the_page_of_the_example_shows_a_time_that_its_address_names_and_its_console_s
     let Some(browser) = browser() else { return };
     let (robot, urdf) = robot("mecanum6");
     let scene = Scene::new(
-        Description::of_robot(&robot, Some(&urdf), &Looks::default()),
+        Description::of_robot(&robot, Some(&urdf), &VisualMeshes::default()),
         drive(&robot),
     );
     let folder = tempfile::tempdir().expect("a folder to write to");

@@ -1,7 +1,7 @@
 //! What is drawn of robots, from their model and their file.
 
 use ilon_formats::{LoadOptions, LoadRobot, RollerForms};
-use ilon_robot::{Looks, Robot};
+use ilon_robot::{Robot, VisualMeshes};
 use ilon_scene::description::{Form, Shape};
 use ilon_scene::{Description, Frames, Scene, embed};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
@@ -34,7 +34,7 @@ fn assert_finite(description: &Description) {
 #[test]
 fn chassis_and_hubs_are_drawn_as_the_file_shows_them() {
     let urdf = urdf("mecanum4");
-    let shape = Description::of_robot(&robot(&urdf), Some(&urdf), &Looks::default()).robot;
+    let shape = Description::of_robot(&robot(&urdf), Some(&urdf), &VisualMeshes::default()).robot;
     // <origin xyz="0 0 0.06"/> <box size="0.4 0.24 0.1"/> <color rgba="0.35 0.40 0.45 1"/>
     let [
         Shape {
@@ -73,7 +73,7 @@ fn chassis_and_hubs_are_drawn_as_the_file_shows_them() {
 fn rollers_stand_where_the_model_has_them_and_share_their_outline() {
     let urdf = urdf("mecanum4");
     let robot = robot(&urdf);
-    let shape = Description::of_robot(&robot, None, &Looks::default()).robot;
+    let shape = Description::of_robot(&robot, None, &VisualMeshes::default()).robot;
     // Left and right rollers are mirror images: as bodies of revolution they are alike.
     assert_eq!(shape.lathes.len(), 1);
     let widest = shape.lathes[0].iter().map(|p| p[1]).fold(0.0, f32::max);
@@ -93,7 +93,8 @@ fn rollers_as_modelled_are_drawn_by_the_hull_of_their_shapes() {
     let mut options = LoadOptions::default();
     options.rollers = RollerForms::AsModelled;
     let loaded = Robot::from_urdf_str_with(&urdf, "robot.urdf", &options).expect("it is read");
-    let shape = Description::of_robot(&loaded.robot, Some(&loaded.urdf), &Looks::default()).robot;
+    let shape =
+        Description::of_robot(&loaded.robot, Some(&loaded.urdf), &VisualMeshes::default()).robot;
     // The outermost spheres of the stack: <origin xyz="0 0 0.01956"/> <sphere radius="0.00956"/>.
     let (first, last) = (shape.lathes[0].first(), shape.lathes[0].last());
     let end = 0.0195598 + 0.0095612;
@@ -102,7 +103,7 @@ fn rollers_as_modelled_are_drawn_by_the_hull_of_their_shapes() {
     assert_finite(&Description::of_robot(
         &loaded.robot,
         None,
-        &Looks::default(),
+        &VisualMeshes::default(),
     ));
 }
 
@@ -135,7 +136,7 @@ fn a_robot_whose_chassis_shows_nothing_is_drawn_by_what_there_is(
     if from.starts_with("<box") {
         robot.chassis.collisions.clear();
     }
-    let description = Description::of_robot(&robot, Some(&shown), &Looks::default());
+    let description = Description::of_robot(&robot, Some(&shown), &VisualMeshes::default());
     assert_eq!(description.robot.chassis.len(), 1);
     assert_eq!(
         description.robot.meshes_left_out,
@@ -158,10 +159,10 @@ fn a_robot_whose_chassis_shows_nothing_is_drawn_by_what_there_is(
 )]
 fn a_text_that_shows_nothing_sensible_leaves_the_model_to_be_drawn(text: &str) {
     let robot = robot(&urdf("volksbot"));
-    let description = Description::of_robot(&robot, Some(text), &Looks::default());
+    let description = Description::of_robot(&robot, Some(text), &VisualMeshes::default());
     assert_eq!(
         description,
-        Description::of_robot(&robot, None, &Looks::default())
+        Description::of_robot(&robot, None, &VisualMeshes::default())
     );
 }
 
@@ -170,7 +171,7 @@ fn a_name_cannot_end_the_script_that_holds_the_data() {
     let mut robot = robot(&urdf("volksbot"));
     robot.name = "</script><script>alert(1)</script>".to_owned();
     let scene = Scene::new(
-        Description::of_robot(&robot, None, &Looks::default()),
+        Description::of_robot(&robot, None, &VisualMeshes::default()),
         Frames::at_rest(&robot),
     );
     let data = embed::data(&scene).expect("a scene is JSON");
@@ -188,7 +189,7 @@ fn a_name_cannot_end_the_script_that_holds_the_data() {
 #[test_case("volksbot")]
 fn every_shipped_robot_is_described_in_few_bytes_without_a_number_that_is_none(name: &str) {
     let urdf = urdf(name);
-    let description = Description::of_robot(&robot(&urdf), Some(&urdf), &Looks::default());
+    let description = Description::of_robot(&robot(&urdf), Some(&urdf), &VisualMeshes::default());
     assert_finite(&description);
     let bytes = serde_json::to_string(&description).expect("JSON").len();
     assert!(bytes < 20_000, "{bytes}");
@@ -206,7 +207,7 @@ fn isometry(pose: [f32; 7]) -> Isometry3<f64> {
 #[test_case("volksbot")]
 fn a_wheel_stands_on_the_floor_at_every_angle_as_it_is_drawn(name: &str) {
     let robot = robot(&urdf(name));
-    let shape = Description::of_robot(&robot, None, &Looks::default()).robot;
+    let shape = Description::of_robot(&robot, None, &VisualMeshes::default()).robot;
     for wheel in &shape.wheels {
         let body_from_hub = isometry(wheel.body_from_hub);
         for step in 0..20 {

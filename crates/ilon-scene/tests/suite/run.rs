@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use ilon_formats::{Handedness, JointOptions, LoadOptions, LoadRobot, RoleOption, WheelOptions};
-use ilon_robot::{Looks, Pose, Robot};
+use ilon_robot::{Pose, Robot, VisualMeshes};
 use ilon_scene::{Description, Frame, Frames, Kind, Thinning, frames_of_run};
 use ilon_trace::{Desired, Header, Record, Rows, Trace, WheelSample, rows::Projection};
 
@@ -325,7 +325,7 @@ fn with_an_arm() -> (Robot, String) {
 #[test]
 fn a_body_on_a_joint_is_drawn_where_its_joint_stands() {
     let (robot, text) = with_an_arm();
-    let shown = Description::of_robot(&robot, Some(&text), &Looks::default()).robot;
+    let shown = Description::of_robot(&robot, Some(&text), &VisualMeshes::default()).robot;
     let [body] = &shown.bodies[..] else {
         panic!("{:?}", shown.bodies);
     };

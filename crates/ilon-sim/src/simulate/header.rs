@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use ilon_formats::Loaded;
-use ilon_robot::{Looks, Robot};
+use ilon_robot::{Robot, VisualMeshes};
 use ilon_trace::{Header, MotorLine};
 
 use super::pilot::Pilot;
@@ -15,7 +15,7 @@ use crate::{Error, scenario};
 #[derive(Default)]
 pub(super) struct Appearance<'a> {
     urdf: &'a str,
-    looks: Looks,
+    looks: VisualMeshes,
 }
 
 impl<'a> Appearance<'a> {
@@ -23,7 +23,7 @@ impl<'a> Appearance<'a> {
     pub fn by(urdf: &'a str) -> Self {
         Self {
             urdf,
-            looks: Looks::default(),
+            looks: VisualMeshes::default(),
         }
     }
 
@@ -31,7 +31,7 @@ impl<'a> Appearance<'a> {
     pub fn of(loaded: &'a Loaded) -> Self {
         Self {
             urdf: &loaded.urdf,
-            looks: loaded.looks(),
+            looks: loaded.visual_meshes(),
         }
     }
 }

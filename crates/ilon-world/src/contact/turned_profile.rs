@@ -14,7 +14,7 @@
 #[cfg(test)]
 mod tests;
 
-use ilon_robot::Turned;
+use ilon_robot::SolidOfRevolution;
 use nalgebra::Vector3;
 
 use super::nearest::{Nearest, Piece};
@@ -27,7 +27,7 @@ const MEAN_TILT: f64 = 0.02;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlacedProfile<'a> {
     /// Its shape.
-    pub turned: &'a Turned,
+    pub turned: &'a SolidOfRevolution,
     /// Its middle, in the floor's frame, in metres.
     pub center_m: Vector3<f64>,
     /// Its axis, in the floor's frame.

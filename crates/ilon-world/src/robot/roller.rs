@@ -7,7 +7,7 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
-use ilon_robot::{Barrel, Roller, RollerForm, Turned, Wheel};
+use ilon_robot::{Barrel, Roller, RollerForm, SolidOfRevolution, Wheel};
 use nalgebra::{Isometry3, Vector3};
 use parry3d::shape::SharedShape;
 
@@ -45,7 +45,7 @@ pub(crate) struct FixedRoller {
     /// The exact barrel; `None` where the roller is none.
     pub barrel: Option<Barrel>,
     /// The profile by numbers of a roller that is turned to one.
-    pub turned: Option<Turned>,
+    pub turned: Option<SolidOfRevolution>,
     /// The shape of its file of a roller that has that, in its own frame.
     pub shape: Option<SharedShape>,
     /// Radius of a ball around its middle that holds it whole, in metres.

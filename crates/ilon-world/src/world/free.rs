@@ -3,7 +3,7 @@
 mod grouping;
 pub(super) mod islands;
 mod put_down;
-mod seen;
+mod queries;
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use crate::robot::shared_robot::SharedRobot;
 use crate::settings::ContactSpring;
 use crate::{ContactSolver, WorldError};
 use islands::place_among;
-pub use seen::{InRapier, RayHit, Seen};
+pub use queries::{InRapier, RayHit, WorldObject};
 
 /// A free body as it is after the last step, in the world's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! Where a robot stands when a world begins: on what is beneath it, as it stands on a plane, its lowest wheel just touching.
 
-use ilon_robot::{Barrel, Pose as PlanarPose, Robot, RollerForm, Turned};
+use ilon_robot::{Barrel, Pose as PlanarPose, Robot, RollerForm, SolidOfRevolution};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::SharedShape;
 
@@ -38,7 +38,7 @@ enum Form {
     },
     /// A profile by numbers, placed in the same way.
     Turned {
-        turned: Turned,
+        turned: SolidOfRevolution,
         center_m: Vector3<f64>,
         axis: Vector3<f64>,
     },

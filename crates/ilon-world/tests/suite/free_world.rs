@@ -2,8 +2,8 @@
 
 use ilon_robot::Pose;
 use ilon_world::{
-    ContactSolver, Floor, FreeBody, FreeShape, GroundBox, Patch, Relief, Seen, Settings, World,
-    WorldError,
+    ContactSolver, Floor, FreeBody, FreeShape, GroundBox, Patch, Relief, Settings, World,
+    WorldError, WorldObject,
 };
 use nalgebra::{Vector2, Vector3};
 
@@ -196,17 +196,20 @@ fn rays_see_robots_bodies_and_ground() {
     let from = Vector3::new(0.5, 0.0, 0.06);
     let look = |world: &World, x: f64, z: f64| world.cast_ray(from, Vector3::new(x, 0.0, z), 10.0);
     let ahead = look(&world, 2.0, 0.0).expect("the box");
-    assert_eq!(ahead.seen, Seen::Free(id));
+    assert_eq!(ahead.object, WorldObject::Free(id));
     assert!((ahead.distance_m - 0.4).abs() < 1e-6 && (ahead.normal.x + 1.0).abs() < 1e-6);
     let back = look(&world, -1.0, 0.0).expect("the robot");
-    assert_eq!(back.seen, Seen::Robot(world.bodies().next().unwrap()));
+    assert_eq!(
+        back.object,
+        WorldObject::Robot(world.bodies().next().unwrap())
+    );
     assert!((back.distance_m - 0.3).abs() < 1e-6);
     let down = look(&world, 0.0, -1.0).expect("the plane");
-    assert_eq!(down.seen, Seen::Ground);
+    assert_eq!(down.object, WorldObject::Ground);
     assert!((down.distance_m - 0.06).abs() < 1e-7);
     assert!(world.remove_body(id));
     let wall = look(&world, 1.0, 0.0).expect("the wall");
-    assert_eq!(wall.seen, Seen::Ground);
+    assert_eq!(wall.object, WorldObject::Ground);
     assert!((wall.distance_m - 2.4).abs() < 1e-6);
     assert!(world.cast_ray(from, Vector3::z(), 10.0).is_none());
     assert!(world.cast_ray(from, Vector3::x(), 2.3).is_none());

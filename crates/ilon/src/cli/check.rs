@@ -1,8 +1,8 @@
 //! `ilon check`: runs scenarios side by side and holds each against its own `[expect]`.
 
-mod found;
 mod junit;
 mod outcome;
+mod scenarios;
 mod update;
 
 use std::collections::BTreeSet;
@@ -16,8 +16,8 @@ use ilon_sweep::{Options, Store, Study, is_study};
 use ilon_trace::{Recorded, Recording, file};
 use rayon::prelude::*;
 
-use self::found::Found;
 use self::outcome::{Checked, Count, Ended, Judged};
+use self::scenarios::CheckedFile;
 use self::update::Update;
 use super::answer::verdicts;
 use super::escape::one_line;
@@ -90,7 +90,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             "change the keys in the files, or leave one of the two out",
         ));
     }
-    let found = found::find(&arguments.paths, arguments.filter.as_deref())?;
+    let found = scenarios::find(&arguments.paths, arguments.filter.as_deref())?;
     say_what_studies_leave_out(arguments, &found, &files);
     let _claims = claims(arguments, &found)?;
     let stop = AtomicBool::new(false);
@@ -162,7 +162,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 /// Options that say nothing of a study are named for each that is checked.
-fn say_what_studies_leave_out(arguments: &Arguments, found: &[Found], files: &FileAccess) {
+fn say_what_studies_leave_out(arguments: &Arguments, found: &[CheckedFile], files: &FileAccess) {
     let options = [
         ("--keep", arguments.keep.is_some()),
         ("--save", arguments.save.is_some()),
@@ -187,7 +187,7 @@ fn say_what_studies_leave_out(arguments: &Arguments, found: &[Found], files: &Fi
 
 /// Makes sure, before anything is simulated, that all that shall be written can be, over nothing that is read, and that no
 /// two scenarios share their files.
-fn claims(arguments: &Arguments, found: &[Found]) -> Result<Vec<Claim>, Failure> {
+fn claims(arguments: &Arguments, found: &[CheckedFile]) -> Result<Vec<Claim>, Failure> {
     let Arguments {
         junit,
         keep,
@@ -207,7 +207,7 @@ fn claims(arguments: &Arguments, found: &[Found]) -> Result<Vec<Claim>, Failure>
     let named = [("--save", save), ("--against", against), ("--keep", keep)];
     for (option, folder) in named {
         if folder.is_some() {
-            found::refuse_equal_names(found, option)?;
+            scenarios::refuse_equal_names(found, option)?;
         }
     }
     if let Some(folder) = against {
@@ -231,7 +231,7 @@ fn claims(arguments: &Arguments, found: &[Found]) -> Result<Vec<Claim>, Failure>
         }
     }
     if arguments.update.is_some() {
-        let file = |one: &Found| one.path.canonicalize().ok();
+        let file = |one: &CheckedFile| one.path.canonicalize().ok();
         let folders: BTreeSet<_> = found
             .iter()
             .filter_map(|one| Some(file(one)?.parent()?.to_owned()))
@@ -249,7 +249,12 @@ fn claims(arguments: &Arguments, found: &[Found]) -> Result<Vec<Claim>, Failure>
     Ok(claims)
 }
 
-fn check(found: Found, arguments: &Arguments, files: &FileAccess, stop: &AtomicBool) -> Checked {
+fn check(
+    found: CheckedFile,
+    arguments: &Arguments,
+    files: &FileAccess,
+    stop: &AtomicBool,
+) -> Checked {
     let start = Instant::now();
     let ended = |result, took| Checked {
         label: found.label.clone(),

@@ -11,7 +11,7 @@ use super::progress::Bar;
 use super::table::Table;
 use super::{console, open, reserve};
 use crate::cli::failure::Failure;
-use crate::compare::{CompareError, Compared, Comparison};
+use crate::compare::{CompareError, ComparedRun, Comparison};
 use crate::simulate::Simulation;
 use crate::{Scenario, report};
 
@@ -86,10 +86,10 @@ fn refused(error: CompareError) -> Failure {
 }
 
 /// A run from its folder or trace; a scenario is run.
-fn load(path: &Path, files: &FileAccess) -> Result<Compared, Failure> {
+fn load(path: &Path, files: &FileAccess) -> Result<ComparedRun, Failure> {
     let is_scenario = path.extension().is_some_and(|end| end == "toml") && path.is_file();
     if !is_scenario {
-        return Compared::load(path).map_err(refused);
+        return ComparedRun::load(path).map_err(refused);
     }
     let scenario = Scenario::load_within(path, &[], files)?;
     let simulation = Simulation::new(&scenario)?;
@@ -100,7 +100,7 @@ fn load(path: &Path, files: &FileAccess) -> Result<Compared, Failure> {
     let run = simulation.run_observed(|progress| bar.simulated(progress));
     bar.done();
     run.trace.check_finite()?;
-    Ok(Compared::new(run.scenario.name, run.trace, run.summary))
+    Ok(ComparedRun::new(run.scenario.name, run.trace, run.summary))
 }
 
 /// What differs, and the figures, a column a run.

@@ -5,8 +5,8 @@
 //! ideal kinematics says (`ilon_control::ContactKinematics`). The parameters given here are right for driving ahead and for turning;
 //! what they are off by sideways, for which the controllers have no parameter, is said beside them.
 
-mod fit;
+mod drive_parameters;
 mod text;
 
-pub use fit::{Controller, DriveParameters, Unsuitable};
+pub use drive_parameters::{Controller, DriveParameters, Unsuitable};
 pub use text::yaml;

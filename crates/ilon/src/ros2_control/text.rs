@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use ilon_robot::Robot;
 
-use super::fit::{Controller, DriveParameters};
+use super::drive_parameters::{Controller, DriveParameters};
 use crate::simulate::Limits;
 
 /// The parameters as YAML for `ros2_control_node`, and the speeds that the wheels allow for Nav2's MPPI controller; with limits also the

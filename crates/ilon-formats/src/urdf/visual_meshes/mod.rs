@@ -15,7 +15,7 @@ use roxmltree::{Document, Node};
 use super::mesh::Meshes;
 use super::source::child;
 use crate::files::FileAccess;
-use crate::model::{Looks, Mesh};
+use crate::model::{Mesh, VisualMeshes};
 
 /// The most triangles of all meshes of a robot together: about 200 kB of a page.
 const MOST_TRIANGLES: usize = 16_000;
@@ -33,8 +33,8 @@ pub fn mesh_triangles(path: &Path, files: &FileAccess) -> Result<Vec<[[f32; 3]; 
 }
 
 /// Reads the meshes of a URDF. Rollers are left out: they are drawn by their exact outlines.
-pub(crate) fn read(text: &str, meshes: &Meshes, rollers: &BTreeSet<&str>) -> Looks {
-    let mut looks = Looks::default();
+pub(crate) fn read(text: &str, meshes: &Meshes, rollers: &BTreeSet<&str>) -> VisualMeshes {
+    let mut looks = VisualMeshes::default();
     // Most robots are seen without any.
     if !text.contains("<mesh") {
         return looks;
@@ -90,7 +90,7 @@ pub(crate) fn read(text: &str, meshes: &Meshes, rollers: &BTreeSet<&str>) -> Loo
     looks
 }
 
-fn not_shown(looks: &mut Looks, name: &str, reason: &str) {
+fn not_shown(looks: &mut VisualMeshes, name: &str, reason: &str) {
     looks
         .remarks
         .push(format!("The mesh `{name}` is not drawn: {reason}"));

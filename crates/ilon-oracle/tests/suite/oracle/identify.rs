@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use ilon_control::{ContactKinematics, Kinematics};
 use ilon_identify::Log;
-use ilon_identify::fit::{Evidence, Fitted, Noise, fit, take_noise};
+use ilon_identify::kinematic_fit::{Evidence, Fitted, Noise, fit, take_noise};
 use ilon_identify::model::Model;
 use ilon_identify::motion::{Window, windows};
 use ilon_robot::{Robot, Twist};

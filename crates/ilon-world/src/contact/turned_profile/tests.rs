@@ -1,6 +1,6 @@
 //! Nearest places of turned rollers, against a search over the whole body.
 
-use ilon_robot::Turned;
+use ilon_robot::SolidOfRevolution;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::PlacedProfile;
@@ -33,8 +33,8 @@ fn brute_force(placed: &PlacedProfile<'_>, piece: &Piece) -> f64 {
     })
 }
 
-fn bodies() -> [Turned; 3] {
-    let of = |points: &[[f64; 2]], edge| Turned::new(points, edge).unwrap();
+fn bodies() -> [SolidOfRevolution; 3] {
+    let of = |points: &[[f64; 2]], edge| SolidOfRevolution::new(points, edge).unwrap();
     [
         of(&[[-0.02, 0.01], [0.02, 0.01]], 0.002),
         of(&[[-0.02, 0.01], [0.02, 0.01]], 0.0),
@@ -182,7 +182,7 @@ fn radii_of_curvature_are_those_of_the_outline_in_the_mean() {
             [arc_m * sin, thick_m - arc_m * (1.0 - cos)]
         })
         .collect();
-    let turned = Turned::new(&points, 0.0).unwrap();
+    let turned = SolidOfRevolution::new(&points, 0.0).unwrap();
     let placed = PlacedProfile {
         turned: &turned,
         center_m: Vector3::new(0.3, 0.2, 0.1),
@@ -193,7 +193,7 @@ fn radii_of_curvature_are_those_of_the_outline_in_the_mean() {
     assert!((along_m / arc_m - 1.0).abs() < 0.2, "{along_m}");
     assert!((around_m - thick_m).abs() < 1e-4, "{around_m}");
     // A level cylinder: over the tilt its whole length; beyond that its edge.
-    let cylinder = Turned::new(&[[-0.02, 0.01], [0.02, 0.01]], 0.002).unwrap();
+    let cylinder = SolidOfRevolution::new(&[[-0.02, 0.01], [0.02, 0.01]], 0.002).unwrap();
     let mut placed = PlacedProfile {
         turned: &cylinder,
         center_m: Vector3::zeros(),
@@ -224,7 +224,7 @@ fn the_lowest_corner_is_the_one_that_reaches_furthest() {
         [0.02, 0.012],
         [0.04, 0.005],
     ];
-    let turned = Turned::new(&points_m, 0.001).unwrap();
+    let turned = SolidOfRevolution::new(&points_m, 0.001).unwrap();
     let up = Vector3::z();
     for step in 0..=180 {
         // From standing on one end over lying to standing on the other.

@@ -4,7 +4,7 @@ use crate::log::Log;
 use crate::motion::{Tracker, Window};
 
 /// What was seen of all runs.
-pub(crate) struct Seen<'a> {
+pub(crate) struct Observations<'a> {
     pub windows: &'a [&'a Window],
     /// Of each run, whether it is kept back.
     pub held_out: &'a [bool],

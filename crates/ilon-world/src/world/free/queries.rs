@@ -17,7 +17,7 @@ use crate::world::body::BodyId;
 /// What of a world is seen at a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Seen {
+pub enum WorldObject {
     /// The ground and what stands on it for good.
     Ground,
     /// A robot: its chassis, a body on a joint, or a wheel, as a cylinder of its radius.
@@ -31,7 +31,7 @@ pub enum Seen {
 #[non_exhaustive]
 pub struct RayHit {
     /// What it meets.
-    pub seen: Seen,
+    pub object: WorldObject,
     /// How far away, in metres.
     pub distance_m: f64,
     /// Where in the world, in metres.
@@ -51,7 +51,7 @@ pub struct InRapier {
     /// Their shapes, and those of the ground, which have no body.
     pub colliders: ColliderSet,
     /// What each collider is of.
-    pub seen: Vec<(ColliderHandle, Seen)>,
+    pub objects: Vec<(ColliderHandle, WorldObject)>,
 }
 
 /// A shape in the world with how it moves: velocity of a place that is given, and of its turning.
@@ -84,7 +84,7 @@ impl World {
     ) -> Option<RayHit> {
         let along = direction.try_normalize(0.0)?;
         let mut nearest: Option<RayHit> = None;
-        self.each_part(|seen, part| {
+        self.each_part(|object, part| {
             let pose = &part.floor_from_shape;
             // From the shape, so that f32 is fine far from the origin.
             let from = pose.inverse_transform_point(&Point3::from(from_m));
@@ -102,7 +102,7 @@ impl World {
             let distance_m = f64::from(hit.time_of_impact);
             if distance_m < limit_m || nearest.is_none() {
                 nearest = Some(RayHit {
-                    seen,
+                    object,
                     distance_m,
                     place_m: from_m + distance_m * along,
                     normal: pose.rotation * convert::to_f64(hit.normal),
@@ -116,10 +116,10 @@ impl World {
     pub fn in_rapier(&self) -> InRapier {
         let (mut bodies, mut colliders) = (RigidBodySet::new(), ColliderSet::new());
         let mut all = Vec::new();
-        self.each_part(|seen, part| {
+        self.each_part(|object, part| {
             let collider = ColliderBuilder::new(part.shape);
             let pose = convert::pose(&part.floor_from_shape);
-            let handle = if seen == Seen::Ground {
+            let handle = if object == WorldObject::Ground {
                 colliders.insert(collider.position(pose))
             } else {
                 let body = RigidBodyBuilder::kinematic_velocity_based()
@@ -128,22 +128,22 @@ impl World {
                     .angvel(convert::vector(&part.angular_rad_s));
                 colliders.insert_with_parent(collider, bodies.insert(body), &mut bodies)
             };
-            all.push((handle, seen));
+            all.push((handle, object));
         });
         InRapier {
             bodies,
             colliders,
-            seen: all,
+            objects: all,
         }
     }
 
     /// Shows every shape of the world.
-    fn each_part(&self, mut show: impl FnMut(Seen, Part)) {
+    fn each_part(&self, mut show: impl FnMut(WorldObject, Part)) {
         if self.ground.is_solid_below() {
             let plane = SharedShape::halfspace(Vector::Z);
             let floor_from_shape = Isometry3::identity();
             show(
-                Seen::Ground,
+                WorldObject::Ground,
                 Part::still(&Solid {
                     shape: &plane,
                     floor_from_shape,
@@ -151,11 +151,11 @@ impl World {
             );
         }
         for solid in self.ground.solids() {
-            show(Seen::Ground, Part::still(&solid));
+            show(WorldObject::Ground, Part::still(&solid));
         }
         let all = self.bodies.iter().chain(self.islands.bodies());
         for (index, body) in all.enumerate() {
-            let seen = id_of(body).map_or(Seen::Robot(BodyId(index)), Seen::Free);
+            let object = id_of(body).map_or(WorldObject::Robot(BodyId(index)), WorldObject::Free);
             for (joint, solid) in parts(body, &body.state) {
                 let at_m = solid.floor_from_shape.translation.vector;
                 let part = Part {
@@ -163,10 +163,10 @@ impl World {
                     angular_rad_s: body.state.carrier_rates(joint),
                     ..Part::still(&solid)
                 };
-                show(seen, part);
+                show(object, part);
             }
             for wheel in 0..body.wheels.len() {
-                show(seen, wheel_of(body, wheel));
+                show(object, wheel_of(body, wheel));
             }
         }
     }

@@ -2,7 +2,7 @@
 
 /// What a simulated drive made.
 #[derive(Clone, Debug)]
-pub(super) struct Made {
+pub(super) struct DriveResult {
     /// The way along the direction that the wheels ask for, over the way that they ask for by the study's robot.
     pub along: f64,
     /// The same across it, to the left.
@@ -18,20 +18,21 @@ pub(super) struct Made {
 
 /// What drives from several wheel angles made.
 #[derive(Clone, Debug)]
-pub(super) struct Together {
+pub(super) struct MeanOverPhases {
     /// Their mean.
-    pub mean: Made,
+    pub mean: DriveResult,
     /// Each of them.
-    pub each: Vec<Made>,
+    pub each: Vec<DriveResult>,
 }
 
-impl Together {
+impl MeanOverPhases {
     /// All drives; `None` where one of them came to nothing.
-    pub fn new(all: &[Option<Made>]) -> Option<Self> {
-        let each: Vec<Made> = all.iter().cloned().collect::<Option<_>>()?;
+    pub fn new(all: &[Option<DriveResult>]) -> Option<Self> {
+        let each: Vec<DriveResult> = all.iter().cloned().collect::<Option<_>>()?;
         let wheels = each.first()?.torques_n_m.len();
-        let mean = |of: &dyn Fn(&Made) -> f64| each.iter().map(of).sum::<f64>() / each.len() as f64;
-        let mean = Made {
+        let mean =
+            |of: &dyn Fn(&DriveResult) -> f64| each.iter().map(of).sum::<f64>() / each.len() as f64;
+        let mean = DriveResult {
             along: mean(&|made| made.along),
             across: mean(&|made| made.across),
             drift_rad_per_m: mean(&|made| made.drift_rad_per_m),

@@ -10,7 +10,7 @@ use crate::cli::output::holds_results;
 
 /// A scenario to check, or a path that was named and holds none.
 #[derive(Debug)]
-pub(super) struct Found {
+pub(super) struct CheckedFile {
     /// The file, by the way that was named.
     pub path: PathBuf,
     /// What it is called: its path below the folder that was named, without its ending; of a file that was named, its name
@@ -27,7 +27,7 @@ pub(super) struct Found {
 ///
 /// # Errors
 /// Where a path that is named cannot be read, and where nothing is left to check.
-pub(super) fn find(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<Found>, Failure> {
+pub(super) fn find(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<CheckedFile>, Failure> {
     let mut search = Search::default();
     for path in paths {
         let is = fs::metadata(path).map_err(|source| Failure::read(path, source))?;
@@ -65,7 +65,7 @@ pub(super) fn find(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<Found>
 ///
 /// # Errors
 /// With the files, and what to name instead.
-pub(super) fn refuse_equal_names(found: &[Found], option: &str) -> Result<(), Failure> {
+pub(super) fn refuse_equal_names(found: &[CheckedFile], option: &str) -> Result<(), Failure> {
     for (index, one) in found.iter().enumerate() {
         if let Some(other) = found[..index].iter().find(|other| other.name == one.name) {
             return Err(Failure::usage(
@@ -82,7 +82,7 @@ pub(super) fn refuse_equal_names(found: &[Found], option: &str) -> Result<(), Fa
     Ok(())
 }
 
-fn label(found: &mut [Found]) {
+fn label(found: &mut [CheckedFile]) {
     let labels: Vec<String> = found
         .iter()
         .enumerate()
@@ -100,7 +100,7 @@ fn label(found: &mut [Found]) {
 
 #[derive(Debug, Default)]
 struct Search {
-    found: Vec<Found>,
+    found: Vec<CheckedFile>,
     /// Files and folders that were looked at, without links.
     seen: HashSet<PathBuf>,
     /// Whether the folder that is looked through holds a scenario that was found before.
@@ -114,7 +114,7 @@ impl Search {
             self.met = true;
             return;
         }
-        self.found.push(Found {
+        self.found.push(CheckedFile {
             path,
             name,
             label: String::new(),
@@ -123,7 +123,7 @@ impl Search {
     }
 
     fn refuse(&mut self, path: PathBuf, name: PathBuf, refused: Failure) {
-        self.found.push(Found {
+        self.found.push(CheckedFile {
             path,
             name,
             label: String::new(),

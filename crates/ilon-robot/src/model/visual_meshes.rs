@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// The meshes of the `<visual>` elements of a robot, and what of them was left out.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Looks {
+pub struct VisualMeshes {
     /// The meshes, each once however often it is shown.
     pub meshes: Vec<Mesh>,
     /// What was left out or simplified.
@@ -30,7 +30,7 @@ pub struct Mesh {
     pub triangles: String,
 }
 
-impl Looks {
+impl VisualMeshes {
     /// Whether there is neither a mesh nor anything to be said.
     pub fn is_empty(&self) -> bool {
         self.meshes.is_empty() && self.remarks.is_empty()

@@ -21,7 +21,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use super::turned::{NotTurned, Turned};
+use super::solid_of_revolution::{ProfileError, SolidOfRevolution};
 use super::{Barrel, RollerForm};
 
 /// How the rollers of a wheel are made. The default is the ideal barrel for each of them.
@@ -74,7 +74,7 @@ pub enum NotMade {
     },
     /// A profile that is none.
     #[error("`rollers.profile_m`: {0}")]
-    Profile(NotTurned),
+    Profile(ProfileError),
 }
 
 pub(super) fn out_of_range(
@@ -158,7 +158,8 @@ impl RollersAsMade {
         }
         if let Some(points_m) = &self.profile_m {
             let grown: Vec<[f64; 2]> = points_m.iter().map(|[t, r]| [*t, r + offset_m]).collect();
-            let turned = Turned::new(&grown, self.edge_radius_m).map_err(NotMade::Profile)?;
+            let turned =
+                SolidOfRevolution::new(&grown, self.edge_radius_m).map_err(NotMade::Profile)?;
             if turned.bounding_radius_m() >= ideal.wheel_radius_m {
                 let range = "places and radii in metres, of a roller that is smaller than its wheel: 12 mm are 0.012";
                 return Err(out_of_range("profile_m", format!("{points_m:?}"), range));

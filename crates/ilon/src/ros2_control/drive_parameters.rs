@@ -69,10 +69,10 @@ pub struct Unsuitable {
 
 /// What a controller makes of a twist: the rows of wheel rates for a radius, the wheels' places as it takes them, and a lever of yaw
 /// in relation to theirs.
-struct Form {
+struct WheelRates {
     /// In the robot's order: the row without its radius, the last entry in metres.
     rows: Vec<RowVector3<f64>>,
-    controller: fn(&Form, radius_m: f64, lever: f64) -> Controller,
+    controller: fn(&WheelRates, radius_m: f64, lever: f64) -> Controller,
     wheels: Vec<String>,
     lever_m: f64,
     offset_rad: f64,
@@ -172,10 +172,10 @@ impl DriveParameters {
 
 /// The form, if the robot's wheels are as it takes them.
 fn suits(
-    form: Result<Form, String>,
+    form: Result<WheelRates, String>,
     kinematics: &Kinematics,
     radius_m: f64,
-) -> Result<Form, String> {
+) -> Result<WheelRates, String> {
     let form = form?;
     let size_m = form.lever_m;
     for ((wheel, row), real) in kinematics
@@ -217,7 +217,7 @@ fn center_m(wheels: &[Wheel]) -> Vector2<f64> {
 
 /// Four wheels, one in each quarter, with rollers at 45 degrees: rates of (1, -1, -L), (1, 1, L), (1, -1, L), (1, 1, -L) over the
 /// radius, front left, front right, rear right, rear left.
-fn mecanum(wheels: &[Wheel]) -> Result<Form, String> {
+fn mecanum(wheels: &[Wheel]) -> Result<WheelRates, String> {
     if wheels.len() != 4 {
         return Err(format!("it has {} wheels and not four", wheels.len()));
     }
@@ -248,7 +248,7 @@ fn mecanum(wheels: &[Wheel]) -> Result<Form, String> {
         let center = -center_m.y + vy * center_m.x;
         RowVector3::new(1.0, vy, yaw * lever_m + center)
     });
-    Ok(Form {
+    Ok(WheelRates {
         rows: rows.collect(),
         wheels: names
             .iter()
@@ -269,7 +269,7 @@ fn mecanum(wheels: &[Wheel]) -> Result<Form, String> {
 
 /// Three wheels or more at even angles on a circle about the body's origin, their rollers across: rates of
 /// (sin a, -cos a, -R) over the radius for the wheel at angle a.
-fn omni(wheels: &[Wheel]) -> Result<Form, String> {
+fn omni(wheels: &[Wheel]) -> Result<WheelRates, String> {
     let count = wheels.len();
     let robot_radius_m = wheels
         .iter()
@@ -302,7 +302,7 @@ fn omni(wheels: &[Wheel]) -> Result<Form, String> {
         }
         rows[*wheel] = RowVector3::new(sin, -cos, -robot_radius_m);
     }
-    Ok(Form {
+    Ok(WheelRates {
         rows,
         wheels: order
             .iter()

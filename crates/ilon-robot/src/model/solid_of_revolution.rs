@@ -19,7 +19,7 @@ use super::{Profile, ProfilePart};
 
 /// A convex body of revolution, given by the corners of its profile.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Turned {
+pub struct SolidOfRevolution {
     /// The corners of its core from one end to the other, each thickened by a ball of one radius.
     profile: Profile,
     /// Radius c of its edges, in metres.
@@ -29,7 +29,7 @@ pub struct Turned {
 /// Why a profile is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum NotTurned {
+pub enum ProfileError {
     /// Less than two points.
     #[error(
         "it needs two points or more, [place along the axis, radius] in metres, and has {points}"
@@ -71,25 +71,25 @@ pub enum NotTurned {
 /// How far a point that lies on the line between its neighbours may lie below it by rounding, over the radius.
 const STRAIGHT: f64 = 1e-9;
 
-impl Turned {
+impl SolidOfRevolution {
     /// The body of a profile: `[place along the axis from the roller's middle, radius]`, in metres, from one end to the other,
     /// and the radius of its edges.
     ///
     /// # Errors
-    /// [`NotTurned`]: too few points, points that are no points, do not rise or are hollow, edges too round.
-    pub fn new(points_m: &[[f64; 2]], edge_radius_m: f64) -> Result<Self, NotTurned> {
+    /// [`ProfileError`]: too few points, points that are no points, do not rise or are hollow, edges too round.
+    pub fn new(points_m: &[[f64; 2]], edge_radius_m: f64) -> Result<Self, ProfileError> {
         if points_m.len() < 2 {
             let points = points_m.len();
-            return Err(NotTurned::TooFewPoints { points });
+            return Err(ProfileError::TooFewPoints { points });
         }
         for (i, [t, r]) in points_m.iter().enumerate() {
             if !(t.is_finite() && r.is_finite() && *r > 0.0) {
-                return Err(NotTurned::NotAPoint { point: i + 1 });
+                return Err(ProfileError::NotAPoint { point: i + 1 });
             }
         }
         for (i, pair) in points_m.windows(2).enumerate() {
             if pair[1][0] <= pair[0][0] {
-                return Err(NotTurned::NotRising { point: i + 2 });
+                return Err(ProfileError::NotRising { point: i + 2 });
             }
         }
         for (i, three) in points_m.windows(3).enumerate() {
@@ -97,10 +97,10 @@ impl Turned {
             let share = (q[0] - p[0]) / (r[0] - p[0]);
             let straight_m = p[1] + share * (r[1] - p[1]);
             if q[1] < straight_m * (1.0 - STRAIGHT) {
-                return Err(NotTurned::Hollow { point: i + 2 });
+                return Err(ProfileError::Hollow { point: i + 2 });
             }
         }
-        let too_round = NotTurned::EdgeTooRound {
+        let too_round = ProfileError::EdgeTooRound {
             edge_radius_mm: 1e3 * edge_radius_m,
         };
         if !(edge_radius_m.is_finite() && edge_radius_m >= 0.0) {
@@ -269,7 +269,7 @@ mod tests {
     #[test]
     fn a_cylinder_is_met_at_its_edges() {
         let (half, r) = (0.02, 0.01);
-        let sharp = Turned::new(&[[-half, r], [half, r]], 0.0).unwrap();
+        let sharp = SolidOfRevolution::new(&[[-half, r], [half, r]], 0.0).unwrap();
         for i in -10..=10 {
             let w = f64::from(i) / 10.5;
             // Of a point set |t| <= half, |r| <= r the furthest along (w, sqrt(1 - w^2)).
@@ -278,7 +278,7 @@ mod tests {
         }
         // An edge of radius c: the same corner, c nearer on both sides, and c out again along the direction.
         let c = 0.002;
-        let round = Turned::new(&[[-half, r], [half, r]], c).unwrap();
+        let round = SolidOfRevolution::new(&[[-half, r], [half, r]], c).unwrap();
         let w: f64 = 0.6;
         let reach_m = (half - c) * w + (r - c) * 0.8 + c;
         assert!((round.profile().support_m(w) - reach_m).abs() < 1e-16);
@@ -290,7 +290,7 @@ mod tests {
 
     #[test]
     fn distance_from_a_cylinder_is_that_from_its_side_its_face_or_its_edge() {
-        let body = Turned::new(&[[-0.02, 0.01], [0.02, 0.01]], 0.002).unwrap();
+        let body = SolidOfRevolution::new(&[[-0.02, 0.01], [0.02, 0.01]], 0.002).unwrap();
         // Edge: a quarter circle of radius 2 mm about (18, 8) mm.
         let off_edge_m = libm::hypot(0.005, 0.003) - 0.002;
         for (t, r, expected_m) in [
@@ -313,7 +313,7 @@ mod tests {
     #[test]
     fn a_cylinder_weighs_as_a_cylinder() {
         let (half, r, mass) = (0.02, 0.01, 0.3);
-        let body = Turned::new(&[[-half, r], [half, r]], 0.0).unwrap();
+        let body = SolidOfRevolution::new(&[[-half, r], [half, r]], 0.0).unwrap();
         let (axial, across) = body.solid_moments_kg_m2(mass);
         // Sums over 400 slices: the moment of z^2 is short by a share of 1 / 400^2.
         assert!((axial / (0.5 * mass * r * r) - 1.0).abs() < 1e-12);
@@ -324,21 +324,22 @@ mod tests {
 
     #[test]
     fn what_is_no_convex_profile_is_refused() {
-        let refused = |points: &[[f64; 2]], edge: f64| Turned::new(points, edge).unwrap_err();
+        let refused =
+            |points: &[[f64; 2]], edge: f64| SolidOfRevolution::new(points, edge).unwrap_err();
         let one = refused(&[[0.0, 0.01]], 0.0);
-        assert_eq!(one, NotTurned::TooFewPoints { points: 1 });
+        assert_eq!(one, ProfileError::TooFewPoints { points: 1 });
         let flat = refused(&[[-0.01, 0.01], [0.01, 0.0]], 0.0);
-        assert_eq!(flat, NotTurned::NotAPoint { point: 2 });
+        assert_eq!(flat, ProfileError::NotAPoint { point: 2 });
         let back = refused(&[[0.01, 0.01], [-0.01, 0.01]], 0.0);
-        assert_eq!(back, NotTurned::NotRising { point: 2 });
+        assert_eq!(back, ProfileError::NotRising { point: 2 });
         let hollow = refused(&[[-0.01, 0.01], [0.0, 0.009], [0.01, 0.01]], 0.0);
-        assert_eq!(hollow, NotTurned::Hollow { point: 2 });
+        assert_eq!(hollow, ProfileError::Hollow { point: 2 });
         for edge in [0.011, -1e-3, f64::NAN] {
             let round = refused(&[[-0.02, 0.01], [0.02, 0.01]], edge);
-            assert!(matches!(round, NotTurned::EdgeTooRound { .. }));
+            assert!(matches!(round, ProfileError::EdgeTooRound { .. }));
         }
         // Three points on one line are a cone, not a hollow.
-        assert!(Turned::new(&[[-0.01, 0.009], [0.0, 0.01], [0.01, 0.011]], 0.0).is_ok());
+        assert!(SolidOfRevolution::new(&[[-0.01, 0.009], [0.0, 0.01], [0.01, 0.011]], 0.0).is_ok());
     }
 
     #[test]
@@ -354,7 +355,7 @@ mod tests {
         let error_m = |count: usize| {
             let at = |i: usize| (2.0 * i as f64 / count as f64 - 1.0) * barrel.half_length_m;
             let points: Vec<[f64; 2]> = (0..=count).map(|i| surface(at(i))).collect();
-            let turned = Turned::new(&points, 0.0).unwrap();
+            let turned = SolidOfRevolution::new(&points, 0.0).unwrap();
             let most = barrel.sin_delta * (PI / 9.0).sin();
             (-200..=200)
                 .map(|i| most * f64::from(i) / 200.0)

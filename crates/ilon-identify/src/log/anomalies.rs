@@ -35,7 +35,7 @@ pub enum Kind {
 
 /// Something that is wrong with a log, and its likely cause.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Doubt {
+pub struct Anomaly {
     /// What kind of fault it is.
     pub kind: Kind,
     /// Whether nothing can be fitted to the log as it is.
@@ -46,8 +46,13 @@ pub struct Doubt {
     pub help: String,
 }
 
-pub(crate) fn doubt(kind: Kind, is_fatal: bool, message: String, help: impl Into<String>) -> Doubt {
-    Doubt {
+pub(crate) fn anomaly(
+    kind: Kind,
+    is_fatal: bool,
+    message: String,
+    help: impl Into<String>,
+) -> Anomaly {
+    Anomaly {
         kind,
         is_fatal,
         message,
@@ -59,29 +64,29 @@ pub(crate) fn doubt(kind: Kind, is_fatal: bool, message: String, help: impl Into
 const FASTEST_RAD_S: f64 = 500.0;
 
 /// What its rows alone show.
-pub fn of_rows(log: &Log, robot: &Robot) -> Vec<Doubt> {
-    let mut doubts = Vec::new();
+pub fn of_rows(log: &Log, robot: &Robot) -> Vec<Anomaly> {
+    let mut anomalies = Vec::new();
     let period_s = log.period_s();
     if !(2e-5..=5.0).contains(&period_s) {
         let (cause, unit) = match period_s > 5.0 {
             true => ("times are in ms or us", "\"ms\""),
             false => ("times are in s", "\"s\""),
         };
-        doubts.push(doubt(
+        anomalies.push(anomaly(
             Kind::TimeUnit,
             true,
             format!("its rows are {} s apart", shown(period_s)),
             format!("no robot is logged like that: {cause}? Then `log.time` has the unit {unit}"),
         ));
-        return doubts;
+        return anomalies;
     }
-    gaps(log, period_s, &mut doubts);
-    resets(log, robot, period_s, &mut doubts);
-    tracker(log, robot, &mut doubts);
-    doubts
+    gaps(log, period_s, &mut anomalies);
+    resets(log, robot, period_s, &mut anomalies);
+    tracker(log, robot, &mut anomalies);
+    anomalies
 }
 
-fn gaps(log: &Log, period_s: f64, doubts: &mut Vec<Doubt>) {
+fn gaps(log: &Log, period_s: f64, anomalies: &mut Vec<Anomaly>) {
     let mut lost_s = 0.0;
     let mut longest = (0.0, 0.0);
     let mut count = 0;
@@ -97,7 +102,7 @@ fn gaps(log: &Log, period_s: f64, doubts: &mut Vec<Doubt>) {
     }
     if count > 0 {
         let share = lost_s / log.duration_s();
-        doubts.push(doubt(
+        anomalies.push(anomaly(
             Kind::Gap,
             share > 0.5,
             format!(
@@ -112,7 +117,7 @@ fn gaps(log: &Log, period_s: f64, doubts: &mut Vec<Doubt>) {
     }
 }
 
-fn resets(log: &Log, robot: &Robot, period_s: f64, doubts: &mut Vec<Doubt>) {
+fn resets(log: &Log, robot: &Robot, period_s: f64, anomalies: &mut Vec<Anomaly>) {
     for (wheel, known) in robot.wheels.iter().enumerate() {
         let steps: Vec<f64> = log
             .angles_rad
@@ -154,7 +159,7 @@ fn resets(log: &Log, robot: &Robot, period_s: f64, doubts: &mut Vec<Doubt>) {
             "the counter was set anew or overflowed there: use the part before or after, `from_s` and `to_s` of the run"
                 .to_owned()
         };
-        doubts.push(doubt(
+        anomalies.push(anomaly(
             Kind::Reset,
             true,
             format!(
@@ -178,8 +183,8 @@ fn resets(log: &Log, robot: &Robot, period_s: f64, doubts: &mut Vec<Doubt>) {
             let turned = a.iter().zip(b).map(|(a, b)| (b - a).abs());
             turned.fold(0.0, f64::max) / log.duration_s().max(period_s)
         });
-    if fastest > FASTEST_RAD_S && doubts.is_empty() {
-        doubts.push(doubt(
+    if fastest > FASTEST_RAD_S && anomalies.is_empty() {
+        anomalies.push(anomaly(
             Kind::Unit,
             true,
             format!("a wheel turns at {} rad/s on the mean", shown(fastest)),
@@ -194,7 +199,7 @@ fn resets(log: &Log, robot: &Robot, period_s: f64, doubts: &mut Vec<Doubt>) {
         })
         .fold(0.0, f64::max);
     if most < 0.1 {
-        doubts.push(doubt(
+        anomalies.push(anomaly(
             Kind::Still,
             true,
             format!("no wheel turns by more than {} rad", shown(most)),
@@ -203,10 +208,10 @@ fn resets(log: &Log, robot: &Robot, period_s: f64, doubts: &mut Vec<Doubt>) {
     }
 }
 
-fn tracker(log: &Log, robot: &Robot, doubts: &mut Vec<Doubt>) {
+fn tracker(log: &Log, robot: &Robot, anomalies: &mut Vec<Anomaly>) {
     let unseen = log.unseen.iter().filter(|unseen| **unseen).count();
     if unseen > 0 {
-        doubts.push(doubt(
+        anomalies.push(anomaly(
             Kind::Gap,
             unseen * 2 > log.len(),
             format!(
@@ -231,7 +236,7 @@ fn tracker(log: &Log, robot: &Robot, doubts: &mut Vec<Doubt>) {
         })
         .collect();
     if let Some(first) = jumps.first() {
-        doubts.push(doubt(
+        anomalies.push(anomaly(
             Kind::Jump,
             false,
             format!(
@@ -264,7 +269,7 @@ fn tracker(log: &Log, robot: &Robot, doubts: &mut Vec<Doubt>) {
         first = row;
     }
     if let Some((for_s, from_s)) = frozen {
-        doubts.push(doubt(
+        anomalies.push(anomaly(
             Kind::Frozen,
             for_s > 0.5 * log.duration_s(),
             format!(

@@ -4,8 +4,8 @@ use crate::support;
 
 use ilon_identify::Log;
 use ilon_identify::delay::shifted;
-use ilon_identify::log::doubts::of_rows;
-use ilon_identify::log::{Doubt, Kind};
+use ilon_identify::log::anomalies::of_rows;
+use ilon_identify::log::{Anomaly, Kind};
 use support::robot;
 
 /// Ten seconds at 100 rows a second, ahead at 0.1 m/s, each wheel at 2 rad/s.
@@ -36,7 +36,7 @@ fn without(mut log: Log, from: usize, to: usize) -> Log {
     log
 }
 
-fn doubts(log: &Log) -> Vec<Doubt> {
+fn doubts(log: &Log) -> Vec<Anomaly> {
     of_rows(log, &robot("mecanum4.toml"))
 }
 
