@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::error::Fault;
-pub(super) use crate::model::made::WIDEST_GAP_RAD;
+pub(super) use crate::model::rollers_as_made::WIDEST_GAP_RAD;
 use crate::model::{Remark, Roller, wrap_angle};
 
 /// Gaps below a hundredth of a degree are rounding in the file.

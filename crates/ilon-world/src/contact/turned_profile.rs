@@ -1,6 +1,6 @@
 //! Where a roller that is turned to a profile by numbers is near to a piece of ground, in f64.
 //!
-//! Such a roller is a convex body (see [`ilon_robot::turned`]), and unlike a barrel it can lie on the ground with two of its
+//! Such a roller is a convex body (see [`ilon_robot::solid_of_revolution`]), and unlike a barrel it can lie on the ground with two of its
 //! corners at once: on a flat face its lowest corner and those next to it are places of contact of their own.
 //!
 //! **Faces.** The corner i is a circle of radius q about the axis at t, thickened by a ball of radius c. Against a flat face with
