@@ -32,7 +32,7 @@ pub struct Loaded {
 
 impl Loaded {
     /// The meshes by which the robot is seen. Reads their files, which may take a second; what cannot be read is remarked.
-    pub fn looks(&self) -> VisualMeshes {
+    pub fn visual_meshes(&self) -> VisualMeshes {
         let (file, options) = &self.read_from;
         let rollers = self.robot.wheels.iter().flat_map(|wheel| &wheel.rollers);
         let rollers = rollers.map(|roller| roller.name.as_str()).collect();
