@@ -50,6 +50,18 @@ pub struct Diagnosis {
     pub proposal: Option<LoadOptions>,
     /// What was read with them.
     pub loaded: Option<Box<Loaded>>,
+    /// What only a person can say, where no options were found.
+    pub question: Option<Question>,
+}
+
+/// What only a person can say of a file, all of it at once, and what else it takes to read it.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Question {
+    /// What is asked: the remedies that no machine can choose.
+    pub asked: Vec<Remedy>,
+    /// The other options that it takes. What is asked is not in them.
+    pub options: LoadOptions,
 }
 
 /// Reads robots: [`Robot::load`](LoadRobot::load) and what goes with it, for [`Robot`] alone.
@@ -176,6 +188,10 @@ impl LoadRobot for Robot {
             course_of_needed.applied = needed;
         }
         let works = course_of_needed.reaches(&works);
+        let question = match works {
+            true => None,
+            false => question(path, options, &mut course_of_needed),
+        };
         let Course {
             faults,
             applied,
@@ -183,6 +199,7 @@ impl LoadRobot for Robot {
         } = course_of_needed;
         Diagnosis {
             faults,
+            question,
             proposal: (works && !applied.is_empty()).then(|| with(options, &applied)),
             loaded: loaded.filter(|_| works).map(Box::new),
         }
@@ -291,6 +308,60 @@ fn course(
         }
     }
     course
+}
+
+/// What only a person can say, asked for all at once: what is known so far is given stand-ins, behind which more may show that is to be
+/// asked or repaired. What shows there is a fault of the file too, unless it comes of a stand-in for a size.
+fn question(path: &Path, options: &LoadOptions, course: &mut Course) -> Option<Question> {
+    let mut asked: Vec<Remedy> = Vec::new();
+    let mut applied = course.applied.clone();
+    let mut tried = with(options, &applied);
+    let mut errors: Vec<RobotError> = course.faults.clone();
+    for _ in 0..MOST_TRIES {
+        let open = errors.iter().find_map(|error| {
+            let is_new = |remedy: &Remedy| remedy.is_asked() && !asked.contains(remedy);
+            let remedy = error.remedies().into_iter().find(is_new)?;
+            Some((error.fault().stood_in(&tried), remedy))
+        });
+        let safe = || {
+            let remedies = errors.iter().flat_map(RobotError::remedies);
+            let mut safe = remedies.filter(|remedy| !remedy.is_guess());
+            safe.find_map(|remedy| Some((remedy.apply(&tried)?, remedy)))
+        };
+        match (open, safe()) {
+            (Some((next, remedy)), _) => {
+                asked.push(remedy);
+                let Some(next) = next else { break };
+                tried = next;
+            }
+            (None, Some((next, remedy))) => {
+                applied.push(remedy);
+                tried = next;
+            }
+            (None, None) => break,
+        }
+        let Err(error) = Robot::load_with(path, &tried) else {
+            break;
+        };
+        errors = std::iter::once(&error)
+            .chain(error.others())
+            .cloned()
+            .collect();
+        let sizes_are_open = asked
+            .iter()
+            .any(|remedy| matches!(remedy, Remedy::WheelRadius { .. }));
+        for new in &errors {
+            let is_known = |known: &RobotError| known.to_string() == new.to_string();
+            if !(sizes_are_open && new.fault().is_of_sizes()) && !course.faults.iter().any(is_known)
+            {
+                course.faults.push(new.clone());
+            }
+        }
+    }
+    (!asked.is_empty()).then(|| Question {
+        asked,
+        options: with(options, &applied),
+    })
 }
 
 /// Options with remedies, one upon the other.

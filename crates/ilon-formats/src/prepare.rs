@@ -127,6 +127,16 @@ pub(crate) fn prepare(
 
 /// The tag of a text's root element: its first that is no declaration and no comment.
 fn root_tag(text: &str) -> Option<String> {
+    let (start, end) = root_tag_range(text)?;
+    Some(text[start..end].to_owned())
+}
+
+/// Where the tag of the root element ends, and its attributes may begin.
+fn root_tag_end(text: &str) -> Option<usize> {
+    root_tag_range(text).map(|(_, end)| end)
+}
+
+fn root_tag_range(text: &str) -> Option<(usize, usize)> {
     let mut rest = text;
     loop {
         rest = &rest[rest.find('<')? + 1..];
@@ -137,7 +147,8 @@ fn root_tag(text: &str) -> Option<String> {
         }
     }
     let end = rest.find(|c: char| c.is_whitespace() || c == '>' || c == '/')?;
-    Some(rest[..end].to_owned())
+    let start = text.len() - rest.len();
+    Some((start, start + end))
 }
 
 /// The text with the XML namespaces declared that it uses and does not declare: programs that know no namespaces read such
@@ -152,7 +163,7 @@ fn declared(mut prepared: Prepared) -> Prepared {
         let prefix = reason
             .strip_prefix("an unknown namespace prefix '")
             .and_then(|rest| rest.strip_suffix('\''));
-        let root = prepared.text.find("<robot").map(|at| at + "<robot".len());
+        let root = root_tag_end(&prepared.text);
         let (Some(prefix), Some(root)) = (prefix, root) else {
             break;
         };
@@ -196,6 +207,7 @@ fn expanded(prepared: &Prepared, options: &LoadOptions) -> Result<Prepared, Robo
     let settings = xacro_expand::Settings {
         arguments: options.arguments.clone(),
         leave_out_missing: options.leave_out_missing,
+        before_2014: options.repair,
         watch: Some(&|name| is_wheel_size(name).is_some()),
     };
     let machine = options.machine();
@@ -304,6 +316,7 @@ fn of_failure(file: &str, failure: xacro_expand::ExpandError) -> RobotError {
         place,
         trail,
         missing,
+        of_before_2014,
         ..
     } = failure;
     let fault = match reason {
@@ -323,6 +336,7 @@ fn of_failure(file: &str, failure: xacro_expand::ExpandError) -> RobotError {
         xacro_expand::Reason::TooMuch(what, most) => Fault::TooLarge { what, most },
         other => Fault::Xacro {
             reason: other.to_string(),
+            before_2014: of_before_2014,
         },
     };
     let error = match place {

@@ -80,7 +80,10 @@ pub(super) fn fitting(source: &Source, tree: &Tree, wheels: &[&WheelLike]) -> Pr
         by_groups(source, tree, &wheels)
     } else if called(source, tree, &wheels).is_some()
         || plugin(source).is_some()
-        || (stand_in_x(&wheels) && wheels.iter().all(|wheel| is_called_omni(source, tree, wheel)))
+        || (stand_in_x(&wheels)
+            && wheels
+                .iter()
+                .all(|wheel| is_called_omni(source, tree, wheel)))
     {
         // Four parallel wheels that are all called omni wheels move sideways by mecanum rollers alone.
         Some(Handedness::XDeg(MECANUM_DEG))
@@ -127,7 +130,9 @@ fn by_groups(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Hande
     if gammas_deg.iter().any(|gamma_deg| *gamma_deg != 0.0) {
         return Some(Handedness::EachDeg(gammas_deg));
     }
-    let are_omni = wheels.iter().any(|wheel| is_called_omni(source, tree, wheel));
+    let are_omni = wheels
+        .iter()
+        .any(|wheel| is_called_omni(source, tree, wheel));
     let is_called_mecanum = plugin(source).is_some() || robot_called(source).is_some();
     (are_omni || !is_called_mecanum).then_some(Handedness::AllDeg(0.0))
 }

@@ -162,10 +162,7 @@ impl Unsized<'_> {
         let (share, what) = if most - least <= SAME * most {
             (0.4, "its inertia, as that of a solid ball")
         } else {
-            (
-                0.5,
-                "its inertia about its axis, as that of a solid disc",
-            )
+            (0.5, "its inertia about its axis, as that of a solid disc")
         };
         let radius_m = (axial / (share * mass.mass_kg)).sqrt();
         Some(Clue::new(ClueKind::Inertia, what.to_owned(), radius_m))
@@ -264,7 +261,10 @@ fn radii_in_name(name: &str) -> Vec<f64> {
             {
                 return vec![0.5 * INCH_M * value];
             }
-            let stands_alone = !follows_letter && !after.starts_with(char::is_alphanumeric);
+            // A bare number in another name, such as a CAD program's `Revolute-60`, counts something else.
+            let stands_alone = names::is_of_wheel(&lower)
+                && !follows_letter
+                && !after.starts_with(char::is_alphanumeric);
             if unit.starts_with("mm")
                 || (stands_alone && value >= LEAST_MM && !digits.contains('.'))
             {
