@@ -318,27 +318,26 @@ fn question(path: &Path, options: &LoadOptions, course: &mut Course) -> Option<Q
     let mut tried = with(options, &applied);
     let mut errors: Vec<RobotError> = course.faults.clone();
     for _ in 0..MOST_TRIES {
-        let open = errors.iter().find_map(|error| {
+        let known = (asked.len(), applied.len());
+        for error in &errors {
             let is_new = |remedy: &Remedy| remedy.is_asked() && !asked.contains(remedy);
-            let remedy = error.remedies().into_iter().find(is_new)?;
-            Some((error.fault().stood_in(&tried), remedy))
-        });
-        let safe = || {
+            if let Some(remedy) = error.remedies().into_iter().find(is_new) {
+                asked.push(remedy);
+                tried = error.fault().stood_in(&tried).unwrap_or(tried);
+            }
+        }
+        if asked.len() == known.0 {
             let remedies = errors.iter().flat_map(RobotError::remedies);
             let mut safe = remedies.filter(|remedy| !remedy.is_guess());
-            safe.find_map(|remedy| Some((remedy.apply(&tried)?, remedy)))
-        };
-        match (open, safe()) {
-            (Some((next, remedy)), _) => {
-                asked.push(remedy);
-                let Some(next) = next else { break };
-                tried = next;
-            }
-            (None, Some((next, remedy))) => {
+            if let Some((next, remedy)) =
+                safe.find_map(|remedy| Some((remedy.apply(&tried)?, remedy)))
+            {
                 applied.push(remedy);
                 tried = next;
             }
-            (None, None) => break,
+        }
+        if (asked.len(), applied.len()) == known {
+            break;
         }
         let Err(error) = Robot::load_with(path, &tried) else {
             break;

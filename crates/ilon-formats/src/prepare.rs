@@ -119,10 +119,39 @@ pub(crate) fn prepare(
         return converted;
     }
     let is_called_xacro = Path::new(file).extension().is_some_and(|e| e == "xacro");
-    if is_called_xacro || is_xacro(&prepared.text) {
-        return expanded(&prepared, options);
-    }
+    let mut prepared = match is_called_xacro || is_xacro(&prepared.text) {
+        true => expanded(&prepared, options)?,
+        false => prepared,
+    };
+    prepared.settings = settings(&prepared, options);
     Ok(prepared)
+}
+
+/// The keys and values of the YAML files that plug-ins name as their `<parameters>`, line by line: what is written below what is not
+/// looked at.
+fn settings(prepared: &Prepared, options: &LoadOptions) -> Vec<(String, String)> {
+    /// Largest file that is read, in bytes, and most of them.
+    const MOST_BYTES: u64 = 1 << 20;
+    const MOST_FILES: usize = 8;
+    let Ok(document) = xml::parse(&prepared.text) else {
+        return Vec::new();
+    };
+    let named = document
+        .descendants()
+        .filter(|n| n.has_tag_name("parameters"));
+    let folder = Path::new(&prepared.file).parent().unwrap_or(Path::new(""));
+    let texts = named.take(MOST_FILES).filter_map(|n| {
+        let path = folder.join(n.text()?.trim());
+        options.files.read_text(&path, MOST_BYTES).ok()
+    });
+    let of_line = |line: &str| {
+        let (line, _) = line.split_once('#').unwrap_or((line, ""));
+        let (key, value) = line.split_once(':')?;
+        let bare = |text: &str| text.trim().trim_matches(['"', '\'']).to_owned();
+        Some((bare(key), bare(value)))
+    };
+    let lines = texts.flat_map(|text| text.lines().filter_map(of_line).collect::<Vec<_>>());
+    lines.filter(|(_, value)| !value.is_empty()).collect()
 }
 
 /// The tag of a text's root element: its first that is no declaration and no comment.

@@ -35,9 +35,6 @@ impl Wording for Keys {
     fn question(&self, question: &Question, options: &LoadOptions) -> String {
         let asked = question.asked.iter().filter_map(|remedy| {
             Some(match remedy {
-                Remedy::Argument { name, value: None } => {
-                    format!("args = {{ {name} = \"VALUE\" }}")
-                }
                 Remedy::WhichRollers { wheels, parallel } => format!(
                     "wheels = {{ rollers = NUMBER, gamma.{} = ANGLE, joints = [{}] }}",
                     if *parallel { "x_deg" } else { "all_deg" },
@@ -47,8 +44,8 @@ impl Wording for Keys {
                 _ => return None,
             })
         });
-        let keys = keys(&question.options, options).into_iter().chain(asked);
-        let keys: Vec<String> = keys.collect();
+        let known = keys(&with_blank_arguments(question), options);
+        let keys: Vec<String> = known.into_iter().chain(asked).collect();
         let blanks = blanks(question);
         format!("fill in {blanks}, in `[robot]`: `{}`", keys.join("`, `"))
     }
@@ -57,6 +54,17 @@ impl Wording for Keys {
         let keys = keys(proposal, options).join("`, `");
         format!("this works, in `[robot]`: `{keys}`")
     }
+}
+
+/// The options of a question, with VALUE for each argument of the file that is asked for.
+pub fn with_blank_arguments(question: &Question) -> LoadOptions {
+    let mut options = question.options.clone();
+    for remedy in &question.asked {
+        if let Remedy::Argument { name, .. } = remedy {
+            options.arguments.insert(name.clone(), "VALUE".to_owned());
+        }
+    }
+    options
 }
 
 /// What a person fills in for an answer, in words: the blanks of [`Wording::question`], with what they mean.

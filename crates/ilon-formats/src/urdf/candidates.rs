@@ -245,6 +245,10 @@ impl Survey {
         if candidates.is_empty() && self.turning.is_empty() {
             floor = Floor::under(&self.others);
         }
+        // What stands higher than the lowest of the steered ones is no wheel beside them.
+        let lowest = Floor::under(&self.steered);
+        self.steered
+            .retain(|like| like.too_high_m(&lowest).is_none());
         let looked = &mut self.looked;
         for likes in [&mut self.turning, &mut self.others] {
             likes.retain(|like| match like.too_high_m(&floor) {

@@ -246,8 +246,17 @@ fn gamma_deg(hub: &Unit<Vector3<f64>>, grip: &Vector3<f64>) -> Option<f64> {
     (gamma_deg.abs() < 80.0).then_some(gamma_deg)
 }
 
-/// A plug-in that drives mecanum wheels, by its name or file.
+/// What drives mecanum wheels: a plug-in, by its name or file, or a controller that the settings of one name.
 fn plugin(source: &Source) -> Option<String> {
+    let types = source.prepared.settings.iter();
+    let mut types = types.filter(|(key, _)| key == "type").map(|(_, kind)| kind);
+    let controller = match types.clone().any(|kind| kind.contains("diff_drive")) {
+        true => None,
+        false => types.find(|kind| is_mecanum(kind)),
+    };
+    if let Some(controller) = controller {
+        return Some(controller.clone());
+    }
     let gazebo = source
         .robot()
         .children()

@@ -225,6 +225,15 @@ fn said(source: &Source) -> Vec<Clue> {
             add(format!("`{name}` of the xacro file"), is_diameter, *value);
         }
     }
+    for (name, value) in &source.prepared.settings {
+        if let (Some(is_diameter), Ok(value)) = (is_wheel_size(name), value.parse()) {
+            add(
+                format!("the controllers' setting `{name}`"),
+                is_diameter,
+                value,
+            );
+        }
+    }
     let settings = source.robot().children().filter(|n| {
         let tag = n.tag_name().name();
         n.is_element() && !["link", "joint"].contains(&tag)
@@ -292,6 +301,8 @@ mod tests {
             ("v1.2", vec![]),
             ("wheel_100.stl", vec![50.0, 100.0]),
             ("am0137", vec![]),
+            ("Servo_Revolute-60", vec![]),
+            ("omni-60", vec![30.0, 60.0]),
         ] {
             let found: Vec<f64> = radii_in_name(name)
                 .iter()

@@ -1,7 +1,7 @@
 //! How options of reading a robot are asked for on the command line.
 
 use ilon_formats::{Handedness, LoadOptions, Question, Remedy, RollerForms, WheelOptions};
-use ilon_sim::remedy::{Wording, blanks, rounded};
+use ilon_sim::remedy::{Wording, blanks, rounded, with_blank_arguments};
 
 /// For whoever called a command that reads a robot's file.
 pub(super) struct Flags {
@@ -17,7 +17,6 @@ impl Wording for Flags {
     fn question(&self, question: &Question, _options: &LoadOptions) -> String {
         let asked = question.asked.iter().filter_map(|remedy| {
             Some(match remedy {
-                Remedy::Argument { name, value: None } => format!("--arg {}=VALUE", shell(name)),
                 Remedy::WhichRollers { wheels, parallel } => {
                     let gamma = if *parallel {
                         "--gamma-x-deg"
@@ -31,7 +30,9 @@ impl Wording for Flags {
                 _ => return None,
             })
         });
-        let flags = flags(&question.options).into_iter().chain(asked);
+        let flags = flags(&with_blank_arguments(question))
+            .into_iter()
+            .chain(asked);
         let flags: Vec<String> = flags.collect();
         let blanks = blanks(question);
         format!("fill in {blanks}: `{} {}`", self.command, flags.join(" "))
