@@ -214,6 +214,16 @@ struct Course {
 }
 
 impl Course {
+    /// Keeps faults that are not known yet.
+    fn meets<'a>(&mut self, errors: impl IntoIterator<Item = &'a RobotError>) {
+        for new in errors {
+            let is_known = |known: &RobotError| known.to_string() == new.to_string();
+            if !self.faults.iter().any(is_known) {
+                self.faults.push(new.clone());
+            }
+        }
+    }
+
     fn reaches(&self, works: impl Fn(&Robot) -> bool) -> bool {
         self.loaded
             .as_ref()
@@ -290,12 +300,7 @@ fn course(
             Err(error) => error,
         };
         let all = || std::iter::once(&error).chain(error.others());
-        for new in all() {
-            let is_known = |known: &RobotError| known.to_string() == new.to_string();
-            if !course.faults.iter().any(is_known) {
-                course.faults.push(new.clone());
-            }
-        }
+        course.meets(all());
         let next = all()
             .flat_map(&remedies)
             .find_map(|remedy| Some((remedy.apply(&tried)?, remedy)));
@@ -313,54 +318,71 @@ fn course(
 /// What only a person can say, asked for all at once: what is known so far is given stand-ins, behind which more may show that is to be
 /// asked or repaired. What shows there is a fault of the file too, unless it comes of a stand-in for a size.
 fn question(path: &Path, options: &LoadOptions, course: &mut Course) -> Option<Question> {
-    let mut asked: Vec<Remedy> = Vec::new();
-    let mut applied = course.applied.clone();
-    let mut tried = with(options, &applied);
-    let mut errors: Vec<RobotError> = course.faults.clone();
+    let mut inquiry = Inquiry {
+        asked: Vec::new(),
+        applied: course.applied.clone(),
+        tried: with(options, &course.applied),
+    };
+    let mut errors = course.faults.clone();
     for _ in 0..MOST_TRIES {
-        let known = (asked.len(), applied.len());
-        for error in &errors {
-            let is_new = |remedy: &Remedy| remedy.is_asked() && !asked.contains(remedy);
-            if let Some(remedy) = error.remedies().into_iter().find(is_new) {
-                asked.push(remedy);
-                tried = error.fault().stood_in(&tried).unwrap_or(tried);
-            }
-        }
-        if asked.len() == known.0 {
-            let remedies = errors.iter().flat_map(RobotError::remedies);
-            let mut safe = remedies.filter(|remedy| !remedy.is_guess());
-            if let Some((next, remedy)) =
-                safe.find_map(|remedy| Some((remedy.apply(&tried)?, remedy)))
-            {
-                applied.push(remedy);
-                tried = next;
-            }
-        }
-        if (asked.len(), applied.len()) == known {
+        if !(inquiry.asks(&errors) || inquiry.repairs(&errors)) {
             break;
         }
-        let Err(error) = Robot::load_with(path, &tried) else {
+        let Err(error) = Robot::load_with(path, &inquiry.tried) else {
             break;
         };
-        errors = std::iter::once(&error)
-            .chain(error.others())
-            .cloned()
-            .collect();
-        let sizes_are_open = asked
-            .iter()
-            .any(|remedy| matches!(remedy, Remedy::WheelRadius { .. }));
-        for new in &errors {
-            let is_known = |known: &RobotError| known.to_string() == new.to_string();
-            if !(sizes_are_open && new.fault().is_of_sizes()) && !course.faults.iter().any(is_known)
-            {
-                course.faults.push(new.clone());
+        let all = std::iter::once(&error).chain(error.others());
+        errors = all.cloned().collect();
+        let sizes_are_open = inquiry.sizes_are_open();
+        let of_the_file = |new: &&RobotError| !(sizes_are_open && new.fault().is_of_sizes());
+        course.meets(errors.iter().filter(of_the_file));
+    }
+    (!inquiry.asked.is_empty()).then(|| Question {
+        options: with(options, &inquiry.applied),
+        asked: inquiry.asked,
+    })
+}
+
+/// A question that is being put together.
+struct Inquiry {
+    asked: Vec<Remedy>,
+    applied: Vec<Remedy>,
+    /// Options with all that was applied, and stand-ins for what is asked.
+    tried: LoadOptions,
+}
+
+impl Inquiry {
+    /// Asks for what only a person knows of some faults; whether there was something new.
+    fn asks(&mut self, errors: &[RobotError]) -> bool {
+        let known = self.asked.len();
+        for error in errors {
+            let is_new = |remedy: &Remedy| remedy.is_asked() && !self.asked.contains(remedy);
+            if let Some(remedy) = error.remedies().into_iter().find(is_new) {
+                self.asked.push(remedy);
+                let stood_in = error.fault().stood_in(&self.tried);
+                self.tried = stood_in.unwrap_or_else(|| self.tried.clone());
             }
         }
+        self.asked.len() > known
     }
-    (!asked.is_empty()).then(|| Question {
-        asked,
-        options: with(options, &applied),
-    })
+
+    /// Applies the first remedy for some faults that changes anything and invents nothing; whether there was one.
+    fn repairs(&mut self, errors: &[RobotError]) -> bool {
+        let remedies = errors.iter().flat_map(RobotError::remedies);
+        let mut safe = remedies.filter(|remedy| !remedy.is_guess());
+        let next = safe.find_map(|remedy| Some((remedy.apply(&self.tried)?, remedy)));
+        let Some((next, remedy)) = next else {
+            return false;
+        };
+        self.applied.push(remedy);
+        self.tried = next;
+        true
+    }
+
+    fn sizes_are_open(&self) -> bool {
+        let is_size = |remedy: &Remedy| matches!(remedy, Remedy::WheelRadius { .. });
+        self.asked.iter().any(is_size)
+    }
 }
 
 /// Options with remedies, one upon the other.
