@@ -61,7 +61,7 @@ pub use error::{
     Clue, ClueKind, Clues, Fault, Looked, MissingFile, Place, Proposed, Remedy, RobotError,
 };
 pub use generate::generate;
-pub use load::{Diagnosis, LoadRobot, Loaded};
+pub use load::{Diagnosis, LoadRobot, Loaded, Question};
 pub use options::{Handedness, JointOptions, LoadOptions, RoleOption, RollerForms, WheelOptions};
 pub use packages::Package;
 pub use prepare::urdf_text;

@@ -50,6 +50,18 @@ pub struct Diagnosis {
     pub proposal: Option<LoadOptions>,
     /// What was read with them.
     pub loaded: Option<Box<Loaded>>,
+    /// What only a person can say, where no options were found.
+    pub question: Option<Question>,
+}
+
+/// What only a person can say of a file, all of it at once, and what else it takes to read it.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Question {
+    /// What is asked: the remedies that no machine can choose.
+    pub asked: Vec<Remedy>,
+    /// The other options that it takes. What is asked is not in them.
+    pub options: LoadOptions,
 }
 
 /// Reads robots: [`Robot::load`](LoadRobot::load) and what goes with it, for [`Robot`] alone.
@@ -176,6 +188,10 @@ impl LoadRobot for Robot {
             course_of_needed.applied = needed;
         }
         let works = course_of_needed.reaches(&works);
+        let question = match works {
+            true => None,
+            false => question(path, options, &mut course_of_needed),
+        };
         let Course {
             faults,
             applied,
@@ -183,6 +199,7 @@ impl LoadRobot for Robot {
         } = course_of_needed;
         Diagnosis {
             faults,
+            question,
             proposal: (works && !applied.is_empty()).then(|| with(options, &applied)),
             loaded: loaded.filter(|_| works).map(Box::new),
         }
@@ -197,6 +214,16 @@ struct Course {
 }
 
 impl Course {
+    /// Keeps faults that are not known yet.
+    fn meets<'a>(&mut self, errors: impl IntoIterator<Item = &'a RobotError>) {
+        for new in errors {
+            let is_known = |known: &RobotError| known.to_string() == new.to_string();
+            if !self.faults.iter().any(is_known) {
+                self.faults.push(new.clone());
+            }
+        }
+    }
+
     fn reaches(&self, works: impl Fn(&Robot) -> bool) -> bool {
         self.loaded
             .as_ref()
@@ -273,12 +300,7 @@ fn course(
             Err(error) => error,
         };
         let all = || std::iter::once(&error).chain(error.others());
-        for new in all() {
-            let is_known = |known: &RobotError| known.to_string() == new.to_string();
-            if !course.faults.iter().any(is_known) {
-                course.faults.push(new.clone());
-            }
-        }
+        course.meets(all());
         let next = all()
             .flat_map(&remedies)
             .find_map(|remedy| Some((remedy.apply(&tried)?, remedy)));
@@ -291,6 +313,76 @@ fn course(
         }
     }
     course
+}
+
+/// What only a person can say, asked for all at once: what is known so far is given stand-ins, behind which more may show that is to be
+/// asked or repaired. What shows there is a fault of the file too, unless it comes of a stand-in for a size.
+fn question(path: &Path, options: &LoadOptions, course: &mut Course) -> Option<Question> {
+    let mut inquiry = Inquiry {
+        asked: Vec::new(),
+        applied: course.applied.clone(),
+        tried: with(options, &course.applied),
+    };
+    let mut errors = course.faults.clone();
+    for _ in 0..MOST_TRIES {
+        if !(inquiry.asks(&errors) || inquiry.repairs(&errors)) {
+            break;
+        }
+        let Err(error) = Robot::load_with(path, &inquiry.tried) else {
+            break;
+        };
+        let all = std::iter::once(&error).chain(error.others());
+        errors = all.cloned().collect();
+        let sizes_are_open = inquiry.sizes_are_open();
+        let of_the_file = |new: &&RobotError| !(sizes_are_open && new.fault().is_of_sizes());
+        course.meets(errors.iter().filter(of_the_file));
+    }
+    (!inquiry.asked.is_empty()).then(|| Question {
+        options: with(options, &inquiry.applied),
+        asked: inquiry.asked,
+    })
+}
+
+/// A question that is being put together.
+struct Inquiry {
+    asked: Vec<Remedy>,
+    applied: Vec<Remedy>,
+    /// Options with all that was applied, and stand-ins for what is asked.
+    tried: LoadOptions,
+}
+
+impl Inquiry {
+    /// Asks for what only a person knows of some faults; whether there was something new.
+    fn asks(&mut self, errors: &[RobotError]) -> bool {
+        let known = self.asked.len();
+        for error in errors {
+            let is_new = |remedy: &Remedy| remedy.is_asked() && !self.asked.contains(remedy);
+            if let Some(remedy) = error.remedies().into_iter().find(is_new) {
+                self.asked.push(remedy);
+                let stood_in = error.fault().stood_in(&self.tried);
+                self.tried = stood_in.unwrap_or_else(|| self.tried.clone());
+            }
+        }
+        self.asked.len() > known
+    }
+
+    /// Applies the first remedy for some faults that changes anything and invents nothing; whether there was one.
+    fn repairs(&mut self, errors: &[RobotError]) -> bool {
+        let remedies = errors.iter().flat_map(RobotError::remedies);
+        let mut safe = remedies.filter(|remedy| !remedy.is_guess());
+        let next = safe.find_map(|remedy| Some((remedy.apply(&self.tried)?, remedy)));
+        let Some((next, remedy)) = next else {
+            return false;
+        };
+        self.applied.push(remedy);
+        self.tried = next;
+        true
+    }
+
+    fn sizes_are_open(&self) -> bool {
+        let is_size = |remedy: &Remedy| matches!(remedy, Remedy::WheelRadius { .. });
+        self.asked.iter().any(is_size)
+    }
 }
 
 /// Options with remedies, one upon the other.

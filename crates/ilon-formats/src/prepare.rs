@@ -119,14 +119,53 @@ pub(crate) fn prepare(
         return converted;
     }
     let is_called_xacro = Path::new(file).extension().is_some_and(|e| e == "xacro");
-    if is_called_xacro || is_xacro(&prepared.text) {
-        return expanded(&prepared, options);
-    }
+    let mut prepared = match is_called_xacro || is_xacro(&prepared.text) {
+        true => expanded(&prepared, options)?,
+        false => prepared,
+    };
+    prepared.settings = settings(&prepared, options);
     Ok(prepared)
+}
+
+/// The keys and values of the YAML files that plug-ins name as their `<parameters>`, line by line: what is written below what is not
+/// looked at.
+fn settings(prepared: &Prepared, options: &LoadOptions) -> Vec<(String, String)> {
+    /// Largest file that is read, in bytes, and most of them.
+    const MOST_BYTES: u64 = 1 << 20;
+    const MOST_FILES: usize = 8;
+    let Ok(document) = xml::parse(&prepared.text) else {
+        return Vec::new();
+    };
+    let named = document
+        .descendants()
+        .filter(|n| n.has_tag_name("parameters"));
+    let folder = Path::new(&prepared.file).parent().unwrap_or(Path::new(""));
+    let texts = named.take(MOST_FILES).filter_map(|n| {
+        let path = folder.join(n.text()?.trim());
+        options.files.read_text(&path, MOST_BYTES).ok()
+    });
+    let of_line = |line: &str| {
+        let (line, _) = line.split_once('#').unwrap_or((line, ""));
+        let (key, value) = line.split_once(':')?;
+        let bare = |text: &str| text.trim().trim_matches(['"', '\'']).to_owned();
+        Some((bare(key), bare(value)))
+    };
+    let lines = texts.flat_map(|text| text.lines().filter_map(of_line).collect::<Vec<_>>());
+    lines.filter(|(_, value)| !value.is_empty()).collect()
 }
 
 /// The tag of a text's root element: its first that is no declaration and no comment.
 fn root_tag(text: &str) -> Option<String> {
+    let (start, end) = root_tag_range(text)?;
+    Some(text[start..end].to_owned())
+}
+
+/// Where the tag of the root element ends, and its attributes may begin.
+fn root_tag_end(text: &str) -> Option<usize> {
+    root_tag_range(text).map(|(_, end)| end)
+}
+
+fn root_tag_range(text: &str) -> Option<(usize, usize)> {
     let mut rest = text;
     loop {
         rest = &rest[rest.find('<')? + 1..];
@@ -137,7 +176,8 @@ fn root_tag(text: &str) -> Option<String> {
         }
     }
     let end = rest.find(|c: char| c.is_whitespace() || c == '>' || c == '/')?;
-    Some(rest[..end].to_owned())
+    let start = text.len() - rest.len();
+    Some((start, start + end))
 }
 
 /// The text with the XML namespaces declared that it uses and does not declare: programs that know no namespaces read such
@@ -152,7 +192,7 @@ fn declared(mut prepared: Prepared) -> Prepared {
         let prefix = reason
             .strip_prefix("an unknown namespace prefix '")
             .and_then(|rest| rest.strip_suffix('\''));
-        let root = prepared.text.find("<robot").map(|at| at + "<robot".len());
+        let root = root_tag_end(&prepared.text);
         let (Some(prefix), Some(root)) = (prefix, root) else {
             break;
         };
@@ -196,6 +236,7 @@ fn expanded(prepared: &Prepared, options: &LoadOptions) -> Result<Prepared, Robo
     let settings = xacro_expand::Settings {
         arguments: options.arguments.clone(),
         leave_out_missing: options.leave_out_missing,
+        before_2014: options.repair,
         watch: Some(&|name| is_wheel_size(name).is_some()),
     };
     let machine = options.machine();
@@ -304,6 +345,7 @@ fn of_failure(file: &str, failure: xacro_expand::ExpandError) -> RobotError {
         place,
         trail,
         missing,
+        of_before_2014,
         ..
     } = failure;
     let fault = match reason {
@@ -323,6 +365,7 @@ fn of_failure(file: &str, failure: xacro_expand::ExpandError) -> RobotError {
         xacro_expand::Reason::TooMuch(what, most) => Fault::TooLarge { what, most },
         other => Fault::Xacro {
             reason: other.to_string(),
+            before_2014: of_before_2014,
         },
     };
     let error = match place {

@@ -6,15 +6,18 @@
 use std::path::Path;
 
 use ilon_control::Kinematics;
-use ilon_formats::{Handedness, LoadOptions, LoadRobot, Loaded, Remedy, RobotError};
+use ilon_formats::{Handedness, LoadOptions, LoadRobot, Loaded, Question, Remedy, RobotError};
 use ilon_robot::Robot;
 
 use crate::Error;
 
 /// How options of reading a robot are asked for.
 pub trait Wording {
-    /// What a person does who wants a remedy that no machine can choose; `None` of one that needs no words.
-    fn asked(&self, remedy: &Remedy) -> Option<String>;
+    /// How a person says where a package lies.
+    fn package(&self, name: &str) -> String;
+
+    /// All that only a person can say, with what else it takes, where `options` were given.
+    fn question(&self, question: &Question, options: &LoadOptions) -> String;
 
     /// That `proposal` works, where `options` were given.
     fn proposed(&self, proposal: &LoadOptions, options: &LoadOptions) -> String;
@@ -25,27 +28,62 @@ pub trait Wording {
 pub struct Keys;
 
 impl Wording for Keys {
-    fn asked(&self, remedy: &Remedy) -> Option<String> {
-        Some(match remedy {
-            Remedy::Package { name } => {
-                format!("`packages = {{ {name} = \"FOLDER\" }}` in `[robot]`")
-            }
-            Remedy::Argument { name, value: None } => {
-                format!("`args = {{ {name} = \"VALUE\" }}` in `[robot]`")
-            }
-            Remedy::WhichRollers { wheels, parallel } => format!(
-                "`wheels = {{ rollers = NUMBER, gamma.{} = ANGLE, joints = [{}] }}` in `[robot]`",
-                if *parallel { "x_deg" } else { "all_deg" },
-                quoted(wheels)
-            ),
-            Remedy::WheelRadius { guess_m: None } => "`wheel_radius_m` in `[robot]`".to_owned(),
-            _ => return None,
-        })
+    fn package(&self, name: &str) -> String {
+        format!("`packages = {{ {name} = \"FOLDER\" }}` in `[robot]`")
+    }
+
+    fn question(&self, question: &Question, options: &LoadOptions) -> String {
+        let asked = question.asked.iter().filter_map(|remedy| {
+            Some(match remedy {
+                Remedy::WhichRollers { wheels, parallel } => format!(
+                    "wheels = {{ rollers = NUMBER, gamma.{} = ANGLE, joints = [{}] }}",
+                    if *parallel { "x_deg" } else { "all_deg" },
+                    quoted(wheels)
+                ),
+                Remedy::WheelRadius { guess_m: None } => "wheel_radius_m = METRES".to_owned(),
+                _ => return None,
+            })
+        });
+        let known = keys(&with_blank_arguments(question), options);
+        let keys: Vec<String> = known.into_iter().chain(asked).collect();
+        let blanks = blanks(question);
+        format!("fill in {blanks}, in `[robot]`: `{}`", keys.join("`, `"))
     }
 
     fn proposed(&self, proposal: &LoadOptions, options: &LoadOptions) -> String {
         let keys = keys(proposal, options).join("`, `");
         format!("this works, in `[robot]`: `{keys}`")
+    }
+}
+
+/// The options of a question, with VALUE for each argument of the file that is asked for.
+pub fn with_blank_arguments(question: &Question) -> LoadOptions {
+    let mut options = question.options.clone();
+    for remedy in &question.asked {
+        if let Remedy::Argument { name, .. } = remedy {
+            options.arguments.insert(name.clone(), "VALUE".to_owned());
+        }
+    }
+    options
+}
+
+/// What a person fills in for an answer, in words: the blanks of [`Wording::question`], with what they mean.
+pub fn blanks(question: &Question) -> String {
+    let asked = |is: fn(&Remedy) -> bool| question.asked.iter().any(is);
+    let mut blanks = Vec::new();
+    if asked(|remedy| matches!(remedy, Remedy::Argument { .. })) {
+        blanks.push("VALUE");
+    }
+    if asked(|remedy| matches!(remedy, Remedy::WhichRollers { .. })) {
+        blanks.push("the NUMBER of rollers on a wheel");
+        blanks.push("their ANGLE (45 of usual mecanum wheels, 0 of omni wheels)");
+    }
+    if asked(|remedy| matches!(remedy, Remedy::WheelRadius { .. })) {
+        blanks.push("the wheels' radius in METRES");
+    }
+    match &blanks[..] {
+        [rest @ .., last] if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
+        _ => blanks.concat(),
     }
 }
 
@@ -137,16 +175,19 @@ impl Refusal {
         };
         let mut advice: Vec<String> = Vec::new();
         for remedy in faults.iter().flat_map(RobotError::remedies) {
-            if let Some(asked) = wording.asked(&remedy)
-                && !advice.contains(&asked)
-            {
-                advice.push(asked);
+            if let Remedy::Package { name } = remedy {
+                let package = wording.package(&name);
+                if !advice.contains(&package) {
+                    advice.push(package);
+                }
             }
         }
         let mut closing = Vec::new();
         if !advice.is_empty() {
             closing.push(format!("say {}", advice.join(", ")));
         }
+        let question = diagnosis.question.as_ref();
+        closing.extend(question.map(|question| wording.question(question, options)));
         let proposal = diagnosis.proposal.as_ref();
         closing.extend(proposal.map(|proposal| wording.proposed(proposal, options)));
         Self {

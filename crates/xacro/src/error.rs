@@ -46,6 +46,9 @@ pub struct ExpandError {
     pub missing: Vec<Missing>,
     /// Whether it may come of what was not found: a name that nothing defines.
     pub of_missing: bool,
+    /// Whether elements stand without the prefix `xacro:`, as until 2014, which [`Settings::before_2014`](crate::Settings::before_2014)
+    /// reads.
+    pub of_before_2014: bool,
 }
 
 /// What is wrong.
@@ -91,6 +94,7 @@ impl ExpandError {
             trail: Vec::new(),
             missing: Vec::new(),
             of_missing: false,
+            of_before_2014: false,
         }
     }
 

@@ -453,4 +453,17 @@ mod tests {
             assert!((after / expected - 1.0).abs() < 1e-12, "{after} {expected}");
         }
     }
+
+    /// A rotor of 2e-6 kg m^2 behind a gear of 30 is 900 times as heavy to the wheel: 1.8e-3 kg m^2 more.
+    #[test]
+    fn a_wheel_turns_its_rotor_too() {
+        let mut robot = mecanum4();
+        let bare = wheel_spin(&robot.wheels[0]).unwrap();
+        robot.wheels[0].drive.gear_ratio = 30.0;
+        robot.wheels[0].drive.rotor_inertia_kg_m2 = 2e-6;
+        let geared = wheel_spin(&robot.wheels[0]).unwrap();
+        let more = geared.wheel_inertia_kg_m2 - bare.wheel_inertia_kg_m2;
+        // Of sums some thousand times 1.8e-3 nothing is lost to rounding.
+        assert!((more - 1.8e-3).abs() < 1e-12, "{more}");
+    }
 }

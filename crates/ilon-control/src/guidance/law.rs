@@ -686,4 +686,21 @@ mod tests {
             "the position gain [[1, 2], [2, 1]] must be symmetric and positive definite"
         );
     }
+
+    /// The velocity of a point of the body, by the difference of where the body's motion takes it: x + R(theta) offset.
+    #[test]
+    fn eq_2_a_point_of_the_body_moves_with_its_rotation() {
+        let (twist, offset_m) = (Twist::new(0.3, -0.2, 1.5), Vector2::new(0.1, 0.05));
+        let place = |t_s: f64| {
+            let turn = nalgebra::Rotation2::new(twist.omega_rad_s * t_s);
+            Vector2::new(twist.vx_m_s, twist.vy_m_s) * t_s + turn * offset_m
+        };
+        let dt_s = 1e-5;
+        let velocity = (place(dt_s) - place(-dt_s)) / (2.0 * dt_s);
+        let there = moved(twist, offset_m);
+        // The central difference is off by omega^3 |offset| dt^2 / 6, some 1e-11.
+        assert!((there.vx_m_s - velocity.x).abs() < 1e-9);
+        assert!((there.vy_m_s - velocity.y).abs() < 1e-9);
+        assert_eq!(there.omega_rad_s, 1.5);
+    }
 }

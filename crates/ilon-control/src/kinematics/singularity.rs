@@ -192,3 +192,22 @@ pub(crate) fn quoted(names: &[String]) -> String {
     let names: Vec<_> = names.iter().map(|n| format!("`{n}`")).collect();
     names.join(", ")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_that_rounds_to_zero_has_no_sign() {
+        let singularity = Singularity {
+            kind: SingularityKind::Meet {
+                point_m: Vector2::new(-1e-6, -2e-5),
+            },
+            wheels: vec!["a".to_owned()],
+            repaired_by_reversing: Vec::new(),
+            repaired_by_reversing_all: false,
+        };
+        let words = singularity.to_string();
+        assert!(words.contains("meet at (0.0000, 0.0000) m"), "{words}");
+    }
+}

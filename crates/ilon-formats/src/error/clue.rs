@@ -98,6 +98,17 @@ impl Clues {
             .then(|| (1e4 * radius_m).round() / 1e4)
     }
 
+    /// A radius with which the rest of the file can be looked at, in metres: one that nothing contradicts, if there is one.
+    pub(crate) fn stand_in_m(&self) -> f64 {
+        /// Of a wheel of which nothing is known.
+        const ANY_M: f64 = 0.05;
+        let radii = self.clues.iter().flat_map(|clue| clue.radii_m.clone());
+        let bounds = self.least_m.iter().chain(&self.most_m).map(|(m, _)| *m);
+        let mut all = radii.chain(bounds);
+        all.find(|m| self.contradictions(*m).is_empty())
+            .unwrap_or(ANY_M)
+    }
+
     fn is_supported(&self, radius_m: f64) -> bool {
         let speaking = |kind: ClueKind| {
             let mut of_kind = self.clues.iter().filter(move |clue| clue.kind == kind);

@@ -72,10 +72,15 @@ pub enum Fault {
         root_tag: String,
     },
     /// A xacro file cannot be expanded.
-    #[error("it cannot be expanded: {reason}")]
+    #[error(
+        "it cannot be expanded: {reason}{}",
+        if *before_2014 { "; elements of it stand without the prefix `xacro:`, as until 2014" } else { "" }
+    )]
     Xacro {
         /// Why not.
         reason: String,
+        /// Whether elements stand without the prefix `xacro:`, as until 2014: a repair reads them.
+        before_2014: bool,
     },
     /// Files that a xacro file includes, or packages that they lie in, are not there.
     #[error("{}", missing(files))]

@@ -2,6 +2,7 @@
 
 use super::fault::{Fault, Proposed};
 use super::remedy::Remedy;
+use crate::options::{Handedness, LoadOptions, WheelOptions};
 
 /// A solid box, for whoever has no CAD program.
 const BOX: &str = "for a solid box of mass m, ixx = m (y^2 + z^2) / 12";
@@ -11,6 +12,12 @@ pub(crate) fn is_zero_size(key: &str, value: &str) -> bool {
     let numbers: Result<Vec<f64>, _> = value.split_whitespace().map(str::parse).collect();
     ["size", "radius", "length"].contains(&key)
         && numbers.is_ok_and(|n| n.iter().all(|x| *x >= 0.0) && n.contains(&0.0))
+}
+
+/// Whether an argument only says what things are called.
+fn is_of_names(argument: &str) -> bool {
+    let lower = argument.to_lowercase();
+    lower.ends_with("name") || lower.ends_with("namespace") || lower.ends_with("prefix")
 }
 
 impl Fault {
@@ -172,6 +179,39 @@ impl Fault {
         fixed.to_owned()
     }
 
+    /// Options in which a stand-in holds the place of what only a person can say of it: with them more of the file can be looked at,
+    /// and nothing else is to be done with them. `None` where nothing can stand in.
+    pub(crate) fn stood_in(&self, options: &LoadOptions) -> Option<LoadOptions> {
+        /// Rollers of a wheel that stands in.
+        const ROLLERS: usize = 12;
+        let mut stood_in = options.clone();
+        match self {
+            Self::NoRollers { wheels, .. } | Self::Steered { wheels, .. } => {
+                let rollers = WheelOptions::new(ROLLERS, Handedness::AllDeg(0.0));
+                stood_in.wheels = Some(rollers.on(wheels.clone()));
+            }
+            Self::WheelSizeUnknown { clues, .. } => {
+                stood_in.wheel_radius_m = Some(clues.stand_in_m());
+            }
+            _ => return None,
+        }
+        Some(stood_in)
+    }
+
+    /// Whether it may come of a wrong size of the wheels alone.
+    pub(crate) fn is_of_sizes(&self) -> bool {
+        matches!(
+            self,
+            Self::ChassisBelowFloor { .. }
+                | Self::UnevenWheels { .. }
+                | Self::RollersHaveGaps { .. }
+                | Self::RollersTooSlender { .. }
+                | Self::RollersDiffer { .. }
+                | Self::InertiaTooLarge { .. }
+                | Self::LooksLikeMillimetres { .. }
+        )
+    }
+
     /// The options of reading that would do, the best first.
     pub(super) fn remedies(&self) -> Vec<Remedy> {
         match self {
@@ -185,6 +225,14 @@ impl Fault {
             | Self::InertiaTooLarge { .. }
             | Self::NoMass
             | Self::HubDoesNotTurn { .. } => vec![Remedy::Repair],
+            Self::Xacro {
+                before_2014: true, ..
+            } => vec![Remedy::Repair],
+            // Whatever a robot is called, it is the same robot.
+            Self::MissingArgument { name } if is_of_names(name) => vec![Remedy::Argument {
+                name: name.clone(),
+                value: Some("robot".to_owned()),
+            }],
             Self::OutOfRange { key, value, .. }
                 if (key == "value" && value == "0") || is_zero_size(key, value) =>
             {

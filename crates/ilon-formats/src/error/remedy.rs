@@ -46,6 +46,16 @@ impl Remedy {
         matches!(self, Self::Rollers(_) | Self::WheelRadius { .. })
     }
 
+    /// Whether only a person knows what to say, and the robot cannot be read before it is said.
+    pub(crate) fn is_asked(&self) -> bool {
+        matches!(
+            self,
+            Self::WhichRollers { .. }
+                | Self::WheelRadius { guess_m: None }
+                | Self::Argument { value: None, .. }
+        )
+    }
+
     /// The options with the remedy in them; `None` where only a person knows what to say, or where it changes nothing.
     pub fn apply(&self, options: &LoadOptions) -> Option<LoadOptions> {
         let mut remedied = options.clone();

@@ -7,9 +7,10 @@ use std::collections::{HashMap, HashSet};
 
 use nalgebra::{Point3, Unit, Vector3};
 
-use super::disc::{self, Disc};
+use super::disc::{self, Disc, NoDisc};
 use super::hub::hub_frame;
 use super::mesh::Meshes;
+use super::names;
 use super::recognise::Candidate;
 use super::tree::{Motion, Tree, TreeJoint};
 use crate::error::Looked;
@@ -132,8 +133,16 @@ fn look(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
             } else {
                 "turns within limits"
             };
-            let (origin, axis) = disc::level_axis(&body, meshes)
-                .map_err(|why| format!("{kind}, and {}", why.words()))?;
+            let (origin, axis) = match disc::level_axis(&body, meshes) {
+                Ok(found) => found,
+                // What cannot be read is a wheel where it is called one and its joint states a level axis.
+                Err(NoDisc::Unreadable(_))
+                    if joint.states_axis && tree.is_level(j) && is_called_wheel(tree, j) =>
+                {
+                    return Ok(on_own_axis(tree, j, meshes));
+                }
+                Err(why) => return Err(format!("{kind}, and {}", why.words())),
+            };
             let disc = disc::about(&body, &hub_frame(&origin, &axis), meshes).ok();
             Ok(WheelLike {
                 joint: j,
@@ -143,6 +152,12 @@ fn look(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
             })
         }
     }
+}
+
+fn is_called_wheel(tree: &Tree, j: usize) -> bool {
+    names::own(tree, j)
+        .iter()
+        .any(|name| names::is_of_wheel(name))
 }
 
 fn on_own_axis(tree: &Tree, j: usize, meshes: &Meshes) -> WheelLike {
@@ -230,6 +245,10 @@ impl Survey {
         if candidates.is_empty() && self.turning.is_empty() {
             floor = Floor::under(&self.others);
         }
+        // What stands higher than the lowest of the steered ones is no wheel beside them.
+        let lowest = Floor::under(&self.steered);
+        self.steered
+            .retain(|like| like.too_high_m(&lowest).is_none());
         let looked = &mut self.looked;
         for likes in [&mut self.turning, &mut self.others] {
             likes.retain(|like| match like.too_high_m(&floor) {

@@ -10,7 +10,7 @@ use super::loading::Loading;
 use super::recognise::{Candidate, fixed_hubs};
 use super::source::Source;
 use super::tree::{Motion, PlacedShape, Tree};
-use super::{form, infer, plausibility};
+use super::{form, infer, plausibility, wheel_size};
 use crate::error::{Fault, Looked, RobotError};
 use crate::model::{Chassis, Collision, MassProperties, Remark, Robot, StandingPose, Wheel};
 
@@ -66,14 +66,14 @@ pub(super) fn check_wheel_count(
                 wheels: names(&bare),
                 rollers: infer::fitting(source, tree, &bare),
             };
-            return Err(source.joint_error(&tree.joints[bare[0].joint].name, fault));
+            return with_sizes(loading, &bare, fault);
         }
         if steered.len() + survey.turning.len() >= 2 && !steered.is_empty() {
             let fault = Fault::Steered {
                 wheels: names(&steered),
                 rollers: infer::fitting(source, tree, &steered),
             };
-            return Err(source.joint_error(&tree.joints[steered[0].joint].name, fault));
+            return with_sizes(loading, &steered, fault);
         }
     }
     if let Some(error) = form::of_old_xacro(source) {
@@ -90,6 +90,22 @@ pub(super) fn check_wheel_count(
             _ => String::new(),
         },
     }))
+}
+
+/// A fault of wheels that lack rollers, and with it those of their sizes where these are not known either: who is asked for the
+/// one is asked for the other.
+fn with_sizes(loading: &Loading, wheels: &[&WheelLike], fault: Fault) -> Result<(), RobotError> {
+    let (source, tree) = (loading.source, loading.tree);
+    let mut faults = Faults::default();
+    faults.push(source.joint_error(&tree.joints[wheels[0].joint].name, fault));
+    if loading.options.wheel_radius_m.is_none() {
+        for wheel in wheels.iter().filter(|wheel| wheel.disc.is_none()) {
+            let link = &tree.links[tree.joints[wheel.joint].child].name;
+            let size = wheel_size::unknown(loading, wheel);
+            faults.push(source.link_error(link, size));
+        }
+    }
+    faults.into_result()
 }
 
 /// What a file has, in words: links, and joints by how they move.

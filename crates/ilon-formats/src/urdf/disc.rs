@@ -95,6 +95,22 @@ pub(super) fn readable(
     discs.map(|(radius_m, _)| radius_m).collect()
 }
 
+/// The radii of the cylinders of a body that stand on an axis, which is z of the frame, and lie across it, in metres: whoever turns
+/// a wheel's cylinder the wrong way gives its radius all the same.
+pub(super) fn cylinders_across(body: &RigidBody, body_from_frame: &Isometry3<f64>) -> Vec<f64> {
+    let shapes = body.shapes.iter().chain(&body.visuals);
+    let across = shapes.filter_map(|shape| {
+        let Geometry::Cylinder { radius, .. } = &shape.geometry else {
+            return None;
+        };
+        let from_shape = body_from_frame.inverse() * shape.body_from_shape;
+        let is_across = (from_shape * Vector3::z()).z.abs() < 0.1;
+        let is_centred = from_shape.translation.vector.xy().norm() <= CENTRED * radius;
+        (is_across && is_centred).then_some(*radius)
+    });
+    across.collect()
+}
+
 /// How far those meshes of a body that can be read reach from an axis, which is z of the frame, in metres.
 pub(super) fn mesh_reach_m(
     body: &RigidBody,

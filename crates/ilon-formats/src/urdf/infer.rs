@@ -78,7 +78,14 @@ pub(super) fn fitting(source: &Source, tree: &Tree, wheels: &[&WheelLike]) -> Pr
     let wheels: Vec<WheelLike> = wheels.iter().map(|w| (*w).clone()).collect();
     let gamma = if !are_parallel(&wheels) {
         by_groups(source, tree, &wheels)
-    } else if called(source, tree, &wheels).is_some() || plugin(source).is_some() {
+    } else if called(source, tree, &wheels).is_some()
+        || plugin(source).is_some()
+        || (stand_in_x(&wheels)
+            && wheels
+                .iter()
+                .all(|wheel| is_called_omni(source, tree, wheel)))
+    {
+        // Four parallel wheels that are all called omni wheels move sideways by mecanum rollers alone.
         Some(Handedness::XDeg(MECANUM_DEG))
     } else {
         return Proposed::NothingSaid;
@@ -123,12 +130,17 @@ fn by_groups(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Hande
     if gammas_deg.iter().any(|gamma_deg| *gamma_deg != 0.0) {
         return Some(Handedness::EachDeg(gammas_deg));
     }
-    let are_omni = wheels.iter().any(|wheel| {
-        let names = names::of_wheel_itself(source, tree, wheel.joint);
-        names.iter().any(|name| is_omni(name))
-    });
+    let are_omni = wheels
+        .iter()
+        .any(|wheel| is_called_omni(source, tree, wheel));
     let is_called_mecanum = plugin(source).is_some() || robot_called(source).is_some();
     (are_omni || !is_called_mecanum).then_some(Handedness::AllDeg(0.0))
+}
+
+/// Whether a wheel itself is called an omni wheel.
+fn is_called_omni(source: &Source, tree: &Tree, wheel: &WheelLike) -> bool {
+    let names = names::of_wheel_itself(source, tree, wheel.joint);
+    names.iter().any(|name| is_omni(name))
 }
 
 /// The wheels in question: those that turn, or else all that could be.
@@ -234,8 +246,17 @@ fn gamma_deg(hub: &Unit<Vector3<f64>>, grip: &Vector3<f64>) -> Option<f64> {
     (gamma_deg.abs() < 80.0).then_some(gamma_deg)
 }
 
-/// A plug-in that drives mecanum wheels, by its name or file.
+/// What drives mecanum wheels: a plug-in, by its name or file, or a controller that the settings of one name.
 fn plugin(source: &Source) -> Option<String> {
+    let types = source.prepared.settings.iter();
+    let mut types = types.filter(|(key, _)| key == "type").map(|(_, kind)| kind);
+    let controller = match types.clone().any(|kind| kind.contains("diff_drive")) {
+        true => None,
+        false => types.find(|kind| is_mecanum(kind)),
+    };
+    if let Some(controller) = controller {
+        return Some(controller.clone());
+    }
     let gazebo = source
         .robot()
         .children()

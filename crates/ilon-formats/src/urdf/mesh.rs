@@ -64,7 +64,12 @@ impl Meshes {
             .iter()
             .find_map(|prefix| bare.strip_prefix(prefix));
         let Some(in_package) = in_package else {
-            return Ok(self.folder.join(bare));
+            let path = self.folder.join(bare);
+            let elsewhere = || self.of_another_machine(bare);
+            return Ok(match self.files().is_file(&path) {
+                true => path,
+                false => elsewhere().unwrap_or(path),
+            });
         };
         let end = in_package.find(['/', ')']).unwrap_or(in_package.len());
         let name = in_package[..end].trim();
@@ -80,6 +85,26 @@ impl Meshes {
                 mesh: mesh.to_owned(),
             }),
         }
+    }
+}
+
+impl Meshes {
+    /// The file of a package that a path of the machine on which the file was written names: `/home/ada/ws/install/base/share/base/m.stl`
+    /// is `m.stl` of the package `base`.
+    fn of_another_machine(&self, mesh: &str) -> Option<PathBuf> {
+        /// Most folders of a path that are taken for packages.
+        const MOST: usize = 8;
+        let folders: Vec<usize> = mesh.match_indices('/').map(|(at, _)| at).collect();
+        if !mesh.starts_with('/') {
+            return None;
+        }
+        let pairs = folders.windows(2).rev().take(MOST);
+        pairs.into_iter().find_map(|pair| {
+            let (name, path) = (&mesh[pair[0] + 1..pair[1]], &mesh[pair[1] + 1..]);
+            let holds = |folder: &Path| self.files().is_file(&folder.join(path));
+            let folder = self.machine.find(&self.folder, name, &holds)?;
+            Some(folder.join(path)).filter(|file| self.files().is_file(file))
+        })
     }
 }
 

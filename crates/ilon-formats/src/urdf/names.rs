@@ -20,7 +20,7 @@ pub(super) fn of_wheel_itself(source: &Source, tree: &Tree, joint: usize) -> Vec
 }
 
 /// What a wheel's joint, link and meshes are called.
-fn own(tree: &Tree, joint: usize) -> Vec<String> {
+pub(super) fn own(tree: &Tree, joint: usize) -> Vec<String> {
     let joint = &tree.joints[joint];
     let link = &tree.links[joint.child];
     let meshes =
@@ -43,6 +43,11 @@ pub(super) fn is_mecanum(name: &str) -> bool {
     ["mecanum", "mechanum", "mecanuum"]
         .iter()
         .any(|word| lower.contains(word))
+}
+
+/// Whether a name speaks of a wheel.
+pub(super) fn is_of_wheel(name: &str) -> bool {
+    name.to_lowercase().contains("wheel") || is_mecanum(name) || is_omni(name)
 }
 
 /// Whether a name speaks of omni wheels.

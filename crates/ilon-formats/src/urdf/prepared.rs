@@ -39,6 +39,8 @@ pub(crate) struct Prepared {
     pub(crate) sizes: Vec<(String, f64)>,
     /// Values that its xacro source knows of its arguments, other than those that they have.
     pub(crate) choices: Vec<(String, Vec<String>)>,
+    /// What the files of settings say that the file names for controllers, as of ros2_control: keys and values, line by line.
+    pub(crate) settings: Vec<(String, String)>,
 }
 
 /// A change of a text: a range of its bytes, and what stands there instead.
@@ -58,6 +60,7 @@ impl Prepared {
             callers: Vec::new(),
             sizes: Vec::new(),
             choices: Vec::new(),
+            settings: Vec::new(),
         }
     }
 

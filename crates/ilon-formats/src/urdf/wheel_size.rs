@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use super::body::RigidBody;
+use super::candidates::WheelLike;
 use super::disc::{self, NoDisc};
 use super::hub::hub_frame;
 use super::loading::Loading;
@@ -15,6 +16,23 @@ use crate::error::{Clue, ClueKind, Clues, Fault};
 const PLAUSIBLE_M: std::ops::Range<f64> = 0.005..2.0;
 /// Rollers are thinner than the ring that their axes stand on.
 const MOST_OF_RING: f64 = 2.0;
+
+/// The fault of a wheel without rollers whose geometry does not show its size.
+pub(super) fn unknown(loading: &Loading, like: &WheelLike) -> Fault {
+    let tree = loading.tree;
+    let body = tree.rigid_body(tree.joints[like.joint].child, |j| {
+        tree.joints[j].motion == Motion::Turning
+    });
+    let shown = disc::about(&body, &hub_frame(&like.origin, &like.axis), &loading.meshes);
+    Unsized {
+        joint: like.joint,
+        origin: like.origin,
+        axis: like.axis,
+        body: &body,
+        ring_m: None,
+    }
+    .fault(loading, &shown.err().unwrap_or(NoDisc::Bare))
+}
 
 /// A wheel whose size is asked about.
 pub(super) struct Unsized<'a> {
@@ -83,6 +101,15 @@ impl Unsized<'_> {
             }
             clues.least_m.push((largest_m, what));
         }
+        for radius_m in disc::cylinders_across(self.body, &frame) {
+            if self.ring_m.is_none_or(|ring_m| radius_m > ring_m) {
+                let what = "its cylinder, which lies across its axis".to_owned();
+                let clue = Clue::new(ClueKind::Shape, what, radius_m);
+                if !clues.clues.contains(&clue) {
+                    clues.clues.push(clue);
+                }
+            }
+        }
         if let Some(reach_m) = disc::mesh_reach_m(self.body, &frame, &loading.meshes) {
             let what = "the reach of its meshes from its axis".to_owned();
             clues.least_m.push((reach_m, what));
@@ -123,13 +150,22 @@ impl Unsized<'_> {
         }
     }
 
+    /// Its inertia as that of a solid disc, I = m r^2 / 2; or as that of a solid ball, I = 2/5 m r^2, where it is the same about all
+    /// axes, as that of no wheel narrower than it is high is.
     fn inertia(&self) -> Option<Clue> {
+        /// Moments this near to each other are meant to be the same.
+        const SAME: f64 = 1e-3;
         let mass = self.body.mass.as_ref()?;
         let axis = self.axis.into_inner();
         let axial = axis.dot(&(mass.inertia_kg_m2 * axis));
-        let what = "its inertia about its axis, as that of a solid disc".to_owned();
-        let radius_m = (2.0 * axial / mass.mass_kg).sqrt();
-        Some(Clue::new(ClueKind::Inertia, what, radius_m))
+        let [least, _, most] = mass.principal_moments_kg_m2();
+        let (share, what) = if most - least <= SAME * most {
+            (0.4, "its inertia, as that of a solid ball")
+        } else {
+            (0.5, "its inertia about its axis, as that of a solid disc")
+        };
+        let radius_m = (axial / (share * mass.mass_kg)).sqrt();
+        Some(Clue::new(ClueKind::Inertia, what.to_owned(), radius_m))
     }
 
     /// Half of the way to the nearest wheel in its plane: beyond it they would cut into each other.
@@ -189,6 +225,15 @@ fn said(source: &Source) -> Vec<Clue> {
             add(format!("`{name}` of the xacro file"), is_diameter, *value);
         }
     }
+    for (name, value) in &source.prepared.settings {
+        if let (Some(is_diameter), Ok(value)) = (is_wheel_size(name), value.parse()) {
+            add(
+                format!("the controllers' setting `{name}`"),
+                is_diameter,
+                value,
+            );
+        }
+    }
     let settings = source.robot().children().filter(|n| {
         let tag = n.tag_name().name();
         n.is_element() && !["link", "joint"].contains(&tag)
@@ -225,7 +270,10 @@ fn radii_in_name(name: &str) -> Vec<f64> {
             {
                 return vec![0.5 * INCH_M * value];
             }
-            let stands_alone = !follows_letter && !after.starts_with(char::is_alphanumeric);
+            // A bare number in another name, such as a CAD program's `Revolute-60`, counts something else.
+            let stands_alone = names::is_of_wheel(&lower)
+                && !follows_letter
+                && !after.starts_with(char::is_alphanumeric);
             if unit.starts_with("mm")
                 || (stands_alone && value >= LEAST_MM && !digits.contains('.'))
             {
@@ -253,6 +301,8 @@ mod tests {
             ("v1.2", vec![]),
             ("wheel_100.stl", vec![50.0, 100.0]),
             ("am0137", vec![]),
+            ("Servo_Revolute-60", vec![]),
+            ("omni-60", vec![30.0, 60.0]),
         ] {
             let found: Vec<f64> = radii_in_name(name)
                 .iter()

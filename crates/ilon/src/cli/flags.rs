@@ -1,7 +1,7 @@
 //! How options of reading a robot are asked for on the command line.
 
-use ilon_formats::{Handedness, LoadOptions, Remedy, RollerForms, WheelOptions};
-use ilon_sim::remedy::{Wording, rounded};
+use ilon_formats::{Handedness, LoadOptions, Question, Remedy, RollerForms, WheelOptions};
+use ilon_sim::remedy::{Wording, blanks, rounded, with_blank_arguments};
 
 /// For whoever called a command that reads a robot's file.
 pub(super) struct Flags {
@@ -10,22 +10,32 @@ pub(super) struct Flags {
 }
 
 impl Wording for Flags {
-    fn asked(&self, remedy: &Remedy) -> Option<String> {
-        Some(match remedy {
-            Remedy::Package { name } => format!("`--package {}=FOLDER`", shell(name)),
-            Remedy::Argument { name, value: None } => format!("`--arg {}=VALUE`", shell(name)),
-            Remedy::WhichRollers { wheels, parallel } => {
-                let gamma = if *parallel {
-                    "--gamma-x-deg"
-                } else {
-                    "--gamma-deg"
-                };
-                let wheels = shell(&wheels.join(","));
-                format!("`--rollers NUMBER {gamma} ANGLE --wheels {wheels}`")
-            }
-            Remedy::WheelRadius { guess_m: None } => "`--wheel-radius-m`".to_owned(),
-            _ => return None,
-        })
+    fn package(&self, name: &str) -> String {
+        format!("`--package {}=FOLDER`", shell(name))
+    }
+
+    fn question(&self, question: &Question, _options: &LoadOptions) -> String {
+        let asked = question.asked.iter().filter_map(|remedy| {
+            Some(match remedy {
+                Remedy::WhichRollers { wheels, parallel } => {
+                    let gamma = if *parallel {
+                        "--gamma-x-deg"
+                    } else {
+                        "--gamma-deg"
+                    };
+                    let wheels = shell(&wheels.join(","));
+                    format!("--rollers NUMBER {gamma} ANGLE --wheels {wheels}")
+                }
+                Remedy::WheelRadius { guess_m: None } => "--wheel-radius-m METRES".to_owned(),
+                _ => return None,
+            })
+        });
+        let flags = flags(&with_blank_arguments(question))
+            .into_iter()
+            .chain(asked);
+        let flags: Vec<String> = flags.collect();
+        let blanks = blanks(question);
+        format!("fill in {blanks}: `{} {}`", self.command, flags.join(" "))
     }
 
     fn proposed(&self, proposal: &LoadOptions, _options: &LoadOptions) -> String {

@@ -298,7 +298,7 @@ const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
         DISC,
         "<collision><geometry><mesh filename=\"package://absent/wheel.stl\"/></geometry></collision>"
     )),
-    Refused("--package absent=FOLDER`, `--wheel-radius-m`");
+    Refused("--package absent=FOLDER`; fill in the wheels' radius in METRES: `ilon inspect robot.urdf --rollers 12 --gamma-x-deg 45 --wheels");
     "a mesh of an absent package"
 )]
 #[test_case(
@@ -339,7 +339,7 @@ const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
 )]
 #[test_case(
     xacro("<xacro:arg name=\"kind\"/><link name=\"$(arg kind)\"/>"),
-    Refused("`--arg kind=VALUE`");
+    Refused("fill in VALUE: `ilon inspect robot.urdf --arg kind=VALUE`");
     "an argument without a value"
 )]
 #[test_case(
@@ -400,14 +400,34 @@ fn a_robot_drives_or_is_refused_with_a_command_that_works(text: String, becomes:
         Asks(words, remark) => {
             let refusal = refused(&first, words);
             assert_eq!(proposed(&refusal), None, "{refusal}");
-            let asked = filled(&refusal, "--rollers");
-            let mut output = shell(folder.path(), &format!("ilon inspect robot.urdf {asked}"));
-            if !output.status.success() {
-                let refusal = err(&output);
-                let proposal = proposed(&refusal);
-                let proposal = proposal.unwrap_or_else(|| panic!("nothing proposed: {refusal}"));
-                output = shell(folder.path(), proposal);
-            }
+            // One round: what is asked for, filled in, is a command that works.
+            let asked = filled(&refusal);
+            let [command] = &asked[..] else {
+                panic!("{asked:?}")
+            };
+            let output = shell(folder.path(), command);
+            drives(&output, remark);
+            // A scenario asks for the same in its own words.
+            let scenario =
+                "[robot]\nfile = \"robot.urdf\"\n[twist]\nvy_m_s = 0.1\n[run]\nduration_s = 0.2\n";
+            let path = folder.path().join("s.toml");
+            std::fs::write(&path, scenario).unwrap();
+            let refusal = refused(&shell(folder.path(), "ilon run s.toml"), "");
+            let keys = format!("[robot]\n{}\n", filled(&refusal).join("\n"));
+            let scenario = scenario.replacen("[robot]\n", &keys, 1);
+            std::fs::write(&path, &scenario).unwrap();
+            let ran = shell(folder.path(), "ilon run s.toml --out out");
+            assert!(ran.status.success(), "{keys}\n{}", err(&ran));
+        }
+        Asks(words, remark) => {
+            let refusal = refused(&first, words);
+            assert_eq!(proposed(&refusal), None, "{refusal}");
+            // One round: what is asked for, filled in, is a command that works.
+            let asked = filled(&refusal);
+            let [command] = &asked[..] else {
+                panic!("{asked:?}")
+            };
+            let output = shell(folder.path(), command);
             drives(&output, remark);
             // A scenario asks for the same in its own words.
             let scenario =
@@ -468,13 +488,17 @@ fn proposed(refusal: &str) -> Option<&str> {
     Some(refusal.split_once("this works: `")?.1.split_once('`')?.0)
 }
 
-/// What a refusal asks for that begins so, with twelve rollers at 45 degrees.
-fn filled(refusal: &str, begins: &str) -> String {
-    let at = refusal
-        .find(&format!("`{begins}"))
-        .unwrap_or_else(|| panic!("not asked: {refusal}"));
-    let asked = refusal[at + 1..].split('`').next().unwrap_or_default();
-    asked.replace("NUMBER", "12").replace("ANGLE", "45")
+/// The command, or the keys, in which a refusal has something filled in, with twelve rollers at 45 degrees.
+fn filled(refusal: &str) -> Vec<String> {
+    let (_, blanks) = refusal
+        .split_once("fill in ")
+        .unwrap_or_else(|| panic!("nothing asked: {refusal}"));
+    let (_, asked) = blanks.split_once(": `").unwrap();
+    let asked = asked.lines().next().unwrap_or_default();
+    let each = format!("`{asked}");
+    let each = each.split('`').skip(1).step_by(2);
+    each.map(|one| one.replace("NUMBER", "12").replace("ANGLE", "45"))
+        .collect()
 }
 
 fn proposed_keys(refusal: &str) -> Vec<&str> {

@@ -93,13 +93,31 @@ impl Expander<'_> {
         self.inside(&found.body, within)
     }
 
-    /// Keeps the first macro or include that is written as until 2014, for whoever misses what it would define.
-    pub(super) fn look_for_old(&self, element: &Element) {
-        let is_old = match element.name.as_str() {
-            "macro" => element.attribute("name").is_some(),
-            "include" => element.attribute("filename").is_some(),
-            _ => false,
+    /// The name by which an element without a prefix is one of xacro's, as until 2014, where such are read.
+    pub(super) fn old_name<'e>(&self, element: &'e Element, around: &Around) -> Option<&'e str> {
+        if !self.settings.before_2014 {
+            return None;
+        }
+        let name = element.name.as_str();
+        let is_old = match name {
+            "if" | "unless" => element.attribute("value").is_some(),
+            "insert_block" => true,
+            _ => is_old_definition(element) || around.macros.resolve(name).is_some(),
         };
+        if !is_old {
+            return None;
+        }
+        if self.old.borrow().is_none() {
+            let words = "elements without the prefix `xacro:` are read as until 2014".to_owned();
+            self.note(&element.origin, &format!("`<{name}>`"), words);
+            self.look_for_old(element);
+        }
+        Some(name)
+    }
+
+    /// Keeps the first element that defines something and is written as until 2014, for whoever misses what it would define.
+    pub(super) fn look_for_old(&self, element: &Element) {
+        let is_old = is_old_definition(element);
         let mut old = self.old.borrow_mut();
         if is_old && old.is_none() {
             *old = Some((element.name.clone(), element.origin.clone()));
@@ -241,6 +259,18 @@ impl Expander<'_> {
             return Err(self.fault(&element.origin, format!("there is no block `{name}`")));
         }
         Ok(())
+    }
+}
+
+/// Whether an element without a prefix is a definition of xacro as until 2014.
+fn is_old_definition(element: &Element) -> bool {
+    let has = |attribute| element.attribute(attribute).is_some();
+    match element.name.as_str() {
+        // One without a name was as good as none.
+        "property" => has("name") && !matches!(element.attribute("name"), Some("")),
+        "macro" => has("name"),
+        "include" => has("filename"),
+        _ => false,
     }
 }
 

@@ -104,7 +104,8 @@ impl Expander<'_> {
         around: &Around,
         inside: &mut Inside,
     ) -> Result<()> {
-        match child.name.strip_prefix("xacro:") {
+        let prefixed = child.name.strip_prefix("xacro:");
+        match prefixed.or_else(|| self.old_name(child, around)) {
             None => {
                 self.look_for_old(child);
                 let element = self.element(child, around)?;

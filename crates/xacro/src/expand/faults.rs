@@ -35,6 +35,7 @@ impl Expander<'_> {
             trail: trail.take(8).collect(),
             missing: Vec::new(),
             of_missing: false,
+            of_before_2014: false,
         })
     }
 

@@ -130,6 +130,7 @@ impl Expander<'_> {
                     _ => self.failure(Reason::Missing, None),
                 };
                 failure.missing = missing;
+                failure.of_before_2014 = self.old.borrow().is_some();
                 return Err(failure);
             }
         };

@@ -442,3 +442,34 @@ fn the_same_file_is_expanded_the_same() {
         );
     }
 }
+
+/// Elements without a prefix, as until 2014: as they stand they stay what they are, and it is said of what then fails; read as they were
+/// meant, they come to what the same file with prefixes comes to.
+#[test]
+fn elements_without_a_prefix_are_read_as_until_2014_where_that_is_asked_for() {
+    let old = r#"<robot><property name="r" value="0.05"/><macro name="ball" params="at"><sphere radius="${r}" at="${at}"/></macro>
+        <if value="1"><ball at="${2 * r}"/></if><unless value="1"><ball at="9"/></unless><material name="m"/></robot>"#;
+    let new = r#"<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="r" value="0.05"/><xacro:macro name="ball" params="at"><sphere radius="${r}" at="${at}"/></xacro:macro>
+        <xacro:if value="1"><xacro:ball at="${2 * r}"/></xacro:if><xacro:unless value="1"><xacro:ball at="9"/></xacro:unless><material name="m"/></robot>"#;
+    let text = |text: &str, before_2014| {
+        let settings = Settings {
+            before_2014,
+            ..Settings::default()
+        };
+        let path = folder().join("old.xacro");
+        expand(&path, text, &settings, &LocalHost::default())
+    };
+    let failure = text(old, false).unwrap_err();
+    assert!(failure.of_before_2014, "{}", failure.reason);
+    let read = text(old, true).unwrap();
+    assert_eq!(read.notes.len(), 1);
+    let shape = |text: &str| {
+        let document = Document::parse(text).unwrap();
+        let mut lines = String::new();
+        normal(text, document.root_element(), 0, &mut lines);
+        lines
+    };
+    let meant = text(new, false).unwrap();
+    assert_eq!(shape(&read.text), shape(&meant.text));
+    assert!(read.text.contains(r#"at="0.1""#), "{}", read.text);
+}

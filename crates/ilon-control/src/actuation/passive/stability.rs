@@ -299,4 +299,16 @@ mod tests {
             assert!(beyond.is_nan() || beyond > 1.0, "{m} {d} {period} {old}");
         }
     }
+
+    /// A damping between wheels of one lever is felt by each wheel as it is said, in N m s, whatever the lever: the motion that turns no
+    /// body is a unit vector of wheel rates, and slides = (1 - P) l with the projector P on what turns the body.
+    #[test]
+    fn a_damping_between_the_wheels_is_one_of_wheel_rates() {
+        let model = DynamicModel::new(&crate::fixtures::mecanum4()).unwrap();
+        let kinematics = model.kinematics();
+        let (between_n_m_s, dt_s) = (0.02, 0.005);
+        let swing = air_swing(&model, kinematics, (Vector3::zeros(), between_n_m_s), dt_s);
+        let expected = between_n_m_s * dt_s / model.air_inertia_kg_m2();
+        assert!((swing / expected - 1.0).abs() < 1e-9, "{swing} {expected}");
+    }
 }

@@ -142,3 +142,20 @@ fn least_of(first_step: f64, most: f64, mut of: impl FnMut(f64) -> f64) -> f64 {
     }
     way * if at_x <= at_y { x } else { y }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A parabola's least value lies where it was put, on either side, within its flat bottom: 1e-8 of a step in x changes it by 1e-16.
+    #[test]
+    fn the_least_of_a_parabola_is_found_on_either_side() {
+        for least in [0.3, -0.7, 12.5, -1e-3] {
+            let found = least_of(0.1, 1e3, |x| (x - least) * (x - least) + 1.0);
+            assert!((found - least).abs() < 1e-7, "{found} for {least}");
+        }
+        // It ends where nothing is left to be lessened: at the first value that is not above zero.
+        let crossed = least_of(0.1, 1e3, |x| 1.0 - x);
+        assert!((1.0..=3.2).contains(&crossed), "{crossed}");
+    }
+}
