@@ -53,7 +53,9 @@ fn ground(bencher: Bencher, ground: &str) {
             let bars = (-30..30).map(|bar| plate(0.1 * f64::from(bar), 0.005, 0.002));
             floor.boxes.extend(bars);
         }
-        _ => floor.relief = heights(&|x, y| 0.004 * ((20.0 * x).sin() + (13.0 * y + 5.0 * x).sin())),
+        _ => {
+            floor.relief = heights(&|x, y| 0.001 * ((20.0 * x).sin() + (13.0 * y + 5.0 * x).sin()))
+        }
     }
     drive(bencher, "mecanum4", RollerBodies::Near, &floor);
 }

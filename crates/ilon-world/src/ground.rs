@@ -183,9 +183,9 @@ impl Ground {
             floor_from_shape: *floor_from_shape,
         };
         let from_relief_m = relief.gap_m(&solid.bounds(), |triangle, _| {
-            let corners = triangle.corners_m().map(|corner| {
-                convert::vector(&(rapier_from_floor * Point3::from(corner)).coords)
-            });
+            let corners = triangle
+                .corners_m()
+                .map(|corner| convert::vector(&(rapier_from_floor * Point3::from(corner)).coords));
             apart_m(&Pose::IDENTITY, &ParryTriangle::from(corners))
         });
         from_solids_m.min(from_relief_m)

@@ -43,12 +43,20 @@ struct Around<'a> {
 }
 
 impl Around<'_> {
-    /// Lays out the triangles that are near a roller, behind so many other pieces.
-    fn lay_out(&self, bounds: impl FnOnce() -> Bounds, (pieces, others): (&mut Vec<Piece>, usize)) {
-        pieces.truncate(others);
+    /// Looks for places on the triangles of the relief that are near a box, and lays out behind the other pieces those that have some: `find` is given
+    /// a triangle, with its number among the pieces, and says whether it has.
+    fn find_on_relief(
+        &self,
+        bounds: impl FnOnce() -> Bounds,
+        pieces: &mut Vec<Piece>,
+        mut find: impl FnMut(usize, &Piece) -> bool,
+    ) {
         if let Some(relief) = self.relief {
-            relief.triangles_in(&bounds().grown(self.within_m), |triangle| {
-                pieces.push(Piece::Triangle(triangle));
+            relief.triangles_in(&bounds(), |triangle| {
+                let piece = Piece::Triangle(triangle);
+                if find(pieces.len(), &piece) {
+                    pieces.push(piece);
+                }
             });
         }
     }
@@ -197,11 +205,11 @@ impl Scene<'_> {
             let Some(placed) = roller.placed_barrel(hub) else {
                 continue;
             };
-            around.lay_out(|| placed.bounds(), (&mut room.pieces, others));
             let lowest_m = lowest.map_or(f64::INFINITY, |(_, nearest)| nearest.gap_m);
             let within_m = roller.bounding_radius_m + prediction_m.min(lowest_m);
             let out_of_reach = |piece: &Piece| piece.foot(&placed.center_m).distance_m > within_m;
-            if self.settings.roller_bodies == RollerBodies::Near
+            if around.relief.is_none()
+                && self.settings.roller_bodies == RollerBodies::Near
                 && room.pieces.iter().all(out_of_reach)
             {
                 continue;
@@ -214,6 +222,7 @@ impl Scene<'_> {
                 continue;
             }
             room.nearest.clear();
+            room.pieces.truncate(others);
             let reach_m = roller.bounding_radius_m + within_gap_m;
             for (number, piece) in room.pieces.iter().enumerate() {
                 if piece.foot(&placed.center_m).distance_m > reach_m {
@@ -223,6 +232,13 @@ impl Scene<'_> {
                     room.nearest.push((number, nearest));
                 }
             }
+            let bounds = || placed.bounds().grown(within_gap_m);
+            around.find_on_relief(bounds, &mut room.pieces, |number, piece| {
+                let nearest = placed.nearest_within(piece, within_gap_m);
+                room.nearest
+                    .extend(nearest.map(|nearest| (number, nearest)));
+                nearest.is_some()
+            });
             keep_nearest_of_surface(&mut room.nearest, &room.pieces);
             for (_, nearest) in &room.nearest {
                 found.push(self.on_barrel((wheel, index), &placed, nearest));
@@ -261,9 +277,9 @@ impl Scene<'_> {
             let Some(placed) = roller.placed_profile(hub) else {
                 continue;
             };
-            around.lay_out(|| placed.bounds(), (&mut room.pieces, others));
             let within_m = roller.bounding_radius_m + prediction_m;
             room.nearest.clear();
+            room.pieces.truncate(others);
             for (number, piece) in room.pieces.iter().enumerate() {
                 if piece.foot(&placed.center_m).distance_m < within_m {
                     placed.places_on(piece, prediction_m, |nearest| {
@@ -271,6 +287,14 @@ impl Scene<'_> {
                     });
                 }
             }
+            let bounds = || placed.bounds().grown(prediction_m);
+            around.find_on_relief(bounds, &mut room.pieces, |number, piece| {
+                let before = room.nearest.len();
+                placed.places_on(piece, prediction_m, |nearest| {
+                    room.nearest.push((number, nearest));
+                });
+                room.nearest.len() > before
+            });
             keep_nearest_of_surface(&mut room.nearest, &room.pieces);
             for (_, nearest) in &room.nearest {
                 let support = |center_m, axis| {

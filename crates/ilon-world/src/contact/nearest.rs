@@ -22,8 +22,6 @@ const SETTLED_M: f64 = 1e-13;
 
 /// Places are one to what f64 makes of them: far above the rounding of a few metres, far below what a contact is known to.
 const SAME_PLACE_M: f64 = 1e-10;
-/// A neighbour that lies lower than a face's plane by less than this bends nothing.
-const FLAT_M: f64 = 1e-12;
 
 /// A convex piece of ground, in the floor's frame.
 #[derive(Clone, Debug)]
@@ -166,21 +164,18 @@ impl Triangle {
         self.corners_m
     }
 
-    /// With the corners of its neighbours that lie across its edges, `None` where the surface ends.
-    pub fn among(mut self, across_m: [Option<Vector3<f64>>; 3]) -> Self {
-        let falls = |corner: Option<Vector3<f64>>| {
-            corner.is_none_or(|corner| self.up.dot(&(corner - self.corners_m[0])) < -FLAT_M)
-        };
-        self.has_ridge = across_m.into_iter().any(falls);
-        self
+    /// The same, where something can touch its edges, or nothing can.
+    pub fn with_ridge(self, has_ridge: bool) -> Self {
+        Self { has_ridge, ..self }
     }
 
-    /// Whether a point lies on the triangle as seen from above.
+    /// Whether a point lies on the triangle as seen from above, its edges included.
     fn is_over_or_under(&self, point_m: &Vector3<f64>) -> bool {
         let [a, b, c] = self.corners_m.map(|corner| corner.xy());
+        let least_m2 = SAME_PLACE_M * (b - a).abs().sum();
         let side = |from: Vector2<f64>, to: Vector2<f64>| (to - from).perp(&(point_m.xy() - from));
         let sides = [side(a, b), side(b, c), side(c, a)];
-        sides.iter().all(|side| *side >= 0.0) || sides.iter().all(|side| *side <= 0.0)
+        sides.iter().all(|side| *side >= -least_m2) || sides.iter().all(|side| *side <= least_m2)
     }
 
     /// The nearest place of the triangle to a point (Ericson, Real-Time Collision Detection 2005, section 5.1.5).
@@ -399,14 +394,12 @@ impl PlacedBarrel<'_> {
         let t_m = self.barrel.support_place_m(-self.axis.dot(&triangle.up));
         let sphere_m = self.center_m + t_m * self.axis;
         let over_m = triangle.up.dot(&(sphere_m - triangle.corners_m[0]));
+        if !triangle.has_ridge {
+            let is_on_it = triangle.is_over_or_under(&(sphere_m - over_m * triangle.up));
+            return is_on_it.then(|| self.nearest_at(sphere_m, piece.foot(&sphere_m), t_m));
+        }
         if over_m - self.barrel.sphere_radius_m(t_m) >= within_m {
             return None;
-        }
-        if !triangle.has_ridge {
-            let foot = piece.foot(&sphere_m);
-            let beside_m = sphere_m - foot.place_m - over_m * triangle.up;
-            return (beside_m.norm_squared() <= SAME_PLACE_M.powi(2))
-                .then(|| self.nearest_at(sphere_m, foot, t_m));
         }
         Some(self.nearest_to_convex(piece, t_m, within_m))
     }

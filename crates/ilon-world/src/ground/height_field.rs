@@ -97,7 +97,10 @@ impl HeightField {
                 }
                 let at = row * points + column;
                 let below = &self.heights_m[at..];
-                let highest_m = below[0].max(below[1]).max(below[points]).max(below[points + 1]);
+                let highest_m = below[0]
+                    .max(below[1])
+                    .max(below[points])
+                    .max(below[points + 1]);
                 if highest_m >= floor_m && is_enough(column, row) {
                     return;
                 }
@@ -118,30 +121,41 @@ impl HeightField {
     /// Shows the triangles that may reach into a box.
     pub fn triangles_in(&self, bounds: &Bounds, mut show: impl FnMut(Triangle)) {
         self.find_cells(bounds, |column, row| {
-            let point_m = |right: usize, up: usize| {
-                let inside = (1..=self.cells[0] + 1).contains(&(column + right))
-                    && (1..=self.cells[1] + 1).contains(&(row + up));
-                inside.then(|| self.point_m(column + right - 1, row + up - 1))
-            };
-            // Counted from the point before the cell's own, which may lie outside.
             let corner = |right: usize, up: usize| self.point_m(column + right, row + up);
-            let halves = [
-                (
-                    [corner(0, 1), corner(0, 0), corner(1, 1)],
-                    [point_m(0, 1), point_m(2, 1), point_m(2, 3)],
-                ),
-                (
-                    [corner(0, 0), corner(1, 0), corner(1, 1)],
-                    [point_m(1, 0), point_m(3, 2), point_m(1, 2)],
-                ),
-            ];
-            for (corners_m, across_m) in halves {
+            let (from, to) = (corner(0, 0), corner(1, 1));
+            let halves = [[corner(0, 1), from, to], [from, corner(1, 0), to]];
+            for (corners_m, has_ridge) in halves.into_iter().zip(self.ridges(column, row)) {
                 if let Some(triangle) = Triangle::new(corners_m, &Vector3::z()) {
-                    show(triangle.among(across_m));
+                    show(triangle.with_ridge(has_ridge));
                 }
             }
             false
         });
+    }
+
+    /// Whether something can touch the edges of a cell's upper left triangle, and of its lower right one: there the surface ends, or a neighbour's corner
+    /// lies lower than the triangle's plane.
+    fn ridges(&self, column: usize, row: usize) -> [bool; 2] {
+        /// What lies lower by less bends nothing, in metres.
+        const FLAT_M: f64 = 1e-12;
+        let [columns, rows] = self.cells;
+        if column == 0 || row == 0 || column + 1 == columns || row + 1 == rows {
+            return [true; 2];
+        }
+        // From the point before the cell's first.
+        let from = (row - 1) * (columns + 1) + column - 1;
+        let z = |right: usize, up: usize| self.heights_m[from + up * (columns + 1) + right];
+        let falls = |corner_m: f64, plane_m: f64| corner_m < plane_m - FLAT_M;
+        let (z_00, z_10, z_01, z_11) = (z(1, 1), z(2, 1), z(1, 2), z(2, 2));
+        let (along_x, along_y) = (z_11 - z_01, z_01 - z_00);
+        let upper = falls(z(0, 1), z_00 - along_x)
+            || falls(z(2, 3), z_11 + along_y)
+            || falls(z_10, z_00 + along_x);
+        let (along_x, along_y) = (z_10 - z_00, z_11 - z_10);
+        let lower = falls(z(1, 0), z_00 - along_y)
+            || falls(z(3, 2), z_11 + along_x)
+            || falls(z_01, z_00 + along_y);
+        [upper, lower]
     }
 
     /// How far a body with a box around it is from the relief, in metres, by how far it is from a triangle: infinity where that says so of all. What is
@@ -174,5 +188,120 @@ impl HeightField {
     /// Its lowest point, in metres.
     pub fn lowest_m(&self) -> f64 {
         self.lowest_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_robot::Barrel;
+
+    use super::*;
+    use crate::contact::nearest::{Piece, PlacedBarrel};
+
+    /// Numbers from 0 to 1, by a multiplicative generator (Lehmer 1951).
+    struct Numbers(u64);
+
+    impl Numbers {
+        fn next(&mut self) -> f64 {
+            self.0 = self.0 * 48_271 % 0x7fff_ffff;
+            self.0 as f64 / f64::from(0x7fff_ffff)
+        }
+    }
+
+    /// Heights up to 10 mm in cells of 20 mm; a half of it is level.
+    fn field(numbers: &mut Numbers) -> HeightField {
+        let mut height_m = |column| {
+            if column < 12 {
+                0.0
+            } else {
+                0.01 * numbers.next()
+            }
+        };
+        HeightField::of(&Relief {
+            cell_m: 0.02,
+            center_m: Vector2::new(0.1, -0.3),
+            heights_m: (0..19)
+                .map(|_| (0..25).map(&mut height_m).collect())
+                .collect(),
+        })
+    }
+
+    fn triangles(field: &HeightField, bounds: &Bounds) -> Vec<Triangle> {
+        let mut found = Vec::new();
+        field.triangles_in(bounds, |triangle| found.push(triangle));
+        found
+    }
+
+    /// All of its triangles, each as if something could touch its edges.
+    fn all(field: &HeightField) -> Vec<Triangle> {
+        let found = triangles(field, &Bounds::of_ball(&Vector3::zeros(), 10.0));
+        assert_eq!(found.len(), 2 * 24 * 18);
+        found.into_iter().map(|one| one.with_ridge(true)).collect()
+    }
+
+    #[test]
+    fn what_reaches_into_a_box_is_found() {
+        let mut numbers = Numbers(1973);
+        let field = field(&mut numbers);
+        let all = all(&field);
+        let mut empty = 0;
+        for _ in 0..2000 {
+            let mut at = |from: f64, to: f64| from + (to - from) * numbers.next();
+            let center_m = Vector3::new(at(-0.3, 0.5), at(-0.6, 0.0), at(-0.01, 0.03));
+            let bounds = Bounds::of_ball(&center_m, at(0.0, 0.05));
+            let around = |one: &Triangle| {
+                let corners = one.corners_m().into_iter();
+                corners.fold(Bounds::NONE, |around, corner_m| {
+                    around.merged(&Bounds::of_ball(&corner_m, 0.0))
+                })
+            };
+            let expected: Vec<_> = (all.iter())
+                .filter(|one| around(one).meets(&bounds))
+                .map(Triangle::corners_m)
+                .collect();
+            let found = triangles(&field, &bounds);
+            let found: Vec<_> = found.iter().map(Triangle::corners_m).collect();
+            assert!(expected.iter().all(|corners| found.contains(corners)));
+            assert!(field.reaches(&bounds) || expected.is_empty());
+            empty += usize::from(found.is_empty());
+        }
+        // Most boxes are above it or beside it, and cost nothing.
+        assert!(empty > 500, "{empty}");
+    }
+
+    /// The nearest place of a roller is found on the triangles near it, and on the edges that something can touch: as near as on all triangles.
+    #[test]
+    fn the_nearest_place_is_that_of_the_whole_surface() {
+        let mut numbers = Numbers(1972);
+        let field = field(&mut numbers);
+        let all = all(&field);
+        let barrel = Barrel::handing_over(0.05, 0.012, std::f64::consts::FRAC_PI_4, 9);
+        let mut near = 0;
+        for _ in 0..300 {
+            let mut at = |from: f64, to: f64| from + (to - from) * numbers.next();
+            let placed = PlacedBarrel {
+                barrel: &barrel,
+                center_m: Vector3::new(at(-0.1, 0.3), at(-0.4, -0.2), at(0.012, 0.025)),
+                axis: Vector3::new(at(-1.0, 1.0), at(-1.0, 1.0), at(-0.2, 0.2)).normalize(),
+            };
+            let gaps = all
+                .iter()
+                .map(|one| placed.nearest_to(&Piece::Triangle(*one)).gap_m);
+            let expected_m = gaps.fold(f64::INFINITY, f64::min);
+            let found_m = field.gap_m(&placed.bounds(), |one, within_m| {
+                let nearest = placed.nearest_within(&Piece::Triangle(*one), within_m);
+                nearest.map_or(f64::INFINITY, |nearest| nearest.gap_m)
+            });
+            // Where it is in the ground, how deep depends on which triangle is asked.
+            if expected_m > 0.0 {
+                near += 1;
+                // As near as the search along the roller ends, and its least distance is flat there.
+                assert!(
+                    (found_m - expected_m).abs() < 1e-12,
+                    "{found_m} {expected_m}"
+                );
+            }
+        }
+        assert!(near > 100, "{near}");
     }
 }

@@ -151,7 +151,10 @@ fn refuse_what_hangs(
         of_part.map(&gap_m).fold(f64::INFINITY, f64::min)
     };
     let refused = |reason: String| Err(WorldError::NoPlaceToStand { reason });
-    if least_m(None) < LIES_M {
+    let wheels = (0..robot.wheels.len()).map(|index| least_m(Some(index)));
+    let of_wheels_m = wheels.fold(f64::INFINITY, f64::min);
+    // Of two shapes nearer than some hundredths of a millimetre parry may say that they touch: then the chassis came down no further.
+    if least_m(None) < LIES_M.max(of_wheels_m) {
         return refused("it would lie on its chassis".to_owned());
     }
     for (index, wheel) in robot.wheels.iter().enumerate() {

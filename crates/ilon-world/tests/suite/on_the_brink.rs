@@ -11,7 +11,13 @@ use support::mecanum4;
 fn plateau(ends_m: f64, falls_m: f64) -> Floor {
     let points = 101;
     let at_m = |index: usize| 0.02 * (index as f64 - 50.0);
-    let height_m = |column: usize| if at_m(column) > ends_m + 1e-6 { -falls_m } else { 0.0 };
+    let height_m = |column: usize| {
+        if at_m(column) > ends_m + 1e-6 {
+            -falls_m
+        } else {
+            0.0
+        }
+    };
     Floor {
         relief: Some(Relief {
             cell_m: 0.02,
@@ -33,7 +39,10 @@ fn loads_n(floor: &Floor) -> (Vec<f64>, Pose, f64) {
         world.step();
     }
     let robot = world.robot();
-    let of = robot.contacts().iter().map(|contact| contact.normal_force_n);
+    let of = robot
+        .contacts()
+        .iter()
+        .map(|contact| contact.normal_force_n);
     (of.collect(), robot.state().pose, robot.state().height_m)
 }
 
@@ -43,7 +52,10 @@ fn loads_n(floor: &Floor) -> (Vec<f64>, Pose, f64) {
 fn a_wheel_on_the_brink_stands_as_on_a_plane() {
     let (on_plane, ..) = loads_n(&Floor::default());
     let robot = mecanum4();
-    let front_m = robot.wheels.iter().map(|wheel| wheel.body_from_hub.translation.x);
+    let front_m = robot
+        .wheels
+        .iter()
+        .map(|wheel| wheel.body_from_hub.translation.x);
     let front_m = front_m.fold(f64::NEG_INFINITY, f64::max);
     for falls_m in [0.02, 0.1, 0.2] {
         for cells in [1.0, 2.0, 3.0] {
@@ -51,7 +63,10 @@ fn a_wheel_on_the_brink_stands_as_on_a_plane() {
             let (loads, pose, height_m) = loads_n(&plateau(ends_m, falls_m));
             println!("{falls_m} {ends_m}: {loads:?} {pose:?} {height_m}");
             for (found, expected) in loads.iter().zip(&on_plane) {
-                assert!((found / expected - 1.0).abs() < 1e-3, "{loads:?} {on_plane:?}");
+                assert!(
+                    (found / expected - 1.0).abs() < 1e-3,
+                    "{loads:?} {on_plane:?}"
+                );
             }
             assert!(pose.x_m.abs() < 1e-5 && pose.y_m.abs() < 1e-5, "{pose:?}");
         }
