@@ -188,8 +188,8 @@ impl Driven {
         // What it bears at the beginning is in where its target is then.
         let target = || robot.joint_targets().nth(self.index).unwrap_or(at);
         let from = self.runs_at.unwrap_or_else(target);
-        let from = from.clamp(at - ahead, at + ahead).clamp(lower, upper);
-        let to = (from + rate * dt_s).clamp(lower, upper);
+        let held = |place: f64| place.clamp(at - ahead, at + ahead).clamp(lower, upper);
+        let (from, to) = (held(from), held(from + rate * dt_s));
         self.runs_at = Some(to);
         let moves = if to == from { 0.0 } else { rate };
         let middle = 0.5 * (from + to);

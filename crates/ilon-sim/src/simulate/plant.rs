@@ -613,7 +613,7 @@ impl Plant {
         };
         if !numbers.iter().all(|number| number.is_finite()) {
             return Err(Error::invalid(
-                format!("the joint `{name}` was told {command:?}"),
+                format!("the joint `{name}` was told {command:?}, which is not finite"),
                 "give finite numbers",
             ));
         }
