@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use ilon::robot::{Pose, Twist};
-use ilon::simulate::{Driver, Plant, WheelCommand, load_robot, resolve_for};
+use ilon::simulate::{Driver, JointCommand, Plant, WheelCommand, load_robot, resolve_for};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -214,28 +214,36 @@ impl Simulation {
         self.plant.carry_at(mass_kg, place_m).or_raise(py)
     }
 
-    /// Sends the servos of joints between bodies to positions, by name, from now on; all go, or none.
-    #[pyo3(signature = (positions, *, rates=None))]
+    /// Tells the servos of joints between bodies, by name, from now on: positions, and how fast these move on; without a position a rate; or a torque or a
+    /// force. All are told, or none.
+    #[pyo3(signature = (positions=None, *, rates=None, efforts=None))]
     fn command_joints(
         &mut self,
         py: Python<'_>,
-        positions: BTreeMap<String, f64>,
+        positions: Option<BTreeMap<String, f64>>,
         rates: Option<BTreeMap<String, f64>>,
+        efforts: Option<BTreeMap<String, f64>>,
     ) -> PyResult<()> {
-        let rates = rates.unwrap_or_default();
-        if let Some(joint) = rates.keys().find(|joint| !positions.contains_key(*joint)) {
+        let [positions, rates, efforts] =
+            [positions, rates, efforts].map(Option::unwrap_or_default);
+        let moves = |joint: &String| positions.contains_key(joint) || rates.contains_key(joint);
+        if let Some(joint) = efforts.keys().find(|joint| moves(joint)) {
             return Err(PyValueError::new_err(format!(
-                "a rate was given for the joint {joint:?}, and no position"
+                "the joint {joint:?} was given an effort, and a position or a rate"
             )));
         }
-        let sent: Vec<(&str, [f64; 2])> = positions
+        let sent = positions.iter().map(|(joint, position)| {
+            let (position, rate) = (*position, rates.get(joint).copied().unwrap_or(0.0));
+            (joint.as_str(), JointCommand::Position { position, rate })
+        });
+        let alone = rates
             .iter()
-            .map(|(joint, position)| {
-                let rate = rates.get(joint).copied().unwrap_or(0.0);
-                (joint.as_str(), [*position, rate])
-            })
-            .collect();
-        self.plant.set_joint_targets(&sent).or_raise(py)
+            .filter(|(joint, _)| !positions.contains_key(*joint));
+        let run = alone.map(|(joint, rate)| (joint.as_str(), JointCommand::Rate(*rate)));
+        let loaded = efforts.iter();
+        let loaded = loaded.map(|(joint, effort)| (joint.as_str(), JointCommand::Effort(*effort)));
+        let commands: Vec<_> = sent.chain(run).chain(loaded).collect();
+        self.plant.command_joints(&commands).or_raise(py)
     }
 
     /// Where the joints between bodies are now, in rad or m, by name.

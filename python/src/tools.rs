@@ -66,7 +66,7 @@ fn inspected(
     let options = scenario.robot.load_options(&scenario.folder, files);
     let loaded = Robot::load_with(path, &options)
         .map_err(|fault| remedy::diagnosed(fault, path, &options, &Keys))?;
-    let mut inspection = Inspection::of_loaded(&loaded)?;
+    let mut inspection = Inspection::of_standing(&loaded, &scenario)?;
     if let Some(settings) = limits {
         let settings = scenario::as_settings(settings);
         inspection = inspection.with_limits_under(&settings, &loaded.robot, files)?;

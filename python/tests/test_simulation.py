@@ -339,13 +339,23 @@ def test_joints_go_where_they_are_sent_and_a_reset_brings_them_back(with_arm):
     assert with_arm.joints()["arm"] == pytest.approx(0.0, abs=1e-6)
 
 
+def test_joints_run_at_rates_and_bear_forces(with_arm):
+    with_arm.command_joints(rates={"arm": 0.5}, efforts={"lift": 60.0})
+    with_arm.advance([0.0] * 4, period_s=0.2)
+    # The arm follows but for its sag; 60 N lift 4 kg by 4.94 m/s2 less damping and friction.
+    assert with_arm.joints()["arm"] == pytest.approx(0.1, abs=0.01)
+    assert with_arm.joints()["lift"] == pytest.approx(0.09, abs=0.01)
+    with pytest.raises(ValueError, match="effort"):
+        with_arm.command_joints({"arm": 0.1}, efforts={"arm": 1.0})
+
+
 @pytest.mark.parametrize(
     ("positions", "rates", "words"),
     [
         ({"arm": 0.1, "arn": 0.1}, None, "no joint `arn`"),
         ({"arm": 0.1, "lift": 9.0}, None, "its limits are"),
         ({"arm": math.nan}, None, "finite"),
-        ({"arm": 0.1}, {"lift": 1.0}, "lift"),
+        ({"arm": 0.1}, {"lifd": 1.0}, "no joint `lifd`"),
     ],
 )
 def test_joints_that_cannot_go_are_refused_and_none_goes(with_arm, positions, rates, words):

@@ -137,14 +137,19 @@ pub(crate) fn joint_state(message: &JointState, robot: &Commanded) -> Heard {
     }
 }
 
-/// Positions for joints between bodies, by name. Those that are not named stay where they were sent.
-pub(crate) fn joint_positions(message: &JointState, robot: &Commanded) -> Heard {
-    let (names, positions) = (&message.name, &message.position);
-    if names.len() != positions.len() {
+/// Positions for joints between bodies, by name; without positions rates, and without those efforts. Those that are not named go on as they were told.
+pub(crate) fn joint_commands(message: &JointState, robot: &Commanded) -> Heard {
+    let names = &message.name;
+    let all = [&message.position, &message.velocity, &message.effort];
+    let said = all.iter().position(|numbers| !numbers.is_empty());
+    let numbers = said.map_or(&message.position, |said| all[said]);
+    if names.len() != numbers.len() {
+        let what = ["positions", "velocities", "efforts"][said.unwrap_or(0)];
         return Heard::refused(format!(
-            "a command on /joint_commands is not taken: it has {} names and {} positions; give each joint that it names a position, in rad or m",
+            "a command on /joint_commands is not taken: it has {} names and {} {what}; give each joint that it names a position, in rad or m, or each a velocity, \
+             or each an effort",
             names.len(),
-            positions.len()
+            numbers.len()
         ));
     }
     let is_known = |name: &String| robot.joints.contains(name);
@@ -157,12 +162,16 @@ pub(crate) fn joint_positions(message: &JointState, robot: &Commanded) -> Heard 
             "a command on /joint_commands is not taken: `{unknown}` is no joint of the robot that a servo drives; {known}"
         ));
     }
-    let joints = names.iter().cloned().zip(positions.iter().copied());
+    let joints = names.iter().cloned().zip(numbers.iter().copied());
+    let joints = Some(joints.collect());
+    let mut change = Change::default();
+    match said {
+        Some(1) => change.joint_rates = joints,
+        Some(2) => change.joint_efforts = joints,
+        _ => change.joints = joints,
+    }
     Heard {
-        change: Some(Change {
-            joints: Some(joints.collect()),
-            ..Change::default()
-        }),
+        change: Some(change),
         note: None,
     }
 }
@@ -268,10 +277,20 @@ mod tests {
                 position: position.to_vec(),
                 ..joints(names, &[])
             };
-            joint_positions(&message, &robot())
+            joint_commands(&message, &robot())
         };
         let sent = at(&["arm"], &[0.3]).change.expect("taken").joints;
         assert_eq!(sent, Some([("arm".to_owned(), 0.3)].into()));
+        let run = joint_commands(&joints(&["arm"], &[0.2]), &robot());
+        let rates = run.change.expect("taken").joint_rates;
+        assert_eq!(rates, Some([("arm".to_owned(), 0.2)].into()));
+        let loaded = JointState {
+            effort: vec![3.0],
+            ..joints(&["arm"], &[])
+        };
+        let loaded = joint_commands(&loaded, &robot()).change.expect("taken");
+        assert_eq!(loaded.joint_efforts, Some([("arm".to_owned(), 3.0)].into()));
+        assert_eq!(loaded.joints, None);
         for (names, positions, words) in [
             (&["arn"][..], &[0.3][..], "`arn` is no joint"),
             (&["arm", "left"], &[0.3, 0.1], "`left` is no joint"),

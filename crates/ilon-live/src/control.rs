@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ilon_robot::Twist;
+use ilon_sim::JointCommand;
 use serde::Deserialize;
 
 /// A commanded twist that is not repeated for as long stops the robot.
@@ -15,8 +16,10 @@ const MOST_M_S: f64 = 20.0;
 const MOST_RAD_S: f64 = 50.0;
 /// The fastest wheel that is taken, in rad/s; the scenario's limit may be lower.
 const MOST_WHEEL_RAD_S: f64 = 1000.0;
-/// The furthest that a joint is sent, in rad or m; its limits may be nearer.
+/// The furthest that a joint is sent, in rad or m, and the fastest, in rad/s or m/s; its limits may be nearer.
 const MOST_JOINT: f64 = 1e4;
+/// The most that a joint is loaded with, in N m or N; its effort may be less.
+const MOST_JOINT_EFFORT: f64 = 1e6;
 /// The most joints that are remembered, so that nobody fills the memory with names.
 const MOST_JOINTS: usize = 256;
 /// Friction coefficients that are taken.
@@ -63,8 +66,8 @@ pub enum Command {
 pub struct Controls {
     command: Command,
     commanded: Option<Instant>,
-    /// Where servos of joints between bodies were sent, in rad or m, by the joints' names, and the number of the command that said so.
-    joints: BTreeMap<String, (f64, u64)>,
+    /// What servos of joints between bodies were told, by the joints' names, and the number of the command that said so.
+    joints: BTreeMap<String, (JointCommand, u64)>,
     /// How many commands of joints were taken.
     joint_commands: u64,
     /// How many commands were taken.
@@ -121,6 +124,10 @@ pub struct Change {
     pub wheels: Option<Vec<f64>>,
     /// Where the servos of joints between bodies go, in rad or m, by the joints' names. They stay there until they are sent elsewhere.
     pub joints: Option<BTreeMap<String, f64>>,
+    /// How fast they go, in rad/s or m/s, until they are told otherwise.
+    pub joint_rates: Option<BTreeMap<String, f64>>,
+    /// The torque or force with which they act, in N m or N, until they are told otherwise.
+    pub joint_efforts: Option<BTreeMap<String, f64>>,
     /// Who decides.
     pub mode: Option<Mode>,
     /// Which task comes first.
@@ -184,18 +191,40 @@ impl Controls {
                 self.command(Command::Wheels(rates));
             }
         }
-        for (joint, asked) in change.joints.iter().flatten() {
-            if self.joints.len() >= MOST_JOINTS && !self.joints.contains_key(joint) {
-                said.push(format!(
-                    "more than {MOST_JOINTS} joints: `{joint}` is not taken"
-                ));
-                continue;
-            }
-            let name = format!("the position of `{joint}`");
-            if let Some(position) = limited(&name, *asked, -MOST_JOINT..=MOST_JOINT, &mut said) {
-                self.joint_commands += 1;
-                let number = self.joint_commands;
-                self.joints.insert(joint.clone(), (position, number));
+        let of_joints: [(
+            &str,
+            &Option<BTreeMap<String, f64>>,
+            f64,
+            fn(f64) -> JointCommand,
+        ); 3] = [
+            ("position", &change.joints, MOST_JOINT, |position| {
+                JointCommand::Position {
+                    position,
+                    rate: 0.0,
+                }
+            }),
+            ("rate", &change.joint_rates, MOST_JOINT, JointCommand::Rate),
+            (
+                "effort",
+                &change.joint_efforts,
+                MOST_JOINT_EFFORT,
+                JointCommand::Effort,
+            ),
+        ];
+        for (what, asked, most, command) in of_joints {
+            for (joint, asked) in asked.iter().flatten() {
+                if self.joints.len() >= MOST_JOINTS && !self.joints.contains_key(joint) {
+                    said.push(format!(
+                        "more than {MOST_JOINTS} joints: `{joint}` is not taken"
+                    ));
+                    continue;
+                }
+                let name = format!("the {what} of `{joint}`");
+                if let Some(number) = limited(&name, *asked, -most..=most, &mut said) {
+                    self.joint_commands += 1;
+                    let told = (command(number), self.joint_commands);
+                    self.joints.insert(joint.clone(), told);
+                }
             }
         }
         let mut number = |name, asked: Option<f64>, range| limited(name, asked?, range, &mut said);
@@ -232,13 +261,13 @@ impl Controls {
         self.joint_commands
     }
 
-    /// Where joints were sent since so many commands of joints had been taken, in rad or m.
-    pub fn joints_since(&self, commands: u64) -> impl Iterator<Item = (&str, f64)> {
+    /// What joints were told since so many commands of joints had been taken.
+    pub fn joints_since(&self, commands: u64) -> impl Iterator<Item = (&str, JointCommand)> {
         let since = self
             .joints
             .iter()
             .filter(move |(_, (_, number))| *number > commands);
-        since.map(|(joint, (position, _))| (joint.as_str(), *position))
+        since.map(|(joint, (told, _))| (joint.as_str(), *told))
     }
 
     /// What was commanded last, and how long ago; a twist of zero where nothing was.
@@ -305,7 +334,20 @@ mod tests {
         assert_eq!(controls.joints_since(heard).next(), None);
         assert_eq!(controls.take(r#"{"joints": {"arm": 0.5}}"#), None);
         let since: Vec<_> = controls.joints_since(heard).collect();
-        assert_eq!(since, [("arm", 0.5)]);
+        let arm = JointCommand::Position {
+            position: 0.5,
+            rate: 0.0,
+        };
+        assert_eq!(since, [("arm", arm)]);
+        let heard = controls.joint_commands();
+        controls.take(r#"{"joint_rates": {"arm": 0.2}, "joint_efforts": {"lift": -3}}"#);
+        let since: Vec<_> = controls.joints_since(heard).collect();
+        let told = [
+            ("arm", JointCommand::Rate(0.2)),
+            ("lift", JointCommand::Effort(-3.0)),
+        ];
+        assert_eq!(since, told);
+        let heard = controls.joint_commands();
         let said = controls.change(&Change {
             joints: Some([("arm".to_owned(), f64::NAN)].into()),
             ..Change::default()

@@ -393,8 +393,8 @@ impl Session {
             self.friction = friction;
             self.plant.set_friction(friction)?;
         }
-        for (joint, position) in controls.joints_since(self.joints_heard) {
-            if let Err(refused) = self.plant.set_joint_target(joint, position, 0.0) {
+        for told in controls.joints_since(self.joints_heard) {
+            if let Err(refused) = self.plant.command_joints(&[told]) {
                 self.notes
                     .push(format!("a command is not taken: {refused}"));
             }

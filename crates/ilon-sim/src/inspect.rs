@@ -1,15 +1,16 @@
 //! A robot as it is understood: what `ilon inspect` prints.
 
-use ilon_control::{self as control, Arrangement, ControlError, Kinematics};
+use ilon_control::{self as control, Arrangement, ControlError, Kinematics, WheelLoads};
 use ilon_files::FileAccess;
 use ilon_formats::{Loaded, WheelOutline};
-use ilon_robot::{Robot, RollerSurface, Wheel};
+use ilon_robot::{JointKind, JointRole, Robot, RollerSurface, Wheel};
+use nalgebra::Vector2;
 use serde::Serialize;
 
 use crate::Error;
 use crate::roller_drag;
 use crate::scenario::{Floor, Scenario, Setting};
-use crate::simulate::Limits;
+use crate::simulate::{Limits, start_positions};
 
 /// A robot as it is understood, and what follows from where its wheels sit.
 #[derive(Clone, Debug, Serialize)]
@@ -21,6 +22,9 @@ pub struct Inspection {
     pub mass_kg: f64,
     /// The driven wheels.
     pub wheels: Vec<WheelInspection>,
+    /// The joints between bodies that move; those that are held are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub joints: Vec<JointInspection>,
     /// The rows of M, Indiveri 2009, equation (8): one a wheel; the last column in metres.
     #[serde(rename = "M")]
     pub m: Vec<[f64; 3]>,
@@ -70,6 +74,8 @@ pub struct WheelInspection {
     pub roller_length_m: f64,
     /// Mass with its rollers, in kg.
     pub mass_kg: f64,
+    /// What it bears of the robot at rest on level ground, by statics with the joints where they stand, in N.
+    pub load_n: f64,
     /// The largest torque of its motor, in N m; `None` where the file sets none.
     pub effort_n_m: Option<f64>,
     /// The largest rate of its motor, in rad/s; `None` where the file sets none.
@@ -83,6 +89,53 @@ pub struct WheelInspection {
     /// How its rollers are made; `None` where they make a circle of its outline.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub made: Option<MadeInspection>,
+}
+
+/// A joint between bodies as it is understood. Where it turns its numbers are in rad, where it slides in m.
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct JointInspection {
+    /// Its name.
+    pub name: String,
+    /// How it moves: `turns` or `slides`.
+    pub moves: &'static str,
+    /// Its role: `free`, `sprung` or `driven`.
+    pub role: &'static str,
+    /// Where it stands in what else is said of the robot: a driven one where its servo starts, any other at zero.
+    pub position: f64,
+    /// How far it can go: from and to.
+    pub limits: [Option<f64>; 2],
+    /// The wheels that it moves.
+    pub moves_wheels: Vec<String>,
+}
+
+impl JointInspection {
+    /// Of a joint of a robot that counts from where its joints stand.
+    fn of(index: usize, position: f64, posed: &Robot) -> Self {
+        let joint = &posed.joints[index];
+        let is_moved = |wheel: &&Wheel| {
+            let parent = |of: &usize| posed.joints[*of].parent;
+            std::iter::successors(wheel.carrier, parent).any(|of| of == index)
+        };
+        let moved = posed.wheels.iter().filter(is_moved);
+        let limit = |limit: f64| limit.is_finite().then_some(limit + position);
+        Self {
+            name: joint.name.clone(),
+            moves: match joint.kind {
+                JointKind::Turns => "turns",
+                JointKind::Slides => "slides",
+            },
+            role: match joint.role {
+                JointRole::Free => "free",
+                JointRole::Sprung(_) => "sprung",
+                JointRole::Driven(_) => "driven",
+                _ => "other",
+            },
+            position,
+            limits: joint.limits.map(limit),
+            moves_wheels: moved.map(|wheel| wheel.name.clone()).collect(),
+        }
+    }
 }
 
 /// How the rollers of a wheel are made, and what that does to its hub.
@@ -219,12 +272,32 @@ impl Inspection {
         })
     }
 
+    /// Looks at a robot as it was read with the keys of a scenario, its joints where its servos start there.
+    ///
+    /// # Errors
+    /// [`ControlError::TooFewWheels`], and setpoints that a joint cannot be at.
+    pub fn of_standing(loaded: &Loaded, scenario: &Scenario) -> Result<Self, Error> {
+        let positions = start_positions(scenario, &loaded.robot)?;
+        Ok(Self {
+            outlines: loaded.outlines.clone(),
+            ..Self::at(&loaded.robot, &positions)?
+        })
+    }
+
     /// Looks at a robot of which only the model is known, not how well its file models it.
     ///
     /// # Errors
     /// [`ControlError::TooFewWheels`].
     pub fn of(robot: &Robot) -> Result<Self, ControlError> {
+        Self::at(robot, &vec![0.0; robot.joints.len()])
+    }
+
+    /// With its joints at positions, in rad or m.
+    fn at(robot: &Robot, positions: &[f64]) -> Result<Self, ControlError> {
+        let robot = &robot.posed(positions);
         let arrangement = Arrangement::of(robot)?;
+        let mut loads_n = vec![0.0; robot.wheels.len()];
+        WheelLoads::new(robot, STANDARD_GRAVITY_M_S2).fill_n(Vector2::zeros(), &mut loads_n);
         let kinematics = Kinematics::new(robot).ok();
         let limits_rad_s: Vec<f64> = robot
             .wheels
@@ -239,7 +312,11 @@ impl Inspection {
             wheels: robot
                 .wheels
                 .iter()
-                .map(|wheel| WheelInspection::of(wheel, load_kg))
+                .zip(loads_n)
+                .map(|(wheel, load_n)| WheelInspection::of(wheel, (load_kg, load_n)))
+                .collect(),
+            joints: (positions.iter().enumerate())
+                .map(|(index, position)| JointInspection::of(index, *position, robot))
                 .collect(),
             m: arrangement
                 .m
@@ -297,6 +374,17 @@ impl Inspection {
     }
 }
 
+/// A scenario in which a robot stands, with settings.
+///
+/// # Errors
+/// A key that no scenario has, and conditions that make no sense.
+pub fn standing(settings: &[Setting], files: &FileAccess) -> Result<Scenario, Error> {
+    const STANDING: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 1.0\n";
+    let scenario = Scenario::from_toml_with(STANDING, "the conditions", "", settings, files)?;
+    scenario.validate()?;
+    Ok(scenario)
+}
+
 /// A scenario in which a robot stands, with settings, and the robot under its motors and rollers.
 ///
 /// # Errors
@@ -306,9 +394,7 @@ pub fn conditions(
     robot: &Robot,
     files: &FileAccess,
 ) -> Result<(Scenario, Robot), Error> {
-    const STANDING: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 1.0\n";
-    let scenario = Scenario::from_toml_with(STANDING, "the conditions", "", settings, files)?;
-    scenario.validate()?;
+    let scenario = standing(settings, files)?;
     let mut robot = robot.clone();
     scenario.motors.apply(&mut robot);
     scenario.rollers.apply(&mut robot)?;
@@ -316,7 +402,7 @@ pub fn conditions(
 }
 
 impl WheelInspection {
-    fn of(wheel: &Wheel, load_kg: f64) -> Self {
+    fn of(wheel: &Wheel, (load_kg, load_n): (f64, f64)) -> Self {
         let finite = |x: f64| x.is_finite().then_some(x);
         let largest =
             |of: fn(&ilon_robot::Roller) -> f64| wheel.rollers.iter().map(of).fold(0.0, f64::max);
@@ -330,6 +416,7 @@ impl WheelInspection {
             rollers: wheel.rollers.len(),
             roller_radius_m: largest(|roller| roller.radius_m),
             roller_length_m: largest(|roller| roller.length_m),
+            load_n,
             mass_kg: wheel.hub.mass_kg + rollers_kg,
             effort_n_m: finite(wheel.motor.effort_n_m),
             velocity_rad_s: finite(wheel.motor.velocity_rad_s),

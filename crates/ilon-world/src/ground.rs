@@ -2,20 +2,22 @@
 
 mod anchor;
 mod floor;
+mod height_field;
 mod surface;
 
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
-use parry3d::bounding_volume::Aabb;
+use parry3d::shape::{Shape, Triangle as ParryTriangle};
 use rapier3d::prelude::*;
 
-use crate::contact::nearest::{Piece, SolidBox, Triangle};
-use crate::contact::solid::Solid as ContactSolid;
+use crate::contact::nearest::{Piece, SolidBox};
+use crate::contact::solid::{Bounds, Solid as ContactSolid};
 use crate::engine::convert;
 
 pub(crate) use anchor::{Anchor, Grip};
 pub use floor::{Floor, GroundBox, Patch, Relief};
+pub(crate) use height_field::HeightField;
 pub use surface::{FloorSurface, Footing, Nap, Stribeck};
 
 /// What a running world needs to know of its ground: a body that never moves.
@@ -31,8 +33,8 @@ pub(crate) struct Ground {
     footings: Vec<Footing>,
     patches: Vec<Patch>,
     solids: Vec<Solid>,
-    /// The height field among them in f64, and its highest point, in metres.
-    relief: Option<(Arc<Relief>, f64)>,
+    /// The relief among them.
+    relief: Option<Arc<HeightField>>,
     /// The boxes among them.
     boxes: Vec<SolidBox>,
     /// The direction of gravity.
@@ -47,19 +49,12 @@ struct Solid {
 }
 
 impl Solid {
-    /// Whether a box around it meets another, which is given by its least and greatest coordinates in the floor's frame, in metres.
-    fn reaches(&self, least_m: &Vector3<f64>, most_m: &Vector3<f64>) -> bool {
-        // Turned here and moved in f64, so that far from the origin nothing is rounded.
-        let turned = convert::rotation(&self.floor_from_solid.rotation);
-        let around = self
-            .shape
-            .compute_aabb(&Pose::from_parts(Vector::ZERO, turned));
-        let at_m = self.floor_from_solid.translation.vector;
-        let (from_m, to_m) = (
-            at_m + convert::to_f64(around.mins),
-            at_m + convert::to_f64(around.maxs),
-        );
-        (0..3).all(|axis| from_m[axis] <= most_m[axis] && to_m[axis] >= least_m[axis])
+    /// As places are looked for on it.
+    fn placed(&self) -> ContactSolid<'_> {
+        ContactSolid {
+            shape: &self.shape,
+            floor_from_shape: self.floor_from_solid,
+        }
     }
 }
 
@@ -73,11 +68,10 @@ impl Ground {
         });
         Self {
             boxes: boxes.collect(),
-            relief: floor.relief.clone().map(|relief| {
-                let heights = relief.heights_m.iter().flatten().copied();
-                let highest_m = heights.fold(f64::NEG_INFINITY, f64::max);
-                (Arc::new(relief), highest_m)
-            }),
+            relief: floor
+                .relief
+                .as_ref()
+                .map(|relief| Arc::new(HeightField::of(relief))),
             solids: solids
                 .map(|(floor_from_solid, shape)| Solid {
                     floor_from_solid,
@@ -99,8 +93,20 @@ impl Ground {
 
     /// Fills `pieces` with those of the ground that may be nearer to a place than `within_m`.
     pub fn pieces_near(&self, place_m: &Vector3<f64>, within_m: f64, pieces: &mut Vec<Piece>) {
-        /// What f32 makes of a place of a relief, at most.
-        const ROUNDED_M: f64 = 1e-5;
+        self.solids_near(place_m, within_m, pieces);
+        if let Some(relief) = self.relief() {
+            let around = Bounds::of_ball(place_m, within_m);
+            relief.triangles_in(&around, |triangle| {
+                let piece = Piece::Triangle(triangle);
+                if piece.foot(place_m).distance_m < within_m {
+                    pieces.push(piece);
+                }
+            });
+        }
+    }
+
+    /// The same without the triangles of a relief.
+    pub fn solids_near(&self, place_m: &Vector3<f64>, within_m: f64, pieces: &mut Vec<Piece>) {
         pieces.clear();
         let mut offer = |piece: Piece| {
             if piece.foot(place_m).distance_m < within_m {
@@ -113,33 +119,11 @@ impl Ground {
         self.boxes
             .iter()
             .for_each(|solid| offer(Piece::Box(*solid)));
-        for solid in &self.solids {
-            let (Some(field), Some((relief, highest_m))) =
-                (solid.shape.as_heightfield(), &self.relief)
-            else {
-                continue;
-            };
-            let center = solid.floor_from_solid.inverse() * Point3::from(*place_m);
-            // What is so near lies no higher than the highest point: within a circle around the place, seen from above. parry's y is our z.
-            let above_m = (place_m.z - highest_m).max(0.0);
-            let around_m = libm::sqrt((within_m * within_m - above_m * above_m).max(0.0));
-            let half = Vector3::new(around_m, within_m, around_m).add_scalar(ROUNDED_M);
-            let around = Aabb::new(
-                convert::vector(&(center.coords - half)),
-                convert::vector(&(center.coords + half)),
-            );
-            field.map_elements_in_local_aabb(&around, &mut |_, triangle| {
-                // f32 puts a corner elsewhere for each triangle that it belongs to, and rollers that lie across a seam would touch on both its sides.
-                let corner = |corner: Vector| {
-                    let place = solid.floor_from_solid * Point3::from(convert::to_f64(corner));
-                    relief.point_near_m(&place.coords)
-                };
-                let corners_m = [triangle.a, triangle.b, triangle.c].map(corner);
-                if let Some(triangle) = Triangle::new(corners_m, &Vector3::z()) {
-                    offer(Piece::Triangle(triangle));
-                }
-            });
-        }
+    }
+
+    /// What is in the plane's place, if something is.
+    pub fn relief(&self) -> Option<&HeightField> {
+        self.relief.as_deref()
     }
 
     /// Whether everything below a point of the ground is ground too, as below a plane and the boxes on it; below a relief nothing is.
@@ -149,10 +133,7 @@ impl Ground {
 
     /// The parts of the ground that are not the plane.
     pub fn solids(&self) -> impl Iterator<Item = ContactSolid<'_>> {
-        self.solids.iter().map(|solid| ContactSolid {
-            shape: &solid.shape,
-            floor_from_shape: solid.floor_from_solid,
-        })
+        self.solids.iter().map(Solid::placed)
     }
 
     /// Whether there is more than a plane.
@@ -160,10 +141,13 @@ impl Ground {
         !self.solids.is_empty()
     }
 
-    /// Whether the ground may reach into a box, given by its least and greatest coordinates in the floor's frame, in metres.
-    pub fn reaches(&self, least_m: &Vector3<f64>, most_m: &Vector3<f64>) -> bool {
-        let mut solids = self.solids.iter();
-        self.has_plane && least_m.z <= 0.0 || solids.any(|solid| solid.reaches(least_m, most_m))
+    /// Whether the ground may reach into a box.
+    pub fn reaches(&self, bounds: &Bounds) -> bool {
+        let reaches = |solid: &Solid| match self.relief() {
+            Some(relief) if solid.shape.as_heightfield().is_some() => relief.reaches(bounds),
+            _ => solid.placed().bounds().meets(bounds),
+        };
+        self.has_plane && bounds.least_m.z <= 0.0 || self.solids.iter().any(reaches)
     }
 
     /// How far a shape of a robot is from the ground, in metres; not above 0 where they touch, and f64's infinity where
@@ -182,11 +166,29 @@ impl Ground {
             let pose = convert::pose(&(rapier_from_floor * solid.floor_from_solid));
             (pose, &solid.shape)
         });
-        let distances = plane.chain(solids).map(|(pose, ground)| {
-            parry3d::query::distance(&pose, &**ground, &in_rapier, &**shape)
+        let apart_m = |pose: &Pose, ground: &dyn Shape| {
+            parry3d::query::distance(pose, ground, &in_rapier, &**shape)
                 .map_or(f64::INFINITY, |found| f64::from(found.distance))
+        };
+        let distances = plane
+            .chain(solids)
+            .map(|(pose, ground)| apart_m(&pose, &**ground));
+        let from_solids_m = distances.fold(f64::INFINITY, f64::min);
+        // parry cannot tell of a height field as a whole.
+        let Some(relief) = self.relief() else {
+            return from_solids_m;
+        };
+        let solid = ContactSolid {
+            shape,
+            floor_from_shape: *floor_from_shape,
+        };
+        let from_relief_m = relief.gap_m(&solid.bounds(), |triangle, _| {
+            let corners = triangle
+                .corners_m()
+                .map(|corner| convert::vector(&(rapier_from_floor * Point3::from(corner)).coords));
+            apart_m(&Pose::IDENTITY, &ParryTriangle::from(corners))
         });
-        distances.fold(f64::INFINITY, f64::min)
+        from_solids_m.min(from_relief_m)
     }
 
     /// The acceleration of gravity in the floor's frame, in m/s^2, from its magnitude: on a slope it leans.

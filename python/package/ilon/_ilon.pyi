@@ -263,10 +263,17 @@ class Simulation:
         """Lets the chassis bear from now on the articulated-body inertia of something that another simulator moves: six rows of six numbers,
         linear at the body frame's origin before angular, along the world's axes, in kg, kg m and kg m^2. With `set_wrench` of what that puts
         on the chassis where it is not accelerated, both meet without a delay, whatever weighs more. All zeros end it."""
-    def command_joints(self, positions: dict[str, float], *, rates: dict[str, float] | None = None) -> None:
-        """Sends the servos of joints between bodies to positions in rad or m, by name, from now on; all go, or none. A rate, in rad/s or m/s,
-        moves the target on as long as it is given anew in every control period. The scenario's setpoints no longer hold for these joints; a
-        reset brings them back."""
+    def command_joints(
+        self,
+        positions: dict[str, float] | None = None,
+        *,
+        rates: dict[str, float] | None = None,
+        efforts: dict[str, float] | None = None,
+    ) -> None:
+        """Tells the servos of joints between bodies, by name, from now on: a position in rad or m; a rate in rad/s or m/s, with a position how fast that moves on
+        as long as it is given anew in every control period, without one how fast the joint goes; or a torque or force in N m or N, within the servo's
+        effort, in place of holding the joint anywhere. All are told, or none. The scenario's setpoints no longer hold for these joints; a reset brings them
+        back."""
     def joints(self) -> dict[str, float]:
         """Where the joints between bodies are now, in rad or m, by name."""
     def set_payload(self, mass_kg: float, *, place_m: npt.ArrayLike | None = None) -> None:

@@ -70,6 +70,17 @@ impl Odometry {
     /// Takes the wheel angles of now, in radians, and gives the pose that they lead to. A wheel that is missing has not
     /// turned.
     pub fn update(&mut self, wheel_angles_rad: &[f64]) -> Pose {
+        self.update_carried(wheel_angles_rad, &[])
+    }
+
+    /// Goes on by another kinematics: that of the same robot with its wheels elsewhere.
+    pub fn stand(&mut self, kinematics: ContactKinematics) {
+        self.kinematics = kinematics;
+    }
+
+    /// As [`Self::update`], where what carries the wheels moved them since the last time: by how much each rolled over the ground beside what its encoder
+    /// saw, as if the body had stood, in radians; missing ones did not.
+    pub fn update_carried(&mut self, wheel_angles_rad: &[f64], carried_rad: &[f64]) -> Pose {
         self.turned_rad.fill(0.0);
         let last = self.last_angles_rad.iter_mut();
         let increments = self.turned_rad.iter_mut().zip(&mut self.middle_rad);
@@ -77,6 +88,9 @@ impl Odometry {
             *turned = now - *last;
             *middle = now - 0.5 * *turned;
             *last = *now;
+        }
+        for (turned, carried) in self.turned_rad.iter_mut().zip(carried_rad) {
+            *turned += carried;
         }
         // Angles turned in place of rates: the displacement in the body frame, in metres and radians.
         let displacement = self.kinematics.twist(&self.middle_rad, &self.turned_rad);

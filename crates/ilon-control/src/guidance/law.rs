@@ -285,6 +285,24 @@ impl Guidance {
         &self.kinematics
     }
 
+    /// Commands by another kinematics from now on: that of the same robot with its wheels elsewhere. The point that follows the reference stays.
+    ///
+    /// # Errors
+    /// [`ControlError::LengthMismatch`] for that of another number of wheels.
+    pub fn stand(&mut self, kinematics: &Kinematics) -> Result<(), ControlError> {
+        let (count, given) = (self.kinematics.wheel_count(), kinematics.wheel_count());
+        if given != count {
+            return Err(ControlError::LengthMismatch {
+                left: "wheels of the kinematics",
+                left_count: given,
+                right: "wheels",
+                right_count: count,
+            });
+        }
+        self.kinematics = kinematics.about(self.kinematics.reference_point_m())?;
+        Ok(())
+    }
+
     /// Wheel rates for the body frame's pose as it is seen and the desired motion of the reference point.
     pub fn update(&mut self, seen: &Pose, desired: &Desired) -> &Command {
         self.update_by(seen, desired, None)

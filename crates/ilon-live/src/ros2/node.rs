@@ -387,7 +387,7 @@ impl Heart {
             (&desk, &throttle),
             heard,
         ));
-        let heard = |message: &JointState| hear(commands::joint_positions(message, &robot));
+        let heard = |message: &JointState| hear(commands::joint_commands(message, &robot));
         served.push(listen(
             &joints,
             "/joint_commands",

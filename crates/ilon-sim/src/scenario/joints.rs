@@ -73,16 +73,17 @@ pub struct Joint {
     /// Where a servo holds the joint that turns, in radians, in place of setpoints [default: 0].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_rad: Option<f64>,
-    /// Where a servo takes the joint, and when, times growing. Before the first it is there, after the last it stays.
+    /// Where a servo takes the joint, how fast, or with what torque or force, and when, times growing. Before the first it is as at the first, after the
+    /// last as at the last.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub setpoints: Vec<JointSetpoint>,
-    /// How its target goes from one setpoint to the next.
+    /// How what is set goes from one setpoint to the next.
     #[serde(skip_serializing_if = "Between::is_smooth")]
     pub between: Between,
 }
 
-/// Where a servo takes its joint, and when.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+/// Where a servo takes its joint, how fast, or with what torque or force, and when: one of them, the same in all setpoints of a joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "RobotJointSetpoint")]
 pub struct JointSetpoint {
@@ -95,9 +96,51 @@ pub struct JointSetpoint {
     /// The position then of a joint that turns, in radians.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_rad: Option<f64>,
+    /// The rate then of a joint that slides, in m/s: its servo's target moves on from where the joint is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate_m_s: Option<f64>,
+    /// The rate then of a joint that turns, in rad/s: its servo's target moves on from where the joint is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate_rad_s: Option<f64>,
+    /// The force then on the body of a joint that slides, in N, within its servo's effort: nothing holds it anywhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_n: Option<f64>,
+    /// The torque then on the body of a joint that turns, in N m, within its servo's effort: nothing holds it anywhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torque_n_m: Option<f64>,
 }
 
-/// How a target goes from one setpoint to the next.
+/// What a setpoint says of its joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Quantity {
+    Position,
+    Rate,
+    Effort,
+}
+
+impl JointSetpoint {
+    /// All that it may say: what it is of, whether of a joint that turns, its key, and its number.
+    pub(crate) fn values(&self) -> [(Quantity, bool, &'static str, Option<f64>); 6] {
+        [
+            (Quantity::Position, false, "position_m", self.position_m),
+            (Quantity::Position, true, "position_rad", self.position_rad),
+            (Quantity::Rate, false, "rate_m_s", self.rate_m_s),
+            (Quantity::Rate, true, "rate_rad_s", self.rate_rad_s),
+            (Quantity::Effort, false, "force_n", self.force_n),
+            (Quantity::Effort, true, "torque_n_m", self.torque_n_m),
+        ]
+    }
+
+    /// The keys that it has.
+    fn keys(&self) -> Vec<&'static str> {
+        let values = self.values().into_iter();
+        values
+            .filter_map(|(_, _, key, value)| value.map(|_| key))
+            .collect()
+    }
+}
+
+/// How a target, a rate, a torque or a force goes from one setpoint to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[schemars(rename = "RobotJointBetween")]
@@ -188,14 +231,15 @@ impl Joint {
         let mut before_s = f64::NEG_INFINITY;
         for (index, point) in self.setpoints.iter().enumerate() {
             let at = key(&format!("setpoints.{index}"));
-            let values = [Some(point.t_s), point.position_m, point.position_rad];
-            if !values.into_iter().flatten().all(f64::is_finite) || point.t_s < 0.0 {
+            let values = point.values().into_iter().filter_map(|(.., value)| value);
+            let mut values = values.chain([point.t_s]);
+            if !values.all(f64::is_finite) || point.t_s < 0.0 {
                 return Err(Objection::to(
                     at,
                     format!(
                         "a setpoint of the joint `{name}` is no finite number, or before the start"
                     ),
-                    "give a time of 0 s or more and a finite position",
+                    "give a time of 0 s or more and a finite number",
                 ));
             }
             if point.t_s <= before_s {
@@ -209,15 +253,15 @@ impl Joint {
                 ));
             }
             before_s = point.t_s;
-            let of_first = &self.setpoints[0];
-            let alike = point.position_m.is_some() == of_first.position_m.is_some();
-            if point.position_m.is_some() == point.position_rad.is_some() || !alike {
+            let keys = point.keys();
+            if keys.len() != 1 || keys != self.setpoints[0].keys() {
                 return Err(Objection::to(
                     at,
                     format!(
-                        "a setpoint of the joint `{name}` must say one position, all in the same unit"
+                        "a setpoint of the joint `{name}` must say one thing, a position, a rate or a torque or force, the same in all and in the same unit"
                     ),
-                    "write `position_rad` in each where the joint turns, `position_m` where it slides",
+                    "write one of `position_rad`, `rate_rad_s` and `torque_n_m` in each where the joint turns, of `position_m`, `rate_m_s` and `force_n` where it \
+                     slides",
                 ));
             }
         }

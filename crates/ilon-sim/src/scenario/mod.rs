@@ -31,6 +31,7 @@ pub use expect::{Bound, Expect, Must, SignalBound};
 pub(crate) use faults::within;
 pub use faults::{Fault, Frame};
 pub use guidance::{Guidance, Kinematics, Priority, ReferencePoint, Saturation, Task};
+pub(crate) use joints::Quantity;
 pub use joints::{Between, Joint, JointRole, JointSetpoint};
 pub use keys::nearest;
 pub(crate) use keys::{SIZES, is_computable, is_computable_with_sign};

@@ -46,6 +46,11 @@ impl Setting {
         }
     }
 
+    /// The key, with dots.
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+
     /// The setting as a line of TOML. A value that is no TOML is taken as text, so that no quotes are needed in a shell.
     pub(super) fn as_toml(&self) -> String {
         let Self { key, value } = self;

@@ -16,11 +16,15 @@ use crate::scenario::{self, FloorRamp, FloorStairs, Rough, RoughnessClass, Scena
 /// The most cells a rough floor may have along a side: 4 million triangles are as many as a machine can be asked for.
 const MOST_CELLS: f64 = 500.0;
 
-/// The floor of a scenario under a robot, with the patches that are there when it begins.
+/// The floor of a scenario under a robot, with the patches that are there when it begins, and what [`uneven`] says in place of its plane.
 ///
 /// # Errors
-/// Where a rough floor has too many cells, or fewer than one, a height map cannot be read, or a pair of materials is not named.
-pub(super) fn floor(scenario: &Scenario, robot: &Robot) -> Result<Floor, Error> {
+/// Where a pair of materials is not named.
+pub(super) fn floor(
+    scenario: &Scenario,
+    robot: &Robot,
+    uneven: Option<&GroundRelief>,
+) -> Result<Floor, Error> {
     let section = &scenario.world.floor;
     let slope_rad = section.slope_deg.to_radians();
     let boxes = upright(section).map(|solid| GroundBox {
@@ -50,7 +54,7 @@ pub(super) fn floor(scenario: &Scenario, robot: &Robot) -> Result<Floor, Error> 
         slope_rad,
         patches: TimedPatch::those_at(&footings.patches()?, 0.0),
         boxes: boxes.chain(ramps).collect(),
-        relief: uneven(scenario)?.as_ref().map(relief),
+        relief: uneven.map(relief),
         surface,
         materials: footings.materials(),
         footings: footings.each_of(footings.floor()),
@@ -65,11 +69,15 @@ pub(super) fn patches(scenario: &Scenario, robot: &Robot) -> Result<Vec<TimedPat
     Footings::new(scenario, robot)?.patches()
 }
 
-/// The ground of a scenario under a robot as a trace keeps it.
+/// The ground of a scenario under a robot as a trace keeps it, with what [`uneven`] says.
 ///
 /// # Errors
 /// Those of [`floor`].
-pub(super) fn ground(scenario: &Scenario, robot: &Robot) -> Result<Ground, Error> {
+pub(super) fn ground(
+    scenario: &Scenario,
+    robot: &Robot,
+    uneven: Option<&GroundRelief>,
+) -> Result<Ground, Error> {
     let section = &scenario.world.floor;
     let footings = Footings::new(scenario, robot)?;
     Ok(Ground {
@@ -88,7 +96,7 @@ pub(super) fn ground(scenario: &Scenario, robot: &Robot) -> Result<Ground, Error
             .collect(),
         boxes: upright(section).collect(),
         ramps: section.ramps.iter().map(ramp).collect(),
-        relief: uneven(scenario)?,
+        relief: uneven.cloned(),
     })
 }
 
@@ -154,12 +162,25 @@ pub fn relief_heights_m(relief: &GroundRelief) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// What takes the place of the plane, if something does.
-fn uneven(scenario: &Scenario) -> Result<Option<GroundRelief>, Error> {
+/// What takes the place of the plane, if something does, and what a person should know of it. It reads the file of a height map: once is enough.
+///
+/// # Errors
+/// Where a rough floor has too many cells, or fewer than one, or a height map cannot be read.
+pub(super) fn uneven(
+    scenario: &Scenario,
+    robot: &Robot,
+) -> Result<(Option<GroundRelief>, Vec<String>), Error> {
     let section = &scenario.world.floor;
-    let map = section.height_map.as_ref();
-    let map = map.map(|map| height_map::relief(map, scenario));
-    section.rough.as_ref().map(drawn).or(map).transpose()
+    if let Some(rough) = &section.rough {
+        return Ok((Some(drawn(rough)?), Vec::new()));
+    }
+    let Some(map) = &section.height_map else {
+        return Ok((None, Vec::new()));
+    };
+    let radii = robot.wheels.iter().map(|wheel| wheel.radius_m);
+    let radius_m = radii.fold(f64::INFINITY, f64::min);
+    let (relief, remarks) = height_map::relief(map, scenario, radius_m)?;
+    Ok((Some(relief), remarks))
 }
 
 fn relief(ground: &GroundRelief) -> Relief {
@@ -212,7 +233,7 @@ mod tests {
         let text = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 1.0\n[[world.floor.boxes]]\nx_m = 1.0\ny_m = 0.5\nlength_x_m = 0.2\n\
                     length_y_m = 0.4\nheight_m = 0.01\nheading_deg = 30\n";
         let scenario = Scenario::from_toml(text, "test", "").unwrap();
-        let floor = floor(&scenario, &robot).unwrap();
+        let floor = floor(&scenario, &robot, None).unwrap();
         let solid = &floor.boxes[0];
         assert_eq!(solid.center_m, Vector3::new(1.0, 0.5, 0.0));
         assert_eq!(solid.half_sides_m, Vector3::new(0.1, 0.2, 0.01));
@@ -223,7 +244,9 @@ mod tests {
         let urdf = include_str!("../../../../assets/robots/mecanum4.urdf");
         let robot = Robot::from_urdf_str(urdf, "mecanum4").unwrap();
         let text = format!("robot.file = \"\"\ntwist = {{}}\nrun.duration_s = 1.0\n{keys}");
-        floor(&Scenario::from_toml(&text, "test", "")?, &robot)
+        let scenario = Scenario::from_toml(&text, "test", "")?;
+        let (uneven, _) = uneven(&scenario, &robot)?;
+        floor(&scenario, &robot, uneven.as_ref())
     }
 
     /// The middle of the foot, and of the upper edge: the corners of the upper side of a box that leans.

@@ -1,8 +1,10 @@
 //! Poses and wheel odometry joined: the robot's own idea of where it is.
 
 use ilon_control::{Kinematics, PoseFilter, PoseFilterSettings};
-use ilon_robot::{Pose, Wheel};
+use ilon_robot::{Pose, Robot, Wheel};
 
+use super::hubs::Hubs;
+use super::sensors::Seen;
 use crate::{Error, scenario};
 
 /// Odometry and poses joined by a filter.
@@ -10,6 +12,8 @@ use crate::{Error, scenario};
 pub(super) struct Fusion {
     filter: PoseFilter,
     kinematics: Kinematics,
+    /// Of a robot whose joints move its wheels.
+    hubs: Option<Hubs>,
     /// The wheel angles up to which odometry has been counted, in rad.
     counted_rad: Vec<f64>,
     turned_rad: Vec<f64>,
@@ -24,7 +28,7 @@ impl Fusion {
         section: &scenario::Fusion,
         sensor: &scenario::PoseSensor,
         start: Pose,
-        kinematics: &Kinematics,
+        (robot, kinematics): (&Robot, &Kinematics),
         control_dt_s: f64,
         duration_s: f64,
     ) -> Result<Self, Error> {
@@ -48,20 +52,28 @@ impl Fusion {
         Ok(Self {
             filter: PoseFilter::new(0.0, start, &settings)?,
             kinematics: kinematics.clone(),
+            hubs: Hubs::that_move(robot),
             counted_rad: vec![0.0; kinematics.wheel_count()],
             turned_rad: vec![0.0; kinematics.wheel_count()],
         })
     }
 
     /// Counts what the wheels have turned since the last time; where a gyroscope says by how much the robot has turned, by that.
-    pub fn reckon(&mut self, t_s: f64, angles_rad: &[f64], turned_rad: Option<f64>) {
+    pub fn reckon(&mut self, t_s: f64, seen: &Seen, turned_rad: Option<f64>) {
         let turned = self.turned_rad.iter_mut().zip(&mut self.counted_rad);
-        for ((turned, counted), angle) in turned.zip(angles_rad) {
+        for ((turned, counted), angle) in turned.zip(&seen.wheel_angles_rad) {
             *turned = angle - *counted;
             *counted = *angle;
         }
+        let mut kinematics = &self.kinematics;
+        if let Some(hubs) = &mut self.hubs {
+            hubs.see(&seen.joint_positions);
+            let turned = self.turned_rad.iter_mut().zip(hubs.carried_rad());
+            turned.for_each(|(turned, carried)| *turned += carried);
+            kinematics = hubs.kinematics().unwrap_or(kinematics);
+        }
         // Eq. (7) is linear: angles turned give the displacement.
-        let mut displacement = self.kinematics.twist(&self.turned_rad);
+        let mut displacement = kinematics.twist(&self.turned_rad);
         displacement.omega_rad_s = turned_rad.unwrap_or(displacement.omega_rad_s);
         self.filter.predict(t_s, displacement);
     }

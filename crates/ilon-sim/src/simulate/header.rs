@@ -64,7 +64,7 @@ pub(super) fn header(
         storage: scenario.wheel_loop.law == scenario::WheelLaw::Passive,
         urdf: seen.urdf.to_owned(),
         looks: seen.looks,
-        ground: Some(floor::ground(scenario, robot)?),
+        ground: Some(floor::ground(scenario, robot, resolved.uneven())?),
         bodies: bodies::header(scenario),
         faults: Some(faults::recorded(&scenario.faults, robot)?),
         announced: resolved.announced().cloned(),

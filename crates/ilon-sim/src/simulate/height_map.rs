@@ -6,7 +6,6 @@ use std::path::Path;
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use ilon_files::FileAccess;
-use ilon_robot::Robot;
 use ilon_trace::{GroundMap, GroundRelief};
 
 use crate::Error;
@@ -37,14 +36,18 @@ struct Grid {
     remarks: Vec<String>,
 }
 
-/// The relief of a scenario's height map.
+/// The relief of a height map, and what a person should know of it whose robot has wheels of such a least radius in metres.
 ///
 /// # Errors
 /// [`Error::HeightMap`] where the file holds none, [`Error::Read`] where it cannot be read.
-pub(super) fn relief(map: &HeightMap, scenario: &Scenario) -> Result<GroundRelief, Error> {
+pub(super) fn relief(
+    map: &HeightMap,
+    scenario: &Scenario,
+    radius_m: f64,
+) -> Result<(GroundRelief, Vec<String>), Error> {
     let grid = grid(map, scenario)?;
     let bytes: Vec<u8> = grid.levels.iter().flat_map(|l| l.to_le_bytes()).collect();
-    Ok(GroundRelief {
+    let relief = GroundRelief {
         cell_m: map.cell_m,
         points: grid.columns,
         map: Some(GroundMap {
@@ -54,7 +57,8 @@ pub(super) fn relief(map: &HeightMap, scenario: &Scenario) -> Result<GroundRelie
             levels: BASE64_STANDARD.encode(bytes),
         }),
         ..GroundRelief::default()
-    })
+    };
+    Ok((relief, grid.remarks(map.cell_m, radius_m)))
 }
 
 /// The heights of a map in metres, row by row from -y to +y, of rows of so many points; none where its text is not what it should be.
@@ -68,45 +72,36 @@ pub(super) fn heights_m(map: &GroundMap, columns: usize) -> Vec<Vec<f64>> {
     rows.map(<[f64]>::to_vec).collect()
 }
 
-/// What a person should know of the height map of a scenario, if it has one.
-///
-/// # Errors
-/// Those of [`relief`].
-pub(super) fn remarks(scenario: &Scenario, robot: &Robot) -> Result<Vec<String>, Error> {
-    /// Of a wheel's radius: what is smaller is a texture.
-    const FINE: f64 = 0.5;
-    /// Of a wheel's radius: a wheel that climbs a step of this is shaken.
-    const ROUGH: f64 = 0.02;
-    let Some(map) = &scenario.world.floor.height_map else {
-        return Ok(Vec::new());
-    };
-    let grid = grid(map, scenario)?;
-    let mut remarks = grid.remarks.clone();
-    let radii = robot.wheels.iter().map(|wheel| wheel.radius_m);
-    let radius_m = radii.fold(f64::INFINITY, f64::min);
-    let (cell_m, radius_mm) = (map.cell_m, 1e3 * radius_m);
-    if cell_m > FINE * radius_m {
-        remarks.push(format!(
-            "`world.floor.height_map.cell_m` = {cell_m} is wide for wheels of {radius_mm:.1} mm: bumps and holes narrower than two cells are not in it"
-        ));
-    }
-    if grid.step_m > ROUGH * radius_m {
-        remarks.push(format!(
-            "the height map has steps of {:.2} mm between one grey and the next: wheels of {radius_mm:.1} mm climb each; a picture of 16 bits has finer ones",
-            1e3 * grid.step_m
-        ));
-    }
-    let steepest_m = grid.steepest_m();
-    if steepest_m > cell_m {
-        remarks.push(format!(
-            "the height map rises by up to {steepest_m:.3} m from one point to the next, which are {cell_m} m apart: what is a wall stands as a slope of \
-             that width; `world.floor.boxes` stand upright"
-        ));
-    }
-    Ok(remarks)
-}
-
 impl Grid {
+    /// What a person should know of it, by its cells and by the least radius of the wheels, in metres.
+    fn remarks(&self, cell_m: f64, radius_m: f64) -> Vec<String> {
+        /// Of a wheel's radius: what is smaller is a texture.
+        const FINE: f64 = 0.5;
+        /// Of a wheel's radius: a wheel that climbs a step of this is shaken.
+        const ROUGH: f64 = 0.02;
+        let mut remarks = self.remarks.clone();
+        let radius_mm = 1e3 * radius_m;
+        if cell_m > FINE * radius_m {
+            remarks.push(format!(
+                "`world.floor.height_map.cell_m` = {cell_m} is wide for wheels of {radius_mm:.1} mm: bumps and holes narrower than two cells are not in it"
+            ));
+        }
+        if self.step_m > ROUGH * radius_m {
+            remarks.push(format!(
+                "the height map has steps of {:.2} mm between one grey and the next: wheels of {radius_mm:.1} mm climb each; a picture of 16 bits has finer ones",
+                1e3 * self.step_m
+            ));
+        }
+        let steepest_m = self.steepest_m();
+        if steepest_m > cell_m {
+            remarks.push(format!(
+                "the height map rises by up to {steepest_m:.3} m from one point to the next, which are {cell_m} m apart: what is a wall stands as a slope of \
+                 that width; `world.floor.boxes` stand upright"
+            ));
+        }
+        remarks
+    }
+
     /// By how much neighbouring points differ at most, in metres.
     fn steepest_m(&self) -> f64 {
         let rows: Vec<&[u16]> = self.levels.chunks_exact(self.columns).collect();
@@ -356,7 +351,8 @@ mod tests {
             "robot.file = ''\ntwist = {{}}\nrun.duration_s = 1\n[world.floor.height_map]\nfile = '{name}'\n{keys}"
         );
         let scenario = Scenario::from_toml(&text, "map", folder.path())?;
-        relief(scenario.world.floor.height_map.as_ref().unwrap(), &scenario)
+        let map = scenario.world.floor.height_map.as_ref().unwrap();
+        Ok(relief(map, &scenario, 0.05)?.0)
     }
 
     fn refused(name: &str, bytes: &[u8], keys: &str) -> String {

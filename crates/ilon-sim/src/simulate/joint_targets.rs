@@ -1,18 +1,38 @@
-//! Where the servos of joints between bodies are sent: by the scenario's setpoints, or by whoever drives the plant.
+//! Where the servos of joints between bodies are sent, how fast, or with what torque or force: by the scenario's setpoints, or by whoever drives the plant.
+//!
+//! A servo that is given a rate u has a target that moves on at it from where the joint is, dq_t/dt = u, so that it follows without sagging further and
+//! further; held back, as by a stop or a load beyond its effort, the target runs ahead by no more than what the effort can hold, effort / stiffness.
 
 use std::sync::Arc;
 
-use ilon_robot::{BodyJoint, JointKind, JointRole, Robot};
-use ilon_world::World;
+use ilon_robot::{BodyJoint, JointKind, JointRole, JointServo, Robot};
+use ilon_world::{World, WorldError};
 
 use super::playback::Played;
 use crate::Error;
-use crate::scenario::{Between, Joint, Scenario};
+use crate::scenario::{Between, Joint, JointSetpoint, Quantity, Scenario};
 
 /// The targets of the joints that servos drive.
 #[derive(Clone, Debug)]
 pub(super) struct JointTargets {
     joints: Vec<Driven>,
+}
+
+/// What the servo of a joint between bodies is told, in rad and N m where it turns, in m and N where it slides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum JointCommand {
+    /// A target, and how fast it moves on from there, in rad/s or m/s: 0 of one that stands.
+    Position {
+        /// Where it is.
+        position: f64,
+        /// How fast it moves on.
+        rate: f64,
+    },
+    /// How fast the target moves on from where the joint is.
+    Rate(f64),
+    /// The torque or force that acts, within the servo's effort, in place of holding the joint anywhere.
+    Effort(f64),
 }
 
 /// A joint that a servo drives.
@@ -21,15 +41,20 @@ struct Driven {
     /// Its place among the robot's joints.
     index: usize,
     aim: Aim,
+    /// Its servo, whose target is where it begins, and its limits.
+    servo: JointServo,
+    limits: [f64; 2],
+    /// Where the target of a rate is; `None` until one is given.
+    runs_at: Option<f64>,
 }
 
 /// What sends its servo.
 #[derive(Clone, Debug)]
 enum Aim {
-    /// Setpoints: time in seconds and position, and how the target goes between them. At least one.
-    Setpoints(Arc<[[f64; 2]]>, Between),
-    /// Somebody from outside: position and rate.
-    Given([f64; 2]),
+    /// Setpoints: time in seconds and number, what that is, and how it goes between them. At least one.
+    Setpoints(Arc<[[f64; 2]]>, Quantity, Between),
+    /// Somebody from outside.
+    Given(JointCommand),
 }
 
 impl JointTargets {
@@ -48,16 +73,26 @@ impl JointTargets {
             let logged = played.joints.iter().find(|(joint, _)| *joint == index);
             let aim = match (asked, logged) {
                 (Some(asked), _) => {
-                    Aim::Setpoints(points(asked, robot, index)?.into(), asked.between)
+                    let (quantity, points) = points(asked, of)?;
+                    Aim::Setpoints(points.into(), quantity, asked.between)
                 }
                 (None, Some((_, rows))) => {
                     rows.iter()
                         .try_for_each(|[t_s, position]| check(of, *t_s, *position))?;
-                    Aim::Setpoints(rows.as_slice().into(), Between::Linear)
+                    Aim::Setpoints(rows.as_slice().into(), Quantity::Position, Between::Linear)
                 }
-                (None, None) => Aim::Given([servo.target, 0.0]),
+                (None, None) => Aim::Given(JointCommand::Position {
+                    position: servo.target,
+                    rate: 0.0,
+                }),
             };
-            joints.push(Driven { index, aim });
+            joints.push(Driven {
+                index,
+                aim,
+                servo: *servo,
+                limits: of.limits,
+                runs_at: None,
+            });
         }
         Ok(Self { joints })
     }
@@ -79,56 +114,113 @@ impl JointTargets {
         robot
     }
 
-    /// Where the servos send a robot's joints at a time, in rad or m; zero of a joint that nothing drives.
+    /// Where the servos send a robot's joints at a time, in rad or m; zero of a joint that nothing drives. One that is told a rate, a torque or a force counts
+    /// as where it begins.
     pub fn at(&self, t_s: f64, robot: &Robot) -> Vec<f64> {
         let mut positions = vec![0.0; robot.joints.len()];
         for driven in &self.joints {
-            positions[driven.index] = driven.aim_at(t_s)[0];
+            positions[driven.index] = match driven.command_at(t_s) {
+                JointCommand::Position { position, .. } => position,
+                _ => driven.servo.target,
+            };
         }
         positions
     }
 
-    /// Sends a joint's servo somewhere from now on: position and rate.
-    pub fn give(&mut self, joint: usize, at: [f64; 2]) {
+    /// Tells a joint's servo something from now on.
+    pub fn give(&mut self, joint: usize, command: JointCommand) {
         let mut joints = self.joints.iter_mut();
         if let Some(driven) = joints.find(|driven| driven.index == joint) {
-            driven.aim = Aim::Given(at);
+            driven.aim = Aim::Given(command);
         }
     }
 
-    /// Tells the servos where they go in a step whose middle is at a time in seconds.
-    pub fn send(&self, middle_s: f64, world: &mut World) {
-        for driven in &self.joints {
-            let [position, rate] = driven.aim_at(middle_s);
-            let sent = world.robot_mut().aim_joint(driven.index, position, rate);
+    /// Tells the servos what they do in a step of so many seconds, whose middle is at a time in seconds.
+    pub fn send(&mut self, middle_s: f64, dt_s: f64, world: &mut World) {
+        for driven in &mut self.joints {
+            let sent = driven.send(middle_s, dt_s, world);
             debug_assert!(sent.is_ok(), "what no servo can do was refused before");
         }
     }
 }
 
 impl Driven {
-    /// Where it is sent at a time in seconds: position and rate.
-    fn aim_at(&self, t_s: f64) -> [f64; 2] {
-        match &self.aim {
-            Aim::Setpoints(points, between) => at_time(points, *between, t_s),
-            Aim::Given(at) => *at,
+    /// What it is told at a time in seconds.
+    fn command_at(&self, t_s: f64) -> JointCommand {
+        let (points, quantity, between) = match &self.aim {
+            Aim::Setpoints(points, quantity, between) => (points, quantity, *between),
+            Aim::Given(command) => return *command,
+        };
+        let [number, rate] = at_time(points, between, t_s);
+        match quantity {
+            Quantity::Position => JointCommand::Position {
+                position: number,
+                rate,
+            },
+            Quantity::Rate => JointCommand::Rate(number),
+            Quantity::Effort => JointCommand::Effort(number),
         }
+    }
+
+    fn send(&mut self, t_s: f64, dt_s: f64, world: &mut World) -> Result<(), WorldError> {
+        let command = self.command_at(t_s);
+        if !matches!(command, JointCommand::Rate(_)) {
+            self.runs_at = None;
+        }
+        match command {
+            JointCommand::Position { position, rate } => {
+                world.robot_mut().aim_joint(self.index, position, rate)
+            }
+            JointCommand::Rate(rate) => {
+                let limit = self.servo.rate_limit;
+                self.run(rate.clamp(-limit, limit), dt_s, world)
+            }
+            JointCommand::Effort(effort) => world.robot_mut().load_joint(self.index, effort),
+        }
+    }
+
+    /// Lets the target move on at a rate for a step.
+    fn run(&mut self, rate: f64, dt_s: f64, world: &mut World) -> Result<(), WorldError> {
+        let robot = world.robot();
+        let at = robot.joint_positions()[self.index];
+        let ahead = self.servo.effort / self.servo.stiffness;
+        let [lower, upper] = self.limits;
+        // What it bears at the beginning is in where its target is then.
+        let target = || robot.joint_targets().nth(self.index).unwrap_or(at);
+        let from = self.runs_at.unwrap_or_else(target);
+        let held = |place: f64| place.clamp(at - ahead, at + ahead).clamp(lower, upper);
+        let (from, to) = (held(from), held(from + rate * dt_s));
+        self.runs_at = Some(to);
+        let moves = if to == from { 0.0 } else { rate };
+        let middle = 0.5 * (from + to);
+        world.robot_mut().aim_joint(self.index, middle, moves)
     }
 }
 
-/// The setpoints of a joint in its unit.
-fn points(asked: &Joint, robot: &Robot, index: usize) -> Result<Vec<[f64; 2]>, Error> {
-    let of = &robot.joints[index];
-    let (key, moves) = match of.kind {
-        JointKind::Turns => ("position_rad", "turns"),
-        JointKind::Slides => ("position_m", "slides"),
-    };
-    let point = |point: &crate::scenario::JointSetpoint| {
-        let position = match of.kind {
-            JointKind::Turns => point.position_rad,
-            JointKind::Slides => point.position_m,
-        };
-        let Some(position) = position else {
+/// Where a scenario without a log starts the joints between a robot's bodies, in rad or m: driven ones where their servos are sent first, all others at
+/// zero.
+///
+/// # Errors
+/// [`Error::Invalid`] for setpoints in the other kind of joint's unit, or beyond its limits.
+pub(crate) fn start_positions(scenario: &Scenario, robot: &Robot) -> Result<Vec<f64>, Error> {
+    let targets = JointTargets::new(scenario, &Played::default(), robot)?;
+    Ok(targets.at(0.0, robot))
+}
+
+/// What the setpoints of a joint say, in its unit.
+fn points(asked: &Joint, of: &BodyJoint) -> Result<(Quantity, Vec<[f64; 2]>), Error> {
+    let turns = of.kind == JointKind::Turns;
+    let said = asked.setpoints.first().map(JointSetpoint::values);
+    let said = said.and_then(|values| values.into_iter().find(|(.., value)| value.is_some()));
+    let quantity = said.map_or(Quantity::Position, |(quantity, ..)| quantity);
+    let point = |point: &JointSetpoint| {
+        let all = point.values();
+        let key = all
+            .iter()
+            .find(|(of, turning, ..)| *of == quantity && *turning == turns);
+        let (key, number) = key.map_or(("", None), |(_, _, key, number)| (*key, *number));
+        let Some(number) = number else {
+            let moves = if turns { "turns" } else { "slides" };
             return Err(Error::invalid(
                 format!(
                     "the joint `{}` {moves}, and a setpoint of it has no `{key}`",
@@ -137,10 +229,13 @@ fn points(asked: &Joint, robot: &Robot, index: usize) -> Result<Vec<[f64; 2]>, E
                 format!("write `{key}` in its setpoints"),
             ));
         };
-        check(of, point.t_s, position)?;
-        Ok([point.t_s, position])
+        if quantity == Quantity::Position {
+            check(of, point.t_s, number)?;
+        }
+        Ok([point.t_s, number])
     };
-    asked.setpoints.iter().map(point).collect()
+    let points: Result<_, _> = asked.setpoints.iter().map(point).collect();
+    Ok((quantity, points?))
 }
 
 /// Refuses a setpoint that a joint cannot be at.
@@ -158,7 +253,7 @@ fn check(of: &BodyJoint, t_s: f64, position: f64) -> Result<(), Error> {
     ))
 }
 
-/// Position and rate at a time.
+/// What is set at a time, and how fast that changes.
 fn at_time(points: &[[f64; 2]], between: Between, t_s: f64) -> [f64; 2] {
     let next = points.partition_point(|point| point[0] <= t_s);
     if next == 0 || next == points.len() {

@@ -267,7 +267,8 @@ impl Limiter {
         share: f64,
     ) -> Result<Self, Error> {
         let robot = laden(scenario, robot);
-        let floor = floor(scenario, &robot)?;
+        // The limits are those of its plane.
+        let floor = floor(scenario, &robot, None)?;
         let pairs = floor.footings.iter().map(|footing| footing.friction);
         let friction = pairs.fold(floor.friction, f64::min);
         if friction <= 0.0 {

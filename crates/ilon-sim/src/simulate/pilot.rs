@@ -11,6 +11,7 @@ use nalgebra::Vector2;
 
 use super::command::{Commanded, Decided, WheelCommand};
 use super::guidance::guidance;
+use super::hubs::Hubs;
 use super::playback::{Asked, Log, Placing};
 use super::sensors::Seen;
 use super::twist_profile::TwistProfile;
@@ -31,6 +32,10 @@ pub(super) struct Pilot {
     robot: Robot,
     /// About the robot's origin.
     kinematics: Kinematics,
+    /// Of a robot whose joints move its wheels.
+    hubs: Option<Hubs>,
+    /// How long a control period is, in seconds.
+    period_s: f64,
     decision: Decision,
     /// The log of the scenario, if it has one.
     log: Option<Arc<Log>>,
@@ -131,6 +136,8 @@ impl Pilot {
             commanded: Commanded::Rates,
             robot: robot.clone(),
             kinematics: about_origin,
+            hubs: Hubs::that_move(robot),
+            period_s: scenario.run.control_dt_s,
             decision: Decision::default(),
             log,
             placing: None,
@@ -139,6 +146,7 @@ impl Pilot {
 
     /// Decides anew, from the time and what the robot knows.
     pub fn decide(&mut self, t_s: f64, seen: &Seen) {
+        self.stand(&seen.joint_positions);
         if let Some(contact) = &mut self.contact {
             contact.update(&seen.wheel_angles_rad);
         }
@@ -154,6 +162,7 @@ impl Pilot {
                 self.wheel_rates_rad_s
                     .copy_from_slice(&command.wheel_rates_rad_s);
                 self.decision.take(command, Some(desired));
+                self.roll_along();
                 let point_m = self.guidance.kinematics().reference_point_m();
                 self.decision.move_to_origin(point_m);
             }
@@ -205,6 +214,37 @@ impl Pilot {
         self.wheel_rates_rad_s
             .copy_from_slice(&command.wheel_rates_rad_s);
         self.decision.take(command, None);
+        self.roll_along();
+    }
+
+    /// Takes up where the joints between bodies have the wheels, in rad or m. Where no twist follows from the rates of wheels that stand so, they count as
+    /// they stood before.
+    fn stand(&mut self, joint_positions: &[f64]) {
+        let Some(hubs) = &mut self.hubs else {
+            return;
+        };
+        if !hubs.see(joint_positions) {
+            return;
+        }
+        let Some(kinematics) = hubs.kinematics() else {
+            return;
+        };
+        if self.guidance.stand(kinematics).is_ok() {
+            self.kinematics = kinematics.clone();
+        }
+        if let Some(contact) = &mut self.contact
+            && let Ok(posed) = ContactKinematics::new(&hubs.posed())
+        {
+            *contact = posed;
+        }
+    }
+
+    /// Lets the wheels roll along where joints carry them, at the speed of the last control period.
+    fn roll_along(&mut self) {
+        if let Some(hubs) = &self.hubs {
+            let rates = self.wheel_rates_rad_s.iter_mut().zip(hubs.carried_rad());
+            rates.for_each(|(rate_rad_s, carried)| *rate_rad_s -= carried / self.period_s);
+        }
     }
 
     /// Commands the wheels by the numbers that stand in `torques_n_m`, whatever they are.

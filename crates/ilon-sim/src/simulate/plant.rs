@@ -15,7 +15,7 @@ use super::disturbances::{Disturbances, Wrench};
 use super::drive::{Drive, WheelRates};
 use super::faults::{Faults, LostMotor};
 use super::floor;
-use super::joint_targets::JointTargets;
+use super::joint_targets::{JointCommand, JointTargets};
 use super::resolve::Resolved;
 use super::sensors::{Seen, Sensors};
 use super::storage::StorageAccount;
@@ -143,7 +143,8 @@ impl Plant {
     /// # Errors
     /// Where the robot cannot stand where it starts, or a setting makes no sense.
     pub fn new(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
-        Self::on_floor(resolved, robot, floor::floor(resolved.scenario(), robot)?)
+        let floor = floor::floor(resolved.scenario(), robot, resolved.uneven())?;
+        Self::on_floor(resolved, robot, floor)
     }
 
     /// Puts a robot onto a ground of one's own in place of the scenario's: measured heights, boxes, patches.
@@ -183,7 +184,7 @@ impl Plant {
         Ok(Self {
             clock: Clock::new(&scenario.run, physics_dt_s),
             world,
-            sensors: Sensors::new(&section, start, kinematics, scenario)?,
+            sensors: Sensors::new(&section, start, (robot, kinematics), scenario)?,
             storage: storage_account(resolved, wheel_count),
             drive,
             faults: Faults::new(&scenario.faults, robot)?,
@@ -510,7 +511,8 @@ impl Plant {
     /// Takes a physics step with the motors as they are.
     pub(super) fn step(&mut self) {
         let (t_s, dt_s) = (self.clock.time_s(), self.clock.physics_dt_s());
-        self.joint_targets.send(t_s + 0.5 * dt_s, &mut self.world);
+        self.joint_targets
+            .send(t_s + 0.5 * dt_s, dt_s, &mut self.world);
         self.disturbances.act(t_s, dt_s, &mut self.world);
         self.world.robot_mut().drive(&self.motors);
         if let (Some(storage), Some(effort)) = (&mut self.storage, self.drive.passive_effort()) {
@@ -570,16 +572,62 @@ impl Plant {
     /// # Errors
     /// Like [`Plant::set_joint_target`].
     pub fn set_joint_targets(&mut self, sent: &[(&str, [f64; 2])]) -> Result<(), Error> {
-        let indices = sent.iter().map(|(joint, _)| self.joint(joint));
+        let command = |[position, rate]: [f64; 2]| JointCommand::Position { position, rate };
+        let commands: Vec<_> = sent
+            .iter()
+            .map(|(name, at)| (*name, command(*at)))
+            .collect();
+        self.command_joints(&commands)
+    }
+
+    /// Tells the servos of joints between bodies, each by its name, where to go, how fast, or with what torque or force to act. All are told, or none. From now
+    /// on the scenario's setpoints no longer hold for these joints; a reset brings them back, and a snapshot holds what was last.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where the robot has no such joint, nothing drives it, it cannot go there, or a number is not finite.
+    pub fn command_joints(&mut self, commands: &[(&str, JointCommand)]) -> Result<(), Error> {
+        let indices = commands.iter().map(|(joint, _)| self.joint(joint));
         let indices: Vec<usize> = indices.collect::<Result<_, _>>()?;
-        // What the world takes counts from the coming step on, in which every servo is sent to its target anew.
-        for (index, (_, [position, rate])) in indices.iter().zip(sent) {
-            self.world.robot_mut().aim_joint(*index, *position, *rate)?;
+        for (index, (name, command)) in indices.iter().zip(commands) {
+            self.check_joint(*index, name, *command)?;
         }
-        for (index, (_, at)) in indices.into_iter().zip(sent) {
-            self.joint_targets.give(index, *at);
+        for (index, (_, command)) in indices.into_iter().zip(commands) {
+            self.joint_targets.give(index, *command);
         }
         Ok(())
+    }
+
+    /// Refuses what the servo of a joint cannot do.
+    fn check_joint(&self, index: usize, name: &str, command: JointCommand) -> Result<(), Error> {
+        let of = &self.plan.robot.joints[index];
+        let [lower, upper] = of.limits;
+        if of.servo().is_none() {
+            return Err(Error::invalid(
+                format!("nothing drives the joint `{name}`"),
+                format!("write role = \"driven\" in [robot.joints.{name}]"),
+            ));
+        }
+        let numbers = match command {
+            JointCommand::Position { position, rate } => [position, rate],
+            JointCommand::Rate(number) | JointCommand::Effort(number) => [number, 0.0],
+        };
+        if !numbers.iter().all(|number| number.is_finite()) {
+            return Err(Error::invalid(
+                format!("the joint `{name}` was told {command:?}, which is not finite"),
+                "give finite numbers",
+            ));
+        }
+        match command {
+            JointCommand::Position { position, .. } if !(lower..=upper).contains(&position) => {
+                Err(Error::invalid(
+                    format!(
+                        "the joint `{name}` cannot go to {position}: its limits are {lower} and {upper}"
+                    ),
+                    "give a position between them, or correct the limits in the robot's file",
+                ))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// The place of a joint between bodies among the robot's.

@@ -1,38 +1,23 @@
 //! Dead reckoning that knows where joints between bodies have the wheels.
 
-use ilon_control::Kinematics;
-use ilon_robot::{Pose, Robot, Twist};
-use nalgebra::{Isometry3, Vector3};
+use ilon_robot::{Pose, Robot};
 
-/// Dead reckoning by Indiveri 2009, eq. (5), with the wheels where their joints have them, once a control period: what a robot would know that measured all of
-/// its joints.
-///
-/// Of the velocity of a hub v_h = v + omega x b + db/dt the wheel rolls off all, so that (5) has db/dt beside the body's motion; and of the rate with which a
-/// wheel rolls over the ground its encoder sees all but that of its carrier.
+use super::hubs::Hubs;
+
+/// Dead reckoning by Indiveri 2009, eq. (5), with the wheels where their joints have them, once a control period.
 #[derive(Clone)]
 pub(super) struct PosedOdometry {
-    robot: Robot,
+    hubs: Hubs,
     /// The joints' positions as they were last, in rad or m.
     positions: Vec<f64>,
-    /// Those for which the hubs are known.
-    known: Vec<f64>,
-    /// Pose of each hub in the body frame with the joints there, at wheel angle zero.
-    body_from_hubs: Vec<Isometry3<f64>>,
-    /// `None` until the first period, and where wheels stand so that no twist follows from their rates.
-    kinematics: Option<Kinematics>,
     pose: Pose,
-    rates_rad: Vec<f64>,
 }
 
 impl PosedOdometry {
     pub fn new(robot: &Robot, start: Pose) -> Self {
         Self {
-            rates_rad: vec![0.0; robot.wheels.len()],
-            robot: robot.clone(),
+            hubs: Hubs::new(robot),
             positions: Vec::new(),
-            known: Vec::new(),
-            body_from_hubs: Vec::new(),
-            kinematics: None,
             pose: start,
         }
     }
@@ -41,10 +26,15 @@ impl PosedOdometry {
         self.pose
     }
 
-    /// Takes up where the joints are.
-    pub fn see(&mut self, positions: &[f64]) {
+    /// The wheels as they are known.
+    pub fn hubs(&self) -> &Hubs {
+        &self.hubs
+    }
+
+    /// Takes up where the joints are, as far as that is known.
+    pub fn see(&mut self, positions: impl Iterator<Item = f64>) {
         self.positions.clear();
-        self.positions.extend_from_slice(positions);
+        self.positions.extend(positions);
     }
 
     /// Goes on by what the wheels turned in a control period, in rad.
@@ -52,28 +42,12 @@ impl PosedOdometry {
         if self.positions.is_empty() {
             return;
         }
-        let moved = self.positions != self.known;
-        let before = std::mem::take(&mut self.body_from_hubs);
-        if moved || self.kinematics.is_none() {
-            let posed = self.robot.posed(&self.positions);
-            let wheels = posed.wheels.iter();
-            self.body_from_hubs = wheels.map(|wheel| wheel.body_from_hub).collect();
-            self.kinematics = Kinematics::new(&posed).ok().or(self.kinematics.take());
-            self.known.clone_from(&self.positions);
-        } else {
-            self.body_from_hubs.clone_from(&before);
-        }
-        let Some(kinematics) = &self.kinematics else {
+        self.hubs.see(&self.positions);
+        let Some(kinematics) = self.hubs.kinematics() else {
             return;
         };
-        let mut rolled_rad = turned_rad.to_vec();
-        for (wheel, (now, then)) in self.body_from_hubs.iter().zip(&before).enumerate() {
-            let moved_m = now.translation.vector - then.translation.vector;
-            let turned = (now.rotation * then.rotation.inverse()).scaled_axis();
-            let asked = Twist::new(moved_m.x, moved_m.y, 0.0);
-            kinematics.wheel_rates(asked, &mut self.rates_rad);
-            rolled_rad[wheel] += turned.dot(&(now.rotation * Vector3::z())) - self.rates_rad[wheel];
-        }
+        let turned = turned_rad.iter().zip(self.hubs.carried_rad());
+        let rolled_rad: Vec<f64> = turned.map(|(turned, carried)| turned + carried).collect();
         self.pose = self.pose.moved(kinematics.twist(&rolled_rad));
     }
 }
@@ -82,6 +56,7 @@ impl PosedOdometry {
 mod tests {
     use ilon_formats::LoadRobot;
     use ilon_robot::{Body, BodyJoint, JointKind, JointRole, MassProperties};
+    use nalgebra::{Isometry3, Vector3};
 
     use super::*;
 
@@ -127,7 +102,7 @@ mod tests {
             let mut odometry = PosedOdometry::new(&robot, Pose::default());
             let steps = 2000;
             for step in 0..=steps {
-                odometry.see(&[at * f64::from(step) / f64::from(steps)]);
+                odometry.see([at * f64::from(step) / f64::from(steps)].into_iter());
                 odometry.reckon(&[0.0; 4]);
             }
             let pose = odometry.pose();
@@ -152,7 +127,7 @@ mod tests {
         robot.wheels[0].body_from_hub.translation.vector.x = 0.0;
         let mut odometry = PosedOdometry::new(&robot, Pose::default());
         for step in 0..=100 {
-            odometry.see(&[0.2 * f64::from(step) / 100.0]);
+            odometry.see([0.2 * f64::from(step) / 100.0].into_iter());
             odometry.reckon(&[0.0; 4]);
         }
         let radius_m = robot.wheels[0].radius_m;

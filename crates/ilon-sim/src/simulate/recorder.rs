@@ -12,6 +12,7 @@ use nalgebra::Vector2;
 use super::bodies;
 use super::command::Decided;
 use super::header::{Appearance, header};
+use super::hubs::{self, Hubs};
 use super::pilot::{Idle, Pilot};
 use super::plant::Plant;
 use super::posed_odometry::PosedOdometry;
@@ -27,8 +28,10 @@ pub struct Recorder {
     kinematics: Kinematics,
     contact_kinematics: ContactKinematics,
     odometry_ideal: Pose,
-    /// Of a robot with joints between bodies.
+    /// With all joints between bodies where they are, of a robot that has some.
     posed: Option<PosedOdometry>,
+    /// With those where they are that the robot measures, of a robot whose wheels they move, and which they are.
+    measured: Option<(PosedOdometry, Vec<bool>)>,
     odometry_contact: Odometry,
     /// Of `odometry_ideal`; of a robot whose rollers say how it errs.
     covariance: Option<OdometryCovariance>,
@@ -115,6 +118,8 @@ impl Recorder {
             kinematics,
             odometry_ideal: start,
             posed: (!robot.joints.is_empty()).then(|| PosedOdometry::new(robot, start)),
+            measured: Hubs::that_move(robot)
+                .map(|_| (PosedOdometry::new(robot, start), hubs::measured(robot))),
             odometry_contact: Odometry::new(contact_kinematics.clone(), start, &[]),
             contact_kinematics,
             last_angles_rad: vec![0.0; wheel_count],
@@ -173,7 +178,11 @@ impl Recorder {
         }
         self.residual_m_s = self.residual_m_s.max(world.contact_residual_m_s());
         if let Some(posed) = &mut self.posed {
-            posed.see(world.robot().joint_positions());
+            posed.see(world.robot().joint_positions().iter().copied());
+        }
+        if let Some((odometry, known)) = &mut self.measured {
+            let joints = world.robot().joint_positions().iter().zip(known);
+            odometry.see(joints.map(|(position, known)| if *known { *position } else { 0.0 }));
         }
         let support = world.robot().support();
         self.carried.wheels_n_s += support.wheels_n * dt_s;
@@ -291,7 +300,6 @@ impl Recorder {
     /// Dead reckoning from the wheel angles turned since the last control period, by both kinematics: what a robot with
     /// encoders would do once a control period.
     pub fn reckon(&mut self, angles_rad: &[f64]) {
-        self.odometry_contact.update(angles_rad);
         let increments = self.turned_rad.iter_mut().zip(&mut self.last_angles_rad);
         for ((turned, last), now) in increments.zip(angles_rad) {
             *turned = now - *last;
@@ -303,9 +311,25 @@ impl Recorder {
         if let Some(posed) = &mut self.posed {
             posed.reckon(&self.turned_rad);
         }
-        // The kinematics is linear in the rates: angles turned give the displacement.
-        let displacement = self.kinematics.twist(&self.turned_rad);
-        self.odometry_ideal = self.odometry_ideal.moved(displacement);
+        let Some((measured, _)) = &mut self.measured else {
+            self.odometry_contact.update(angles_rad);
+            // The kinematics is linear in the rates: angles turned give the displacement.
+            let displacement = self.kinematics.twist(&self.turned_rad);
+            self.odometry_ideal = self.odometry_ideal.moved(displacement);
+            return;
+        };
+        measured.reckon(&self.turned_rad);
+        self.odometry_ideal = measured.pose();
+        let hubs = measured.hubs();
+        if let (Some(kinematics), Ok(contact)) =
+            (hubs.kinematics(), ContactKinematics::new(&hubs.posed()))
+        {
+            self.kinematics = kinematics.clone();
+            self.contact_kinematics = contact.clone();
+            self.odometry_contact.stand(contact);
+        }
+        self.odometry_contact
+            .update_carried(angles_rad, hubs.carried_rad());
     }
 
     fn sample_wheels(&mut self, world: &World, targets_rad_s: &[f64]) {

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use ilon_control::{ContactKinematics, Kinematics, Reference};
 use ilon_robot::{Pose, Robot};
-use ilon_trace::Announced;
+use ilon_trace::{Announced, GroundRelief};
 use nalgebra::Vector2;
 
 use super::joint_targets::JointTargets;
 use super::pilot::{Idle, Pilot};
 use super::playback::{self, Log, Played};
-use super::{defaults, height_map, limits, reference, stability, warnings, wheel_loop};
+use super::{defaults, floor, limits, reference, stability, warnings, wheel_loop};
 use crate::Error;
 use crate::roller_drag;
 use crate::scenario::{Contacts, Drives, RollerBodies, Scenario, Step};
@@ -25,6 +25,7 @@ pub struct Resolved {
     reference: Option<Reference>,
     played: Played,
     joint_targets: JointTargets,
+    uneven: Option<Arc<GroundRelief>>,
     reference_point_m: Vector2<f64>,
     announced: Option<Announced>,
     warnings: Vec<String>,
@@ -42,7 +43,7 @@ pub enum Driver {
 
 /// Makes every choice that a scenario leaves to the program, for a robot under the scenario's own guidance.
 ///
-/// It reads the file of waypoints or the log that the scenario names, if it names one, and touches nothing else.
+/// It reads the files of waypoints, of a log and of a height map that the scenario names, and touches nothing else.
 ///
 /// # Errors
 /// Where the scenario asks for something that cannot be, or this robot cannot do.
@@ -58,6 +59,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     scenario.validate()?;
     let mut scenario = scenario.clone();
     scenario.world.floor.fill();
+    let (uneven, of_ground) = floor::uneven(&scenario, robot)?;
     let played = playback::read(&scenario, robot, scenario.robot.start())?;
     let joint_targets = JointTargets::new(&scenario, &played, robot)?;
     let standing = joint_targets.standing(robot);
@@ -143,7 +145,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         let (friction, gravity_m_s2) = (world.floor.friction(), world.gravity_m_s2);
         warnings.extend(roller_drag::remarks(robot, friction, gravity_m_s2));
     }
-    warnings.extend(height_map::remarks(&scenario, robot)?);
+    warnings.extend(of_ground);
     warnings.extend(warnings::of_friction(&scenario));
     warnings.extend(warnings::of_what_comes_too_late(&scenario));
     warnings.extend(warnings::of_heading(&scenario));
@@ -169,6 +171,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         reference,
         played,
         joint_targets,
+        uneven: uneven.map(Arc::new),
         reference_point_m: pilot.reference_point_m(),
         announced: beyond.map(|beyond| beyond.announced),
         warnings,
@@ -209,6 +212,11 @@ impl Resolved {
     /// Where the servos of joints between bodies are sent.
     pub(super) fn joint_targets(&self) -> &JointTargets {
         &self.joint_targets
+    }
+
+    /// What is in place of the ground's plane, if something is.
+    pub(super) fn uneven(&self) -> Option<&GroundRelief> {
+        self.uneven.as_deref()
     }
 
     /// Where its motion asks for more than grip or motors give, as far as that is known beforehand.

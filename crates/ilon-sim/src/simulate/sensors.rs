@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use ilon_control::Kinematics;
-use ilon_robot::{Pose, wrap_angle};
+use ilon_robot::{Pose, Robot, wrap_angle};
 use ilon_trace::ImuSample;
 use ilon_world::World;
 use nalgebra::Vector3;
@@ -12,6 +12,7 @@ use rand_chacha::rand_core::SeedableRng;
 
 use super::faults::Faults;
 use super::fusion::Fusion;
+use super::hubs;
 use super::imu::Imu;
 use super::noise::noise;
 use crate::scenario::TIME_SLACK_S;
@@ -27,6 +28,9 @@ pub struct Seen {
     pub wheel_rates_rad_s: Vec<f64>,
     /// The wheels' angles since the start, as the encoders counted them, in rad.
     pub wheel_angles_rad: Vec<f64>,
+    /// Where the joints between bodies are as far as the robot knows, in rad or m, in the robot's order: of a driven joint, and of one that is coupled to it,
+    /// what its encoder says once a control period. Nothing measures a joint that is free or sprung: it counts as at zero.
+    pub joint_positions: Vec<f64>,
     /// What the inertial measurement unit said last, and the tilt by its filter; `None` without one.
     pub imu: Option<ImuSample>,
 }
@@ -38,6 +42,7 @@ impl Seen {
             pose,
             wheel_rates_rad_s: vec![0.0; wheel_count],
             wheel_angles_rad: vec![0.0; wheel_count],
+            joint_positions: Vec::new(),
             imu: None,
         }
     }
@@ -56,6 +61,8 @@ pub(super) struct Sensors {
     /// Whether the fusion takes the turn from the gyroscope.
     by_gyroscope: bool,
     seen: Seen,
+    /// Of each joint between bodies, whether the robot knows where it is.
+    measured_joints: Vec<bool>,
     miscounts: Vec<Miscount>,
     pose_noise: ChaCha8Rng,
     encoder_noise: ChaCha8Rng,
@@ -81,14 +88,15 @@ struct Miscount {
 }
 
 impl Sensors {
-    /// Sensors that know the start. Odometry is counted by `kinematics`, once in a control period of the run.
+    /// Sensors of a robot that know the start. Odometry is counted by `kinematics`, or where joints move the wheels by theirs, once in a control period of
+    /// the run.
     ///
     /// # Errors
     /// [`Error::Control`] for a filter that cannot be.
     pub fn new(
         section: &scenario::Sensors,
         start: Pose,
-        kinematics: &Kinematics,
+        (robot, kinematics): (&Robot, &Kinematics),
         whole: &scenario::Scenario,
     ) -> Result<Self, Error> {
         let run = &whole.run;
@@ -98,7 +106,7 @@ impl Sensors {
                 fusion,
                 &section.pose,
                 start,
-                kinematics,
+                (robot, kinematics),
                 run.control_dt_s,
                 run.duration_s,
             )?),
@@ -124,6 +132,7 @@ impl Sensors {
             poses_taken: 0,
             fusion,
             seen: Seen::at(start, wheel_count),
+            measured_joints: hubs::measured(robot),
             miscounts: vec![Miscount::default(); wheel_count],
             pose_noise: stream(1),
             encoder_noise: stream(2),
@@ -162,6 +171,13 @@ impl Sensors {
             }
             self.seen.wheel_rates_rad_s[wheel] = factor * (rate_rad_s + miscount.rate_noise_rad_s);
         }
+        if control_is_due {
+            let joints = world.robot().joint_positions().iter();
+            let joints = joints.zip(&self.measured_joints);
+            let seen = joints.map(|(position, known)| if *known { *position } else { 0.0 });
+            self.seen.joint_positions.clear();
+            self.seen.joint_positions.extend(seen);
+        }
         if let Some(imu) = &mut self.imu {
             imu.sense(t_s, control_is_due, world, faults.tilts());
             self.seen.imu = Some(imu.seen());
@@ -181,7 +197,7 @@ impl Sensors {
         {
             let turned_rad = self.imu.as_mut().filter(|_| self.by_gyroscope);
             let turned_rad = turned_rad.map(Imu::take_turned_rad);
-            fusion.reckon(t_s, &self.seen.wheel_angles_rad, turned_rad);
+            fusion.reckon(t_s, &self.seen, turned_rad);
         }
         while let Some(taken) = self.on_the_way.front()
             && taken.arrives_s <= t_s + TIME_SLACK_S
@@ -190,7 +206,7 @@ impl Sensors {
                 Some(fusion) => {
                     let turned_rad = self.imu.as_mut().filter(|_| self.by_gyroscope);
                     let turned_rad = turned_rad.map(Imu::take_turned_rad);
-                    fusion.reckon(t_s, &self.seen.wheel_angles_rad, turned_rad);
+                    fusion.reckon(t_s, &self.seen, turned_rad);
                     fusion.correct(taken.taken_s, &taken.pose);
                 }
                 None => self.seen.pose = taken.pose,

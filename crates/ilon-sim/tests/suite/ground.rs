@@ -165,6 +165,22 @@ fn a_mesh_is_driven_over_and_the_trace_has_its_heights() {
     assert!(!scenario.world.floor.is_plane());
 }
 
+/// A run reads its map when it is resolved, and never again.
+#[test]
+fn a_map_is_read_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("map.png");
+    picture(&file, [201, 201], |row, _| 100 * u16::from(row > 30));
+    let keys = "[twist]\nvx_m_s = 0.3\n[world.floor.height_map]\nfile = 'map.png'\ncell_m = 0.02\nheight_m = 0.1\n";
+    let scenario = on_map(folder.path(), keys);
+    let robot = ilon_sim::simulate::load_robot(&scenario).unwrap();
+    let resolved = ilon_sim::resolve(&scenario, &robot).unwrap();
+    std::fs::remove_file(file).unwrap();
+    let plant = ilon_sim::Plant::new(&resolved, &robot).unwrap();
+    assert!(plant.truth().height_m.abs() < 1e-3);
+    assert!(ilon_sim::resolve(&scenario, &robot).is_err());
+}
+
 #[test]
 fn what_a_map_does_not_resolve_is_remarked_and_two_grounds_are_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use ilon_sim::robot::{JointKind, JointRole, Robot, Twist};
 use ilon_sim::simulate::Limits;
-use ilon_sim::{Error, Plant, Scenario, WheelCommand, load_robot, resolve};
+use ilon_sim::{Error, JointCommand, Plant, Scenario, WheelCommand, load_robot, resolve};
 use test_case::test_case;
 
 const HOLD: [f64; 4] = [0.0; 4];
@@ -102,7 +102,11 @@ fn a_program_sends_a_joint_and_a_snapshot_brings_it_back() {
 #[test_case("[robot.joints.arm]\nsetpoints = [{ t_s = 0, position_rad = 0 }]", "setpoints and no servo"; "setpoints without a servo")]
 #[test_case("[robot.joints.arm]\nrole = \"driven\"\nsetpoints = [{ t_s = 1, position_rad = 0 }, { t_s = 1, position_rad = 1 }]", "go back in time"; "times that do not grow")]
 #[test_case("[robot.joints.arm]\nrole = \"driven\"\nsetpoints = [{ t_s = 0, position_m = 0 }]", "position_rad"; "the unit of a slide")]
-#[test_case("[robot.joints.arm]\nrole = \"driven\"\nsetpoints = [{ t_s = 0 }]", "one position"; "no position")]
+#[test_case("[robot.joints.arm]\nrole = \"driven\"\nsetpoints = [{ t_s = 0 }]", "one thing"; "no position")]
+#[test_case("[robot.joints.arm]\nrole = \"driven\"\nsetpoints = [{ t_s = 0, rate_rad_s = 0, torque_n_m = 1 }]", "one thing"; "a rate and a torque")]
+#[test_case("[robot.joints.arm]\nrole = \"driven\"\nsetpoints = [{ t_s = 0, rate_rad_s = 0 }, { t_s = 1, position_rad = 1 }]", "one thing"; "a rate, then a position")]
+#[test_case("[robot.joints.arm]\nrole = \"driven\"\nsetpoints = [{ t_s = 0, force_n = 1 }]", "torque_n_m"; "the force of a slide")]
+#[test_case("[robot.joints.arm]\nrole = \"driven\"\nsetpoints = [{ t_s = 0, torque_n_m = nan }]", "finite"; "a torque that is no number")]
 #[test_case("[robot.joints.arm]\nrole = \"driven\"\nsetpoints = [{ t_s = 0, position_rad = 0 }, { t_s = 1, position_rad = 3 }]", "beyond its limits"; "a setpoint beyond the limits")]
 #[test_case("[robot.joints.arm]\nrole = \"driven\"\nsetpoints = [{ t_s = 0, position_rad = 3 }]", "beyond its limits"; "a first setpoint beyond the limits")]
 #[test_case("[robot.joints.arm]\nrole = \"driven\"\ntarget_rad = 0.1\nsetpoints = [{ t_s = 0, position_rad = 0.1 }]", "leave one of the two out"; "a target and setpoints")]
@@ -112,6 +116,95 @@ fn what_no_servo_can_do_is_refused_in_words(joints: &str, words: &str) {
     };
     let error = format!("{error} {error:?}");
     assert!(error.contains(words), "{error}");
+}
+
+/// The lift with 4 kg on a damper of 5 N s/m with 1 N of dry friction.
+fn lift(setpoints: &str) -> Plant {
+    let joints = format!("[robot.joints.lift]\nrole = \"driven\"\nsetpoints = [{setpoints}]");
+    plant(&joints).expect("a scenario")
+}
+
+/// A force F in place of a servo: m x'' = F - m g - f - c x' from the lower stop.
+#[test]
+fn a_force_lifts_what_newton_says() {
+    let (mass_kg, friction_n, damping_n_s_m, force_n) = (4.0, 1.0, 5.0, 45.0);
+    let mut plant = lift("{ t_s = 0, force_n = 45 }");
+    plant
+        .advance(WheelCommand::Rates(&HOLD), 0.5)
+        .expect("it goes");
+    let net_n: f64 = force_n - mass_kg * 9.81 - friction_n;
+    let time_s = mass_kg / damping_n_s_m;
+    let decayed = 1.0 - (-0.5 / time_s).exp();
+    let expected_m = net_n / damping_n_s_m * (0.5 - time_s * decayed);
+    // The ground gives way by micrometres, and the first step only holds it.
+    let found_m = position(&plant);
+    assert!(
+        (found_m - expected_m).abs() < 5e-3 * expected_m,
+        "{found_m} {expected_m}"
+    );
+    // Never more than its effort: 200 N holds nothing that 1e6 N could.
+    plant
+        .command_joints(&[("lift", JointCommand::Effort(1e6))])
+        .expect("a force");
+    let before = plant.world().robot().joint_rates()[0];
+    plant
+        .advance(WheelCommand::Rates(&HOLD), 0.02)
+        .expect("it goes");
+    let gained = plant.world().robot().joint_rates()[0] - before;
+    let most = (200.0 - mass_kg * 9.81) / mass_kg * 0.02;
+    assert!(gained < most && gained > 0.9 * most, "{gained} {most}");
+}
+
+/// A servo at a rate u sags by what it bears over its stiffness, (m g + f + c u) / K, and no further on: x = u t less that. K = m (2 pi 10 Hz)^2.
+#[test]
+fn a_servo_follows_a_rate_and_sags_no_further() {
+    let mut plant = lift("{ t_s = 0, rate_m_s = 0.2 }");
+    let stiffness_n_m = 4.0 * std::f64::consts::TAU.powi(2) * 100.0;
+    let sag_m = (4.0 * 9.81 + 1.0 + 5.0 * 0.2) / stiffness_n_m;
+    plant
+        .advance(WheelCommand::Rates(&HOLD), 1.0)
+        .expect("it goes");
+    let (found_m, expected_m) = (position(&plant), 0.2 - sag_m);
+    assert!(
+        (found_m - expected_m).abs() < 2e-5,
+        "{found_m} {expected_m}"
+    );
+    // Down again, and beyond neither limit: the target stays at the stop, so that it turns back at once.
+    plant
+        .command_joints(&[("lift", JointCommand::Rate(-0.3))])
+        .expect("a rate");
+    plant
+        .advance(WheelCommand::Rates(&HOLD), 3.0)
+        .expect("it goes");
+    assert!(position(&plant).abs() < 1e-3);
+    plant
+        .command_joints(&[("lift", JointCommand::Rate(0.2))])
+        .expect("a rate");
+    plant
+        .advance(WheelCommand::Rates(&HOLD), 0.5)
+        .expect("it goes");
+    let found_m = position(&plant);
+    assert!((found_m - (0.1 - sag_m)).abs() < 1e-4, "{found_m}");
+}
+
+/// What holds a joint back holds its target back: after a second against an effort that cannot lift, the arm's target is no further ahead than the effort can
+/// hold, and a rate the other way turns it back at once.
+#[test]
+fn a_target_does_not_run_away_from_a_joint_that_is_held_back() {
+    let joints = "[robot.joints.lift]\nrole = \"driven\"\neffort_n = 20\nsetpoints = [{ t_s = 0, rate_m_s = 0.2 }]";
+    let mut plant = plant(joints).expect("a scenario");
+    plant
+        .advance(WheelCommand::Rates(&HOLD), 1.0)
+        .expect("it goes");
+    assert!(position(&plant).abs() < 1e-3);
+    let ahead_m = 20.0 / (4.0 * std::f64::consts::TAU.powi(2) * 100.0);
+    let target_m = plant
+        .world()
+        .robot()
+        .joint_targets()
+        .next()
+        .expect("a joint");
+    assert!((target_m - ahead_m).abs() < 2e-4, "{target_m} {ahead_m}");
 }
 
 /// A scenario in which the arm is held at an angle, under a law of the wheels.

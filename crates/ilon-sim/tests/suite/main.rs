@@ -2,6 +2,7 @@
 
 mod attached;
 mod drives;
+mod extending;
 mod ground;
 mod joint_logs;
 mod joints;

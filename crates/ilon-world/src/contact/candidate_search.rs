@@ -9,8 +9,10 @@ use crate::contact::handover::{leave_out_handed_over, leave_out_higher};
 use crate::contact::nearest::{Nearest, Piece, PlacedBarrel, keep_nearest_of_surface};
 use crate::contact::reaction::{Member, Part, Partner};
 use crate::contact::scene::Scene;
+use crate::contact::solid::Bounds;
 use crate::contact::thinning::thin;
 use crate::contact::turned_profile::PlacedProfile;
+use crate::ground::HeightField;
 use crate::robot::roller::RollerState;
 use crate::robot::state::State;
 use crate::settings::NEAR;
@@ -29,6 +31,35 @@ struct Touch {
 pub(crate) struct Workspace {
     pieces: Vec<Piece>,
     nearest: Vec<(usize, Nearest)>,
+}
+
+/// What a wheel's rollers are looked for on.
+#[derive(Clone, Copy)]
+struct Around<'a> {
+    /// Beside the pieces that are laid out.
+    relief: Option<&'a HeightField>,
+    /// What is further off does not count, in metres.
+    within_m: f64,
+}
+
+impl Around<'_> {
+    /// Looks for places on the triangles of the relief that are near a box, and lays out behind the other pieces those that have some: `find` is given
+    /// a triangle, with its number among the pieces, and says whether it has.
+    fn find_on_relief(
+        &self,
+        bounds: impl FnOnce() -> Bounds,
+        pieces: &mut Vec<Piece>,
+        mut find: impl FnMut(usize, &Piece) -> bool,
+    ) {
+        if let Some(relief) = self.relief {
+            relief.triangles_in(&bounds(), |triangle| {
+                let piece = Piece::Triangle(triangle);
+                if find(pieces.len(), &piece) {
+                    pieces.push(piece);
+                }
+            });
+        }
+    }
 }
 
 impl Scene<'_> {
@@ -121,8 +152,14 @@ impl Scene<'_> {
         let prediction_m = self.prediction_m(wheel);
         let reach_m = body.reach_m + prediction_m;
         self.ground
-            .pieces_near(&hub.center_m, reach_m, &mut room.pieces);
-        self.find_on_pieces(wheel, (prediction_m, room), found);
+            .solids_near(&hub.center_m, reach_m, &mut room.pieces);
+        let around = Bounds::of_ball(&hub.center_m, reach_m);
+        let relief = self.ground.relief();
+        let around = Around {
+            relief: relief.filter(|relief| relief.reaches(&around)),
+            within_m: prediction_m,
+        };
+        self.find_on_pieces(wheel, (around, room), found);
     }
 
     /// Fills `found` with the places of a wheel's rollers that are nearer than this to a free body, as if that were ground.
@@ -135,19 +172,25 @@ impl Scene<'_> {
     ) {
         room.pieces.clear();
         room.pieces.push(piece);
-        self.find_on_pieces(wheel, (within_m, room), found);
+        let around = Around {
+            relief: None,
+            within_m,
+        };
+        self.find_on_pieces(wheel, (around, room), found);
     }
 
     /// The same of the pieces that are laid out.
     fn find_on_pieces(
         &self,
         wheel: usize,
-        (prediction_m, room): (f64, &mut Workspace),
+        (around, room): (Around<'_>, &mut Workspace),
         found: &mut Vec<Candidate>,
     ) {
+        let prediction_m = around.within_m;
+        let others = room.pieces.len();
         let body = &self.wheels[wheel];
         let hub = &self.middle.hubs()[wheel];
-        let on_plane = matches!(room.pieces[..], [Piece::Plane]);
+        let on_plane = around.relief.is_none() && matches!(room.pieces[..], [Piece::Plane]);
         let is_compliant = body.surface.tread.is_some();
         let upright = on_plane && hub.axis().z.abs() < UPRIGHT && !is_compliant && body.is_round;
         // A roller that gives carries what reaches into the ground, and nothing else needs to be looked at.
@@ -165,7 +208,8 @@ impl Scene<'_> {
             let lowest_m = lowest.map_or(f64::INFINITY, |(_, nearest)| nearest.gap_m);
             let within_m = roller.bounding_radius_m + prediction_m.min(lowest_m);
             let out_of_reach = |piece: &Piece| piece.foot(&placed.center_m).distance_m > within_m;
-            if self.settings.roller_bodies == RollerBodies::Near
+            if around.relief.is_none()
+                && self.settings.roller_bodies == RollerBodies::Near
                 && room.pieces.iter().all(out_of_reach)
             {
                 continue;
@@ -178,23 +222,30 @@ impl Scene<'_> {
                 continue;
             }
             room.nearest.clear();
+            room.pieces.truncate(others);
             let reach_m = roller.bounding_radius_m + within_gap_m;
             for (number, piece) in room.pieces.iter().enumerate() {
                 if piece.foot(&placed.center_m).distance_m > reach_m {
                     continue;
                 }
-                let nearest = placed.nearest_to(piece);
-                if nearest.gap_m < within_gap_m {
+                if let Some(nearest) = placed.nearest_within(piece, within_gap_m) {
                     room.nearest.push((number, nearest));
                 }
             }
+            let bounds = || placed.bounds().grown(within_gap_m);
+            around.find_on_relief(bounds, &mut room.pieces, |number, piece| {
+                let nearest = placed.nearest_within(piece, within_gap_m);
+                room.nearest
+                    .extend(nearest.map(|nearest| (number, nearest)));
+                nearest.is_some()
+            });
             keep_nearest_of_surface(&mut room.nearest, &room.pieces);
             for (_, nearest) in &room.nearest {
                 found.push(self.on_barrel((wheel, index), &placed, nearest));
             }
         }
         if !body.is_round {
-            self.find_profiles(wheel, (prediction_m, room), found);
+            self.find_profiles(wheel, (around, others), room, found);
             if !is_compliant && found.len() > 1 {
                 leave_out_higher(found, hub, (&body.rollers, self.scale));
             }
@@ -216,9 +267,11 @@ impl Scene<'_> {
     fn find_profiles(
         &self,
         wheel: usize,
-        (prediction_m, room): (f64, &mut Workspace),
+        (around, others): (Around<'_>, usize),
+        room: &mut Workspace,
         found: &mut Vec<Candidate>,
     ) {
+        let prediction_m = around.within_m;
         let hub = &self.middle.hubs()[wheel];
         for (index, roller) in self.wheels[wheel].rollers.iter().enumerate() {
             let Some(placed) = roller.placed_profile(hub) else {
@@ -226,6 +279,7 @@ impl Scene<'_> {
             };
             let within_m = roller.bounding_radius_m + prediction_m;
             room.nearest.clear();
+            room.pieces.truncate(others);
             for (number, piece) in room.pieces.iter().enumerate() {
                 if piece.foot(&placed.center_m).distance_m < within_m {
                     placed.places_on(piece, prediction_m, |nearest| {
@@ -233,6 +287,14 @@ impl Scene<'_> {
                     });
                 }
             }
+            let bounds = || placed.bounds().grown(prediction_m);
+            around.find_on_relief(bounds, &mut room.pieces, |number, piece| {
+                let before = room.nearest.len();
+                placed.places_on(piece, prediction_m, |nearest| {
+                    room.nearest.push((number, nearest));
+                });
+                room.nearest.len() > before
+            });
             keep_nearest_of_surface(&mut room.nearest, &room.pieces);
             for (_, nearest) in &room.nearest {
                 let support = |center_m, axis| {

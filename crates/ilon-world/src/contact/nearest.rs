@@ -12,12 +12,16 @@
 mod tests;
 
 use ilon_robot::Barrel;
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector2, Vector3};
 
 use crate::contact::ball_and_cylinder::{SolidBall, SolidCylinder};
+use crate::contact::solid::Bounds;
 
 /// The search along a roller's axis is over within this, in metres.
 const SETTLED_M: f64 = 1e-13;
+
+/// Places are one to what f64 makes of them: far above the rounding of a few metres, far below what a contact is known to.
+const SAME_PLACE_M: f64 = 1e-10;
 
 /// A convex piece of ground, in the floor's frame.
 #[derive(Clone, Debug)]
@@ -49,6 +53,8 @@ pub(crate) struct Triangle {
     corners_m: [Vector3<f64>; 3],
     /// Unit normal out of the ground.
     up: Vector3<f64>,
+    /// Whether something can touch its edges: the surface ends there, or bends down.
+    has_ridge: bool,
 }
 
 /// The place of a piece that is nearest to a point.
@@ -98,6 +104,49 @@ pub(crate) struct Nearest {
     pub corner: Option<usize>,
 }
 
+/// Where a slope that never falls changes its sign.
+struct Bracket {
+    ends_m: [f64; 2],
+    /// What is known of the slope at either end.
+    slopes: [Option<f64>; 2],
+    /// The end that was moved last.
+    last: usize,
+}
+
+impl Bracket {
+    /// Takes up the slope at a place.
+    fn look(&mut self, at_m: f64, slope: f64) {
+        let side = usize::from(slope > 0.0);
+        let is_once_more = self.slopes[side].is_some() && self.last == side;
+        self.ends_m[side] = at_m;
+        self.slopes[side] = Some(slope);
+        self.last = side;
+        // An end that stays counts for less and less.
+        if is_once_more && let Some(other) = &mut self.slopes[1 - side] {
+            *other *= 0.5;
+        }
+    }
+
+    fn middle_m(&self) -> f64 {
+        0.5 * (self.ends_m[0] + self.ends_m[1])
+    }
+
+    /// Where to look next: an end of which nothing is known, or where the line between both crosses zero (Illinois's rule, Dowell and Jarratt 1971).
+    fn next_m(&self, round: usize) -> f64 {
+        let [low_m, high_m] = self.ends_m;
+        match self.slopes {
+            [None, _] => low_m,
+            [_, None] => high_m,
+            // What bends sharply is halved.
+            _ if round % 8 == 7 => self.middle_m(),
+            [Some(low), Some(high)] => {
+                let at_m = (low_m * high - high_m * low) / (high - low);
+                at_m.clamp(low_m, high_m)
+            }
+        }
+    }
+}
+
 impl Triangle {
     /// A triangle whose ground lies on the side away from `up`; `None` where it has no area.
     pub fn new(corners_m: [Vector3<f64>; 3], up: &Vector3<f64>) -> Option<Self> {
@@ -106,7 +155,27 @@ impl Triangle {
         Some(Self {
             corners_m,
             up: normal * normal.dot(up).signum(),
+            has_ridge: true,
         })
+    }
+
+    /// Its corners, in metres.
+    pub fn corners_m(&self) -> [Vector3<f64>; 3] {
+        self.corners_m
+    }
+
+    /// The same, where something can touch its edges, or nothing can.
+    pub fn with_ridge(self, has_ridge: bool) -> Self {
+        Self { has_ridge, ..self }
+    }
+
+    /// Whether a point lies on the triangle as seen from above, its edges included.
+    fn is_over_or_under(&self, point_m: &Vector3<f64>) -> bool {
+        let [a, b, c] = self.corners_m.map(|corner| corner.xy());
+        let least_m2 = SAME_PLACE_M * (b - a).abs().sum();
+        let side = |from: Vector2<f64>, to: Vector2<f64>| (to - from).perp(&(point_m.xy() - from));
+        let sides = [side(a, b), side(b, c), side(c, a)];
+        sides.iter().all(|side| *side >= -least_m2) || sides.iter().all(|side| *side <= least_m2)
     }
 
     /// The nearest place of the triangle to a point (Ericson, Real-Time Collision Detection 2005, section 5.1.5).
@@ -159,8 +228,8 @@ impl Piece {
             Self::Triangle(triangle) => {
                 let place_m = triangle.nearest_m(point_m);
                 let off = point_m - place_m;
-                if off.dot(&triangle.up) < 0.0 {
-                    // Beneath the surface: in the ground.
+                if off.dot(&triangle.up) < 0.0 && triangle.is_over_or_under(point_m) {
+                    // In the ground. Beside the triangle, its plane says nothing: past the brink of a slope it lies above the ground.
                     return Foot {
                         place_m,
                         normal: triangle.up,
@@ -220,8 +289,6 @@ impl Piece {
 
     /// Whether a place lies on the piece or in it, to what f64 makes of it.
     fn holds(&self, place_m: &Vector3<f64>) -> bool {
-        /// Far above the rounding of a few metres, far below what a contact is known to.
-        const SAME_PLACE_M: f64 = 1e-10;
         match self {
             Self::Triangle(triangle) => {
                 (triangle.nearest_m(place_m) - place_m).norm_squared() < SAME_PLACE_M.powi(2)
@@ -288,12 +355,53 @@ impl PlacedBarrel<'_> {
         (place_m, t_m.abs() >= self.barrel.half_length_m)
     }
 
+    /// A box around it.
+    pub fn bounds(&self) -> Bounds {
+        let half_m = self.axis.map(|along| {
+            let t_m = self.barrel.support_place_m(along);
+            t_m * along + self.barrel.sphere_radius_m(t_m)
+        });
+        Bounds {
+            least_m: self.center_m - half_m,
+            most_m: self.center_m + half_m,
+        }
+    }
+
     /// Where the roller is nearest to a piece.
     pub fn nearest_to(&self, piece: &Piece) -> Nearest {
         match piece {
             Piece::Plane => self.nearest_to_plane(),
-            _ => self.nearest_to_convex(piece),
+            _ => self.nearest_to_convex(piece, 0.0, f64::INFINITY),
         }
+    }
+
+    /// The same where it is nearer than this; of a triangle that has no ridge only where that is on its face.
+    pub fn nearest_within(&self, piece: &Piece, within_m: f64) -> Option<Nearest> {
+        let nearest = match piece {
+            Piece::Plane => self.nearest_to_plane(),
+            Piece::Triangle(triangle) => self.nearest_to_triangle(triangle, piece, within_m)?,
+            _ => self.nearest_to_convex(piece, 0.0, within_m),
+        };
+        (nearest.gap_m < within_m).then_some(nearest)
+    }
+
+    fn nearest_to_triangle(
+        &self,
+        triangle: &Triangle,
+        piece: &Piece,
+        within_m: f64,
+    ) -> Option<Nearest> {
+        let t_m = self.barrel.support_place_m(-self.axis.dot(&triangle.up));
+        let sphere_m = self.center_m + t_m * self.axis;
+        let over_m = triangle.up.dot(&(sphere_m - triangle.corners_m[0]));
+        if !triangle.has_ridge {
+            let is_on_it = triangle.is_over_or_under(&(sphere_m - over_m * triangle.up));
+            return is_on_it.then(|| self.nearest_at(sphere_m, piece.foot(&sphere_m), t_m));
+        }
+        if over_m - self.barrel.sphere_radius_m(t_m) >= within_m {
+            return None;
+        }
+        Some(self.nearest_to_convex(piece, t_m, within_m))
     }
 
     /// On a plane the normal is the same everywhere: the support place is the answer.
@@ -305,33 +413,39 @@ impl PlacedBarrel<'_> {
         self.nearest_at(sphere_m, foot, t_m)
     }
 
-    fn nearest_to_convex(&self, piece: &Piece) -> Nearest {
+    /// Looked for from a place along its axis on. Where all of it is further than `within_m`, some place that is further too.
+    fn nearest_to_convex(&self, piece: &Piece, from_m: f64, within_m: f64) -> Nearest {
         let half_m = self.barrel.half_length_m;
-        let (mut low_m, mut high_m) = (-half_m, half_m);
-        let mut t_m = 0.0;
+        let mut bracket = Bracket {
+            ends_m: [-half_m, half_m],
+            slopes: [None; 2],
+            last: 0,
+        };
+        let mut t_m = from_m;
         // On a flat face the normal stays, the closed form for the plane is the answer, and the second look confirms it.
-        // Over edges and corners it nears the answer, and the bracket keeps it from straying.
+        // Over edges and corners the bracket closes around the answer.
         for round in 0..64 {
             let (sphere_m, foot) = self.look(t_m, piece);
             let along = self.axis.dot(&foot.normal);
             let kt_m = self.barrel.sin_delta * t_m;
-            let slope =
-                along + self.barrel.sin_delta * kt_m / libm::hypot(self.barrel.ring_radius_m, kt_m);
-            if slope > 0.0 {
-                high_m = t_m;
-            } else {
-                low_m = t_m;
-            }
+            let to_hub_m = libm::hypot(self.barrel.ring_radius_m, kt_m);
+            let slope = along + self.barrel.sin_delta * kt_m / to_hub_m;
+            let gap_m = foot.distance_m - (self.barrel.wheel_radius_m - to_hub_m);
+            bracket.look(t_m, slope);
+            // A convex function lies above its tangent.
+            let [low_m, high_m] = bracket.ends_m;
+            let ahead_m = if slope > 0.0 { low_m } else { high_m } - t_m;
             let on_a_face_m = self.barrel.support_place_m(-along);
             let settled = (on_a_face_m - t_m).abs() <= SETTLED_M;
-            if settled || high_m - low_m < 1e-12 {
+            let is_far = gap_m + slope * ahead_m > within_m;
+            if settled || is_far || high_m - low_m < 1e-12 {
                 return self.nearest_at(sphere_m, foot, t_m);
             }
-            let within = (low_m..=high_m).contains(&on_a_face_m);
-            t_m = if within && (round < 4 || round % 2 == 0) {
-                on_a_face_m
-            } else {
-                0.5 * (low_m + high_m)
+            let is_within = (low_m..=high_m).contains(&on_a_face_m);
+            t_m = match piece {
+                Piece::Triangle(_) => bracket.next_m(round),
+                _ if is_within && (round < 4 || round % 2 == 0) => on_a_face_m,
+                _ => bracket.middle_m(),
             };
         }
         let (sphere_m, foot) = self.look(t_m, piece);

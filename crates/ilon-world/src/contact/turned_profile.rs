@@ -18,6 +18,7 @@ use ilon_robot::SolidOfRevolution;
 use nalgebra::Vector3;
 
 use super::nearest::{Nearest, Piece};
+use super::solid::Bounds;
 
 /// Over what tilt to either side the curvature of an outline of straight parts is counted, in radians: what a roller of a wheel of a dozen
 /// tilts by in a twentieth of its turn on the ground.
@@ -48,6 +49,22 @@ impl PlacedProfile<'_> {
         // A roller that stands upright on its face touches with all of it: the middle of the face is its place then.
         let across = across.try_normalize(1e-9).unwrap_or_default();
         self.center_m + corner.t_m * self.axis - corner.ring_m * across - corner.ball_m * normal
+    }
+
+    /// A box around it.
+    pub fn bounds(&self) -> Bounds {
+        let half_m = self.axis.map(|along| {
+            let across = (1.0 - along * along).max(0.0).sqrt();
+            let corners = self.turned.corners().iter();
+            corners.fold(0.0, |most_m: f64, corner| {
+                let to_side_m = corner.ring_m * across + corner.ball_m;
+                most_m.max((corner.t_m * along).abs() + to_side_m)
+            })
+        });
+        Bounds {
+            least_m: self.center_m - half_m,
+            most_m: self.center_m + half_m,
+        }
     }
 
     /// Radii of curvature of its surface where it reaches furthest against a direction, along its outline and around its axis, in metres: along an
@@ -86,10 +103,10 @@ impl PlacedProfile<'_> {
         best.0
     }
 
-    /// Its distance from a piece, in metres, negative in penetration.
-    pub fn gap_m(&self, piece: &Piece) -> f64 {
+    /// Its distance from a piece, in metres, negative in penetration; infinity where that is further than this.
+    pub fn gap_m(&self, piece: &Piece, within_m: f64) -> f64 {
         let mut gap_m = f64::INFINITY;
-        self.places_on(piece, f64::INFINITY, |nearest| {
+        self.places_on(piece, within_m, |nearest| {
             gap_m = gap_m.min(nearest.gap_m);
         });
         gap_m

@@ -215,7 +215,7 @@ impl GroundBox {
 
 impl Relief {
     /// How many heights there are along x and along y.
-    fn points(&self) -> [usize; 2] {
+    pub(super) fn points(&self) -> [usize; 2] {
         [
             self.heights_m.first().map_or(0, Vec::len),
             self.heights_m.len(),
@@ -229,20 +229,8 @@ impl Relief {
     }
 
     /// Its corner at the least x and y, in metres.
-    fn corner_m(&self) -> Vector2<f64> {
+    pub(super) fn corner_m(&self) -> Vector2<f64> {
         self.center_m - 0.5 * self.sides_m()
-    }
-
-    /// The point of the grid that a place is next to, in metres.
-    pub(super) fn point_near_m(&self, place_m: &Vector3<f64>) -> Vector3<f64> {
-        let corner_m = self.corner_m();
-        let index = |axis: usize| {
-            let cells = (place_m[axis] - corner_m[axis]) / self.cell_m;
-            (cells.round().max(0.0) as usize).min(self.points()[axis] - 1)
-        };
-        let (column, row) = (index(0), index(1));
-        let at_m = corner_m + self.cell_m * Vector2::new(column as f64, row as f64);
-        at_m.push(self.heights_m[row][column])
     }
 
     /// The highest point within a circle around a place, in metres; `None` where the circle misses the relief.

@@ -48,6 +48,18 @@ impl Articulated {
         let is_driven = self.robot.joints[joint].servo().is_some();
         if is_driven {
             self.servos[joint].aim = [position, rate];
+            self.servos[joint].effort = None;
+        }
+        is_driven
+    }
+
+    /// Says what a joint's servo acts with in place of going somewhere, in N m or N; says whether the joint has one. Its target stays where the joint is.
+    pub fn load_joint(&mut self, joint: usize, effort: f64) -> bool {
+        let is_driven = self.robot.joints[joint].servo().is_some();
+        if is_driven {
+            let at = [self.state.joint_positions()[joint], 0.0];
+            let servo = &mut self.servos[joint];
+            (servo.aim, servo.target, servo.effort) = (at, at, Some(effort));
         }
         is_driven
     }

@@ -4,7 +4,7 @@
 //! step it is taken in the middle, where the joint is at q_0 + dt (u_0 + u_1) / 4: a straight line in what the joint gains, F_0 - S (u_1 - u_0)
 //! with S = K dt / 4 + theta D, solved with the masses as a motor's is. theta is 1/2 in short steps and nears 1 in long ones
 //! ([`ilon_robot::mean_of_gain`]), so that any damping is stable. Where the effort bounds it within the step, what is missing from the line is a
-//! curve among the reactions. Its target follows where it shall be, at its rate limit at most.
+//! curve among the reactions. Its target follows where it shall be, at its rate limit at most. A servo that is given an effort acts with that alone.
 
 use ilon_robot::{BodyJoint, JointServo, mean_of_gain};
 
@@ -18,6 +18,8 @@ pub(crate) struct Servo {
     pub aim: [f64; 2],
     /// Where it is, and how fast it moves.
     pub target: [f64; 2],
+    /// What it acts with in place of going there, in N m or N.
+    pub effort: Option<f64>,
     /// What the joint moves by itself, in kg m^2 or kg.
     inertia: f64,
     /// What it does in a step, in N m or N, within its effort.
@@ -33,6 +35,7 @@ impl Servo {
         Self {
             aim: [at, 0.0],
             target: [at, 0.0],
+            effort: None,
             inertia,
             law: MotorTorque::constant(0.0),
             straight: MotorTorque::constant(0.0),
@@ -56,6 +59,11 @@ impl Servo {
 
     /// Takes what the servo does in a step of a joint at a position with a rate.
     pub fn act(&mut self, servo: &JointServo, (position, rate): (f64, f64), dt_s: f64) {
+        if let Some(effort) = self.effort {
+            self.law = MotorTorque::constant(effort.clamp(-servo.effort, servo.effort));
+            self.straight = self.law.straight();
+            return;
+        }
         let half = 0.5 * dt_s;
         let theta = mean_of_gain(servo.damping * dt_s / self.inertia);
         let force = servo.stiffness * (self.target[0] - position - half * rate)

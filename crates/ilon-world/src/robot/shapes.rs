@@ -7,6 +7,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
 use crate::ContactSolver;
+use crate::contact::solid::Solid;
 use crate::engine::{convert, groups};
 use crate::ground::{Anchor, Ground};
 use crate::robot::shared_robot::SharedRobot;
@@ -126,14 +127,13 @@ impl Placed<'_> {
     fn bodies_are_near(&self) -> bool {
         /// What f32 makes of the size of a shape.
         const ROUNDED_M: f64 = 1e-5;
-        let reach_m = Vector3::repeat(self.within_m + ROUNDED_M);
+        let reach_m = self.within_m + ROUNDED_M;
         self.shapes().any(|(floor_from_shape, shape)| {
-            let turned = convert::rotation(&floor_from_shape.rotation);
-            let around = shape.compute_aabb(&Pose::from_parts(Vector::ZERO, turned));
-            let at_m = floor_from_shape.translation.vector;
-            let least_m = at_m + convert::to_f64(around.mins) - reach_m;
-            let most_m = at_m + convert::to_f64(around.maxs) + reach_m;
-            self.ground.reaches(&least_m, &most_m)
+            let solid = Solid {
+                shape,
+                floor_from_shape,
+            };
+            self.ground.reaches(&solid.bounds().grown(reach_m))
         })
     }
 }

@@ -1,7 +1,7 @@
 //! The bodies of a world, each by its identity: what is done to one, and what can be read of it, the truth, in f64 and in the
 //! project's frames.
 
-use ilon_robot::{Pose as PlanarPose, Twist, roll_pitch_yaw};
+use ilon_robot::{BodyJoint, Pose as PlanarPose, Twist, roll_pitch_yaw};
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 
 use super::World;
@@ -304,29 +304,39 @@ impl BodyMut<'_> {
     pub fn aim_joint(&mut self, joint: usize, position: f64, rate: f64) -> Result<(), WorldError> {
         let robot = self.articulated();
         let of = &robot.robot.joints[joint];
-        let refused = |reason: String| {
-            Err(WorldError::Joint {
-                joint: of.name.clone(),
-                reason,
-            })
-        };
         let [lower, upper] = of.limits;
         if !(position.is_finite() && rate.is_finite()) {
-            return refused("its servo's target must be finite numbers".to_owned());
+            return Err(of_joint(of, "its servo's target must be finite numbers"));
         }
         if !(lower..=upper).contains(&position) {
-            return refused(format!(
-                "its servo cannot go to {position}: its limits are {lower} and {upper}"
-            ));
+            let reason =
+                format!("its servo cannot go to {position}: its limits are {lower} and {upper}");
+            return Err(of_joint(of, reason));
         }
-        if robot.aim(joint, position, rate) {
-            return Ok(());
+        match robot.aim(joint, position, rate) {
+            true => Ok(()),
+            false => Err(of_joint(&robot.robot.joints[joint], NOT_DRIVEN)),
         }
-        let of = &self.articulated().robot.joints[joint];
-        Err(WorldError::Joint {
-            joint: of.name.clone(),
-            reason: "nothing drives it: give it a servo, the role `driven`".to_owned(),
-        })
+    }
+
+    /// Lets the servo of a joint between bodies act with a torque or a force from the coming step on, in N m or N, in place of going anywhere, until it
+    /// is aimed again: no more than its effort.
+    ///
+    /// # Errors
+    /// [`WorldError::Joint`] where nothing drives the joint, or the number is not finite.
+    ///
+    /// # Panics
+    /// Where the robot has no such joint.
+    pub fn load_joint(&mut self, joint: usize, effort: f64) -> Result<(), WorldError> {
+        let robot = self.articulated();
+        let of = &robot.robot.joints[joint];
+        if !effort.is_finite() {
+            return Err(of_joint(of, "its torque or force must be a finite number"));
+        }
+        match robot.load_joint(joint, effort) {
+            true => Ok(()),
+            false => Err(of_joint(&robot.robot.joints[joint], NOT_DRIVEN)),
+        }
     }
 
     /// As [`BodyMut::apply`], with torques that depend on the rates of the wheels within the step.
@@ -335,5 +345,15 @@ impl BodyMut<'_> {
     /// Where there are more or fewer torques than wheels.
     pub fn drive(&mut self, motors: &[MotorTorque]) {
         self.articulated().motors.copy_from_slice(motors);
+    }
+}
+
+/// What is wrong with a command for a joint that no servo drives.
+const NOT_DRIVEN: &str = "nothing drives it: give it a servo, the role `driven`";
+
+fn of_joint(joint: &BodyJoint, reason: impl Into<String>) -> WorldError {
+    WorldError::Joint {
+        joint: joint.name.clone(),
+        reason: reason.into(),
     }
 }

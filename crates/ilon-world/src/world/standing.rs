@@ -5,6 +5,7 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::SharedShape;
 
 use crate::contact::nearest::{Piece, PlacedBarrel};
+use crate::contact::solid::Bounds;
 use crate::contact::turned_profile::PlacedProfile;
 use crate::engine::convert;
 use crate::engine::shapes::{shape_of, shape_of_roller};
@@ -77,10 +78,15 @@ pub(super) fn standing(
     let mut pieces = Vec::new();
     let above_m = (top_m + upright_m).max(upright_m);
     let middle_m = at(upright_m).translation.vector;
-    ground.pieces_near(&middle_m, 2.0 * reach_m + above_m, &mut pieces);
-    if matches!(pieces[..], [] | [Piece::Plane]) {
+    let around_m = 2.0 * reach_m + above_m;
+    ground.solids_near(&middle_m, around_m, &mut pieces);
+    let around = Bounds::of_ball(&middle_m, around_m);
+    let relief = ground.relief().filter(|relief| relief.reaches(&around));
+    if relief.is_none() && matches!(pieces[..], [] | [Piece::Plane]) {
         return Ok(on_plane);
     }
+    // Beneath this nothing is.
+    let deepest_m = relief.map_or(f64::NEG_INFINITY, |relief| relief.lowest_m() - around_m);
     let near = |surface: &Surface, height_m: f64| {
         surface.gap_m(&at(height_m), &pieces, (ground, origin_m))
     };
@@ -94,7 +100,7 @@ pub(super) fn standing(
     let mut lowered = 0;
     while free_m - lower_m > PUT_DOWN_M {
         let gap_m = nearest_m(free_m);
-        if gap_m < PUT_DOWN_M {
+        if gap_m < PUT_DOWN_M || free_m < deepest_m {
             break;
         }
         if lowered == MOST_LOWERED && ground.is_solid_below() {
@@ -145,7 +151,10 @@ fn refuse_what_hangs(
         of_part.map(&gap_m).fold(f64::INFINITY, f64::min)
     };
     let refused = |reason: String| Err(WorldError::NoPlaceToStand { reason });
-    if least_m(None) < LIES_M {
+    let wheels = (0..robot.wheels.len()).map(|index| least_m(Some(index)));
+    let of_wheels_m = wheels.fold(f64::INFINITY, f64::min);
+    // Of two shapes nearer than some hundredths of a millimetre parry may say that they touch: then the chassis came down no further.
+    if least_m(None) < LIES_M.max(of_wheels_m) {
         return refused("it would lie on its chassis".to_owned());
     }
     for (index, wheel) in robot.wheels.iter().enumerate() {
@@ -239,8 +248,11 @@ impl Surface {
                     center_m: (floor_from_body * Point3::from(*center_m)).coords,
                     axis: floor_from_body * axis,
                 };
-                let gaps = pieces.iter().map(|piece| placed.nearest_to(piece).gap_m);
-                gaps.fold(f64::INFINITY, f64::min)
+                let gap_m = |piece: &Piece, within_m: f64| {
+                    let nearest = placed.nearest_within(piece, within_m);
+                    nearest.map_or(f64::INFINITY, |nearest| nearest.gap_m)
+                };
+                least_m(pieces, ground, || placed.bounds(), gap_m)
             }
             Form::Turned {
                 turned,
@@ -252,12 +264,31 @@ impl Surface {
                     center_m: (floor_from_body * Point3::from(*center_m)).coords,
                     axis: floor_from_body * axis,
                 };
-                let gaps = pieces.iter().map(|piece| placed.gap_m(piece));
-                gaps.fold(f64::INFINITY, f64::min)
+                let gap_m = |piece: &Piece, within_m: f64| placed.gap_m(piece, within_m);
+                least_m(pieces, ground, || placed.bounds(), gap_m)
             }
             Form::Shape(body_from_shape, shape) => {
                 ground.distance_m(origin_m, &(floor_from_body * body_from_shape), shape)
             }
         }
     }
+}
+
+/// How far a roller is from pieces of ground, and from its relief, in metres.
+fn least_m(
+    pieces: &[Piece],
+    ground: &Ground,
+    bounds: impl FnOnce() -> Bounds,
+    gap_m: impl Fn(&Piece, f64) -> f64,
+) -> f64 {
+    let from_pieces_m = pieces.iter().fold(f64::INFINITY, |least_m, piece| {
+        least_m.min(gap_m(piece, least_m))
+    });
+    let Some(relief) = ground.relief() else {
+        return from_pieces_m;
+    };
+    let from_relief_m = relief.gap_m(&bounds(), |triangle, within_m| {
+        gap_m(&Piece::Triangle(*triangle), within_m)
+    });
+    from_pieces_m.min(from_relief_m)
 }

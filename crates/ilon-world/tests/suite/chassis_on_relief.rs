@@ -3,7 +3,7 @@
 use crate::support;
 
 use ilon_robot::{Collision, CollisionShape, Pose, Robot};
-use ilon_world::{Floor, FreeBody, FreeShape, Relief, Settings, World};
+use ilon_world::{Floor, FreeBody, FreeShape, Push, Relief, Settings, World};
 use nalgebra::{Isometry3, Vector2, Vector3};
 use support::mecanum4;
 
@@ -21,8 +21,8 @@ fn low() -> Robot {
 
 /// Level ground with a bank of 50 mm between the wheels, from some x to some other, in cells of 5 mm.
 fn bank(x_m: [f64; 2]) -> Floor {
-    let points = 121;
-    let at_m = |index: usize| 0.005 * (index as f64 - 60.0);
+    let points = 321;
+    let at_m = |index: usize| 0.005 * (index as f64 - 160.0);
     let height_m = |row: usize, column: usize| {
         let inside = (x_m[0]..=x_m[1]).contains(&at_m(column)) && at_m(row).abs() < 0.07;
         if inside { 0.05 } else { 0.0 }
@@ -44,11 +44,57 @@ fn settled(floor: &Floor) -> World {
         dt_s: 2e-3,
         ..Settings::default()
     };
-    let mut world = World::new(&low(), floor, Pose::default(), &settings).unwrap();
-    while world.time_s() < 0.4 {
+    let start = Pose {
+        x_m: -0.55,
+        ..Pose::default()
+    };
+    let mut world = World::new(&low(), floor, start, &settings).unwrap();
+    hoist(&mut world, 0.55, 0.025);
+    let there_s = world.time_s();
+    while world.time_s() < there_s + 0.4 {
         world.step();
     }
     world
+}
+
+/// Carries the robot along x from where it stands, and lets it go at a height over its start: up, along and down at 0.5 m/s, with nothing but forces at
+/// its centre of mass, so that it neither turns nor swings.
+fn hoist(world: &mut World, along_m: f64, height_m: f64) {
+    let robot = low();
+    let (mass_kg, dt_s) = (robot.mass_kg(), world.dt_s());
+    let clear_m = height_m + 0.06;
+    let ways = [
+        Vector3::z() * clear_m,
+        Vector3::x() * along_m,
+        Vector3::z() * (height_m - clear_m),
+    ];
+    for way_m in ways {
+        let steps = (way_m.norm() / (0.5 * dt_s)).round();
+        let speed_m_s = way_m / (steps * dt_s);
+        for step in 0..=steps as usize {
+            // It moves on with the mean of its velocities before and after a step.
+            let gains_m_s = match step {
+                0 => speed_m_s,
+                last if last == steps as usize => -speed_m_s,
+                _ => Vector3::zeros(),
+            };
+            world.robot_mut().push(&Push {
+                force_in_world_n: mass_kg * (gains_m_s / dt_s + 9.81 * Vector3::z()),
+                place_in_body_m: robot.center_of_mass_m(),
+            });
+            world.step();
+        }
+    }
+}
+
+/// A bank that bears the chassis alone is no place to begin at.
+#[test]
+fn a_chassis_that_would_begin_on_a_bank_is_refused() {
+    let settings = Settings::default();
+    let floor = bank([-0.14, 0.14]);
+    let refused = World::new(&low(), &floor, Pose::default(), &settings).map(|_| ());
+    let said = refused.unwrap_err().to_string();
+    assert!(said.contains("chassis"), "{said}");
 }
 
 /// 28 x 57 cells of two faces each, under the middle of the robot.

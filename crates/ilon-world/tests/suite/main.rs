@@ -12,6 +12,7 @@ mod laws;
 mod made;
 mod motors;
 mod nap;
+mod on_the_brink;
 mod play;
 mod reach;
 mod reference;

@@ -68,7 +68,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     if arguments.limits.are_idle() {
         return Err(Failure::usage(
-            "--set changes the conditions of --limits, which is not there",
+            "--set changes joints, `robot.joints.NAME`, or the conditions of --limits, which is not there",
             "add --limits",
         ));
     }
@@ -110,12 +110,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             "name the file of a robot, or see all of the folder side by side with `--html FILE`",
         ));
     }
+    let scenario = arguments.limits.scenario(&options.files)?;
+    options.joints = scenario
+        .robot
+        .load_options(&scenario.folder, &options.files)
+        .joints;
     let loaded = Robot::load_with(path, &options).map_err(|fault| {
         let robot = shell(&path.display().to_string());
         let command = format!("ilon inspect {robot}{}", arguments.sandbox.words());
         remedy::diagnosed(fault, path, &options, &Flags { command })
     })?;
-    let inspection = Inspection::of_loaded(&loaded)?;
+    let inspection = Inspection::of_standing(&loaded, &scenario)?;
     let inspection = arguments
         .limits
         .add_to(inspection, &loaded.robot, &options.files)?;
@@ -291,6 +296,48 @@ fn made(robot: &Inspection) -> Table {
     table
 }
 
+/// The joints between bodies that move.
+fn joints(robot: &Inspection) -> Table {
+    let mut table = Table::new();
+    table.heading(
+        "joints: role; where they stand and how far they go, in deg or mm, of which M, loads and limits are; the wheels that they move",
+    );
+    columns(
+        &mut table,
+        &["moves", "role", "stands", "from", "to", "wheels"],
+    );
+    for joint in &robot.joints {
+        let unit = match joint.moves {
+            "turns" => 1_f64.to_degrees(),
+            _ => 1e3,
+        };
+        let number = |value: f64| format!("{:.2}", unit * value);
+        let limit = |value: Option<f64>| value.map_or("-".to_owned(), number);
+        table.words(
+            &joint.name,
+            &[
+                joint.moves.to_owned(),
+                joint.role.to_owned(),
+                number(joint.position),
+                limit(joint.limits[0]),
+                limit(joint.limits[1]),
+                joint.moves_wheels.len().to_string(),
+            ],
+        );
+    }
+    table
+}
+
+/// What each wheel bears at rest.
+fn loads(robot: &Inspection) -> Table {
+    let mut table = Table::new();
+    table.heading("loads at rest on level ground, in N");
+    for wheel in &robot.wheels {
+        table.words(&wheel.name, &[format!("{:.3}", wheel.load_n)]);
+    }
+    table
+}
+
 /// A row of names for the columns below it.
 fn columns(table: &mut Table, names: &[&str]) {
     let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
@@ -352,6 +399,9 @@ fn text(robot: &Inspection) -> String {
     }
     text.push_str(&format!("\n{table}"));
 
+    if !robot.joints.is_empty() {
+        text.push_str(&format!("\n{}\n{}", joints(robot), loads(robot)));
+    }
     if robot.wheels.iter().any(|wheel| wheel.material.is_some()) {
         text.push_str(&format!("\n{}", materials(robot)));
     }

@@ -5,8 +5,9 @@ use ilon_robot::Robot;
 
 use super::options::Settings;
 use super::table::Table;
-use crate::inspect::{Inspection, conditions};
+use crate::inspect::{Inspection, conditions, standing};
 use crate::pages::limits::by_motion;
+use crate::scenario::Setting;
 use crate::simulate::Limits;
 use crate::{Error, Scenario};
 
@@ -58,9 +59,19 @@ impl Asked {
         conditions(&self.conditions.settings.settings, robot, files)
     }
 
-    /// Whether there are settings that nothing asks for.
+    /// The conditions as a scenario in which some robot stands.
+    ///
+    /// # Errors
+    /// As [`Self::add_to`].
+    pub fn scenario(&self, files: &FileAccess) -> Result<Scenario, Error> {
+        standing(&self.conditions.settings.settings, files)
+    }
+
+    /// Whether there are settings that nothing asks for: without limits, those of the robot's joints alone say something of it.
     pub fn are_idle(&self) -> bool {
-        !self.limits && !self.conditions.settings.settings.is_empty()
+        let settings = &self.conditions.settings.settings;
+        let is_of_joint = |setting: &Setting| setting.key().starts_with("robot.joints.");
+        !self.limits && !settings.iter().all(is_of_joint)
     }
 }
 
