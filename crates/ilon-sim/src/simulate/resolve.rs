@@ -10,7 +10,8 @@ use nalgebra::Vector2;
 use super::joint_targets::JointTargets;
 use super::pilot::{Idle, Pilot};
 use super::playback::{self, Log, Played};
-use super::{defaults, height_map, limits, reference, stability, warnings, wheel_loop};
+use super::stability::Stability;
+use super::{defaults, height_map, limits, reference, warnings, wheel_loop};
 use crate::Error;
 use crate::roller_drag;
 use crate::scenario::{Contacts, Drives, RollerBodies, Scenario, Step};
@@ -27,6 +28,7 @@ pub struct Resolved {
     joint_targets: JointTargets,
     reference_point_m: Vector2<f64>,
     announced: Option<Announced>,
+    stability: Option<Stability>,
     warnings: Vec<String>,
 }
 
@@ -152,10 +154,14 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         Driver::Own => None,
     };
     warnings.extend(beyond.as_ref().map(|beyond| beyond.remark(robot)));
+    let mut stability = None;
     match pilot.feasibility(scenario.run.duration_s) {
         Some(feasibility) => {
-            warnings.extend(warnings::of_feasibility(&feasibility));
-            warnings.extend(stability::remark(&scenario));
+            warnings.extend(warnings::of_feasibility(&feasibility, robot));
+            stability = Stability::of(&scenario, &model, physics_dt_s);
+            if let Some(stability) = &stability {
+                warnings.extend(stability.remark(&scenario)?);
+            }
         }
         None => {
             let asked_rad_s = pilot.fastest_rate_asked_rad_s(&scenario).unwrap_or(0.0);
@@ -171,6 +177,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         joint_targets,
         reference_point_m: pilot.reference_point_m(),
         announced: beyond.map(|beyond| beyond.announced),
+        stability,
         warnings,
     })
 }
@@ -214,6 +221,11 @@ impl Resolved {
     /// Where its motion asks for more than grip or motors give, as far as that is known beforehand.
     pub fn announced(&self) -> Option<&Announced> {
         self.announced.as_ref()
+    }
+
+    /// What the guidance's gains can be, where it follows a reference and that is known.
+    pub(super) fn stability(&self) -> Option<&Stability> {
+        self.stability.as_ref()
     }
 
     /// The point of the body frame that follows the reference, in metres.

@@ -112,6 +112,151 @@ fn case(k: u64) -> Case {
     }
 }
 
+/// Three to six wheels, mecanum or on a ring that is none quite, rollers at any angle up to 65 deg; the rest as of [`case`], from a seed.
+fn stranger(seed: u64) -> Case {
+    let mut noise = Noise(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x5bd1_e995);
+    for _ in 0..8 {
+        noise.next();
+    }
+    let radius_m = noise.between(0.03, 0.1);
+    let arm_m = noise.between(3.0, 6.0) * radius_m;
+    let half_width_m = noise.between(0.7, 1.2) * arm_m;
+    let count = 3 + (4.0 * noise.next()) as usize;
+    let wheels = if count % 2 == 0 && noise.next() < 0.6 {
+        let axles = match count {
+            4 => format!("{arm_m}, {}", -arm_m * noise.between(0.8, 1.2)),
+            _ => format!(
+                "{}, {}, {}",
+                1.3 * arm_m,
+                noise.between(-0.2, 0.2) * arm_m,
+                -1.3 * arm_m
+            ),
+        };
+        let gamma_deg = noise.between(30.0, 60.0);
+        format!(
+            "[wheels.mecanum]\naxles_m = [{axles}]\nhalf_width_m = {half_width_m}\ngamma_deg = {gamma_deg}\n"
+        )
+    } else {
+        let first_deg = noise.between(0.0, 360.0);
+        let gamma_deg = noise.between(-45.0, 45.0);
+        let mut list = String::new();
+        for k in 0..count {
+            let at_deg = first_deg + 360.0 * k as f64 / count as f64 + noise.between(-8.0, 8.0);
+            let far_m = arm_m * noise.between(0.9, 1.1);
+            let (sin, cos) = at_deg.to_radians().sin_cos();
+            list += &format!(
+                "[[wheels.list]]\nname = \"w{k}\"\nposition_m = [{}, {}]\naxis_deg = {}\ngamma_deg = {gamma_deg}\n",
+                far_m * cos,
+                far_m * sin,
+                at_deg + noise.between(-8.0, 8.0)
+            );
+        }
+        list
+    };
+    let per_row = 8 + (7.0 * noise.next()) as usize;
+    let mass_kg = noise.between(2.0, 40.0);
+    let (x_m, y_m) = (
+        noise.between(-0.2, 0.2) * arm_m,
+        noise.between(-0.2, 0.2) * half_width_m,
+    );
+    let height_m = noise.between(0.8, 2.5) * radius_m;
+    let hub_kg = mass_kg * noise.between(0.02, 0.05);
+    let spec = format!(
+        "name = \"r\"\n[chassis]\nshape.box = {{ size_m = [{arm_m}, {arm_m}, {radius_m}] }}\nmass_kg = {mass_kg}\ncenter_m = [{x_m}, {y_m}, {height_m}]\n\
+         [wheel]\nradius_m = {radius_m}\nhub_mass_kg = {hub_kg}\nhub_radius_m = {}\nhub_width_m = {}\nmotor_effort_n_m = 1000.0\n\
+         motor_velocity_rad_s = 500.0\n[rollers]\nper_row = {per_row}\nradius_m = {}\nmass_kg = {}\n{wheels}",
+        0.6 * radius_m,
+        0.8 * radius_m,
+        0.2 * radius_m,
+        0.03 * hub_kg,
+    );
+    let spec = Spec::from_toml_str(&spec, "r.toml").expect("a description");
+    let robot =
+        Robot::from_urdf_str(&generate(&spec).expect("in range"), "r.urdf").expect("a robot");
+    let friction = noise.between(0.1, 1.0);
+    let most_deg = (friction / 3.0).atan().to_degrees().min(10.0);
+    let angle_rad = noise.between(0.0, TAU);
+    let turning = match noise.next() < 0.3 {
+        true => noise.between(-1.0, 1.0) / arm_m,
+        false => 0.0,
+    };
+    Case {
+        robot,
+        friction,
+        slope_deg: match noise.next() < 0.5 {
+            true => 0.0,
+            false => noise.between(0.0, most_deg),
+        },
+        heading_deg: noise.between(-180.0, 180.0).round(),
+        direction: Twist::new(angle_rad.cos(), angle_rad.sin(), turning),
+    }
+}
+
+#[test]
+#[ignore = "exploration"]
+fn explore_strangers() {
+    let from: u64 = std::env::var("FROM").map_or(0, |v| v.parse().unwrap());
+    let many: u64 = std::env::var("MANY").map_or(20, |v| v.parse().unwrap());
+    for seed in from..from + many {
+        let case = stranger(seed);
+        let motors = case.motors();
+        let mut limits = case.limits(PushSharing::EqualLoops);
+        let found = limits
+            .along(case.direction, Twist::default(), &motors)
+            .expect("limits");
+        let mut used = vec![0.0; motors.len()];
+        limits
+            .grip_used(
+                case.direction.scaled(found.largest),
+                Twist::default(),
+                &motors,
+                &mut used,
+            )
+            .expect("shares");
+        let below = case.run("pid", 0.95 * found.largest);
+        let motor_j = below.summary.energy.motor_j.expect("they work");
+        let lost = below.summary.slip_energy_j.expect("it stands") / motor_j;
+        let above = case.run("pid", 1.1 * found.largest);
+        let first = first_to_slide(&above, case.direction, 1e-3 * motor_j);
+        let Some((at_s, wheel, gain)) = first else {
+            println!("{seed}: NOTHING slides; lost {:.3}", 100.0 * lost);
+            continue;
+        };
+        // When 1.1 of the smooth rise reaches 1.
+        let (mut low, mut high) = (FROM_S, FROM_S + GROWS_S);
+        for _ in 0..50 {
+            let m = 0.5 * (low + high);
+            if 1.1 * grown(m) < 1.0 {
+                low = m
+            } else {
+                high = m
+            }
+        }
+        println!(
+            "{seed}: n {} mu {:.2} slope {:.1} turn {:.1} limit {:.2} speed {:.2} m/s {:.1} rad/s: lost {:.3} %{}; wheel {wheel}/{} used {:.3} onset {:.3} time {:.3} of {:.3}{}",
+            motors.len(),
+            case.friction,
+            case.slope_deg,
+            case.direction.omega_rad_s,
+            found.largest,
+            0.95 * found.largest * 0.4,
+            0.95 * found.largest * 0.4 / case.robot.wheels[0].radius_m,
+            100.0 * lost,
+            if lost > 0.01 { " LOST" } else { "" },
+            found.wheel,
+            used[wheel],
+            gain / found.largest,
+            at_s - FROM_S,
+            low - FROM_S,
+            if used[wheel] < 0.95 || !(0.95..1.15).contains(&(gain / found.largest)) {
+                " OFF"
+            } else {
+                ""
+            }
+        );
+    }
+}
+
 /// Speeds up along a direction by an acceleration that grows smoothly from one time to another and stays.
 struct SpeedsUp {
     direction: Twist,
@@ -324,6 +469,62 @@ fn a_motion_that_asks_for_more_than_there_is_is_remarked_before_it_is_run() {
     };
     assert_eq!(ramp(0.5), None);
     assert!(ramp(0.125).is_some_and(|line| line.contains("first at 1.0")));
+}
+
+/// An eight whose crossing is faster than the wheels: the remark names the time from which on, the wheel and the rate that the reference itself has.
+/// At twice that limit half of it is taken, which (36) remarks; at four times nothing is said.
+#[test]
+fn a_reference_that_takes_the_wheels_rates_is_remarked_with_its_times() {
+    let eight = |limit_rad_s: f64| {
+        format!(
+            "robot.file = \"mecanum4.urdf\"\nreference.figure_eight = {{ half_width_m = 0.8, period_s = 8, center_x_m = 0.1 }}\n\
+                 run.duration_s = 4\nguidance.wheel_rate_limit_rad_s = {limit_rad_s}\n"
+        )
+    };
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
+    let scenario = Scenario::from_toml(&eight(10.0), "limits", folder).expect("a scenario");
+    let robot = ilon_sim::load_robot(&scenario).expect("a shipped robot");
+    let resolved = ilon_sim::resolve(&scenario, &robot).expect("it can be run");
+    let reference = resolved.reference().expect("it has one");
+    let kinematics = ilon_sim::control::Kinematics::new(&robot).expect("it drives");
+    let mut rates = vec![0.0; 4];
+    let mut most_of = |t_s: f64| {
+        let desired = reference.at(t_s);
+        kinematics.wheel_rates(
+            desired.velocity_in_world.rotated(-desired.pose.heading_rad),
+            &mut rates,
+        );
+        rates
+            .iter()
+            .fold(0.0, |most: f64, rate| most.max(rate.abs()))
+    };
+    let times: Vec<f64> = (0..=4000).map(|k| 1e-3 * f64::from(k)).collect();
+    let most = times.iter().map(|t_s| most_of(*t_s)).fold(0.0, f64::max);
+    let limit = 0.8 * most;
+    let from_s = times
+        .iter()
+        .copied()
+        .find(|t_s| most_of(*t_s) > limit)
+        .expect("it is beyond");
+    let said = |limit: f64| {
+        let said = warnings(&eight(limit));
+        said.into_iter()
+            .find(|line| line.starts_with("the reference"))
+            .unwrap_or_default()
+    };
+    let beyond = said(limit);
+    let expected = format!("the reference cannot be followed from {from_s:.2} s on: at ");
+    assert!(beyond.starts_with(&expected), "{beyond}: {expected}");
+    assert!(
+        beyond.contains(&format!("it takes {most:.3} rad/s of wheel `")),
+        "{beyond}: {most}"
+    );
+    assert!(
+        said(1.2 * most).contains("eq. (36)"),
+        "{}",
+        said(1.2 * most)
+    );
+    assert_eq!(said(4.0 * most), "");
 }
 
 /// What is announced is in the trace, and seen in it: a start with 8 m/s^2 slides on the wheel and from the time that were said.

@@ -15,5 +15,6 @@ mod record;
 mod ridgeback;
 mod similarity;
 mod spin;
+mod stability;
 mod support;
 mod suspensions;
