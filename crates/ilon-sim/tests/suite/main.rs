@@ -14,6 +14,7 @@ mod playback_bag;
 mod record;
 mod ridgeback;
 mod similarity;
+mod spheres;
 mod spin;
 mod stability;
 mod support;
