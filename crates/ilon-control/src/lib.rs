@@ -94,6 +94,7 @@ pub use estimation::tilt::{InertialErrors, TiltFilter};
 pub use guidance::fastest::Fastest;
 pub use guidance::law::{
     Command, Feasibility, Gain, Guidance, GuidanceSettings, GuidanceTask, Priority, Saturation,
+    WheelRateAsked,
 };
 pub use guidance::priority::{Task, TaskShare, share_capacity, sigma};
 pub use guidance::reference::{Desired, Heading, Reference};

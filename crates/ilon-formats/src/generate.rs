@@ -8,7 +8,7 @@
 //! A roller collides as a short stack of spheres along its axis, each with the exact radius of the barrel there, the
 //! outermost at its two ends: tools that know only URDF roll on it, and a reader recovers the barrel from it.
 
-mod elements;
+pub(crate) mod elements;
 mod suspension;
 
 use std::f64::consts::{FRAC_PI_2, TAU};

@@ -43,6 +43,7 @@
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
+mod build;
 mod convert;
 mod error;
 mod generate;
@@ -57,6 +58,7 @@ use ilon_files as files;
 use ilon_robot as model;
 use xacro_expand::xml;
 
+pub use build::{build, described};
 pub use error::{
     Clue, ClueKind, Clues, Fault, Looked, MissingFile, Place, Proposed, Remedy, RobotError,
 };

@@ -9,6 +9,7 @@ use miette::Diagnostic;
 
 use crate::hash::Hash;
 use crate::options::Stop;
+use crate::robots;
 use crate::row::{Row, Status, Task, figures_of};
 use crate::study::Study;
 use ilon_sim::Error;
@@ -94,15 +95,12 @@ enum Came {
 /// What is known of a task's robot without a run.
 fn look_at(study: &Study, task: &Task, key: &mut String) -> Result<Box<Summary>, Error> {
     let scenario = scenario_of(study, task)?;
-    let known = study.robots().of(&scenario)?;
-    let mut robot = known.loaded.robot.clone();
-    scenario.motors.apply(&mut robot);
-    scenario.rollers.apply(&mut robot)?;
+    let (robot, robot_hash) = robots::design(study.robots(), &scenario)?;
     let mut hash = Hash::new();
     hash.feed(env!("CARGO_PKG_VERSION"));
     hash.feed("design");
     hash.feed(&scenario.to_toml()?);
-    hash.feed(&known.urdf_hash);
+    hash.feed(&robot_hash);
     *key = hash.to_string();
     let mut summary = Box::<Summary>::default();
     summary.design = design(&scenario, &robot)?;

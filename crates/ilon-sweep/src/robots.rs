@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ilon_formats::Loaded;
+use ilon_robot::Robot;
 use ilon_sim::Error;
 use ilon_sim::scenario::Scenario;
 use ilon_sim::simulate::load_file;
@@ -21,6 +22,34 @@ pub(crate) struct Robots(Mutex<Vec<(String, Arc<Known>)>>);
 pub(crate) struct Known {
     pub loaded: Loaded,
     pub urdf_hash: String,
+}
+
+/// A robot that is looked at without a run, with the motors and the rollers' surfaces that the scenario gives it, and the hash of what it was
+/// read from. One that is described in a few keys is made of them at once, which takes a twentieth of the time of reading its URDF.
+///
+/// # Errors
+/// Where it cannot be read, or made.
+pub(crate) fn design(robots: &Robots, scenario: &Scenario) -> Result<(Robot, String), Error> {
+    let options = scenario
+        .robot
+        .load_options(&scenario.folder, &scenario.files);
+    let path = scenario.resolve(&scenario.robot.file);
+    let described = ilon_formats::described(&path, &options).unwrap_or_default();
+    let (mut robot, hash) = match described {
+        Some((robot, spec)) => {
+            let mut hash = Hash::new();
+            hash.feed(&format!("{spec:?}"));
+            (robot, hash.to_string())
+        }
+        // What is wrong with it, reading says.
+        None => {
+            let known = robots.of(scenario)?;
+            (known.loaded.robot.clone(), known.urdf_hash.clone())
+        }
+    };
+    scenario.motors.apply(&mut robot);
+    scenario.rollers.apply(&mut robot)?;
+    Ok((robot, hash))
 }
 
 impl Robots {

@@ -176,12 +176,14 @@ pub struct MotorLine {
 /// The guidance law that tracked the reference of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Guidance {
-    /// Gain on the position error, K_r of Indiveri 2009, eq. (26), in 1/s.
+    /// Gain on the position error, K_r of Indiveri 2009, eq. (26), in 1/s; of a matrix its largest eigenvalue, and 0 where no task serves it.
     pub position_gain_per_s: f64,
     /// Gain on the heading error, K_phi of the same equation, in 1/s.
     pub heading_gain_per_s: f64,
-    /// The product of a gain and the control period from which on the error cannot settle.
-    pub unstable_from: f64,
+    /// The product of the position gain and the control period from which on the error grows under the wheel loops.
+    pub position_unstable_from: f64,
+    /// That of the heading gain.
+    pub heading_unstable_from: f64,
 }
 
 /// The ground of a run. All places count in the plane of the floor, which may slope.

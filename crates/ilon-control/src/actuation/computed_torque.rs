@@ -69,11 +69,10 @@ impl ComputedTorque {
             "the target filter's time constant in s",
             settings.target_filter_s,
         )?;
-        let air_share = model.air_inertia_kg_m2() / model.ground_inertia_kg_m2();
         let n = model.kinematics().wheel_count();
         Ok(Self {
+            k_p: model.bandwidth_rad_s(w_b, dt_s),
             model,
-            k_p: w_b.min(air_share / dt_s),
             target_filter_s,
             wheels: vec![WheelState::default(); n],
             y_rad_s2: vec![0.0; n],

@@ -90,9 +90,8 @@ impl PrioritisedTorque {
         let model = &capacity.model;
         let about = model.kinematics().about(settings.reference_point_m)?;
         let n = model.kinematics().wheel_count();
-        let air_share = model.air_inertia_kg_m2() / model.ground_inertia_kg_m2();
         Ok(Self {
-            k_p: w_b.min(air_share / dt_s),
+            k_p: model.bandwidth_rad_s(w_b, dt_s),
             settings: *settings,
             integral: Vector3::zeros(),
             target_rate: FilteredDerivative::default(),

@@ -161,6 +161,13 @@ impl DynamicModel {
         inertias.fold(f64::INFINITY, f64::min)
     }
 
+    /// The bandwidth in rad/s that a law of the whole robot makes of one that is asked for, its torques held over `dt_s` seconds: at most
+    /// J_air / (J_ground dt), so that wheels that slide or hang in the air do not swing.
+    pub fn bandwidth_rad_s(&self, asked_rad_s: f64, dt_s: f64) -> f64 {
+        let air_share = self.air_inertia_kg_m2() / self.ground_inertia_kg_m2();
+        asked_rad_s.min(air_share / dt_s)
+    }
+
     /// The inertia of each wheel about its axis by itself, J_h of the module's derivation, in kg m^2.
     pub fn wheel_inertias_kg_m2(&self) -> &[f64] {
         &self.wheel_inertias_kg_m2

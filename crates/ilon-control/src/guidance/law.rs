@@ -143,6 +143,24 @@ impl Feasibility {
     }
 }
 
+/// The wheel that a reference takes nearest to its limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WheelRateAsked {
+    /// Its index.
+    pub wheel: usize,
+    /// Its rate, in rad/s.
+    pub rate_rad_s: f64,
+    /// Its part of the capacity c_1, in rad/s: what it can be given.
+    pub limit_rad_s: f64,
+}
+
+impl WheelRateAsked {
+    /// The rate over what it can be given; 0 where nothing limits it.
+    pub fn share(&self) -> f64 {
+        self.rate_rad_s.abs() / self.limit_rad_s
+    }
+}
+
 /// The guidance law: trajectory tracking and pose regulation under wheel rate limits.
 #[derive(Clone, Debug)]
 pub struct Guidance {
@@ -365,6 +383,34 @@ impl Guidance {
             heading_rad_s: worst(&|_, _, a| a.abs()) * heading_rate_rad_s.abs(),
             limit_rad_s: self.capacity_rad_s,
         }
+    }
+
+    /// What a reference asks of the wheels of a robot that is where it shall be, || M_l r_d' + M_a phi_d' ||, by the wheel that it takes nearest to
+    /// its limit. (36) and (37) are sufficient for its share to stay below 1, and this is what they are for.
+    pub fn feedforward(&self, desired: &Desired) -> WheelRateAsked {
+        let twist = desired.velocity_in_world.rotated(-desired.pose.heading_rad);
+        let rows = self.kinematics.rate_matrix().row_iter().zip(&self.weights);
+        let each = rows
+            .enumerate()
+            .map(|(wheel, (row, weight))| WheelRateAsked {
+                wheel,
+                rate_rad_s: row[0] * twist.vx_m_s
+                    + row[1] * twist.vy_m_s
+                    + row[2] * twist.omega_rad_s,
+                limit_rad_s: self.capacity_rad_s / weight,
+            });
+        let none = WheelRateAsked {
+            wheel: 0,
+            rate_rad_s: 0.0,
+            limit_rad_s: f64::INFINITY,
+        };
+        each.fold(none, |most, asked| {
+            if asked.share() > most.share() {
+                asked
+            } else {
+                most
+            }
+        })
     }
 
     /// The names of the tasks of a reference, highest priority first.

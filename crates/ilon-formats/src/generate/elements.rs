@@ -5,7 +5,7 @@ use std::fmt::Write;
 use nalgebra::Vector3;
 
 /// Principal moments of a solid cylinder along z about its centre, in kg m^2.
-pub(super) fn cylinder_moments(mass_kg: f64, radius_m: f64, length_m: f64) -> Vector3<f64> {
+pub(crate) fn cylinder_moments(mass_kg: f64, radius_m: f64, length_m: f64) -> Vector3<f64> {
     let across = mass_kg * (3.0 * radius_m * radius_m + length_m * length_m) / 12.0;
     Vector3::new(across, across, 0.5 * mass_kg * radius_m * radius_m)
 }
@@ -64,7 +64,7 @@ pub(super) fn write_visual(
 }
 
 /// Principal moments of a box about its centre, in kg m^2.
-pub(super) fn box_moments(mass_kg: f64, [x, y, z]: [f64; 3]) -> Vector3<f64> {
+pub(crate) fn box_moments(mass_kg: f64, [x, y, z]: [f64; 3]) -> Vector3<f64> {
     Vector3::new(y * y + z * z, x * x + z * z, x * x + y * y) * (mass_kg / 12.0)
 }
 

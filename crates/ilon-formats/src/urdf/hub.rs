@@ -42,7 +42,7 @@ pub(super) fn check_level(
 }
 
 /// The hub frame at wheel angle zero: z along the axis, x as straight down as it can be.
-pub(super) fn hub_frame(origin: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> Isometry3<f64> {
+pub(crate) fn hub_frame(origin: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> Isometry3<f64> {
     let z = axis.into_inner();
     let down = -Vector3::z();
     // The axis is nearly level, so that this is never zero.

@@ -203,25 +203,30 @@ impl Start {
 
 /// That a guidance cannot settle at its control period.
 fn unstable(guidance: &Guidance, period_s: f64) -> Option<String> {
+    let (position, heading) = (guidance.position_gain_per_s, guidance.heading_gain_per_s);
     let products = [
-        ("position", guidance.position_gain_per_s * period_s),
-        ("heading", guidance.heading_gain_per_s * period_s),
+        (
+            "position",
+            position * period_s,
+            guidance.position_unstable_from,
+        ),
+        (
+            "heading",
+            heading * period_s,
+            guidance.heading_unstable_from,
+        ),
     ];
     let beyond = products
         .iter()
-        .filter(|(_, product)| *product >= guidance.unstable_from * (1.0 - 1e-12));
+        .filter(|(_, product, from)| *product >= from * (1.0 - 1e-9));
     let words: Vec<String> = beyond
-        .map(|(name, product)| {
-            format!("the {name} gain times the control period is <b>{product:.3}</b>")
+        .map(|(name, product, from)| {
+            format!(
+                "the {name} gain times the control period is <b>{product:.3}</b>, and from {from:.3} on an error grows instead of settling"
+            )
         })
         .collect();
-    (!words.is_empty()).then(|| {
-        format!(
-            "<b>The guidance is unstable</b>: {}, and from {:.3} on each correction is larger than the error.",
-            words.join(" and "),
-            guidance.unstable_from
-        )
-    })
+    (!words.is_empty()).then(|| format!("<b>The guidance is unstable</b>: {}.", words.join("; ")))
 }
 
 /// What went wrong on purpose and what came of each, but for what has explained the largest error.

@@ -91,15 +91,26 @@ impl Barrel {
 
     /// Radius of the barrel's surface `z_m` along the axis from its middle, in metres: the largest circle that any of the
     /// spheres cuts there.
+    ///
+    /// The square of a sphere's circle, s(t)^2 - (z - t)^2 with s(t) = rho - h(t), h = sqrt(a^2 + k^2 t^2), has the second derivative
+    /// -2 rho h'' - 2 (1 - k^2) < 0: among spheres at even places the largest is found by climbing, from near t (1 + k^2 s / a) = z.
     pub fn surface_radius_m(&self, z_m: f64) -> f64 {
         const PLACES: usize = 400;
-        (0..=PLACES)
-            .map(|i| {
-                let t = self.half_length_m * (2.0 * i as f64 / PLACES as f64 - 1.0);
-                self.sphere_radius_m(t).powi(2) - (z_m - t).powi(2)
-            })
-            .fold(0.0, f64::max)
-            .sqrt()
+        let squared = |i: usize| {
+            let t = self.half_length_m * (2.0 * i as f64 / PLACES as f64 - 1.0);
+            self.sphere_radius_m(t).powi(2) - (z_m - t).powi(2)
+        };
+        let steepness =
+            self.sin_delta * self.sin_delta * self.sphere_radius_m(0.0) / self.ring_radius_m;
+        let near = z_m / (1.0 + steepness) / self.half_length_m;
+        let mut i = (0.5 * (near + 1.0) * PLACES as f64).clamp(0.0, PLACES as f64) as usize;
+        while i < PLACES && squared(i + 1) > squared(i) {
+            i += 1;
+        }
+        while i > 0 && squared(i - 1) > squared(i) {
+            i -= 1;
+        }
+        squared(i).max(0.0).sqrt()
     }
 
     /// Volume of the barrel cut flat at +-L/2, in m^3: the sum of its slices.
@@ -135,6 +146,31 @@ const SLICES: usize = 400;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The surface is that of all spheres, to the bit: of thick and thin rollers at any angle, longer and shorter ones, beyond their ends too.
+    #[test]
+    fn the_largest_sphere_that_is_climbed_to_is_the_largest_of_all() {
+        for (thick, gamma_deg, count, longer) in [
+            (0.24, 45.0, 9, 1.0),
+            (0.1, 0.0, 12, 1.3),
+            (0.45, 70.0, 6, 1.1),
+            (0.3, -60.0, 16, 0.5),
+            (0.2, 5.0, 8, 1.0),
+        ] {
+            let mut barrel =
+                Barrel::handing_over(0.05, 0.05 * thick, f64::to_radians(gamma_deg), count);
+            barrel.half_length_m *= longer;
+            for k in -60..=60 {
+                let z_m = barrel.half_length_m * f64::from(k) / 50.0;
+                let squared = |i: i32| {
+                    let t = barrel.half_length_m * (2.0 * f64::from(i) / 400.0 - 1.0);
+                    barrel.sphere_radius_m(t).powi(2) - (z_m - t).powi(2)
+                };
+                let largest = (0..=400).map(squared).fold(0.0, f64::max).sqrt();
+                assert_eq!(barrel.surface_radius_m(z_m), largest, "{barrel:?} at {z_m}");
+            }
+        }
+    }
 
     #[test]
     fn the_barrel_touches_the_wheels_circle_at_every_angle() {

@@ -8,7 +8,7 @@ use ilon_trace::{Header, MotorLine};
 
 use super::pilot::Pilot;
 use super::resolve::Resolved;
-use super::{bodies, faults, floor, stability};
+use super::{bodies, faults, floor};
 use crate::{Error, scenario};
 
 /// By what a robot is seen, for the header of its trace.
@@ -68,9 +68,9 @@ pub(super) fn header(
         bodies: bodies::header(scenario),
         faults: Some(faults::recorded(&scenario.faults, robot)?),
         announced: resolved.announced().cloned(),
-        guidance: pilot
-            .follows_reference()
-            .then(|| stability::guidance(scenario)),
+        guidance: resolved
+            .stability()
+            .map(|stability| stability.recorded(scenario)),
         motor_line: scenario.motors.dc.map(|dc| MotorLine {
             stall_torque_n_m: dc.stall_torque_n_m,
             no_load_rate_rad_s: dc.no_load_rate_rad_s,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ilon_control::{
     Command, ContactKinematics, Desired, Feasibility, Guidance, Kinematics, Reference, Task,
-    TaskShare,
+    TaskShare, WheelRateAsked,
 };
 use ilon_robot::{Pose, Robot, Twist, wrap_angle};
 use nalgebra::Vector2;
@@ -316,11 +316,6 @@ impl Pilot {
         }
     }
 
-    /// Whether the guidance of the scenario follows a reference.
-    pub fn follows_reference(&self) -> bool {
-        matches!(self.motion, Planned::Reference(_))
-    }
-
     /// From when on means are taken, in seconds.
     pub fn measure_from_s(&self) -> f64 {
         match &self.motion {
@@ -407,13 +402,71 @@ impl Pilot {
     }
 
     /// The feasibility conditions (36)-(37) over the run; `None` in open loop.
-    pub fn feasibility(&self, duration_s: f64) -> Option<Feasibility> {
-        match &self.motion {
-            Planned::Reference(reference) => {
-                let (speed_m_s, rate_rad_s) = reference.peaks(duration_s, SAMPLES);
-                Some(self.guidance.feasibility(speed_m_s, rate_rad_s))
+    pub fn feasibility(&self, duration_s: f64) -> Option<FeasibilityInTime> {
+        let Planned::Reference(reference) = &self.motion else {
+            return None;
+        };
+        let mut feasibility = FeasibilityInTime::default();
+        for sample in 0..=SAMPLES {
+            let t_s = duration_s * sample as f64 / SAMPLES as f64;
+            let desired = reference.at(t_s);
+            let velocity = desired.velocity_in_world;
+            let now = self
+                .guidance
+                .feasibility(velocity.linear_m_s().norm(), velocity.omega_rad_s);
+            feasibility.take(t_s, &now, self.guidance.feedforward(&desired));
+        }
+        Some(feasibility)
+    }
+}
+
+/// The conditions (36) and (37) over a run.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct FeasibilityInTime {
+    /// The left-hand side of (36).
+    pub position: RateAsked,
+    /// That of (37).
+    pub heading: RateAsked,
+    /// q'_max, in rad/s: both must stay below half of it.
+    pub limit_rad_s: f64,
+    /// Where the reference takes all that a wheel can be given, and more: from when on, and its worst, with its time; in seconds.
+    pub saturates: Option<(f64, f64, WheelRateAsked)>,
+}
+
+/// The wheel rates that one condition is about, over a run.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RateAsked {
+    /// The largest, in rad/s.
+    pub most_rad_s: f64,
+    /// When it is reached first, in seconds.
+    pub most_at_s: f64,
+    /// From when on the condition does not hold, in seconds; `None` where it always does.
+    pub beyond_from_s: Option<f64>,
+}
+
+impl FeasibilityInTime {
+    fn take(&mut self, t_s: f64, now: &Feasibility, asked: WheelRateAsked) {
+        self.limit_rad_s = now.limit_rad_s;
+        let half_rad_s = 0.5 * now.limit_rad_s;
+        self.position.take(t_s, now.position_rad_s, half_rad_s);
+        self.heading.take(t_s, now.heading_rad_s, half_rad_s);
+        if asked.share() > 1.0 + 1e-9 {
+            let (_, at_s, worst) = self.saturates.get_or_insert((t_s, t_s, asked));
+            if asked.share() > worst.share() * (1.0 + 1e-9) {
+                (*at_s, *worst) = (t_s, asked);
             }
-            Planned::Twist(_) | Planned::Log(_) | Planned::Own(..) => None,
+        }
+    }
+}
+
+impl RateAsked {
+    fn take(&mut self, t_s: f64, rate_rad_s: f64, half_rad_s: f64) {
+        // What is the same but for rounding was reached first before.
+        if rate_rad_s > self.most_rad_s * (1.0 + 1e-9) {
+            (self.most_rad_s, self.most_at_s) = (rate_rad_s, t_s);
+        }
+        if rate_rad_s >= half_rad_s {
+            self.beyond_from_s.get_or_insert(t_s);
         }
     }
 }

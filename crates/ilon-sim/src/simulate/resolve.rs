@@ -10,7 +10,8 @@ use nalgebra::Vector2;
 use super::joint_targets::JointTargets;
 use super::pilot::{Idle, Pilot};
 use super::playback::{self, Log, Played};
-use super::{defaults, floor, limits, reference, stability, warnings, wheel_loop};
+use super::stability::Stability;
+use super::{defaults, floor, limits, reference, warnings, wheel_loop};
 use crate::Error;
 use crate::roller_drag;
 use crate::scenario::{Contacts, Drives, RollerBodies, Scenario, Step};
@@ -28,6 +29,7 @@ pub struct Resolved {
     uneven: Option<Arc<GroundRelief>>,
     reference_point_m: Vector2<f64>,
     announced: Option<Announced>,
+    stability: Option<Stability>,
     warnings: Vec<String>,
 }
 
@@ -154,10 +156,14 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         Driver::Own => None,
     };
     warnings.extend(beyond.as_ref().map(|beyond| beyond.remark(robot)));
+    let mut stability = None;
     match pilot.feasibility(scenario.run.duration_s) {
         Some(feasibility) => {
-            warnings.extend(warnings::of_feasibility(&feasibility));
-            warnings.extend(stability::remark(&scenario));
+            warnings.extend(warnings::of_feasibility(&feasibility, robot));
+            stability = Stability::of(&scenario, &model, physics_dt_s);
+            if let Some(stability) = &stability {
+                warnings.extend(stability.remark(&scenario)?);
+            }
         }
         None => {
             let asked_rad_s = pilot.fastest_rate_asked_rad_s(&scenario).unwrap_or(0.0);
@@ -174,6 +180,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         uneven: uneven.map(Arc::new),
         reference_point_m: pilot.reference_point_m(),
         announced: beyond.map(|beyond| beyond.announced),
+        stability,
         warnings,
     })
 }
@@ -222,6 +229,11 @@ impl Resolved {
     /// Where its motion asks for more than grip or motors give, as far as that is known beforehand.
     pub fn announced(&self) -> Option<&Announced> {
         self.announced.as_ref()
+    }
+
+    /// What the guidance's gains can be, where it follows a reference and that is known.
+    pub(super) fn stability(&self) -> Option<&Stability> {
+        self.stability.as_ref()
     }
 
     /// The point of the body frame that follows the reference, in metres.

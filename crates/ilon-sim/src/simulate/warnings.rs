@@ -1,9 +1,9 @@
 //! What a person should know of a run although it could be run: before it, of what was asked for, and after it, of what came.
 
-use ilon_control::Feasibility;
 use ilon_robot::{BodyJoint, JointKind, Robot};
 use ilon_trace::Summary;
 
+use super::pilot::FeasibilityInTime;
 use crate::scenario::Scenario;
 
 /// No two materials that wheels and floors are made of grip better.
@@ -89,30 +89,37 @@ pub(super) fn of_twist(asked_rad_s: f64, limit_rad_s: f64) -> Option<String> {
     })
 }
 
-/// Of a reference that may ask for too much, with its figures.
-pub(super) fn of_feasibility(feasibility: &Feasibility) -> Option<String> {
-    if feasibility.holds() {
-        return None;
-    }
-    let half_rad_s = 0.5 * feasibility.limit_rad_s;
-    let mut parts = Vec::new();
-    if feasibility.position_rad_s >= half_rad_s {
-        parts.push(format!(
-            "its velocity alone takes wheel rates of {:.3} rad/s (Indiveri 2009, eq. (36))",
-            feasibility.position_rad_s
+/// Of a reference that takes more than the wheels' rates allow, or may: from when on, how much at most, and when.
+pub(super) fn of_feasibility(feasibility: &FeasibilityInTime, robot: &Robot) -> Option<String> {
+    const REMEDY: &str = "slow it down or raise `guidance.wheel_rate_limit_rad_s`";
+    if let Some((from_s, at_s, asked)) = feasibility.saturates {
+        return Some(format!(
+            "the reference cannot be followed from {from_s:.2} s on: at {at_s:.2} s it takes {:.3} rad/s of wheel `{}`, which can be given \
+             {:.3} rad/s, and nothing is left for errors (Indiveri 2009, eqs. (36), (37)); {REMEDY}",
+            asked.rate_rad_s.abs(),
+            robot.wheels[asked.wheel].name,
+            asked.limit_rad_s
         ));
     }
-    if feasibility.heading_rad_s >= half_rad_s {
-        parts.push(format!(
-            "its heading rate alone takes wheel rates of {:.3} rad/s (Indiveri 2009, eq. (37))",
-            feasibility.heading_rad_s
-        ));
-    }
-    Some(format!(
-        "the reference may be too fast to track: {}, but half of the limit is {half_rad_s:.3} rad/s; slow it down or \
-         raise `guidance.wheel_rate_limit_rad_s`",
-        parts.join(", and ")
-    ))
+    let conditions = [
+        (&feasibility.position, "velocity", "(36)"),
+        (&feasibility.heading, "heading rate", "(37)"),
+    ];
+    let parts = conditions.into_iter().filter_map(|(asked, what, equation)| {
+        let from_s = asked.beyond_from_s?;
+        Some(format!(
+            "from {from_s:.2} s on its {what} alone takes wheel rates of up to {:.3} rad/s, at {:.2} s (Indiveri 2009, eq. {equation})",
+            asked.most_rad_s, asked.most_at_s
+        ))
+    });
+    let parts: Vec<String> = parts.collect();
+    (!parts.is_empty()).then(|| {
+        format!(
+            "the reference may be too fast to track: {}, but half of the limit is {:.3} rad/s; {REMEDY}",
+            parts.join(", and "),
+            0.5 * feasibility.limit_rad_s
+        )
+    })
 }
 
 /// Of what came of the run.

@@ -15,6 +15,8 @@ mod playback_bag;
 mod record;
 mod ridgeback;
 mod similarity;
+mod spheres;
 mod spin;
+mod stability;
 mod support;
 mod suspensions;

@@ -1,7 +1,10 @@
 //! `ilon inspect --limits`: how hard the robot may be driven.
 
+use std::path::PathBuf;
+
 use ilon_files::FileAccess;
 use ilon_robot::Robot;
+use serde_json::Value;
 
 use super::options::Settings;
 use super::table::Table;
@@ -28,6 +31,50 @@ pub(super) struct Asked {
 struct Conditions {
     #[command(flatten)]
     settings: Settings,
+    /// What `ilon identify` found of this robot, its `identified.json`: keys of floor, rollers and motors that were fitted are conditions, and
+    /// `--road-runner` takes from it how far the robot goes sideways. `--set` has the last word.
+    #[arg(long, value_name = "FILE", requires = "limits")]
+    identified: Option<PathBuf>,
+}
+
+/// The longest file of what was identified that is read, in bytes.
+const MAX_BYTES: u64 = 64 << 20;
+
+impl Conditions {
+    /// What was identified; nothing where no file is named.
+    fn identified(&self, files: &FileAccess) -> Result<Value, Error> {
+        let Some(path) = &self.identified else {
+            return Ok(Value::Null);
+        };
+        let text = files.read_text(path, MAX_BYTES);
+        let text = text.map_err(|fault| Error::read(path, &fault))?;
+        let found: Option<Value> = serde_json::from_str(&text).ok();
+        found
+            .filter(|found| found["parameters"].is_object())
+            .ok_or_else(|| {
+                Error::invalid(
+                    format!("`{}` is no `identified.json`", path.display()),
+                    "name the file that `ilon identify` wrote into its folder of results",
+                )
+            })
+    }
+
+    /// Keys of a scenario that were fitted, and those that were set over them.
+    fn settings(&self, files: &FileAccess) -> Result<Vec<Setting>, Error> {
+        /// Tables of a scenario that say under what a robot drives.
+        const TABLES: [&str; 3] = ["world.", "rollers.", "motors."];
+        let found = self.identified(files)?;
+        let fitted = found["parameters"].as_object().into_iter().flatten();
+        let of_scenario =
+            fitted.filter(|(key, _)| TABLES.iter().any(|table| key.starts_with(table)));
+        let settings = of_scenario.filter_map(|(key, found)| {
+            let value = found["value"].as_f64()?;
+            Some(Setting::new(key, &toml::Value::from(value)))
+        });
+        Ok(settings
+            .chain(self.settings.settings.iter().cloned())
+            .collect())
+    }
 }
 
 impl Asked {
@@ -44,7 +91,7 @@ impl Asked {
         if !self.limits {
             return Ok(inspection);
         }
-        inspection.with_limits_under(&self.conditions.settings.settings, robot, files)
+        inspection.with_limits_under(&self.conditions.settings(files)?, robot, files)
     }
 
     /// The conditions as a scenario, and the robot under them.
@@ -56,7 +103,16 @@ impl Asked {
         robot: &Robot,
         files: &FileAccess,
     ) -> Result<(Scenario, Robot), Error> {
-        conditions(&self.conditions.settings.settings, robot, files)
+        conditions(&self.conditions.settings(files)?, robot, files)
+    }
+
+    /// How far the robot goes sideways over how far it goes ahead, where that was identified.
+    ///
+    /// # Errors
+    /// A file that says nothing of it.
+    pub fn sideways_over_ahead(&self, files: &FileAccess) -> Result<Option<f64>, Error> {
+        let found = self.conditions.identified(files)?;
+        Ok(found["gains"]["sideways_over_ahead"]["value"].as_f64())
     }
 
     /// The conditions as a scenario in which some robot stands.

@@ -81,8 +81,9 @@ impl Exports {
                 )
             })?;
             let drive = DriveParameters::of(&robot)?.map_err(|_| not_mecanum())?;
-            let gravity_m_s2 = scenario.world.gravity_m_s2;
-            let text = planners::road_runner(&robot, &drive, dc, limits, gravity_m_s2)?;
+            let under = (dc, &scenario.world);
+            let measured = conditions.sideways_over_ahead(files)?;
+            let text = planners::road_runner(&robot, &drive, under, limits, measured)?;
             write_text(path, &text.ok_or_else(not_mecanum)?)?;
         }
         Ok(())

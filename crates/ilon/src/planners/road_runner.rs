@@ -1,11 +1,11 @@
 //! Feedforward and limits for Road Runner's mecanum drive.
 
 use ilon_control::{ControlError, DynamicModel};
-use ilon_robot::{Robot, Twist};
+use ilon_robot::{Robot, Twist, Wheel};
 use nalgebra::RowVector3;
 
 use crate::ros2_control::{Controller, DriveParameters};
-use crate::scenario::DcMotor;
+use crate::scenario::{DcMotor, World};
 use crate::simulate::Limits;
 
 const INCH_M: f64 = 0.0254;
@@ -26,8 +26,8 @@ pub struct Feedforward {
 }
 
 impl Feedforward {
-    /// Of a motion straight in a direction, the mean of the wheels. The model is that of [`DynamicModel`], with the friction of rollers on their
-    /// axles under equal loads.
+    /// Of a motion straight in a direction, the mean of the wheels, in a world of which gravity and the floor's rolling resistance count. The model
+    /// is that of [`DynamicModel`], with the friction of rollers on their axles and the drag of rolling, under equal loads.
     ///
     /// # Errors
     /// Those of [`DynamicModel::new`].
@@ -35,7 +35,7 @@ impl Feedforward {
         robot: &Robot,
         dc: &DcMotor,
         direction: Twist,
-        gravity_m_s2: f64,
+        world: &World,
     ) -> Result<Self, ControlError> {
         let model = DynamicModel::new(robot)?;
         let n = robot.wheels.len();
@@ -54,13 +54,18 @@ impl Feedforward {
         };
         let (once_n_m, twice_n_m) = (driving_n_m(1.0, 0.0), driving_n_m(2.0, 0.0));
         let rate_sum = rates.iter().map(|rate| rate.abs()).sum::<f64>();
-        let load_n = robot.mass_kg() * gravity_m_s2 / n as f64;
+        let load_n = robot.mass_kg() * world.gravity_m_s2 / n as f64;
         let on_axles_w: f64 = robot
             .wheels
             .iter()
             .map(|wheel| axle_w(wheel, direction, load_n))
             .sum();
-        let dry_n_m = 2.0 * once_n_m - twice_n_m + on_axles_w / rate_sum;
+        // Drag is resistance times load, whatever the direction.
+        let floor_resistance = world.floor.rolling_resistance.unwrap_or(0.0);
+        let resistance = |wheel: &Wheel| floor_resistance + wheel.surface.rolling_resistance;
+        let drag_n = load_n * robot.wheels.iter().map(resistance).sum::<f64>();
+        let rolling_w = drag_n * direction.linear_m_s().norm();
+        let dry_n_m = 2.0 * once_n_m - twice_n_m + (on_axles_w + rolling_w) / rate_sum;
         // As shares of the voltage.
         let efficiency = robot
             .wheels
@@ -83,7 +88,7 @@ impl Feedforward {
 }
 
 /// The power of the friction on the axle of a wheel's touching roller, in W, where the robot moves with a twist.
-fn axle_w(wheel: &ilon_robot::Wheel, twist: Twist, load_n: f64) -> f64 {
+fn axle_w(wheel: &Wheel, twist: Twist, load_n: f64) -> f64 {
     let Some(roller) = wheel.rollers.first() else {
         return 0.0;
     };
@@ -98,22 +103,23 @@ fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }
 
-/// The fields of `MecanumDrive.Params` of Road Runner's quickstart, as Java; `drive` is of a robot with mecanum wheels.
+/// The fields of `MecanumDrive.Params` of Road Runner's quickstart, as Java; `drive` is of a robot with mecanum wheels. How far it goes sideways
+/// over how far it goes ahead is `measured`, or else as its rollers make it.
 ///
 /// # Errors
 /// Those of [`Feedforward::of`].
 pub fn road_runner(
     robot: &Robot,
     drive: &DriveParameters,
-    dc: &DcMotor,
+    (dc, world): (&DcMotor, &World),
     limits: &Limits,
-    gravity_m_s2: f64,
+    measured: Option<f64>,
 ) -> Result<Option<String>, ControlError> {
     let Controller::Mecanum { center_sum_m, .. } = &drive.controller else {
         return Ok(None);
     };
     let [ahead, left] = [Twist::new(1.0, 0.0, 0.0), Twist::new(0.0, 1.0, 0.0)]
-        .map(|way| Feedforward::of(robot, dc, way, gravity_m_s2));
+        .map(|way| Feedforward::of(robot, dc, way, world));
     let (ahead, left) = (ahead?, left?);
     let least = drive
         .rate_limits_rad_s
@@ -125,6 +131,7 @@ pub fn road_runner(
     let name: String = robot.name.chars().filter(|c| !c.is_control()).collect();
     Ok(Some(format!(
         "// Road Runner's MecanumDrive.Params for the robot \"{name}\", made by ilon {version}. Set inPerTick to what yours measures.\n\
+         // Sideways over ahead {from}.\n\
          public double lateralInPerTick = {lateral:.5} * inPerTick;\n\
          public double trackWidthTicks = {track:.4} / inPerTick;\n\n\
          // Volts of a motor on {BATTERY_V} V per speed of a wheel's rim, ahead. To the left the same robot has kS = {ks_left:.4},\n\
@@ -134,7 +141,11 @@ pub fn road_runner(
          public double maxWheelVel = {wheel:.2};\npublic double minProfileAccel = {down:.2};\npublic double maxProfileAccel = {up:.2};\n\
          public double maxAngVel = {yaw_rate:.4};\npublic double maxAngAccel = {yaw:.4};\n",
         version = env!("CARGO_PKG_VERSION"),
-        lateral = drive.real_over_asked[1],
+        from = match measured {
+            Some(_) => "as it was measured",
+            None => "as its rollers make it",
+        },
+        lateral = measured.unwrap_or(drive.real_over_asked[1]),
         track = center_sum_m / INCH_M,
         ks_left = left.ks_v,
         kv_left = left.kv_v_s_m * INCH_M,

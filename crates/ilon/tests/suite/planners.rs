@@ -75,7 +75,8 @@ fn feedforward_is_as_by_hand() {
     let (scenario, mut robot, _) =
         under(&["motors.dc={ stall_torque_n_m = 2.0, no_load_rate_rad_s = 30.0 }"]);
     let dc = scenario.motors.dc.as_ref().expect("motors");
-    let ahead = Feedforward::of(&robot, dc, Twist::new(1.0, 0.0, 0.0), 9.81).expect("a model");
+    let ahead =
+        Feedforward::of(&robot, dc, Twist::new(1.0, 0.0, 0.0), &scenario.world).expect("a model");
     let radius_m = robot.wheels[0].radius_m;
     let damping = robot.wheels[0].joint.damping_n_m_s;
     let by_hand = 12.0 * (1.0 / (radius_m * 30.0) + damping / radius_m / 2.0);
@@ -95,7 +96,7 @@ fn feedforward_is_as_by_hand() {
         wheel.surface.axle_radius_m = 2e-3;
     }
     let of = |robot: &Robot, twist| {
-        Feedforward::of(robot, dc, twist, 9.81)
+        Feedforward::of(robot, dc, twist, &scenario.world)
             .expect("a model")
             .ks_v
     };
@@ -105,6 +106,16 @@ fn feedforward_is_as_by_hand() {
     let left = of(&robot, Twist::new(0.0, 1.0, 0.0));
     assert!((left / by_hand - 1.0).abs() < 1e-6, "{left} {by_hand}");
     assert!(of(&robot, Twist::new(1.0, 0.0, 0.0)).abs() < 1e-9);
+    // A floor that drags by 0.02 of the load takes 0.02 m g of any straight way, rho / 4 of it at each wheel.
+    let (carpet, robot, _) = under(&["world.floor.rolling_resistance=0.02"]);
+    let by_hand = 12.0 * 0.02 * robot.mass_kg() * 9.81 * radius_m / 4.0 / 2.0;
+    for way in [Twist::new(1.0, 0.0, 0.0), Twist::new(0.0, 1.0, 0.0)] {
+        let found = Feedforward::of(&robot, dc, way, &carpet.world).expect("a model");
+        assert!(
+            (found.ks_v / by_hand - 1.0).abs() < 1e-9,
+            "{found:?} {by_hand}"
+        );
+    }
 }
 
 /// What PathPlannerLib makes of the file: at the top speed no torque is lost, at rest the motor gives what friction takes.
@@ -190,6 +201,27 @@ fn files_are_written_and_robots_that_are_no_swerve_drive_are_refused() {
         text.contains("public double kS = 0.0000;") && text.contains("* inPerTick;"),
         "{text}"
     );
+    // What was identified: a floor that drags, and how far it goes sideways; what is set has the last word.
+    let found = r#"{ "parameters": { "radius_m": { "value": 0.05 }, "world.floor.rolling_resistance": { "value": 0.02 } },
+                     "gains": { "sideways_over_ahead": { "value": 0.957 } } }"#;
+    folder.write("identified.json", found);
+    let mut identified = with_motors.clone();
+    identified.extend(["--identified", "identified.json"]);
+    ended_with(0, &folder.ilon(&identified));
+    let text = folder.read("Params.java");
+    assert!(text.contains("lateralInPerTick = 0.95700 *"), "{text}");
+    // 12 V of 2 N m for 0.02 of 11.36 kg on four wheels of 0.05 m.
+    assert!(text.contains("public double kS = 0.1672;"), "{text}");
+    identified.extend(["--set", "world.floor.rolling_resistance=0"]);
+    ended_with(0, &folder.ilon(&identified));
+    assert!(
+        folder
+            .read("Params.java")
+            .contains("public double kS = 0.0000;")
+    );
+    let mut none = with_motors.clone();
+    none.extend(["--identified", "Params.java"]);
+    assert!(ended_with(2, &folder.ilon(&none)).contains("is no `identified.json`"));
     // Three wheels.
     let three = ["inspect", "robot.urdf", "--limits", "--choreo", "b.chor"];
     assert!(ended_with(2, &folder.ilon(&three)).contains("four wheels"));

@@ -505,18 +505,18 @@ fn motors_that_cannot_are_told_against_what_was_asked() {
     assert_eq!(told.run.summary.twist_ratio_asked.vx, Some(mean / 0.5));
 }
 
-/// Gain times period 2.5: the warning before the run, and the first sentence after it.
+/// Gain times period 1.8 under loops that follow slowly: the warning before the run, and the first sentence after it.
 #[test]
 fn an_unstable_guidance_is_told_first_and_warned_of() {
     let text = |gain: f64| {
         format!(
             "y_m = 0.2\nheading_deg = 20\n[reference.hold_pose]\nx_m = 0.3\ny_m = 0\nheading_deg = 0\n\
-             [guidance]\nposition_gain_per_s = {gain}\n[run]\nduration_s = 3\ncontrol_dt_s = 0.25\n"
+             [guidance]\nposition_gain_per_s = {gain}\n[run]\nduration_s = 3\ncontrol_dt_s = 0.01\n"
         )
     };
-    let told = Told::shipped(&text(10.0));
+    let told = Told::shipped(&text(180.0));
     let first = told.lines.first().expect("an answer");
-    let expected = "The guidance is unstable: the position gain times the control period is 2.500, and from 2.000 on";
+    let expected = "The guidance is unstable: the position gain times the control period is 1.800, and from 1.";
     assert!(first.starts_with(expected), "{first}");
     let warned = |told: &Told, word: &str| told.run.warnings.iter().any(|w| w.contains(word));
     assert!(

@@ -48,6 +48,22 @@ fn any_saturation() -> impl Strategy<Value = Saturation> {
 proptest! {
     #![proptest_config(cases(2000))]
 
+    /// What follows (36) and (37): the rates of a robot that is where it shall be. They are those that the plain law commands there, and within the
+    /// limit where both conditions hold.
+    #[test]
+    fn eq_36_37_keep_the_feedforward_within_the_limit(
+        (_, kinematics) in any_robot(), limit in 0.1..200.0_f64, desired in any_desired(),
+    ) {
+        let mut guidance = guidance(kinematics, Saturation::None, limit);
+        let asked = guidance.feedforward(&desired);
+        let velocity = desired.velocity_in_world;
+        let feasibility = guidance.feasibility(velocity.linear_m_s().norm(), velocity.omega_rad_s);
+        prop_assert!(!feasibility.holds() || asked.share() < 1.0);
+        let rates = &guidance.update(&desired.pose, &desired).wheel_rates_rad_s;
+        prop_assert!((rates[asked.wheel] - asked.rate_rad_s).abs() <= 1e-9 * (1.0 + asked.rate_rad_s.abs()));
+        prop_assert!((infinity_norm(rates) - asked.share() * limit).abs() <= 1e-9 * (1.0 + infinity_norm(rates)));
+    }
+
     #[test]
     fn eq_29_and_35_the_command_never_exceeds_the_limit(
         (_, kinematics) in any_robot(), saturation in any_saturation(), limit in 0.1..50.0_f64,
