@@ -110,15 +110,15 @@ pub struct JointInspection {
 }
 
 impl JointInspection {
-    /// Of a joint of a robot that counts from where its joints stand.
-    fn of(index: usize, position: f64, posed: &Robot) -> Self {
-        let joint = &posed.joints[index];
+    /// Of a joint of a robot whose joints count from zero, at a position.
+    fn of(index: usize, position: f64, robot: &Robot) -> Self {
+        let joint = &robot.joints[index];
         let is_moved = |wheel: &&Wheel| {
-            let parent = |of: &usize| posed.joints[*of].parent;
+            let parent = |of: &usize| robot.joints[*of].parent;
             std::iter::successors(wheel.carrier, parent).any(|of| of == index)
         };
-        let moved = posed.wheels.iter().filter(is_moved);
-        let limit = |limit: f64| limit.is_finite().then_some(limit + position);
+        let moved = robot.wheels.iter().filter(is_moved);
+        let limit = |limit: f64| limit.is_finite().then_some(limit);
         Self {
             name: joint.name.clone(),
             moves: match joint.kind {
@@ -294,6 +294,9 @@ impl Inspection {
 
     /// With its joints at positions, in rad or m.
     fn at(robot: &Robot, positions: &[f64]) -> Result<Self, ControlError> {
+        let joints = positions.iter().enumerate();
+        let joints = joints.map(|(index, position)| JointInspection::of(index, *position, robot));
+        let joints = joints.collect();
         let robot = &robot.posed(positions);
         let arrangement = Arrangement::of(robot)?;
         let mut loads_n = vec![0.0; robot.wheels.len()];
@@ -315,9 +318,7 @@ impl Inspection {
                 .zip(loads_n)
                 .map(|(wheel, load_n)| WheelInspection::of(wheel, (load_kg, load_n)))
                 .collect(),
-            joints: (positions.iter().enumerate())
-                .map(|(index, position)| JointInspection::of(index, *position, robot))
-                .collect(),
+            joints,
             m: arrangement
                 .m
                 .row_iter()

@@ -141,8 +141,8 @@ pub struct Summary {
     pub odometry_drift_m_per_m: Option<f64>,
     /// Heading error of dead reckoning by eq. (7) at the end, per metre travelled, in rad/m, signed.
     pub odometry_drift_rad_per_m: Option<f64>,
-    /// How far dead reckoning by eq. (7) is at the end from what it is with the wheels where their joints have them, in metres: what hub motion costs; `None`
-    /// of a robot without joints between bodies.
+    /// How far dead reckoning by eq. (7) is at the end from what it is with the wheels where all joints have them, in metres: what hub motion costs that the
+    /// robot does not measure; `None` of a robot without joints between bodies.
     #[serde(default)]
     pub odometry_joints_m: Option<f64>,
     /// The largest peak-to-peak change of any hub's height within the window of the means, in metres.

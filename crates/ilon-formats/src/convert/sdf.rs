@@ -366,6 +366,7 @@ impl<'a, 'i> Model<'a, 'i, '_> {
                 velocity: positive("velocity"),
                 damping: loss("damping"),
                 friction: loss("friction"),
+                mimic: None,
             },
         );
         Ok(())

@@ -33,6 +33,8 @@ pub(super) struct JointOf<'a> {
     pub(super) velocity: Option<f64>,
     pub(super) damping: f64,
     pub(super) friction: f64,
+    /// The joint that it follows, its movement per movement of that, and where it stands while that stands at zero.
+    pub(super) mimic: Option<(&'a str, f64, f64)>,
 }
 
 /// A shape of a URDF.
@@ -180,11 +182,20 @@ impl Writer {
                 let _ = write!(self.out, " {name}=\"{value}\"");
             }
         }
-        let _ = writeln!(
+        let _ = write!(
             self.out,
-            "/><dynamics damping=\"{}\" friction=\"{}\"/></joint>",
+            "/><dynamics damping=\"{}\" friction=\"{}\"/>",
             joint.damping, joint.friction
         );
+        if let Some((name, multiplier, offset)) = joint.mimic {
+            self.out.push_str("<mimic");
+            self.attribute("joint", name);
+            let _ = write!(
+                self.out,
+                " multiplier=\"{multiplier}\" offset=\"{offset}\"/>"
+            );
+        }
+        self.out.push_str("</joint>\n");
     }
 
     /// What another program reads, as it would stand in a URDF.

@@ -125,17 +125,29 @@ pub(super) fn decide(
         if is_wheel || in_wheel || tree.joints[joint].motion == Motion::Fixed {
             continue;
         }
-        let carried: Vec<usize> = hubs
-            .iter()
-            .filter(|(_, above)| above.contains(&joint))
-            .map(|(hub, _)| *hub)
-            .collect();
+        let carried_by = |joint: usize| -> Vec<usize> {
+            let below = hubs.iter().filter(|(_, above)| above.contains(&joint));
+            below.map(|(hub, _)| *hub).collect()
+        };
+        let carried = carried_by(joint);
+        // Of a differential bar both rockers are free, one after the other.
+        let follows_rocker = || {
+            master(tree, joint).is_some_and(|master| {
+                let asked = loading.options.joints.get(&tree.joints[master].name);
+                let alone = !tree.joints[master].mimics && asked.is_none();
+                let carried = carried_by(master);
+                alone && default_role(tree, (master, false), &carried, &driven).is_some()
+            })
+        };
         let options = loading.options.joints.get(&tree.joints[joint].name);
         let role = match options {
             Some(options) => asked(loading, joint, options)?,
             None => match springs.get(&tree.joints[joint].name) {
                 Some(spring) => sprung(loading, joint, spring),
-                None => default_role(tree, joint, &carried, &driven),
+                None => {
+                    let bound = tree.joints[joint].mimics && !follows_rocker();
+                    default_role(tree, (joint, bound), &carried, &driven)
+                }
             },
         };
         let Some(role) = role else {
@@ -238,14 +250,22 @@ pub(super) fn assemble(
     Ok((joints, couplings(tree, linkage)))
 }
 
+/// The joint that a joint of the tree mimics, if there is such another.
+fn master(tree: &Tree, joint: usize) -> Option<usize> {
+    let mimic = tree.joints[joint].mimic.as_ref()?;
+    let master = tree.joints.iter().position(|of| of.name == mimic.joint)?;
+    (master != joint).then_some(master)
+}
+
 /// Mimic joints of which both move.
 fn couplings(tree: &Tree, linkage: &Linkage) -> Vec<Coupling> {
     let coupling = |(place, (joint, _)): (usize, &(usize, Role))| {
         let mimic = tree.joints[*joint].mimic.as_ref()?;
-        let master = tree.joints.iter().position(|of| of.name == mimic.joint)?;
         Some(Coupling {
             joint: place,
-            follows: linkage.place_of(master).filter(|other| *other != place)?,
+            follows: linkage
+                .place_of(master(tree, *joint)?)
+                .filter(|other| *other != place)?,
             factor: mimic.multiplier,
             offset: mimic.offset,
         })
@@ -283,12 +303,12 @@ fn from_the_top(tree: &Tree) -> Vec<usize> {
 /// What a joint does of which nobody says anything; `None` where it is held.
 fn default_role(
     tree: &Tree,
-    joint: usize,
+    (joint, bound): (usize, bool),
     carried: &[usize],
     driven: &HashSet<usize>,
 ) -> Option<Role> {
     let of = &tree.joints[joint];
-    let is_driven = of.effort > 0.0 || driven.contains(&joint) || of.mimics;
+    let is_driven = of.effort > 0.0 || driven.contains(&joint) || bound;
     if of.motion != Motion::Swinging || is_driven || of.travel[0] >= of.travel[1] {
         return None;
     }
@@ -299,10 +319,14 @@ fn default_role(
         friction: of.losses.friction_n_m,
         gains: [None; 2],
         why: format!(
-            "free: nothing drives it (effort 0), and it carries wheels on both sides of its axis ({}), between {:.4} and {:.4} rad",
+            "free: nothing drives it (effort 0), and it carries wheels on both sides of its axis ({}), between {:.4} and {:.4} rad{}",
             named(tree, carried),
             of.travel[0],
-            of.travel[1]
+            of.travel[1],
+            of.mimic.as_ref().map_or_else(String::new, |mimic| format!(
+                "; it follows `{}` by {}, as on a differential bar",
+                mimic.joint, mimic.multiplier
+            ))
         ),
     })
 }

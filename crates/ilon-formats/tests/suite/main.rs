@@ -9,6 +9,7 @@ mod common;
 mod described;
 mod faults;
 mod formats;
+mod joints_of_people;
 mod linkage;
 mod looks;
 mod made;

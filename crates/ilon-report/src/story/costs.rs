@@ -171,7 +171,7 @@ pub(super) fn joints(summary: &Summary) -> Option<String> {
     let costs = summary.odometry_joints_m.filter(|m| *m > LEAST_COST_M);
     let costs = costs.map_or_else(String::new, |m| {
         format!(
-            " Wheels that moved on joints put dead reckoning off by <b>{}</b>, which takes them where they started.",
+            " Wheels that moved on joints which nothing measures put dead reckoning off by <b>{}</b>, which takes these joints as at zero.",
             length(m)
         )
     });

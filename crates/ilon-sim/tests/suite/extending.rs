@@ -141,3 +141,25 @@ fn a_reference_is_followed_by_where_the_wheels_are() {
     let [moved_m, built_m] = errors;
     assert!(moved_m < 1.2 * built_m + 1e-3, "{moved_m} {built_m}");
 }
+
+/// An inspection shows the robot with its joints where its servos start: the wheels further out, and each a fourth of the weight.
+#[test]
+fn an_inspection_is_of_where_the_servos_start() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scenario = scenario(folder.path(), &built_so(), "[twist]\nvx_m_s = 0\n");
+    let loaded = ilon_sim::simulate::load(&scenario).expect("a robot");
+    let seen = ilon_sim::inspect::Inspection::of_standing(&loaded, &scenario).expect("inspected");
+    for wheel in &seen.wheels {
+        assert!((wheel.position_m[1].abs() - ACROSS_M - OUT_M).abs() < 1e-12);
+        assert!((wheel.load_n - 0.25 * seen.mass_kg * 9.81).abs() < 1e-6);
+    }
+    assert_eq!(seen.joints.len(), 4);
+    for joint in &seen.joints {
+        assert_eq!(
+            (joint.role, joint.moves, joint.position),
+            ("driven", "slides", OUT_M)
+        );
+        assert_eq!(joint.limits, [Some(0.0), Some(0.1)]);
+        assert_eq!(joint.moves_wheels.len(), 1);
+    }
+}

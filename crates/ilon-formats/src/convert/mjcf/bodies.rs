@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use mjcf_rs::compiler::InertiaFromGeom;
+use mjcf_rs::equality::Equality;
 use mjcf_rs::{body as mj, extras};
 use nalgebra::{Isometry3, Translation3, Vector3};
 
@@ -152,6 +153,8 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
         }
         self.spring(joint, &between.name);
         let (effort, velocity) = self.limits(joint.name.as_deref());
+        let mimic = joint.name.as_deref().filter(|_| kind != "continuous");
+        let mimic = mimic.and_then(|name| self.follows(name));
         let written = JointOf {
             name: &between.name,
             kind,
@@ -167,6 +170,7 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
             velocity,
             damping: joint.damping.max(0.0),
             friction: joint.frictionloss.max(0.0),
+            mimic,
         };
         self.writer.joint(self.robot.node(id), &written);
         Ok(())
@@ -199,6 +203,29 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
             };
             self.prepared.springs.insert(name.to_owned(), spring);
         }
+    }
+
+    /// What a joint follows by an equality of the file: the other joint, factor and offset. MuJoCo counts both from `ref`, as joints here count.
+    fn follows(&mut self, joint: &str) -> Option<(&'a str, f64, f64)> {
+        let model = self.robot.model;
+        let equality = model.equality.iter().find_map(|equality| match equality {
+            Equality::Joint(of) if of.common.active && of.joint1 == joint => Some(of),
+            _ => None,
+        })?;
+        let [offset, factor, higher @ ..] = equality.polycoef;
+        let master = equality.joint2.as_deref();
+        if master.is_none() || higher != [0.0; 3] {
+            let words = match master {
+                None => "an `<equality>` fixes it, which is not read: give it the role `held`",
+                Some(_) => {
+                    "an `<equality>` bends what it follows by, which is not read: only the first two of its `polycoef` may differ from 0"
+                }
+            };
+            let remark = Remark::new(format!("joint `{joint}`"), words);
+            self.prepared.remarks.push(remark);
+            return None;
+        }
+        Some((master?, factor, offset))
     }
 
     /// The largest torque and rate that the actuators of a joint give it.
@@ -301,5 +328,6 @@ fn fixed<'n>(child: &'n str, parent: &'n str, parent_from_joint: Isometry3<f64>)
         velocity: None,
         damping: 0.0,
         friction: 0.0,
+        mimic: None,
     }
 }
