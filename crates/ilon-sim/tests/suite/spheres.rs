@@ -17,7 +17,7 @@ fn rolled_m(wheel_angle_rad: f64) -> f64 {
 
 /// The wheels of the right side half a sphere on: the base yaws by the difference of what both sides have rolled, over twice the lever of turns,
 /// 275.5 + 260 mm, eight times a turn. What PickNikRobotics/moveit_pro_example_ws, pull request 875, computes, 2 x 4.52 / 275.5 = 1.881 deg, takes the
-/// rise of the hubs for a way along the floor.
+/// rise of the hubs for a way along the floor. What is left, a tenth, comes of the base's own roll, by 4.5 mm over its track.
 #[test]
 fn two_sides_in_antiphase_yaw_by_the_difference_of_what_they_roll() {
     let text = "robot.file = \"spheres.toml\"\n\
