@@ -122,7 +122,7 @@ fn stranger(seed: u64) -> Case {
     let arm_m = noise.between(3.0, 6.0) * radius_m;
     let half_width_m = noise.between(0.7, 1.2) * arm_m;
     let count = 3 + (4.0 * noise.next()) as usize;
-    let wheels = if count % 2 == 0 && noise.next() < 0.6 {
+    let wheels = if count.is_multiple_of(2) && noise.next() < 0.6 {
         let axles = match count {
             4 => format!("{arm_m}, {}", -arm_m * noise.between(0.8, 1.2)),
             _ => format!(
