@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use ilon_sim::control::{AccelerationLimits, LimitSettings, Motor, MotorCurve, PushSharing};
-use ilon_sim::formats::{LoadRobot, Spec, generate};
+use ilon_sim::formats::{LoadRobot, Spec, build, generate};
 use ilon_sim::robot::{Robot, Twist};
 use ilon_sim::simulate::{Commanded, Controller, Moment};
 use ilon_sim::{Run, Scenario, Simulation};
@@ -122,7 +122,7 @@ fn stranger(seed: u64) -> Case {
     let arm_m = noise.between(3.0, 6.0) * radius_m;
     let half_width_m = noise.between(0.7, 1.2) * arm_m;
     let count = 3 + (4.0 * noise.next()) as usize;
-    let wheels = if count % 2 == 0 && noise.next() < 0.6 {
+    let wheels = if count.is_multiple_of(2) && noise.next() < 0.6 {
         let axles = match count {
             4 => format!("{arm_m}, {}", -arm_m * noise.between(0.8, 1.2)),
             _ => format!(
@@ -171,8 +171,7 @@ fn stranger(seed: u64) -> Case {
         0.03 * hub_kg,
     );
     let spec = Spec::from_toml_str(&spec, "r.toml").expect("a description");
-    let robot =
-        Robot::from_urdf_str(&generate(&spec).expect("in range"), "r.urdf").expect("a robot");
+    let robot = build(&spec).expect("in range").expect("without suspension");
     let friction = noise.between(0.1, 1.0);
     let most_deg = (friction / 3.0).atan().to_degrees().min(10.0);
     let angle_rad = noise.between(0.0, TAU);

@@ -17,7 +17,8 @@ fn rolled_m(wheel_angle_rad: f64) -> f64 {
 
 /// The wheels of the right side half a sphere on: the base yaws by the difference of what both sides have rolled, over twice the lever of turns,
 /// 275.5 + 260 mm, eight times a turn. What PickNikRobotics/moveit_pro_example_ws, pull request 875, computes, 2 x 4.52 / 275.5 = 1.881 deg, takes the
-/// rise of the hubs for a way along the floor.
+/// rise of the hubs for a way along the floor. The base also rolls, by 4.5 mm over its track, which is not
+/// counted: hence a tenth.
 #[test]
 fn two_sides_in_antiphase_yaw_by_the_difference_of_what_they_roll() {
     let text = "robot.file = \"spheres.toml\"\n\
@@ -32,7 +33,7 @@ fn two_sides_in_antiphase_yaw_by_the_difference_of_what_they_roll() {
         .position(|row| row.t_s >= 1.5)
         .expect("it goes on");
     let (mut yaws, mut expected) = (Vec::new(), Vec::new());
-    for row in from..records.len() {
+    for (row, record) in records.iter().enumerate().skip(from) {
         let wheels = run.trace.wheels_at(row);
         let side_m = |names: [usize; 2], on: f64| {
             names
@@ -41,7 +42,7 @@ fn two_sides_in_antiphase_yaw_by_the_difference_of_what_they_roll() {
                 .sum::<f64>()
                 / 2.0
         };
-        yaws.push(records[row].truth.pose.heading_rad);
+        yaws.push(record.truth.pose.heading_rad);
         expected.push((side_m([1, 3], 0.5 * FRAC_PI_4) - side_m([0, 2], 0.0)) / twice_lever_m);
     }
     let spread = |values: &[f64]| {
