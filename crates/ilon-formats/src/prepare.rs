@@ -133,6 +133,8 @@ fn settings(prepared: &Prepared, options: &LoadOptions) -> Vec<(String, String)>
     /// Largest file that is read, in bytes, and most of them.
     const MOST_BYTES: u64 = 1 << 20;
     const MOST_FILES: usize = 8;
+    /// Longest value that is kept, in bytes: the name of a controller, or a number.
+    const MOST_VALUE: usize = 200;
     let Ok(document) = xml::parse(&prepared.text) else {
         return Vec::new();
     };
@@ -151,7 +153,8 @@ fn settings(prepared: &Prepared, options: &LoadOptions) -> Vec<(String, String)>
         Some((bare(key), bare(value)))
     };
     let lines = texts.flat_map(|text| text.lines().filter_map(of_line).collect::<Vec<_>>());
-    lines.filter(|(_, value)| !value.is_empty()).collect()
+    let is_short = |value: &str| !value.is_empty() && value.len() <= MOST_VALUE;
+    lines.filter(|(_, value)| is_short(value)).collect()
 }
 
 /// The tag of a text's root element: its first that is no declaration and no comment.

@@ -419,34 +419,6 @@ fn a_robot_drives_or_is_refused_with_a_command_that_works(text: String, becomes:
             let ran = shell(folder.path(), "ilon run s.toml --out out");
             assert!(ran.status.success(), "{keys}\n{}", err(&ran));
         }
-        Asks(words, remark) => {
-            let refusal = refused(&first, words);
-            assert_eq!(proposed(&refusal), None, "{refusal}");
-            // One round: what is asked for, filled in, is a command that works.
-            let asked = filled(&refusal);
-            let [command] = &asked[..] else {
-                panic!("{asked:?}")
-            };
-            let output = shell(folder.path(), command);
-            drives(&output, remark);
-            // A scenario asks for the same in its own words.
-            let scenario =
-                "[robot]\nfile = \"robot.urdf\"\n[twist]\nvy_m_s = 0.1\n[run]\nduration_s = 0.2\n";
-            let path = folder.path().join("s.toml");
-            std::fs::write(&path, scenario).unwrap();
-            let refusal = refused(&shell(folder.path(), "ilon run s.toml"), "");
-            let keys = format!("[robot]\n{}\n", filled(&refusal, "wheels = "));
-            let scenario = scenario.replacen("[robot]\n", &keys, 1);
-            std::fs::write(&path, &scenario).unwrap();
-            let mut ran = shell(folder.path(), "ilon run s.toml --out out");
-            if !ran.status.success() {
-                let more = err(&ran);
-                let more = format!("[robot]\n{}\n", proposed_keys(&more).join("\n"));
-                std::fs::write(&path, scenario.replacen("[robot]\n", &more, 1)).unwrap();
-                ran = shell(folder.path(), "ilon run s.toml --out out");
-            }
-            assert!(ran.status.success(), "{keys}\n{}", err(&ran));
-        }
         Refused(words) => {
             let refusal = refused(&first, words);
             assert_eq!(proposed(&refusal), None, "{refusal}");
