@@ -297,9 +297,12 @@ fn against_seen(header: &Header, announced: &Announced, events: &[Event]) -> Str
     )
 }
 
+/// What is shorter is told as a moment, in seconds.
+pub(super) const INSTANT_S: f64 = 0.005;
+
 /// A time, or a span of time, in words.
 pub(super) fn when(from_s: f64, until_s: f64) -> String {
-    if until_s - from_s < 0.005 {
+    if until_s - from_s < INSTANT_S {
         format!("at {}", time(from_s))
     } else {
         format!("from {from_s:.2} to {}", time(until_s))

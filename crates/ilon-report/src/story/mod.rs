@@ -25,7 +25,7 @@ use crate::input::RunInput;
 use crate::page::escape;
 use crate::text::{angle, length, time};
 use faults::Trouble;
-use phrases::capital;
+use phrases::{capital, span};
 use posture::{Posture, Stance};
 
 /// The answer goes on with what things cost until it has as many sentences.
@@ -239,9 +239,14 @@ fn went_wrong(troubles: &[Trouble], posture: &Posture, explained: Option<&str>) 
         .iter()
         .take(MOST_OF_A_KIND)
         .map(|trouble| {
+            let when =
+                match trouble.until_s >= posture.end_s().max(trouble.from_s + events::INSTANT_S) {
+                    true => span(trouble.from_s, trouble.until_s, posture.end_s(), 0.0),
+                    false => events::when(trouble.from_s, trouble.until_s),
+                };
             format!(
                 "{} {}: <b>{}</b>.",
-                capital(&events::when(trouble.from_s, trouble.until_s)),
+                capital(&when),
                 escape(&trouble.text),
                 trouble.consequence(posture)
             )
