@@ -1,6 +1,6 @@
 //! Traces that no run leaves, and figures that belong to another: whoever writes a program meets no panic.
 
-use ilon::compare::{Compared, Comparison};
+use ilon::compare::{ComparedRun, Comparison};
 use ilon::trace::{Header, Record, Settings, Summary, Trace, WheelHeader, WheelSample};
 
 fn trace(rows: usize, wheels: usize, open_loop: bool) -> Trace {
@@ -41,7 +41,7 @@ fn a_page_is_made_of_any_trace_with_the_figures_of_any_other() {
             assert!(ilon::report::html(shown, &figures).contains("</html>"));
         }
     }
-    let run = |trace: &Trace| Compared {
+    let run = |trace: &Trace| ComparedRun {
         name: "odd".to_owned(),
         trace: trace.clone(),
         summary: Summary::default(),

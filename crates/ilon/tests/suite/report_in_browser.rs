@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use ilon::bench::{Kind, Options};
-use ilon::compare::{Compared, Comparison};
+use ilon::compare::{ComparedRun, Comparison};
 use ilon::{Run, Scenario};
 
 fn browser() -> Option<String> {
@@ -186,7 +186,7 @@ fn every_figure_of_a_comparison_is_drawn_and_the_console_shows_no_fault() {
         run("mecanum4_hard_start", 1.5),
     ];
     let comparison = Comparison::of(
-        runs.map(|run| Compared::new(run.scenario.name, run.trace, run.summary))
+        runs.map(|run| ComparedRun::new(run.scenario.name, run.trace, run.summary))
             .into(),
         &[],
     )

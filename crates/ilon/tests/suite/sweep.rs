@@ -329,7 +329,7 @@ fn quiet_it_prints_nothing_but_what_is_asked_for() {
 
 #[test]
 fn a_page_of_ten_thousand_runs_is_below_two_megabytes() {
-    use ilon::report::sweep::{Quantity, Run, Shown, Varied, html};
+    use ilon::report::sweep::{Quantity, Run, StudyInput, Varied, html};
     let mut state = 7;
     let mut unit = || next(&mut state) as f64 / (1u64 << 31) as f64;
     let varied = |index: usize| Varied {
@@ -351,12 +351,12 @@ fn a_page_of_ten_thousand_runs_is_below_two_megabytes() {
         bound: Some(500.0),
     };
     for is_sample in [true, false] {
-        let mut shown = Shown {
+        let mut shown = StudyInput {
             name: "many".to_owned(),
             varied: (0..8).map(varied).collect(),
             quantities: (0..6).map(quantity).collect(),
             is_sample,
-            ..Shown::default()
+            ..StudyInput::default()
         };
         shown.runs = runs.clone();
         if !is_sample {
