@@ -1,6 +1,7 @@
 //! Contact: where rollers and chassis are near the ground, and the impulses that follow.
 
 pub(crate) mod ball_and_cylinder;
+pub(crate) mod bounds;
 pub(crate) mod candidate;
 pub(crate) mod candidate_search;
 pub(crate) mod chassis_search;

@@ -2,7 +2,7 @@
 
 use ilon_formats::{LoadOptions, LoadRobot};
 use ilon_robot::Robot;
-use ilon_scene::description::{Form, Shape, WheelShape};
+use ilon_scene::description::{Geometry, Shape, WheelShape};
 use ilon_scene::{Description, RobotShape};
 
 /// A tetrahedron whose vertices lie so far from the origin along the axes.
@@ -39,7 +39,7 @@ fn a_mesh_is_drawn_in_the_place_size_and_colour_that_the_file_gives_it() {
     let [
         Shape {
             pose,
-            form: Form::Mesh(placed),
+            form: Geometry::Mesh(placed),
             color,
         },
     ] = &shape.chassis[..]
@@ -69,13 +69,17 @@ fn a_mesh_of_a_hub_is_drawn_and_one_of_a_whole_wheel_is_not() {
         several => panic!("{several:?}"),
     };
     for wheel in &inside.wheels {
-        assert!(matches!(only_form(wheel), Form::Mesh(_)), "{:?}", wheel.hub);
+        assert!(
+            matches!(only_form(wheel), Geometry::Mesh(_)),
+            "{:?}",
+            wheel.hub
+        );
     }
     assert_eq!(inside.meshes.len(), 1, "all hubs share it");
     let whole = drawn(&tetrahedron(0.05), (HUB, mesh));
     for wheel in &whole.wheels {
         assert!(
-            matches!(only_form(wheel), Form::Cylinder(_)),
+            matches!(only_form(wheel), Geometry::Cylinder(_)),
             "{:?}",
             wheel.hub
         );
@@ -96,7 +100,7 @@ fn a_mesh_in_other_units_does_not_dwarf_the_robot() {
         matches!(
             shape.chassis[..],
             [Shape {
-                form: Form::Box(_),
+                form: Geometry::Box(_),
                 ..
             }]
         ),

@@ -2,7 +2,7 @@
 
 use ilon_formats::{LoadOptions, LoadRobot, RollerForms};
 use ilon_robot::{Robot, VisualMeshes};
-use ilon_scene::description::{Form, Shape};
+use ilon_scene::description::{Geometry, Shape};
 use ilon_scene::{Description, Frames, Scene, embed};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use test_case::test_case;
@@ -39,7 +39,7 @@ fn chassis_and_hubs_are_drawn_as_the_file_shows_them() {
     let [
         Shape {
             pose,
-            form: Form::Box(half),
+            form: Geometry::Box(half),
             color,
         },
     ] = &shape.chassis[..]
@@ -53,7 +53,7 @@ fn chassis_and_hubs_are_drawn_as_the_file_shows_them() {
         let [
             Shape {
                 pose,
-                form: Form::Cylinder(size),
+                form: Geometry::Cylinder(size),
                 ..
             },
         ] = &wheel.hub[..]

@@ -4,7 +4,6 @@ use ilon_control::{Kinematics, PoseFilter, PoseFilterSettings};
 use ilon_robot::{Pose, Robot, Wheel};
 
 use super::hubs::Hubs;
-use super::sensors::Seen;
 use crate::{Error, scenario};
 
 /// Odometry and poses joined by a filter.
@@ -58,16 +57,22 @@ impl Fusion {
         })
     }
 
-    /// Counts what the wheels have turned since the last time; where a gyroscope says by how much the robot has turned, by that.
-    pub fn reckon(&mut self, t_s: f64, seen: &Seen, turned_rad: Option<f64>) {
+    /// Counts what the wheels have turned since the last time, by their angles and the joints' positions; where a gyroscope says by how much the
+    /// robot has turned, by that.
+    pub fn reckon(
+        &mut self,
+        t_s: f64,
+        (wheel_angles_rad, joint_positions): (&[f64], &[f64]),
+        turned_rad: Option<f64>,
+    ) {
         let turned = self.turned_rad.iter_mut().zip(&mut self.counted_rad);
-        for ((turned, counted), angle) in turned.zip(&seen.wheel_angles_rad) {
+        for ((turned, counted), angle) in turned.zip(wheel_angles_rad) {
             *turned = angle - *counted;
             *counted = *angle;
         }
         let mut kinematics = &self.kinematics;
         if let Some(hubs) = &mut self.hubs {
-            hubs.see(&seen.joint_positions);
+            hubs.see(joint_positions);
             let turned = self.turned_rad.iter_mut().zip(hubs.carried_rad());
             turned.for_each(|(turned, carried)| *turned += carried);
             kinematics = hubs.kinematics().unwrap_or(kinematics);

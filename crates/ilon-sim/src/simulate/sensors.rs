@@ -48,6 +48,11 @@ impl Seen {
     }
 }
 
+/// What the encoders say: the wheels' angles and the joints' positions.
+fn counted(seen: &Seen) -> (&[f64], &[f64]) {
+    (&seen.wheel_angles_rad, &seen.joint_positions)
+}
+
 /// The sensors of a robot.
 #[derive(Clone)]
 pub(super) struct Sensors {
@@ -197,7 +202,7 @@ impl Sensors {
         {
             let turned_rad = self.imu.as_mut().filter(|_| self.by_gyroscope);
             let turned_rad = turned_rad.map(Imu::take_turned_rad);
-            fusion.reckon(t_s, &self.seen, turned_rad);
+            fusion.reckon(t_s, counted(&self.seen), turned_rad);
         }
         while let Some(taken) = self.on_the_way.front()
             && taken.arrives_s <= t_s + TIME_SLACK_S
@@ -206,7 +211,7 @@ impl Sensors {
                 Some(fusion) => {
                     let turned_rad = self.imu.as_mut().filter(|_| self.by_gyroscope);
                     let turned_rad = turned_rad.map(Imu::take_turned_rad);
-                    fusion.reckon(t_s, &self.seen, turned_rad);
+                    fusion.reckon(t_s, counted(&self.seen), turned_rad);
                     fusion.correct(taken.taken_s, &taken.pose);
                 }
                 None => self.seen.pose = taken.pose,

@@ -3,13 +3,13 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::RollerBodies;
+use crate::contact::bounds::Bounds;
 use crate::contact::candidate::{Candidate, Turning, UPRIGHT};
 use crate::contact::frame::{along_frame, frame};
 use crate::contact::handover::{leave_out_handed_over, leave_out_higher};
 use crate::contact::nearest::{Nearest, Piece, PlacedBarrel, keep_nearest_of_surface};
 use crate::contact::reaction::{Member, Part, Partner};
 use crate::contact::scene::Scene;
-use crate::contact::solid::Bounds;
 use crate::contact::thinning::thin;
 use crate::contact::turned_profile::PlacedProfile;
 use crate::ground::HeightField;

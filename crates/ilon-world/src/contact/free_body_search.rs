@@ -2,12 +2,13 @@
 
 use nalgebra::Vector3;
 
+use crate::contact::bounds::Bounds;
 use crate::contact::candidate::{Candidate, Turning};
 use crate::contact::candidate_search::Workspace;
 use crate::contact::frame::{along_frame, frame};
 use crate::contact::reaction::{Part, Partner};
 use crate::contact::scene::{Scene, Scenes};
-use crate::contact::solid::{Bounds, Near, Solid};
+use crate::contact::solid::{Near, Solid};
 use crate::contact::thinning::thin;
 use crate::robot::articulated::Articulated;
 use crate::robot::state::State;

@@ -10,6 +10,7 @@ use parry3d::shape::Shape;
 use rapier3d::prelude::*;
 
 use crate::contact::ball_and_cylinder::{SolidBall, SolidCylinder};
+use crate::contact::bounds::Bounds;
 use crate::contact::nearest::{Piece, SolidBox};
 use crate::engine::convert;
 
@@ -31,52 +32,6 @@ pub(crate) struct Near {
     pub gap_m: f64,
     /// Whether it is always the same place of the solid while that turns.
     pub is_corner: bool,
-}
-
-/// A box along the floor's axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bounds {
-    pub least_m: Vector3<f64>,
-    pub most_m: Vector3<f64>,
-}
-
-impl Bounds {
-    /// What holds nothing.
-    pub const NONE: Self = Self {
-        least_m: Vector3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
-        most_m: Vector3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
-    };
-
-    /// Around a ball.
-    pub fn of_ball(center_m: &Vector3<f64>, radius_m: f64) -> Self {
-        Self {
-            least_m: center_m.add_scalar(-radius_m),
-            most_m: center_m.add_scalar(radius_m),
-        }
-    }
-
-    /// Around both.
-    pub fn merged(&self, other: &Self) -> Self {
-        Self {
-            least_m: self.least_m.inf(&other.least_m),
-            most_m: self.most_m.sup(&other.most_m),
-        }
-    }
-
-    /// Further out on all sides.
-    pub fn grown(&self, by_m: f64) -> Self {
-        Self {
-            least_m: self.least_m.add_scalar(-by_m),
-            most_m: self.most_m.add_scalar(by_m),
-        }
-    }
-
-    /// Whether they have a place in common.
-    pub fn meets(&self, other: &Self) -> bool {
-        (0..3).all(|axis| {
-            self.least_m[axis] <= other.most_m[axis] && other.least_m[axis] <= self.most_m[axis]
-        })
-    }
 }
 
 impl Solid<'_> {

@@ -17,8 +17,8 @@ mod tests;
 use ilon_robot::SolidOfRevolution;
 use nalgebra::Vector3;
 
+use super::bounds::Bounds;
 use super::nearest::{Nearest, Piece};
-use super::solid::Bounds;
 
 /// Over what tilt to either side the curvature of an outline of straight parts is counted, in radians: what a roller of a wheel of a dozen
 /// tilts by in a twentieth of its turn on the ground.

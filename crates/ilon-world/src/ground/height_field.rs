@@ -6,8 +6,8 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::Relief;
+use crate::contact::bounds::Bounds;
 use crate::contact::nearest::Triangle;
-use crate::contact::solid::Bounds;
 
 /// Cells along a side of a block.
 const BLOCK: usize = 8;

@@ -1,0 +1,49 @@
+//! Boxes along the floor's axes, around what may touch.
+
+use nalgebra::Vector3;
+
+/// A box along the floor's axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bounds {
+    pub least_m: Vector3<f64>,
+    pub most_m: Vector3<f64>,
+}
+
+impl Bounds {
+    /// What holds nothing.
+    pub const NONE: Self = Self {
+        least_m: Vector3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
+        most_m: Vector3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
+    };
+
+    /// Around a ball.
+    pub fn of_ball(center_m: &Vector3<f64>, radius_m: f64) -> Self {
+        Self {
+            least_m: center_m.add_scalar(-radius_m),
+            most_m: center_m.add_scalar(radius_m),
+        }
+    }
+
+    /// Around both.
+    pub fn merged(&self, other: &Self) -> Self {
+        Self {
+            least_m: self.least_m.inf(&other.least_m),
+            most_m: self.most_m.sup(&other.most_m),
+        }
+    }
+
+    /// Further out on all sides.
+    pub fn grown(&self, by_m: f64) -> Self {
+        Self {
+            least_m: self.least_m.add_scalar(-by_m),
+            most_m: self.most_m.add_scalar(by_m),
+        }
+    }
+
+    /// Whether they have a place in common.
+    pub fn meets(&self, other: &Self) -> bool {
+        (0..3).all(|axis| {
+            self.least_m[axis] <= other.most_m[axis] && other.least_m[axis] <= self.most_m[axis]
+        })
+    }
+}
