@@ -191,12 +191,14 @@ impl Controls {
                 self.command(Command::Wheels(rates));
             }
         }
-        let of_joints: [(
-            &str,
-            &Option<BTreeMap<String, f64>>,
+        /// What is asked of joints, what of it is most, and the command that it makes.
+        type OfJoints<'a> = (
+            &'a str,
+            &'a Option<BTreeMap<String, f64>>,
             f64,
             fn(f64) -> JointCommand,
-        ); 3] = [
+        );
+        let of_joints: [OfJoints<'_>; 3] = [
             ("position", &change.joints, MOST_JOINT, |position| {
                 JointCommand::Position {
                     position,

@@ -319,7 +319,7 @@ fn a_robot_that_tips_is_told_as_one_and_by_what() {
     for (told, cause, onto) in [
         (
             Told::of(high, payload),
-            "From 0.50 to 2.49 s a payload of 20 kg",
+            "From 0.50 s to the end a payload of 20 kg",
             "onto its nose",
         ),
         (
