@@ -355,7 +355,7 @@ mod tests {
             ..Change::default()
         });
         assert!(said.expect("it is said").contains("`arm`"));
-        assert_eq!(controls.joint_commands(), heard + 1);
+        assert_eq!(controls.joint_commands(), heard);
     }
 
     #[test]
