@@ -36,7 +36,7 @@ pub enum RollerForm {
     /// The exact barrel of its figures (see [`crate::barrel`]).
     #[default]
     Barrel,
-    /// A barrel of figures of its own: that of another wheel's circle (see [`crate::made`]). Its `wheel_radius_m` and
+    /// A barrel of figures of its own: that of another wheel's circle (see [`crate::rollers_as_made`]). Its `wheel_radius_m` and
     /// `ring_radius_m` are those of that circle.
     Made(Barrel),
     /// A body turned to a profile by numbers.
