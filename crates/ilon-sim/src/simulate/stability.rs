@@ -60,12 +60,34 @@ struct ErrorLoop {
     answer: Option<Answer>,
 }
 
-/// Older poses than that are taken as so many periods old: what is stable then is stable with younger ones.
+/// Poses that are older than so many periods are looked at in longer ones.
 const MOST_PERIODS: f64 = 20.0;
+
+impl Timing {
+    /// With a period so long that the pose is [`MOST_PERIODS`] of it old. What is decided on is held for half a period in the mean, so that age and
+    /// half a period together stay as they are: the bound on the gain then stays to 3e-4.
+    fn coarsened(&self) -> Self {
+        let Self { period_s, age_s } = *self;
+        if age_s <= MOST_PERIODS * period_s {
+            return *self;
+        }
+        let longer_s = (age_s + 0.5 * period_s) / (MOST_PERIODS + 0.5);
+        Self {
+            period_s: longer_s,
+            age_s: MOST_PERIODS * longer_s,
+        }
+    }
+}
 
 impl ErrorLoop {
     /// The product K T from which on the error does not decay.
     fn limit(&self) -> f64 {
+        let timing = self.timing.coarsened();
+        let coarsened = Self { timing, ..*self };
+        coarsened.limit_in_periods() * self.timing.period_s / timing.period_s
+    }
+
+    fn limit_in_periods(&self) -> f64 {
         /// No loop bears more.
         const MOST: f64 = 8.0;
         let (mut low, mut high) = (0.0, MOST);
@@ -99,7 +121,7 @@ impl ErrorLoop {
     /// What a period makes of the state: v, i and x, where there is an answer; e; and e as it was seen in the periods before.
     fn over_a_period(&self, product: f64) -> DMatrix<f64> {
         let Timing { period_s, age_s } = self.timing;
-        let age = (age_s / period_s).min(MOST_PERIODS);
+        let age = age_s / period_s;
         // So many whole periods, and a part of one, between the look and the decision.
         let whole = (age + 1e-9).floor();
         let part = (age - whole).max(0.0);
@@ -428,6 +450,12 @@ mod tests {
             let exact = 2.0 * (d * PI / (2.0 * d + 1.0)).cos();
             let found = limit(d, None);
             assert!((found - exact).abs() < 1e-5, "{d}: {found} {exact}");
+        }
+        // Of poses so old that longer periods stand for these, to what the bound says of itself.
+        for d in [21.0, 50.0, 300.0, 1e4] {
+            let exact = 2.0 * (d * PI / (2.0 * d + 1.0)).cos();
+            let found = limit(d, None);
+            assert!((found / exact - 1.0).abs() < 3e-4, "{d}: {found} {exact}");
         }
         for f in [0.05_f64, 0.2, 0.25, 0.3, 0.5, 0.9] {
             let of_minus_one = if f < 0.5 {
