@@ -188,7 +188,11 @@ impl Driven {
         // What it bears at the beginning is in where its target is then.
         let target = || robot.joint_targets().nth(self.index).unwrap_or(at);
         let from = self.runs_at.unwrap_or_else(target);
-        let held = |place: f64| place.clamp(at - ahead, at + ahead).clamp(lower, upper);
+        // Not `clamp`: where a simulation has come to numbers that are none, it says so itself.
+        let held = |place: f64| {
+            let near = place.max(at - ahead).min(at + ahead);
+            near.max(lower).min(upper)
+        };
         let (from, to) = (held(from), held(from + rate * dt_s));
         self.runs_at = Some(to);
         let moves = if to == from { 0.0 } else { rate };
