@@ -557,29 +557,6 @@ impl Plant {
         Ok(())
     }
 
-    /// Sends the servo of a joint between bodies to a position, in rad or m, which then moves on at a rate, in rad/s or m/s, as long as it is told
-    /// so again in every control step; 0 of a target that stands. From now on the scenario's setpoints no longer hold for this joint; a
-    /// reset brings them back, and a snapshot holds what was last.
-    ///
-    /// # Errors
-    /// [`Error::Invalid`] where the robot has no such joint, nothing drives it, or it cannot go there.
-    pub fn set_joint_target(&mut self, joint: &str, position: f64, rate: f64) -> Result<(), Error> {
-        self.set_joint_targets(&[(joint, [position, rate])])
-    }
-
-    /// Like [`Plant::set_joint_target`], of several joints: each by its name, with position and rate. All go, or none.
-    ///
-    /// # Errors
-    /// Like [`Plant::set_joint_target`].
-    pub fn set_joint_targets(&mut self, sent: &[(&str, [f64; 2])]) -> Result<(), Error> {
-        let command = |[position, rate]: [f64; 2]| JointCommand::Position { position, rate };
-        let commands: Vec<_> = sent
-            .iter()
-            .map(|(name, at)| (*name, command(*at)))
-            .collect();
-        self.command_joints(&commands)
-    }
-
     /// Tells the servos of joints between bodies, each by its name, where to go, how fast, or with what torque or force to act. All are told, or none. From now
     /// on the scenario's setpoints no longer hold for these joints; a reset brings them back, and a snapshot holds what was last.
     ///

@@ -70,7 +70,11 @@ fn a_program_sends_a_joint_and_a_snapshot_brings_it_back() {
     let mut plant = plant(ARM).expect("a scenario");
     let hold = WheelCommand::Rates(&HOLD);
     plant.advance(hold, 0.3).expect("it goes");
-    plant.set_joint_target("arm", -0.5, 0.0).expect("driven");
+    let to = |position| JointCommand::Position {
+        position,
+        rate: 0.0,
+    };
+    plant.command_joints(&[("arm", to(-0.5))]).expect("driven");
     plant.advance(hold, 0.1).expect("it goes");
     let snapshot = plant.snapshot();
     plant.advance(hold, 1.0).expect("it goes");
@@ -88,7 +92,7 @@ fn a_program_sends_a_joint_and_a_snapshot_brings_it_back() {
         ("arm", f64::NAN, "finite"),
     ] {
         let error = plant
-            .set_joint_target(joint, at, 0.0)
+            .command_joints(&[(joint, to(at))])
             .unwrap_err()
             .to_string();
         assert!(error.contains(words), "{error}");
