@@ -19,9 +19,9 @@ pub fn files(
     judges: &[Drive],
     dt_s: f64,
 ) -> Result<Vec<(&'static str, String)>, Error> {
-    let value = serde_json::to_value(planar).ok();
-    let json = value.filter(is_whole).map(|value| format!("{value:#}"));
-    let json = json.ok_or_else(|| {
+    let is_whole = serde_json::to_value(planar).is_ok_and(|value| is_whole(&value));
+    let json = serde_json::to_string_pretty(planar).ok();
+    let json = json.filter(|_| is_whole).ok_or_else(|| {
         Error::invalid(
             format!(
                 "no planar base fits `{}`: a number of it is none",
