@@ -135,12 +135,15 @@ fn settings(prepared: &Prepared, options: &LoadOptions) -> Vec<(String, String)>
     const MOST_FILES: usize = 8;
     /// Longest value that is kept, in bytes: the name of a controller, or a number.
     const MOST_VALUE: usize = 200;
+    const NAMES: &str = "parameters";
+    // Few files have any.
+    if !prepared.text.contains(NAMES) {
+        return Vec::new();
+    }
     let Ok(document) = xml::parse(&prepared.text) else {
         return Vec::new();
     };
-    let named = document
-        .descendants()
-        .filter(|n| n.has_tag_name("parameters"));
+    let named = document.descendants().filter(|n| n.has_tag_name(NAMES));
     let folder = Path::new(&prepared.file).parent().unwrap_or(Path::new(""));
     let texts = named.take(MOST_FILES).filter_map(|n| {
         let path = folder.join(n.text()?.trim());
