@@ -16,7 +16,7 @@ use crate::model::{
     Barrel, Chassis, Collision, CollisionShape, Joint, MassProperties, MotorLimits, Robot, Roller,
     RollerForm, RollersAsMade, Wheel,
 };
-use crate::options::{LoadOptions, RollerForms};
+use crate::options::LoadOptions;
 use crate::prepare::read_text;
 use crate::spec::{ChassisShape, ChassisSpec, Described, Spec, check};
 use crate::urdf::hub_frame;
@@ -33,19 +33,13 @@ pub fn described(path: &Path, options: &LoadOptions) -> Result<Option<(Robot, Sp
         files: options.files.clone(),
         ..LoadOptions::default()
     };
-    let is_plain = options.rollers == RollerForms::Barrel && asked(options) == asked(&plain);
-    if !is_plain || path.extension().is_none_or(|ending| ending != "toml") {
+    if *options != plain || path.extension().is_none_or(|ending| ending != "toml") {
         return Ok(None);
     }
     let file = path.display().to_string();
     let text = read_text(path, &file, options)?;
     let spec = Spec::from_toml_str_with(&text, &file, &options.spec)?;
     Ok(build(&spec)?.map(|robot| (robot, spec)))
-}
-
-/// What options ask for, in words.
-fn asked(options: &LoadOptions) -> String {
-    format!("{options:?}")
 }
 
 /// The robot of a description; `None` of one with suspensions.

@@ -142,6 +142,10 @@ fn words_and_numbers(robot: &Robot) -> (Vec<String>, Vec<f64>) {
 }
 
 fn alike(built: &Robot, read: &Robot) {
+    for wheel in built.wheels.iter().chain(&read.wheels) {
+        let places = wheel.rollers.iter().map(|roller| roller.place_rad());
+        assert!(places.is_sorted(), "one after the other around the wheel");
+    }
     let ((words, numbers), (read_words, read_numbers)) =
         (words_and_numbers(built), words_and_numbers(read));
     assert_eq!(words, read_words);
