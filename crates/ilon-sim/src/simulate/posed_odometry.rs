@@ -37,18 +37,19 @@ impl PosedOdometry {
         self.positions.extend(positions);
     }
 
-    /// Goes on by what the wheels turned in a control period, in rad.
-    pub fn reckon(&mut self, turned_rad: &[f64]) {
+    /// Goes on by what the wheels turned in a control period, in rad, and says whether joints have moved since the last.
+    pub fn reckon(&mut self, turned_rad: &[f64]) -> bool {
         if self.positions.is_empty() {
-            return;
+            return false;
         }
-        self.hubs.see(&self.positions);
+        let moved = self.hubs.see(&self.positions);
         let Some(kinematics) = self.hubs.kinematics() else {
-            return;
+            return moved;
         };
         let turned = turned_rad.iter().zip(self.hubs.carried_rad());
         let rolled_rad: Vec<f64> = turned.map(|(turned, carried)| turned + carried).collect();
         self.pose = self.pose.moved(kinematics.twist(&rolled_rad));
+        moved
     }
 }
 

@@ -318,11 +318,12 @@ impl Recorder {
             self.odometry_ideal = self.odometry_ideal.moved(displacement);
             return;
         };
-        measured.reckon(&self.turned_rad);
+        let moved = measured.reckon(&self.turned_rad);
         self.odometry_ideal = measured.pose();
         let hubs = measured.hubs();
-        if let (Some(kinematics), Ok(contact)) =
-            (hubs.kinematics(), ContactKinematics::new(&hubs.posed()))
+        if moved
+            && let (Some(kinematics), Ok(contact)) =
+                (hubs.kinematics(), ContactKinematics::new(&hubs.posed()))
         {
             self.kinematics = kinematics.clone();
             self.contact_kinematics = contact.clone();
