@@ -109,3 +109,43 @@ pub(super) fn measured(robot: &Robot) -> Vec<bool> {
     }
     measured
 }
+
+#[cfg(test)]
+mod tests {
+    use ilon_formats::LoadRobot;
+    use ilon_robot::Coupling;
+
+    use super::*;
+
+    const URDF: &str = include_str!("../../../../assets/robots/mecanum4_sprung.urdf");
+
+    /// Of four slides the first is driven, the second follows it, the third the second, and the fourth is on its own: whatever is said first.
+    #[test]
+    fn what_follows_a_measured_joint_is_measured() {
+        let mut robot = Robot::from_urdf_str(URDF, "mecanum4_sprung.urdf").expect("a robot");
+        robot
+            .joints
+            .iter_mut()
+            .for_each(|joint| joint.role = JointRole::Free);
+        robot.joints[0].role = JointRole::Driven(ilon_robot::JointServo {
+            target: 0.0,
+            stiffness: 1e3,
+            damping: 1.0,
+            effort: 10.0,
+            rate_limit: 1.0,
+        });
+        robot.couplings = [(2, 1), (1, 0)]
+            .map(|(joint, follows)| Coupling {
+                joint,
+                follows,
+                factor: -1.0,
+                offset: 0.0,
+            })
+            .to_vec();
+        assert_eq!(measured(&robot), [true, true, true, false]);
+        assert!(Hubs::that_move(&robot).is_some());
+        robot.joints[0].role = JointRole::Free;
+        assert_eq!(measured(&robot), [false; 4]);
+        assert!(Hubs::that_move(&robot).is_none());
+    }
+}

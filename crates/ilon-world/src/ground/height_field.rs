@@ -208,10 +208,10 @@ mod tests {
         }
     }
 
-    /// Heights up to 10 mm in cells of 20 mm; a half of it is level.
+    /// Heights up to 10 mm in cells of 20 mm; a half of it is level, and of the other half a block of cells beside one that is not.
     fn field(numbers: &mut Numbers) -> HeightField {
-        let mut height_m = |column| {
-            if column < 12 {
+        let mut height_m = |row, column| {
+            if column < 12 || (BLOCK..=2 * BLOCK).contains(&row) {
                 0.0
             } else {
                 0.01 * numbers.next()
@@ -221,7 +221,7 @@ mod tests {
             cell_m: 0.02,
             center_m: Vector2::new(0.1, -0.3),
             heights_m: (0..19)
-                .map(|_| (0..25).map(&mut height_m).collect())
+                .map(|row| (0..25).map(|column| height_m(row, column)).collect())
                 .collect(),
         })
     }
