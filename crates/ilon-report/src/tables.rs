@@ -10,7 +10,7 @@ use serde_json::Value;
 use super::figures::balance::TERM_COLORS;
 use super::page::escape;
 use super::provenance::Expectation;
-use super::text::{angle, energy, length, percent, speed, time};
+use super::text::{angle, decimals, energy, length, percent, speed, time};
 
 /// The figures that tiles show: each quantity of the summary by its key, from which magnitude on.
 const TILES: [(&str, f64); 6] = [
@@ -104,14 +104,15 @@ pub(super) fn ledger_table(summary: &Summary) -> String {
         "the contacts slid",
     ];
     let cells = |i: &ilon_trace::ledger::Integral| {
-        format!(
-            "<td>{:.2}</td><td>{:.2}</td><td>{:.3}</td><td>{:.2}</td><td>{:.3}</td>",
-            1e3 * i.x_m,
-            1e3 * i.y_m,
-            i.heading_rad.to_degrees(),
-            1e3 * i.path_m,
-            i.turned_rad.to_degrees()
-        )
+        [
+            (1e3 * i.x_m, 2),
+            (1e3 * i.y_m, 2),
+            (i.heading_rad.to_degrees(), 3),
+            (1e3 * i.path_m, 2),
+            (i.turned_rad.to_degrees(), 3),
+        ]
+        .map(|(value, places)| number(value, places))
+        .concat()
     };
     let rows: String = summary
         .ledger
@@ -137,29 +138,30 @@ pub(super) fn ledger_table(summary: &Summary) -> String {
     )
 }
 
+/// A number in a cell of a table.
+fn number(value: f64, places: usize) -> String {
+    format!("<td>{}</td>", decimals(value, places))
+}
+
 /// The mean twist on its way from asked to real, as HTML.
 pub(super) fn twist_table(trace: &Trace, summary: &Summary) -> String {
     let row = |name: &str, twist: Option<Twist>| {
         let cells = twist.map_or_else(
             || "<td class=\"none\">—</td>".repeat(3),
             |t| {
-                format!(
-                    "<td>{:.5}</td><td>{:.5}</td><td>{:.4}</td>",
-                    t.vx_m_s,
-                    t.vy_m_s,
-                    t.omega_rad_s.to_degrees()
-                )
+                [
+                    number(t.vx_m_s, 5),
+                    number(t.vy_m_s, 5),
+                    number(t.omega_rad_s.to_degrees(), 4),
+                ]
+                .concat()
             },
         );
         format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>")
     };
     let ratio = |name: &str, r: &ilon_trace::metrics::TwistRatio| {
         let cells: String = [r.vx, r.vy, r.omega]
-            .map(|x| {
-                x.map_or("<td class=\"none\">—</td>".to_owned(), |x| {
-                    format!("<td>{x:.5}</td>")
-                })
-            })
+            .map(|x| x.map_or("<td class=\"none\">—</td>".to_owned(), |x| number(x, 5)))
             .concat();
         format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>")
     };

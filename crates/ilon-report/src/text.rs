@@ -2,6 +2,15 @@
 
 use ilon_trace::quantities;
 
+/// A number with so many decimals, without the sign of a zero.
+pub(super) fn decimals(x: f64, count: usize) -> String {
+    let text = format!("{x:.count$}");
+    match text.strip_prefix('-') {
+        Some(zero) if zero.chars().all(|c| c == '0' || c == '.') => zero.to_owned(),
+        _ => text,
+    }
+}
+
 /// A length for reading: metres, or millimetres below one.
 pub(super) fn length(x_m: f64) -> String {
     let size_m = x_m.abs();
@@ -23,11 +32,8 @@ pub(super) fn length(x_m: f64) -> String {
 /// An angle for reading, in degrees.
 pub(super) fn angle(x_rad: f64) -> String {
     let x_deg = x_rad.to_degrees();
-    if x_deg.abs() >= 1.0 {
-        format!("{x_deg:.2}°")
-    } else {
-        format!("{x_deg:.3}°")
-    }
+    let places = if x_deg.abs() >= 1.0 { 2 } else { 3 };
+    format!("{}°", decimals(x_deg, places))
 }
 
 /// A time for reading.
@@ -50,33 +56,52 @@ pub(super) fn force(x_n: f64) -> String {
     match x_n.abs() {
         size_n if size_n >= 1000.0 => format!("{x_n:.0} N"),
         size_n if size_n >= 0.1 => format!("{x_n:.1} N"),
-        _ => format!("{x_n:.3} N"),
+        _ => format!("{} N", decimals(x_n, 3)),
     }
 }
 
 /// A speed for reading.
 pub(super) fn speed(x_m_s: f64) -> String {
-    // What is shown as zero has no sign.
-    let x_m_s = if x_m_s.abs() < 5e-6 { 0.0 } else { x_m_s };
     if x_m_s.abs() >= 1.0 {
         format!("{x_m_s:.3} m/s")
     } else if x_m_s.abs() >= 0.1 {
         format!("{:.0} mm/s", 1e3 * x_m_s)
     } else {
-        format!("{:.2} mm/s", 1e3 * x_m_s)
+        format!("{} mm/s", decimals(1e3 * x_m_s, 2))
     }
 }
 
 /// An energy for reading.
 pub(super) fn energy(x_j: f64) -> String {
-    if x_j.abs() >= 0.1 {
-        format!("{x_j:.2} J")
-    } else {
-        format!("{x_j:.3} J")
-    }
+    let places = if x_j.abs() >= 0.1 { 2 } else { 3 };
+    format!("{} J", decimals(x_j, places))
 }
 
 /// The words for a part of the energy balance, or for any other quantity, by its key.
 pub(super) fn label(key: &str) -> &'static str {
     quantities::by_key(key).map_or("", |quantity| quantity.label)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_shown_as_zero_has_no_sign() {
+        for (x, count, shown) in [
+            (-4.9e-6, 5, "0.00000"),
+            (-5.1e-6, 5, "-0.00001"),
+            (-0.0, 0, "0"),
+            (-0.4, 0, "0"),
+            (-0.6, 0, "-1"),
+            (10.0, 1, "10.0"),
+        ] {
+            assert_eq!(decimals(x, count), shown);
+        }
+        assert_eq!(angle(-1e-6), "0.000°");
+        assert_eq!(energy(-1e-5), "0.000 J");
+        assert_eq!(force(-1e-5), "0.000 N");
+        assert_eq!(speed(-1e-6), "0.00 mm/s");
+        assert_eq!(speed(-1e-5), "-0.01 mm/s");
+    }
 }

@@ -4,6 +4,7 @@ pub mod tables;
 
 use crate::page::Answer;
 use crate::sweep::figure as number;
+use crate::text::decimals;
 use ilon_identify::Identified;
 use ilon_identify::outcome::{
     Controller, ControllerKind, Direction, Gains, JudgedBy, Simulation, Value, WheelSetting,
@@ -80,12 +81,7 @@ fn short_of(value: &Value, less: &str, more: &str) -> (String, String) {
 
 /// Percents to a tenth, and what is less than one to a hundredth.
 fn rounded(percent: f64) -> String {
-    let decimals = if percent.abs() < 0.95 { 2 } else { 1 };
-    let text = format!("{percent:.decimals$}");
-    match text.strip_prefix('-') {
-        Some(zero) if zero.chars().all(|c| c == '0' || c == '.') => zero.to_owned(),
-        _ => text,
-    }
+    decimals(percent, if percent.abs() < 0.95 { 2 } else { 1 })
 }
 
 /// Whether the interval of a value holds another one.
