@@ -7,7 +7,7 @@ use crate::error::{Remedy, RobotError};
 use crate::model::{Robot, VisualMeshes};
 use crate::options::{LoadOptions, WheelOptions};
 use crate::prepare::{prepare, read_text};
-use crate::urdf::{self, Meshes, Prepared, Read, WheelOutline};
+use crate::urdf::{self, Meshes, Read, UrdfText, WheelOutline};
 
 /// Most rounds of repair: what one round leaves, the next may show.
 const MOST_ROUNDS: usize = 8;
@@ -392,7 +392,7 @@ fn with(options: &LoadOptions, remedies: &[Remedy]) -> LoadOptions {
     })
 }
 
-fn loaded(read: Read, prepared: &Prepared, options: &LoadOptions) -> Loaded {
+fn loaded(read: Read, prepared: &UrdfText, options: &LoadOptions) -> Loaded {
     let Read {
         robot,
         outlines,

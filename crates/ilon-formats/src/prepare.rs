@@ -9,7 +9,7 @@ use crate::files::ReadError;
 use crate::model::Remark;
 use crate::options::LoadOptions;
 use crate::spec::Spec;
-use crate::urdf::{LFS_POINTER, Origin, Prepared, is_lfs_pointer, is_wheel_size};
+use crate::urdf::{LFS_POINTER, Origin, UrdfText, is_lfs_pointer, is_wheel_size};
 use crate::{convert, generate, xml};
 
 /// The text of the URDF that a robot's file comes to, with nothing of it checked or repaired: its own text, or what its xacro
@@ -101,18 +101,18 @@ pub(crate) fn prepare(
     text: &str,
     file: &str,
     options: &LoadOptions,
-) -> Result<Prepared, RobotError> {
+) -> Result<UrdfText, RobotError> {
     // A byte order mark is no part of the text.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     if Path::new(file).extension().is_some_and(|e| e == "toml") {
         let spec = Spec::from_toml_str_with(text, file, &options.spec)?;
-        return Ok(Prepared::as_it_is(file, &generate::generate(&spec)?));
+        return Ok(UrdfText::as_it_is(file, &generate::generate(&spec)?));
     }
     if !options.spec.is_empty() {
         let keys = options.spec.keys().cloned().collect();
         return Err(RobotError::new(file, Fault::NotADescription { keys }));
     }
-    let prepared = declared(Prepared::as_it_is(file, text));
+    let prepared = declared(UrdfText::as_it_is(file, text));
     if let Some(converted) = root_tag(&prepared.text)
         .and_then(|tag| convert::converted(&tag, file, &prepared.text, options))
     {
@@ -129,7 +129,7 @@ pub(crate) fn prepare(
 
 /// The keys and values of the YAML files that plug-ins name as their `<parameters>`, line by line: what is written below what is not
 /// looked at.
-fn settings(prepared: &Prepared, options: &LoadOptions) -> Vec<(String, String)> {
+fn settings(prepared: &UrdfText, options: &LoadOptions) -> Vec<(String, String)> {
     /// Largest file that is read, in bytes, and most of them.
     const MOST_BYTES: u64 = 1 << 20;
     const MOST_FILES: usize = 8;
@@ -188,7 +188,7 @@ fn root_tag_range(text: &str) -> Option<(usize, usize)> {
 
 /// The text with the XML namespaces declared that it uses and does not declare: programs that know no namespaces read such
 /// files.
-fn declared(mut prepared: Prepared) -> Prepared {
+fn declared(mut prepared: UrdfText) -> UrdfText {
     /// Most prefixes that are declared.
     const MOST: usize = 16;
     for _ in 0..MOST {
@@ -236,7 +236,7 @@ fn is_xacro(text: &str) -> bool {
 }
 
 /// Expands a xacro file.
-fn expanded(prepared: &Prepared, options: &LoadOptions) -> Result<Prepared, RobotError> {
+fn expanded(prepared: &UrdfText, options: &LoadOptions) -> Result<UrdfText, RobotError> {
     let file = prepared.file.as_str();
     let path = Path::new(file);
     let settings = xacro_expand::Settings {
@@ -277,7 +277,7 @@ fn expanded(prepared: &Prepared, options: &LoadOptions) -> Result<Prepared, Robo
     } else {
         callers(path, options)
     };
-    Ok(Prepared {
+    Ok(UrdfText {
         text: expanded.text.into(),
         origins,
         remarks,
@@ -285,7 +285,7 @@ fn expanded(prepared: &Prepared, options: &LoadOptions) -> Result<Prepared, Robo
         callers,
         sizes: expanded.watched,
         choices: expanded.choices,
-        ..Prepared::as_it_is(file, "")
+        ..UrdfText::as_it_is(file, "")
     })
 }
 

@@ -66,7 +66,7 @@ impl Stretches<'_> {
 }
 
 /// One stretch: rows, mean wheel rates in rad/s, wheel angles and the way along the direction of motion.
-struct Stretch {
+struct SteadyStretch {
     times_s: Vec<f64>,
     rates_rad_s: Vec<f64>,
     angles_rad: Vec<Vec<f64>>,
@@ -154,7 +154,7 @@ struct Power {
     body_density: f64,
 }
 
-impl Stretch {
+impl SteadyStretch {
     /// Rates that its wheels have, each once: wheels that turn alike ripple alike.
     fn groups(&self) -> Vec<f64> {
         let fastest = self.fastest();
@@ -228,7 +228,7 @@ fn waves(times_s: &[f64], values: &[f64], frequencies_rad_s: &[f64]) -> Vec<f64>
 }
 
 /// The steady stretches of a drive, each half over the next.
-fn steady(log: &Log, nominal: &Matrix3xX<f64>, wanted: &Stretches<'_>) -> Vec<Stretch> {
+fn steady(log: &Log, nominal: &Matrix3xX<f64>, wanted: &Stretches<'_>) -> Vec<SteadyStretch> {
     let rows = wanted.rows(log);
     let mut found = Vec::new();
     if !wanted.fit(log) {
@@ -273,7 +273,7 @@ fn stretch(
     rates_rad_s: Vec<f64>,
     first: usize,
     last: usize,
-) -> Stretch {
+) -> SteadyStretch {
     let mut asked = [0.0; 2];
     for (column, rate) in nominal.column_iter().zip(&rates_rad_s) {
         asked[0] += column[0] * rate;
@@ -289,7 +289,7 @@ fn stretch(
         way_m.push(way_m[way_m.len() - 1] + ahead / size);
     }
     let wheels = rates_rad_s.len();
-    Stretch {
+    SteadyStretch {
         times_s: log.times_s[first..=last]
             .iter()
             .map(|t_s| t_s - log.times_s[first])

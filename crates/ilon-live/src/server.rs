@@ -50,14 +50,14 @@ pub struct Server {
 #[derive(Debug, Default)]
 struct Shared {
     desk: Mailbox,
-    shown: Mutex<Shown>,
+    shown: Mutex<Outgoing>,
     clients: AtomicUsize,
     watching: AtomicUsize,
     ended: AtomicBool,
 }
 
 #[derive(Debug, Default)]
-struct Shown {
+struct Outgoing {
     frame: Newest,
     figures: Newest,
     note: Newest,

@@ -20,11 +20,11 @@ mod plot;
 pub mod provenance;
 #[cfg(test)]
 mod sample;
-pub mod stage;
 mod story;
 pub mod sweep;
 mod tables;
 mod text;
+pub mod viewer;
 
 use std::path::Path;
 
@@ -63,7 +63,7 @@ pub fn html(trace: &Trace, summary: &Summary) -> String {
 /// The report of a run, with what its trace does not carry.
 pub fn html_with(trace: &Trace, summary: &Summary, context: &Context) -> String {
     let Ok(shown) = RunInput::of(trace);
-    let Ok(scene) = stage::picture_of(trace, context.robot, context.relief_m.as_deref());
+    let Ok(scene) = viewer::picture_of(trace, context.robot, context.relief_m.as_deref());
     page_of(&shown, summary, context, scene.as_ref()).0
 }
 
@@ -90,12 +90,12 @@ pub fn write_recorded(
     let (page, answer) = match recorded {
         Recorded::Memory(trace) => {
             let Ok(shown) = RunInput::of(trace);
-            let Ok(scene) = stage::picture_of(trace, context.robot, relief_m);
+            let Ok(scene) = viewer::picture_of(trace, context.robot, relief_m);
             page_of(&shown, summary, context, scene.as_ref())
         }
         Recorded::File(file) => {
             let shown = RunInput::of_many(file, ROWS_A_GROUP)?;
-            let scene = stage::picture_of(file, context.robot, relief_m)?;
+            let scene = viewer::picture_of(file, context.robot, relief_m)?;
             page_of(&shown, summary, context, scene.as_ref())
         }
     };
@@ -125,7 +125,7 @@ fn page_of(
     shown: &RunInput,
     summary: &Summary,
     context: &Context,
-    scene: Option<&stage::Picture>,
+    scene: Option<&viewer::Picture>,
 ) -> (String, Vec<String>) {
     let settings = Settings::default();
     let trace = &*shown.trace;
@@ -141,7 +141,7 @@ fn page_of(
             provenance::verdict(&context.expectations),
             story.html(),
             tables::tiles(summary, &context.expectations),
-            stage::html(&trace.header, ends_s, &story.events, scene),
+            viewer::html(&trace.header, ends_s, &story.events, scene),
         ),
     };
     let sections = [
@@ -150,7 +150,7 @@ fn page_of(
         details_section(shown, summary, &story, context),
     ];
     (
-        stage::page(&head, &sections, &footer(shown), scene.is_some()),
+        viewer::page(&head, &sections, &footer(shown), scene.is_some()),
         story.plain(),
     )
 }
@@ -321,7 +321,7 @@ fn details_section(
         page::topic(
             "Events",
             &format!("{} found", story.events.len()),
-            &stage::table(&story.events),
+            &viewer::table(&story.events),
         ),
         page::topic("Wheels", "rates, torques, tasks", &grid(rates + &of_wheels)),
         page::topic(

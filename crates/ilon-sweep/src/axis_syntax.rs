@@ -43,17 +43,17 @@ const FORMS: &str = "write a list, `[0.2, 0.4]`, a range, `{ from = 0.1, to = 0.
 const MOST_STEPS: u64 = 1_000_000;
 
 /// A span of the text that holds an axis, with the axis or what is wrong with it.
-pub(crate) type Found = (std::ops::Range<usize>, Result<Axis, Wrong>);
+pub(crate) type SpannedAxis = (std::ops::Range<usize>, Result<Axis, Wrong>);
 
 /// All axes of a table, in the order of the text; `plain` is the same table without its places.
-pub(crate) fn axes_of(table: &DeTable<'_>, plain: &Table) -> Vec<Found> {
+pub(crate) fn axes_of(table: &DeTable<'_>, plain: &Table) -> Vec<SpannedAxis> {
     let mut found = Vec::new();
     collect(table, plain, "", &mut found);
     found.sort_by_key(|(span, _)| span.start);
     found
 }
 
-fn collect(table: &DeTable<'_>, plain: &Table, above: &str, found: &mut Vec<Found>) {
+fn collect(table: &DeTable<'_>, plain: &Table, above: &str, found: &mut Vec<SpannedAxis>) {
     for (name, place) in table {
         let Some(value) = plain.get(name.get_ref().as_ref()) else {
             continue;

@@ -60,4 +60,4 @@ pub use shard::Shard;
 pub use store::Store;
 pub use study::{Column, Question, Study, is_study};
 pub use table::{Cells, columns, text_of, write_runs};
-pub use threshold::{Crossing, Found};
+pub use threshold::{Crossing, SearchOutcome};

@@ -11,7 +11,7 @@ const STILL: f64 = 1e-3;
 
 /// What was found along the searched key, at one point of the axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Found {
+pub struct SearchOutcome {
     /// Where the quantity crosses its value, from the least value of the key up.
     pub crossings: Vec<Crossing>,
     /// Whether the quantity only rises, or only falls, over the values that were tried first.
@@ -82,7 +82,7 @@ impl Find {
         &self,
         spare: &(dyn Fn(i64) + Sync),
         quantity: impl Fn(u64, f64) -> Result<Option<f64>, E> + Sync,
-    ) -> Result<Found, E> {
+    ) -> Result<SearchOutcome, E> {
         let keys = self.scanned();
         let values: Vec<Option<f64>> = keys
             .par_iter()
@@ -118,7 +118,7 @@ impl Find {
             let by = |pair: &[f64]| sign * (pair[1] - pair[0]);
             known.windows(2).any(|pair| by(pair) > STILL * range)
         };
-        Ok(Found {
+        Ok(SearchOutcome {
             crossings,
             is_monotonic: !(moves(1.0) && moves(-1.0)),
             least,
@@ -196,7 +196,7 @@ mod tests {
         }
     }
 
-    fn search(find: &Find, f: impl Fn(f64) -> Option<f64> + Sync) -> Found {
+    fn search(find: &Find, f: impl Fn(f64) -> Option<f64> + Sync) -> SearchOutcome {
         let numbers = Mutex::new(Vec::new());
         let spared = AtomicI64::new(0);
         let spare = |trials| {

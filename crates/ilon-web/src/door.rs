@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use ilon::compare::{ComparedRun, Comparison, html};
 use ilon_files::FileAccess;
 use ilon_formats::Spec;
-use ilon_report::stage::scene_of;
+use ilon_report::viewer::scene_of;
 use ilon_scene::Rolling;
 use ilon_sim::judge::judge;
 use ilon_sim::scenario::Setting;

@@ -1,4 +1,4 @@
-// The simulator in Node: `node node.mjs PLAYGROUND hashes NAME...` or `... memory NAME COUNT`. Says JSON.
+// The simulator in Node: `node node.mjs PLAYGROUND hashes NAME...` or `... memory NAME COUNT`, or `... times NAME COUNT`. Says JSON.
 import fs from 'node:fs';
 import path from 'node:path';
 import vm from 'node:vm';
@@ -49,13 +49,13 @@ if (act === 'hashes') {
     return exports.memory.buffer.byteLength;
   });
 } else {
-  // How long a run takes, its report apart, in milliseconds.
+  // How long a run takes, and its report, in milliseconds.
   said = Array.from({ length: Number(rest[1]) }, () => {
     const from = performance.now();
     run(rest[0]);
     const ran = performance.now();
     ask({ do: 'take', what: 'report' });
-    return [ran - from, performance.now() - ran];
+    return [ran - from, performance.now() - ran].map(Math.round);
   });
 }
 console.log(JSON.stringify(said));

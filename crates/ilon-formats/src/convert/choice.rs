@@ -1,14 +1,14 @@
 //! Which of the robots in a file is meant.
 
 use crate::error::RobotError;
-use crate::urdf::{Prepared, wheels_seen};
+use crate::urdf::{UrdfText, wheels_seen};
 
 /// Of robots that a file may hold, the one in which the most wheels are seen; of as many, the first. An arm has more joints than the
 /// base that it stands on.
 pub(super) fn with_most_wheels(
-    written: impl IntoIterator<Item = Result<Prepared, RobotError>>,
-) -> Option<Result<Prepared, RobotError>> {
-    let mut best: Option<((usize, usize), Result<Prepared, RobotError>)> = None;
+    written: impl IntoIterator<Item = Result<UrdfText, RobotError>>,
+) -> Option<Result<UrdfText, RobotError>> {
+    let mut best: Option<((usize, usize), Result<UrdfText, RobotError>)> = None;
     for robot in written {
         let wheels = robot.as_ref().map_or((0, 0), wheels_seen);
         if best.as_ref().is_none_or(|(most, _)| wheels > *most) {

@@ -11,7 +11,7 @@ mod writer;
 
 use crate::error::RobotError;
 use crate::options::LoadOptions;
-use crate::urdf::Prepared;
+use crate::urdf::UrdfText;
 
 /// The URDF of a text whose root element is that of another format; `None` where it is not.
 pub(crate) fn converted(
@@ -19,7 +19,7 @@ pub(crate) fn converted(
     file: &str,
     text: &str,
     options: &LoadOptions,
-) -> Option<Result<Prepared, RobotError>> {
+) -> Option<Result<UrdfText, RobotError>> {
     match root_tag {
         "sdf" => Some(sdf::converted(file, text)),
         "mujoco" | "mujocoinclude" => Some(mjcf::converted(file, text, options)),

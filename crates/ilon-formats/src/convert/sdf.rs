@@ -14,7 +14,7 @@ use super::malformed::of_xml;
 use super::writer::{JointOf, ShapeOf, Writer, escaped};
 use crate::error::{Fault, RobotError};
 use crate::model::{JointSpring, Remark};
-use crate::urdf::Prepared;
+use crate::urdf::UrdfText;
 use crate::xml;
 
 /// Deepest chain of frames that are each relative to another.
@@ -25,7 +25,7 @@ const MOST_MODELS: usize = 20;
 const NO_LIMIT: f64 = 1e12;
 
 /// The URDF of the robot in an SDF text.
-pub(super) fn converted(file: &str, text: &str) -> Result<Prepared, RobotError> {
+pub(super) fn converted(file: &str, text: &str) -> Result<UrdfText, RobotError> {
     let document = xml::parse(text).map_err(|fault| of_xml(file, text, fault))?;
     let root = document.root_element();
     let mut models: Vec<Node> = root
@@ -46,7 +46,7 @@ pub(super) fn converted(file: &str, text: &str) -> Result<Prepared, RobotError> 
             old_axes: version_before(version, (1, 5)),
             fault: &fault,
         };
-        let mut prepared = Prepared::as_it_is(file, "");
+        let mut prepared = UrdfText::as_it_is(file, "");
         let (urdf, origins) = reader.write(file, text, &mut prepared.remarks)?;
         prepared.springs = reader.springs()?;
         prepared.text = urdf.into();

@@ -1,8 +1,8 @@
 //! The faults of robot files.
 
 use super::clue::Clues;
+use super::lists::{counted, listed, looked_at, missing};
 use super::named::{Looked, MissingFile};
-use super::words::{counted, listed, looked_at, missing};
 use crate::options::WheelOptions;
 
 /// What is wrong with a robot's description.

@@ -6,9 +6,9 @@
 mod clue;
 mod fault;
 mod help;
+mod lists;
 mod named;
 mod remedy;
-mod words;
 
 use std::fmt;
 use std::ops::Range;

@@ -10,7 +10,7 @@ use super::loading::Loading;
 use super::recognise::{Candidate, fixed_hubs};
 use super::source::Source;
 use super::tree::{Motion, PlacedShape, Tree};
-use super::{form, infer, plausibility, wheel_size};
+use super::{infer, plausibility, schema, wheel_size};
 use crate::error::{Fault, Looked, RobotError};
 use crate::model::{Chassis, Collision, MassProperties, Remark, Robot, StandingPose, Wheel};
 
@@ -76,7 +76,7 @@ pub(super) fn check_wheel_count(
             return with_sizes(loading, &steered, fault);
         }
     }
-    if let Some(error) = form::of_old_xacro(source) {
+    if let Some(error) = schema::of_old_xacro(source) {
         return Err(error);
     }
     Err(source.robot_error(Fault::TooFewWheels {

@@ -26,7 +26,7 @@ const RUBBER_KG_M3: f64 = 1100.0;
 const IN_THE_MIDDLE_M: f64 = 1e-3;
 
 /// A wheel that is given rollers, and its gamma.
-pub(super) struct Given {
+pub(super) struct BareWheel {
     pub(super) like: WheelLike,
     gamma_rad: f64,
 }
@@ -37,7 +37,7 @@ pub(super) fn wheels(
     options: &WheelOptions,
     candidates: &[Candidate],
     survey: &Survey,
-) -> Result<Vec<Given>, RobotError> {
+) -> Result<Vec<BareWheel>, RobotError> {
     check(loading, options)?;
     let likes = if options.joints.is_empty() {
         survey.turning.clone()
@@ -70,7 +70,7 @@ pub(super) fn wheels(
             range: "as long as the list of wheels",
         }));
     }
-    let given = |(like, gamma_deg): (WheelLike, f64)| Given {
+    let given = |(like, gamma_deg): (WheelLike, f64)| BareWheel {
         like,
         gamma_rad: gamma_deg.to_radians(),
     };
@@ -183,7 +183,7 @@ pub(super) fn in_x_deg(
 pub(super) fn wheel(
     loading: &mut Loading,
     options: &WheelOptions,
-    given: &Given,
+    given: &BareWheel,
     body: &RigidBody,
 ) -> Result<Wheel, RobotError> {
     let (source, tree) = (loading.source, loading.tree);
@@ -227,7 +227,7 @@ pub(super) fn wheel(
 }
 
 /// The wheel's radius, and where its middle is along the hub axis.
-fn size(loading: &mut Loading, given: &Given, body: &RigidBody) -> Result<(f64, f64), Fault> {
+fn size(loading: &mut Loading, given: &BareWheel, body: &RigidBody) -> Result<(f64, f64), Fault> {
     let like = &given.like;
     let shown = disc::about(body, &hub_frame(&like.origin, &like.axis), &loading.meshes);
     let unsized_wheel = Unsized {
@@ -262,13 +262,13 @@ fn size(loading: &mut Loading, given: &Given, body: &RigidBody) -> Result<(f64, 
     }
 }
 
-fn remark_wheel(loading: &mut Loading, given: &Given, words: String) {
+fn remark_wheel(loading: &mut Loading, given: &BareWheel, words: String) {
     let name = &loading.tree.joints[given.like.joint].name;
     let subject = format!("wheel `{name}`");
     loading.remarks.push(Remark::new(subject, words));
 }
 
-fn remark_visual(loading: &mut Loading, given: &Given, disc: &Disc) {
+fn remark_visual(loading: &mut Loading, given: &BareWheel, disc: &Disc) {
     if disc.of_visuals {
         let words = "it has no collision geometry: its size is taken from what is shown of it";
         remark_wheel(loading, given, words.to_owned());
@@ -337,7 +337,7 @@ fn rollers(
 }
 
 /// Says what a wheel was given, and what its joint is in the file.
-fn remark_given(loading: &mut Loading, given: &Given, rollers: &[Roller], radius_m: f64) {
+fn remark_given(loading: &mut Loading, given: &BareWheel, rollers: &[Roller], radius_m: f64) {
     let joint = &loading.tree.joints[given.like.joint];
     let subject = format!("wheel `{}`", joint.name);
     let (count, first) = (rollers.len(), &rollers[0]);

@@ -27,7 +27,7 @@ use crate::model::{
 const LEAST_CARRY_RAD: f64 = 0.035;
 
 /// A roller as its joint and geometry show it, in a frame on the hub axis.
-pub(super) struct Seen {
+pub(super) struct RollerGeometry {
     pub(super) joint: usize,
     pub(super) body: RigidBody,
     pub(super) axis: Unit<Vector3<f64>>,
@@ -44,7 +44,7 @@ pub(super) fn rollers(
     candidate: &Candidate,
     body_from_joint: &Isometry3<f64>,
     hub: &RigidBody,
-) -> Result<Vec<Seen>, RobotError> {
+) -> Result<Vec<RollerGeometry>, RobotError> {
     let half_pitch_rad = PI / candidate.rollers.len() as f64;
     let mut faults = Faults::default();
     let mut seen = Vec::with_capacity(candidate.rollers.len());
@@ -108,7 +108,7 @@ fn see(
     body_from_joint: &Isometry3<f64>,
     half_pitch_rad: f64,
     bare: &mut Vec<Fault>,
-) -> Result<Option<Seen>, RobotError> {
+) -> Result<Option<RollerGeometry>, RobotError> {
     let (source, tree) = (loading.source, loading.tree);
     let joint = &tree.joints[j];
     let hub_from_body = body_from_joint.inverse();
@@ -158,7 +158,7 @@ fn see(
         }
     };
     let outline = roller_dimensions::outline(&skew, &profile, half_pitch_rad);
-    Ok(Some(Seen {
+    Ok(Some(RollerGeometry {
         joint: j,
         body,
         axis,
@@ -173,7 +173,7 @@ fn see(
 pub(super) fn check_alike(
     source: &Source,
     tree: &Tree,
-    seen: &[Seen],
+    seen: &[RollerGeometry],
     gamma_rad: f64,
     radius_m: f64,
 ) -> Result<(), RobotError> {
@@ -208,11 +208,11 @@ pub(super) fn check_alike(
 /// are.
 pub(super) fn give_lone_spheres_a_length(
     wheel: &str,
-    seen: &mut [Seen],
+    seen: &mut [RollerGeometry],
     radius_m: f64,
     remarks: &mut Vec<Remark>,
 ) -> usize {
-    let place_rad = |s: &Seen| libm::atan2(s.skew.foot.y, s.skew.foot.x);
+    let place_rad = |s: &RollerGeometry| libm::atan2(s.skew.foot.y, s.skew.foot.x);
     let places: Vec<f64> = seen.iter().map(place_rad).collect();
     let mut lone = 0;
     let mut dip_m: f64 = 0.0;
@@ -244,8 +244,14 @@ pub(super) fn give_lone_spheres_a_length(
 }
 
 /// Says where the rollers leave the circle that is fitted to them.
-pub(super) fn remark_outline(wheel: &str, seen: &[Seen], radius_m: f64, remarks: &mut Vec<Remark>) {
-    let off_circle = |s: &Seen| s.outline.error_m + (s.outline.wheel_radius_m - radius_m).abs();
+pub(super) fn remark_outline(
+    wheel: &str,
+    seen: &[RollerGeometry],
+    radius_m: f64,
+    remarks: &mut Vec<Remark>,
+) {
+    let off_circle =
+        |s: &RollerGeometry| s.outline.error_m + (s.outline.wheel_radius_m - radius_m).abs();
     let worst_m = seen.iter().map(off_circle).fold(0.0, f64::max);
     if worst_m > 1e-3 * radius_m {
         remarks.push(Remark::new(format!("wheel `{wheel}`"), format!(
@@ -255,8 +261,9 @@ pub(super) fn remark_outline(wheel: &str, seen: &[Seen], radius_m: f64, remarks:
                 1e3 * worst_m
             )));
     }
-    let off_middle =
-        |s: &Seen| s.outline.middle_m.abs() / s.outline.half_length_m.unwrap_or(f64::INFINITY);
+    let off_middle = |s: &RollerGeometry| {
+        s.outline.middle_m.abs() / s.outline.half_length_m.unwrap_or(f64::INFINITY)
+    };
     let worst = seen.iter().map(off_middle).fold(0.0, f64::max);
     if worst > 0.05 {
         remarks.push(Remark::new(format!("wheel `{wheel}`"), format!(
@@ -271,7 +278,7 @@ pub(super) fn remark_outline(wheel: &str, seen: &[Seen], radius_m: f64, remarks:
 pub(super) fn roller(
     source: &Source,
     tree: &Tree,
-    seen: &Seen,
+    seen: &RollerGeometry,
     middle_z_m: f64,
     wheel_radius_m: f64,
     body_from_hub: &Isometry3<f64>,
@@ -353,7 +360,7 @@ pub(super) fn roller(
 /// The file's own shapes of a roller, in its frame.
 pub(super) fn as_modelled(
     roller: &Roller,
-    seen: &Seen,
+    seen: &RollerGeometry,
     middle_z_m: f64,
     meshes: &Meshes,
 ) -> Result<ModelledRoller, Fault> {

@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vect
 
 use super::asked_joint::{Role, asked, refused};
 use super::check;
-use super::from_options::Given;
+use super::from_options::BareWheel;
 use super::loading::Loading;
 use super::recognise::Candidate;
 use super::transmission;
@@ -87,7 +87,7 @@ impl Linkage {
 pub(super) fn decide(
     loading: &mut Loading,
     candidates: &[Candidate],
-    given: &[Given],
+    given: &[BareWheel],
 ) -> Result<Linkage, RobotError> {
     let tree = loading.tree;
     let wheels_and_rollers = moving(candidates, given);
@@ -179,7 +179,7 @@ pub(super) fn decide(
 }
 
 /// The joints that move: wheels and rollers.
-pub(super) fn moving(candidates: &[Candidate], given: &[Given]) -> HashSet<usize> {
+pub(super) fn moving(candidates: &[Candidate], given: &[BareWheel]) -> HashSet<usize> {
     candidates
         .iter()
         .flat_map(|c| c.rollers.iter().copied().chain([c.hub]))

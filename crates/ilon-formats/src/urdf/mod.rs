@@ -15,7 +15,6 @@ mod dae;
 mod disc;
 mod even_rollers;
 mod faults;
-mod form;
 mod from_options;
 mod from_rollers;
 mod geometry;
@@ -31,14 +30,15 @@ mod normalise;
 mod numbers;
 mod outline;
 mod plausibility;
-mod prepared;
 mod recognise;
 mod repair;
 mod roller_dimensions;
 mod roller_gaps;
+mod schema;
 mod source;
 mod transmission;
 mod tree;
+mod urdf_text;
 mod visual_meshes;
 mod wheel_dimensions;
 mod wheel_size;
@@ -52,17 +52,17 @@ use body::RigidBody;
 use candidates::Survey;
 use check::LEAST_WHEELS;
 use faults::Faults;
-use from_options::Given;
+use from_options::BareWheel;
 pub(crate) use hub::hub_frame;
 use linkage::{Linkage, moving};
 use loading::Loading;
 pub(crate) use mesh::{LFS_POINTER, Meshes, is_lfs_pointer};
 pub use outline::WheelOutline;
-pub(crate) use prepared::{Origin, Prepared};
 use recognise::Candidate;
 pub(crate) use repair::{levelled, repaired, with_light_parts_repaired};
 use source::Source;
 use tree::{Motion, Tree};
+pub(crate) use urdf_text::{Origin, UrdfText};
 pub use visual_meshes::mesh_triangles;
 pub(crate) use visual_meshes::read as read_looks;
 pub(crate) use wheel_size::is_wheel_size;
@@ -77,7 +77,7 @@ pub(crate) struct Read {
 }
 
 /// Reads a robot.
-pub(crate) fn read(prepared: &Prepared, options: &LoadOptions) -> Result<Read, RobotError> {
+pub(crate) fn read(prepared: &UrdfText, options: &LoadOptions) -> Result<Read, RobotError> {
     let source = Source::parse(prepared)?;
     let mut remarks = prepared.remarks.clone();
     let tree = tree(&source, options, &mut remarks)?;
@@ -102,7 +102,7 @@ pub(crate) fn read(prepared: &Prepared, options: &LoadOptions) -> Result<Read, R
 }
 
 /// How many wheels with rollers a text shows, and how many level joints that turn and have nothing that turns above or below them.
-pub(crate) fn wheels_seen(prepared: &Prepared) -> (usize, usize) {
+pub(crate) fn wheels_seen(prepared: &UrdfText) -> (usize, usize) {
     let source = Source::parse(prepared).ok();
     let Some(tree) = source.and_then(|source| repair::tree(&source)) else {
         return (0, 0);
@@ -121,7 +121,7 @@ fn tree(
     remarks: &mut Vec<Remark>,
 ) -> Result<Tree, RobotError> {
     let links_may_miss = options.leave_out_missing;
-    remarks.extend(form::check(source, links_may_miss)?);
+    remarks.extend(schema::check(source, links_may_miss)?);
     let left_out = if links_may_miss {
         let (left_out, said) = normalise::without_missing(source);
         remarks.extend(said);
@@ -139,7 +139,7 @@ fn tree(
 
 /// The wheels that are given rollers: by the options, or by what the file itself says of them. With what they are given, and
 /// whether the file said so.
-type Bare = (Vec<Given>, Option<WheelOptions>, Option<WheelOptions>);
+type Bare = (Vec<BareWheel>, Option<WheelOptions>, Option<WheelOptions>);
 
 fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, RobotError> {
     let asked = loading.options.wheels.clone();
@@ -210,7 +210,7 @@ fn remark_left_alone(loading: &mut Loading, rollers: &Option<WheelOptions>, surv
 fn wheels(
     loading: &mut Loading,
     candidates: &[Candidate],
-    given: &[Given],
+    given: &[BareWheel],
     rollers: Option<&WheelOptions>,
 ) -> Result<Vec<Wheel>, RobotError> {
     let tree = loading.tree;
@@ -293,7 +293,7 @@ fn check_wheel(loading: &mut Loading, wheel: &Wheel, body: &RigidBody) -> Result
 fn assemble(
     mut loading: Loading,
     mut wheels: Vec<Wheel>,
-    (candidates, given): (&[Candidate], &[Given]),
+    (candidates, given): (&[Candidate], &[BareWheel]),
     linkage: &Linkage,
 ) -> Result<(Robot, Vec<WheelOutline>), RobotError> {
     let (source, tree) = (loading.source, loading.tree);

@@ -9,7 +9,7 @@ use std::fmt::Write;
 
 use roxmltree::Node;
 
-use super::form::GEOMETRIES;
+use super::schema::GEOMETRIES;
 use super::source::{Source, child};
 use crate::model::Remark;
 

@@ -9,9 +9,9 @@ use roxmltree::Node;
 
 use super::geometry::primitive;
 use super::inertia_from_shapes::{self, Solid};
-use super::prepared::{Edit, Prepared};
 use super::source::{Source, child, describe};
 use super::tree::{Motion, Tree};
+use super::urdf_text::{Edit, UrdfText};
 use super::{normalise, recognise};
 use crate::error::{Fault, RobotError, is_zero_size};
 use crate::model::{Collision, MassProperties, Remark, Robot};
@@ -27,10 +27,10 @@ const LIGHT_SHARE: f64 = 0.05;
 /// The text with the inertias of light parts repaired, where an error shows nothing else; `None` where it shows more. How the mass of
 /// a light part of the chassis is spread hardly counts: the robot need not be refused for it.
 pub(crate) fn with_light_parts_repaired(
-    prepared: &Prepared,
+    prepared: &UrdfText,
     error: &RobotError,
     options: &LoadOptions,
-) -> Option<Prepared> {
+) -> Option<UrdfText> {
     let source = Source::parse(prepared).ok()?;
     let mass_kg = |link: Node| {
         let mass = child(child(link, "inertial")?, "mass")?;
@@ -78,10 +78,10 @@ pub(crate) fn with_light_parts_repaired(
 
 /// The text with everything repaired that an error shows and that can be; `None` where nothing can.
 pub(crate) fn repaired(
-    prepared: &Prepared,
+    prepared: &UrdfText,
     error: &RobotError,
     options: &LoadOptions,
-) -> Option<Prepared> {
+) -> Option<UrdfText> {
     let source = Source::parse(prepared).ok()?;
     let mut edits = Vec::new();
     let mut remarks = Vec::new();
@@ -399,7 +399,7 @@ pub(super) fn tree(source: &Source) -> Option<Tree> {
 }
 
 /// The text with wheels brought to one height that end some millimetres above or below the others; `None` where there are none.
-pub(crate) fn levelled(prepared: &Prepared, robot: &Robot) -> Option<Prepared> {
+pub(crate) fn levelled(prepared: &UrdfText, robot: &Robot) -> Option<UrdfText> {
     let bottoms_m: Vec<f64> = robot
         .wheels
         .iter()

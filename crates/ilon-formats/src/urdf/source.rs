@@ -9,14 +9,14 @@ use std::ops::Range;
 
 use roxmltree::{Document, Node};
 
-use super::prepared::Prepared;
+use super::urdf_text::UrdfText;
 use crate::error::{Fault, RobotError};
 use crate::model::Remark;
 use crate::xml;
 
 /// A URDF text and its elements.
 pub(super) struct Source<'a> {
-    pub(super) prepared: &'a Prepared,
+    pub(super) prepared: &'a UrdfText,
     document: Document<'a>,
     line_breaks: Vec<usize>,
     /// The first link and the first joint of each name.
@@ -25,7 +25,7 @@ pub(super) struct Source<'a> {
 
 impl<'a> Source<'a> {
     /// Parses the text as XML and holds it against the form of URDF.
-    pub(super) fn parse(prepared: &'a Prepared) -> Result<Self, RobotError> {
+    pub(super) fn parse(prepared: &'a UrdfText) -> Result<Self, RobotError> {
         let text = &prepared.text;
         let document = xml::parse(text).map_err(|fault| {
             let (fault, bytes) = match fault {

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use super::body::RigidBody;
-use super::from_rollers::{self, Seen};
+use super::from_rollers::{self, RollerGeometry};
 use super::hub::{check_level, hub_frame, remark_motor};
 use super::loading::Loading;
 use super::outline;
@@ -23,7 +23,11 @@ struct Ring {
 }
 
 impl Ring {
-    fn of(seen: &[Seen], body_from_joint: &Isometry3<f64>, axis: &Unit<Vector3<f64>>) -> Self {
+    fn of(
+        seen: &[RollerGeometry],
+        body_from_joint: &Isometry3<f64>,
+        axis: &Unit<Vector3<f64>>,
+    ) -> Self {
         let along_hub = |pick: fn(f64, f64) -> f64, from: f64| {
             seen.iter().map(|s| s.skew.foot.z).fold(from, pick)
         };
@@ -82,7 +86,12 @@ pub(super) fn measure(
 }
 
 /// Gives lone spheres a length, and says how the rollers fit the wheel's circle. Returns how many lone spheres there are.
-fn remark_fit(loading: &mut Loading, wheel: &str, seen: &mut [Seen], ring: &Ring) -> usize {
+fn remark_fit(
+    loading: &mut Loading,
+    wheel: &str,
+    seen: &mut [RollerGeometry],
+    ring: &Ring,
+) -> usize {
     // What barrels make of the geometry is of no interest where there are none.
     let mut unsaid = Vec::new();
     let bare = seen.iter().filter(|s| s.body.shapes.is_empty()).count();
@@ -103,7 +112,11 @@ fn remark_fit(loading: &mut Loading, wheel: &str, seen: &mut [Seen], ring: &Ring
 }
 
 /// The rollers of the model, ordered by place.
-fn rollers(loading: &mut Loading, seen: &[Seen], ring: &Ring) -> Result<Vec<Roller>, RobotError> {
+fn rollers(
+    loading: &mut Loading,
+    seen: &[RollerGeometry],
+    ring: &Ring,
+) -> Result<Vec<Roller>, RobotError> {
     let (source, tree) = (loading.source, loading.tree);
     let mut rollers = Vec::with_capacity(seen.len());
     for s in seen {
@@ -161,7 +174,7 @@ fn hand_over(
 fn outline(
     loading: &mut Loading,
     wheel: &str,
-    seen: Vec<Seen>,
+    seen: Vec<RollerGeometry>,
     ring: &Ring,
     handover: &Handover,
     lone_spheres: usize,

@@ -17,7 +17,7 @@ use super::drive::{self, Ready, Task, made};
 use super::drive_result::{DriveResult, MeanOverPhases};
 use super::parameters::Free;
 use super::phases::Starts;
-use super::profile_likelihood::{Along, NORMAL, PARTS, Point, Scattered, Share};
+use super::profile_likelihood::{LikelihoodProfile, NORMAL, PARTS, Point, Scattered, Share};
 use super::residuals::Scales;
 use super::steady_drives::{Course, Leg};
 use crate::least_squares::{Minimum, Search, least_squares};
@@ -270,8 +270,13 @@ impl<'a> Problem<'a> {
     }
 
     /// What is left along the range of each key.
-    fn along(&self, found: &Minimum, errors: &[f64], search: &Search) -> Result<Vec<Along>, Error> {
-        let one = |axis: usize| -> Result<Along, Error> {
+    fn along(
+        &self,
+        found: &Minimum,
+        errors: &[f64],
+        search: &Search,
+    ) -> Result<Vec<LikelihoodProfile>, Error> {
+        let one = |axis: usize| -> Result<LikelihoodProfile, Error> {
             let here = found.values[axis];
             let (low, high) = search.bounds[axis];
             let part = |part: u32| low + (high - low) * f64::from(part) / f64::from(PARTS);
@@ -297,7 +302,7 @@ impl<'a> Problem<'a> {
                 })
             });
             let others = found.jacobian.clone().remove_column(axis);
-            Ok(Along::new(points.collect(), &others))
+            Ok(LikelihoodProfile::new(points.collect(), &others))
         };
         (0..self.free.len()).into_par_iter().map(one).collect()
     }
@@ -324,7 +329,7 @@ impl<'a> Problem<'a> {
     fn whole(
         &self,
         found: &Minimum,
-        all: &[Along],
+        all: &[LikelihoodProfile],
         mut intervals: Vec<Interval>,
         runs: Option<&Runs>,
     ) -> (Vec<Interval>, Vec<Option<f64>>) {
@@ -536,7 +541,7 @@ impl<'a> Problem<'a> {
 
 /// Values at which clearly less is left than where a search ended, along the range of one key with the others following; `None` where there
 /// are none.
-fn better(found: &Minimum, all: &[Along], search: &Search) -> Option<Vec<f64>> {
+fn better(found: &Minimum, all: &[LikelihoodProfile], search: &Search) -> Option<Vec<f64>> {
     let least = all.iter().enumerate();
     let least = least.filter_map(|(axis, along)| Some((axis, along.least()?)));
     let (axis, [value, squares]) = least.min_by(|(_, a), (_, b)| a[1].total_cmp(&b[1]))?;

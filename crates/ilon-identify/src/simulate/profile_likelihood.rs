@@ -49,7 +49,7 @@ pub(super) struct Scattered {
 }
 
 /// What is left along the range of one key, by rising values, of what the other values cannot make up for.
-pub(super) struct Along {
+pub(super) struct LikelihoodProfile {
     points: Vec<Point>,
 }
 
@@ -61,7 +61,7 @@ pub(super) struct Held {
     pub elsewhere: Option<f64>,
 }
 
-impl Along {
+impl LikelihoodProfile {
     /// Takes off what the other values can make up for: `others` is how what is left follows them, a column a value.
     pub fn new(mut points: Vec<Point>, others: &DMatrix<f64>) -> Self {
         let made_up = basis(others);
@@ -254,7 +254,7 @@ mod tests {
     }
 
     /// Eight runs of one drive, one equation each. With sets, each drive begins at angles by chance that matter as much as v does.
-    fn along(way: Ways<'_>, seen: &[f64], sets: &[f64]) -> (Along, Vec<Share>) {
+    fn along(way: Ways<'_>, seen: &[f64], sets: &[f64]) -> (LikelihoodProfile, Vec<Share>) {
         let point = |part: u32| {
             let value = f64::from(part) / f64::from(PARTS);
             Point {
@@ -271,7 +271,7 @@ mod tests {
         });
         let none = DMatrix::zeros(RUNS, 0);
         (
-            Along::new((0..=PARTS).map(point).collect(), &none),
+            LikelihoodProfile::new((0..=PARTS).map(point).collect(), &none),
             shares.collect(),
         )
     }
@@ -285,7 +285,7 @@ mod tests {
         (0..RUNS).map(|_| way(truth) + noise(rng)).collect()
     }
 
-    /// Along a line the values held are those of Student's interval, to the part into which a range is cut.
+    /// LikelihoodProfile a line the values held are those of Student's interval, to the part into which a range is cut.
     #[test]
     fn of_a_line_the_interval_is_that_of_the_mean() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
@@ -374,7 +374,7 @@ mod tests {
         let (alone, shares) = along(&line, &seen, &[]);
         let of_other = DMatrix::repeat(RUNS, 1, -0.3);
         let points = alone.points.into_iter().step_by(FINER as usize).collect();
-        let both = Along::new(points, &of_other);
+        let both = LikelihoodProfile::new(points, &of_other);
         let scattered = scattered(&line, &seen, 0.5);
         assert_eq!(
             both.held(0.5, &shares, &scattered).unwrap().ends,

@@ -2,8 +2,8 @@
 
 mod anomalies;
 mod bad_logs;
-mod fit;
 mod floors;
+mod kinematic_fit;
 mod phases;
 mod rollers;
 mod studies;

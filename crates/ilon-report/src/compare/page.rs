@@ -12,8 +12,8 @@ use ilon_trace::Quantity;
 use super::Comparison;
 use super::ranking;
 use crate::page::{self, Head, Section, card, escape, grid, panels};
-use crate::stage;
 use crate::text::{angle, length};
+use crate::viewer;
 
 /// The comparison as one HTML file that needs nothing else.
 pub fn html(comparison: &Comparison) -> String {
@@ -30,7 +30,7 @@ pub fn html(comparison: &Comparison) -> String {
         let (from_s, until_s) = ends.fold((f64::INFINITY, 0.0_f64), |(from, until), record| {
             (from.min(record.t_s), until.max(record.t_s))
         });
-        stage::of_runs(&scenes, [from_s, until_s])
+        viewer::of_runs(&scenes, [from_s, until_s])
     };
     let head = Head {
         kind: "comparison",
@@ -84,7 +84,7 @@ pub fn html(comparison: &Comparison) -> String {
                   double click goes back. A click on a name in a legend hides that curve. Equation numbers are those of \
                   G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics Analysis and Control”, IEEE \
                   Transactions on Robotics 25(1), 2009.</p>";
-    stage::page(&head, &sections, footer, !scenes.is_empty())
+    viewer::page(&head, &sections, footer, !scenes.is_empty())
 }
 
 /// The scenes of the runs by their names, as JSON: of the first runs, so that the page stays small, and of those whose robots are
@@ -93,7 +93,7 @@ fn scenes(comparison: &Comparison) -> Vec<(&str, String)> {
     /// More than these nobody watches at once.
     const MOST: usize = 4;
     let shown = comparison.runs.iter().take(MOST).filter_map(|run| {
-        let Ok(scene) = stage::picture_of(&run.trace, None, None);
+        let Ok(scene) = viewer::picture_of(&run.trace, None, None);
         Some((run.name.as_str(), scene?.json))
     });
     shown.collect()

@@ -14,8 +14,8 @@ use crate::figure::{
     solid,
 };
 use crate::page::{self, Head, Section, escape, grid};
-use crate::stage;
 use crate::text::{angle, length, percent, time};
+use crate::viewer;
 use ranked::{Ranked, allowed, of_its_span, ranked, value};
 
 /// Rows before and after the first difference that are drawn one by one.
@@ -67,15 +67,15 @@ pub fn html<R: Rows>(run: &R, baseline: &R, found: &[Difference]) -> Result<Stri
         &run.header().scenario_toml,
     ]);
     let scenes: Vec<(&str, String)> = [
-        ("run", stage::picture_of(run, None, None)?),
-        ("baseline", stage::picture_of(baseline, None, None)?),
+        ("run", viewer::picture_of(run, None, None)?),
+        ("baseline", viewer::picture_of(baseline, None, None)?),
     ]
     .into_iter()
     .filter_map(|(name, scene)| Some((name, scene?.json)))
     .collect();
     let stage = match scenes.is_empty() {
         true => String::new(),
-        false => stage::of_runs(&scenes, [0.0, durations_s[0].max(durations_s[1])]),
+        false => viewer::of_runs(&scenes, [0.0, durations_s[0].max(durations_s[1])]),
     };
     let head = Head {
         kind: "against a baseline",
@@ -135,7 +135,7 @@ pub fn html<R: Rows>(run: &R, baseline: &R, found: &[Difference]) -> Result<Stri
     ];
     let footer = "<p>A signal may differ by its tolerance in <code>[expect.tolerances]</code>; one without must be equal to \
                   the bit. Curves over the whole run are thinned for the screen.</p>";
-    Ok(stage::page(&head, &sections, footer, !scenes.is_empty()))
+    Ok(viewer::page(&head, &sections, footer, !scenes.is_empty()))
 }
 
 /// What came of it, and where it began, in sentences, as HTML.

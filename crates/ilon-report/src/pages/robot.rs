@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::figure::{Figure, Layout, Span, axis, exact_curve, plot, wheel_pen};
 use crate::page::{Head, Section, card, escape};
-use crate::{drawing, stage};
+use crate::{drawing, viewer};
 use ilon_control::{ContactKinematics, Kinematics, SpeedLimits};
 use ilon_formats::Loaded;
 use ilon_robot::Robot;
@@ -41,7 +41,7 @@ pub fn html(loaded: &Loaded, seen: &Inspection) -> String {
         Description::of_robot(robot, Some(&loaded.urdf), &loaded.visual_meshes()),
         turning(robot, contact.clone()),
     );
-    let picture = stage::of_robot(&scene, TURN_S).ok();
+    let picture = viewer::of_robot(&scene, TURN_S).ok();
     let has_scene = picture.is_some();
     let by_direction = kinematics
         .as_ref()
@@ -97,7 +97,7 @@ pub fn html(loaded: &Loaded, seen: &Inspection) -> String {
     }
     let footer = "<p>γ, M and equation (7) are those of G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics Analysis \
                   and Control”, IEEE Transactions on Robotics 25(1), 2009.</p>";
-    stage::page(&head, &sections, footer, has_scene)
+    viewer::page(&head, &sections, footer, has_scene)
 }
 
 /// One turn of the wheels in their places, with the roller that touches at each instant.

@@ -18,7 +18,7 @@ use crate::file::Method;
 use crate::minimise::Minimum;
 use crate::row::{Row, Status, figure_index};
 use crate::study::{Question, Study};
-use crate::threshold::Found;
+use crate::threshold::SearchOutcome;
 
 /// The quantiles that are given of a sample.
 const SHARES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
@@ -85,7 +85,7 @@ pub struct FoundAt {
     pub values: BTreeMap<String, Value>,
     /// What was found there.
     #[serde(flatten)]
-    pub found: Found,
+    pub found: SearchOutcome,
 }
 
 /// What `[minimise]` found.

@@ -59,7 +59,7 @@ impl<W: Write> Write for Summed<W> {
 
 /// What a file's checksum says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Found {
+pub(super) enum Integrity {
     /// The bytes are those that were written.
     Whole,
     /// They are not.
@@ -79,7 +79,7 @@ pub(super) fn is_labelled(file: &mut File) -> io::Result<bool> {
 }
 
 /// Reads a file from its start to its end, to hold it against its checksum.
-pub(super) fn check(file: &mut File) -> io::Result<Found> {
+pub(super) fn check(file: &mut File) -> io::Result<Integrity> {
     file.seek(SeekFrom::Start(0))?;
     let mut head = Vec::new();
     let head_length = AT + LABEL.len() + DIGITS;
@@ -92,9 +92,9 @@ pub(super) fn check(file: &mut File) -> io::Result<Found> {
         let is_parquet =
             head.starts_with(MAGIC) && file.read_exact(&mut end).is_ok() && end == *MAGIC;
         return Ok(if is_parquet {
-            Found::Parquet
+            Integrity::Parquet
         } else {
-            Found::Other
+            Integrity::Other
         });
     }
     let digits = head.split_off(AT + LABEL.len());
@@ -111,9 +111,9 @@ pub(super) fn check(file: &mut File) -> io::Result<Found> {
         }
     }
     Ok(if sum.digits().as_bytes() == digits {
-        Found::Whole
+        Integrity::Whole
     } else {
-        Found::Damaged
+        Integrity::Damaged
     })
 }
 
@@ -219,7 +219,7 @@ mod tests {
         file.write_all(&empty()).unwrap();
         file.write_all(b"what it holds").unwrap();
         let mut file = file.finish().unwrap();
-        assert_eq!(check(&mut file).unwrap(), Found::Whole);
+        assert_eq!(check(&mut file).unwrap(), Integrity::Whole);
         let length = file.metadata().unwrap().len();
         for at in 0..length {
             let mut flip = || {
@@ -230,12 +230,12 @@ mod tests {
                 file.write_all(&[byte[0] ^ 4]).unwrap();
                 check(&mut file).unwrap()
             };
-            assert_ne!(flip(), Found::Whole, "{at}");
-            assert_eq!(flip(), Found::Whole, "{at}");
+            assert_ne!(flip(), Integrity::Whole, "{at}");
+            assert_eq!(flip(), Integrity::Whole, "{at}");
         }
         file.set_len(length - 1).unwrap();
-        assert_eq!(check(&mut file).unwrap(), Found::Damaged);
+        assert_eq!(check(&mut file).unwrap(), Integrity::Damaged);
         file.set_len(10).unwrap();
-        assert_eq!(check(&mut file).unwrap(), Found::Other);
+        assert_eq!(check(&mut file).unwrap(), Integrity::Other);
     }
 }

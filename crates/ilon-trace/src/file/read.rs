@@ -11,7 +11,7 @@ use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
 use super::atomic::io_error;
-use super::checksum::{self, Found};
+use super::checksum::{self, Integrity};
 use super::format::{HEADER_KEY, MOST_ROWS, ROWS_A_GROUP};
 use crate::columns::{Kind, Signal, signals};
 use crate::error::TraceError;
@@ -55,10 +55,10 @@ impl TraceFile {
         let found = checksum::check(&mut own).map_err(io_error("read", path))?;
         let path_owned = path.to_owned();
         match found {
-            Found::Whole => Self::of(file, path),
-            Found::Damaged => Err(TraceError::Damaged { path: path_owned }),
-            Found::Parquet => Err(TraceError::NotATrace { path: path_owned }),
-            Found::Other => Err(TraceError::NotParquet {
+            Integrity::Whole => Self::of(file, path),
+            Integrity::Damaged => Err(TraceError::Damaged { path: path_owned }),
+            Integrity::Parquet => Err(TraceError::NotATrace { path: path_owned }),
+            Integrity::Other => Err(TraceError::NotParquet {
                 path: path_owned,
                 source: ParquetError::General("it does not begin and end as one".to_owned()),
             }),

@@ -24,7 +24,7 @@ use super::escape::one_line;
 use super::options::{Sandbox, Settings};
 use super::outcome::Outcome;
 use super::output::OutputFolder;
-use super::reserve::{self, Claim};
+use super::reserve::{self, ReservedOutput};
 use super::{console, fault};
 use crate::Scenario;
 use crate::cli::failure::Failure;
@@ -187,7 +187,7 @@ fn say_what_studies_leave_out(arguments: &Arguments, found: &[CheckedFile], file
 
 /// Makes sure, before anything is simulated, that all that shall be written can be, over nothing that is read, and that no
 /// two scenarios share their files.
-fn claims(arguments: &Arguments, found: &[CheckedFile]) -> Result<Vec<Claim>, Failure> {
+fn claims(arguments: &Arguments, found: &[CheckedFile]) -> Result<Vec<ReservedOutput>, Failure> {
     let Arguments {
         junit,
         keep,

@@ -24,7 +24,7 @@ const MOST_RELATED: usize = 20;
 pub(super) fn show(error: Failure) {
     install_printer();
     // What the library calls a setting was given by an option.
-    let shown = Shown::of(&error, "--set");
+    let shown = PlainFault::of(&error, "--set");
     let mut text = String::new();
     if write!(text, "{:?}", Report::new(shown)).is_err() {
         text = format!("{}\n", escape::one_line(&error.to_string()));
@@ -40,7 +40,7 @@ pub(super) fn plain(error: &dyn Diagnostic, settings: &str) -> String {
         .with_width(usize::MAX)
         .with_wrap_lines(false)
         .with_context_lines(CONTEXT_LINES)
-        .render_report(&mut text, &Shown::of(error, settings));
+        .render_report(&mut text, &PlainFault::of(error, settings));
     match printed {
         Ok(()) => text,
         Err(fmt::Error) => escape::one_line(&error.to_string()).into_owned(),
@@ -65,15 +65,15 @@ fn install_printer() {
 
 /// A fault of which all text is short and does nothing but be seen.
 #[derive(Debug)]
-struct Shown {
+struct PlainFault {
     message: String,
     help: Option<String>,
     excerpt: Option<Excerpt>,
     /// What else is wrong.
-    related: Vec<Shown>,
+    related: Vec<PlainFault>,
 }
 
-impl Shown {
+impl PlainFault {
     fn of(error: &dyn Diagnostic, settings: &str) -> Self {
         let text = |text: &dyn fmt::Display| escape::one_line(&text.to_string()).into_owned();
         let label = error.labels().and_then(|mut labels| labels.next());
@@ -107,15 +107,15 @@ impl Shown {
     }
 }
 
-impl fmt::Display for Shown {
+impl fmt::Display for PlainFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)
     }
 }
 
-impl std::error::Error for Shown {}
+impl std::error::Error for PlainFault {}
 
-impl Diagnostic for Shown {
+impl Diagnostic for PlainFault {
     fn severity(&self) -> Option<Severity> {
         Some(Severity::Error)
     }
@@ -248,7 +248,7 @@ mod tests {
             .with_width(usize::MAX)
             .with_wrap_lines(false)
             .with_context_lines(CONTEXT_LINES)
-            .render_report(&mut printed, &Shown::of(&error, "--set"))
+            .render_report(&mut printed, &PlainFault::of(&error, "--set"))
             .expect("it can be shown");
         printed
     }
@@ -302,7 +302,7 @@ mod tests {
     fn messages_of_any_length_end_and_stay_in_their_line() {
         let error =
             ilon_sim::Error::invalid(format!("`{}\n::error::`", "k".repeat(1 << 20)), "a\u{1b}b");
-        let shown = Shown::of(&error, "--set");
+        let shown = PlainFault::of(&error, "--set");
         assert!(shown.message.len() < 3000 && !shown.message.contains('\n'));
         assert_eq!(shown.help.as_deref(), Some("a\\u{1b}b"));
     }

@@ -11,7 +11,7 @@ use ilon_files::FileAccess;
 use ilon_trace::{Recorded, Recording, Summary, TraceError};
 
 use super::context;
-use super::reserve::{self, Claim};
+use super::reserve::{self, ReservedOutput};
 use crate::cli::failure::Failure;
 use crate::judge::Verdict;
 use crate::scenario::Tracked;
@@ -55,7 +55,7 @@ pub(super) struct OutputFolder {
     path: PathBuf,
     /// What made the results, as a person would type it.
     command: String,
-    _claim: Claim,
+    _claim: ReservedOutput,
 }
 
 /// When what a run records is written as a part.

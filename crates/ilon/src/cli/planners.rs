@@ -40,7 +40,7 @@ impl Exports {
     }
 
     /// Keeps the places of the files free for them.
-    pub fn claim(&self, robot: &Path) -> Result<Vec<reserve::Claim>, Failure> {
+    pub fn claim(&self, robot: &Path) -> Result<Vec<reserve::ReservedOutput>, Failure> {
         let asked = self.files().into_iter();
         let named = asked.filter_map(|(path, flag)| Some((path.as_ref()?, flag)));
         named

@@ -11,15 +11,19 @@ use crate::cli::failure::Failure;
 
 /// An output, for this command alone until this is dropped.
 #[derive(Debug)]
-pub(super) struct Claim {
+pub(super) struct ReservedOutput {
     _lock: Option<OutputLock>,
 }
 
 /// A file that shall be written, named by an option.
-pub(super) fn file(path: &Path, option: &str, inputs: &[PathBuf]) -> Result<Claim, Failure> {
+pub(super) fn file(
+    path: &Path,
+    option: &str,
+    inputs: &[PathBuf],
+) -> Result<ReservedOutput, Failure> {
     not_an_input(path, option, inputs)?;
     if is_stream(path) {
-        return Ok(Claim { _lock: None });
+        return Ok(ReservedOutput { _lock: None });
     }
     if path.is_dir() {
         return Err(Failure::usage(
@@ -34,7 +38,7 @@ pub(super) fn file(path: &Path, option: &str, inputs: &[PathBuf]) -> Result<Clai
 }
 
 /// A folder that shall be written into, named by an option; it is made where it is not there.
-pub(super) fn folder(path: &Path, option: &str) -> Result<Claim, Failure> {
+pub(super) fn folder(path: &Path, option: &str) -> Result<ReservedOutput, Failure> {
     std::fs::create_dir_all(path).map_err(|source| cannot_write(path, &source, option))?;
     locked(OutputLock::of_folder(path), path, option)
 }
@@ -43,7 +47,7 @@ fn locked(
     lock: Result<OutputLock, TraceError>,
     path: &Path,
     option: &str,
-) -> Result<Claim, Failure> {
+) -> Result<ReservedOutput, Failure> {
     match lock {
         Ok(lock) => {
             if !lock.is_held() {
@@ -52,7 +56,7 @@ fn locked(
                     path.display()
                 ));
             }
-            Ok(Claim { _lock: Some(lock) })
+            Ok(ReservedOutput { _lock: Some(lock) })
         }
         Err(TraceError::Io { source, .. }) => Err(cannot_write(path, &source, option)),
         Err(in_use @ TraceError::InUse { .. }) => Err(Failure::usage(

@@ -12,15 +12,15 @@ use super::model::{Robot, pose};
 use crate::convert::writer::{JointOf, Writer};
 use crate::error::{Fault, RobotError};
 use crate::model::{DriveTrain, JointSpring, Remark};
-use crate::urdf::Prepared;
+use crate::urdf::UrdfText;
 
 /// The URDF of a robot that stands in a text.
-pub(super) fn written(robot: &Robot, text: &str) -> Result<Prepared, RobotError> {
+pub(super) fn written(robot: &Robot, text: &str) -> Result<UrdfText, RobotError> {
     let name = robot.model.name.as_deref().unwrap_or("mujoco");
     let mut bodies = Bodies {
         robot,
         writer: Writer::new(robot.file, text, name, robot.root_node),
-        prepared: Prepared::as_it_is(robot.file, ""),
+        prepared: UrdfText::as_it_is(robot.file, ""),
     };
     let mut waiting = vec![(robot.root, None)];
     while let Some((id, above)) = waiting.pop() {
@@ -29,7 +29,7 @@ pub(super) fn written(robot: &Robot, text: &str) -> Result<Prepared, RobotError>
         waiting.extend(children.map(|child| (*child, Some((id, link_from_body)))));
     }
     let (urdf, origins) = bodies.writer.finish();
-    Ok(Prepared {
+    Ok(UrdfText {
         text: urdf.into(),
         origins,
         ..bodies.prepared
@@ -40,7 +40,7 @@ pub(super) fn written(robot: &Robot, text: &str) -> Result<Prepared, RobotError>
 struct Bodies<'r, 'a, 'i> {
     robot: &'r Robot<'a, 'i>,
     writer: Writer,
-    prepared: Prepared,
+    prepared: UrdfText,
 }
 
 /// Where a joint stands.

@@ -16,7 +16,7 @@ use super::malformed::of_xml;
 use crate::error::{Fault, RobotError};
 use crate::model::Remark;
 use crate::options::LoadOptions;
-use crate::urdf::Prepared;
+use crate::urdf::UrdfText;
 use crate::xml;
 use model::Robot;
 
@@ -25,7 +25,7 @@ pub(super) fn converted(
     file: &str,
     text: &str,
     options: &LoadOptions,
-) -> Result<Prepared, RobotError> {
+) -> Result<UrdfText, RobotError> {
     let folder = Path::new(file).parent().unwrap_or(Path::new(""));
     let whole = includes::put_in(file, text, folder, options)?;
     let whole = replicate::written_out(file, whole)?;

@@ -188,7 +188,7 @@ pub(crate) fn html(
     picture: Option<&Picture>,
 ) -> String {
     let wheels: Vec<&str> = header.wheels.iter().map(|w| w.name.as_str()).collect();
-    stage(&Stage {
+    stage(&Viewer {
         title: "The run",
         label: "The robot, its rollers and its contacts in three dimensions",
         scene: picture.map(|picture| picture.json.as_str()),
@@ -215,7 +215,7 @@ pub fn of_robot(scene: &Scene, turn_s: f64) -> Result<String, serde_json::Error>
     let data = embed::data(scene)?;
     let wheels = scene.description.robot.wheels.iter();
     let wheels: Vec<&str> = wheels.map(|wheel| wheel.name.as_str()).collect();
-    Ok(stage(&Stage {
+    Ok(stage(&Viewer {
         title: "The robot",
         label: "The robot with all of its rollers in three dimensions",
         scene: Some(&data),
@@ -245,7 +245,7 @@ pub(crate) fn of_runs(runs: &[(&str, String)], ends_s: [f64; 2]) -> String {
         })
         .collect();
     figure(
-        &Stage {
+        &Viewer {
             title: "The runs together",
             label: "",
             scene: None,
@@ -300,7 +300,7 @@ const RUN_LEGEND: &str = "<ul class=\"legend scene-legend\"><li style=\"--c:var(
      <li style=\"--c:var(--scene-slip)\">sliding velocity</li></ul>";
 
 /// What stands on a stage.
-struct Stage<'a> {
+struct Viewer<'a> {
     title: &'a str,
     /// What the picture shows, for those who cannot see it.
     label: &'a str,
@@ -320,7 +320,7 @@ struct Stage<'a> {
     help: &'a str,
 }
 
-fn stage(of: &Stage) -> String {
+fn stage(of: &Viewer) -> String {
     let shown = of.scene.map_or_else(
         || "<p class=\"lead\">The robot is not drawn: the trace does not carry what describes it.</p>\n".to_owned(),
         |scene| picture(0, of.label, scene),
@@ -357,7 +357,7 @@ fn stage(of: &Stage) -> String {
 }
 
 /// The figure around pictures, with the slider that moves them.
-fn figure(of: &Stage, pictures: &str, scene_controls: &str, legend: &str) -> String {
+fn figure(of: &Viewer, pictures: &str, scene_controls: &str, legend: &str) -> String {
     let jumps = if of.is_run {
         "<button type=\"button\" class=\"back\" title=\"Previous event (P)\">‹ event</button>\
          <button type=\"button\" class=\"next\" title=\"Next event (N)\">event ›</button>"

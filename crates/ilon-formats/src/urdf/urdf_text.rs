@@ -19,7 +19,7 @@ pub(crate) struct Origin {
 
 /// The text of a URDF, and where it came from.
 #[derive(Clone, Debug)]
-pub(crate) struct Prepared {
+pub(crate) struct UrdfText {
     /// What messages call the file.
     pub(crate) file: String,
     pub(crate) text: Arc<str>,
@@ -46,7 +46,7 @@ pub(crate) struct Prepared {
 /// A change of a text: a range of its bytes, and what stands there instead.
 pub(crate) type Edit = (Range<usize>, String);
 
-impl Prepared {
+impl UrdfText {
     /// A file's own text.
     pub(crate) fn as_it_is(file: &str, text: &str) -> Self {
         Self {
@@ -116,7 +116,7 @@ mod tests {
             bytes,
             line: 1,
         };
-        let mut prepared = Prepared::as_it_is("f", "<a><b/><c/></a>");
+        let mut prepared = UrdfText::as_it_is("f", "<a><b/><c/></a>");
         prepared.origins = vec![(0, place(0..1)), (3, place(1..2)), (7, place(2..3))];
         let edited = prepared.edited(vec![
             (3..7, "<bb/>".to_owned()),
