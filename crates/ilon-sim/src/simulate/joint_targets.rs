@@ -120,7 +120,7 @@ impl JointTargets {
         robot
     }
 
-    /// Where the servos send a robot's joints at a time, in rad or m; zero of a joint that nothing drives. One that is told a rate, a torque or a force counts
+    /// Where the servos send a robot's joints at a time, in rad or m; zero of a joint that nothing drives and that follows none. One that is told a rate, a torque or a force counts
     /// as where it begins.
     pub fn at(&self, t_s: f64, robot: &Robot) -> Vec<f64> {
         let mut positions = vec![0.0; robot.joints.len()];
@@ -130,6 +130,7 @@ impl JointTargets {
                 _ => driven.servo.target,
             };
         }
+        robot.couple(&mut positions);
         positions
     }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use ilon_files::FileAccess;
 use ilon_messages::bag::{self, ReadMessage};
-use ilon_messages::geometry_msgs::{self as geometry, PoseStamped, Twist, TwistStamped};
+use ilon_messages::geometry_msgs::{PoseStamped, Twist, TwistStamped};
 use ilon_messages::nav_msgs::{Odometry, Path};
 use ilon_messages::sensor_msgs::JointState;
 use ilon_messages::std_msgs::Float64MultiArray;
@@ -368,17 +368,9 @@ fn drive(
 
 /// The poses of a message, x, y and heading, and how many seconds after its first each comes.
 fn poses(wanted: &Wanted<'_>, message: &ReadMessage) -> Result<Vec<(f64, [f64; 3])>, Error> {
-    let planar = |pose: &geometry::Pose| {
-        let q = &pose.orientation;
-        let heading_rad = libm::atan2(
-            2.0 * (q.w * q.z + q.x * q.y),
-            1.0 - 2.0 * (q.y * q.y + q.z * q.z),
-        );
-        [pose.position.x, pose.position.y, heading_rad]
-    };
     if message.type_name == Odometry::TYPE_NAME {
         let odometry = decode::<Odometry>(wanted, message)?;
-        return Ok(vec![(0.0, planar(&odometry.pose.pose))]);
+        return Ok(vec![(0.0, odometry.pose.pose.planar())]);
     }
     if message.type_name == Path::TYPE_NAME {
         let path = decode::<Path>(wanted, message)?;
@@ -398,11 +390,11 @@ fn poses(wanted: &Wanted<'_>, message: &ReadMessage) -> Result<Vec<(f64, [f64; 3
         }
         let poses = path.poses.iter().zip(&times);
         return Ok(poses
-            .map(|(pose, t_s)| (t_s - times[0], planar(&pose.pose)))
+            .map(|(pose, t_s)| (t_s - times[0], pose.pose.planar()))
             .collect());
     }
     let stamped = expect::<PoseStamped>(wanted, message)?;
-    Ok(vec![(0.0, planar(&stamped.pose))])
+    Ok(vec![(0.0, stamped.pose.planar())])
 }
 
 /// The message, or what else it is.
