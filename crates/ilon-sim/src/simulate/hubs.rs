@@ -112,7 +112,7 @@ pub(super) fn measured(robot: &Robot) -> Vec<bool> {
 
 #[cfg(test)]
 mod tests {
-    use ilon_formats::LoadRobot;
+    use ilon_formats::{JointOptions, LoadOptions, LoadRobot, RoleOption};
     use ilon_robot::Coupling;
 
     use super::*;
@@ -122,11 +122,14 @@ mod tests {
     /// Of four slides the first is driven, the second follows it, the third the second, and the fourth is on its own: whatever is said first.
     #[test]
     fn what_follows_a_measured_joint_is_measured() {
-        let mut robot = Robot::from_urdf_str(URDF, "mecanum4_sprung.urdf").expect("a robot");
-        robot
-            .joints
-            .iter_mut()
-            .for_each(|joint| joint.role = JointRole::Free);
+        let mut free = JointOptions::default();
+        free.role = Some(RoleOption::Free);
+        let slides = ["front_left", "front_right", "rear_left", "rear_right"];
+        let joints = slides.map(|wheel| (format!("{wheel}_spring"), free.clone()));
+        let mut options = LoadOptions::default();
+        options.joints = joints.into();
+        let loaded = Robot::from_urdf_str_with(URDF, "mecanum4_sprung.urdf", &options);
+        let mut robot = loaded.expect("a robot").robot;
         robot.joints[0].role = JointRole::Driven(ilon_robot::JointServo {
             target: 0.0,
             stiffness: 1e3,

@@ -191,8 +191,7 @@ fn a_filter_does_not_take_rolling_along_for_driving() {
     let standing = "[twist]\nvx_m_s = 0\n[sensors.pose]\nrate_hz = 0.01\n[sensors.fusion]\n";
     let scenario = of_slides(folder.path(), [&driven, stands, stands, stands], standing);
     let run = Simulation::new(&scenario).expect("it stands").run();
-    let last = run.trace.records().len() - 1;
-    let rolled_rad = run.trace.wheels_at(last)[0].angle_rad;
+    let rolled_rad = run.trace.wheel(0).last().expect("a row").angle_rad;
     assert!(rolled_rad.abs() > 0.5, "{rolled_rad}");
     let off_m = run.summary.seen_position_error_rms_m.expect("it is judged");
     assert!(off_m < 2e-3, "{off_m}");
@@ -213,7 +212,7 @@ fn dead_reckoning_goes_by_the_joints_that_are_measured() {
     };
     assert!(cost_m("role = \"held\"") < 1e-12);
     let sprung = "stiffness_n_m = 200\nrest_m = 0.05\ndamping_n_s_m = 20";
-    assert!(cost_m(sprung) > 1e-3, "{}", cost_m(sprung));
+    assert!(cost_m(sprung) > 1e-4, "{}", cost_m(sprung));
 }
 
 /// On a circle in closed loop the wheels go outward meanwhile: the robot stays on its way as one that was built so.
