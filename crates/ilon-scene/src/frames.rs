@@ -111,11 +111,13 @@ enum Store {
 }
 
 impl Frame {
-    /// A robot that stands at the world's origin as it stands on a level floor.
+    /// A robot that stands at the world's origin as it stands on a level floor, its joints where a run begins.
     pub fn at_rest(robot: &Robot) -> Self {
-        let standing = robot.standing_pose();
+        let joints = robot.start_positions();
+        let posed = robot.posed(&joints);
+        let standing = posed.standing_pose();
         Self {
-            height_m: standing.map_or_else(|| robot.ride_height_m(), |s| s.height_m),
+            height_m: standing.map_or_else(|| posed.ride_height_m(), |s| s.height_m),
             roll_rad: standing.map_or(0.0, |s| s.roll_rad),
             pitch_rad: standing.map_or(0.0, |s| s.pitch_rad),
             wheels: robot
@@ -126,11 +128,7 @@ impl Frame {
                     ..WheelFrame::default()
                 })
                 .collect(),
-            joints: robot
-                .joints
-                .iter()
-                .map(|joint| joint.servo().map_or(0.0, |servo| servo.target))
-                .collect(),
+            joints,
             ..Self::default()
         }
     }

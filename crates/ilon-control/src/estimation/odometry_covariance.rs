@@ -121,7 +121,12 @@ impl OdometryCovariance {
         })
     }
 
-    /// Counts the angles in rad by which the wheels have turned since the last time; `before` is the reckoned pose at its beginning.
+    /// Lets the wheels stand elsewhere from now on: of a robot whose joints move them. It has as many wheels as before.
+    pub fn stand(&mut self, kinematics: &Kinematics) {
+        self.kinematics.clone_from(kinematics);
+    }
+
+    /// Counts the angles in rad by which the wheels have rolled since the last time; `before` is the reckoned pose at its beginning.
     pub fn count(&mut self, before: &Pose, turned_rad: &[f64]) {
         let displacement = self.kinematics.twist(turned_rad);
         let moved = before.moved(displacement).position_m() - before.position_m();
@@ -289,6 +294,37 @@ mod tests {
                 let expected = known[(axis, axis)] + of_noise(axis);
                 assert!((sum[(axis, axis)] / expected - 1.0).abs() < 1e-9, "{axis}");
             }
+        }
+    }
+
+    /// Half of a turn with the wheels where they are, half with their levers twice as long. What a wheel's way of one metre makes of the heading halves then,
+    /// and a turn takes twice the way: of errors that are anew w^2 |s| (dphi/ds)^2, so half the variance of the first half comes on top; of errors that stay
+    /// the same scale s dphi/ds, as much as before, in sum twice the deviation.
+    #[test]
+    fn errors_of_a_turn_follow_wheels_that_move_outward() {
+        let near = mecanum4();
+        let mut far = near.clone();
+        for wheel in &mut far.wheels {
+            wheel.body_from_hub.translation.vector *= 2.0;
+        }
+        let [near, far] = [near, far].map(|robot| Kinematics::new(&robot).unwrap());
+        for (scale, walk_m, grows) in [(0.0, 0.003, 1.5), (0.004, 0.0, 4.0)] {
+            let errors = WayErrors {
+                scale,
+                walk_m,
+                resolution_rad: 0.0,
+                rate_noise_rad_s: 0.0,
+            };
+            let mut account = OdometryCovariance::new(near.clone(), errors).unwrap();
+            let mut turned = [&near, &far].into_iter().map(|kinematics| {
+                let mut rates = vec![0.0; 4];
+                kinematics.wheel_rates(Twist::new(0.0, 0.0, 0.5), &mut rates);
+                account.stand(kinematics);
+                account.count(&Pose::default(), &rates);
+                account.covariance(0.0)[(2, 2)]
+            });
+            let (half, whole) = (turned.next().unwrap(), turned.next().unwrap());
+            assert!((whole / half - grows).abs() < 1e-9, "{}", whole / half);
         }
     }
 

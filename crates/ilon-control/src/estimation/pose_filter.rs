@@ -131,6 +131,14 @@ impl PoseFilter {
         })
     }
 
+    /// Takes the wheels of a robot whose joints move them to be so far from the body's origin from now on, in metres: how far they roll per radian turned.
+    /// Distances that are negative or no number change nothing.
+    pub fn resize(&mut self, size_m: f64) {
+        if size_m.is_finite() && size_m >= 0.0 {
+            self.settings.size_m = size_m;
+        }
+    }
+
     /// What is believed at the time of the last odometry step.
     pub fn estimate(&self) -> PoseEstimate {
         let start = PoseEstimate {

@@ -1,7 +1,7 @@
 //! Which joints beside wheels and rollers move, and the bodies that they move.
 //!
 //! A joint is *free* where it carries wheels that balance on either side of its axis and nothing drives it, as a rocker; *sprung* where the file or a
-//! person says so; *driven* where a person does; and else *held* at zero, a part of what carries it.
+//! person says so; *driven* where a person does; and else *held* at zero, a part of what carries it. One that mimics a joint that moves is free and follows it.
 
 use std::collections::HashSet;
 
@@ -104,18 +104,17 @@ pub(super) fn decide(
         .filter_map(|name| tree.joints.iter().position(|joint| joint.name == *name))
         .collect();
     let springs = transmission::springs(loading.source);
-    let mut linkage = Linkage::default();
-    // Of each joint whether it is a wheel's or below one, and how many joints move from the chassis to it. Chains may be long: each joint is
-    // looked at once.
+    let order = from_the_top(tree);
+    let mut roles: Vec<Option<Role>> = vec![None; tree.joints.len()];
+    // Joints of which nobody says anything, and the wheels that they carry.
+    let mut open: Vec<(usize, Vec<usize>)> = Vec::new();
+    // Of each joint whether it is a wheel's or below one. Chains may be long: each joint is looked at once.
     let mut of_wheel = vec![false; tree.joints.len()];
-    let mut movers = vec![0; tree.joints.len()];
-    for joint in from_the_top(tree) {
+    for &joint in &order {
         let is_wheel = wheels_and_rollers.contains(&joint);
         let above = tree.joints_above(joint).next();
         let in_wheel = above.is_some_and(|above| of_wheel[above]);
-        let deep = above.map_or(0, |above| movers[above]);
         of_wheel[joint] = is_wheel || in_wheel;
-        movers[joint] = deep;
         if is_wheel && springs.contains_key(&tree.joints[joint].name) {
             let subject = format!("joint `{}`", tree.joints[joint].name);
             let words =
@@ -140,7 +139,7 @@ pub(super) fn decide(
             })
         };
         let options = loading.options.joints.get(&tree.joints[joint].name);
-        let role = match options {
+        roles[joint] = match options {
             Some(options) => asked(loading, joint, options)?,
             None => match springs.get(&tree.joints[joint].name) {
                 Some(spring) => sprung(loading, joint, spring),
@@ -150,18 +149,41 @@ pub(super) fn decide(
                 }
             },
         };
-        let Some(role) = role else {
-            let why = options
-                .is_none()
-                .then(|| why_no_rocker(tree, joint, &carried));
-            if let Some(words) = why.flatten() {
-                let subject = format!("joint `{}`", tree.joints[joint].name);
-                loading.remarks.push(Remark::new(subject, words));
-            }
+        if options.is_none() && roles[joint].is_none() {
+            open.push((joint, carried));
+        }
+    }
+    follow(tree, &open, &mut roles);
+    for (joint, carried) in &open {
+        let why = || why_it_does_not_follow(tree, *joint, &roles);
+        if roles[*joint].is_none()
+            && let Some(words) = why().or_else(|| why_no_rocker(tree, *joint, carried))
+        {
+            let subject = format!("joint `{}`", tree.joints[*joint].name);
+            loading.remarks.push(Remark::new(subject, words));
+        }
+    }
+    in_order(loading, &order, roles)
+}
+
+/// The joints that move, parents before their children, where no more of them follow one another than may.
+fn in_order(
+    loading: &Loading,
+    order: &[usize],
+    mut roles: Vec<Option<Role>>,
+) -> Result<Linkage, RobotError> {
+    let tree = loading.tree;
+    let mut linkage = Linkage::default();
+    // How many joints move from the chassis to each.
+    let mut movers = vec![0; tree.joints.len()];
+    for &joint in order {
+        let above = tree.joints_above(joint).next();
+        movers[joint] = above.map_or(0, |above| movers[above]);
+        let Some(role) = roles[joint].take() else {
             continue;
         };
         check_joint(loading, joint)?;
-        if deep >= DEEPEST {
+        if movers[joint] >= DEEPEST {
             return Err(refused(
                 loading,
                 joint,
@@ -172,10 +194,64 @@ pub(super) fn decide(
                 ),
             ));
         }
-        movers[joint] = deep + 1;
+        movers[joint] += 1;
         linkage.joints.push((joint, role));
     }
     Ok(linkage)
+}
+
+/// Lets joints of which nobody says anything follow those that they mimic, where these move.
+fn follow(tree: &Tree, open: &[(usize, Vec<usize>)], roles: &mut [Option<Role>]) {
+    // Each pass settles those that follow what is settled.
+    for _ in open {
+        let before = roles.iter().flatten().count();
+        for (joint, _) in open {
+            if roles[*joint].is_none() && why_it_does_not_follow(tree, *joint, roles).is_none() {
+                roles[*joint] = follower(tree, *joint, roles);
+            }
+        }
+        if roles.iter().flatten().count() == before {
+            return;
+        }
+    }
+}
+
+/// The role of a joint that mimics one that moves; `None` of any other.
+fn follower(tree: &Tree, joint: usize, roles: &[Option<Role>]) -> Option<Role> {
+    let of = &tree.joints[joint];
+    roles[master(tree, joint)?].as_ref()?;
+    let mimic = of.mimic.as_ref()?;
+    Some(Role {
+        role: JointRole::Free,
+        damping: of.losses.damping_n_m_s,
+        friction: of.losses.friction_n_m,
+        gains: [None; 2],
+        why: format!(
+            "free: it follows `{}`, which moves, by {}",
+            mimic.joint, mimic.multiplier
+        ),
+    })
+}
+
+/// Why a joint that mimics one that moves is held all the same; `None` of any other.
+fn why_it_does_not_follow(tree: &Tree, joint: usize, roles: &[Option<Role>]) -> Option<String> {
+    let of = &tree.joints[joint];
+    let master = master(tree, joint).filter(|master| roles[*master].is_some())?;
+    let [lower, upper] = of.travel;
+    let why = if of.motion == Motion::Other && !of.slides {
+        "it floats or moves in a plane".to_owned()
+    } else if tree.links[of.child].mass.is_none() {
+        let link = &tree.links[of.child].name;
+        format!("it moves link `{link}`, which has no mass; give it an `<inertial>`")
+    } else if lower >= upper {
+        format!("its lower limit of {lower} is not below its upper one of {upper}; correct them")
+    } else {
+        return None;
+    };
+    let master = &tree.joints[master].name;
+    Some(format!(
+        "held, though it mimics `{master}`, which moves: {why}"
+    ))
 }
 
 /// The joints that move: wheels and rollers.
@@ -361,7 +437,7 @@ fn why_no_rocker(tree: &Tree, joint: usize, carried: &[usize]) -> Option<String>
                 mimic.joint
             ),
             (true, false) => format!(
-                "held: it mimics `{}`; give both a role in [robot.joints.NAME], and one follows the other",
+                "held: it mimics `{}`; give that one a role in [robot.joints.NAME], and it follows",
                 mimic.joint
             ),
         });

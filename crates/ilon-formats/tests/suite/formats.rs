@@ -502,6 +502,42 @@ fn what_has_no_counterpart_is_refused(text: &str, words: &str) {
     assert!(!error.help().is_empty());
 }
 
+/// A geom by its ends is that by its place, its turn and half its length: what it weighs by its volume, and what it touches with.
+#[test_case("capsule", "0.02 0.15")]
+#[test_case("cylinder", "0.02 0.15")]
+#[test_case("box", "0.02 0.02 0.15")]
+#[test_case("ellipsoid", "0.02 0.02 0.15")]
+fn a_geom_of_an_mjcf_may_be_said_by_its_ends(kind: &str, size: &str) {
+    let plain = mjcf(&small());
+    let with = |geom: &str| {
+        let body = format!(
+            "<freejoint/><body name=\"mast\"><geom type=\"{kind}\" density=\"800\" {geom}/></body>"
+        );
+        load(&plain.replacen("<freejoint/>", &body, 1), "small.xml")
+    };
+    // The file's angles are in radians.
+    let placed = with(&format!(
+        "size=\"{size}\" pos=\"0.1 0.15 0.1\" euler=\"-1.5707963267948966 0 0\""
+    ));
+    let ends = with("size=\"0.02\" fromto=\"0.1 0 0.1 0.1 0.3 0.1\"");
+    same(&ends, &placed);
+    same_mass(&ends.chassis.mass, &placed.chassis.mass);
+    let without = load(&plain, "small.xml");
+    let collisions = |robot: &Robot| robot.chassis.collisions.len();
+    assert!(collisions(&ends) > collisions(&without));
+    assert_eq!(collisions(&ends), collisions(&placed));
+    for (one, other) in ends
+        .chassis
+        .collisions
+        .iter()
+        .zip(&placed.chassis.collisions)
+    {
+        let (one, other) = (one.body_from_shape, other.body_from_shape);
+        assert!((one.translation.vector - other.translation.vector).norm() < 1e-12);
+    }
+    assert!(ends.mass_kg() > without.mass_kg() + 0.1);
+}
+
 /// Three omni wheels of twelve rollers round a disc; `wheels(rollers)` is what stands in the chassis.
 fn omni_mjcf(wheels: &str, motors: &str) -> String {
     format!(

@@ -326,7 +326,7 @@ fn a_spring_of_mjcf_is_read_with_its_reference_and_class() {
 #[test_case(LIMIT, "", "which has no mass"; "no mass")]
 #[test_case(r#"<limit lower="-0.1" upper="0.1" effort="0" velocity="0"/><mimic joint="rock"/>"#, MASS, "it mimics itself"; "a mimic of itself")]
 #[test_case(r#"<limit lower="-0.1" upper="0.1" effort="0" velocity="0"/><mimic joint="nobody"/>"#, MASS, "which is no joint of the file"; "a mimic of nobody")]
-#[test_case(r#"<limit lower="-0.1" upper="0.1" effort="0" velocity="0"/><mimic joint="mecanum_rear_left"/>"#, MASS, "give both a role"; "a mimic of a wheel")]
+#[test_case(r#"<limit lower="-0.1" upper="0.1" effort="0" velocity="0"/><mimic joint="mecanum_rear_left"/>"#, MASS, "give that one a role"; "a mimic of a wheel")]
 fn a_rocker_that_is_held_says_why(inside: &str, mass: &str, words: &str) {
     let robot = load(&text(("revolute", "1 0 0"), inside, mass), &[]);
     let robot = robot.unwrap().robot;
@@ -392,4 +392,100 @@ fn a_stiffness_of_mjcf_that_cannot_be_is_remarked() {
         "{:?}",
         robot.remarks
     );
+}
+
+/// A lift that a person drives, whose two further stages mimic it: the second by way of the first, and stands before it in the file.
+fn stages(first: &str, second: &str, mass: &str) -> String {
+    let stage = |name: &str, parent: &str, limit: &str, mimics: &str| {
+        format!(
+            r#"<link name="{name}_link">{mass}</link><joint name="{name}" type="prismatic"><parent link="{parent}"/><child link="{name}_link"/>
+            <axis xyz="0 0 1"/><limit {limit} effort="50" velocity="1"/>{mimics}</joint>"#
+        )
+    };
+    let low = r#"<link name="lift_link"><inertial><mass value="0.5"/><inertia ixx="1e-3" ixy="0" ixz="0" iyy="1e-3" iyz="0" izz="1e-3"/></inertial></link>
+        <joint name="lift" type="prismatic"><parent link="base_link"/><child link="lift_link"/><axis xyz="0 0 1"/><limit lower="0" upper="0.3" effort="80" velocity="1"/></joint>"#;
+    let stages = stage(
+        "second",
+        "first_link",
+        second,
+        r#"<mimic joint="first" multiplier="0.5"/>"#,
+    ) + &stage(
+        "first",
+        "lift_link",
+        first,
+        r#"<mimic joint="lift" multiplier="-2" offset="0.01"/>"#,
+    ) + low;
+    text(("fixed", "1 0 0"), "", MASS).replace("</robot>", &format!("{stages}</robot>"))
+}
+
+const WIDE: &str = r#"lower="-1" upper="1""#;
+
+fn role(role: RoleOption) -> JointOptions {
+    JointOptions {
+        role: Some(role),
+        ..JointOptions::default()
+    }
+}
+
+/// What mimics a joint that moves follows it, and a servo's gains are of all that moves with it: at 1 m/s of the lift its stage goes at -1 m/s and the next
+/// at -2 m/s, each of 0.5 kg, so that twice the energy is 0.5 (1 + 1 + 4) J.
+#[test]
+fn joints_that_mimic_one_that_moves_follow_it() {
+    let text = stages(WIDE, WIDE, MASS);
+    let robot = load(&text, &[("lift", role(RoleOption::Driven))])
+        .unwrap()
+        .robot;
+    let names: Vec<&str> = robot
+        .joints
+        .iter()
+        .map(|joint| joint.name.as_str())
+        .collect();
+    assert_eq!(names, ["lift", "first", "second"]);
+    assert!(
+        robot.joints[1..]
+            .iter()
+            .all(|joint| joint.role == JointRole::Free)
+    );
+    let couplings = robot
+        .couplings
+        .iter()
+        .map(|of| (of.joint, of.follows, of.factor, of.offset));
+    let couplings: Vec<_> = couplings.collect();
+    assert_eq!(couplings, [(1, 0, -2.0, 0.01), (2, 1, 0.5, 0.0)]);
+    assert!(remarked(&robot, "joint `second`", "it follows `first`"));
+    // 1 - 2 = -1, and -1 + 0.5 (-2) = -2.
+    let inertia = robot.inertia_on_joint(0);
+    assert!(
+        (inertia - 0.5 * (1.0 + 1.0 + 4.0)).abs() < 1e-12,
+        "{inertia}"
+    );
+    let servo = robot.joints[0].servo().expect("it is driven");
+    assert!((servo.stiffness / JointServo::stiffness_for(inertia) - 1.0).abs() < 1e-12);
+    // Where the lift is held, so is all that mimics it; and a person may hold a follower.
+    assert!(load(&text, &[]).unwrap().robot.joints.is_empty());
+    let held = [
+        ("lift", role(RoleOption::Driven)),
+        ("first", role(RoleOption::Held)),
+    ];
+    assert_eq!(load(&text, &held).unwrap().robot.joints.len(), 1);
+}
+
+/// A follower that cannot move says why, and so does what would follow it.
+#[test_case(r#"lower="0" upper="0""#, WIDE, MASS, "first", "is not below its upper one", 1; "no way")]
+#[test_case(WIDE, r#"lower="1" upper="-1""#, MASS, "second", "is not below its upper one", 2; "limits the wrong way round")]
+#[test_case(WIDE, WIDE, "", "first", "which has no mass", 1; "no mass")]
+fn a_follower_that_is_held_says_why(
+    first: &str,
+    second: &str,
+    mass: &str,
+    joint: &str,
+    words: &str,
+    moving: usize,
+) {
+    let lift = ("lift", role(RoleOption::Driven));
+    let robot = load(&stages(first, second, mass), &[lift]).unwrap().robot;
+    assert_eq!(robot.joints.len(), moving);
+    let subject = format!("joint `{joint}`");
+    assert!(remarked(&robot, &subject, words), "{:?}", robot.remarks);
+    assert!(remarked(&robot, &subject, "though it mimics"));
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use ilon_files::FileAccess;
 use ilon_messages::bag::{self, ReadMessage};
-use ilon_messages::geometry_msgs::{Pose, PoseStamped};
+use ilon_messages::geometry_msgs::PoseStamped;
 use ilon_messages::nav_msgs::Odometry;
 use ilon_messages::sensor_msgs::JointState;
 use ilon_messages::{CdrError, Message};
@@ -88,7 +88,7 @@ pub(super) fn read(
                     ));
                 }
             };
-            poses.push((t_s, planar(&pose)));
+            poses.push((t_s, pose.planar()));
         }
         if log.times_s.len() > MOST_ROWS || poses.len() > MOST_ROWS {
             let message = format!("it has more than {MOST_ROWS} messages of one topic");
@@ -163,15 +163,6 @@ fn between(poses: &[(f64, [f64; 3])], t_s: f64) -> [f64; 3] {
         from[1] + share * (to[1] - from[1]),
         from[2] + share * turn,
     ]
-}
-
-fn planar(pose: &Pose) -> [f64; 3] {
-    let q = &pose.orientation;
-    let heading_rad = libm::atan2(
-        2.0 * (q.w * q.z + q.x * q.y),
-        1.0 - 2.0 * (q.y * q.y + q.z * q.z),
-    );
-    [pose.position.x, pose.position.y, heading_rad]
 }
 
 fn decode<M: Message>(path: &Path, message: &ReadMessage) -> Result<M, Error> {

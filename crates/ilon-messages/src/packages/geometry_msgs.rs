@@ -6,6 +6,18 @@ use crate::std_msgs::Header;
 /// How six components vary together: rows and columns x, y, z, then rotations about x, y, z.
 pub type Covariance = [[f64; 6]; 6];
 
+impl Pose {
+    /// x and y in metres and the heading in radians, of what stands or leans: the turn about z after which it leans.
+    pub fn planar(&self) -> [f64; 3] {
+        let q = &self.orientation;
+        let heading_rad = libm::atan2(
+            2.0 * (q.w * q.z + q.x * q.y),
+            1.0 - 2.0 * (q.y * q.y + q.z * q.z),
+        );
+        [self.position.x, self.position.y, heading_rad]
+    }
+}
+
 messages! { geometry_msgs;
     /// A place.
     #[derive(Copy)]

@@ -89,8 +89,9 @@ impl RunTopics {
                 rollers: Vec::new(),
             })
         });
-        let standing = robot.standing_pose();
-        let rest = standing.map_or([robot.ride_height_m(), 0.0, 0.0], |standing| {
+        let posed = robot.posed(&robot.start_positions());
+        let standing = posed.standing_pose();
+        let rest = standing.map_or([posed.ride_height_m(), 0.0, 0.0], |standing| {
             [standing.height_m, standing.roll_rad, standing.pitch_rad]
         });
         let world = frames.free_name("map");

@@ -22,11 +22,15 @@ use map::*;
 use marks::{axes, diamond, legend, scale_bar};
 use wheel::{b_h, b_h_name, common_figures, label, roller_axis, wheel_from_above};
 
-/// A robot as an SVG, with the point of the body frame about which position and heading are decoupled, in metres, where
+/// A robot as an SVG, its joints where a run begins, with the point of the body frame about which position and heading are decoupled, in metres, where
 /// there is one; an infinitely far one is as good as none.
 pub fn svg(robot: &Robot, decoupling_point_m: Option<Vector2<f64>>) -> String {
     let near = |point: &Vector2<f64>| point.iter().all(|x| x.is_finite());
-    draw(&Header::of_robot(robot), decoupling_point_m.filter(near))
+    let standing = robot.posed(&robot.start_positions());
+    draw(
+        &Header::of_robot(&standing),
+        decoupling_point_m.filter(near),
+    )
 }
 
 /// The robot of a trace as an SVG.
@@ -112,6 +116,11 @@ mod tests {
 
     use super::*;
     use ilon_formats::LoadRobot;
+    use ilon_robot::{
+        Body, BodyJoint, Collision, CollisionShape, JointKind, JointRole, JointServo,
+        MassProperties,
+    };
+    use nalgebra::{Isometry3, Vector3};
 
     fn header() -> Header {
         let wheel = |name: &str, x: f64, y: f64| WheelHeader {
@@ -170,6 +179,41 @@ mod tests {
                 "{x} {y}"
             );
         }
+    }
+
+    /// A ball 0.3 m ahead on an arm whose servo starts it a quarter turn to the left is drawn 0.3 m to the left.
+    #[test]
+    fn bodies_are_drawn_where_their_servos_start() {
+        let urdf = include_str!("../../../../assets/robots/mecanum4.urdf");
+        let with_ball_at = |x_m: f64, y_m: f64, target: f64| {
+            let mut robot = Robot::from_urdf_str(urdf, "mecanum4").unwrap();
+            let ball = Collision {
+                body_from_shape: Isometry3::translation(x_m, y_m, 0.2),
+                shape: CollisionShape::Sphere { radius_m: 0.05 },
+            };
+            robot.joints.push(BodyJoint {
+                name: "arm".to_owned(),
+                parent: None,
+                kind: JointKind::Turns,
+                body_from_joint: Isometry3::identity(),
+                body: Body {
+                    name: "arm".to_owned(),
+                    mass: MassProperties::point(1.0, Vector3::zeros()),
+                    collisions: vec![ball],
+                },
+                role: JointRole::Driven(JointServo {
+                    target,
+                    ..JointServo::for_inertia(1.0)
+                }),
+                limits: [-2.0, 2.0],
+                damping: 0.0,
+                friction: 0.0,
+            });
+            svg(&robot, None)
+        };
+        let turned = with_ball_at(0.3, 0.0, std::f64::consts::FRAC_PI_2);
+        assert_eq!(turned, with_ball_at(0.0, 0.3, 0.0));
+        assert_ne!(turned, with_ball_at(0.3, 0.0, 0.0));
     }
 
     #[test]

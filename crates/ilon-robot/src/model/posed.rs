@@ -33,6 +33,29 @@ impl Robot {
         }
         robot
     }
+
+    /// Where the joints between bodies stand when a run begins, in rad or m, before anything sags: a driven one where its servo starts, any other at zero or
+    /// the stop nearest to it, and those that follow others where couplings put them.
+    pub fn start_positions(&self) -> Vec<f64> {
+        let nearest = |joint: &BodyJoint| {
+            let target = joint.servo().map_or(0.0, |servo| servo.target);
+            target.max(joint.limits[0]).min(joint.limits[1])
+        };
+        let mut positions: Vec<f64> = self.joints.iter().map(nearest).collect();
+        self.couple(&mut positions);
+        positions
+    }
+
+    /// Puts joints that follow others to where couplings have them, of positions in rad or m.
+    pub fn couple(&self, positions: &mut [f64]) {
+        // Each pass settles those that follow what is settled.
+        for _ in &self.couplings {
+            for coupling in &self.couplings {
+                positions[coupling.joint] =
+                    coupling.factor * positions[coupling.follows] + coupling.offset;
+            }
+        }
+    }
 }
 
 fn carried_by(moved: &[Isometry3<f64>], carrier: Option<usize>) -> Isometry3<f64> {
@@ -134,6 +157,31 @@ mod tests {
             posed.joints[1].servo().map(|of| of.target),
             Some(1.5 - quarter)
         );
+    }
+
+    /// A servo starts its joint at 0.8; what follows it, and what follows that, begins where couplings put it, in whatever order they stand; a free joint
+    /// whose stops leave zero out begins at the nearer one.
+    #[test]
+    fn a_run_begins_where_servos_start_and_couplings_follow() {
+        let turns = || joint(None, JointKind::Turns, Vector3::zeros());
+        let mut whole = robot(vec![turns(), turns(), turns(), turns()]);
+        whole.joints[3].role = JointRole::Driven(JointServo {
+            target: 0.8,
+            ..JointServo::for_inertia(1.0)
+        });
+        whole.joints[2].limits = [0.3, 2.0];
+        let coupling = |joint, follows, factor, offset| Coupling {
+            joint,
+            follows,
+            factor,
+            offset,
+        };
+        whole.couplings = vec![coupling(0, 1, 2.0, 0.1), coupling(1, 3, -1.0, 0.0)];
+        let begins = whole.start_positions();
+        let expected = [2.0 * -0.8 + 0.1, -0.8, 0.3, 0.8];
+        let pairs = begins.iter().zip(expected);
+        pairs.for_each(|(a, b)| assert!((a - b).abs() < 1e-15, "{begins:?}"));
+        assert_eq!(robot(Vec::new()).start_positions(), []);
     }
 
     /// Springs act and couplings hold at a place as they did, and to pose a posed robot is to pose it by the sum.

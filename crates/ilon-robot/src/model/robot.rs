@@ -76,12 +76,16 @@ impl Robot {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// What a joint moves by itself while all others are held at zero: the mass along its axis in kg, or the inertia about it in kg m^2, of
-    /// its body and all that hangs by that. Wheels count as points.
+    /// What a joint moves by itself while all others are held at zero but those that follow it: the mass along its axis in kg, or the inertia about it in
+    /// kg m^2, of its body and all that hangs by that; with followers twice the energy at a rate of 1. Wheels count as points.
     ///
     /// # Panics
     /// Where the robot has no such joint.
     pub fn inertia_on_joint(&self, index: usize) -> f64 {
+        let rates = self.rates_along(index);
+        if rates.iter().filter(|rate| **rate != 0.0).count() > 1 {
+            return self.inertia_at(&rates);
+        }
         let joint = &self.joints[index];
         let joint_from_body = joint.body_from_joint.inverse();
         let hangs = |carrier: Option<usize>| {
@@ -104,6 +108,53 @@ impl Robot {
         let wheels = wheels.map(|wheel| {
             let rollers_kg: f64 = wheel.rollers.iter().map(|roller| roller.mass_kg).sum();
             about(wheel.hub.mass_kg + rollers_kg, wheel.position_m(), 0.0)
+        });
+        bodies.sum::<f64>() + wheels.sum::<f64>()
+    }
+
+    /// The rate of each joint where one moves at 1 and others stand but those that follow it.
+    fn rates_along(&self, index: usize) -> Vec<f64> {
+        let mut rates = vec![0.0; self.joints.len()];
+        rates[index] = 1.0;
+        // Each pass settles those that follow what is settled.
+        for _ in &self.couplings {
+            let others = self.couplings.iter().filter(|of| of.joint != index);
+            for of in others {
+                rates[of.joint] = of.factor * rates[of.follows];
+            }
+        }
+        rates
+    }
+
+    /// Twice the energy of what joints move at rates in rad/s or m/s, all standing at zero, in J.
+    fn inertia_at(&self, rates: &[f64]) -> f64 {
+        // Velocity of a place that hangs by a joint, and its turning.
+        let moves = |carrier: Option<usize>, at_m: &Vector3<f64>| {
+            let joints = std::iter::successors(carrier, |at| self.joints[*at].parent);
+            let mut moves = (Vector3::zeros(), Vector3::zeros());
+            for at in joints {
+                let frame = &self.joints[at].body_from_joint;
+                let along = frame.rotation * Vector3::z() * rates[at];
+                match self.joints[at].kind {
+                    JointKind::Slides => moves.0 += along,
+                    JointKind::Turns => {
+                        moves.0 += along.cross(&(at_m - frame.translation.vector));
+                        moves.1 += along;
+                    }
+                }
+            }
+            moves
+        };
+        let bodies = self.joints.iter().enumerate().map(|(at, of)| {
+            let (velocity, turning) = moves(Some(at), &of.center_of_mass_m());
+            let turning = of.body_from_joint.rotation.inverse() * turning;
+            let mass = &of.body.mass;
+            mass.mass_kg * velocity.norm_squared() + turning.dot(&(mass.inertia_kg_m2 * turning))
+        });
+        let wheels = self.wheels.iter().map(|wheel| {
+            let rollers_kg: f64 = wheel.rollers.iter().map(|roller| roller.mass_kg).sum();
+            let (velocity, _) = moves(wheel.carrier, &wheel.position_m());
+            (wheel.hub.mass_kg + rollers_kg) * velocity.norm_squared()
         });
         bodies.sum::<f64>() + wheels.sum::<f64>()
     }

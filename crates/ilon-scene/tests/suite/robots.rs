@@ -1,6 +1,6 @@
 //! What is drawn of robots, from their model and their file.
 
-use ilon_formats::{LoadOptions, LoadRobot, RollerForms};
+use ilon_formats::{JointOptions, LoadOptions, LoadRobot, RoleOption, RollerForms};
 use ilon_robot::{Robot, VisualMeshes};
 use ilon_scene::description::{Geometry, Shape};
 use ilon_scene::{Description, Frames, Scene, embed};
@@ -237,4 +237,27 @@ fn a_wheel_stands_on_the_floor_at_every_angle_as_it_is_drawn(name: &str) {
             );
         }
     }
+}
+
+/// A robot whose wheels hang on driven slides, which start 10 mm down: it stands 10 mm higher, its joints where they start.
+#[test]
+fn a_robot_at_rest_stands_on_its_joints_where_they_start() {
+    let at_rest = |target_m: f64| {
+        let mut options = LoadOptions::default();
+        for wheel in ["front_left", "front_right", "rear_left", "rear_right"] {
+            let slide = JointOptions {
+                role: Some(RoleOption::Driven),
+                target_m: Some(target_m),
+                ..JointOptions::default()
+            };
+            options.joints.insert(format!("{wheel}_spring"), slide);
+        }
+        let text = urdf("mecanum4_sprung");
+        let loaded = Robot::from_urdf_str_with(&text, "robot.urdf", &options);
+        ilon_scene::Frame::at_rest(&loaded.expect("a shipped robot is read").robot)
+    };
+    let (before, after) = (at_rest(0.0), at_rest(-0.01));
+    let higher_m = after.height_m - before.height_m;
+    assert!((higher_m - 0.01).abs() < 1e-9, "{higher_m}");
+    assert_eq!(after.joints, [-0.01; 4]);
 }

@@ -110,11 +110,16 @@ pub struct JointSetpoint {
     pub torque_n_m: Option<f64>,
 }
 
-/// What a setpoint says of its joint.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Quantity {
+/// What a servo is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "RobotJointQuantity")]
+pub enum Quantity {
+    /// Where to take its joint, in rad or m.
     Position,
+    /// How fast to move it, in rad/s or m/s.
     Rate,
+    /// With what torque or force to act, in N m or N.
     Effort,
 }
 

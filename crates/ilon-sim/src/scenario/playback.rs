@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::joints::Quantity;
 use super::objection::Objection;
 
 /// What a log says drives the robot: wheels, a twist or a path, from a CSV file, an MCAP file or a bag of ROS 2. Where the log also
@@ -26,12 +27,16 @@ pub struct Playback {
     /// starts where the simulated one does; where they begin later, so that the first is where the simulated robot is by then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pose_topic: Option<String>,
-    /// The topic that says where servos take joints between bodies: the positions of `sensor_msgs/JointState`, or
-    /// `trajectory_msgs/JointTrajectory`, from when it came. Of bags only; a CSV file
-    /// says it in columns `JOINT_position_rad`, or `_deg`, `_m`, `_mm`. It drives the joints with the role `driven` that have neither a target nor
-    /// setpoints in the scenario, along the lines between what it says.
+    /// The topic that says what servos of joints between bodies do: `sensor_msgs/JointState`, or the positions of
+    /// `trajectory_msgs/JointTrajectory`, from when it came. Of bags only; a CSV file says it in columns `JOINT_position_rad`, or `_deg`, `_m`,
+    /// `_mm`; `JOINT_rate_rad_s`, or `_deg_s`, `_m_s`, `_mm_s`; and `JOINT_torque_n_m`, or `_force_n`. It drives the joints with the role `driven` that
+    /// have neither a target nor setpoints in the scenario: to positions along the lines between them; rates, torques and forces hold until what is said
+    /// next. An empty cell and NaN say nothing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joint_topic: Option<String>,
+    /// By what of it the log drives joints between bodies; left out, each row by the first that it says: a position, a rate, a torque or force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joints_by: Option<Quantity>,
     /// What the log calls otherwise: on the left a joint or a column such as `vx_m_s`, on the right the name in the log.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub names: BTreeMap<String, String>,

@@ -34,7 +34,6 @@ impl Fusion {
         // A sensor without noise is believed to a tenth of a millimetre and a hundredth of a degree: a filter cannot
         // weigh what it takes for certain.
         let (least_m, least_deg) = (1e-4, 0.01);
-        let far = |wheel: &Wheel| wheel.position_m().xy().norm();
         // Odometry as far back as the oldest pose, with as many steps again for the poses that split them.
         // What is older than the run is never asked for.
         let back_s = sensor.latency_s.min(duration_s);
@@ -45,7 +44,7 @@ impl Fusion {
             measured_heading_rad: sensor.heading_noise_deg.max(least_deg).to_radians(),
             drift_position_m: section.position_drift_m,
             drift_heading_rad: section.heading_drift_deg.to_radians(),
-            size_m: kinematics.wheels().iter().map(far).fold(0.0, f64::max),
+            size_m: size_m(kinematics),
             memory: (2.0 * (periods + poses)) as usize + 10,
         };
         Ok(Self {
@@ -72,10 +71,13 @@ impl Fusion {
         }
         let mut kinematics = &self.kinematics;
         if let Some(hubs) = &mut self.hubs {
-            hubs.see(joint_positions);
+            let moved = hubs.see(joint_positions);
             let turned = self.turned_rad.iter_mut().zip(hubs.carried_rad());
             turned.for_each(|(turned, carried)| *turned += carried);
             kinematics = hubs.kinematics().unwrap_or(kinematics);
+            if moved {
+                self.filter.resize(size_m(kinematics));
+            }
         }
         // Eq. (7) is linear: angles turned give the displacement.
         let mut displacement = kinematics.twist(&self.turned_rad);
@@ -92,4 +94,10 @@ impl Fusion {
     pub fn pose(&self) -> Pose {
         self.filter.estimate().pose
     }
+}
+
+/// How far the wheels are from the body's origin at most, in metres.
+fn size_m(kinematics: &Kinematics) -> f64 {
+    let far = |wheel: &Wheel| wheel.position_m().xy().norm();
+    kinematics.wheels().iter().map(far).fold(0.0, f64::max)
 }

@@ -1,4 +1,5 @@
-//! Where the servos of joints between bodies are sent, how fast, or with what torque or force: by the scenario's setpoints, or by whoever drives the plant.
+//! Where the servos of joints between bodies are sent, how fast, or with what torque or force: by the scenario's setpoints, by a log, or by whoever drives
+//! the plant.
 //!
 //! A servo that is given a rate u has a target that moves on at it from where the joint is, dq_t/dt = u, so that it follows without sagging further and
 //! further; held back, as by a stop or a load beyond its effort, the target runs ahead by no more than what the effort can hold, effort / stiffness.
@@ -8,7 +9,7 @@ use std::sync::Arc;
 use ilon_robot::{BodyJoint, JointKind, JointRole, JointServo, Robot};
 use ilon_world::{World, WorldError};
 
-use super::playback::Played;
+use super::playback::{JointLog, Played};
 use crate::Error;
 use crate::scenario::{Between, Joint, JointSetpoint, Quantity, Scenario};
 
@@ -53,6 +54,8 @@ struct Driven {
 enum Aim {
     /// Setpoints: time in seconds and number, what that is, and how it goes between them. At least one.
     Setpoints(Arc<[[f64; 2]]>, Quantity, Between),
+    /// The rows of a log.
+    Logged(Arc<JointLog>),
     /// Somebody from outside.
     Given(JointCommand),
 }
@@ -71,15 +74,18 @@ impl JointTargets {
             let asked = scenario.robot.joints.get(&of.name);
             let asked = asked.filter(|asked| !asked.setpoints.is_empty());
             let logged = played.joints.iter().find(|(joint, _)| *joint == index);
+            let mut servo = *servo;
             let aim = match (asked, logged) {
                 (Some(asked), _) => {
                     let (quantity, points) = points(asked, of)?;
                     Aim::Setpoints(points.into(), quantity, asked.between)
                 }
-                (None, Some((_, rows))) => {
-                    rows.iter()
-                        .try_for_each(|[t_s, position]| check(of, *t_s, *position))?;
-                    Aim::Setpoints(rows.as_slice().into(), Quantity::Position, Between::Linear)
+                (None, Some((_, log))) => {
+                    let begins = log.starts().map(|position| (0.0, position));
+                    let mut positions = begins.into_iter().chain(log.positions());
+                    positions.try_for_each(|(t_s, position)| check(of, t_s, position))?;
+                    servo.target = log.starts().unwrap_or(servo.target);
+                    Aim::Logged(Arc::clone(log))
                 }
                 (None, None) => Aim::Given(JointCommand::Position {
                     position: servo.target,
@@ -89,7 +95,7 @@ impl JointTargets {
             joints.push(Driven {
                 index,
                 aim,
-                servo: *servo,
+                servo,
                 limits: of.limits,
                 runs_at: None,
             });
@@ -114,7 +120,7 @@ impl JointTargets {
         robot
     }
 
-    /// Where the servos send a robot's joints at a time, in rad or m; zero of a joint that nothing drives. One that is told a rate, a torque or a force counts
+    /// Where the servos send a robot's joints at a time, in rad or m; zero of a joint that nothing drives and that follows none. One that is told a rate, a torque or a force counts
     /// as where it begins.
     pub fn at(&self, t_s: f64, robot: &Robot) -> Vec<f64> {
         let mut positions = vec![0.0; robot.joints.len()];
@@ -124,6 +130,7 @@ impl JointTargets {
                 _ => driven.servo.target,
             };
         }
+        robot.couple(&mut positions);
         positions
     }
 
@@ -149,6 +156,7 @@ impl Driven {
     fn command_at(&self, t_s: f64) -> JointCommand {
         let (points, quantity, between) = match &self.aim {
             Aim::Setpoints(points, quantity, between) => (points, quantity, *between),
+            Aim::Logged(log) => return log.command_at(t_s),
             Aim::Given(command) => return *command,
         };
         let [number, rate] = at_time(points, between, t_s);

@@ -10,6 +10,8 @@ pub(super) struct PosedOdometry {
     hubs: Hubs,
     /// The joints' positions as they were last, in rad or m.
     positions: Vec<f64>,
+    /// By how much each wheel rolled over the ground in the last control period, in rad.
+    rolled_rad: Vec<f64>,
     pose: Pose,
 }
 
@@ -18,12 +20,18 @@ impl PosedOdometry {
         Self {
             hubs: Hubs::new(robot),
             positions: Vec::new(),
+            rolled_rad: vec![0.0; robot.wheels.len()],
             pose: start,
         }
     }
 
     pub fn pose(&self) -> Pose {
         self.pose
+    }
+
+    /// By how much each wheel rolled over the ground in the last control period, in rad: what its encoder saw, and what its hub's motion made of it.
+    pub fn rolled_rad(&self) -> &[f64] {
+        &self.rolled_rad
     }
 
     /// The wheels as they are known.
@@ -39,6 +47,7 @@ impl PosedOdometry {
 
     /// Goes on by what the wheels turned in a control period, in rad, and says whether joints have moved since the last.
     pub fn reckon(&mut self, turned_rad: &[f64]) -> bool {
+        self.rolled_rad.copy_from_slice(turned_rad);
         if self.positions.is_empty() {
             return false;
         }
@@ -46,9 +55,9 @@ impl PosedOdometry {
         let Some(kinematics) = self.hubs.kinematics() else {
             return moved;
         };
-        let turned = turned_rad.iter().zip(self.hubs.carried_rad());
-        let rolled_rad: Vec<f64> = turned.map(|(turned, carried)| turned + carried).collect();
-        self.pose = self.pose.moved(kinematics.twist(&rolled_rad));
+        let rolled = self.rolled_rad.iter_mut().zip(self.hubs.carried_rad());
+        rolled.for_each(|(rolled, carried)| *rolled += carried);
+        self.pose = self.pose.moved(kinematics.twist(&self.rolled_rad));
         moved
     }
 }

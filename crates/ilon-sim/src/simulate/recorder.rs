@@ -1,5 +1,7 @@
 //! Writes down what happens, once a control period or less often.
 
+use std::borrow::Cow;
+
 use ilon_control::{ContactKinematics, Kinematics, Odometry, OdometryCovariance, WayErrors};
 use ilon_robot::{Pose, Robot};
 use ilon_trace::{
@@ -35,6 +37,7 @@ pub struct Recorder {
     odometry_contact: Odometry,
     /// Of `odometry_ideal`; of a robot whose rollers say how it errs.
     covariance: Option<OdometryCovariance>,
+    control_dt_s: f64,
     /// From row to row.
     row_period_s: f64,
     last_angles_rad: Vec<f64>,
@@ -113,6 +116,7 @@ impl Recorder {
             covariance: errors
                 .and_then(|errors| OdometryCovariance::new(kinematics.clone(), errors))
                 .ok(),
+            control_dt_s: header.control_dt_s,
             row_period_s: header.control_dt_s * f64::from(header.record_every.max(1)),
             trace: Trace::with_capacity(header, rows),
             kinematics,
@@ -240,18 +244,7 @@ impl Recorder {
             potential_energy_j: energy.potential_j,
             contact_residual_m_s: self.residual_m_s,
             support: Some(self.carried.means(plant.truth().pose.heading_rad)),
-            reckoned: self.covariance.as_ref().map(|covariance| {
-                let seen_rad_s = &seen.wheel_rates_rad_s;
-                Reckoned {
-                    twist: self.kinematics.twist(seen_rad_s),
-                    pose_covariance: covariance
-                        .covariance(self.odometry_ideal.heading_rad)
-                        .into(),
-                    twist_covariance: covariance
-                        .twist_covariance(seen_rad_s, self.row_period_s)
-                        .into(),
-                }
-            }),
+            reckoned: self.reckoned(&seen.wheel_rates_rad_s),
             imu: seen.imu,
             storage: plant.storage(),
         };
@@ -260,6 +253,28 @@ impl Recorder {
         self.carried = Carried::default();
         self.trace.push(record, &self.samples);
         self.record_rollers(t_s, world);
+    }
+
+    /// What dead reckoning says of the twist where encoders say rates in rad/s, and how sure it is.
+    fn reckoned(&self, seen_rad_s: &[f64]) -> Option<Reckoned> {
+        let covariance = self.covariance.as_ref()?;
+        let rolling_rad_s = match &self.measured {
+            None => Cow::Borrowed(seen_rad_s),
+            Some((measured, _)) => {
+                let carried = measured.hubs().carried_rad();
+                let rates = seen_rad_s.iter().zip(carried);
+                rates
+                    .map(|(seen, carried)| seen + carried / self.control_dt_s)
+                    .collect()
+            }
+        };
+        let pose = covariance.covariance(self.odometry_ideal.heading_rad);
+        let twist = covariance.twist_covariance(&rolling_rad_s, self.row_period_s);
+        Some(Reckoned {
+            twist: self.kinematics.twist(&rolling_rad_s),
+            pose_covariance: pose.into(),
+            twist_covariance: twist.into(),
+        })
     }
 
     /// Puts the rollers' angles into the last row where they are due: at most once a row, and on the mean as often as asked.
@@ -305,13 +320,14 @@ impl Recorder {
             *turned = now - *last;
             *last = *now;
         }
-        if let Some(covariance) = &mut self.covariance {
-            covariance.count(&self.odometry_ideal, &self.turned_rad);
-        }
         if let Some(posed) = &mut self.posed {
             posed.reckon(&self.turned_rad);
         }
+        let before = self.odometry_ideal;
         let Some((measured, _)) = &mut self.measured else {
+            if let Some(covariance) = &mut self.covariance {
+                covariance.count(&before, &self.turned_rad);
+            }
             self.odometry_contact.update(angles_rad);
             // The kinematics is linear in the rates: angles turned give the displacement.
             let displacement = self.kinematics.twist(&self.turned_rad);
@@ -321,6 +337,12 @@ impl Recorder {
         let moved = measured.reckon(&self.turned_rad);
         self.odometry_ideal = measured.pose();
         let hubs = measured.hubs();
+        if let Some(covariance) = &mut self.covariance {
+            if let Some(kinematics) = hubs.kinematics().filter(|_| moved) {
+                covariance.stand(kinematics);
+            }
+            covariance.count(&before, measured.rolled_rad());
+        }
         if moved
             && let (Some(kinematics), Ok(contact)) =
                 (hubs.kinematics(), ContactKinematics::new(&hubs.posed()))

@@ -105,6 +105,55 @@ fn a_robot_turns_by_where_its_joints_have_its_wheels() {
     assert!((contact - truth).abs() < 5e-3 * truth, "{contact} {truth}");
 }
 
+/// How sure dead reckoning is of turning follows the wheels, too: of a robot whose wheels went outward as of one that was built with them there, of which each
+/// rad takes 1 / 0.795 times the way of wheels further in, and an error of that way turns the robot by 0.795 times as much: the variance by 0.795.
+#[test]
+fn the_covariance_of_odometry_follows_the_wheels() {
+    let turn = "[twist]\nomega_rad_s = 0.5\n";
+    let [moved, built, begun] =
+        [moving(), built_so(), "target_m = 0".to_owned()].map(|slides| run(&slides, turn));
+    let heading = |run: &Run| {
+        let at = |t_s: f64| {
+            let mut rows = run.trace.records().iter();
+            let row = rows.find(|row| row.t_s >= t_s - 1e-9).expect("a row");
+            row.reckoned.expect("it is known")
+        };
+        [at(3.0).twist_covariance[2][2], at(3.0).twist.omega_rad_s]
+    };
+    let [moved, built, begun] = [&moved, &built, &begun].map(heading);
+    println!("{moved:?} {built:?} {begun:?}");
+    for (moved, built) in moved.iter().zip(built) {
+        // Joints sag by micrometres, and loops of wheels follow within some thousandths.
+        assert!((moved / built - 1.0).abs() < 5e-3, "{moved} {built}");
+    }
+    let as_begun = (ALONG_M + ACROSS_M) / (ALONG_M + ACROSS_M + OUT_M);
+    assert!((built[0] / begun[0] / as_begun - 1.0).abs() < 5e-3);
+}
+
+/// One wheel goes outward under a robot that stands: dead reckoning does not take its rolling along for a motion of the body.
+#[test]
+fn the_twist_of_odometry_leaves_out_what_carries_the_wheels() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let driven = format!("role = \"driven\"\n{}", moving());
+    let stands = "role = \"held\"";
+    let scenario = of_slides(
+        folder.path(),
+        [&driven, stands, stands, stands],
+        "[twist]\nvx_m_s = 0\n",
+    );
+    let run = Simulation::new(&scenario).expect("it stands").run();
+    let worst = |twist: &dyn Fn(&ilon_trace::Record) -> ilon_robot::Twist| {
+        let rows = run.trace.records().iter();
+        rows.map(|row| twist(row).linear_m_s().norm())
+            .fold(0.0, f64::max)
+    };
+    let reckoned = worst(&|row| row.reckoned.expect("it is known").twist);
+    let by_rates = worst(&|row| row.twist_ideal);
+    println!("{reckoned} {by_rates}");
+    assert!(by_rates > 0.03, "{by_rates}");
+    assert!(reckoned < 0.1 * by_rates, "{reckoned} {by_rates}");
+}
+
 /// A robot that stands while its wheels go outward: rolling along they carry it nowhere, and scrape less than wheels that are held.
 #[test]
 fn wheels_roll_along_with_what_carries_them() {

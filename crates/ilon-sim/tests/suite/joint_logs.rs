@@ -7,8 +7,11 @@ use ilon_messages::bag::{BagWriter, Qos};
 use ilon_messages::builtin_interfaces::Duration;
 use ilon_messages::geometry_msgs::Twist;
 use ilon_messages::sensor_msgs::JointState;
+use ilon_messages::topics::BagSink;
 use ilon_messages::trajectory_msgs::{JointTrajectory, JointTrajectoryPoint};
+use ilon_sim::simulate::Simulation;
 use ilon_sim::{Error, Plant, Run, Scenario, WheelCommand, run};
+use ilon_trace::Sink;
 use test_case::test_case;
 
 const ROBOT: &str = concat!(
@@ -63,6 +66,87 @@ fn a_csv_file_drives_a_joint_beside_a_twist(csv: &str, names: &str) {
         "{}",
         arm_at(&run, 0.5)
     );
+}
+
+/// Of the arm and of the lift, which turns and which slides: the same scenario of another joint.
+fn of_lift(csv: &str, motion: &str) -> Result<Run, Error> {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("log.csv"), csv).expect("a log");
+    let arm = scenario(folder.path(), "", motion)?.to_toml()?;
+    let lift = arm.replace("[robot.joints.arm]", "[robot.joints.lift]");
+    run(&Scenario::from_toml(&lift, "joints", folder.path())?)
+}
+
+/// 0.4 rad/s for half a second, and 0.2 rad/s back for as long as a row stands; the arm is held afterwards.
+const RATES: &str = "t_s,arm_rate_rad_s\n3,0.4\n3.5,-0.2\n";
+
+/// A log of rates takes the joint to their integral, each holding until the next and the last as long as rows do; then the servo holds the joint where it is.
+#[test_case(RATES, ""; "by the joints name")]
+#[test_case("t_s,arm_rate_deg_s\n0,22.918311805232932\n0.5,-11.459155902616466\n", ""; "in degrees")]
+#[test_case("t_s,joint_arm_rate_rad_s,joint_arm_position_rad\n0,0.4,\n0.2,,\n0.25,NaN,nan\n0.5,-0.2,\n", ""; "as in a trace with cells that say nothing")]
+#[test_case("t_s,elbow\n0,0.4\n0.5,-0.2\n", "joints_by = \"rate\"\nnames.arm = \"elbow\"\n"; "by another name")]
+#[test_case("t_s,arm_rate_rad_s,arm_position_rad,arm_torque_n_m\n0,0.4,0,9\n0.5,-0.2,2,9\n", "joints_by = \"rate\"\n"; "though positions stand beside them")]
+fn rates_of_a_csv_file_move_a_joint_to_their_integral(csv: &str, keys: &str) {
+    let motion = ALONE.replace("[twist]", &format!("{keys}[twist]"));
+    let run = of_csv(csv, "", &format!("{motion}[run]\nduration_s = 1.5\n")).expect("a run");
+    // Sagging by friction and damping: (0.1 + 0.05 x 0.4) N m over 599 N m/rad, 0.2 mrad to either side.
+    for (t_s, expected) in [(0.0, 0.0), (0.4, 0.16), (0.5, 0.2), (1.0, 0.1), (1.4, 0.1)] {
+        let found = arm_at(&run, t_s);
+        assert!(
+            (found - expected).abs() < 1e-3,
+            "{t_s} s: {found} {expected}"
+        );
+    }
+}
+
+/// A run ends when the last rate has held as long as rows do, and begins where the log has the joint.
+#[test]
+fn rates_begin_where_the_log_has_the_joint() {
+    let csv = "t_s,arm_position_rad,arm_rate_rad_s\n0,0.3,0.4\n0.5,,-0.2\n";
+    let motion = ALONE.replace("[twist]", "joints_by = \"rate\"\n[twist]");
+    let run = of_csv(csv, "", &motion).expect("a run");
+    assert!((run.summary.duration_s - 1.0).abs() < 1e-9);
+    for (t_s, expected) in [(0.0, 0.3), (0.5, 0.5), (0.9, 0.42)] {
+        assert!((arm_at(&run, t_s) - expected).abs() < 1e-3, "{t_s}");
+    }
+}
+
+/// The lift has 4 kg, friction of 1 N and damping of 5 N s/m: x'' = (F - m g - f - c x') / m; and once the force ends, the servo holds it where it is.
+#[test]
+fn forces_of_a_csv_file_lift_what_newton_says() {
+    let (mass_kg, friction_n, damping_n_s_m, force_n) = (4.0, 1.0, 5.0, 45.0);
+    let net_n: f64 = force_n - mass_kg * 9.81 - friction_n;
+    let time_s = mass_kg / damping_n_s_m;
+    let at_m = |t_s: f64| net_n / damping_n_s_m * (t_s - time_s * (1.0 - (-t_s / time_s).exp()));
+    let motion = format!("{ALONE}[run]\nduration_s = 1.5\n");
+    let run = of_lift("t_s,lift_force_n\n0,45\n0.25,45\n", &motion).expect("a run");
+    for t_s in [0.25, 0.5] {
+        let (found, expected) = (arm_at(&run, t_s), at_m(t_s));
+        assert!(
+            (found - expected).abs() < 5e-3 * expected,
+            "{found} {expected}"
+        );
+    }
+    // It comes to rest from 0.45 m/s within a period of its servo, 0.1 s, and some.
+    let held = arm_at(&run, 1.4);
+    assert!((held - arm_at(&run, 1.0)).abs() < 1e-4, "{held}");
+    assert!((held - at_m(0.5)).abs() < 0.03, "{held} {}", at_m(0.5));
+}
+
+/// A row says the first of position, rate and torque that it has: a command by rate takes the place of one by position, and the other way round.
+#[test]
+fn each_row_drives_by_the_first_that_it_says() {
+    let csv = "t_s,arm_position_rad,arm_rate_rad_s\n0,0.1,\n1,0.3,5\n1.5,,0.4\n2,0.5,\n2.5,0.5,\n";
+    let run = of_csv(csv, "", ALONE).expect("a run");
+    assert!((run.summary.duration_s - 2.5).abs() < 1e-9);
+    for (t_s, expected) in [(0.5, 0.2), (1.0, 0.3), (1.4, 0.3), (2.0, 0.5), (2.4, 0.5)] {
+        let found = arm_at(&run, t_s);
+        // As with positions alone: some mrad of lag where a target sets out.
+        assert!(
+            (found - expected).abs() < 0.01,
+            "{t_s} s: {found} {expected}"
+        );
+    }
 }
 
 /// A log that drives the wheels moves joints too, in the time of the wheels.
@@ -128,6 +212,98 @@ fn of_bag<M: Message>(joints: &[(f64, M)], motion: &str) -> Result<Run, Error> {
     }
     bag.finish().expect("a bag");
     run(&scenario(folder.path(), "", motion)?)
+}
+
+/// A joint's state, of which NaN is not known.
+fn state_of_arm(position: f64, velocity: f64, effort: f64) -> JointState {
+    let beside = |number: f64| match number.is_nan() {
+        true => Vec::new(),
+        false => vec![9.0, number],
+    };
+    JointState {
+        name: vec!["front_left".to_owned(), "arm".to_owned()],
+        position: vec![9.0, position],
+        velocity: beside(velocity),
+        effort: beside(effort),
+        ..JointState::default()
+    }
+}
+
+/// Messages without a position run the joint by its velocity, and without that load it with its effort.
+#[test]
+fn a_bag_of_velocities_or_efforts_drives_joints() {
+    let nan = f64::NAN;
+    let rates = [
+        (0.0, state_of_arm(nan, 0.4, 7.0)),
+        (0.5, state_of_arm(nan, -0.2, 7.0)),
+        (1.0, state_of_arm(nan, 0.0, 7.0)),
+    ];
+    let run = of_bag(&rates, BAG_ALONE).expect("a run");
+    for (t_s, expected) in [(0.5, 0.2), (1.0, 0.1), (1.4, 0.1)] {
+        assert!((arm_at(&run, t_s) - expected).abs() < 1e-3, "{t_s}");
+    }
+    // 0.4 N m against friction of 0.1 and damping of 0.05 on 0.1517 kg m^2, on a robot that its floor holds: q = a / c (t - J / c (1 - exp(-c t / J))).
+    let efforts = [0.0, 0.5].map(|t_s| (t_s, state_of_arm(nan, nan, 0.4)));
+    let run = of_bag(&efforts, BAG_ALONE).expect("a run");
+    let (time_s, rate): (f64, f64) = (0.1517 / 0.05, 0.3 / 0.05);
+    let expected = rate * (0.9 - time_s * (1.0 - (-0.9 / time_s).exp()));
+    assert!(
+        (arm_at(&run, 0.9) - expected).abs() < 0.01 * expected,
+        "{} {expected}",
+        arm_at(&run, 0.9)
+    );
+}
+
+/// A run whose arm swings by 1 rad within 0.6 s, at up to 3.125 rad/s and 16.04 rad/s^2, and the largest distance of another's arm from it, in rad.
+fn swing(folder: &Path) -> Simulation {
+    let joint = "friction_n_m = 0\nsetpoints = [{ t_s = 0, position_rad = 0.2 }, { t_s = 0.6, position_rad = 1.2 }]\n";
+    let motion = "[twist]\nvx_m_s = 0\n[run]\nduration_s = 0.6\n";
+    Simulation::new(&scenario(folder, joint, motion).expect("a scenario")).expect("a simulation")
+}
+
+fn apart_rad(one: &Run, other: &Run) -> f64 {
+    let pairs = one.trace.records().iter().zip(other.trace.records());
+    let off = pairs.map(|(a, b)| (a.joints[0].position - b.joints[0].position).abs());
+    off.fold(0.0, f64::max)
+}
+
+/// A servo lags by acceleration x inertia / stiffness, 16.04 x 0.1517 / 599 = 4.1 mrad, and by some of damping; rates that hold from row to row lag by half
+/// a control period of 10 ms, 15.6 mrad more at the fastest.
+#[test_case("position", 0.005; "positions")]
+#[test_case("rate", 0.021; "rates")]
+fn the_bag_of_a_run_moves_its_joint_again(by: &str, within_rad: f64) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let simulation = swing(folder.path());
+    let mut sink =
+        BagSink::create(&folder.path().join("bag"), simulation.plant().robot()).expect("a bag");
+    sink.begin(&simulation.trace().header).expect("a bag");
+    let before = simulation.run();
+    sink.take(&before.trace).expect("rows");
+    sink.finish().expect("a whole bag");
+    let motion = BAG_ALONE.replace(
+        "[twist]",
+        &format!("joint_topic = \"/joint_states\"\njoints_by = \"{by}\"\n[twist]"),
+    );
+    let again = scenario(folder.path(), "friction_n_m = 0", &motion).expect("a scenario");
+    let off_rad = apart_rad(&before, &run(&again).expect("a run"));
+    assert!(off_rad < within_rad, "{off_rad} rad");
+}
+
+/// A trace's torque has the joint's damping in it, 0.05 N m s/rad, beside the servo's; held from row to row it lags by half a period.
+#[test]
+fn the_torques_of_a_trace_move_its_joint_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let before = swing(folder.path()).run();
+    let mut csv = "t_s,joint_arm_position_rad,joint_arm_force_n_m\n".to_owned();
+    for record in before.trace.records() {
+        let arm = &record.joints[0];
+        let torque = arm.force + 0.05 * arm.rate;
+        csv += &format!("{},{},{torque}\n", record.t_s, arm.position);
+    }
+    let motion = ALONE.replace("[twist]", "joints_by = \"effort\"\n[twist]");
+    let again = of_csv(&csv, "friction_n_m = 0", &motion).expect("a run");
+    let off_rad = apart_rad(&before, &again);
+    assert!(off_rad < 0.021, "{off_rad} rad");
 }
 
 const BAG: &str =
@@ -209,7 +385,11 @@ fn a_trajectory_whose_points_lack_a_joint_is_refused_in_words() {
 }
 
 #[test_case(&[(0.0, joint_state(&["arm"], &[0.0, 1.0]))], BAG, "1 names and 2 positions"; "wrong length")]
-#[test_case(&[(0.0, joint_state(&["arm"], &[f64::NAN]))], BAG, "cannot be computed with"; "no number")]
+#[test_case(&[(0.0, joint_state(&["arm"], &[f64::INFINITY]))], BAG, "cannot be computed with"; "no number")]
+#[test_case(&[(0.0, joint_state(&["arm"], &[f64::NAN]))], BAG, "it drives no joint"; "nothing said")]
+#[test_case(&[(0.0, JointState { velocity: vec![1.0], ..joint_state(&["arm"], &[]) })], BAG, "by one row alone"; "one rate")]
+#[test_case(&[(0.0, JointState { effort: vec![1.0], ..joint_state(&["arm", "front_left"], &[]) })], BAG, "2 names and 1 efforts"; "efforts of wrong length")]
+#[test_case(&[(0.0, joint_state(&["arm"], &[0.1]))], "[playback]\nfile = \"bag\"\ndrives = \"twist\"\njoint_topic = \"/joint_commands\"\njoints_by = \"effort\"\n", "it drives no joint"; "not what it says")]
 #[test_case(&[(0.0, joint_state(&["arn"], &[0.1]))], BAG, "it drives no joint"; "an unknown joint")]
 #[test_case(&[(0.0, joint_state(&["arm"], &[0.1])), (0.0, joint_state(&["arm"], &[0.2]))], BAG, "do not grow"; "one time twice")]
 #[test_case(&[(0.0, joint_state(&["arm"], &[7.0]))], BAG, "beyond its limits"; "beyond the limits")]
@@ -231,7 +411,12 @@ fn what_no_joint_can_do_is_refused_in_words(
 
 #[test_case("t_s,arm_position_rad\n0,0.1\n0,0.2\n", "do not grow"; "times that stand")]
 #[test_case("t_s,arm_position_rad\n1,0.1\n0,0.2\n", "do not grow"; "times that go back")]
-#[test_case("t_s,arm_position_rad\n0,nan\n1,0.2\n", "must be a number"; "no number")]
+#[test_case("t_s,arm_position_rad\n0,wide\n1,0.2\n", "must be a number"; "no number")]
+#[test_case("t_s,arm_position_rad\n0,inf\n1,0.2\n", "must be a number"; "no finite number")]
+#[test_case("t_s,arm_position_rad\n0,nan\n1,\n", "it drives no joint"; "nothing said")]
+#[test_case("t_s,arm_rate_rad_s\n0,1\n", "by one row alone"; "one rate")]
+#[test_case("t_s,arm_rate_m_s\n0,1\n1,1\n", "it drives no joint"; "the rate of a slide")]
+#[test_case("t_s,arm_rate_rad_s,arm_position_rad\n0,1,2.7\n1,1,2.7\n", "beyond its limits"; "beyond the limits beside a rate")]
 #[test_case("t_s,arn_position_rad\n0,0.1\n1,0.2\n", "it drives no joint"; "an unknown joint")]
 #[test_case("t_s,arm_position_m\n0,0.1\n1,0.2\n", "arm_position_rad"; "the unit of a slide")]
 #[test_case("t_s,arm_position_rad\n0,0.1\n1,2.7\n", "beyond its limits"; "beyond the limits")]

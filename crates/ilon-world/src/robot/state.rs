@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ilon_robot::{BodyJoint, Robot};
+use ilon_robot::Robot;
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::dynamics::{LinkPose, Motion, ROOT_DOFS, Tree};
@@ -41,7 +41,7 @@ impl State {
             floor_from_chassis: floor_from_body * body_from_chassis,
             velocity_m_s: Vector3::zeros(),
             angular_rad_s: Vector3::zeros(),
-            moved: positions_at_start(robot),
+            moved: robot.start_positions(),
             rates: vec![0.0; tree.joints().len()],
             first_hub: robot.joints.len(),
             tree: Arc::clone(tree),
@@ -308,22 +308,4 @@ impl State {
         self.angular_rad_s = other.angular_rad_s;
         self.rates.copy_from_slice(&other.rates);
     }
-}
-
-/// The position of each joint of a robot from which its standing is looked for: zero, or a servo's target, or the stop nearest to it, and where
-/// couplings put it.
-fn positions_at_start(robot: &Robot) -> Vec<f64> {
-    let nearest = |joint: &BodyJoint| {
-        let target = joint.servo().map_or(0.0, |servo| servo.target);
-        target.max(joint.limits[0]).min(joint.limits[1])
-    };
-    let mut positions: Vec<f64> = robot.joints.iter().map(nearest).collect();
-    // Each pass settles those that follow what is settled.
-    for _ in &robot.couplings {
-        for coupling in &robot.couplings {
-            positions[coupling.joint] =
-                coupling.factor * positions[coupling.follows] + coupling.offset;
-        }
-    }
-    positions
 }

@@ -173,3 +173,38 @@ fn a_file_where_the_bag_shall_be_is_not_replaced() {
     assert!(said.contains("was not written by a run"), "{said}");
     assert_eq!(folder.read("out/bag"), "of somebody else");
 }
+
+/// What `rosbags` recorded of an arm moves it: rates to their integral, 0.2 rad; 0.4 N m against friction of 0.1 and damping of 0.05 N m s on 0.1517 kg m^2, on
+/// a robot that its floor holds, within 0.9 s to a / c (t - J / c (1 - exp(-c t / J))) = 0.7273 rad.
+#[test]
+fn a_bag_of_another_program_moves_a_joint_by_rates_or_torques() {
+    let Some(python) = python("rosbags") else {
+        return;
+    };
+    let folder = Folder::new();
+    let robot = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../assets/robots/mecanum4_arm.urdf"
+    );
+    for (by, expected) in [("rate", 0.2), ("effort", 0.7273)] {
+        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/joint_bag.py");
+        let bag = folder.path(&format!("{by}_bag")).display().to_string();
+        let written = Command::new(&python)
+            .args([script, &bag, by])
+            .output()
+            .expect("Python runs");
+        assert!(
+            written.status.success(),
+            "{}",
+            String::from_utf8_lossy(&written.stderr)
+        );
+        let scenario = format!(
+            "[robot]\nfile = \"{robot}\"\nwheels = {{ rollers = 9, roller_radius_m = 0.012, roller_mass_kg = 0.01, damping_n_m_s = 1e-6, gamma.x_deg = 45 }}\n\
+             [robot.joints.arm]\nrole = \"driven\"\n[playback]\nfile = \"{by}_bag\"\ndrives = \"joints\"\n[twist]\nvx_m_s = 0\n\
+             [[expect.signals]]\nsignal = \"joint_arm_position_rad\"\nfrom_s = 0.895\nuntil_s = 0.905\nequal = {expected}\nwithin = {}\n",
+            0.01 * expected
+        );
+        folder.write(&format!("{by}.toml"), &scenario);
+        ended_with(0, &folder.ilon(&["check", &format!("{by}.toml")]));
+    }
+}

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use mjcf_rs::body as mj;
-use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
 use super::model::pose;
 use crate::convert::writer::ShapeOf;
@@ -17,6 +17,27 @@ const DENSITY_KG_M3: f64 = 1000.0;
 
 /// Shapes, placed in a frame.
 type Placed = Vec<(Isometry3<f64>, ShapeOf)>;
+
+/// Gives a geom that is said by its ends, `fromto`, the place, the turn and the sizes that it has by them, as MuJoCo does: its z axis lies along the line
+/// between them, and of a box and an ellipsoid both sizes across are the first.
+pub(super) fn put_between_ends(geom: &mut mj::Geom) {
+    let Some([ax, ay, az, bx, by, bz]) = geom.fromto else {
+        return;
+    };
+    let (from, to) = (Vector3::new(ax, ay, az), Vector3::new(bx, by, bz));
+    let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+    let across = geom.size[0];
+    geom.size = match geom.type_ {
+        mj::GeomType::Capsule | mj::GeomType::Cylinder => [across, half.norm(), 0.0],
+        mj::GeomType::Box | mj::GeomType::Ellipsoid => [across, across, half.norm()],
+        _ => return,
+    };
+    // Of opposite directions any turn does.
+    let turn = UnitQuaternion::rotation_between(&Vector3::z(), &half).unwrap_or_default();
+    let (place, turned) = (&mut geom.pose.translation, &mut geom.pose.rotation);
+    (place.x, place.y, place.z) = (middle.x, middle.y, middle.z);
+    (turned.x, turned.y, turned.z, turned.w) = (turn.i, turn.j, turn.k, turn.w);
+}
 
 /// The shapes that stand for a geom, placed in its frame; in words, why it is not read.
 pub(super) fn shapes_of(geom: &mj::Geom, model: &mjcf_rs::Model) -> Result<Placed, &'static str> {

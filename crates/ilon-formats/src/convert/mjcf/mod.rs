@@ -31,10 +31,18 @@ pub(super) fn converted(
     let whole = replicate::written_out(file, whole)?;
     let document = xml::parse(&whole).map_err(|fault| of_xml(file, &whole, fault))?;
     includes::refuse_what_is_not_read(file, &whole, &document)?;
-    let model = mjcf_rs::Model::from_str(&whole, folder).map_err(|e| {
+    let mut model = mjcf_rs::Model::from_str(&whole, folder).map_err(|e| {
         let reason = e.to_string();
         RobotError::new(file, Fault::Format { reason })
     })?;
+    let bodies = model.bodies.iter_mut();
+    bodies.for_each(|entry| {
+        entry
+            .body
+            .geoms
+            .iter_mut()
+            .for_each(geoms::put_between_ends)
+    });
     let roots = Robot::all(&model, &document, file);
     let count = roots.len();
     let written = roots.iter().map(|root| bodies::written(root, &whole));

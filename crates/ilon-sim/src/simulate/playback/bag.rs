@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 
 use ilon_files::FileAccess;
 use ilon_messages::bag::{self, ReadMessage};
-use ilon_messages::geometry_msgs::{self as geometry, PoseStamped, Twist, TwistStamped};
+use ilon_messages::geometry_msgs::{PoseStamped, Twist, TwistStamped};
 use ilon_messages::nav_msgs::{Odometry, Path};
 use ilon_messages::sensor_msgs::JointState;
 use ilon_messages::std_msgs::Float64MultiArray;
 use ilon_messages::trajectory_msgs::JointTrajectory;
 use ilon_messages::{CdrError, Message};
 
+use super::joint_log::QUANTITIES;
 use super::series::Series;
 use super::wanted::{MOST_ROWS, Said, Wanted};
 use crate::Error;
@@ -41,7 +42,7 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<Said, Erro
         Drives::Twist | Drives::Path => 3,
         _ => wanted.wheels.len(),
     };
-    let mut joints = vec![Series::new(1); wanted.joints.len()];
+    let mut joints = vec![Series::new(QUANTITIES.len()); wanted.joints.len()];
     let pose_topic = wanted.section.pose_topic.as_deref();
     let (mut driving, mut measured) = (Series::new(width), pose_topic.map(|_| Series::new(3)));
     let mut fault = None;
@@ -104,7 +105,7 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<Said, Erro
     })
 }
 
-/// Adds where a message says that joints are. It may name some of them, and others that are no concern of the log's.
+/// Adds what a message says of joints. It may name some of them, and others that are no concern of the log's.
 fn move_joints(
     wanted: &Wanted<'_>,
     message: &ReadMessage,
@@ -123,26 +124,33 @@ fn move_joints(
             ),
         ));
     }
-    let JointState { name, position, .. } = decode(wanted, message)?;
-    // Of joints that it says other things of.
-    if position.is_empty() {
-        return Ok(());
-    }
-    if name.len() != position.len() {
+    let state: JointState = decode(wanted, message)?;
+    let said = [
+        (&state.position, "positions"),
+        (&state.velocity, "velocities"),
+        (&state.effort, "efforts"),
+    ];
+    let names = state.name.len();
+    let is_odd = |numbers: &Vec<f64>| !numbers.is_empty() && numbers.len() != names;
+    if let Some((numbers, what)) = said.iter().find(|(numbers, _)| is_odd(numbers)) {
         return Err(wanted.fault(
             format!(
-                "a message of `{}`, {t_s:.3} s after the first of all, has {} names and {} positions",
+                "a message of `{}`, {t_s:.3} s after the first of all, has {names} names and {} {what}",
                 message.topic,
-                name.len(),
-                position.len()
+                numbers.len()
             ),
-            "give each joint that it names a position",
+            format!("give each joint that it names one of the {what}, or none at all"),
         ));
     }
     for ((joint, _), series) in wanted.joints.iter().zip(joints) {
         let theirs = wanted.name(joint);
-        if let Some(place) = name.iter().position(|name| name == theirs) {
-            series.push(t_s, finite(wanted, message, t_s, vec![position[place]])?);
+        let Some(place) = state.name.iter().position(|name| name == theirs) else {
+            continue;
+        };
+        let row = said.map(|(numbers, _)| numbers.get(place).copied().unwrap_or(f64::NAN));
+        let known = row.iter().copied().filter(|number| !number.is_nan());
+        if !finite(wanted, message, t_s, known.collect())?.is_empty() {
+            series.push(t_s, row);
         }
     }
     Ok(())
@@ -181,8 +189,8 @@ fn follow_trajectory(
             if series.times_s.last().is_some_and(|last_s| *last_s == at_s) {
                 series.pop();
             }
-            let position = vec![point.positions[place]];
-            series.push(at_s, finite(wanted, message, t_s, position)?);
+            let position = finite(wanted, message, t_s, vec![point.positions[place]])?;
+            series.push(at_s, [position[0], f64::NAN, f64::NAN]);
         }
     }
     Ok(())
@@ -360,17 +368,9 @@ fn drive(
 
 /// The poses of a message, x, y and heading, and how many seconds after its first each comes.
 fn poses(wanted: &Wanted<'_>, message: &ReadMessage) -> Result<Vec<(f64, [f64; 3])>, Error> {
-    let planar = |pose: &geometry::Pose| {
-        let q = &pose.orientation;
-        let heading_rad = libm::atan2(
-            2.0 * (q.w * q.z + q.x * q.y),
-            1.0 - 2.0 * (q.y * q.y + q.z * q.z),
-        );
-        [pose.position.x, pose.position.y, heading_rad]
-    };
     if message.type_name == Odometry::TYPE_NAME {
         let odometry = decode::<Odometry>(wanted, message)?;
-        return Ok(vec![(0.0, planar(&odometry.pose.pose))]);
+        return Ok(vec![(0.0, odometry.pose.pose.planar())]);
     }
     if message.type_name == Path::TYPE_NAME {
         let path = decode::<Path>(wanted, message)?;
@@ -390,11 +390,11 @@ fn poses(wanted: &Wanted<'_>, message: &ReadMessage) -> Result<Vec<(f64, [f64; 3
         }
         let poses = path.poses.iter().zip(&times);
         return Ok(poses
-            .map(|(pose, t_s)| (t_s - times[0], planar(&pose.pose)))
+            .map(|(pose, t_s)| (t_s - times[0], pose.pose.planar()))
             .collect());
     }
     let stamped = expect::<PoseStamped>(wanted, message)?;
-    Ok(vec![(0.0, planar(&stamped.pose))])
+    Ok(vec![(0.0, stamped.pose.planar())])
 }
 
 /// The message, or what else it is.

@@ -4,11 +4,12 @@ use ilon_files::{FileAccess, ReadError};
 
 use ilon_robot::JointKind;
 
+use super::joint_log::QUANTITIES;
 use super::series::Series;
 use super::wanted::{MAX_BYTES, MOST_ROWS, Said, Wanted};
 use crate::Error;
 use crate::foreign::{cell, is_head_of_log, quoted};
-use crate::scenario::{Drives, is_computable, nearest};
+use crate::scenario::{Drives, Quantity, is_computable, nearest};
 
 /// The columns that may say when, and how many nanoseconds one of their units has.
 const TIMES: [(&str, f64); 4] = [("t_s", 1e9), ("time_s", 1e9), ("t_ms", 1e6), ("t_ns", 1.0)];
@@ -70,7 +71,7 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<Said, Erro
     wanted.refuse_unused_names()?;
 
     let mut driven = Series::new(driving.len());
-    let mut moved = vec![Series::new(1); joints.len()];
+    let mut moved = vec![Series::new(QUANTITIES.len()); joints.len()];
     let mut poses = Series::new(3);
     let mut first_ns = None;
     let mut rows_read = 0;
@@ -136,12 +137,18 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<Said, Erro
         {
             poses.push(t_s, values);
         }
-        for (column, series) in joints.iter().zip(&mut moved) {
-            // A joint that is logged less often leaves its cells empty.
-            if let Some(column) = column
-                && !text_of(column).is_empty()
-            {
-                series.push(t_s, [number(column)?]);
+        for (columns, series) in joints.iter().zip(&mut moved) {
+            let mut said = [f64::NAN; QUANTITIES.len()];
+            for (said, column) in said.iter_mut().zip(columns) {
+                // A joint that is logged less often leaves its cells empty, or writes that it knows no number.
+                if let Some(column) = column
+                    && !["", "nan"].contains(&text_of(column).to_ascii_lowercase().as_str())
+                {
+                    *said = number(column)?;
+                }
+            }
+            if !said.iter().all(|number| number.is_nan()) {
+                series.push(t_s, said);
             }
         }
         rows_read += 1;
@@ -159,21 +166,18 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<Said, Erro
     })
 }
 
-/// Of each joint that the log may drive, the column that says where it was, if there is one.
-fn joints(wanted: &Wanted<'_>, header: &Header<'_>) -> Result<Vec<Option<Column>>, Error> {
-    let column_of = |(joint, kind): &(&str, JointKind)| {
-        let kinds: [(&str, f64); 2] = match kind {
-            JointKind::Turns => [("position_rad", 1.0), ("position_deg", DEGREE)],
-            JointKind::Slides => [("position_m", 1.0), ("position_mm", 1e-3)],
-        };
+/// Of each joint that the log may drive, the columns of [`QUANTITIES`] that there are.
+fn joints(wanted: &Wanted<'_>, header: &Header<'_>) -> Result<Vec<Vec<Option<Column>>>, Error> {
+    let by = wanted.section.joints_by.unwrap_or(Quantity::Position);
+    let column_of = |(joint, kind): &(&str, JointKind), quantity: Quantity| {
         let theirs = wanted.name(joint);
         // As a person writes it, or as in a trace of ilon; or as `playback.names` says.
         let mut names: Vec<(String, f64)> = Vec::new();
-        for (kind, factor) in kinds {
-            names.push((format!("{theirs}_{kind}"), factor));
-            names.push((format!("joint_{theirs}_{kind}"), factor));
+        for (kind, factor) in endings(*kind, quantity) {
+            names.push((format!("{theirs}_{kind}"), *factor));
+            names.push((format!("joint_{theirs}_{kind}"), *factor));
         }
-        if theirs != *joint {
+        if theirs != *joint && quantity == by {
             names.push((theirs.to_owned(), 1.0));
         }
         find(
@@ -182,7 +186,29 @@ fn joints(wanted: &Wanted<'_>, header: &Header<'_>) -> Result<Vec<Option<Column>
             names.iter().map(|(name, factor)| (name.as_str(), *factor)),
         )
     };
-    wanted.joints.iter().map(column_of).collect()
+    let joints = wanted.joints.iter();
+    joints
+        .map(|joint| {
+            QUANTITIES
+                .into_iter()
+                .map(|quantity| column_of(joint, quantity))
+                .collect()
+        })
+        .collect()
+}
+
+/// How the names of columns end that say something of a joint, and what makes their numbers SI.
+fn endings(kind: JointKind, quantity: Quantity) -> &'static [(&'static str, f64)] {
+    match (kind, quantity) {
+        (JointKind::Turns, Quantity::Position) => {
+            &[("position_rad", 1.0), ("position_deg", DEGREE)]
+        }
+        (JointKind::Slides, Quantity::Position) => &[("position_m", 1.0), ("position_mm", 1e-3)],
+        (JointKind::Turns, Quantity::Rate) => &[("rate_rad_s", 1.0), ("rate_deg_s", DEGREE)],
+        (JointKind::Slides, Quantity::Rate) => &[("rate_m_s", 1.0), ("rate_mm_s", 1e-3)],
+        (JointKind::Turns, Quantity::Effort) => &[("torque_n_m", 1.0), ("force_n_m", 1.0)],
+        (JointKind::Slides, Quantity::Effort) => &[("force_n", 1.0)],
+    }
 }
 
 fn driving(wanted: &Wanted<'_>, header: &Header<'_>) -> Result<Vec<Column>, Error> {

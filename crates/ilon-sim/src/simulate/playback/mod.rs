@@ -2,6 +2,7 @@
 
 mod bag;
 mod csv;
+mod joint_log;
 mod series;
 mod wanted;
 
@@ -12,6 +13,7 @@ use ilon_control::{Heading, Reference};
 use ilon_robot::{JointKind, Pose, Robot, Twist};
 use nalgebra::Vector2;
 
+pub(super) use self::joint_log::JointLog;
 pub(super) use self::series::Placing;
 use self::series::{Series, is_wrapped, place, unwrap};
 use self::wanted::{Said, Wanted};
@@ -45,8 +47,8 @@ struct Measured {
 pub(super) struct Played {
     /// What drives wheels or body; `None` of a log that drives joints alone.
     pub log: Option<Arc<Log>>,
-    /// Where it takes joints between bodies: which of the robot's, and time in seconds of the run and position, times growing.
-    pub joints: Vec<(usize, Vec<[f64; 2]>)>,
+    /// What it tells the servos of joints between bodies: which of the robot's, and what.
+    pub joints: Vec<(usize, Arc<JointLog>)>,
     /// When what it drives ends, in seconds of the run.
     pub end_s: f64,
 }
@@ -101,10 +103,6 @@ pub(super) fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Pl
     let all = [Some(&driving), measured.as_ref()].into_iter().flatten();
     all.chain(&joints)
         .try_for_each(|series| grows(&wanted, series))?;
-    let moves = joints.iter().any(|series| series.len() > 0);
-    if !moves && (section.joint_topic.is_some() || section.drives == Drives::Joints) {
-        return Err(moves_no_joint(&wanted));
-    }
     let alone = section.drives == Drives::Joints;
     let first_s = match alone {
         true => joints
@@ -114,6 +112,9 @@ pub(super) fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Pl
         false => driving.times_s.first().copied(),
     };
     let Some(first_s) = first_s else {
+        if alone {
+            return Err(moves_no_joint(&wanted));
+        }
         return Err(wanted.fault(
             "it holds nothing that could drive the robot",
             "see `playback.drives` and `playback.topic`",
@@ -124,23 +125,21 @@ pub(super) fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Pl
     joints
         .iter_mut()
         .for_each(|series| series.shift_times(shift_s));
-    let last_s = |series: &Series| series.times_s.last().copied();
-    let end_s = joints.iter().filter_map(last_s).reduce(f64::max);
-    let joints = moved
-        .into_iter()
-        .zip(joints)
-        .filter(|(_, series)| series.len() > 0);
-    let joints = joints
-        .map(|(index, series)| {
-            let rows = series.rows().map(|(t_s, row)| [t_s, row[0]]);
-            (index, rows.collect())
-        })
-        .collect();
+    let mut told = Vec::new();
+    for (index, series) in moved.into_iter().zip(&joints) {
+        let log = JointLog::new(&wanted, &robot.joints[index].name, series)?;
+        told.extend(log.map(|log| (index, Arc::new(log))));
+    }
+    let asks = alone || section.joint_topic.is_some() || section.joints_by.is_some();
+    if told.is_empty() && asks {
+        return Err(moves_no_joint(&wanted));
+    }
     if alone {
+        let ends_s = told.iter().map(|(_, log)| log.end_s());
         return Ok(Played {
             log: None,
-            joints,
-            end_s: end_s.unwrap_or(0.0),
+            end_s: ends_s.fold(0.0, f64::max),
+            joints: told,
         });
     }
     driving.shift_times(shift_s);
@@ -154,7 +153,7 @@ pub(super) fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Pl
     Ok(Played {
         end_s: log.end_s(),
         log: Some(Arc::new(log)),
-        joints,
+        joints: told,
     })
 }
 
@@ -181,12 +180,13 @@ fn moves_no_joint(wanted: &Wanted<'_>) -> Error {
     let help = match (names.is_empty(), wanted.section.is_csv()) {
         (true, _) => "give a joint role = \"driven\", and neither a target nor setpoints, in [robot.joints.NAME]".to_owned(),
         (false, true) => format!(
-            "looked for are columns such as {}_position_rad, or _m of a joint that slides, of {}; `playback.names` says what a joint is called",
+            "looked for are columns such as {0}_position_rad, {0}_rate_rad_s and {0}_torque_n_m, or _position_m, _rate_m_s and _force_n of a joint that slides, of {1}; \
+             `playback.names` says what a joint is called",
             wanted.name(wanted.joints[0].0),
             names.join(", ")
         ),
         (false, false) => format!(
-            "looked for are positions of {}; `playback.names` says what a joint is called",
+            "looked for are positions, velocities and efforts of {}; `playback.names` says what a joint is called",
             names.join(", ")
         ),
     };

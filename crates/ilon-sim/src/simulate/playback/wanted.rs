@@ -31,7 +31,7 @@ pub(super) struct Said {
     pub driving: Series,
     /// Where the real robot was: x, y and heading.
     pub measured: Option<Series>,
-    /// Where each of the joints was that it may drive; without rows where the log does not say.
+    /// What it says of each of the joints that it may drive, rows of [`QUANTITIES`](super::joint_log::QUANTITIES); without rows where the log does not say.
     pub joints: Vec<Series>,
 }
 
