@@ -142,7 +142,8 @@ fn a_filter_does_not_take_rolling_along_for_driving() {
     let standing = "[twist]\nvx_m_s = 0\n[sensors.pose]\nrate_hz = 0.01\n[sensors.fusion]\n";
     let scenario = of_slides(folder.path(), [&driven, stands, stands, stands], standing);
     let run = Simulation::new(&scenario).expect("it stands").run();
-    let rolled_rad = run.trace.records().last().expect("a row").wheels[0].angle_rad;
+    let last = run.trace.records().len() - 1;
+    let rolled_rad = run.trace.wheels_at(last)[0].angle_rad;
     assert!(rolled_rad.abs() > 0.5, "{rolled_rad}");
     let off_m = run.summary.seen_position_error_rms_m.expect("it is judged");
     assert!(off_m < 2e-3, "{off_m}");
