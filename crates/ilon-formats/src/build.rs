@@ -12,18 +12,18 @@ use nalgebra::{
 
 use crate::error::{Fault, RobotError};
 use crate::generate::elements::{box_moments, cylinder_moments};
+use crate::generate::suspension::{Carrier, carriers};
 use crate::model::{
-    Barrel, Chassis, Collision, CollisionShape, Joint, MassProperties, MotorLimits, Robot, Roller,
-    RollerForm, RollersAsMade, Wheel,
+    Barrel, Body, BodyJoint, Chassis, Collision, CollisionShape, Joint, JointKind, JointRole,
+    JointSpring, MassProperties, MotorLimits, Robot, Roller, RollerForm, RollersAsMade, Wheel,
 };
 use crate::options::LoadOptions;
 use crate::prepare::read_text;
 use crate::spec::{ChassisShape, ChassisSpec, Described, Spec, check};
-use crate::urdf::hub_frame;
+use crate::urdf::{hub_frame, joint_frame};
 
-/// The robot of a description in TOML with keys changed as the options say, and the description as it then is; `None` of a file that is none, of
-/// options that ask for more than changed keys, and of robots with suspensions, which are read as any other. But for rounding it is the
-/// robot that is read, without remarks.
+/// The robot of a description in TOML with keys changed as the options say, and the description as it then is; `None` of a file that is none, and of
+/// options that ask for more than changed keys. But for rounding it is the robot that is read, without remarks.
 ///
 /// # Errors
 /// A file that cannot be read, and a description that makes no robot.
@@ -39,28 +39,73 @@ pub fn described(path: &Path, options: &LoadOptions) -> Result<Option<(Robot, Sp
     let file = path.display().to_string();
     let text = read_text(path, &file, options)?;
     let spec = Spec::from_toml_str_with(&text, &file, &options.spec)?;
-    Ok(build(&spec)?.map(|robot| (robot, spec)))
+    Ok(Some((build(&spec)?, spec)))
 }
 
-/// The robot of a description; `None` of one with suspensions.
+/// The robot of a description.
 ///
 /// # Errors
 /// Those of [`generate`](crate::generate), and rollers that cannot be made.
-pub fn build(spec: &Spec) -> Result<Option<Robot>, RobotError> {
+pub fn build(spec: &Spec) -> Result<Robot, RobotError> {
     let described = spec.described();
     check(spec, &described)?;
-    if !spec.suspension.is_empty() {
-        return Ok(None);
+    let carriers = carriers(spec, &described);
+    let mut wheels = Vec::with_capacity(described.len());
+    for described in &described {
+        let carries = |carrier: &Carrier| carrier.carries(&described.placed.name);
+        wheels.push(Wheel {
+            carrier: carriers.iter().position(carries),
+            ..wheel(spec, described)?
+        });
     }
-    let wheels = described.iter().map(|wheel| self::wheel(spec, wheel));
-    Ok(Some(Robot {
+    Ok(Robot {
         name: spec.name.clone(),
         chassis: chassis(&spec.chassis),
-        joints: Vec::new(),
+        joints: carriers.iter().map(joint).collect(),
         couplings: Vec::new(),
-        wheels: wheels.collect::<Result<_, _>>()?,
+        wheels,
         remarks: Vec::new(),
-    }))
+    })
+}
+
+/// What wheels hang on, which touches nothing.
+fn joint(of: &Carrier) -> BodyJoint {
+    let body_from_joint = joint_frame(Vector3::from(of.place_m), &Vector3::from(of.axis));
+    let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), of.heading_rad);
+    let at_m = Vector3::from(of.place_m) + Vector3::from(of.middle_m);
+    let body_from_box = Isometry3::from_parts(Translation3::from(at_m), heading);
+    let mass = MassProperties {
+        mass_kg: of.mass_kg,
+        center_of_mass_m: Vector3::zeros(),
+        inertia_kg_m2: Matrix3::from_diagonal(&box_moments(of.mass_kg, of.sides_m)),
+    };
+    let spring = |stiffness| JointSpring {
+        stiffness,
+        rest: 0.0,
+        preload: of.preload,
+    };
+    BodyJoint {
+        name: of.joint.clone(),
+        parent: None,
+        kind: if of.slides {
+            JointKind::Slides
+        } else {
+            JointKind::Turns
+        },
+        body_from_joint,
+        body: Body {
+            name: format!("{}_link", of.joint),
+            mass: mass.moved(&(body_from_joint.inverse() * body_from_box)),
+            collisions: Vec::new(),
+        },
+        role: match of.stiffness {
+            Some(stiffness) => JointRole::Sprung(spring(stiffness)),
+            None => JointRole::Free,
+        },
+        limits: [-of.travel, of.travel],
+        damping: of.damping,
+        friction: of.friction,
+    }
 }
 
 fn chassis(said: &ChassisSpec) -> Chassis {

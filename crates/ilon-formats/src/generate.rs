@@ -9,7 +9,7 @@
 //! outermost at its two ends: tools that know only URDF roll on it, and a reader recovers the barrel from it.
 
 pub(crate) mod elements;
-mod suspension;
+pub(crate) mod suspension;
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::fmt::Write;

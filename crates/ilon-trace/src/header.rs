@@ -103,6 +103,10 @@ pub struct Header {
 pub struct Announced {
     /// From when on, in seconds.
     pub from_s: f64,
+    /// Of which wheels then, by their places among [`Header::wheels`]: of more than one where loads are not known well enough to say which slides
+    /// first. Empty in files that do not say.
+    #[serde(default)]
+    pub first: Vec<usize>,
     /// When it asks for most, in seconds.
     pub most_at_s: f64,
     /// Of which wheel then, by its place among [`Header::wheels`].

@@ -1,4 +1,4 @@
-//! What wheels hang on, in URDF: links on joints between the chassis and the wheels.
+//! What wheels hang on: links on joints between the chassis and the wheels, and how they are written in URDF.
 
 use std::fmt::Write;
 
@@ -8,24 +8,24 @@ use super::elements::{
 use crate::spec::{Described, Spec, SuspensionLaw};
 
 /// A body between the chassis and wheels, on its joint.
-pub(super) struct Carrier {
+pub(crate) struct Carrier {
     pub joint: String,
     /// Where the joint is, in the body frame, in metres.
     pub place_m: [f64; 3],
-    wheels: Vec<String>,
-    slides: bool,
-    axis: [f64; 3],
-    travel: f64,
+    pub wheels: Vec<String>,
+    pub slides: bool,
+    pub axis: [f64; 3],
+    pub travel: f64,
     /// Stiffness, preload, damping, dry friction; without a stiffness it is free.
-    stiffness: Option<f64>,
-    preload: f64,
-    damping: f64,
-    friction: f64,
-    mass_kg: f64,
+    pub stiffness: Option<f64>,
+    pub preload: f64,
+    pub damping: f64,
+    pub friction: f64,
+    pub mass_kg: f64,
     /// Its box: sides and middle in the joint's frame, and its heading, in metres and radians.
-    sides_m: [f64; 3],
-    middle_m: [f64; 3],
-    heading_rad: f64,
+    pub sides_m: [f64; 3],
+    pub middle_m: [f64; 3],
+    pub heading_rad: f64,
 }
 
 impl Carrier {
@@ -36,7 +36,7 @@ impl Carrier {
 }
 
 /// The bodies between chassis and wheels that a description asks for, which was checked.
-pub(super) fn carriers(spec: &Spec, wheels: &[Described]) -> Vec<Carrier> {
+pub(crate) fn carriers(spec: &Spec, wheels: &[Described]) -> Vec<Carrier> {
     let mut carriers = Vec::new();
     for (name, of) in &spec.suspension {
         let hung = of

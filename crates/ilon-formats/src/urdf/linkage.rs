@@ -351,7 +351,7 @@ fn couplings(tree: &Tree, linkage: &Linkage) -> Vec<Coupling> {
 }
 
 /// A joint's frame: its z along the axis.
-fn frame(origin_m: Vector3<f64>, axis: &Vector3<f64>) -> Isometry3<f64> {
+pub(crate) fn frame(origin_m: Vector3<f64>, axis: &Vector3<f64>) -> Isometry3<f64> {
     // The axis of the body frame that is least along it.
     let helper = Vector3::ith(axis.iamin(), 1.0);
     let x = helper.cross(axis).normalize();

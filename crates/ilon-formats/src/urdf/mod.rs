@@ -54,6 +54,7 @@ use check::LEAST_WHEELS;
 use faults::Faults;
 use from_options::BareWheel;
 pub(crate) use hub::hub_frame;
+pub(crate) use linkage::frame as joint_frame;
 use linkage::{Linkage, moving};
 use loading::Loading;
 pub(crate) use mesh::{LFS_POINTER, Meshes, is_lfs_pointer};

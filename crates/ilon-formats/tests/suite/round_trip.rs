@@ -173,7 +173,7 @@ fn shipped_descriptions_are_built_as_they_are_read() {
         alike(&built, &read);
         compared += 1;
     }
-    assert!(compared >= 8, "{compared}");
+    assert!(compared >= 9, "{compared}");
     let mut options = LoadOptions::default();
     let changed = |key: &str| key.parse().expect("TOML");
     options.spec = changed("rollers.per_row = 3");
@@ -194,13 +194,60 @@ fn shipped_descriptions_are_built_as_they_are_read() {
     assert!(described(&path, &options).expect("it is read").is_none());
 }
 
+/// Rockers across, along and askew, springs, arms either way, and several at once: under wheels of one radius and, raised, of another.
+#[test]
+fn suspensions_are_built_as_they_are_read() {
+    let sprung = "law.sprung = { stiffness_n_m = 4000, damping_n_s_m = 120, friction_n = 0.5, preload_n = 20, travel_m = 0.02 }";
+    let arm = |length_m: f64| {
+        format!(
+            "law.trailing_arm = {{ length_m = {length_m}, stiffness_n_m_rad = 40, damping_n_m_s_rad = 0.3, preload_n_m = 2, travel_deg = 15 }}"
+        )
+    };
+    let rocker = "law.rocker = { limit_deg = 5, damping_n_m_s_rad = 0.1, friction_n_m = 0.02 }";
+    let on = |name: &str, wheels: &str, law: &str| {
+        format!("[suspension.{name}]\nwheels = [{wheels}]\nmass_kg = 0.4\n{law}\n")
+    };
+    let (front, rear) = (r#""a", "b""#, r#""c", "d""#);
+    let cases = [
+        on("x", front, rocker),
+        on("x", r#""d", "c""#, rocker),
+        on("x", r#""a", "c""#, rocker),
+        on("x", r#""b", "c""#, rocker),
+        on("x", front, sprung),
+        on("x", r#""a", "b", "c", "d""#, &arm(0.1)),
+        on("x", rear, &arm(-0.07)),
+        on("y", front, &arm(0.05)) + &on("x", r#""d""#, sprung),
+        on("y", front, rocker) + &on("x", rear, sprung),
+    ];
+    for hung in cases {
+        for raised in ["", "[overrides.b]\nradius_m = 0.06\n"] {
+            let text = format!(
+                "name = \"hung\"\nchassis = {{ shape.box = {{ size_m = [0.4, 0.24, 0.1] }}, mass_kg = 10.0, center_m = [0.03, 0.01, 0.1] }}\n\
+                 wheel = {{ radius_m = 0.05, hub_mass_kg = 0.25, hub_radius_m = 0.03, hub_width_m = 0.04, motor_effort_n_m = 1.8, motor_velocity_rad_s = 30 }}\n\
+                 rollers = {{ per_row = 9, radius_m = 0.012, mass_kg = 0.01 }}\n\
+                 wheels.list = [\n\
+                 {{ name = \"a\", position_m = [0.15, 0.16], axis_deg = 90, gamma_deg = -45 }},\n\
+                 {{ name = \"b\", position_m = [0.14, -0.16], axis_deg = 85, gamma_deg = 45 }},\n\
+                 {{ name = \"c\", position_m = [-0.15, 0.16], axis_deg = 90, gamma_deg = 45 }},\n\
+                 {{ name = \"d\", position_m = [-0.16, -0.17], axis_deg = 95, gamma_deg = -45 }}]\n{hung}{raised}"
+            );
+            let spec = Spec::from_toml_str(&text, "hung.toml").expect("a description");
+            let built = build(&spec).expect("in range");
+            let urdf = generate(&spec).expect("in range");
+            let read = Robot::from_urdf_str(&urdf, "hung.urdf").expect("it loads");
+            assert!(!read.joints.is_empty(), "{hung}");
+            alike(&built, &read);
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, rng_seed: RngSeed::Fixed(1973), ..ProptestConfig::default() })]
 
     /// What is built at once is what is written and read: the same words, and the same numbers but for rounding.
     #[test]
     fn a_robot_that_is_built_is_the_one_that_is_read(spec in spec()) {
-        let built = build(&spec).expect("in range").expect("without suspension");
+        let built = build(&spec).expect("in range");
         let read = Robot::from_urdf_str(&generate(&spec).expect("in range"), "random.urdf").expect("it loads");
         alike(&built, &read);
     }

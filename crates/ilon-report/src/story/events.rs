@@ -282,12 +282,18 @@ fn against_seen(header: &Header, announced: &Announced, events: &[Event]) -> Str
         None => "no wheel slides after that".to_owned(),
         Some((first_s, first)) => {
             // Wheels that are alike begin at once.
-            let with_it = |slide: &&(f64, usize)| {
-                slide.1 == announced.wheel && slide.0 <= first_s + AT_ONCE_S
+            let of = |wheels: &[usize]| {
+                let slides = slides.iter().filter(|slide| slide.0 <= first_s + AT_ONCE_S);
+                slides.copied().find(|slide| wheels.contains(&slide.1))
             };
-            match slides.iter().find(with_it) {
-                Some((from_s, _)) => format!("it slides first, at {}", time(*from_s)),
-                None => format!("{} slides first, at {}", name(*first), time(*first_s)),
+            match (of(&[announced.wheel]), of(&announced.first)) {
+                (Some((from_s, _)), _) => format!("it slides first, at {}", time(from_s)),
+                (None, Some((from_s, wheel))) => format!(
+                    "{} slides first, as announced, at {}",
+                    name(wheel),
+                    time(from_s)
+                ),
+                (None, None) => format!("{} slides first, at {}", name(*first), time(*first_s)),
             }
         }
     };
@@ -358,10 +364,11 @@ mod tests {
     /// What was announced stands beside what was seen: the wheel, and when, from the row before the first that slides.
     #[test]
     fn what_was_announced_stands_beside_what_was_seen() {
-        let said = |from_s: f64, wheel: usize| {
+        let said = |from_s: f64, wheel: usize, first: usize| {
             let mut header = header();
             header.announced = Some(Announced {
                 from_s,
+                first: vec![first],
                 most_at_s: from_s + 0.2,
                 wheel,
                 of_grip: true,
@@ -374,11 +381,12 @@ mod tests {
             found.expect("announced").text.clone()
         };
         assert_eq!(
-            said(3.9, 0),
+            said(3.9, 0, 0),
             "announced before the run: front is asked for up to 127 % of its grip; seen: it slides first, at 3.99 s"
         );
-        assert!(said(6.0, 0).ends_with("seen: no wheel slides after that"));
-        assert!(said(3.9, 7).ends_with("seen: front slides first, at 3.99 s"));
+        assert!(said(6.0, 0, 0).ends_with("seen: no wheel slides after that"));
+        assert!(said(3.9, 7, 7).ends_with("seen: front slides first, at 3.99 s"));
+        assert!(said(3.9, 7, 0).ends_with("seen: front slides first, as announced, at 3.99 s"));
         assert!(
             watched()
                 .iter()

@@ -352,6 +352,27 @@ impl Limiter {
         Ok(self.limits.along(direction, twist, &self.motors)?)
     }
 
+    /// The wheels that are short first where an acceleration takes more than there is: the one that is asked for most, and those that are asked
+    /// for nearly as much of their grip.
+    fn first_of(
+        &mut self,
+        used: &AccelerationUse,
+        twist_rate: Twist,
+        twist: Twist,
+    ) -> Result<Vec<usize>, Error> {
+        /// Of the most. Where rollers touch, and so what wheels bear, wanders by some percent.
+        const NEARLY: f64 = 0.95;
+        let worst = used.by.wheel;
+        if used.by.cause == LimitCause::Motor {
+            return Ok(vec![worst]);
+        }
+        let mut shares = vec![0.0; self.motors.len()];
+        self.limits
+            .grip_used(twist_rate, twist, &self.motors, &mut shares)?;
+        let near = (0..shares.len()).filter(|wheel| shares[*wheel] >= NEARLY * shares[worst]);
+        Ok(near.collect())
+    }
+
     /// The box of [`Limits::acceleration_box`].
     fn box_from_rest(&mut self) -> Result<[f64; 3], Error> {
         const SHARE: f64 = 0.9;
@@ -430,7 +451,8 @@ const LOOKS: usize = 2000;
 #[derive(Clone, Debug)]
 pub(super) struct Beyond {
     pub announced: Announced,
-    share_of_run: f64,
+    /// At how many of the [`LOOKS`].
+    looks: u32,
 }
 
 /// Where a planned motion takes more than grip or motors give: when first, how much at most, of which wheel, and of what. Steps of a speed, which
@@ -442,8 +464,7 @@ pub(super) fn beyond(
 ) -> Option<Beyond> {
     // What is wrong with a scenario is said elsewhere.
     let mut limiter = Limiter::new(scenario, (robot, targets), 1.0).ok()?;
-    let mut beyond: Option<(f64, f64, AccelerationUse)> = None;
-    let mut looks_beyond = 0;
+    let mut beyond: Option<Beyond> = None;
     for look in 0..=LOOKS {
         let t_s = scenario.run.duration_s * look as f64 / LOOKS as f64;
         let (twist, twist_rate) = pilot.planned(t_s)?;
@@ -459,38 +480,53 @@ pub(super) fn beyond(
             .limits
             .used(twist_rate, twist, &limiter.motors)
             .ok()?;
-        if used.share > 1.0 + 1e-9 {
-            looks_beyond += 1;
-            let (_, at_s, worst) = beyond.get_or_insert((t_s, t_s, used));
-            if used.share > worst.share {
-                (*at_s, *worst) = (t_s, used);
-            }
+        if used.share <= 1.0 + 1e-9 {
+            continue;
         }
+        let beyond = match &mut beyond {
+            Some(beyond) => beyond,
+            None => beyond.insert(Beyond {
+                announced: Announced {
+                    from_s: t_s,
+                    first: limiter.first_of(&used, twist_rate, twist).ok()?,
+                    most_at_s: t_s,
+                    wheel: used.by.wheel,
+                    of_grip: used.by.cause == LimitCause::Grip,
+                    share: Some(0.0),
+                },
+                looks: 0,
+            }),
+        };
+        beyond.take(t_s, &used);
     }
-    let (from_s, most_at_s, worst) = beyond?;
-    Some(Beyond {
-        announced: Announced {
-            from_s,
-            most_at_s,
-            wheel: worst.by.wheel,
-            of_grip: worst.by.cause == LimitCause::Grip,
-            share: worst.share.is_finite().then_some(worst.share),
-        },
-        share_of_run: f64::from(looks_beyond) / (LOOKS + 1) as f64,
-    })
+    beyond
 }
 
 impl Beyond {
+    /// Takes in what the motion asks for at a time.
+    fn take(&mut self, t_s: f64, used: &AccelerationUse) {
+        self.looks += 1;
+        let announced = &mut self.announced;
+        if used.share > announced.share.unwrap_or(f64::INFINITY) {
+            announced.most_at_s = t_s;
+            announced.wheel = used.by.wheel;
+            announced.of_grip = used.by.cause == LimitCause::Grip;
+            announced.share = used.share.is_finite().then_some(used.share);
+        }
+    }
+
     /// It in words.
     pub fn remark(&self, robot: &Robot) -> String {
         let Announced {
             from_s,
+            ref first,
             most_at_s,
             wheel,
             of_grip,
             share,
         } = self.announced;
         let wheel = &robot.wheels[wheel].name;
+        let first = named(robot, first);
         let (of_what, then) = match of_grip {
             true => ("grip on the floor", "it slides"),
             false => ("motor's torque", "the robot falls behind"),
@@ -500,10 +536,23 @@ impl Beyond {
             None => format!("needs more than its {of_what}"),
         };
         format!(
-            "the motion asks for more than there is for {:.1} % of the run, first at {from_s:.2} s: at {most_at_s:.2} s wheel `{wheel}` {needs}, so that \
-             {then}; ask for less acceleration",
-            100.0 * self.share_of_run
+            "the motion asks for more than there is for {:.1} % of the run, first at {from_s:.2} s of {first}: at {most_at_s:.2} s wheel `{wheel}` {needs}, \
+             so that {then}; ask for less acceleration",
+            100.0 * f64::from(self.looks) / (LOOKS + 1) as f64
         )
+    }
+}
+
+/// Wheels in words.
+fn named(robot: &Robot, wheels: &[usize]) -> String {
+    if wheels.len() == robot.wheels.len() {
+        return "all wheels".to_owned();
+    }
+    let names = wheels.iter().map(|wheel| &robot.wheels[*wheel].name);
+    let names: Vec<_> = names.map(|name| format!("`{name}`")).collect();
+    match names.as_slice() {
+        [one] => format!("wheel {one}"),
+        names => format!("wheels {}, about alike", names.join(", ")),
     }
 }
 

@@ -201,7 +201,9 @@ struct SpeedsUp {
 const FROM_S: f64 = 0.2;
 const GROWS_S: f64 = 0.5;
 const HOLDS_S: f64 = 0.15;
-const CONTROL_S: f64 = 0.005;
+/// Between new targets of the wheels. They are steps, which a loop of bandwidth w answers with a torque that falls by w T over a period T: at
+/// 60 rad/s a wheel pushes up to 15 % more than in the mean with 5 ms, and 3 % with 1 ms.
+const CONTROL_S: f64 = 0.001;
 
 /// The share of the acceleration at a time: 3 u^2 - 2 u^3.
 fn grown(t_s: f64) -> f64 {
@@ -341,12 +343,14 @@ impl Case {
     }
 }
 
-/// The first wheel that is at its grip for some time on end: when that began, and which.
-fn first_at_grip(run: &Run, rows: usize) -> Option<(f64, usize)> {
+/// The first wheel that is at its grip for 20 ms on end, more than a roller that comes down takes: when that began, and which. Before the robot
+/// sets out, its loops only take hold of what pulls it downhill.
+fn first_at_grip(run: &Run) -> Option<(f64, usize)> {
+    let rows = (0.02 / CONTROL_S).round() as usize;
     let records = run.trace.records();
     let wheels = run.trace.wheels_at(0).len();
     let mut on_end = vec![0; wheels];
-    for row in 0..records.len() {
+    for row in (0..records.len()).filter(|row| records[*row].t_s > FROM_S) {
         for (wheel, sample) in run.trace.wheels_at(row).iter().enumerate() {
             let is = sample.friction_used().is_some_and(|used| used > 0.99);
             on_end[wheel] = if is { on_end[wheel] + 1 } else { 0 };
@@ -359,14 +363,11 @@ fn first_at_grip(run: &Run, rows: usize) -> Option<(f64, usize)> {
 }
 
 /// Twenty strangers, with the centripetal forces and the turning slope of their motion counted: at 95 % of the limit sliding takes less than 1 % of
-/// the motors' work. At 110 % the wheel that slides first is the one that is named, or one that is used as much but for 5 %, and it is at its grip
-/// within 12 % of the time that is foreseen: the fifth and sixth wheel hold one that is about to slide. Two that reach their limit only as the run
-/// ends, because they turn, need not slide.
+/// the motors' work. At 110 % the wheel that is first at its grip is the one that is named, or one that is used as much but for 5 %, and at the time
+/// that is foreseen but for 10 %. What is missed is the wandering of the places where rollers touch, about their wheels' middles, and the strain of
+/// wheels over it. One that turns under a slope comes so slowly to its limit, 2 % in the last tenth of the time, that it may be earlier.
 #[test]
 fn strangers_slide_when_and_where_the_limits_say() {
-    /// At its grip for so many rows on end: 20 ms, more than a roller that comes down takes.
-    const ROWS: usize = 4;
-    let until_s = FROM_S + GROWS_S + HOLDS_S;
     let (mut exact, mut timed) = (0, 0);
     for seed in 0..20 {
         let case = stranger(seed);
@@ -378,32 +379,25 @@ fn strangers_slide_when_and_where_the_limits_say() {
         let above = case.run("pid", 1.1 * limit);
         let foreseen = case.foreseen(1.1 * limit);
         let foreseen_s = foreseen.at_s.expect("it is beyond");
-        let Some((_, wheel, _)) = first_to_slide(&above, case.direction, 1e-3 * motor_j) else {
-            assert!(
-                until_s - foreseen_s < HOLDS_S,
-                "robot {seed}: nothing slides"
-            );
-            continue;
-        };
+        let (at_s, wheel) = first_at_grip(&above).expect("it slides");
+        println!(
+            "robot {seed}: {} wheels, limit {limit:.2}, lost {:.3} %; wheel {wheel} at its grip at {at_s:.3} s, foreseen {} at {foreseen_s:.3} s: {:.3}",
+            foreseen.used.len(),
+            100.0 * lost,
+            foreseen.wheel,
+            at_s / foreseen_s
+        );
         assert!(
             foreseen.used[wheel] > 0.95,
             "robot {seed}: wheel {wheel} of {:?}",
             foreseen.used
         );
+        let off = (at_s / foreseen_s - 1.0).abs();
+        assert!(off < 0.12, "robot {seed}: {at_s} {foreseen_s}");
         exact += usize::from(wheel == foreseen.wheel);
-        if let Some((at_s, _)) = first_at_grip(&above, ROWS) {
-            println!(
-                "robot {seed}: limit {limit:.2}, lost {:.3} %, at its grip at {at_s:.3} s, foreseen {foreseen_s:.3} s",
-                100.0 * lost
-            );
-            assert!(
-                (at_s / foreseen_s - 1.0).abs() < 0.12,
-                "robot {seed}: {at_s} {foreseen_s}"
-            );
-            timed += 1;
-        }
+        timed += usize::from(off < 0.1);
     }
-    assert!(exact >= 18 && timed >= 16, "{exact} {timed}");
+    assert!(exact >= 19 && timed >= 19, "{exact} {timed}");
 }
 
 /// Statics of four hundred strangers: along the direction of each, the wheel that is named uses all of its grip at the limit, none uses more, and at
@@ -442,7 +436,7 @@ fn at_the_limit_the_named_wheel_uses_its_grip_and_none_uses_more() {
 /// The first wheel that lost more than `lost_j` to sliding: when, which, and how fast the robot had speeded up along a direction at most, over
 /// 40 ms.
 fn first_to_slide(run: &Run, direction: Twist, lost_j: f64) -> Option<(f64, usize, f64)> {
-    const ROWS: usize = 8;
+    const ROWS: usize = 40;
     let d = direction;
     let along = |t: Twist| {
         (t.vx_m_s * d.vx_m_s + t.vy_m_s * d.vy_m_s + t.omega_rad_s * d.omega_rad_s)
@@ -512,7 +506,7 @@ fn loops_by_themselves_slide_where_the_limits_say() {
 }
 
 /// Pushes that are shared by grip, of those robots that have some to share, slide little at 95 % of limits that are higher. All wheels are then
-/// near to their grip at once, so that what each roller that comes down takes to be spun up is missing: up to 2.1 % of the work is lost.
+/// near to their grip at once, so that what each roller that comes down takes to be spun up is missing: up to 1.3 % of the work is lost.
 #[test]
 fn pushes_by_grip_hold_what_the_limits_say() {
     let mut gained = Vec::new();
@@ -537,7 +531,7 @@ fn pushes_by_grip_hold_what_the_limits_say() {
             by_grip / by_loops,
             100.0 * lost
         );
-        assert!(lost < 0.025, "robot {k}: {lost}");
+        assert!(lost < 0.015, "robot {k}: {lost}");
         gained.push(by_grip / by_loops);
         assert!(by_grip > 0.999 * by_loops, "robot {k}");
     }
@@ -581,7 +575,13 @@ fn a_motion_that_asks_for_more_than_there_is_is_remarked_before_it_is_run() {
         ))
     };
     assert_eq!(ramp(0.5), None);
-    assert!(ramp(0.125).is_some_and(|line| line.contains("first at 1.0")));
+    // Front wheels are relieved alike.
+    let both = "s of wheels `front_left`, `front_right`, about alike: at 1.";
+    let ramped = ramp(0.125).expect("a remark");
+    assert!(
+        ramped.contains("first at 1.0") && ramped.contains(both),
+        "{ramped}"
+    );
 }
 
 /// An eight whose crossing is faster than the wheels: the remark names the time from which on, the wheel and the rate that the reference itself has.
@@ -658,6 +658,7 @@ fn what_is_announced_stands_in_the_trace_and_is_seen_there() {
         announced.of_grip && (announced.from_s - 0.5).abs() < 0.01,
         "{announced:?}"
     );
+    assert_eq!(announced.first, [0, 1]);
     // Front wheels push m a / (2 sqrt 2), and bear m g / 4 less m a h / (2 L), with the centre of mass h above the ground and axles 0.3 m apart.
     let robot = Robot::load(format!("{folder}/mecanum4.urdf")).expect("a shipped robot");
     let height_m = robot.center_of_mass_m().z + robot.ride_height_m();
