@@ -64,14 +64,14 @@ pub(super) fn check_wheel_count(
         if let Some(bare) = bare {
             let fault = Fault::NoRollers {
                 wheels: names(&bare),
-                rollers: infer::fitting(source, tree, &bare),
+                rollers: infer::fitting(loading, &bare),
             };
             return with_sizes(loading, &bare, fault);
         }
         if steered.len() + survey.turning.len() >= 2 && !steered.is_empty() {
             let fault = Fault::Steered {
                 wheels: names(&steered),
-                rollers: infer::fitting(source, tree, &steered),
+                rollers: infer::fitting(loading, &steered),
             };
             return with_sizes(loading, &steered, fault);
         }

@@ -1,15 +1,17 @@
 //! Which rollers wheels without rollers are meant to have, where the file says so.
 //!
 //! Most published bases model their wheels as plain discs and leave the rollers to a plug-in of a simulator. What such files say
-//! of them is taken, in this order: directions of friction, a plug-in that drives mecanum wheels, axes on which plain wheels
-//! could not roll at all, and what they call them. That a plug-in moves the base in all directions says nothing: steered wheels do
-//! so as well. How many rollers there are
-//! nobody says: that is a guess, and remarked.
+//! of them is taken, in this order: directions of friction, rollers that the wheels' meshes show, a plug-in that drives mecanum wheels,
+//! axes on which plain wheels could not roll at all, and what they call them. That a plug-in moves the base in all directions says
+//! nothing: steered wheels do so as well. How many rollers there are only meshes show: else that is a guess, and remarked.
 
 use nalgebra::{Unit, Vector3};
 
 use super::candidates::{Survey, WheelLike};
+use super::drawn_rollers::{self, Drawn};
 use super::from_options;
+use super::hub::hub_frame;
+use super::loading::Loading;
 use super::names::{self, is_mecanum, is_omni};
 use super::source::{Source, child};
 use super::tree::Tree;
@@ -28,20 +30,24 @@ const LEAST_WHEELS: usize = 3;
 pub(super) struct Inferred {
     pub(super) rollers: WheelOptions,
     pub(super) why: String,
+    /// Whether meshes show how many there are.
+    pub(super) are_drawn: bool,
 }
 
 /// What a file says of its wheels' rollers.
-pub(super) fn infer(source: &Source, tree: &Tree, survey: &Survey) -> Option<Inferred> {
+pub(super) fn infer(loading: &Loading, survey: &Survey) -> Option<Inferred> {
+    let (source, tree) = (loading.source, loading.tree);
     let wheels = wheels(survey)?;
     // A wheel whose size is not known could only be given rollers by a guess at that too.
     if wheels.iter().any(|wheel| wheel.disc.is_none()) {
         return None;
     }
+    let drawn = drawn(loading, &wheels);
     let named = |gamma: Handedness, why: String| {
-        let joints = wheels.iter().map(|w| tree.joints[w.joint].name.clone());
         Some(Inferred {
-            rollers: WheelOptions::new(ROLLERS, gamma).on(joints.collect()),
+            rollers: rollers(tree, &wheels, &drawn, gamma),
             why,
+            are_drawn: drawn.is_some(),
         })
     };
     if let Some(gammas_deg) = by_friction(source, tree, &wheels) {
@@ -49,6 +55,9 @@ pub(super) fn infer(source: &Source, tree: &Tree, survey: &Survey) -> Option<Inf
             Handedness::EachDeg(gammas_deg),
             "the directions of friction that the file gives them".to_owned(),
         );
+    }
+    if let Some((gamma, why)) = drawn.as_ref().and_then(|drawn| by_drawing(drawn, &wheels)) {
+        return named(gamma, why);
     }
     if let Some(plugin) = plugin(source).filter(|_| stand_in_x(&wheels)) {
         return named(
@@ -74,9 +83,14 @@ pub(super) fn infer(source: &Source, tree: &Tree, survey: &Survey) -> Option<Inf
 
 /// Rollers that would fit how the wheels stand and what the file says of them: for a person to confirm. Parallel wheels of which nothing
 /// says that they are Swedish ones are plain wheels to all appearance, and are given none.
-pub(super) fn fitting(source: &Source, tree: &Tree, wheels: &[&WheelLike]) -> Proposed {
+pub(super) fn fitting(loading: &Loading, wheels: &[&WheelLike]) -> Proposed {
+    let (source, tree) = (loading.source, loading.tree);
     let wheels: Vec<WheelLike> = wheels.iter().map(|w| (*w).clone()).collect();
-    let gamma = if !are_parallel(&wheels) {
+    let drawn = drawn(loading, &wheels);
+    let by_drawing = drawn.as_ref().and_then(|drawn| by_drawing(drawn, &wheels));
+    let gamma = if let Some((gamma, _)) = by_drawing {
+        Some(gamma)
+    } else if !are_parallel(&wheels) {
         by_groups(source, tree, &wheels)
     } else if called(source, tree, &wheels).is_some()
         || plugin(source).is_some()
@@ -90,12 +104,72 @@ pub(super) fn fitting(source: &Source, tree: &Tree, wheels: &[&WheelLike]) -> Pr
     } else {
         return Proposed::NothingSaid;
     };
-    let joints = wheels.iter().map(|w| tree.joints[w.joint].name.clone());
     gamma.map_or(Proposed::Contradiction, |gamma| {
-        Proposed::Rollers(Box::new(
-            WheelOptions::new(ROLLERS, gamma).on(joints.collect()),
-        ))
+        Proposed::Rollers(Box::new(rollers(tree, &wheels, &drawn, gamma)))
     })
+}
+
+/// Rollers at an angle, as many and as thick as meshes show, or else a guess.
+fn rollers(
+    tree: &Tree,
+    wheels: &[WheelLike],
+    drawn: &Option<Vec<Drawn>>,
+    gamma: Handedness,
+) -> WheelOptions {
+    let joints = wheels.iter().map(|w| tree.joints[w.joint].name.clone());
+    let drawn = drawn.as_ref().map(|drawn| drawn[0]);
+    let count = drawn.map_or(ROLLERS, |drawn| drawn.count);
+    let mut rollers = WheelOptions::new(count, gamma).on(joints.collect());
+    rollers.roller_radius_m = drawn.filter(Drawn::hands_over).map(|drawn| {
+        // What touches may be of another size than what is shown.
+        let disc_m = wheels[0].disc.map(|disc| disc.radius_m);
+        let scale = disc_m.map_or(1.0, |disc_m| disc_m / drawn.wheel_radius_m);
+        (1e4 * scale * drawn.roller_radius_m).round() / 1e4
+    });
+    rollers
+}
+
+/// The rollers that the meshes of all wheels show; `None` where one shows none, or others than the first does.
+fn drawn(loading: &Loading, wheels: &[WheelLike]) -> Option<Vec<Drawn>> {
+    let tree = loading.tree;
+    let of_wheel = |like: &WheelLike| {
+        let body = tree.lone_body(tree.joints[like.joint].child);
+        let frame = hub_frame(&like.origin, &like.axis);
+        drawn_rollers::of_wheel(&body, &frame, &loading.meshes)
+    };
+    let drawn: Vec<Drawn> = wheels.iter().map(of_wheel).collect::<Option<_>>()?;
+    let are_equal = drawn.windows(2).all(|pair| pair[0].is_like(&pair[1]));
+    are_equal.then_some(drawn)
+}
+
+/// gamma as the wheels' meshes show it, with what is said of that. Where wheels stand in an X they are handed by that: many files draw one mesh on all
+/// of them, with which they could not drive. `None` of rollers with which wheels that stand so could not drive at all.
+fn by_drawing(drawn: &[Drawn], wheels: &[WheelLike]) -> Option<(Handedness, String)> {
+    let mean_rad = drawn.iter().map(|of| of.gamma_rad.abs()).sum::<f64>() / drawn.len() as f64;
+    let mean_deg = (10.0 * mean_rad.to_degrees()).round() / 10.0;
+    let why = format!(
+        "their meshes, which show {} rollers of radius {:.1} mm at {mean_deg} deg on each",
+        drawn[0].count,
+        1e3 * drawn[0].roller_radius_m
+    );
+    if mean_deg < 1.0 {
+        return (!are_parallel(wheels)).then(|| (Handedness::AllDeg(0.0), why));
+    }
+    if !stand_in_x(wheels) {
+        let gammas_deg = drawn.iter().map(|of| of.gamma_rad.to_degrees());
+        let tenths = gammas_deg.map(|deg| (10.0 * deg).round() / 10.0);
+        return (!are_parallel(wheels)).then(|| (Handedness::EachDeg(tenths.collect()), why));
+    }
+    let in_x = from_options::in_x_deg(wheels, mean_deg).ok()?;
+    let is_so = in_x
+        .iter()
+        .zip(drawn)
+        .all(|(deg, of)| deg * of.gamma_rad > 0.0);
+    let but = match is_so {
+        true => "",
+        false => " (handed otherwise than in the usual X, in which they stand)",
+    };
+    Some((Handedness::XDeg(mean_deg), format!("{why}{but}")))
 }
 
 /// gamma of wheels of which not all are parallel, by groups that are: those that stand in the X of mecanum wheels, and are not called

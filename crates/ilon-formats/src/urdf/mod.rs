@@ -13,6 +13,7 @@ mod candidates;
 mod check;
 mod dae;
 mod disc;
+mod drawn_rollers;
 mod even_rollers;
 mod faults;
 mod from_options;
@@ -154,18 +155,23 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
         _ => candidates::survey(loading.tree, candidates, &loading.meshes),
     };
     let inferred = if candidates.is_empty() && asked.is_none() && loading.options.infer_rollers {
-        infer::infer(loading.source, loading.tree, &survey)
+        infer::infer(loading, &survey)
     } else {
         None
     };
     if let Some(inferred) = &inferred {
+        let count = inferred.rollers.rollers;
+        let count = match inferred.are_drawn {
+            true => format!("the {count} rollers that its mesh shows"),
+            false => format!(
+                "{count} rollers, which is a guess: say how many there are, and at which angle, if it matters"
+            ),
+        };
         loading.remarks.push(Remark::new(
             "the wheels",
             format!(
-                "modelled without rollers; by {} they are Swedish wheels, and each is given {} rollers, which is a guess: say \
-                 how many there are, and at which angle, if it matters{}",
+                "modelled without rollers; by {} they are Swedish wheels, and each is given {count}{}",
                 inferred.why,
-                inferred.rollers.rollers,
                 other_values(&loading.source.prepared.choices)
             ),
         ));

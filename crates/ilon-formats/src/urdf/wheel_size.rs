@@ -5,6 +5,7 @@ use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use super::body::RigidBody;
 use super::candidates::WheelLike;
 use super::disc::{self, NoDisc};
+use super::drawn_rollers;
 use super::hub::hub_frame;
 use super::loading::Loading;
 use super::names;
@@ -109,6 +110,11 @@ impl Unsized<'_> {
                     clues.clues.push(clue);
                 }
             }
+        }
+        if let Some(drawn) = drawn_rollers::of_wheel(self.body, &frame, &loading.meshes) {
+            let what = "the rollers that its mesh shows".to_owned();
+            let clue = Clue::new(ClueKind::Shape, what, drawn.wheel_radius_m);
+            clues.clues.push(clue);
         }
         if let Some(reach_m) = disc::mesh_reach_m(self.body, &frame, &loading.meshes) {
             let what = "the reach of its meshes from its axis".to_owned();

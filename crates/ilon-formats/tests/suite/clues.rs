@@ -1,9 +1,11 @@
 //! What is proposed for files that leave the size of their wheels, or their rollers, open: nothing that only one clue speaks for.
 
+use std::f64::consts::TAU;
 use std::path::Path;
 
 use ilon_formats::{Diagnosis, Fault, Handedness, LoadOptions, LoadRobot, Remedy};
 use ilon_robot::Robot;
+use nalgebra::Vector3;
 use test_case::test_case;
 
 /// Four wheels of 50 mm as their inertia has it, solid discs of 0.5 kg: 0.5 * 0.5 kg * (50 mm)^2 = 6.25e-4 kg m^2.
@@ -530,4 +532,94 @@ fn of_the_bodies_of_an_mjcf_the_one_with_wheels_is_the_robot() {
             .iter()
             .any(|r| r.text.contains("of 2 bodies below the world"))
     );
+}
+
+/// A wheel as one mesh in the frame of its link, whose axis is y: a spindle for each of its rollers, and a hub.
+fn drawn(wheel: &ilon_robot::Wheel) -> String {
+    const AROUND: usize = 24;
+    const ALONG: usize = 8;
+    let (mut vertices, mut faces, mut count) = (String::new(), String::new(), 0);
+    let mut spindle = |center: Vector3<f64>, axis: Vector3<f64>, radii_m: [f64; 2], length_m| {
+        let across = axis.cross(&Vector3::new(0.3, -0.5, 0.8)).normalize();
+        let third = axis.cross(&across);
+        for i in 0..=ALONG {
+            let t = 2.0 * i as f64 / ALONG as f64 - 1.0;
+            let r = radii_m[0] + (radii_m[1] - radii_m[0]) * t * t;
+            for j in 0..AROUND {
+                let (sin, cos) = (TAU * j as f64 / AROUND as f64).sin_cos();
+                let p = center + axis * (0.5 * length_m * t) + (across * cos + third * sin) * r;
+                let p: Vector3<f64> = wheel.body_from_hub.rotation * p;
+                vertices.push_str(&format!("v {} {} {}\n", p.x, p.y, p.z));
+            }
+        }
+        for i in 0..ALONG {
+            for j in 0..AROUND {
+                let [a, b] = [j, (j + 1) % AROUND].map(|j| count + 1 + i * AROUND + j);
+                faces.push_str(&format!(
+                    "f {a} {b} {}\nf {b} {} {}\n",
+                    a + AROUND,
+                    b + AROUND,
+                    a + AROUND
+                ));
+            }
+        }
+        count += (ALONG + 1) * AROUND;
+    };
+    for roller in &wheel.rollers {
+        let axis = roller.axis_in_hub.into_inner();
+        let radii_m = [roller.radius_m, 0.6 * roller.radius_m];
+        spindle(roller.center_in_hub_m, axis, radii_m, roller.length_m);
+    }
+    spindle(Vector3::zeros(), Vector3::z(), [0.025, 0.025], 0.04);
+    format!("o wheel\n{vertices}{faces}")
+}
+
+/// Four wheels that nobody calls anything are read as their meshes draw them: so many rollers, so thick, at that angle, and handed as they stand. Where
+/// one mesh is drawn on all of them, that is said.
+#[test_case(|i| i, ""; "each wheel's own")]
+#[test_case(|_| 0, " (handed otherwise than in the usual X, in which they stand)"; "one mesh on all")]
+fn rollers_that_a_mesh_shows_are_taken(of: fn(usize) -> usize, but: &str) {
+    let shipped = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../assets/robots/mecanum4.urdf"
+    );
+    let shipped = Robot::load(shipped).expect("the shipped robot");
+    let folder = tempfile::tempdir().unwrap();
+    let mut inside = BODY.to_owned();
+    for (i, (name, x, y)) in PLACES.iter().enumerate() {
+        let mesh = format!("{name}.obj");
+        let of = shipped
+            .wheels
+            .iter()
+            .find(|wheel| wheel.name.contains(PLACES[of(i)].0));
+        std::fs::write(folder.path().join(&mesh), drawn(of.expect("a wheel"))).unwrap();
+        inside += &link(
+            name,
+            &MESH.replace("collision", "visual").replace("MESH", &mesh),
+        );
+        inside += &joint(name, "continuous", [*x, *y, 0.0], 0.0, ABOUT_Y);
+    }
+    let path = folder.path().join("base.urdf");
+    std::fs::write(&path, robot(&inside)).unwrap();
+    let loaded = Robot::load_with(&path, &LoadOptions::default()).expect("it is read");
+    let rollers = loaded.inferred.expect("rollers");
+    assert_eq!(
+        (rollers.rollers, rollers.gamma),
+        (9, Handedness::XDeg(45.0))
+    );
+    // To a tenth of a millimetre, as it is said.
+    let radius_m = shipped.wheels[0].rollers[0].radius_m;
+    assert!((rollers.roller_radius_m.expect("a radius") - radius_m).abs() < 1e-4);
+    for (wheel, drawn) in loaded.robot.wheels.iter().zip(&shipped.wheels) {
+        assert!(
+            (wheel.gamma_rad - drawn.gamma_rad).abs() < 1e-9,
+            "{}",
+            wheel.name
+        );
+    }
+    let said: Vec<String> = loaded.robot.remarks.iter().map(|r| r.to_string()).collect();
+    let words = format!(
+        "at 45 deg on each{but} they are Swedish wheels, and each is given the 9 rollers that its mesh shows"
+    );
+    assert!(said.iter().any(|line| line.contains(&words)), "{said:?}");
 }

@@ -171,7 +171,7 @@ fn stranger(seed: u64) -> Case {
         0.03 * hub_kg,
     );
     let spec = Spec::from_toml_str(&spec, "r.toml").expect("a description");
-    let robot = build(&spec).expect("in range").expect("without suspension");
+    let robot = build(&spec).expect("in range");
     let friction = noise.between(0.1, 1.0);
     let most_deg = (friction / 3.0).atan().to_degrees().min(10.0);
     let angle_rad = noise.between(0.0, TAU);
