@@ -34,12 +34,12 @@ impl Linkage {
         self.joints.iter().map(|(joint, _)| *joint)
     }
 
-    /// Gives the servos of a robot their gains: where they are left out, those that swing what the joint moves while all others are held at
+    /// Gives the servos of a robot their gains: where they are left out, those that swing the most that the joint moves while all others are held at
     /// [`JointServo::FREQUENCY_HZ`], critically damped.
     pub(super) fn set_gains(&self, robot: &mut Robot) -> Vec<Remark> {
         let mut remarks = Vec::new();
         for (index, (_, role)) in self.joints.iter().enumerate() {
-            let inertia = robot.inertia_on_joint(index);
+            let inertia = robot.most_inertia_on_joint(index);
             let joint = &mut robot.joints[index];
             let JointRole::Driven(servo) = &mut joint.role else {
                 continue;
@@ -53,7 +53,7 @@ impl Linkage {
             };
             let chosen = match role.gains {
                 [None, None] => format!(
-                    ", which swing the {inertia:.4} {of} that it moves at {} Hz, critically damped",
+                    ", which swing the {inertia:.4} {of} that it moves at most at {} Hz, critically damped",
                     JointServo::FREQUENCY_HZ
                 ),
                 [Some(_), None] => ", which is critical".to_owned(),

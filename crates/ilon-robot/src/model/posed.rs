@@ -184,6 +184,30 @@ mod tests {
         assert_eq!(robot(Vec::new()).start_positions(), []);
     }
 
+    /// An arm that stands upright on a turntable, 2 kg at 0.4 m: upright it adds nothing to what the turntable moves, laid over as far as its limits let it
+    /// m (l sin q)^2.
+    #[test]
+    fn a_turntable_moves_most_where_its_arm_is_laid_over() {
+        for limit in [2.0_f64, 0.5] {
+            let mut turntable = joint(None, JointKind::Turns, Vector3::zeros());
+            turntable.body.mass = MassProperties::point(1.0, Vector3::zeros());
+            let mut arm = joint(Some(0), JointKind::Turns, Vector3::zeros());
+            let quarter = std::f64::consts::FRAC_PI_2;
+            arm.body_from_joint = Isometry3::rotation(-quarter * Vector3::x());
+            arm.body.mass = MassProperties::point(2.0, Vector3::new(0.0, -0.4, 0.0));
+            arm.limits = [-0.1, limit];
+            let whole = robot(vec![turntable, arm]);
+            assert!((whole.joints[1].center_of_mass_m().z - 0.4).abs() < 1e-12);
+            assert!(whole.inertia_on_joint(0) < 1e-12);
+            let expected = 2.0 * (0.4 * limit.min(quarter).sin()).powi(2);
+            let most = whole.most_inertia_on_joint(0);
+            assert!((most - expected).abs() < 1e-12, "{most} {expected}");
+            // Nothing hangs by the arm.
+            let [one, other] = [whole.most_inertia_on_joint(1), whole.inertia_on_joint(1)];
+            assert_eq!(one.to_bits(), other.to_bits());
+        }
+    }
+
     /// Springs act and couplings hold at a place as they did, and to pose a posed robot is to pose it by the sum.
     #[test]
     fn springs_and_couplings_stay_in_space_and_poses_add_up() {

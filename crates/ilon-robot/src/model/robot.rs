@@ -1,5 +1,7 @@
 //! The robot whole.
 
+use std::f64::consts::FRAC_PI_2;
+
 use nalgebra::{Point3, Vector3};
 
 use super::scale::{LEAST_GRAVITY_M_S2, Scale};
@@ -110,6 +112,29 @@ impl Robot {
             about(wheel.hub.mass_kg + rollers_kg, wheel.position_m(), 0.0)
         });
         bodies.sum::<f64>() + wheels.sum::<f64>()
+    }
+
+    /// The most that a joint moves by itself, as [`Robot::inertia_on_joint`] has it, of the poses in which all others stand at zero, or one that hangs by it
+    /// a quarter turn further to either side, as far as its limits let it: what an arm swings that is stretched out.
+    ///
+    /// # Panics
+    /// Where the robot has no such joint.
+    pub fn most_inertia_on_joint(&self, index: usize) -> f64 {
+        let hangs = |at: usize| {
+            std::iter::successors(self.joints[at].parent, |at| self.joints[*at].parent)
+                .any(|at| at == index)
+        };
+        let turns = |at: &usize| self.joints[*at].kind == JointKind::Turns && hangs(*at);
+        let poses = (0..self.joints.len()).filter(turns).flat_map(|at| {
+            [-FRAC_PI_2, FRAC_PI_2].map(|turned| {
+                let [lower, upper] = self.joints[at].limits;
+                let mut positions = vec![0.0; self.joints.len()];
+                positions[at] = turned.max(lower).min(upper);
+                self.couple(&mut positions);
+                self.posed(&positions).inertia_on_joint(index)
+            })
+        });
+        poses.fold(self.inertia_on_joint(index), f64::max)
     }
 
     /// The rate of each joint where one moves at 1 and others stand but those that follow it.

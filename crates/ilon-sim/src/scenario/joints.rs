@@ -173,7 +173,7 @@ pub enum JointRole {
     /// A spring.
     Sprung,
     /// A servo that goes to setpoints: an arm, a lift, a turret. `stiffness_*` and `damping_*` are the servo's; left out, they swing what the joint
-    /// moves at 10 Hz, critically damped. What the robot's file has of damping and friction acts beside it.
+    /// moves at most at 10 Hz, critically damped. What the robot's file has of damping and friction acts beside it.
     Driven,
     /// It does not move.
     Held,

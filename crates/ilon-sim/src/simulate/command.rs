@@ -1,4 +1,4 @@
-//! What the wheels are told, and what of it is recorded.
+//! What wheels and joints are told, and what of it is recorded.
 
 use ilon_robot::{Pose, Twist};
 
@@ -44,4 +44,21 @@ pub struct Decided<'a> {
     pub tasks: &'a [ilon_control::TaskShare],
     /// The rate commanded of each wheel, in rad/s.
     pub wheel_rates_rad_s: &'a [f64],
+}
+
+/// What the servo of a joint between bodies is told, in rad and N m where it turns, in m and N where it slides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum JointCommand {
+    /// A target, and how fast it moves on from there, in rad/s or m/s: 0 of one that stands.
+    Position {
+        /// Where it is.
+        position: f64,
+        /// How fast it moves on.
+        rate: f64,
+    },
+    /// How fast the target moves on from where the joint is.
+    Rate(f64),
+    /// The torque or force that acts, within the servo's effort, in place of holding the joint anywhere.
+    Effort(f64),
 }

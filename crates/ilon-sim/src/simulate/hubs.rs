@@ -122,8 +122,10 @@ mod tests {
     /// Of four slides the first is driven, the second follows it, the third the second, and the fourth is on its own: whatever is said first.
     #[test]
     fn what_follows_a_measured_joint_is_measured() {
-        let mut free = JointOptions::default();
-        free.role = Some(RoleOption::Free);
+        let free = JointOptions {
+            role: Some(RoleOption::Free),
+            ..JointOptions::default()
+        };
         let slides = ["front_left", "front_right", "rear_left", "rear_right"];
         let joints = slides.map(|wheel| (format!("{wheel}_spring"), free.clone()));
         let mut options = LoadOptions::default();

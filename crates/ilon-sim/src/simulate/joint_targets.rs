@@ -9,6 +9,7 @@ use std::sync::Arc;
 use ilon_robot::{BodyJoint, JointKind, JointRole, JointServo, Robot};
 use ilon_world::{World, WorldError};
 
+use super::command::JointCommand;
 use super::playback::{JointLog, Played};
 use crate::Error;
 use crate::scenario::{Between, Joint, JointSetpoint, Quantity, Scenario};
@@ -17,23 +18,6 @@ use crate::scenario::{Between, Joint, JointSetpoint, Quantity, Scenario};
 #[derive(Clone, Debug)]
 pub(super) struct JointTargets {
     joints: Vec<Driven>,
-}
-
-/// What the servo of a joint between bodies is told, in rad and N m where it turns, in m and N where it slides.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum JointCommand {
-    /// A target, and how fast it moves on from there, in rad/s or m/s: 0 of one that stands.
-    Position {
-        /// Where it is.
-        position: f64,
-        /// How fast it moves on.
-        rate: f64,
-    },
-    /// How fast the target moves on from where the joint is.
-    Rate(f64),
-    /// The torque or force that acts, within the servo's effort, in place of holding the joint anywhere.
-    Effort(f64),
 }
 
 /// A joint that a servo drives.

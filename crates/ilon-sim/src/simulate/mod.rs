@@ -44,11 +44,10 @@ mod wheel_loop;
 pub use ilon_world::WheelContact;
 
 pub use clock::CpuTime;
-pub use command::{Commanded, Decided, WheelCommand};
+pub use command::{Commanded, Decided, JointCommand, WheelCommand};
 pub use design::design;
 pub use floor::relief_heights_m;
 pub use guidance::guidance;
-pub use joint_targets::JointCommand;
 pub(crate) use joint_targets::start_positions;
 pub use limits::{Limit, LimitOutline, LimitRow, Limits, OutlinePoint};
 pub use load::{load, load_file, load_robot};

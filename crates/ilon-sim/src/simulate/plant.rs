@@ -10,12 +10,12 @@ use nalgebra::{Matrix6, Vector3};
 
 use super::bodies;
 use super::clock::Clock;
-use super::command::WheelCommand;
+use super::command::{JointCommand, WheelCommand};
 use super::disturbances::{Disturbances, Wrench};
 use super::drive::{Drive, WheelRates};
 use super::faults::{Faults, LostMotor};
 use super::floor;
-use super::joint_targets::{JointCommand, JointTargets};
+use super::joint_targets::JointTargets;
 use super::resolve::Resolved;
 use super::sensors::{Seen, Sensors};
 use super::storage::StorageAccount;

@@ -36,13 +36,19 @@ pub(crate) struct Workspace {
 /// What a wheel's rollers are looked for on.
 #[derive(Clone, Copy)]
 struct Around<'a> {
-    /// Beside the pieces that are laid out.
-    relief: Option<&'a HeightField>,
+    /// Beside the pieces that are laid out, and not lower than any of it is there, in metres.
+    relief: Option<(&'a HeightField, f64)>,
     /// What is further off does not count, in metres.
     within_m: f64,
 }
 
 impl Around<'_> {
+    /// Whether no part of the relief is as near to a place as this, by its height alone.
+    fn is_above_relief(&self, place_m: &Vector3<f64>, within_m: f64) -> bool {
+        let below = |(_, ceiling_m)| place_m.z - within_m > ceiling_m;
+        self.relief.is_none_or(below)
+    }
+
     /// Looks for places on the triangles of the relief that are near a box, and lays out behind the other pieces those that have some: `find` is given
     /// a triangle, with its number among the pieces, and says whether it has.
     fn find_on_relief(
@@ -51,7 +57,7 @@ impl Around<'_> {
         pieces: &mut Vec<Piece>,
         mut find: impl FnMut(usize, &Piece) -> bool,
     ) {
-        if let Some(relief) = self.relief {
+        if let Some((relief, _)) = self.relief {
             relief.triangles_in(&bounds(), |triangle| {
                 let piece = Piece::Triangle(triangle);
                 if find(pieces.len(), &piece) {
@@ -156,7 +162,9 @@ impl Scene<'_> {
         let around = Bounds::of_ball(&hub.center_m, reach_m);
         let relief = self.ground.relief();
         let around = Around {
-            relief: relief.filter(|relief| relief.reaches(&around)),
+            relief: relief
+                .filter(|relief| relief.reaches(&around))
+                .map(|relief| (relief, relief.ceiling_m(&around))),
             within_m: prediction_m,
         };
         self.find_on_pieces(wheel, (around, room), found);
@@ -208,7 +216,7 @@ impl Scene<'_> {
             let lowest_m = lowest.map_or(f64::INFINITY, |(_, nearest)| nearest.gap_m);
             let within_m = roller.bounding_radius_m + prediction_m.min(lowest_m);
             let out_of_reach = |piece: &Piece| piece.foot(&placed.center_m).distance_m > within_m;
-            if around.relief.is_none()
+            if around.is_above_relief(&placed.center_m, within_m)
                 && self.settings.roller_bodies == RollerBodies::Near
                 && room.pieces.iter().all(out_of_reach)
             {

@@ -118,6 +118,24 @@ impl HeightField {
         found
     }
 
+    /// Not lower than any of it is beneath and above a box, in metres; minus infinity where none of it is.
+    pub fn ceiling_m(&self, bounds: &Bounds) -> f64 {
+        let blocks = self.cells[0].div_ceil(BLOCK);
+        let [columns, rows] = self.cells_in(bounds).map(|cells| {
+            let is_some = cells.start < cells.end;
+            cells.start / BLOCK..if is_some {
+                cells.end.div_ceil(BLOCK)
+            } else {
+                0
+            }
+        });
+        let heights_m = rows.flat_map(|row| {
+            let columns = columns.clone();
+            columns.map(move |column| self.blocks_m[row * blocks + column])
+        });
+        heights_m.fold(f64::NEG_INFINITY, f64::max)
+    }
+
     /// Shows the triangles that may reach into a box.
     pub fn triangles_in(&self, bounds: &Bounds, mut show: impl FnMut(Triangle)) {
         self.find_cells(bounds, |column, row| {
@@ -263,6 +281,11 @@ mod tests {
             let found: Vec<_> = found.iter().map(Triangle::corners_m).collect();
             assert!(expected.iter().all(|corners| found.contains(corners)));
             assert!(field.reaches(&bounds) || expected.is_empty());
+            let corners = found.iter().flatten();
+            let highest_m = corners
+                .map(|corner_m| corner_m.z)
+                .fold(f64::NEG_INFINITY, f64::max);
+            assert!(field.ceiling_m(&bounds) >= highest_m);
             empty += usize::from(found.is_empty());
         }
         // Most boxes are above it or beside it, and cost nothing.

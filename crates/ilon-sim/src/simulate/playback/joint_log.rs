@@ -4,7 +4,7 @@ use super::series::Series;
 use super::wanted::Wanted;
 use crate::Error;
 use crate::scenario::Quantity;
-use crate::simulate::joint_targets::JointCommand;
+use crate::simulate::command::JointCommand;
 
 /// The numbers that a row of a log may have of a joint, in the order in which the first that is said drives it; NaN of one that is not.
 pub(super) const QUANTITIES: [Quantity; 3] = [Quantity::Position, Quantity::Rate, Quantity::Effort];
