@@ -74,6 +74,43 @@ impl WheelLoads {
             }
         }
     }
+
+    /// How far inside of the wheels' polygon weight and inertia meet the ground while the body accelerates so, in metres: the centre of mass less
+    /// height over gravity times the acceleration. Below zero it tips over; negative infinity of wheels in one row.
+    pub fn margin_m(&self, acceleration_in_body: Vector2<f64>) -> f64 {
+        let meets_m =
+            self.center_of_mass_m - self.height_m / self.gravity_m_s2 * acceleration_in_body;
+        let size_m = self
+            .positions_m
+            .iter()
+            .map(|b| b.norm())
+            .fold(0.0, f64::max);
+        let mut margin_m = f64::INFINITY;
+        for a in &self.positions_m {
+            for b in &self.positions_m {
+                let way = b - a;
+                let left_m = |p: &Vector2<f64>| way.perp(&(p - a)) / way.norm();
+                // An edge has all wheels on its left.
+                let rounding_m = 1e-9 * size_m;
+                if way.norm() > rounding_m
+                    && self.positions_m.iter().all(|p| left_m(p) > -rounding_m)
+                {
+                    let is_row = self.positions_m.iter().all(|p| left_m(p) < rounding_m);
+                    margin_m = margin_m.min(if is_row {
+                        f64::NEG_INFINITY
+                    } else {
+                        left_m(&meets_m)
+                    });
+                }
+            }
+        }
+        // All wheels in one place have no edge.
+        if margin_m == f64::INFINITY {
+            f64::NEG_INFINITY
+        } else {
+            margin_m
+        }
+    }
 }
 
 /// The inverse of the sum over wheels of (1, x, y)(1, x, y)^T. Wheels in one row carry no tilting moment: the pseudo-inverse
@@ -89,6 +126,33 @@ mod tests {
     use crate::fixtures::{mecanum4, volksbot};
     use crate::joint_fixtures::{driven, joint, on_springs};
     use ilon_robot::{BodyJoint, Coupling, JointKind};
+
+    /// Robot A: axles at 0.15 m, its centre of mass h above the ground. It tips over its rear axle from a h = g (0.15 + c_x) on; wheels in one row
+    /// hold nothing.
+    #[test]
+    fn it_tips_where_weight_and_inertia_leave_the_wheels() {
+        let robot = mecanum4();
+        let loads = WheelLoads::new(&robot, 9.81);
+        let (c, axle_m) = (robot.center_of_mass_m(), robot.wheels[0].position_m().x);
+        let height_m = c.z + robot.ride_height_m();
+        let tips = 9.81 * (axle_m + c.x) / height_m;
+        for (share, sign) in [(0.999, 1.0), (1.001, -1.0)] {
+            let margin_m = loads.margin_m(Vector2::new(share * tips, 0.0));
+            let expected = (1.0 - share) * (axle_m + c.x);
+            assert!(
+                (margin_m - expected).abs() < 1e-9 && margin_m * sign > 0.0,
+                "{margin_m}"
+            );
+        }
+        let mut row = robot.clone();
+        for wheel in &mut row.wheels {
+            wheel.body_from_hub.translation.vector.x = 0.1 * wheel.position_m().y;
+        }
+        assert_eq!(
+            WheelLoads::new(&row, 9.81).margin_m(Vector2::zeros()),
+            f64::NEG_INFINITY
+        );
+    }
 
     /// The loads of a robot without acceleration, in N.
     fn at_rest<const N: usize>(robot: &Robot) -> [f64; N] {
