@@ -152,7 +152,9 @@ impl AccelerationLimits {
         motors: &[Motor],
     ) -> Result<AccelerationLimit, ControlError> {
         let range = self.range(Twist::default(), direction, twist, motors)?;
-        if let Some(range) = range.filter(|range| range.least <= 0.0 && range.largest >= 0.0) {
+        let stands = self.tipping_margin_m(Twist::default()) > 0.0;
+        let range = range.filter(|range| stands && range.least <= 0.0 && range.largest >= 0.0);
+        if let Some(range) = range {
             // What a billionth of a newton gives, a ten-millionth of gravity, is nothing.
             let all = direction.vx_m_s.abs()
                 + direction.vy_m_s.abs()

@@ -21,6 +21,8 @@ pub struct WheelLoads {
     center_of_mass_m: Vector2<f64>,
     height_m: f64,
     positions_m: Vec<Vector2<f64>>,
+    /// The corners of the polygon about them, counter-clockwise.
+    polygon_m: Vec<Vector2<f64>>,
     /// Inverse of the sum over h of (1, x, y)(1, x, y)^T.
     inverse: Matrix3<f64>,
     /// Of a robot with joints between its bodies.
@@ -43,6 +45,7 @@ impl WheelLoads {
             gravity_m_s2,
             center_of_mass_m: center.xy(),
             height_m: center.z + robot.ride_height_m(),
+            polygon_m: polygon_about(&positions_m),
             positions_m,
             inverse: inverse(&sum),
             of_tree: (!robot.joints.is_empty())
@@ -80,37 +83,46 @@ impl WheelLoads {
     pub fn margin_m(&self, acceleration_in_body: Vector2<f64>) -> f64 {
         let meets_m =
             self.center_of_mass_m - self.height_m / self.gravity_m_s2 * acceleration_in_body;
-        let size_m = self
-            .positions_m
+        let edges = self
+            .polygon_m
             .iter()
-            .map(|b| b.norm())
-            .fold(0.0, f64::max);
-        let mut margin_m = f64::INFINITY;
-        for a in &self.positions_m {
-            for b in &self.positions_m {
-                let way = b - a;
-                let left_m = |p: &Vector2<f64>| way.perp(&(p - a)) / way.norm();
-                // An edge has all wheels on its left.
-                let rounding_m = 1e-9 * size_m;
-                if way.norm() > rounding_m
-                    && self.positions_m.iter().all(|p| left_m(p) > -rounding_m)
-                {
-                    let is_row = self.positions_m.iter().all(|p| left_m(p) < rounding_m);
-                    margin_m = margin_m.min(if is_row {
-                        f64::NEG_INFINITY
-                    } else {
-                        left_m(&meets_m)
-                    });
-                }
-            }
-        }
-        // All wheels in one place have no edge.
-        if margin_m == f64::INFINITY {
-            f64::NEG_INFINITY
-        } else {
-            margin_m
+            .zip(self.polygon_m.iter().cycle().skip(1));
+        let inside_m = edges.map(|(a, b)| {
+            let way = b - a;
+            way.perp(&(meets_m - a)) / way.norm()
+        });
+        match self.polygon_m.len() {
+            0..3 => f64::NEG_INFINITY,
+            _ => inside_m.fold(f64::INFINITY, f64::min),
         }
     }
+}
+
+/// The corners of the least convex polygon about points, counter-clockwise, by Andrew's monotone chain; fewer than three of points in one row.
+fn polygon_about(points: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let size = points.iter().map(|p| p.norm()).fold(0.0, f64::max);
+    let turns_left = |chain: &[Vector2<f64>], to: &Vector2<f64>| match chain {
+        // What is off by rounding is on the edge.
+        [.., a, b] => (b - a).perp(&(to - a)) > 1e-9 * size * size,
+        _ => true,
+    };
+    let chain = |points: &mut dyn Iterator<Item = &Vector2<f64>>| {
+        let mut chain: Vec<Vector2<f64>> = Vec::new();
+        for point in points {
+            while !turns_left(&chain, point) {
+                chain.pop();
+            }
+            chain.push(*point);
+        }
+        // The other chain begins where this one ends.
+        chain.pop();
+        chain
+    };
+    let mut polygon = chain(&mut sorted.iter());
+    polygon.extend(chain(&mut sorted.iter().rev()));
+    polygon
 }
 
 /// The inverse of the sum over wheels of (1, x, y)(1, x, y)^T. Wheels in one row carry no tilting moment: the pseudo-inverse

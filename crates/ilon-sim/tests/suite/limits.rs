@@ -582,6 +582,7 @@ fn limits_say_how_a_robot_stands() {
     assert!(none_had(&outside));
     let (_, row) = stood(middle, Some(&three_in_a_row.concat()), level);
     assert!(row.remarks[0].contains("in one row"), "{:?}", row.remarks);
+    assert!(none_had(&row));
     let (_, steep) = stood(middle, None, "world.floor.slope_deg = 40\n");
     assert!(
         steep.remarks[0].contains("cannot stand here: wheel `"),
