@@ -141,7 +141,7 @@ pub enum ControlError {
     },
     /// Grip and motors leave no way to go on along a path, however slowly.
     #[error(
-        "the path cannot be driven from {own_time_s} s of its own time on, however slowly: grip or motors do not suffice to stand there, or to \
+        "the path cannot be driven from {own_time_s:.3} s of its own time on, however slowly: grip or motors do not suffice to stand there, or to \
          start"
     )]
     CannotBeDriven {

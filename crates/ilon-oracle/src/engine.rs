@@ -77,7 +77,7 @@ impl Engine {
             .collect();
         let bearings = tree.rollers.iter();
         let roller_bearings = bearings
-            .map(|r| Bearing::new(&r.bearing, r.axial_inertia, h))
+            .map(|r| Bearing::new(&r.bearing, r.axial_inertia, h).loaded(r.held_per_load))
             .collect();
         let weight_n = -settings.gravity_m_s2.z * tree.mass_kg();
         let sag_m = weight_n.max(0.0) / (wheels as f64 * settings.contact.normal_stiffness_n_m);

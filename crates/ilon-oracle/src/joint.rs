@@ -57,8 +57,10 @@ pub struct Push {
 pub(crate) struct Bearing {
     damping: f64,
     friction: f64,
-    /// The rate at which dry friction is whole, in rad/s.
-    whole_at: f64,
+    /// Dry friction for each newton that presses the part on its axle, in N m.
+    per_load: f64,
+    /// The rate at which dry friction is whole, for each newton metre of it, in rad/s.
+    whole_at_per_n_m: f64,
 }
 
 impl Bearing {
@@ -69,14 +71,21 @@ impl Bearing {
         Self {
             damping: joint.damping_n_m_s,
             friction: joint.friction_n_m,
-            whole_at: 2.0 * joint.friction_n_m * h / inertia,
+            per_load: 0.0,
+            whole_at_per_n_m: 2.0 * h / inertia,
         }
     }
 
-    /// Its torque at this rate, in N m.
-    pub fn torque_n_m(&self, rate: f64) -> f64 {
-        let dry = if self.friction > 0.0 {
-            self.friction * (rate / self.whole_at).clamp(-1.0, 1.0)
+    /// The same, with dry friction beside it that each newton of load makes, in N m.
+    pub fn loaded(self, per_load: f64) -> Self {
+        Self { per_load, ..self }
+    }
+
+    /// Its torque at this rate under a load in N, in N m.
+    pub fn torque_n_m(&self, rate: f64, load_n: f64) -> f64 {
+        let friction = self.friction + self.per_load * load_n;
+        let dry = if friction > 0.0 {
+            friction * (rate / (self.whole_at_per_n_m * friction)).clamp(-1.0, 1.0)
         } else {
             0.0
         };

@@ -6,7 +6,8 @@
 //! that of rigid contacts with Coulomb friction, which ilon solves for at once by another way: no formula is shared. What is
 //! shared is the description of the robot, [`ilon_robot::Robot`].
 //!
-//! It knows a level or leaning floor with plates on it, exact barrels with or without play along their axles, and joints that turn or slide, free or sprung,
+//! It knows a level or leaning floor with plates on it, exact barrels with or without play along their axles and friction on them that follows the
+//! load, and joints that turn or slide, free or sprung,
 //! with damping, dry friction, stops and couplings. The chassis touches nothing.
 //!
 //! Frames and signs are those of [`ilon_robot`].

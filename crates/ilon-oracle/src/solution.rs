@@ -20,6 +20,8 @@ pub(crate) struct Solution {
     pub carried: Vec<Carried>,
     /// What takes energy out of joints, in N m or N.
     pub joint_losses: Vec<f64>,
+    /// What pressed each roller on its axle in the last step, in N.
+    pub roller_loads_n: Vec<f64>,
     pub drive_torques: Vec<f64>,
     pub wheel_bearing_torques: Vec<f64>,
     pub roller_bearing_torques: Vec<f64>,
@@ -42,6 +44,7 @@ impl Solution {
             before: zero,
             carried: vec![Carried::REST; tree.carriers()],
             joint_losses: vec![0.0; tree.joints.len()],
+            roller_loads_n: vec![0.0; rollers],
             drive_torques: vec![0.0; wheels],
             wheel_bearing_torques: vec![0.0; wheels],
             roller_bearing_torques: vec![0.0; rollers],

@@ -2,7 +2,7 @@
 //!
 //! A step of length h moves positions by h/2 with the old speeds, evaluates all forces there, solves for the new speeds, and
 //! moves positions by h/2 with them (drift, kick, drift). Forces of position are second order in h and symplectic; damping,
-//! friction and drives see the old speeds and are first order; gyroscopic forces see speeds carried on by h/2 with the last
+//! friction and drives see the old speeds, friction on axles the old loads, and are first order; gyroscopic forces see speeds carried on by h/2 with the last
 //! acceleration and are second order.
 
 use nalgebra::UnitQuaternion;
@@ -101,14 +101,18 @@ impl Engine {
         for (w, rate) in self.speeds.wheels.iter().enumerate() {
             let drive = self.drives[w].torque_n_m(*rate);
             solution.prescribed.wheels[w] = drive.is_none().then_some(-rate / h);
-            let bearing = self.wheel_bearings[w].torque_n_m(*rate);
+            let bearing = self.wheel_bearings[w].torque_n_m(*rate, 0.0);
             solution.drive_torques[w] = drive.unwrap_or(0.0);
             solution.wheel_bearing_torques[w] = bearing;
             solution.forces.wheels[w] += solution.drive_torques[w] + bearing;
         }
+        solution.roller_loads_n.fill(0.0);
+        for contact in &self.contacts {
+            solution.roller_loads_n[contact.roller] += contact.normal_n;
+        }
         for (j, rate) in self.speeds.rollers.iter().enumerate() {
             solution.prescribed.rollers[j] = self.seized[j].then_some(-rate / h);
-            let bearing = self.roller_bearings[j].torque_n_m(*rate);
+            let bearing = self.roller_bearings[j].torque_n_m(*rate, solution.roller_loads_n[j]);
             solution.roller_bearing_torques[j] = bearing;
             solution.forces.rollers[j] += bearing;
         }

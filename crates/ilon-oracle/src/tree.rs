@@ -51,6 +51,8 @@ pub(crate) struct RollerPart {
     pub transverse_inertia: f64,
     pub outline: Outline,
     pub bearing: Joint,
+    /// What the friction on its axle holds it with, for each newton that presses it on the axle, in N m.
+    pub held_per_load: f64,
     pub play: Play,
 }
 
@@ -193,6 +195,7 @@ fn roller_part(wheel: &Wheel, roller: &Roller) -> Result<RollerPart, OracleError
         transverse_inertia: roller.transverse_inertia_kg_m2,
         outline: Outline::new(&wheel.barrel(roller)),
         bearing: roller.joint,
+        held_per_load: wheel.surface.axle_friction * wheel.surface.axle_radius_m,
         play: Play {
             half_m: 0.5 * wheel.surface.axial_play_m,
             mass_kg: roller.mass_kg,

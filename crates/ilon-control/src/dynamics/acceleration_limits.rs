@@ -152,9 +152,16 @@ impl AccelerationLimits {
         motors: &[Motor],
     ) -> Result<AccelerationLimit, ControlError> {
         let range = self.range(Twist::default(), direction, twist, motors)?;
-        if let Some(range) = range.filter(|range| range.least <= 0.0 && range.largest >= 0.0) {
+        let stands = self.tipping_margin_m(Twist::default()) > 0.0;
+        let range = range.filter(|range| stands && range.least <= 0.0 && range.largest >= 0.0);
+        if let Some(range) = range {
+            // What a billionth of a newton gives, a ten-millionth of gravity, is nothing.
+            let all = direction.vx_m_s.abs()
+                + direction.vy_m_s.abs()
+                + self.arm_m() * direction.omega_rad_s.abs();
+            let is_rounding = range.largest * all < 1e-7 * self.capacity.gravity_m_s2();
             return Ok(AccelerationLimit {
-                largest: range.largest,
+                largest: if is_rounding { 0.0 } else { range.largest },
                 wheel: range.largest_by.wheel,
                 cause: range.largest_by.cause,
             });
@@ -268,6 +275,27 @@ impl AccelerationLimits {
             share: share * self.share,
             by: LimitedBy { cause, ..used.by },
         })
+    }
+
+    /// The load of each wheel at an acceleration from rest, in N.
+    ///
+    /// # Errors
+    /// Those of [`Self::grip_used`].
+    pub fn loads_n(
+        &mut self,
+        twist_rate: Twist,
+        motors: &[Motor],
+    ) -> Result<Vec<f64>, ControlError> {
+        let (moving, nu_rate) = self.begin_at(twist_rate, Twist::default(), motors)?;
+        self.weigh(&moving, nu_rate);
+        Ok(self.capacity.loads_n.clone())
+    }
+
+    /// How far inside of the wheels' polygon weight and inertia meet the ground at an acceleration without turning, in metres; below zero the robot
+    /// tips over.
+    pub fn tipping_margin_m(&self, twist_rate: Twist) -> f64 {
+        let rate = Vector2::new(twist_rate.vx_m_s, twist_rate.vy_m_s);
+        self.capacity.margin_m(rate)
     }
 
     /// How far the outermost wheel stands from the body's origin, in metres.

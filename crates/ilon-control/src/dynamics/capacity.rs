@@ -102,6 +102,16 @@ impl Capacity {
         self.downhill_m_s2 = downhill_m_s2;
     }
 
+    /// Gravity across the ground, in m/s^2.
+    pub fn gravity_m_s2(&self) -> f64 {
+        self.gravity_m_s2
+    }
+
+    /// [`WheelLoads::margin_m`] at an acceleration of a body that does not turn, on this ground.
+    pub fn margin_m(&self, acceleration_m_s2: Vector2<f64>) -> f64 {
+        self.loads.margin_m(acceleration_m_s2 - self.downhill_m_s2)
+    }
+
     /// Works out what does not depend on the acceleration: to be called before others at a new moment.
     pub fn begin(&mut self, moment: &Moment<'_>) {
         self.model

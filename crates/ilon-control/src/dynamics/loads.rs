@@ -21,6 +21,8 @@ pub struct WheelLoads {
     center_of_mass_m: Vector2<f64>,
     height_m: f64,
     positions_m: Vec<Vector2<f64>>,
+    /// The corners of the polygon about them, counter-clockwise.
+    polygon_m: Vec<Vector2<f64>>,
     /// Inverse of the sum over h of (1, x, y)(1, x, y)^T.
     inverse: Matrix3<f64>,
     /// Of a robot with joints between its bodies.
@@ -43,6 +45,7 @@ impl WheelLoads {
             gravity_m_s2,
             center_of_mass_m: center.xy(),
             height_m: center.z + robot.ride_height_m(),
+            polygon_m: polygon_about(&positions_m),
             positions_m,
             inverse: inverse(&sum),
             of_tree: (!robot.joints.is_empty())
@@ -74,6 +77,52 @@ impl WheelLoads {
             }
         }
     }
+
+    /// How far inside of the wheels' polygon weight and inertia meet the ground while the body accelerates so, in metres: the centre of mass less
+    /// height over gravity times the acceleration. Below zero it tips over; negative infinity of wheels in one row.
+    pub fn margin_m(&self, acceleration_in_body: Vector2<f64>) -> f64 {
+        let meets_m =
+            self.center_of_mass_m - self.height_m / self.gravity_m_s2 * acceleration_in_body;
+        let edges = self
+            .polygon_m
+            .iter()
+            .zip(self.polygon_m.iter().cycle().skip(1));
+        let inside_m = edges.map(|(a, b)| {
+            let way = b - a;
+            way.perp(&(meets_m - a)) / way.norm()
+        });
+        match self.polygon_m.len() {
+            0..3 => f64::NEG_INFINITY,
+            _ => inside_m.fold(f64::INFINITY, f64::min),
+        }
+    }
+}
+
+/// The corners of the least convex polygon about points, counter-clockwise, by Andrew's monotone chain; fewer than three of points in one row.
+fn polygon_about(points: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let size = points.iter().map(|p| p.norm()).fold(0.0, f64::max);
+    let turns_left = |chain: &[Vector2<f64>], to: &Vector2<f64>| match chain {
+        // What is off by rounding is on the edge.
+        [.., a, b] => (b - a).perp(&(to - a)) > 1e-9 * size * size,
+        _ => true,
+    };
+    let chain = |points: &mut dyn Iterator<Item = &Vector2<f64>>| {
+        let mut chain: Vec<Vector2<f64>> = Vec::new();
+        for point in points {
+            while !turns_left(&chain, point) {
+                chain.pop();
+            }
+            chain.push(*point);
+        }
+        // The other chain begins where this one ends.
+        chain.pop();
+        chain
+    };
+    let mut polygon = chain(&mut sorted.iter());
+    polygon.extend(chain(&mut sorted.iter().rev()));
+    polygon
 }
 
 /// The inverse of the sum over wheels of (1, x, y)(1, x, y)^T. Wheels in one row carry no tilting moment: the pseudo-inverse
@@ -89,6 +138,33 @@ mod tests {
     use crate::fixtures::{mecanum4, volksbot};
     use crate::joint_fixtures::{driven, joint, on_springs};
     use ilon_robot::{BodyJoint, Coupling, JointKind};
+
+    /// Robot A: axles at 0.15 m, its centre of mass h above the ground. It tips over its rear axle from a h = g (0.15 + c_x) on; wheels in one row
+    /// hold nothing.
+    #[test]
+    fn it_tips_where_weight_and_inertia_leave_the_wheels() {
+        let robot = mecanum4();
+        let loads = WheelLoads::new(&robot, 9.81);
+        let (c, axle_m) = (robot.center_of_mass_m(), robot.wheels[0].position_m().x);
+        let height_m = c.z + robot.ride_height_m();
+        let tips = 9.81 * (axle_m + c.x) / height_m;
+        for (share, sign) in [(0.999, 1.0), (1.001, -1.0)] {
+            let margin_m = loads.margin_m(Vector2::new(share * tips, 0.0));
+            let expected = (1.0 - share) * (axle_m + c.x);
+            assert!(
+                (margin_m - expected).abs() < 1e-9 && margin_m * sign > 0.0,
+                "{margin_m}"
+            );
+        }
+        let mut row = robot.clone();
+        for wheel in &mut row.wheels {
+            wheel.body_from_hub.translation.vector.x = 0.1 * wheel.position_m().y;
+        }
+        assert_eq!(
+            WheelLoads::new(&row, 9.81).margin_m(Vector2::zeros()),
+            f64::NEG_INFINITY
+        );
+    }
 
     /// The loads of a robot without acceleration, in N.
     fn at_rest<const N: usize>(robot: &Robot) -> [f64; N] {

@@ -21,6 +21,8 @@ use crate::{AccelerationLimits, ControlError, Motor};
 /// Pieces of a grid between two waypoints, of a line, and of a lap.
 const PER_PIECE: usize = 120;
 const PER_LAP: usize = 240;
+/// Of a step beside a stop, in metres: longer ones are divided, for a robot may reach its top speed within one.
+const BESIDE_STOP_M: f64 = 0.05;
 /// The square of a speed that any robot may have.
 const SLOW_M2_S2: f64 = 1e-4;
 /// More laps are not looked at.
@@ -108,20 +110,24 @@ impl Reference {
         let mut laps = 3;
         loop {
             let mut steps = Vec::new();
+            let whole = (0.0, laps as f64 * lap_s);
             under.add_steps(
                 self,
-                (0.0, laps as f64 * lap_s),
-                laps * PER_LAP,
+                whole,
+                (laps * PER_LAP, [true, false]),
                 arm_m,
                 &mut steps,
             );
             let squares = under.squares(&steps, f64::INFINITY)?;
-            let nodes = nodes(&steps, &squares, laps as f64 * lap_s)?;
+            let nodes = nodes(&steps, &squares, whole.1)?;
+            // The first step may be several.
+            let first = steps.len() - laps * PER_LAP;
+            let begins = |lap: usize| first + lap * PER_LAP;
             // Lap after lap the same, but for the last, which need not think of another.
-            let [before, after] = [laps - 2, laps - 1].map(|lap| nodes[lap * PER_LAP].flow_m_s);
+            let [before, after] = [laps - 2, laps - 1].map(|lap| nodes[begins(lap)].flow_m_s);
             if (after - before).abs() < 1e-6 * after {
-                let kept = nodes[..=(laps - 1) * PER_LAP].to_vec();
-                return Ok(Pace::new(kept, Some((laps - 2) * PER_LAP), arm_m));
+                let kept = nodes[..=begins(laps - 1)].to_vec();
+                return Ok(Pace::new(kept, Some(begins(laps - 2)), arm_m));
             }
             let is_enough = nodes.last().is_some_and(|last| last.t_s >= until_s);
             if is_enough || laps >= MOST_LAPS {
@@ -140,8 +146,10 @@ fn under_ends(
     arm_m: f64,
 ) -> Result<Pace, ControlError> {
     let mut steps = Vec::new();
-    for piece in knots.windows(2) {
-        under.add_steps(path, (piece[0], piece[1]), PER_PIECE, arm_m, &mut steps);
+    for (index, piece) in knots.windows(2).enumerate() {
+        let rests = [index == 0, index + 2 == knots.len()];
+        let count = (PER_PIECE, rests);
+        under.add_steps(path, (piece[0], piece[1]), count, arm_m, &mut steps);
     }
     let end_s = knots.last().copied().unwrap_or(0.0);
     let squares = under.squares(&steps, 0.0)?;
@@ -149,12 +157,12 @@ fn under_ends(
 }
 
 impl Fastest<'_> {
-    /// Adds a piece of a path to a grid.
+    /// Adds a piece of a path to a grid, given how many steps it has and whether the robot rests at its ends, as it does where the path has it rest.
     fn add_steps(
         &self,
         path: &Reference,
         (from_s, to_s): (f64, f64),
-        count: usize,
+        (count, rests): (usize, [bool; 2]),
         arm_m: f64,
         steps: &mut Vec<Step>,
     ) {
@@ -186,11 +194,15 @@ impl Fastest<'_> {
                 heading_rad: path.at_own(own_s).pose.heading_rad,
             }
         };
+        let rests_at = |own_s: f64| flow(own_s) < 1e-6 * mean_m_s;
+        let grid_s: Vec<f64> = (0..=count).map(|k| from_s + k as f64 * part_s).collect();
+        let rests = [rests[0] || rests_at(from_s), rests[1] || rests_at(to_s)];
+        let grid_s = divided_beside_stops(grid_s, rests, &flow);
         let mut first = place(from_s);
-        for k in 0..count {
-            let (start_s, end_s) = (from_s + k as f64 * part_s, from_s + (k + 1) as f64 * part_s);
+        for (k, pair) in grid_s.windows(2).enumerate() {
+            let (start_s, end_s) = (pair[0], pair[1]);
             let ends = [first, place(end_s)];
-            let rests = flow(start_s) < 1e-6 * mean_m_s;
+            let rests = rests_at(start_s);
             if let Some(before) = steps.last_mut().filter(|_| k == 0 && !rests) {
                 // What jumps at a waypoint is spread over the step before it.
                 let jump = ends[0].direction + before.ends[1].direction.scaled(-1.0);
@@ -322,6 +334,30 @@ impl Fastest<'_> {
             .range(base, place.direction, twist, self.motors)?;
         Ok(found.map(|range| (range.least, range.largest)))
     }
+}
+
+/// A grid of own times whose steps beside stops are divided by halves towards these.
+fn divided_beside_stops(
+    mut grid_s: Vec<f64>,
+    [first, last]: [bool; 2],
+    flow: &impl Fn(f64) -> f64,
+) -> Vec<f64> {
+    let halves = |stop_s: f64, other_s: f64| {
+        let part = |half: i32| stop_s + 0.5_f64.powi(half) * (other_s - stop_s);
+        let is_long = |half: &i32| length_m(stop_s, part(*half), flow).abs() > BESIDE_STOP_M;
+        let long = (0..60).take_while(is_long);
+        long.map(|half| part(half + 1)).collect::<Vec<_>>()
+    };
+    let n = grid_s.len();
+    if last {
+        let divided = halves(grid_s[n - 1], grid_s[n - 2]);
+        grid_s.splice(n - 1..n - 1, divided);
+    }
+    if first {
+        let divided = halves(grid_s[0], grid_s[1]);
+        grid_s.splice(1..1, divided.into_iter().rev());
+    }
+    grid_s
 }
 
 /// The nodes of a pace from x at each of them.

@@ -22,12 +22,18 @@ pub(super) fn section(seen: &Inspection) -> Option<Section> {
         true => String::new(),
         false => format!(" Left out: {}.", limits.left_out.join(", ")),
     };
+    let remarks: String = limits
+        .remarks
+        .iter()
+        .map(|remark| format!(" But {remark}."))
+        .collect();
     Some(Section {
         id: "limits",
         title: "How hard it may be driven",
         lead: format!(
-            "Accelerations at which no wheel slides and no motor lacks torque, on a floor of friction {}.{}",
+            "Accelerations at which no wheel slides and no motor lacks torque, on a floor of friction {}.{}{}",
             limits.friction,
+            escape(&remarks),
             escape(&left_out)
         ),
         body: format!(

@@ -44,6 +44,8 @@ pub struct Limits {
     /// A box of accelerations ahead and back, left and right, in m/s^2, and of turning, in rad/s^2, for planners that know no other shape:
     /// nine tenths of the largest box in the proportions of the limits from rest, each way the lesser, of which every corner can be had.
     pub acceleration_box: [f64; 3],
+    /// What is wrong with how the robot stands: that it tips over, or slides, where it is.
+    pub remarks: Vec<String>,
     /// What of floor and rollers these limits leave out, though the scenario has it.
     pub left_out: Vec<&'static str>,
 }
@@ -91,9 +93,9 @@ pub struct LimitRow {
 pub struct Limit {
     /// The largest acceleration, in m/s^2, or rad/s^2 of a turn; zero where the motion itself takes more than there is.
     pub largest: f64,
-    /// The wheel that slides first, or whose motor has no more torque.
+    /// The wheel that slides first, or whose motor has no more torque; of a robot that tips over, one that leaves the ground.
     pub wheel: String,
-    /// `"grip"` or `"motor"`.
+    /// `"grip"`, `"motor"` or `"tipping"`.
     pub cause: &'static str,
 }
 
@@ -175,6 +177,7 @@ impl Limits {
             )?,
             acceleration_box: limiter.box_from_rest()?,
             rows,
+            remarks: limiter.how_it_stands()?,
             left_out: left_out(scenario, &limiter.robot),
         })
     }
@@ -411,10 +414,74 @@ impl Limiter {
             largest: found.largest,
             wheel: self.robot.wheels[found.wheel].name.clone(),
             cause: match found.cause {
+                LimitCause::Grip if self.tips(direction.scaled(found.largest)) => "tipping",
                 LimitCause::Grip => "grip",
                 LimitCause::Motor => "motor",
             },
         })
+    }
+
+    /// Whether the robot is about to tip over at an acceleration.
+    fn tips(&self, twist_rate: Twist) -> bool {
+        /// Of the way from the outermost wheel to the origin.
+        const ABOUT: f64 = 1e-4;
+        let wheels = self.robot.wheels.iter();
+        let arm_m = wheels
+            .map(|w| w.position_m().xy().norm())
+            .fold(0.0, f64::max);
+        self.limits.tipping_margin_m(twist_rate) < ABOUT * arm_m
+    }
+
+    /// What is wrong with how the robot stands, in words.
+    fn how_it_stands(&mut self) -> Result<Vec<String>, Error> {
+        let rest = Twist::default();
+        let margin_m = self.limits.tipping_margin_m(rest);
+        if margin_m == f64::NEG_INFINITY {
+            let words = "the robot falls over: its wheels stand in one row";
+            return Ok(vec![words.to_owned()]);
+        }
+        if margin_m < 0.0 {
+            let off_mm = -1e3 * margin_m;
+            return Ok(vec![format!(
+                "the robot tips over where it stands: its weight meets the ground {off_mm:.1} mm outside of its wheels"
+            )]);
+        }
+        let mut remarks = Vec::new();
+        let used = self.limits.used(rest, rest, &self.motors)?;
+        if used.share > 1.0 + 1e-9 {
+            let wheel = &self.robot.wheels[used.by.wheel].name;
+            let what = match used.by.cause {
+                LimitCause::Grip => "grip",
+                LimitCause::Motor => "motor's torque",
+            };
+            remarks.push(match used.share.is_finite() {
+                true => format!(
+                    "the robot cannot stand here: wheel `{wheel}` needs {:.0} % of its {what} for it",
+                    100.0 * used.share
+                ),
+                false => format!("the robot cannot stand here: wheel `{wheel}` has no {what} for it"),
+            });
+        }
+        remarks.extend(self.unloaded()?);
+        Ok(remarks)
+    }
+
+    /// Wheels that bear nothing while the robot stands, in words.
+    fn unloaded(&mut self) -> Result<Option<String>, Error> {
+        let loads_n = self.limits.loads_n(Twist::default(), &self.motors)?;
+        let whole_n: f64 = loads_n.iter().sum();
+        let light = |wheel: &usize| loads_n[*wheel] <= 1e-9 * whole_n;
+        let wheels: Vec<usize> = (0..loads_n.len()).filter(light).collect();
+        Ok((!wheels.is_empty()).then(|| {
+            let names = wheels
+                .iter()
+                .map(|wheel| format!("`{}`", self.robot.wheels[*wheel].name));
+            let names: Vec<String> = names.collect();
+            format!(
+                "the others bear all of the weight, so that nothing holds what is asked of {}",
+                names.join(", ")
+            )
+        }))
     }
 }
 

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use ilon_sim::control::{AccelerationLimits, LimitSettings, Motor, MotorCurve, PushSharing};
 use ilon_sim::formats::{LoadRobot, Spec, build, generate};
 use ilon_sim::robot::{Robot, Twist};
-use ilon_sim::simulate::{Commanded, Controller, Moment};
+use ilon_sim::simulate::{Commanded, Controller, Limits, Moment};
 use ilon_sim::{Run, Scenario, Simulation};
 
 /// Numbers in [0, 1) that look random, always the same.
@@ -536,6 +536,85 @@ fn pushes_by_grip_hold_what_the_limits_say() {
         assert!(by_grip > 0.999 * by_loops, "robot {k}");
     }
     assert!(gained.iter().sum::<f64>() / 15.0 > 1.1, "{gained:?}");
+}
+
+/// A robot of 10 kg on mecanum wheels at 0.15 and 0.16 m, or on those that are said, with the centre of its chassis somewhere, on a floor.
+fn stood(center_m: [f64; 3], wheels: Option<&str>, floor: &str) -> (Robot, Limits) {
+    let mecanum =
+        "[wheels.mecanum]\naxles_m = [0.15, -0.15]\nhalf_width_m = 0.16\ngamma_deg = 45.0\n";
+    let spec = format!(
+        "name = \"r\"\n[chassis]\nshape.box = {{ size_m = [0.3, 0.3, 0.1] }}\nmass_kg = 10\ncenter_m = {center_m:?}\n\
+         [wheel]\nradius_m = 0.05\nhub_mass_kg = 0.25\nhub_radius_m = 0.03\nhub_width_m = 0.04\nmotor_effort_n_m = 100.0\n\
+         motor_velocity_rad_s = 30.0\n[rollers]\nper_row = 9\nradius_m = 0.012\nmass_kg = 0.01\n{}",
+        wheels.unwrap_or(mecanum)
+    );
+    let spec = Spec::from_toml_str(&spec, "r.toml").expect("a description");
+    let robot = build(&spec).expect("in range");
+    let text = format!("robot.file = \"\"\nrun.duration_s = 1\ntwist = {{}}\n{floor}");
+    let scenario = Scenario::from_toml(&text, "limits", "").expect("a scenario");
+    let limits = Limits::of(&scenario, &robot).expect("limits");
+    (robot, limits)
+}
+
+/// What is wrong with how a robot stands is said in words, and then nothing is promised.
+#[test]
+fn limits_say_how_a_robot_stands() {
+    let level = "";
+    let three_in_a_row = [0.2, 0.0, -0.2].map(|y_m| {
+        format!("[[wheels.list]]\nname = \"at_{y_m}\"\nposition_m = [0.0, {y_m}]\naxis_deg = 90\ngamma_deg = {}\n", 45.0 * if y_m == 0.0 { -1.0 } else { 1.0 })
+    });
+    let middle = [0.0, 0.0, 0.1];
+    let none_had = |limits: &Limits| {
+        let mut both = limits
+            .rows
+            .iter()
+            .flat_map(|row| [&row.speeding_up, &row.slowing_down]);
+        both.all(|limit| limit.largest == 0.0)
+    };
+    assert_eq!(stood(middle, None, level).1.remarks, Vec::<String>::new());
+    // The chassis alone is 300 mm ahead, wheels of 0.34 kg each hold against it: 10 kg * 300 mm / 11.36 kg - 150 mm.
+    let (_, outside) = stood([0.3, 0.0, 0.1], None, level);
+    assert!(
+        outside.remarks[0].contains("114.1 mm outside of its wheels"),
+        "{:?}",
+        outside.remarks
+    );
+    assert!(none_had(&outside));
+    let (_, row) = stood(middle, Some(&three_in_a_row.concat()), level);
+    assert!(row.remarks[0].contains("in one row"), "{:?}", row.remarks);
+    assert!(none_had(&row));
+    let (_, steep) = stood(middle, None, "world.floor.slope_deg = 40\n");
+    assert!(
+        steep.remarks[0].contains("cannot stand here: wheel `"),
+        "{:?}",
+        steep.remarks
+    );
+    assert!(none_had(&steep));
+    let (_, light) = stood([0.14, 0.15, 0.1], None, level);
+    assert!(
+        light
+            .remarks
+            .iter()
+            .any(|words| words.ends_with("asked of `rear_right`")),
+        "{:?}",
+        light.remarks
+    );
+    assert!(none_had(&light));
+}
+
+/// A high robot that shares pushes by grip tips over before it slides: about its rear axle from g (0.15 m + c_x) / h on.
+#[test]
+fn a_high_robot_is_held_by_tipping() {
+    let by_grip = "wheel_loop.law = \"prioritised_torque\"\nworld.floor.friction = 1.5\n";
+    let (robot, limits) = stood([0.0, 0.0, 2.0], None, by_grip);
+    let center_m = robot.center_of_mass_m();
+    let expected = 9.81 * (0.15 + center_m.x) / (center_m.z + robot.ride_height_m());
+    let ahead = &limits.rows[0].speeding_up;
+    assert!(
+        (ahead.largest / expected - 1.0).abs() < 1e-3,
+        "{ahead:?} {expected}"
+    );
+    assert_eq!(ahead.cause, "tipping");
 }
 
 const EIGHT: &str = "robot.file = \"mecanum4.urdf\"\nreference.figure_eight = { half_width_m = 0.8, period_s = 8 }\nrun.duration_s = 3\n";

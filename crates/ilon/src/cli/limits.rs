@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
+use clap::builder::ArgPredicate;
 use ilon_files::FileAccess;
 use ilon_robot::Robot;
 use serde_json::Value;
 
+use super::failure::Failure;
 use super::options::Settings;
 use super::table::Table;
 use crate::inspect::{Inspection, conditions, standing};
@@ -18,12 +20,16 @@ use crate::{Error, Scenario};
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct Asked {
     /// How hard the robot may be driven: the accelerations at which no wheel slides and no motor lacks torque, by direction, at rest
-    /// and at speed, with the wheel that gives out first and why. With `--svg` they are drawn by direction, and `--html` has them too.
-    #[arg(long, help_heading = "Limits")]
+    /// and at speed, with the wheel that gives out first and why. With `--svg` they are drawn by direction, and `--html` has them too. Files for
+    /// planners, and `--identified`, ask for them by themselves.
+    #[arg(long, help_heading = "Limits", default_value_ifs = NEED_LIMITS.map(|needs| (needs, ArgPredicate::IsPresent, "true")))]
     pub limits: bool,
     #[command(flatten)]
     conditions: Conditions,
 }
+
+/// What has no meaning without limits.
+const NEED_LIMITS: [&str; 4] = ["pathplanner", "choreo", "road_runner", "identified"];
 
 /// Keys of a scenario that say under what.
 #[derive(Clone, Debug, clap::Args)]
@@ -33,7 +39,7 @@ struct Conditions {
     settings: Settings,
     /// What `ilon identify` found of this robot, its `identified.json`: keys of floor, rollers and motors that were fitted are conditions, and
     /// `--road-runner` takes from it how far the robot goes sideways. `--set` has the last word.
-    #[arg(long, value_name = "FILE", requires = "limits")]
+    #[arg(long, value_name = "FILE")]
     identified: Option<PathBuf>,
 }
 
@@ -131,6 +137,26 @@ impl Asked {
     }
 }
 
+/// Whether there are accelerations for planners, which drive nothing with zeros.
+///
+/// # Errors
+/// Where some direction has none.
+pub(super) fn must_give(limits: &Limits, flag: &str) -> Result<(), Failure> {
+    if !limits.acceleration_box.contains(&0.0) {
+        return Ok(());
+    }
+    let why = match limits.remarks.as_slice() {
+        [] => String::new(),
+        remarks => format!(": {}", remarks.join("; ")),
+    };
+    Err(Failure::usage(
+        format!("there is no acceleration to give to planners{why}"),
+        format!(
+            "leave {flag} out, or set conditions under which the robot can speed up in all directions"
+        ),
+    ))
+}
+
 /// The limits in words.
 pub(super) fn text(name: &str, limits: &Limits) -> String {
     let slope = match limits.slope_deg == 0.0 {
@@ -156,7 +182,11 @@ pub(super) fn text(name: &str, limits: &Limits) -> String {
             table.words(motion, words);
         }
     }
-    let mut text = table.to_string();
+    let mut text = String::new();
+    for remark in &limits.remarks {
+        text.push_str(&format!("{remark}\n\n"));
+    }
+    text.push_str(&table.to_string());
     if !limits.left_out.is_empty() {
         text.push_str(&format!("\nleft out: {}\n", limits.left_out.join(", ")));
     }

@@ -1,4 +1,4 @@
-//! `ilon inspect --limits --pathplanner`, `--choreo` and `--road-runner`: a robot for the planners of robot contests.
+//! `ilon inspect --pathplanner`, `--choreo` and `--road-runner`: a robot for the planners of robot contests.
 
 use std::path::{Path, PathBuf};
 
@@ -13,19 +13,19 @@ use crate::inspect::Inspection;
 use crate::planners::{self, Swerve};
 use crate::ros2_control::DriveParameters;
 
-/// Which files for planners are asked for.
+/// Which files for planners are asked for. Each asks for `--limits`, too ([`limits::Asked::limits`]).
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Planners")]
 pub(super) struct Exports {
     /// Write the robot as PathPlanner's `settings.json`: a swerve drive that can do no more than this robot.
-    #[arg(long, value_name = "FILE", requires = "limits")]
+    #[arg(long, value_name = "FILE")]
     pathplanner: Option<PathBuf>,
     /// Write the robot as a project of Choreo (`.chor`): a swerve drive that can do no more than this robot.
-    #[arg(long, value_name = "FILE", requires = "limits")]
+    #[arg(long, value_name = "FILE")]
     choreo: Option<PathBuf>,
     /// Write feedforward and limits for Road Runner's mecanum drive, as Java; needs the motors: `--set motors.dc.stall_torque_n_m=...`
     /// and `--set motors.dc.no_load_rate_rad_s=...`.
-    #[arg(long, value_name = "FILE", requires = "limits")]
+    #[arg(long, value_name = "FILE")]
     road_runner: Option<PathBuf>,
 }
 
@@ -74,6 +74,7 @@ impl Exports {
             }
         }
         if let Some(path) = &self.road_runner {
+            limits::must_give(limits, "--road-runner")?;
             let dc = scenario.motors.dc.as_ref().ok_or_else(|| {
                 Failure::usage(
                     "--road-runner needs to know the motors",

@@ -7,6 +7,7 @@ use ilon_messages::topics::{robot_description, with_ros2_control};
 use ilon_trace::file::write_text;
 
 use crate::cli::failure::Failure;
+use crate::cli::limits::must_give;
 use crate::ros2_control::{DriveParameters, yaml};
 use crate::simulate::Limits;
 
@@ -25,6 +26,9 @@ pub(super) fn write(
                 "command its wheels each by itself, as a forward_command_controller does; `--ros2-control` writes the block for them",
             )
         })?;
+        if let Some(limits) = limits {
+            must_give(limits, "--limits")?;
+        }
         write_text(path, &yaml(robot, &drive, limits))?;
     }
     if let Some(path) = control {

@@ -1,4 +1,4 @@
-//! `ilon inspect --limits --pathplanner`, `--choreo`, `--road-runner`: a robot for the planners of robot contests.
+//! `ilon inspect --pathplanner`, `--choreo`, `--road-runner`: a robot for the planners of robot contests.
 
 use std::f64::consts::TAU;
 
@@ -9,7 +9,7 @@ use ilon::simulate::Limits;
 use ilon_formats::LoadRobot;
 use serde_json::Value;
 
-use crate::support::{Folder, ended_with};
+use crate::support::{Folder, ended_with, stdout};
 
 const ROBOT: &str = "../../assets/robots/mecanum4.urdf";
 
@@ -176,7 +176,6 @@ fn files_are_written_and_robots_that_are_no_swerve_drive_are_refused() {
     let all = [
         "inspect",
         "mecanum4.urdf",
-        "--limits",
         "--pathplanner",
         "settings.json",
         "--choreo",
@@ -185,13 +184,7 @@ fn files_are_written_and_robots_that_are_no_swerve_drive_are_refused() {
     ended_with(0, &folder.ilon(&all));
     assert!(folder.read("settings.json").contains("wheelCOF"));
     assert!(folder.read("a.chor").contains("generationFeatures"));
-    let java = [
-        "inspect",
-        "mecanum4.urdf",
-        "--limits",
-        "--road-runner",
-        "Params.java",
-    ];
+    let java = ["inspect", "mecanum4.urdf", "--road-runner", "Params.java"];
     assert!(ended_with(2, &folder.ilon(&java)).contains("motors.dc"));
     let mut with_motors = java.to_vec();
     with_motors.extend(["--set", dc]);
@@ -223,8 +216,25 @@ fn files_are_written_and_robots_that_are_no_swerve_drive_are_refused() {
     none.extend(["--identified", "Params.java"]);
     assert!(ended_with(2, &folder.ilon(&none)).contains("is no `identified.json`"));
     // Three wheels.
-    let three = ["inspect", "robot.urdf", "--limits", "--choreo", "b.chor"];
+    let three = ["inspect", "robot.urdf", "--choreo", "b.chor"];
     assert!(ended_with(2, &folder.ilon(&three)).contains("four wheels"));
-    let idle = ["inspect", "mecanum4.urdf", "--choreo", "c.chor"];
-    assert!(ended_with(2, &folder.ilon(&idle)).contains("--limits"));
+    // Where a robot cannot even stand, planners are given nothing: with zeros they would drive nowhere.
+    let steep = ["--set", "world.floor.slope_deg=40", "--set", dc];
+    for file in [
+        &["--road-runner", "Steep.java"][..],
+        &["--limits", "--ros2-controllers", "steep.yaml"],
+        &["--pathplanner", "steep.json"],
+    ] {
+        let asked = [&["inspect", "mecanum4.urdf"][..], file, &steep].concat();
+        let said = ended_with(2, &folder.ilon(&asked));
+        assert!(said.contains("cannot") && said.contains("stand"), "{said}");
+        assert!(!folder.path(file[file.len() - 1]).exists());
+    }
+    // Each asks for the limits by itself, as what was identified does.
+    for alone in [["--choreo", "c.chor"], ["--identified", "identified.json"]] {
+        let inspected = folder.ilon(&["inspect", "mecanum4.urdf", alone[0], alone[1]]);
+        ended_with(0, &inspected);
+        let words = stdout(&inspected);
+        assert!(words.contains("accelerations without slip"), "{words}");
+    }
 }

@@ -92,6 +92,52 @@ fn a_line_takes_the_time_of_constant_acceleration() {
 }
 
 /// The paths of the tests below.
+/// However long a path is, it begins and ends as a short one does: lines of 2 m to 1000 km, and a lap of as much, whose own grid has steps of up to 8 km.
+#[test]
+fn long_paths_begin_and_end_as_short_ones_do() {
+    let robot = mecanum4();
+    let mut limits = limits(&robot, 1.0, 0.0);
+    let motors = motors(4, MotorCurve::Flat);
+    let mut line = |length_m: f64| {
+        let to = Vector2::new(length_m, 0.0);
+        let path = Reference::line(Vector2::zeros(), to, 0.1, facing(0.0)).unwrap();
+        fastest(&path, &mut limits, &motors, 30.0).unwrap()
+    };
+    let gone_m = |reference: &Reference, t_s: f64| {
+        (reference.at(t_s).pose.position_m() - reference.at(0.0).pose.position_m()).norm()
+    };
+    let short = line(2.0);
+    for length_m in [20.0, 120.0, 1e6] {
+        let long = line(length_m);
+        for t_s in [0.1, 0.3, 0.6] {
+            let (short_m, long_m) = (gone_m(&short, t_s), gone_m(&long, t_s));
+            // Half of a step of 50 mm, as fast as it is there.
+            assert!(
+                (long_m / short_m - 1.0).abs() < 0.03,
+                "{length_m} m: {long_m} {short_m} at {t_s} s"
+            );
+        }
+    }
+    // It stops within what it starts in, and takes the time of its top speed between.
+    let (top_m_s, long) = (30.0 * 0.05, line(120.0));
+    let (own_s, short_s) = (done_s(&long), done_s(&short));
+    let expected_s = short_s + 118.0 / top_m_s;
+    assert!(
+        (own_s / expected_s - 1.0).abs() < 0.02,
+        "{own_s} {expected_s}"
+    );
+    let circle =
+        |radius_m: f64| Reference::circle(Vector2::zeros(), radius_m, 0.1, 0.0, facing(0.0));
+    let lap = circle(1e6).unwrap();
+    let lap = fastest(&lap, &mut self::limits(&robot, 1.0, 0.0), &motors, 30.0).unwrap();
+    // Along +y: as far as a line that way.
+    let to = Vector2::new(0.0, 2.0);
+    let left = Reference::line(Vector2::zeros(), to, 0.1, facing(0.0)).unwrap();
+    let left = fastest(&left, &mut self::limits(&robot, 1.0, 0.0), &motors, 30.0).unwrap();
+    let (lap_m, left_m) = (gone_m(&lap, 0.3), gone_m(&left, 0.3));
+    assert!((lap_m / left_m - 1.0).abs() < 0.03, "{lap_m} {left_m}");
+}
+
 fn paths() -> Vec<Reference> {
     let corners = [
         (0.0, 0.0),

@@ -1,5 +1,6 @@
 //! ilon's slip against the oracle's: two engines that share the robot's description and nothing else (docs/measured.md).
 
+mod axles;
 mod case;
 mod cases;
 mod course;
