@@ -70,12 +70,13 @@ pub use error::WorldError;
 pub use free::{FreeBody, FreeBodyId, FreeShape};
 pub use ground::{Floor, FloorSurface, Footing, GroundBox, Nap, Patch, Relief, Stribeck};
 pub use motor_torque::{MotorTorque, TorqueBounds};
+pub use rapier3d;
 pub use robot::energy::Energy;
 pub use robot::shared_robot::SharedRobot;
 pub use settings::{
     ContactSolver, RollerBodies, Settings, contact_relaxation_s, contact_stiffness_n_m,
 };
 pub use world::{
-    Body, BodyId, BodyMut, BodyState, FreeBodyState, InRapier, Payload, PlaceMotion, Push, RayHit,
-    World, WorldObject,
+    Body, BodyId, BodyMut, BodyState, FreeBodyState, Payload, PlaceMotion, Push, RayHit, World,
+    WorldObject,
 };

@@ -22,17 +22,30 @@ impl Scenes<'_> {
             return;
         }
         for scene in self.each().filter(|scene| scene.body.free.is_some()) {
-            let Some(solid) = solids(scene.body, scene.middle).next() else {
-                continue;
-            };
-            let own = (&scene, &solid, solid.bounds());
+            let shapes = scene.body.robot.shapes().iter();
+            for (solid, shape) in solids(scene.body, scene.middle).zip(shapes) {
+                let own = Own {
+                    scene: &scene,
+                    solid: &solid,
+                    bounds: solid.bounds(),
+                    friction: shape.friction,
+                };
+                self.find_around(own, room, found);
+            }
+        }
+    }
+
+    fn find_around(&self, own: Own<'_>, room: &mut Workspace, found: &mut Vec<Candidate>) {
+        // rapier knows where guests touch the ground and one another.
+        let is_guest = own.scene.body.is_guest();
+        if !is_guest {
             find_ground(own, found);
-            for other in self.each() {
-                if other.body.free.is_none() {
-                    find_robot(&other, own, room, found);
-                } else if other.index < scene.index {
-                    find_between_chassis(&other, own, found);
-                }
+        }
+        for other in self.each() {
+            if other.body.free.is_none() {
+                find_robot(&other, own, room, found);
+            } else if other.index < own.scene.index && !(is_guest && other.body.is_guest()) {
+                find_between_chassis(&other, own, found);
             }
         }
     }
@@ -45,15 +58,25 @@ impl Scenes<'_> {
             return of_a.map_or(of_ground, |of| of.friction.min(of_ground));
         };
         match (of_a, free(b.body)) {
-            (Some(one), Some(other)) => one.friction.min(other.friction),
-            (Some(free), None) | (None, Some(free)) => free.friction_on_robots,
+            (Some(one), Some(other)) => one.friction.min(place.friction.unwrap_or(other.friction)),
+            (Some(free), None) | (None, Some(free)) => {
+                place.friction.unwrap_or(free.friction_on_robots)
+            }
             (None, None) => of_ground,
         }
     }
 }
 
-/// A free body, its shape, and what that is within.
-type Own<'a> = (&'a Scene<'a>, &'a Solid<'a>, Bounds);
+/// A shape of a free body.
+#[derive(Clone, Copy)]
+struct Own<'a> {
+    scene: &'a Scene<'a>,
+    solid: &'a Solid<'a>,
+    /// What it is within.
+    bounds: Bounds,
+    /// The shape's own friction, if it has one.
+    friction: Option<f64>,
+}
 
 /// The shapes of a robot's chassis and of its bodies on joints, each with its joint, or the shape of a free body, in a state.
 pub(crate) fn parts<'a, 's>(
@@ -112,7 +135,13 @@ fn within_m(one: &Scene<'_>, other: &Scene<'_>) -> f64 {
     NEAR * one.scale.length_m.max(other.scale.length_m) + of(one) + of(other)
 }
 
-fn find_ground((scene, solid, bounds): Own<'_>, found: &mut Vec<Candidate>) {
+fn find_ground(own: Own<'_>, found: &mut Vec<Candidate>) {
+    let Own {
+        scene,
+        solid,
+        bounds,
+        ..
+    } = own;
     let within_m = NEAR * scene.scale.length_m + travel_m(scene.body, scene.before, scene.dt_s);
     let around = bounds.grown(within_m);
     let first = found.len();
@@ -129,13 +158,17 @@ fn find_ground((scene, solid, bounds): Own<'_>, found: &mut Vec<Candidate>) {
     thin((found, first), scene.middle.floor_from_chassis(), region_m);
 }
 
-fn find_between_chassis(a: &Scene<'_>, (b, solid, bounds): Own<'_>, found: &mut Vec<Candidate>) {
+fn find_between_chassis(a: &Scene<'_>, own: Own<'_>, found: &mut Vec<Candidate>) {
+    let b = own.scene;
     let within_m = within_m(a, b);
-    let around = bounds.grown(within_m);
+    let around = own.bounds.grown(within_m);
     for (joint, part) in parts(a.body, a.middle) {
         if part.bounds().meets(&around) {
-            part.near(solid, within_m, |near| {
-                found.push(candidate((a, joint), Some(b), &near));
+            part.near(own.solid, within_m, |near| {
+                found.push(Candidate {
+                    friction: own.friction,
+                    ..candidate((a, joint), Some(b), &near)
+                });
             });
         }
     }
@@ -143,7 +176,12 @@ fn find_between_chassis(a: &Scene<'_>, (b, solid, bounds): Own<'_>, found: &mut 
 
 fn find_robot(robot: &Scene<'_>, own: Own<'_>, room: &mut Workspace, found: &mut Vec<Candidate>) {
     find_between_chassis(robot, own, found);
-    let (scene, solid, bounds) = own;
+    let Own {
+        scene,
+        solid,
+        bounds,
+        friction,
+    } = own;
     let Some(piece) = solid.piece() else {
         return;
     };
@@ -158,6 +196,7 @@ fn find_robot(robot: &Scene<'_>, own: Own<'_>, room: &mut Workspace, found: &mut
         robot.find_on_piece(wheel, (piece.clone(), within_m), room, &mut of_wheel);
         found.extend(of_wheel.drain(..).map(|place| Candidate {
             b: Partner::Of(scene.member(Part::Chassis)),
+            friction,
             ..place
         }));
     }
@@ -192,5 +231,6 @@ fn candidate(
         travel_m_s: Vector3::zeros(),
         on_barrel: false,
         gap_ahead_m: near.gap_m,
+        friction: None,
     }
 }

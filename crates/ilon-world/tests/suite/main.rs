@@ -13,6 +13,7 @@ mod made;
 mod motors;
 mod nap;
 mod on_the_brink;
+mod own;
 mod play;
 mod reach;
 mod reference;

@@ -17,6 +17,21 @@ impl Reactions {
         self.error = self.error.max(other.error);
     }
 
+    /// Adds one of the last step between A and B, as they are numbered now.
+    pub fn go_on(&mut self, mut reaction: Reaction, a: usize, b: usize) {
+        reaction.a.body = a;
+        if let Partner::Of(member) = &mut reaction.b {
+            member.body = b;
+        }
+        self.all.push(reaction);
+    }
+
+    /// Takes out those whose B stands behind so many bodies.
+    pub fn split_off_partners(&mut self, first: usize) -> Vec<Reaction> {
+        let is_behind = |reaction: &mut Reaction| matches!(reaction.b, Partner::Of(member) if member.body >= first);
+        self.all.extract_if(.., is_behind).collect()
+    }
+
     /// Keeps those of some bodies, as they are numbered among these, and gives those of the others. What was between the two is forgotten.
     pub fn split_off(&mut self, keeps: impl Fn(usize) -> bool) -> Self {
         let renumbered = |body: usize| (0..body).filter(|of| keeps(*of) == keeps(body)).count();

@@ -94,11 +94,12 @@ impl World {
     /// Joins what comes near to each other, until nothing does.
     fn put_together(&mut self) {
         let dt_s = self.settings.dt_s;
+        let own = self.own_that_moves();
         loop {
             let robots = near(&self.bodies, dt_s, 1.0);
             let all = self.islands.awake.iter();
             let islands: Vec<Vec<Bounds>> = all.map(|of| near(&of.bodies, dt_s, 1.0)).collect();
-            let woken = self.woken_by(std::iter::once(&robots).chain(&islands));
+            let woken = self.woken_by([&robots, &own].into_iter().chain(&islands));
             if !woken.is_empty() {
                 for home in woken {
                     let island = self.islands.wake(home);

@@ -1,0 +1,278 @@
+//! rapier's world in which a program keeps bodies of its own, beside what ilon moves.
+//!
+//! What ilon moves stands there as colliders without bodies, which touch but whose contacts rapier does not solve. The bodies of one's own are
+//! rapier's: it moves them under gravity, on the ground, by their joints and against one another. Where one is near a robot or a free body, it is
+//! in ilon's step a **guest**: one more articulated body, with the mass, place and velocity that rapier has of it. Its contacts with what ilon
+//! moves are solved there with all others, and what they did to it acts in rapier's step that follows as a force, so that both sides get the same
+//! impulse.
+//!
+//! **What rapier will do.** In ilon's step a guest is moved by its contacts, and by what rapier did to it in the step before: its weight where
+//! nothing carries it in rapier, nothing where it lies on the ground, its friction there. Without that, what a robot carries would slide by g dt.
+//! More than [`FORESEEN`] times gravity is a blow, which does not come again.
+
+mod guests;
+mod links;
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+use rapier3d::prelude::*;
+
+use super::World;
+use crate::engine::convert;
+use crate::ground::Ground;
+use crate::{ContactSolver, WorldError, WorldObject};
+pub(crate) use guests::Own;
+use guests::{Held, body_of};
+
+/// A handle as a key: rapier's have no order.
+type Raw = (u32, u32);
+
+/// What rapier did to a body in a step is foreseen to go on up to so many times gravity.
+const FORESEEN: f64 = 2.0;
+
+/// rapier's world, and what of it is not one's own.
+pub(super) struct InRapier {
+    world: PhysicsWorld,
+    /// What of ilon's stands in it: each shape of each object, counted.
+    links: BTreeMap<(WorldObject, usize), ColliderHandle>,
+    /// What each of these colliders is of.
+    objects: BTreeMap<Raw, WorldObject>,
+    /// The bodies of one's own that were guests in the last step, or are in this one.
+    met: BTreeMap<Raw, Met>,
+    /// The contacts of guests in the last step, and those that this one has had by now.
+    held: Vec<Held>,
+    held_now: Vec<Held>,
+    /// Whether the program may have changed something since the last step.
+    is_changed: bool,
+}
+
+/// A body of one's own that is a guest.
+#[derive(Clone, Copy, Debug, Default)]
+struct Met {
+    /// Its velocity and angular velocity when the step began, in m/s and rad/s.
+    before: (Vector3<f64>, Vector3<f64>),
+    /// Impulse of its contacts with what ilon moves in the step so far, in N s, and its moment about its centre of mass.
+    impulse_n_s: Vector3<f64>,
+    moment_n_m_s: Vector3<f64>,
+    /// How its velocities changed by that.
+    change: (Vector3<f64>, Vector3<f64>),
+    /// What rapier did to its velocities in the step before.
+    foreseen: (Vector3<f64>, Vector3<f64>),
+    /// Whether it was a guest in this step.
+    is_here: bool,
+}
+
+impl Clone for InRapier {
+    fn clone(&self) -> Self {
+        // What lasts from step to step is copied; the pipelines and the solver of fast bodies hold room to work in alone.
+        let world = &self.world;
+        Self {
+            world: PhysicsWorld {
+                gravity: world.gravity,
+                integration_parameters: world.integration_parameters,
+                physics_pipeline: PhysicsPipeline::new(),
+                collision_pipeline: CollisionPipeline::new(),
+                islands: world.islands.clone(),
+                broad_phase: world.broad_phase.clone(),
+                narrow_phase: world.narrow_phase.clone(),
+                bodies: world.bodies.clone(),
+                colliders: world.colliders.clone(),
+                impulse_joints: world.impulse_joints.clone(),
+                multibody_joints: world.multibody_joints.clone(),
+                soft_bodies: world.soft_bodies.clone(),
+                ccd_solver: world.ccd_solver.clone(),
+            },
+            links: self.links.clone(),
+            objects: self.objects.clone(),
+            met: self.met.clone(),
+            held: self.held.clone(),
+            held_now: self.held_now.clone(),
+            is_changed: self.is_changed,
+        }
+    }
+}
+
+impl World {
+    /// The world in rapier, to put bodies of one's own into, with their colliders and joints, and to change them. [`World::step`] steps it: do not
+    /// step it yourself.
+    ///
+    /// Ground, robots and free bodies stand in it as colliders without a body; [`World::object_in_rapier`] says which is which. Its frame is the
+    /// world's, in f32. Bodies of one's own move by rapier, on the ground with its friction or their own, the lower of both. Robots and free bodies
+    /// push them, and are pushed by them, under ilon's laws: stiff contacts without bounce, with the friction of the collider. Fixed and kinematic
+    /// bodies push too. A collider whose groups do not meet those of [`InteractionGroups::all`], a sensor, or what is disabled does not touch robots,
+    /// and neither do soft bodies.
+    ///
+    /// The world of a program that never calls this has no rapier world, and costs nothing by it.
+    ///
+    /// # Errors
+    /// [`WorldError::NotInRapier`] where rapier solves the robot's contacts: such a world has one robot and nothing beside it.
+    pub fn rapier_mut(&mut self) -> Result<&mut PhysicsWorld, WorldError> {
+        if self.settings.contacts == ContactSolver::Rapier {
+            return Err(WorldError::NotInRapier {
+                what: "bodies of one's own".to_owned(),
+                remedy: "leave the bodies out",
+            });
+        }
+        let mut rapier = match self.rapier.take() {
+            Some(rapier) => rapier,
+            None => Box::new(self.new_in_rapier()),
+        };
+        rapier.is_changed = true;
+        Ok(&mut self.rapier.insert(rapier).world)
+    }
+
+    /// The world in rapier as it is after the last step, for queries, drawing and places of bodies; `None` before
+    /// [`World::rapier_mut`] was called for the first time.
+    pub fn rapier(&self) -> Option<&PhysicsWorld> {
+        self.rapier.as_ref().map(|rapier| &rapier.world)
+    }
+
+    /// What a collider of the world in rapier is of; `None` of one's own.
+    pub fn object_in_rapier(&self, collider: ColliderHandle) -> Option<WorldObject> {
+        self.rapier
+            .as_ref()?
+            .objects
+            .get(&collider.into_raw_parts())
+            .copied()
+    }
+
+    /// What robots and free bodies did to a body of one's own in the last step: the mean force, in the world frame, in N.
+    pub fn force_on_own_n(&self, body: RigidBodyHandle) -> Vector3<f64> {
+        let met = self
+            .rapier
+            .as_ref()
+            .and_then(|rapier| rapier.met.get(&body.into_raw_parts()));
+        met.map_or_else(Vector3::zeros, |met| met.impulse_n_s / self.settings.dt_s)
+    }
+
+    fn new_in_rapier(&self) -> InRapier {
+        let mut rapier = InRapier {
+            world: PhysicsWorld::new(),
+            links: BTreeMap::new(),
+            objects: BTreeMap::new(),
+            met: BTreeMap::new(),
+            held: Vec::new(),
+            held_now: Vec::new(),
+            is_changed: true,
+        };
+        rapier.world.gravity = convert::vector(&self.gravity_in_world_m_s2());
+        rapier.world.integration_parameters.dt = self.settings.dt_s as Real;
+        self.place_links(&mut rapier);
+        rapier.look(&self.ground);
+        rapier
+    }
+
+    /// Wakes all bodies of one's own.
+    pub(super) fn wake_own(&mut self) {
+        if let Some(rapier) = &mut self.rapier {
+            rapier.world.wake_up_all(true);
+        }
+    }
+
+    /// Takes over what the program has changed.
+    pub(super) fn look_in_rapier(&mut self) {
+        if let Some(rapier) = &mut self.rapier
+            && std::mem::take(&mut rapier.is_changed)
+        {
+            rapier.look(&self.ground);
+        }
+    }
+
+    /// Lets rapier take the step that ilon has taken.
+    pub(super) fn step_in_rapier(&mut self) {
+        let Some(mut rapier) = self.rapier.take() else {
+            return;
+        };
+        self.place_links(&mut rapier);
+        rapier.world.gravity = convert::vector(&self.gravity_in_world_m_s2());
+        let dt_s = self.settings.dt_s;
+        rapier.world.integration_parameters.dt = dt_s as Real;
+        rapier.step_with_impulses(&self.ground, dt_s);
+        self.rapier = Some(rapier);
+    }
+}
+
+impl InRapier {
+    /// Whether there is anything of one's own.
+    fn has_own(&self) -> bool {
+        self.world.colliders.len() > self.links.len() || !self.world.bodies.is_empty()
+    }
+
+    /// Finds what is where, without moving anything.
+    fn look(&mut self, ground: &Ground) {
+        let dt_s = std::mem::take(&mut self.world.integration_parameters.dt);
+        self.world.step_with_events(&Underfoot { ground }, &());
+        self.world.integration_parameters.dt = dt_s;
+    }
+
+    /// Takes a step in which the impulses on guests act as forces.
+    fn step_with_impulses(&mut self, ground: &Ground, dt_s: f64) {
+        self.held = std::mem::take(&mut self.held_now);
+        self.met.retain(|_, met| std::mem::take(&mut met.is_here));
+        let mut acted = Vec::with_capacity(self.met.len());
+        for (raw, met) in &self.met {
+            let handle = body_of(*raw);
+            let Some(body) = self.world.bodies.get_mut(handle) else {
+                continue;
+            };
+            if met.impulse_n_s == Vector3::zeros() && met.moment_n_m_s == Vector3::zeros() {
+                continue;
+            }
+            acted.push((handle, body.user_force(), body.user_torque()));
+            body.add_force(convert::vector(&(met.impulse_n_s / dt_s)), true);
+            body.add_torque(convert::vector(&(met.moment_n_m_s / dt_s)), true);
+        }
+        self.world.step_with_events(&Underfoot { ground }, &());
+        for (handle, force, torque) in acted {
+            if let Some(body) = self.world.bodies.get_mut(handle) {
+                body.reset_forces(false);
+                body.reset_torques(false);
+                body.add_force(force, false);
+                body.add_torque(torque, false);
+            }
+        }
+        for (raw, met) in &mut self.met {
+            let handle = body_of(*raw);
+            let Some(body) = self.world.bodies.get(handle) else {
+                continue;
+            };
+            let after = (
+                convert::to_f64(body.linvel()),
+                convert::to_f64(body.angvel()),
+            );
+            met.foreseen = (
+                after.0 - met.before.0 - met.change.0,
+                after.1 - met.before.1 - met.change.1,
+            );
+        }
+    }
+}
+
+/// Gives what lies on the ground in rapier the ground's friction where it lies.
+struct Underfoot<'a> {
+    ground: &'a Ground,
+}
+
+impl PhysicsHooks for Underfoot<'_> {
+    fn modify_solver_contacts(&self, context: &mut ContactModificationContext<'_>) {
+        // Only the ground's colliders ask for this: of two that touch, the one without a body is the ground.
+        let own = match (context.rigid_body1, context.rigid_body2) {
+            (None, Some(_)) => context.collider2,
+            (Some(_), None) => context.collider1,
+            _ => return,
+        };
+        let Some(own) = context.colliders.get(own).map(Collider::friction) else {
+            return;
+        };
+        let Some(rigid) = context.rigid_mut() else {
+            return;
+        };
+        let Some(contact) = rigid.solver_contacts.first() else {
+            return;
+        };
+        let place_m = convert::to_f64(contact.anchor1);
+        let footing = self.ground.footing_at(&place_m, None);
+        *rigid.friction = own.min(footing.friction as Real);
+    }
+}
