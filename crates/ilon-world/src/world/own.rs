@@ -206,11 +206,12 @@ impl InRapier {
         self.world.integration_parameters.dt = dt_s;
     }
 
-    /// Takes a step in which the impulses on guests act as forces.
+    /// Takes a step in which guests get what their contacts did to them: what balances what rapier will do as a force over the step, so that what
+    /// rests is left at rest, and the rest, as a blow is, at once.
     fn step_with_impulses(&mut self, ground: &Ground, dt_s: f64) {
         self.held = std::mem::take(&mut self.held_now);
         self.met.retain(|_, met| std::mem::take(&mut met.is_here));
-        let mut acted = Vec::with_capacity(self.met.len());
+        let mut loaded = Vec::with_capacity(self.met.len());
         for (raw, met) in &self.met {
             let handle = body_of(*raw);
             let Some(body) = self.world.bodies.get_mut(handle) else {
@@ -219,12 +220,40 @@ impl InRapier {
             if met.impulse_n_s == Vector3::zeros() && met.moment_n_m_s == Vector3::zeros() {
                 continue;
             }
-            acted.push((handle, body.user_force(), body.user_torque()));
-            body.add_force(convert::vector(&(met.impulse_n_s / dt_s)), true);
-            body.add_torque(convert::vector(&(met.moment_n_m_s / dt_s)), true);
+            // Of a link of a multibody rapier takes forces alone.
+            let is_link = self
+                .world
+                .multibody_joints
+                .rigid_body_link(handle)
+                .is_some();
+            let over_step = |change, foreseen| {
+                if is_link {
+                    1.0
+                } else {
+                    balances(change, foreseen)
+                }
+            };
+            let shares = [
+                over_step(&met.change.0, &met.foreseen.0),
+                over_step(&met.change.1, &met.foreseen.1),
+            ];
+            loaded.push((handle, body.user_force(), body.user_torque()));
+            body.add_force(convert::vector(&(shares[0] / dt_s * met.impulse_n_s)), true);
+            body.add_torque(
+                convert::vector(&(shares[1] / dt_s * met.moment_n_m_s)),
+                true,
+            );
+            body.apply_impulse(
+                convert::vector(&((1.0 - shares[0]) * met.impulse_n_s)),
+                true,
+            );
+            body.apply_torque_impulse(
+                convert::vector(&((1.0 - shares[1]) * met.moment_n_m_s)),
+                true,
+            );
         }
         self.world.step_with_events(&Underfoot { ground }, &());
-        for (handle, force, torque) in acted {
+        for (handle, force, torque) in loaded {
             if let Some(body) = self.world.bodies.get_mut(handle) {
                 body.reset_forces(false);
                 body.reset_torques(false);
@@ -233,8 +262,7 @@ impl InRapier {
             }
         }
         for (raw, met) in &mut self.met {
-            let handle = body_of(*raw);
-            let Some(body) = self.world.bodies.get(handle) else {
+            let Some(body) = self.world.bodies.get(body_of(*raw)) else {
                 continue;
             };
             let after = (
@@ -247,6 +275,16 @@ impl InRapier {
             );
         }
     }
+}
+
+/// What share of a change of velocity balances another, from 0 to 1.
+fn balances(change: &Vector3<f64>, other: &Vector3<f64>) -> f64 {
+    let against = -change.dot(other);
+    let size = change.norm_squared();
+    if against <= 0.0 || size == 0.0 {
+        return 0.0;
+    }
+    (against / size).min(1.0)
 }
 
 /// Gives what lies on the ground in rapier the ground's friction where it lies.
