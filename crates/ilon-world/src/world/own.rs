@@ -28,9 +28,6 @@ use guests::{Held, body_of};
 /// A handle as a key: rapier's have no order.
 type Raw = (u32, u32);
 
-/// What rapier did to a body in a step is foreseen to go on up to so many times gravity.
-const FORESEEN: f64 = 2.0;
-
 /// rapier's world, and what of it is not one's own.
 pub(super) struct InRapier {
     world: PhysicsWorld,
@@ -57,7 +54,8 @@ struct Met {
     moment_n_m_s: Vector3<f64>,
     /// How its velocities changed by that.
     change: (Vector3<f64>, Vector3<f64>),
-    /// What rapier did to its velocities in the step before.
+    /// What rapier did to its velocities in the last step, and what it is foreseen to do in this one.
+    by_rapier: (Vector3<f64>, Vector3<f64>),
     foreseen: (Vector3<f64>, Vector3<f64>),
     /// Whether it was a guest in this step.
     is_here: bool,
@@ -269,11 +267,33 @@ impl InRapier {
                 convert::to_f64(body.linvel()),
                 convert::to_f64(body.angvel()),
             );
-            met.foreseen = (
+            let by_rapier = (
                 after.0 - met.before.0 - met.change.0,
                 after.1 - met.before.1 - met.change.1,
             );
+            let beta: f64 = std::env::var("BETA").map_or(1.0, |x| x.parse().unwrap());
+            if std::env::var("MIN").is_ok() {
+                met.foreseen.0 += beta * (lasting(&by_rapier.0, &met.by_rapier.0) - met.foreseen.0);
+                met.foreseen.1 += beta * (lasting(&by_rapier.1, &met.by_rapier.1) - met.foreseen.1);
+            } else {
+                met.foreseen.0 += beta * (by_rapier.0 - met.foreseen.0);
+                met.foreseen.1 += beta * (by_rapier.1 - met.foreseen.1);
+            }
+            met.by_rapier = by_rapier;
         }
+    }
+}
+
+/// What was there in both of two steps: the smaller of two vectors; none where they point apart.
+fn lasting(one: &Vector3<f64>, other: &Vector3<f64>) -> Vector3<f64> {
+    if std::env::var("PURE").is_ok() { return *one; }
+    if one.dot(other) <= 0.0 {
+        return Vector3::zeros();
+    }
+    if one.norm_squared() < other.norm_squared() {
+        *one
+    } else {
+        *other
     }
 }
 

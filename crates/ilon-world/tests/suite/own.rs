@@ -523,3 +523,117 @@ fn what_is_fast_hits_and_what_is_thin_lifts() {
     println!("{state:?}");
     assert!((state.height_m - 0.004).abs() < 1e-3, "{state:?}");
 }
+
+#[test]
+fn probe_speed() {
+    let time = |what: &str, world: &mut World| {
+        for _ in 0..1500 {
+            hold(world, 1.0);
+            world.step();
+        }
+        let start = std::time::Instant::now();
+        for _ in 0..2000 {
+            hold(world, 1.0);
+            world.step();
+        }
+        println!(
+            "{what}: {:.2} us",
+            start.elapsed().as_secs_f64() * 1e6 / 2000.0
+        );
+    };
+    for _ in 0..2 {
+        let mut alone = world(&Floor::default(), 1e-3);
+        time("alone", &mut alone);
+        let mut asked = world(&Floor::default(), 1e-3);
+        asked.rapier_mut().unwrap();
+        time("asked", &mut asked);
+        let mut far = world(&Floor::default(), 1e-3);
+        for k in 0..500 {
+            cube(
+                &mut far,
+                0.1,
+                1.0,
+                [5.0 + 0.2 * (k % 20) as f32, 0.2 * (k / 20) as f32, 0.05],
+            );
+        }
+        time("500 far", &mut far);
+        println!("{} awake", far.rapier().unwrap().active_bodies().count());
+        let mut near = world(&Floor::default(), 1e-3);
+        put(&mut near, 0.2, 2.0, [FRONT_M + 0.11, 0.0, 0.1], 0.3);
+        time("one pushed", &mut near);
+        let mut near = world(&Floor::default(), 1e-3);
+        let mut body = crate::free::cube("box", 0.2, 2.0, 0.31, 0.0);
+        body.friction = 0.3;
+        near.add_body(&body).unwrap();
+        time("one of ilon's pushed", &mut near);
+    }
+}
+
+#[test]
+fn probe_tower() {
+    for masses in [[1.0_f32, 1.0, 1.0], [1.0, 5.0, 20.0], [20.0, 5.0, 0.5]] {
+        let mut world = world(&Floor::default(), 1e-3);
+        let alone_n = robot().mass_kg() * G;
+        let ids = [0, 1, 2].map(|k| {
+            cube(
+                &mut world,
+                0.1,
+                masses[k],
+                [0.0, 0.0, TOP_M + 0.05 + 0.1 * k as f32],
+            )
+        });
+        let total = G * f64::from(masses.iter().sum::<f32>());
+        for part in 0..4 {
+            let (mut sum, mut least, mut most) = (0.0, f64::INFINITY, 0.0_f64);
+            for _ in 0..500 {
+                hold(&mut world, if part == 2 { 2.0 } else { 0.0 });
+                world.step();
+                let n = (loads_n(&world) - alone_n) / total;
+                sum += n / 500.0;
+                least = least.min(n);
+                most = most.max(n);
+            }
+            println!(
+                "{masses:?} {part}: {sum:.5} {least:.4} {most:.4} {:?}",
+                ids.map(|id| body(&world, id).translation())
+            );
+        }
+    }
+}
+
+#[test]
+fn probe_wall() {
+    for mass_kg in [0.1_f32, 2.0, 20.0] {
+        for dt_s in [1e-3, 2e-3] {
+        let floor = Floor { friction: 0.0, ..Floor::default() };
+        let mut world = world(&floor, dt_s);
+        let id = put(&mut world, 0.12, mass_kg, [0.4, 0.0, 0.06], 0.0);
+        let rapier = world.rapier_mut().unwrap();
+        rapier.insert_collider(ColliderBuilder::cuboid(0.05, 0.3, 0.2).friction(0.0).translation(Vector::new(0.71, 0.0, 0.2)), None);
+        let robot_kg = robot().mass_kg();
+        let mut fastest = 0.0_f64;
+        for step in 0..(2.5 / dt_s) as usize {
+            if step < (0.1 / dt_s) as usize {
+                world.robot_mut().push(&Push {
+                    force_in_world_n: Vector3::new(robot_kg * 5.0, 0.0, 0.0),
+                    place_in_body_m: Vector3::new(0.0, 0.0, 0.06),
+                });
+            }
+            world.step();
+            let v = world.robot().state().twist_in_body.vx_m_s;
+            fastest = fastest.min(v);
+        }
+        // now press steadily
+        let v = world.robot().state().twist_in_body.vx_m_s;
+        let (mut least, mut most, mut sum) = (f64::INFINITY, 0.0_f64, 0.0);
+        for step in 0..4000 {
+                world.robot_mut().push(&Push {
+                    force_in_world_n: Vector3::new(20.0, 0.0, 0.0),
+                    place_in_body_m: Vector3::new(0.0, 0.0, 0.06),
+                });
+            world.step();
+            if step > 3000 { let f = world.force_on_own_n(id).x; sum += f / 1000.0; least = least.min(f); most = most.max(f); }
+        }
+        println!("{mass_kg} {dt_s}: rebound {fastest:.4} end {v:.4}; press {sum:.3} {least:.3} {most:.3}; robot x {:.6} box {:?}", world.robot().state().pose.x_m, body(&world, id).translation());
+    }}
+}

@@ -7,7 +7,7 @@ use ilon_robot::{Chassis, MassProperties, Scale};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Point3, Vector3, Vector6};
 use rapier3d::prelude::*;
 
-use super::{FORESEEN, InRapier, Met, Raw};
+use super::{InRapier, Met, Raw};
 use crate::contact::bounds::Bounds;
 use crate::contact::reaction::{Part, Partner, Reaction};
 use crate::dynamics::Attached;
@@ -279,6 +279,7 @@ impl InRapier {
             if !std::mem::replace(&mut met.is_here, true) {
                 *met = Met {
                     before: velocities,
+                    by_rapier: met.by_rapier,
                     foreseen: met.foreseen,
                     is_here: true,
                     ..Met::default()
@@ -287,9 +288,7 @@ impl InRapier {
             // What met it before in this step.
             velocities.0 += met.change.0;
             velocities.1 += met.change.1;
-            guest
-                .pushes
-                .push(seen.foreseen(met, &guest.scale, settings.dt_s));
+            guest.pushes.push(seen.foreseen(met, settings.dt_s));
         }
         for state in [
             &mut guest.state,
@@ -411,17 +410,13 @@ impl Seen {
     }
 
     /// What rapier will do to it, as a push in the step.
-    fn foreseen(&self, met: &Met, scale: &Scale, dt_s: f64) -> ActingPush {
-        let most_m_s = FORESEEN * scale.gravity_m_s2 * dt_s;
-        let limited = |change: Vector3<f64>, most: f64| change.cap_magnitude(most);
-        let change_m_s = limited(met.foreseen.0, most_m_s);
-        let change_rad_s = limited(met.foreseen.1, most_m_s / scale.length_m);
+    fn foreseen(&self, met: &Met, dt_s: f64) -> ActingPush {
         let turn = self.floor_from_body.rotation.to_rotation_matrix();
         let inertia = turn * self.mass.inertia_kg_m2 * turn.transpose();
         ActingPush {
-            force_n: self.mass.mass_kg * change_m_s / dt_s,
+            force_n: self.mass.mass_kg * met.foreseen.0 / dt_s,
             lever_m: Vector3::zeros(),
-            moment_n_m: inertia * change_rad_s / dt_s,
+            moment_n_m: inertia * met.foreseen.1 / dt_s,
         }
     }
 }
