@@ -87,23 +87,26 @@ pub(crate) struct Free {
 pub(crate) struct Guest {
     /// What it is there.
     pub own: Own,
-    /// What contacts did to it in the step so far: impulse in N s, and moment about its centre of mass in N m s.
-    pub impulse_n_s: Vector3<f64>,
-    pub moment_n_m_s: Vector3<f64>,
-    /// And how its velocity and angular velocity changed by that, in m/s and rad/s.
-    pub change: (Vector3<f64>, Vector3<f64>),
+    /// Its velocity and angular velocity when the step began, in m/s and rad/s.
+    pub start: [Vector3<f64>; 2],
+    /// The contacts that rapier found for it.
+    pub rests: Vec<Rest>,
+    /// What what ilon moves did to it in the step so far: impulse in N s, and moment about its centre of mass in N m s.
+    pub impulse: [Vector3<f64>; 2],
 }
 
-impl Guest {
-    /// Something of a program's own, when the step begins.
-    pub fn of(own: Own) -> Self {
-        Self {
-            own,
-            impulse_n_s: Vector3::zeros(),
-            moment_n_m_s: Vector3::zeros(),
-            change: (Vector3::zeros(), Vector3::zeros()),
-        }
-    }
+/// A contact that rapier found for a guest.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rest {
+    /// Where, from the guest's centre of mass along its own axes, in metres.
+    pub in_guest_m: Vector3<f64>,
+    /// Unit vector in the world out of what it touches.
+    pub normal: Vector3<f64>,
+    /// Distance in metres; 0 where it is in it.
+    pub gap_m: f64,
+    /// The place among the step's bodies of the guest that it touches; `None` of what is fixed.
+    pub other: Option<usize>,
+    pub friction: f64,
 }
 
 impl FreeShape {

@@ -1,6 +1,6 @@
 //! Where free bodies are near the ground, near robots and near one another.
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 use crate::contact::bounds::Bounds;
 use crate::contact::candidate::{Candidate, Turning};
@@ -22,6 +22,7 @@ impl Scenes<'_> {
             return;
         }
         for scene in self.each().filter(|scene| scene.body.free.is_some()) {
+            self.find_rests(&scene, found);
             let shapes = scene.body.robot.shapes().iter();
             for (solid, shape) in solids(scene.body, scene.middle).zip(shapes) {
                 let own = Own {
@@ -33,6 +34,30 @@ impl Scenes<'_> {
                 self.find_around(own, room, found);
             }
         }
+    }
+
+    /// Adds the places where a guest touches what is rapier's.
+    fn find_rests(&self, scene: &Scene<'_>, found: &mut Vec<Candidate>) {
+        let guest = scene
+            .body
+            .free
+            .as_ref()
+            .and_then(|free| free.guest.as_ref());
+        let rests = guest.map_or(&[][..], |guest| &guest.rests);
+        found.extend(rests.iter().map(|rest| {
+            let place = scene.middle.floor_from_chassis() * Point3::from(rest.in_guest_m);
+            let near = Near {
+                place_m: place.coords,
+                normal: rest.normal,
+                gap_m: rest.gap_m,
+                is_corner: false,
+            };
+            let other = rest.other.map(|other| self.of(other));
+            Candidate {
+                friction: Some(rest.friction),
+                ..candidate((scene, None), other.as_ref(), &near)
+            }
+        }));
     }
 
     fn find_around(&self, own: Own<'_>, room: &mut Workspace, found: &mut Vec<Candidate>) {
@@ -52,6 +77,9 @@ impl Scenes<'_> {
 
     /// The friction of a contact where the ground has so much: of free bodies the lowest of what touches, but against robots their own.
     pub fn friction_between(&self, place: &Candidate, of_ground: f64) -> f64 {
+        if let (true, Some(friction)) = (self.bodies[place.a.body].is_guest(), place.friction) {
+            return friction;
+        }
         let free = |body: usize| self.bodies[body].free.as_deref();
         let of_a = free(place.a.body);
         let Partner::Of(b) = place.b else {

@@ -131,6 +131,9 @@ impl World {
         self.energies.treads_j = self.reactions.treads_j();
         self.energies.impact_j += self.reactions.released_j();
         for reaction in self.reactions.all() {
+            if self.bodies[reaction.a.body].is_guest() {
+                continue;
+            }
             self.bodies[reaction.a.body].support.add(reaction);
             let taken = match reaction.a.part {
                 Part::Hub(_)

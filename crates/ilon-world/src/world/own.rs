@@ -6,9 +6,9 @@
 //! moves are solved there with all others, and what they did to it acts in rapier's step that follows as a force, so that both sides get the same
 //! impulse.
 //!
-//! **What rapier will do.** In ilon's step a guest is moved by its contacts, and by what rapier did to it in the step before: its weight where
-//! nothing carries it in rapier, nothing where it lies on the ground, its friction there. Without that, what a robot carries would slide by g dt.
-//! More than [`FORESEEN`] times gravity is a blow, which does not come again.
+//! **What rapier will do.** In ilon's step a guest has its weight, and the contacts that rapier found for it, on the ground and with other bodies of
+//! one's own, which are guests then, too, solved by ilon's laws. What follows for them is not used: it only says what robots meet, a box that is free
+//! or one with its back to a wall. What joints do to it is foreseen to go on as in the last two steps.
 
 mod guests;
 mod links;
@@ -28,6 +28,9 @@ use guests::{Held, body_of};
 /// A handle as a key: rapier's have no order.
 type Raw = (u32, u32);
 
+/// How much of what joints are seen to do is foreseen a step later.
+const FOLLOWS: f64 = 0.25;
+
 /// rapier's world, and what of it is not one's own.
 pub(super) struct InRapier {
     world: PhysicsWorld,
@@ -44,22 +47,24 @@ pub(super) struct InRapier {
     is_changed: bool,
 }
 
-/// A body of one's own that is a guest.
+/// A body of one's own that is a guest; velocities of its centre of mass and of its turning, in m/s and rad/s.
 #[derive(Clone, Copy, Debug, Default)]
 struct Met {
-    /// Its velocity and angular velocity when the step began, in m/s and rad/s.
-    before: (Vector3<f64>, Vector3<f64>),
-    /// Impulse of its contacts with what ilon moves in the step so far, in N s, and its moment about its centre of mass.
-    impulse_n_s: Vector3<f64>,
-    moment_n_m_s: Vector3<f64>,
-    /// How its velocities changed by that.
-    change: (Vector3<f64>, Vector3<f64>),
-    /// What rapier did to its velocities in the last step, and what it is foreseen to do in this one.
-    by_rapier: (Vector3<f64>, Vector3<f64>),
-    foreseen: (Vector3<f64>, Vector3<f64>),
+    /// Impulse of its contacts with what ilon moves in the step, in N s, and its moment about its centre of mass.
+    impulse: Twin,
+    /// What of it acts over the step: it balances what rapier will do.
+    over_step: Twin,
+    /// The velocities that it should have after the step.
+    expected: Twin,
+    /// How much more joints gave it in the last step, and what of that is foreseen.
+    missed: Twin,
+    foreseen: Twin,
     /// Whether it was a guest in this step.
     is_here: bool,
 }
+
+/// A vector of motion along and one about the axes of the world.
+type Twin = [Vector3<f64>; 2];
 
 impl Clone for InRapier {
     fn clone(&self) -> Self {
@@ -141,7 +146,7 @@ impl World {
             .rapier
             .as_ref()
             .and_then(|rapier| rapier.met.get(&body.into_raw_parts()));
-        met.map_or_else(Vector3::zeros, |met| met.impulse_n_s / self.settings.dt_s)
+        met.map_or_else(Vector3::zeros, |met| met.impulse[0] / self.settings.dt_s)
     }
 
     fn new_in_rapier(&self) -> InRapier {
@@ -204,51 +209,32 @@ impl InRapier {
         self.world.integration_parameters.dt = dt_s;
     }
 
-    /// Takes a step in which guests get what their contacts did to them: what balances what rapier will do as a force over the step, so that what
-    /// rests is left at rest, and the rest, as a blow is, at once.
+    /// Takes a step in which guests get what their contacts did to them. What balances what rapier will do acts as a force over the step, and the
+    /// rest at once: so a guest has from the beginning the velocity with which ilon's laws count its way, and what rests is left at rest.
     fn step_with_impulses(&mut self, ground: &Ground, dt_s: f64) {
         self.held = std::mem::take(&mut self.held_now);
         self.met.retain(|_, met| std::mem::take(&mut met.is_here));
         let mut loaded = Vec::with_capacity(self.met.len());
         for (raw, met) in &self.met {
             let handle = body_of(*raw);
+            if met.impulse == Twin::default() {
+                continue;
+            }
             let Some(body) = self.world.bodies.get_mut(handle) else {
                 continue;
             };
-            if met.impulse_n_s == Vector3::zeros() && met.moment_n_m_s == Vector3::zeros() {
-                continue;
-            }
             // Of a link of a multibody rapier takes forces alone.
-            let is_link = self
-                .world
-                .multibody_joints
-                .rigid_body_link(handle)
-                .is_some();
-            let over_step = |change, foreseen| {
-                if is_link {
-                    1.0
-                } else {
-                    balances(change, foreseen)
-                }
-            };
-            let shares = [
-                over_step(&met.change.0, &met.foreseen.0),
-                over_step(&met.change.1, &met.foreseen.1),
-            ];
+            let joints = &self.world.multibody_joints;
+            let is_link = joints.rigid_body_link(handle).is_some();
+            let over_step = if is_link { met.impulse } else { met.over_step };
             loaded.push((handle, body.user_force(), body.user_torque()));
-            body.add_force(convert::vector(&(shares[0] / dt_s * met.impulse_n_s)), true);
-            body.add_torque(
-                convert::vector(&(shares[1] / dt_s * met.moment_n_m_s)),
-                true,
-            );
-            body.apply_impulse(
-                convert::vector(&((1.0 - shares[0]) * met.impulse_n_s)),
-                true,
-            );
-            body.apply_torque_impulse(
-                convert::vector(&((1.0 - shares[1]) * met.moment_n_m_s)),
-                true,
-            );
+            let [force, torque] = over_step.map(|of| convert::vector(&(of / dt_s)));
+            body.add_force(force, true);
+            body.add_torque(torque, true);
+            let [impulse, moment] =
+                [0, 1].map(|k| convert::vector(&(met.impulse[k] - over_step[k])));
+            body.apply_impulse(impulse, true);
+            body.apply_torque_impulse(moment, true);
         }
         self.world.step_with_events(&Underfoot { ground }, &());
         for (handle, force, torque) in loaded {
@@ -263,30 +249,31 @@ impl InRapier {
             let Some(body) = self.world.bodies.get(body_of(*raw)) else {
                 continue;
             };
-            let after = (
-                convert::to_f64(body.linvel()),
-                convert::to_f64(body.angvel()),
-            );
-            let by_rapier = (
-                after.0 - met.before.0 - met.change.0,
-                after.1 - met.before.1 - met.change.1,
-            );
-            let beta: f64 = std::env::var("BETA").map_or(1.0, |x| x.parse().unwrap());
-            if std::env::var("MIN").is_ok() {
-                met.foreseen.0 += beta * (lasting(&by_rapier.0, &met.by_rapier.0) - met.foreseen.0);
-                met.foreseen.1 += beta * (lasting(&by_rapier.1, &met.by_rapier.1) - met.foreseen.1);
-            } else {
-                met.foreseen.0 += beta * (by_rapier.0 - met.foreseen.0);
-                met.foreseen.1 += beta * (by_rapier.1 - met.foreseen.1);
+            let joints = &self.world.impulse_joints;
+            let handle = body_of(*raw);
+            let is_joined = joints.attached_enabled_joints(handle).next().is_some()
+                || self
+                    .world
+                    .multibody_joints
+                    .rigid_body_link(handle)
+                    .is_some();
+            if !is_joined {
+                (met.missed, met.foreseen) = Default::default();
+                continue;
             }
-            met.by_rapier = by_rapier;
+            let after = [body.linvel(), body.angvel()].map(convert::to_f64);
+            for k in 0..2 {
+                let missed = after[k] - met.expected[k] + met.foreseen[k];
+                let lasts = lasting(&missed, &met.missed[k]);
+                met.foreseen[k] += FOLLOWS * (lasts - met.foreseen[k]);
+                met.missed[k] = missed;
+            }
         }
     }
 }
 
 /// What was there in both of two steps: the smaller of two vectors; none where they point apart.
 fn lasting(one: &Vector3<f64>, other: &Vector3<f64>) -> Vector3<f64> {
-    if std::env::var("PURE").is_ok() { return *one; }
     if one.dot(other) <= 0.0 {
         return Vector3::zeros();
     }
@@ -295,16 +282,6 @@ fn lasting(one: &Vector3<f64>, other: &Vector3<f64>) -> Vector3<f64> {
     } else {
         *other
     }
-}
-
-/// What share of a change of velocity balances another, from 0 to 1.
-fn balances(change: &Vector3<f64>, other: &Vector3<f64>) -> f64 {
-    let against = -change.dot(other);
-    let size = change.norm_squared();
-    if against <= 0.0 || size == 0.0 {
-        return 0.0;
-    }
-    (against / size).min(1.0)
 }
 
 /// Gives what lies on the ground in rapier the ground's friction where it lies.

@@ -605,35 +605,74 @@ fn probe_tower() {
 fn probe_wall() {
     for mass_kg in [0.1_f32, 2.0, 20.0] {
         for dt_s in [1e-3, 2e-3] {
-        let floor = Floor { friction: 0.0, ..Floor::default() };
-        let mut world = world(&floor, dt_s);
-        let id = put(&mut world, 0.12, mass_kg, [0.4, 0.0, 0.06], 0.0);
-        let rapier = world.rapier_mut().unwrap();
-        rapier.insert_collider(ColliderBuilder::cuboid(0.05, 0.3, 0.2).friction(0.0).translation(Vector::new(0.71, 0.0, 0.2)), None);
-        let robot_kg = robot().mass_kg();
-        let mut fastest = 0.0_f64;
-        for step in 0..(2.5 / dt_s) as usize {
-            if step < (0.1 / dt_s) as usize {
-                world.robot_mut().push(&Push {
-                    force_in_world_n: Vector3::new(robot_kg * 5.0, 0.0, 0.0),
-                    place_in_body_m: Vector3::new(0.0, 0.0, 0.06),
-                });
+            let floor = Floor {
+                friction: 0.0,
+                ..Floor::default()
+            };
+            let mut world = world(&floor, dt_s);
+            let id = put(&mut world, 0.12, mass_kg, [0.4, 0.0, 0.06], 0.0);
+            let rapier = world.rapier_mut().unwrap();
+            rapier.insert_collider(
+                ColliderBuilder::cuboid(0.05, 0.3, 0.2)
+                    .friction(0.0)
+                    .translation(Vector::new(0.71, 0.0, 0.2)),
+                None,
+            );
+            let robot_kg = robot().mass_kg();
+            let mut fastest = 0.0_f64;
+            for step in 0..(2.5 / dt_s) as usize {
+                if step < (0.1 / dt_s) as usize {
+                    world.robot_mut().push(&Push {
+                        force_in_world_n: Vector3::new(robot_kg * 5.0, 0.0, 0.0),
+                        place_in_body_m: Vector3::new(0.0, 0.0, 0.06),
+                    });
+                }
+                world.step();
+                let v = world.robot().state().twist_in_body.vx_m_s;
+                fastest = fastest.min(v);
             }
-            world.step();
+            // now press steadily
             let v = world.robot().state().twist_in_body.vx_m_s;
-            fastest = fastest.min(v);
-        }
-        // now press steadily
-        let v = world.robot().state().twist_in_body.vx_m_s;
-        let (mut least, mut most, mut sum) = (f64::INFINITY, 0.0_f64, 0.0);
-        for step in 0..4000 {
+            let (mut least, mut most, mut sum) = (f64::INFINITY, 0.0_f64, 0.0);
+            for step in 0..4000 {
                 world.robot_mut().push(&Push {
                     force_in_world_n: Vector3::new(20.0, 0.0, 0.0),
                     place_in_body_m: Vector3::new(0.0, 0.0, 0.06),
                 });
-            world.step();
-            if step > 3000 { let f = world.force_on_own_n(id).x; sum += f / 1000.0; least = least.min(f); most = most.max(f); }
+                world.step();
+                if step > 3000 {
+                    let f = world.force_on_own_n(id).x;
+                    sum += f / 1000.0;
+                    least = least.min(f);
+                    most = most.max(f);
+                }
+            }
+            println!(
+                "{mass_kg} {dt_s}: rebound {fastest:.4} end {v:.4}; press {sum:.3} {least:.3} {most:.3}; robot x {:.6} box {:?}",
+                world.robot().state().pose.x_m,
+                body(&world, id).translation()
+            );
         }
-        println!("{mass_kg} {dt_s}: rebound {fastest:.4} end {v:.4}; press {sum:.3} {least:.3} {most:.3}; robot x {:.6} box {:?}", world.robot().state().pose.x_m, body(&world, id).translation());
-    }}
+    }
+}
+
+#[test]
+fn probe_cycle() {
+    let mut world = world(&Floor::default(), 2e-3);
+    let id = cube(&mut world, 0.1, 0.5, [0.05, 0.02, TOP_M + 0.05]);
+    for step in 0..500 {
+        hold(&mut world, 0.0);
+        world.step();
+        if step < 30 || step > 485 {
+            let b = body(&world, id);
+            println!(
+                "{step} f {:.5} v {:.3e} w {:.3e} {:.3e} z {:.9}",
+                world.force_on_own_n(id).z,
+                b.linvel().z,
+                b.angvel().x,
+                b.angvel().y,
+                b.translation().z
+            );
+        }
+    }
 }

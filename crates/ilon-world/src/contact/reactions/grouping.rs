@@ -18,17 +18,20 @@ impl Reactions {
     }
 
     /// Adds one of the last step between A and B, as they are numbered now.
-    pub fn go_on(&mut self, mut reaction: Reaction, a: usize, b: usize) {
+    pub fn go_on(&mut self, mut reaction: Reaction, a: usize, b: Option<usize>) {
         reaction.a.body = a;
-        if let Partner::Of(member) = &mut reaction.b {
+        if let (Partner::Of(member), Some(b)) = (&mut reaction.b, b) {
             member.body = b;
         }
         self.all.push(reaction);
     }
 
-    /// Takes out those whose B stands behind so many bodies.
-    pub fn split_off_partners(&mut self, first: usize) -> Vec<Reaction> {
-        let is_behind = |reaction: &mut Reaction| matches!(reaction.b, Partner::Of(member) if member.body >= first);
+    /// Takes out those of bodies that stand behind so many.
+    pub fn split_off_behind(&mut self, first: usize) -> Vec<Reaction> {
+        let is_behind = |reaction: &mut Reaction| {
+            let of_b = matches!(reaction.b, Partner::Of(member) if member.body >= first);
+            of_b || reaction.a.body >= first
+        };
         self.all.extract_if(.., is_behind).collect()
     }
 

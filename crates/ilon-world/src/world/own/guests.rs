@@ -7,19 +7,21 @@ use ilon_robot::{Chassis, MassProperties, Scale};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Point3, Vector3, Vector6};
 use rapier3d::prelude::*;
 
-use super::{InRapier, Met, Raw};
+use super::{InRapier, Met, Raw, Twin};
 use crate::contact::bounds::Bounds;
 use crate::contact::reaction::{Part, Partner, Reaction};
 use crate::dynamics::Attached;
 use crate::engine::convert;
-use crate::free::{Free, FreeBodyId, Guest, LEAST_GRAVITY_M_S2};
+use crate::free::{Free, FreeBodyId, Guest, LEAST_GRAVITY_M_S2, Rest};
 use crate::robot::articulated::Articulated;
 use crate::robot::payload::ActingPush;
 use crate::robot::shared_robot::{BodyShape, SharedRobot};
 use crate::settings::{ContactSpring, Settings};
 use crate::world::World;
-use crate::world::free::islands::{id_of, near, place_among, rounded};
+use crate::world::free::islands::{near, place_among, rounded};
 
+/// At most so many guests: a heap of one's own that a robot pushes has more, of which the furthest are left to rapier.
+const MOST: usize = 24;
 /// What cannot move along an axis, or about one, has so many times the mass of the heaviest that is near it.
 const IMMOVABLE: f64 = 1e9;
 
@@ -30,13 +32,20 @@ pub(crate) enum Own {
     Collider(Raw),
 }
 
-/// A contact with a guest in the last step: who has it, by a robot's place or a free body's identity, and with what of one's own.
+/// A contact of a guest in the last step: who has it, and with whom, if it is not with what is fixed.
 #[derive(Clone)]
 pub(super) struct Held {
-    robot: usize,
-    free: Option<FreeBodyId>,
-    own: Own,
+    a: Who,
+    b: Option<Who>,
     reaction: Reaction,
+}
+
+/// A body of a step by what lasts: a robot's place, a free body's identity, or what of one's own.
+#[derive(Clone, Copy)]
+enum Who {
+    Robot(usize),
+    Free(FreeBodyId),
+    Own(Own),
 }
 
 /// A body of one's own as ilon's step needs it.
@@ -45,6 +54,8 @@ struct Seen {
     mass: MassProperties,
     /// Of its centre of mass, and its turning.
     velocities: (Vector3<f64>, Vector3<f64>),
+    /// Its weight and what the program lets act on it: force in N and torque in N m.
+    force: Twin,
     /// The axes of the world along which, and then about which, nothing moves it.
     locked: [bool; 6],
 }
@@ -56,36 +67,20 @@ impl World {
             return;
         };
         if rapier.has_own() && !self.bodies.is_empty() {
-            let dt_s = self.settings.dt_s;
-            let around = near(&self.bodies, dt_s, 1.0);
             let first = self.bodies.len();
-            let heaviest_kg = self.bodies.iter().map(|body| body.robot.mass_kg());
-            let heaviest_kg = heaviest_kg.fold(0.0, f64::max);
-            for own in rapier.near(&around, dt_s) {
-                let Some(guest) = rapier.guest(own, heaviest_kg, &self.settings) else {
-                    continue;
-                };
-                let bounds = near(std::slice::from_ref(&guest), dt_s, 1.0);
-                if bounds
-                    .iter()
-                    .any(|of| around.iter().any(|near| near.meets(of)))
-                {
-                    self.bodies.push(guest);
-                }
-            }
+            let found = rapier.guests_of(&self.bodies, &self.settings);
+            self.bodies.extend(found);
             let (here, guests) = self.bodies.split_at(first);
+            let place = |who: &Who| match *who {
+                Who::Robot(index) => (here.get(index)?.free.is_none()).then_some(index),
+                Who::Free(id) => place_among(here, id),
+                Who::Own(own) => Some(first + place_of(guests, own)?),
+            };
             let mut elsewhere = Vec::new();
             for held in std::mem::take(&mut rapier.held) {
-                let a = match held.free {
-                    Some(id) => place_among(here, id),
-                    None => (held.robot < here.len() && here[held.robot].free.is_none())
-                        .then_some(held.robot),
-                };
-                let b = guests
-                    .iter()
-                    .position(|guest| own_of(guest) == Some(held.own));
-                match (a, b) {
-                    (Some(a), Some(b)) => self.reactions.go_on(held.reaction, a, first + b),
+                match (place(&held.a), held.b.as_ref().map(place)) {
+                    (Some(a), None) => self.reactions.go_on(held.reaction, a, None),
+                    (Some(a), Some(Some(b))) => self.reactions.go_on(held.reaction, a, Some(b)),
                     // Another island may have it.
                     _ => elsewhere.push(held),
                 }
@@ -100,34 +95,43 @@ impl World {
         let Some(rapier) = &mut self.rapier else {
             return;
         };
-        for reaction in self.reactions.split_off_partners(first) {
-            let Partner::Of(member) = reaction.b else {
-                continue;
-            };
-            let Some(own) = own_of(&self.bodies[member.body]) else {
-                continue;
-            };
-            let a = reaction.a.body;
-            // What lies on something that another engine moves may not be left alone.
-            if let Some(free) = &mut self.bodies[a].free {
-                free.slow_s = 0.0;
+        let who = |at: usize| match &self.bodies[at].free {
+            None => Who::Robot(at),
+            Some(free) => {
+                (free.guest.as_ref()).map_or(Who::Free(free.id), |guest| Who::Own(guest.own))
             }
-            rapier.held_now.push(Held {
-                robot: a,
-                free: id_of(&self.bodies[a]),
-                own,
-                reaction,
-            });
+        };
+        for reaction in self.reactions.split_off_behind(first) {
+            let b = match reaction.b {
+                Partner::Of(member) => Some(who(member.body)),
+                Partner::Ground | Partner::Itself => None,
+            };
+            let a = who(reaction.a.body);
+            rapier.held_now.push(Held { a, b, reaction });
+        }
+        if self.bodies.len() > first {
+            // What touches something that rapier moves may not be left alone.
+            let free = self.bodies[..first]
+                .iter_mut()
+                .filter_map(|body| body.free.as_mut());
+            free.for_each(|free| free.slow_s = 0.0);
         }
         for body in self.bodies.drain(first..) {
-            let Some((Own::Body(handle), guest)) = own_of(&body).zip(guest_of(&body)) else {
+            let Some((guest, Own::Body(raw))) = guest_of(&body).map(|guest| (guest, guest.own))
+            else {
                 continue;
             };
-            let met = rapier.met.entry(handle).or_default();
-            met.impulse_n_s += guest.impulse_n_s;
-            met.moment_n_m_s += guest.moment_n_m_s;
-            met.change.0 += guest.change.0;
-            met.change.1 += guest.change.1;
+            let met = rapier.met.entry(raw).or_default();
+            met.expected = [body.state.velocity_m_s, body.state.angular_rad_s];
+            let chassis = body.state.floor_from_chassis();
+            let turn = chassis.rotation.to_rotation_matrix();
+            let inertia = turn * body.chassis_mass.inertia_kg_m2 * turn.transpose();
+            let gained = [0, 1].map(|k| met.expected[k] - guest.start[k]);
+            let momentum = [body.chassis_mass.mass_kg * gained[0], inertia * gained[1]];
+            for k in 0..2 {
+                met.impulse[k] += guest.impulse[k];
+                met.over_step[k] += guest.impulse[k] - momentum[k];
+            }
         }
     }
 
@@ -142,6 +146,9 @@ impl World {
             else {
                 continue;
             };
+            if self.bodies[reaction.a.body].is_guest() {
+                continue;
+            }
             let body = &mut self.bodies[b.body];
             let center_m = body.middle.center_m();
             let mean_m_s = body.middle.chassis_velocity_m_s(&reaction.at_m);
@@ -150,16 +157,9 @@ impl World {
             };
             let normal = reaction.impulse.x * reaction.frame[0];
             let impulse_n_s = -(normal + reaction.friction_impulse_n_s());
-            guest.impulse_n_s += impulse_n_s;
-            guest.moment_n_m_s += (reaction.at_m - center_m).cross(&impulse_n_s);
+            guest.impulse[0] += impulse_n_s;
+            guest.impulse[1] += (reaction.at_m - center_m).cross(&impulse_n_s);
             self.energies.outside_j -= impulse_n_s.dot(&mean_m_s);
-        }
-        for (index, body) in self.bodies.iter_mut().enumerate() {
-            if let Some(guest) = body.free.as_mut().and_then(|free| free.guest.as_mut()) {
-                let change = self.reactions.change(index);
-                guest.change.0 += Vector3::from_column_slice(&change[..3]);
-                guest.change.1 += Vector3::from_column_slice(&change[3..6]);
-            }
         }
     }
 
@@ -176,11 +176,128 @@ fn guest_of(body: &Articulated) -> Option<&Guest> {
     body.free.as_ref()?.guest.as_deref()
 }
 
-fn own_of(body: &Articulated) -> Option<Own> {
-    Some(guest_of(body)?.own)
+/// The place of what is one's own among guests.
+fn place_of(guests: &[Articulated], own: Own) -> Option<usize> {
+    guests
+        .iter()
+        .position(|body| guest_of(body).is_some_and(|guest| guest.own == own))
 }
 
 impl InRapier {
+    /// What of one's own is near bodies, and what that touches in rapier, as guests behind these bodies.
+    fn guests_of(&mut self, here: &[Articulated], settings: &Settings) -> Vec<Articulated> {
+        let dt_s = settings.dt_s;
+        let around = near(here, dt_s, 1.0);
+        let heaviest_kg = here.iter().map(|body| body.robot.mass_kg());
+        let heaviest_kg = heaviest_kg.fold(0.0, f64::max);
+        let mut guests = Vec::new();
+        for own in self.near(&around, dt_s) {
+            let Some(guest) = self.guest(own, heaviest_kg, settings) else {
+                continue;
+            };
+            let bounds = near(std::slice::from_ref(&guest), dt_s, 1.0);
+            if bounds
+                .iter()
+                .any(|of| around.iter().any(|near| near.meets(of)))
+            {
+                guests.push(guest);
+            }
+        }
+        let mut at = 0;
+        while at < guests.len() {
+            let touched =
+                guest_of(&guests[at]).map_or_else(Vec::new, |guest| self.touched_by(guest.own));
+            let mut rests = Vec::with_capacity(touched.len());
+            for (own, rest) in touched {
+                let Some(own) = own else {
+                    rests.push(rest);
+                    continue;
+                };
+                let other = place_of(&guests, own).or_else(|| {
+                    if guests.len() >= MOST {
+                        return None;
+                    }
+                    guests.push(self.guest(own, heaviest_kg, settings)?);
+                    Some(guests.len() - 1)
+                });
+                // Each pair once, by the one that stands behind.
+                if let Some(other) = other.filter(|other| *other < at) {
+                    rests.push(Rest {
+                        other: Some(here.len() + other),
+                        ..rest
+                    });
+                }
+            }
+            if let Some(guest) = guests[at]
+                .free
+                .as_mut()
+                .and_then(|free| free.guest.as_mut())
+            {
+                guest.rests = rests;
+            }
+            at += 1;
+        }
+        guests
+    }
+
+    /// The contacts that rapier found for a body of one's own, each with the body that it touches if that is not fixed.
+    fn touched_by(&self, own: Own) -> Vec<(Option<Own>, Rest)> {
+        let mut found = Vec::new();
+        let Own::Body(raw) = own else {
+            return found;
+        };
+        let handle = body_of(raw);
+        let Some(body) = self
+            .world
+            .bodies
+            .get(handle)
+            .filter(|body| body.is_dynamic())
+        else {
+            return found;
+        };
+        for collider in body.colliders() {
+            for pair in self.world.contact_pairs_with(*collider) {
+                for manifold in pair.solver_manifolds() {
+                    let data = &manifold.data;
+                    let is_first = data.rigid_body1 == Some(handle);
+                    let other = if is_first {
+                        data.rigid_body2
+                    } else {
+                        data.rigid_body1
+                    };
+                    let other_body = other.and_then(|other| self.world.bodies.get(other));
+                    let moves = other_body.filter(|other| !other.is_fixed());
+                    let normal = convert::to_f64(data.normal);
+                    for contact in data.solver_contacts.iter() {
+                        let (anchor, other_anchor) = if is_first {
+                            (contact.anchor1, contact.anchor2)
+                        } else {
+                            (contact.anchor2, contact.anchor1)
+                        };
+                        let out = if is_first { -normal } else { normal };
+                        let at = in_world(body, anchor);
+                        let other_at = other_body
+                            .filter(|other| other.is_dynamic())
+                            .map_or(other_anchor, |other| in_world(other, other_anchor));
+                        let gap_m = out.dot(&convert::to_f64(at - other_at));
+                        let rest = Rest {
+                            in_guest_m: convert::to_f64(anchor),
+                            normal: out,
+                            gap_m: gap_m.max(0.0),
+                            other: None,
+                            friction: f64::from(data.friction),
+                        };
+                        let own = moves
+                            .and(other)
+                            .map(|other| Own::Body(other.into_raw_parts()));
+                        found.push((own, rest));
+                    }
+                }
+            }
+        }
+        found
+    }
+
     /// What of one's own may be near to bounds in the coming step, in a fixed order.
     fn near(&self, around: &[Bounds], dt_s: f64) -> BTreeSet<Own> {
         let mut found = BTreeSet::new();
@@ -261,7 +378,10 @@ impl InRapier {
                     let body_from_collider = collider.position_wrt_parent();
                     shapes_of(collider, *body_from_collider.unwrap_or(&Pose::IDENTITY))
                 });
-                (Seen::of(body, settings.dt_s), shapes.collect())
+                (
+                    Seen::of(body, self.world.gravity, settings.dt_s),
+                    shapes.collect(),
+                )
             }
             Own::Collider(handle) => {
                 let (index, generation) = handle;
@@ -273,22 +393,13 @@ impl InRapier {
         };
         let mut guest = seen.built(own, shapes, settings);
         seen.hold(&mut guest, heaviest_kg);
-        let mut velocities = seen.velocities;
+        let velocities = seen.velocities;
         if let Own::Body(handle) = own {
             let met = self.met.entry(handle).or_default();
             if !std::mem::replace(&mut met.is_here, true) {
-                *met = Met {
-                    before: velocities,
-                    by_rapier: met.by_rapier,
-                    foreseen: met.foreseen,
-                    is_here: true,
-                    ..Met::default()
-                };
+                (met.impulse, met.over_step) = Default::default();
             }
-            // What met it before in this step.
-            velocities.0 += met.change.0;
-            velocities.1 += met.change.1;
-            guest.pushes.push(seen.foreseen(met, settings.dt_s));
+            guest.pushes.push(seen.acts(met, settings.dt_s));
         }
         for state in [
             &mut guest.state,
@@ -312,11 +423,12 @@ impl Seen {
                 inertia_kg_m2: Matrix3::identity(),
             },
             velocities: (Vector3::zeros(), Vector3::zeros()),
+            force: Twin::default(),
             locked: [true; 6],
         }
     }
 
-    fn of(body: &RigidBody, dt_s: f64) -> Self {
+    fn of(body: &RigidBody, gravity: Vector, dt_s: f64) -> Self {
         let of = &body.mass_properties().local_mprops;
         let mut seen = Self::fixed(body.position());
         seen.mass.center_of_mass_m = convert::to_f64(of.local_com);
@@ -324,6 +436,8 @@ impl Seen {
         if !body.is_dynamic() {
             return seen;
         }
+        let weight = body.mass() * body.gravity_scale() * gravity;
+        seen.force = [weight + body.user_force(), body.user_torque()].map(convert::to_f64);
         let flags = body.locked_axes();
         let weighs = of.inv_mass > 0.0;
         let turns = of.inv_principal_inertia.cmpgt(Vector::ZERO).all();
@@ -373,7 +487,12 @@ impl Seen {
             slow_s: 0.0,
             from_robots: Vector3::zeros(),
             work_j: 0.0,
-            guest: Some(Box::new(Guest::of(own))),
+            guest: Some(Box::new(Guest {
+                own,
+                start: self.velocities.into(),
+                rests: Vec::new(),
+                impulse: Twin::default(),
+            })),
         }));
         guest
     }
@@ -409,14 +528,14 @@ impl Seen {
         guest.mechanics.attached = Some(Box::new(Attached::new(inertia, &Vector3::zeros())));
     }
 
-    /// What rapier will do to it, as a push in the step.
-    fn foreseen(&self, met: &Met, dt_s: f64) -> ActingPush {
+    /// What will act on it in rapier besides contacts, as a push in the step.
+    fn acts(&self, met: &Met, dt_s: f64) -> ActingPush {
         let turn = self.floor_from_body.rotation.to_rotation_matrix();
         let inertia = turn * self.mass.inertia_kg_m2 * turn.transpose();
         ActingPush {
-            force_n: self.mass.mass_kg * met.foreseen.0 / dt_s,
+            force_n: self.force[0] + self.mass.mass_kg * met.foreseen[0] / dt_s,
             lever_m: Vector3::zeros(),
-            moment_n_m: inertia * met.foreseen.1 / dt_s,
+            moment_n_m: self.force[1] + inertia * met.foreseen[1] / dt_s,
         }
     }
 }
@@ -473,4 +592,9 @@ fn velocities(body: &RigidBody, dt_s: f64) -> (Vector3<f64>, Vector3<f64>) {
 /// The handle of a body by its key.
 pub(super) fn body_of((index, generation): Raw) -> RigidBodyHandle {
     RigidBodyHandle::from_raw_parts(index, generation)
+}
+
+/// A place of a body, from its centre of mass along its own axes, in the world.
+fn in_world(body: &RigidBody, anchor: Vector) -> Vector {
+    body.center_of_mass() + body.rotation() * anchor
 }
