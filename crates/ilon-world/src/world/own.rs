@@ -191,7 +191,11 @@ impl World {
         rapier.world.gravity = convert::vector(&self.gravity_in_world_m_s2());
         let dt_s = self.settings.dt_s;
         rapier.world.integration_parameters.dt = dt_s as Real;
-        rapier.step_with_impulses(&self.ground, dt_s);
+        if rapier.is_at_rest() {
+            rapier.look(&self.ground);
+        } else {
+            rapier.step_with_impulses(&self.ground, dt_s);
+        }
         self.rapier = Some(rapier);
     }
 }
@@ -200,6 +204,13 @@ impl InRapier {
     /// Whether there is anything of one's own.
     fn has_own(&self) -> bool {
         self.world.colliders.len() > self.links.len() || !self.world.bodies.is_empty()
+    }
+
+    /// Whether all sleeps, and nothing has been pushed.
+    fn is_at_rest(&self) -> bool {
+        let is_pushed = self.met.values().any(|met| met.impulse != Twin::default());
+        let are_soft = self.world.soft_bodies().next().is_some();
+        !is_pushed && !are_soft && self.world.active_bodies().next().is_none()
     }
 
     /// Finds what is where, without moving anything.
