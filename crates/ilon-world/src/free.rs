@@ -9,6 +9,7 @@ use ilon_robot::{Chassis, Collision, CollisionShape, MassProperties, Robot, Scal
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector2, Vector3};
 
 use crate::WorldError;
+use crate::world::own::Own;
 
 /// A free body of a world, as long as it is not removed, and in the world's copies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -61,6 +62,9 @@ pub struct FreeBody {
     pub angular_rad_s: Vector3<f64>,
 }
 
+/// The least gravity by which units are counted, in m/s^2: a tenth of the earth's, as of robots.
+pub(crate) const LEAST_GRAVITY_M_S2: f64 = 0.981;
+
 /// What an articulated body that is a free one has beside its state.
 #[derive(Clone, Debug)]
 pub(crate) struct Free {
@@ -74,6 +78,35 @@ pub(crate) struct Free {
     pub from_robots: Vector3<f64>,
     /// Work that robots have done on it, in J.
     pub work_j: f64,
+    /// What it is where rapier moves it.
+    pub guest: Option<Box<Guest>>,
+}
+
+/// What a free body has that takes part in a step, but that rapier moves.
+#[derive(Clone, Debug)]
+pub(crate) struct Guest {
+    /// What it is there.
+    pub own: Own,
+    /// Its velocity and angular velocity when the step began, in m/s and rad/s.
+    pub start: [Vector3<f64>; 2],
+    /// The contacts that rapier found for it.
+    pub rests: Vec<Rest>,
+    /// What what ilon moves did to it in the step so far: impulse in N s, and moment about its centre of mass in N m s.
+    pub impulse: [Vector3<f64>; 2],
+}
+
+/// A contact that rapier found for a guest.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rest {
+    /// Where, from the guest's centre of mass along its own axes, in metres.
+    pub in_guest_m: Vector3<f64>,
+    /// Unit vector in the world out of what it touches.
+    pub normal: Vector3<f64>,
+    /// Distance in metres; 0 where it is in it.
+    pub gap_m: f64,
+    /// The place among the step's bodies of the guest that it touches; `None` of what is fixed.
+    pub other: Option<usize>,
+    pub friction: f64,
 }
 
 impl FreeShape {
@@ -211,8 +244,6 @@ impl FreeBody {
 
     /// Its own units: half the side of a cube of its volume stands for a wheel's radius, and a quarter of its mass for a wheel's load.
     pub(crate) fn scale(&self, gravity_m_s2: f64) -> Scale {
-        /// A tenth of the earth's, as of robots.
-        const LEAST_GRAVITY_M_S2: f64 = 0.981;
         Scale {
             length_m: 0.5 * libm::cbrt(self.shape.volume_m3()),
             load_kg: 0.25 * self.mass_kg,

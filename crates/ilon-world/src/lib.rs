@@ -14,6 +14,7 @@
 //! contact/response.rs           how the bodies answer: W = Z Z^T, a row z = L^-T J^T as sparse as its way to the root
 //! contact/problem/              the impulses that hold all laws at once: Newton, then sweeps (solver.rs); split.rs
 //! world/advance.rs              rates take the impulses, work is counted, poses move on with the mean of the rates
+//! world/own.rs                  rapier takes the same step with bodies of a program's own, if there are any
 //! ```
 //!
 //! # Where things are
@@ -31,6 +32,7 @@
 //! | motor and gear on a wheel, within a step | `motor_torque.rs`, `robot/drive.rs`, `contact/problem/curve.rs` |
 //! | pushes, payloads, seized rollers | `world/disturbance.rs` |
 //! | boxes, cylinders and spheres that can be pushed | `free.rs`, `world/free/`; where they touch: `contact/{free_body_search,solid}.rs` |
+//! | bodies of a program's own, moved by rapier | `world/own/` |
 //! | what of a robot parry finds near the ground | `robot/shapes.rs`; places of two robots: `contact/chassis_search.rs` |
 //! | what worlds of one robot share | `robot/shared_robot.rs` |
 //! | rapier moving everything, as a cross-check | `reference/` |
@@ -46,7 +48,9 @@
 //! - **All contacts are springs of one stiffness**, so that loads are shared as mechanics says. It is a share of the robot's own units
 //!   ([`ilon_robot::Scale`]), as every threshold is.
 //! - **A free body is one more body of the same problem**, without joints: the same f64 dynamics, laws and balances as a robot's, exact
-//!   momentum, and no second solver whose errors would stand between the two. rapier's sets are handed out as a view ([`World::in_rapier`]).
+//!   momentum, and no second solver whose errors would stand between the two.
+//! - **Bodies of a program's own are rapier's** ([`World::rapier_mut`]), of any shape and with joints. Where one is near it takes part in the step as one more
+//!   body of the same problem; what contacts did to it there acts in rapier's step that follows.
 //! - **Work is impulse times mean velocity**, which is exact for a step of constant inertia: the energy balance closes, and what is left
 //!   shows the step's error.
 //! - **Wheel loops act within the step**, unless they are sampled: torque falls as the wheel gains rate, as a damping in the mass matrix.
@@ -70,12 +74,13 @@ pub use error::WorldError;
 pub use free::{FreeBody, FreeBodyId, FreeShape};
 pub use ground::{Floor, FloorSurface, Footing, GroundBox, Nap, Patch, Relief, Stribeck};
 pub use motor_torque::{MotorTorque, TorqueBounds};
+pub use rapier3d;
 pub use robot::energy::Energy;
 pub use robot::shared_robot::SharedRobot;
 pub use settings::{
     ContactSolver, RollerBodies, Settings, contact_relaxation_s, contact_stiffness_n_m,
 };
 pub use world::{
-    Body, BodyId, BodyMut, BodyState, FreeBodyState, InRapier, Payload, PlaceMotion, Push, RayHit,
-    World, WorldObject,
+    Body, BodyId, BodyMut, BodyState, FreeBodyState, Payload, PlaceMotion, Push, RayHit, World,
+    WorldObject,
 };

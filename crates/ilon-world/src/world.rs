@@ -8,6 +8,7 @@ mod disturbance;
 mod equilibrium;
 mod free;
 mod in_rapier;
+pub(crate) mod own;
 mod standing;
 #[cfg(test)]
 mod tests;
@@ -29,7 +30,7 @@ use crate::{ContactSolver, Floor, MotorTorque, Settings, WorldError};
 pub use body::{Body, BodyId, BodyMut, BodyState, PlaceMotion};
 pub use disturbance::Push;
 use free::islands::Islands;
-pub use free::{FreeBodyState, InRapier, RayHit, WorldObject};
+pub use free::{FreeBodyState, RayHit, WorldObject};
 
 /// Robots on the ground, in most worlds one, and free bodies beside them.
 ///
@@ -49,6 +50,8 @@ pub struct World {
     islands: Islands,
     /// What the bodies and the ground do to one another.
     reactions: Reactions,
+    /// Bodies of a program's own, in rapier, where it has asked for them.
+    rapier: Option<Box<own::InRapier>>,
     energies: Energies,
     /// By how much the laws of contact were broken in the step.
     residual_m_s: f64,
@@ -130,6 +133,7 @@ impl World {
             reference,
             islands: Islands::default(),
             reactions: Reactions::default(),
+            rapier: None,
             energies: Energies::default(),
             residual_m_s: 0.0,
             steps: 0,
@@ -140,15 +144,19 @@ impl World {
 
     /// Advances the world by one physics step; in parts, where [`Settings::split_dt_s`] says so.
     pub fn step(&mut self) {
+        self.look_in_rapier();
         self.regroup();
         self.residual_m_s = 0.0;
         self.step_together();
         self.step_islands();
+        self.step_in_rapier();
         self.steps += 1;
     }
 
     /// Steps what is solved together.
     fn step_together(&mut self) {
+        let hosts = self.bodies.len();
+        self.seat_guests();
         for body in &mut self.bodies {
             if let Some(free) = &mut body.free {
                 free.from_robots = Vector3::zeros();
@@ -187,6 +195,7 @@ impl World {
             body.pushes.clear();
             body.motors.fill(MotorTorque::constant(0.0));
         }
+        self.dismiss_guests(hosts);
     }
 
     /// In how many parts the coming step is taken.

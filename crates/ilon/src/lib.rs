@@ -108,6 +108,28 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # Bodies of one's own
+//! ```
+//! # std::env::set_current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).unwrap();
+//! use ilon::simulate::{Plant, WheelCommand};
+//! use ilon::world::rapier3d::prelude::*;
+//!
+//! let scenario = ilon::Scenario::load("assets/scenarios/mecanum4_lateral.toml")?;
+//! let mut plant = Plant::of_scenario(&scenario)?;
+//! let rapier = plant.rapier_mut()?;
+//! let place = |x| RigidBodyBuilder::dynamic().translation(Vector::new(x, 0.0, 0.1));
+//! let shape = || ColliderBuilder::cuboid(0.1, 0.1, 0.1).mass(1.0).friction(0.3);
+//! let (cart, _) = rapier.insert(place(0.5), shape());
+//! let (trailer, _) = rapier.insert(place(0.8), shape());
+//! let hitch = SphericalJointBuilder::new().local_anchor1(Vector::X * 0.15).local_anchor2(-Vector::X * 0.15);
+//! rapier.insert_impulse_joint(cart, trailer, hitch);
+//! plant.advance(WheelCommand::Rates(&[6.0; 4]), 2.0)?;
+//! let rapier = plant.world().rapier().expect("it was asked for");
+//! println!("the trailer is at x = {:.2} m", rapier.bodies[trailer].translation().x);
+//! # assert!(rapier.bodies[trailer].translation().x > 0.85);
+//! # Ok::<(), ilon::Error>(())
+//! ```
+//!
 //! # A trace that was written
 //! ```
 //! # std::env::set_current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).unwrap();

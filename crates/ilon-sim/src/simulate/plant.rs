@@ -5,6 +5,7 @@ use std::sync::Arc;
 use ilon_control::{BodySense, Desired, Kinematics, TorqueShares};
 use ilon_robot::{Pose, Robot};
 use ilon_trace::{Storage, Truth};
+use ilon_world::rapier3d::prelude::PhysicsWorld;
 use ilon_world::{ContactSolver, Floor, MotorTorque, Payload, Push, Settings, SharedRobot, World};
 use nalgebra::{Matrix6, Vector3};
 
@@ -720,6 +721,14 @@ impl Plant {
     /// The world as it is now: contacts, energies, rollers.
     pub fn world(&self) -> &World {
         &self.world
+    }
+
+    /// The world in rapier, to put bodies of one's own into that the robot pushes and that push it: see [`World::rapier_mut`].
+    ///
+    /// # Errors
+    /// [`Error::World`] where rapier solves the robot's contacts.
+    pub fn rapier_mut(&mut self) -> Result<&mut PhysicsWorld, Error> {
+        Ok(self.world.rapier_mut()?)
     }
 
     /// The robot.

@@ -96,6 +96,7 @@ impl Scene<'_> {
                 travel_m_s: Vector3::zeros(),
                 on_barrel: false,
                 gap_ahead_m: gap_m,
+                friction: None,
             });
         });
         thin(
@@ -410,6 +411,7 @@ impl Scene<'_> {
             travel_m_s: travel_m_s - nearest.normal * nearest.normal.dot(&travel_m_s),
             on_barrel: true,
             gap_ahead_m: nearest.normal.dot(&(ahead.place_m - nearest.place_m)),
+            friction: None,
         }
     }
 
@@ -460,6 +462,7 @@ impl Scene<'_> {
                     travel_m_s: Vector3::zeros(),
                     on_barrel: false,
                     gap_ahead_m: gap_m,
+                    friction: None,
                 });
             });
     }

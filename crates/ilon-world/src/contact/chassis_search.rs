@@ -65,6 +65,7 @@ impl Scenes<'_> {
                             travel_m_s: Vector3::zeros(),
                             on_barrel: false,
                             gap_ahead_m: 0.0,
+                            friction: None,
                         });
                     }
                 }

@@ -1,6 +1,6 @@
 //! Where free bodies are near the ground, near robots and near one another.
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 use crate::contact::bounds::Bounds;
 use crate::contact::candidate::{Candidate, Turning};
@@ -22,38 +22,89 @@ impl Scenes<'_> {
             return;
         }
         for scene in self.each().filter(|scene| scene.body.free.is_some()) {
-            let Some(solid) = solids(scene.body, scene.middle).next() else {
-                continue;
+            self.find_rests(&scene, found);
+            let shapes = scene.body.robot.shapes().iter();
+            for (solid, shape) in solids(scene.body, scene.middle).zip(shapes) {
+                let own = Own {
+                    scene: &scene,
+                    solid: &solid,
+                    bounds: solid.bounds(),
+                    friction: shape.friction,
+                };
+                self.find_around(own, room, found);
+            }
+        }
+    }
+
+    /// Adds the places where a guest touches what is rapier's.
+    fn find_rests(&self, scene: &Scene<'_>, found: &mut Vec<Candidate>) {
+        let guest = scene
+            .body
+            .free
+            .as_ref()
+            .and_then(|free| free.guest.as_ref());
+        let rests = guest.map_or(&[][..], |guest| &guest.rests);
+        found.extend(rests.iter().map(|rest| {
+            let place = scene.middle.floor_from_chassis() * Point3::from(rest.in_guest_m);
+            let near = Near {
+                place_m: place.coords,
+                normal: rest.normal,
+                gap_m: rest.gap_m,
+                is_corner: false,
             };
-            let own = (&scene, &solid, solid.bounds());
+            let other = rest.other.map(|other| self.of(other));
+            Candidate {
+                friction: Some(rest.friction),
+                ..candidate((scene, None), other.as_ref(), &near)
+            }
+        }));
+    }
+
+    fn find_around(&self, own: Own<'_>, room: &mut Workspace, found: &mut Vec<Candidate>) {
+        // rapier knows where guests touch the ground and one another.
+        let is_guest = own.scene.body.is_guest();
+        if !is_guest {
             find_ground(own, found);
-            for other in self.each() {
-                if other.body.free.is_none() {
-                    find_robot(&other, own, room, found);
-                } else if other.index < scene.index {
-                    find_between_chassis(&other, own, found);
-                }
+        }
+        for other in self.each() {
+            if other.body.free.is_none() {
+                find_robot(&other, own, room, found);
+            } else if other.index < own.scene.index && !(is_guest && other.body.is_guest()) {
+                find_between_chassis(&other, own, found);
             }
         }
     }
 
     /// The friction of a contact where the ground has so much: of free bodies the lowest of what touches, but against robots their own.
     pub fn friction_between(&self, place: &Candidate, of_ground: f64) -> f64 {
+        if let (true, Some(friction)) = (self.bodies[place.a.body].is_guest(), place.friction) {
+            return friction;
+        }
         let free = |body: usize| self.bodies[body].free.as_deref();
         let of_a = free(place.a.body);
         let Partner::Of(b) = place.b else {
             return of_a.map_or(of_ground, |of| of.friction.min(of_ground));
         };
         match (of_a, free(b.body)) {
-            (Some(one), Some(other)) => one.friction.min(other.friction),
-            (Some(free), None) | (None, Some(free)) => free.friction_on_robots,
+            (Some(one), Some(other)) => one.friction.min(place.friction.unwrap_or(other.friction)),
+            (Some(free), None) | (None, Some(free)) => {
+                place.friction.unwrap_or(free.friction_on_robots)
+            }
             (None, None) => of_ground,
         }
     }
 }
 
-/// A free body, its shape, and what that is within.
-type Own<'a> = (&'a Scene<'a>, &'a Solid<'a>, Bounds);
+/// A shape of a free body.
+#[derive(Clone, Copy)]
+struct Own<'a> {
+    scene: &'a Scene<'a>,
+    solid: &'a Solid<'a>,
+    /// What it is within.
+    bounds: Bounds,
+    /// The shape's own friction, if it has one.
+    friction: Option<f64>,
+}
 
 /// The shapes of a robot's chassis and of its bodies on joints, each with its joint, or the shape of a free body, in a state.
 pub(crate) fn parts<'a, 's>(
@@ -112,7 +163,13 @@ fn within_m(one: &Scene<'_>, other: &Scene<'_>) -> f64 {
     NEAR * one.scale.length_m.max(other.scale.length_m) + of(one) + of(other)
 }
 
-fn find_ground((scene, solid, bounds): Own<'_>, found: &mut Vec<Candidate>) {
+fn find_ground(own: Own<'_>, found: &mut Vec<Candidate>) {
+    let Own {
+        scene,
+        solid,
+        bounds,
+        ..
+    } = own;
     let within_m = NEAR * scene.scale.length_m + travel_m(scene.body, scene.before, scene.dt_s);
     let around = bounds.grown(within_m);
     let first = found.len();
@@ -129,13 +186,17 @@ fn find_ground((scene, solid, bounds): Own<'_>, found: &mut Vec<Candidate>) {
     thin((found, first), scene.middle.floor_from_chassis(), region_m);
 }
 
-fn find_between_chassis(a: &Scene<'_>, (b, solid, bounds): Own<'_>, found: &mut Vec<Candidate>) {
+fn find_between_chassis(a: &Scene<'_>, own: Own<'_>, found: &mut Vec<Candidate>) {
+    let b = own.scene;
     let within_m = within_m(a, b);
-    let around = bounds.grown(within_m);
+    let around = own.bounds.grown(within_m);
     for (joint, part) in parts(a.body, a.middle) {
         if part.bounds().meets(&around) {
-            part.near(solid, within_m, |near| {
-                found.push(candidate((a, joint), Some(b), &near));
+            part.near(own.solid, within_m, |near| {
+                found.push(Candidate {
+                    friction: own.friction,
+                    ..candidate((a, joint), Some(b), &near)
+                });
             });
         }
     }
@@ -143,7 +204,12 @@ fn find_between_chassis(a: &Scene<'_>, (b, solid, bounds): Own<'_>, found: &mut 
 
 fn find_robot(robot: &Scene<'_>, own: Own<'_>, room: &mut Workspace, found: &mut Vec<Candidate>) {
     find_between_chassis(robot, own, found);
-    let (scene, solid, bounds) = own;
+    let Own {
+        scene,
+        solid,
+        bounds,
+        friction,
+    } = own;
     let Some(piece) = solid.piece() else {
         return;
     };
@@ -158,6 +224,7 @@ fn find_robot(robot: &Scene<'_>, own: Own<'_>, room: &mut Workspace, found: &mut
         robot.find_on_piece(wheel, (piece.clone(), within_m), room, &mut of_wheel);
         found.extend(of_wheel.drain(..).map(|place| Candidate {
             b: Partner::Of(scene.member(Part::Chassis)),
+            friction,
             ..place
         }));
     }
@@ -192,5 +259,6 @@ fn candidate(
         travel_m_s: Vector3::zeros(),
         on_barrel: false,
         gap_ahead_m: near.gap_m,
+        friction: None,
     }
 }

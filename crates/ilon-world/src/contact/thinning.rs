@@ -73,6 +73,7 @@ mod tests {
             travel_m_s: Vector3::zeros(),
             on_barrel: false,
             gap_ahead_m: gap_m,
+            friction: None,
         }
     }
 

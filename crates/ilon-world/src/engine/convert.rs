@@ -1,6 +1,6 @@
 //! Between the project's f64 and nalgebra and rapier's f32 and glam.
 
-use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Quaternion, UnitQuaternion, Vector3};
 use rapier3d::math::{Matrix, Pose, Real, Rotation, Vector};
 
 pub(crate) fn vector(v: &Vector3<f64>) -> Vector {
@@ -22,4 +22,15 @@ pub(crate) fn matrix(m: &Matrix3<f64>) -> Matrix {
 
 pub(crate) fn to_f64(v: Vector) -> Vector3<f64> {
     Vector3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z))
+}
+
+pub(crate) fn to_matrix(m: Matrix) -> Matrix3<f64> {
+    Matrix3::from_columns(&[to_f64(m.x_axis), to_f64(m.y_axis), to_f64(m.z_axis)])
+}
+
+pub(crate) fn isometry(pose: &Pose) -> Isometry3<f64> {
+    let q = pose.rotation;
+    let [w, i, j, k] = [q.w, q.x, q.y, q.z].map(f64::from);
+    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
+    Isometry3::from_parts(to_f64(pose.translation).into(), rotation)
 }

@@ -176,6 +176,20 @@ impl Articulated {
 }
 
 impl Articulated {
+    /// Whether rapier moves it: only its contacts are solved here.
+    pub fn is_guest(&self) -> bool {
+        self.free.as_ref().is_some_and(|free| free.guest.is_some())
+    }
+
+    /// What of a gravity in m/s^2 pulls it here: nothing pulls a guest, for its weight is among what rapier does to it.
+    pub fn pulled_by(&self, gravity: &Vector3<f64>) -> Vector3<f64> {
+        if self.is_guest() {
+            Vector3::zeros()
+        } else {
+            *gravity
+        }
+    }
+
     /// Its kinetic energy, in J.
     pub fn kinetic_j(&self) -> f64 {
         let robot = (&*self.robot, &self.chassis_mass);

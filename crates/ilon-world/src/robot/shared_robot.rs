@@ -3,7 +3,7 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
-use ilon_robot::{BodyJoint, Collision, JointKind, MassProperties, Robot, Wheel};
+use ilon_robot::{BodyJoint, Chassis, Collision, JointKind, MassProperties, Robot, Wheel};
 use nalgebra::{Isometry3, Vector3};
 use parry3d::shape::SharedShape;
 
@@ -50,9 +50,30 @@ pub(crate) struct BodyShape {
     /// Its pose in the frame of that joint, or in the body frame.
     pub carrier_from_shape: Isometry3<f64>,
     pub shape: SharedShape,
+    /// The friction of the shape of a guest; `None` where the body says it.
+    pub friction: Option<f64>,
 }
 
 impl SharedRobot {
+    /// A body without joints or wheels, of shapes of its own.
+    pub(crate) fn of_one(chassis: Chassis, shapes: Vec<BodyShape>) -> Self {
+        let robot = Robot {
+            name: chassis.name.clone(),
+            chassis,
+            joints: Vec::new(),
+            couplings: Vec::new(),
+            wheels: Vec::new(),
+            remarks: Vec::new(),
+        };
+        let tree = tree_of(&robot, &robot.chassis.mass, std::iter::empty());
+        Self(Arc::new(Shared {
+            rollers: Vec::new(),
+            tree: Arc::new(tree),
+            shapes,
+            robot,
+        }))
+    }
+
     /// The rollers of all wheels, at rest.
     pub(crate) fn rollers_at_rest(&self) -> Vec<Vec<RollerState>> {
         self.0.rollers.iter().map(|of| at_rest(of)).collect()
@@ -80,6 +101,7 @@ fn shapes_of(robot: &Robot) -> Vec<BodyShape> {
                 None => body_from_shape,
             },
             shape,
+            friction: None,
         });
         shapes.collect::<Vec<_>>()
     };

@@ -36,6 +36,7 @@ impl World {
         }
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         for body in &mut self.bodies {
+            let gravity = body.pulled_by(&gravity);
             body.move_freely(&gravity, dt_s);
             body.find_shapes(&self.ground);
         }
@@ -49,16 +50,21 @@ impl World {
             body.take_reactions(index, &self.reactions, dt_s);
             let lands = self.reactions.sinks_m(index, dt_s) > SINKS * body.scale.length_m;
             let lands = lands || body.sets_out || body.passes_stops(dt_s);
+            let gravity = body.pulled_by(&gravity);
             body.move_on(lands, &gravity, dt_s, &mut self.energies);
         }
         self.count_motors(dt_s);
         self.count_joints(dt_s);
         self.count_pushing();
+        self.count_guests();
         self.read_contacts(dt_s);
         for (index, body) in self.bodies.iter_mut().enumerate() {
             let lost_j = body.run_bearings(&gravity, dt_s) + self.reactions.bearings_took_j(index);
             self.energies.bearing_j += lost_j;
-            self.energies.outside_j += body.pushes_did_j(dt_s) - body.attached_took_j(dt_s);
+            // What guests have is not this world's energy.
+            if !body.is_guest() {
+                self.energies.outside_j += body.pushes_did_j(dt_s) - body.attached_took_j(dt_s);
+            }
         }
     }
 
@@ -125,6 +131,9 @@ impl World {
         self.energies.treads_j = self.reactions.treads_j();
         self.energies.impact_j += self.reactions.released_j();
         for reaction in self.reactions.all() {
+            if self.bodies[reaction.a.body].is_guest() {
+                continue;
+            }
             self.bodies[reaction.a.body].support.add(reaction);
             let taken = match reaction.a.part {
                 Part::Hub(_)

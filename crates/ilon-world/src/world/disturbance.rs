@@ -136,6 +136,7 @@ impl World {
     pub fn set_friction(&mut self, friction: Option<f64>, patches: &[Patch]) {
         self.ground.set_friction(friction, patches);
         self.wake_all();
+        self.wake_own();
     }
 
     /// Lets the ground lean from now on: gravity pulls along a direction in the floor's frame, of any length, in place of the one the floor was
@@ -150,6 +151,7 @@ impl World {
         };
         let before_j = self.potential_j();
         self.ground.lean(down);
+        self.wake_own();
         self.energies.outside_j += self.potential_j() - before_j;
     }
 

@@ -18,7 +18,7 @@ use crate::robot::shared_robot::SharedRobot;
 use crate::settings::ContactSpring;
 use crate::{ContactSolver, WorldError};
 use islands::place_among;
-pub use queries::{InRapier, RayHit, WorldObject};
+pub use queries::{RayHit, WorldObject};
 
 /// A free body as it is after the last step, in the world's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,6 +93,7 @@ impl World {
             slow_s: 0.0,
             from_robots: Vector3::zeros(),
             work_j: 0.0,
+            guest: None,
         }));
         built
     }

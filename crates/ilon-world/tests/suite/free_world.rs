@@ -1,6 +1,7 @@
 //! Free bodies by their identities: put in, taken out, asleep, copied, seen, refused.
 
 use ilon_robot::Pose;
+use ilon_world::rapier3d::prelude::{QueryFilter, Ray, Vector};
 use ilon_world::{
     ContactSolver, Floor, FreeBody, FreeShape, GroundBox, Patch, Relief, Settings, World,
     WorldError, WorldObject,
@@ -213,9 +214,20 @@ fn rays_see_robots_bodies_and_ground() {
     assert!((wall.distance_m - 2.4).abs() < 1e-6);
     assert!(world.cast_ray(from, Vector3::z(), 10.0).is_none());
     assert!(world.cast_ray(from, Vector3::x(), 2.3).is_none());
-    let sets = world.in_rapier();
-    // A chassis and four wheels; plane and wall have no body.
-    assert_eq!((sets.bodies.len(), sets.colliders.len()), (5, 7));
+    assert!(world.rapier().is_none());
+    let rapier = world.rapier_mut().expect("ilon solves the contacts");
+    // A chassis and four wheels, the plane and the wall.
+    assert_eq!((rapier.bodies.len(), rapier.colliders.len()), (0, 7));
+    let of = |world: &World, x: f32| {
+        let rapier = world.rapier().expect("it was asked for");
+        let ray = Ray::new(Vector::new(0.5, 0.0, 0.06), Vector::new(x, 0.0, 0.0));
+        let (hit, far_m) = rapier.cast_ray(&ray, 10.0, true, QueryFilter::default())?;
+        Some((world.object_in_rapier(hit)?, far_m))
+    };
+    let (object, far_m) = of(&world, -1.0).expect("the robot");
+    assert!(matches!(object, WorldObject::Robot(_)) && (far_m - 0.3).abs() < 1e-6);
+    let (object, far_m) = of(&world, 1.0).expect("the wall");
+    assert!(object == WorldObject::Ground && (far_m - 2.4).abs() < 1e-6);
 }
 
 /// What cannot be, or cannot begin where it is put, is refused with what to do.

@@ -12,6 +12,7 @@ mod laws;
 mod motors;
 mod nap;
 mod on_the_brink;
+mod own;
 mod play;
 mod reach;
 mod reference;

@@ -128,6 +128,8 @@ impl Reactions {
             let gap_m = contact.gap_before_m;
             let (approach_m_s, compliance) = match &press {
                 Some(press) => (press.softness.bias_m_s, press.softness.compliance),
+                // rapier lets its contacts be some way in one another.
+                None if scene.body.is_guest() => (place.gap_m / dt_s, compliance),
                 None if gap_m > 0.0 => (gap_m / dt_s, compliance),
                 None => {
                     // No faster than what the spring was loaded with, and a little.

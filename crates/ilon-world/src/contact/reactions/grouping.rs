@@ -17,6 +17,24 @@ impl Reactions {
         self.error = self.error.max(other.error);
     }
 
+    /// Adds one of the last step between A and B, as they are numbered now.
+    pub fn go_on(&mut self, mut reaction: Reaction, a: usize, b: Option<usize>) {
+        reaction.a.body = a;
+        if let (Partner::Of(member), Some(b)) = (&mut reaction.b, b) {
+            member.body = b;
+        }
+        self.all.push(reaction);
+    }
+
+    /// Takes out those of bodies that stand behind so many.
+    pub fn split_off_behind(&mut self, first: usize) -> Vec<Reaction> {
+        let is_behind = |reaction: &mut Reaction| {
+            let of_b = matches!(reaction.b, Partner::Of(member) if member.body >= first);
+            of_b || reaction.a.body >= first
+        };
+        self.all.extract_if(.., is_behind).collect()
+    }
+
     /// Keeps those of some bodies, as they are numbered among these, and gives those of the others. What was between the two is forgotten.
     pub fn split_off(&mut self, keeps: impl Fn(usize) -> bool) -> Self {
         let renumbered = |body: usize| (0..body).filter(|of| keeps(*of) == keeps(body)).count();

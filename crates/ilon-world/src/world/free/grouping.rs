@@ -94,11 +94,20 @@ impl World {
     /// Joins what comes near to each other, until nothing does.
     fn put_together(&mut self) {
         let dt_s = self.settings.dt_s;
+        let own = self.own_that_moves();
+        // Two that a body of a program's own is between are solved together, too.
+        let meet = |one: &[Bounds], other: &[Bounds]| {
+            let is_between = |of: &Bounds| {
+                let of = std::slice::from_ref(of);
+                meet(of, one) && meet(of, other)
+            };
+            meet(one, other) || own.iter().any(is_between)
+        };
         loop {
             let robots = near(&self.bodies, dt_s, 1.0);
             let all = self.islands.awake.iter();
             let islands: Vec<Vec<Bounds>> = all.map(|of| near(&of.bodies, dt_s, 1.0)).collect();
-            let woken = self.woken_by(std::iter::once(&robots).chain(&islands));
+            let woken = self.woken_by([&robots, &own].into_iter().chain(&islands));
             if !woken.is_empty() {
                 for home in woken {
                     let island = self.islands.wake(home);

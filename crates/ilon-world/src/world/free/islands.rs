@@ -235,12 +235,12 @@ pub(super) fn absorb(
 }
 
 /// The identity of a free body; `None` of a robot.
-pub(super) fn id_of(body: &Articulated) -> Option<FreeBodyId> {
+pub(in crate::world) fn id_of(body: &Articulated) -> Option<FreeBodyId> {
     body.free.as_ref().map(|free| free.id)
 }
 
 /// The place of a free body among bodies.
-pub(super) fn place_among(bodies: &[Articulated], id: FreeBodyId) -> Option<usize> {
+pub(in crate::world) fn place_among(bodies: &[Articulated], id: FreeBodyId) -> Option<usize> {
     bodies.iter().position(|body| id_of(body) == Some(id))
 }
 
@@ -255,7 +255,7 @@ fn bounds(body: &Articulated) -> Bounds {
 }
 
 /// Around each of some bodies, as far as it may be near to another in the coming step; some times as far.
-pub(super) fn near(bodies: &[Articulated], dt_s: f64, times: f64) -> Vec<Bounds> {
+pub(in crate::world) fn near(bodies: &[Articulated], dt_s: f64, times: f64) -> Vec<Bounds> {
     let around = |body: &Articulated| {
         let rates = body.state.wheel_rates_rad_s().iter().zip(&body.wheels);
         let rims_m_s = rates.map(|(rate, wheel)| rate.abs() * wheel.reach_m);
@@ -273,7 +273,7 @@ pub(super) fn meet(some: &[Bounds], others: &[Bounds]) -> bool {
 }
 
 /// As f32 has it, and no smaller.
-pub(super) fn rounded(bounds: &Bounds) -> Aabb {
+pub(in crate::world) fn rounded(bounds: &Bounds) -> Aabb {
     /// More than the rounding of a coordinate, of its size.
     const ROUNDED: f64 = 1e-6;
     let far_m = bounds.least_m.amax().max(bounds.most_m.amax());

@@ -1,4 +1,4 @@
-//! A world as others see it: by rays, and as rapier's sets.
+//! A world as others see it: every shape in it, and what a ray meets.
 
 use ilon_robot::RollerForm;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
@@ -6,7 +6,7 @@ use parry3d::query::Ray;
 use rapier3d::prelude::*;
 
 use super::islands::id_of;
-use crate::contact::free_body_search::parts;
+use crate::contact::free_body_search::solids;
 use crate::contact::solid::Solid;
 use crate::engine::convert;
 use crate::free::FreeBodyId;
@@ -15,7 +15,7 @@ use crate::world::World;
 use crate::world::body::BodyId;
 
 /// What of a world is seen at a place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum WorldObject {
     /// The ground and what stands on it for good.
@@ -38,39 +38,6 @@ pub struct RayHit {
     pub place_m: Vector3<f64>,
     /// Unit normal out of what it meets, in the world.
     pub normal: Vector3<f64>,
-}
-
-/// A world in rapier's sets, as it is after the last step: for its queries, its debug renderer, or a world of one's own.
-///
-/// Robots and free bodies are kinematic bodies with their colliders and velocities: rapier moves none of them. It is a copy, in f32, from
-/// the world's origin.
-#[non_exhaustive]
-pub struct InRapier {
-    /// A body for each shape of a chassis or of a body on a joint, for each wheel and each free body.
-    pub bodies: RigidBodySet,
-    /// Their shapes, and those of the ground, which have no body.
-    pub colliders: ColliderSet,
-    /// What each collider is of.
-    pub objects: Vec<(ColliderHandle, WorldObject)>,
-}
-
-/// A shape in the world with how it moves: velocity of a place that is given, and of its turning.
-struct Part {
-    shape: SharedShape,
-    floor_from_shape: Isometry3<f64>,
-    velocity_m_s: Vector3<f64>,
-    angular_rad_s: Vector3<f64>,
-}
-
-impl Part {
-    fn still(solid: &Solid<'_>) -> Self {
-        Self {
-            shape: solid.shape.clone(),
-            floor_from_shape: solid.floor_from_shape,
-            velocity_m_s: Vector3::zeros(),
-            angular_rad_s: Vector3::zeros(),
-        }
-    }
 }
 
 impl World {
@@ -112,68 +79,41 @@ impl World {
         nearest
     }
 
-    /// The world as rapier's sets.
-    pub fn in_rapier(&self) -> InRapier {
-        let (mut bodies, mut colliders) = (RigidBodySet::new(), ColliderSet::new());
-        let mut all = Vec::new();
-        self.each_part(|object, part| {
-            let collider = ColliderBuilder::new(part.shape);
-            let pose = convert::pose(&part.floor_from_shape);
-            let handle = if object == WorldObject::Ground {
-                colliders.insert(collider.position(pose))
-            } else {
-                let body = RigidBodyBuilder::kinematic_velocity_based()
-                    .pose(pose)
-                    .linvel(convert::vector(&part.velocity_m_s))
-                    .angvel(convert::vector(&part.angular_rad_s));
-                colliders.insert_with_parent(collider, bodies.insert(body), &mut bodies)
-            };
-            all.push((handle, object));
-        });
-        InRapier {
-            bodies,
-            colliders,
-            objects: all,
-        }
-    }
-
-    /// Shows every shape of the world.
-    fn each_part(&self, mut show: impl FnMut(WorldObject, Part)) {
+    /// Shows every shape of ilon's in the world, and what it is of.
+    pub(in crate::world) fn each_part(&self, mut show: impl FnMut(WorldObject, Solid<'_>)) {
         if self.ground.is_solid_below() {
-            let plane = SharedShape::halfspace(Vector::Z);
-            let floor_from_shape = Isometry3::identity();
-            show(
-                WorldObject::Ground,
-                Part::still(&Solid {
-                    shape: &plane,
-                    floor_from_shape,
-                }),
-            );
+            let plane = Solid {
+                shape: &SharedShape::halfspace(Vector::Z),
+                floor_from_shape: Isometry3::identity(),
+            };
+            show(WorldObject::Ground, plane);
         }
         for solid in self.ground.solids() {
-            show(WorldObject::Ground, Part::still(&solid));
+            show(WorldObject::Ground, solid);
         }
         let all = self.bodies.iter().chain(self.islands.bodies());
         for (index, body) in all.enumerate() {
             let object = id_of(body).map_or(WorldObject::Robot(BodyId(index)), WorldObject::Free);
-            for (joint, solid) in parts(body, &body.state) {
-                let at_m = solid.floor_from_shape.translation.vector;
-                let part = Part {
-                    velocity_m_s: body.state.carrier_velocity_m_s(joint, &at_m),
-                    angular_rad_s: body.state.carrier_rates(joint),
-                    ..Part::still(&solid)
-                };
-                show(object, part);
+            for solid in solids(body, &body.state) {
+                show(object, solid);
             }
             for wheel in 0..body.wheels.len() {
-                show(object, wheel_of(body, wheel));
+                let (floor_from_shape, shape) = wheel_of(body, wheel);
+                let shape = &shape;
+                show(
+                    object,
+                    Solid {
+                        shape,
+                        floor_from_shape,
+                    },
+                );
             }
         }
     }
 }
 
 /// A wheel as a cylinder around its rollers.
-fn wheel_of(body: &Articulated, wheel: usize) -> Part {
+fn wheel_of(body: &Articulated, wheel: usize) -> (Isometry3<f64>, SharedShape) {
     let (hub, of) = (&body.state.hubs()[wheel], &body.robot.wheels[wheel]);
     let half_m = of.rollers.iter().map(|roller| {
         let along = roller.axis_in_hub.z.abs();
@@ -186,13 +126,10 @@ fn wheel_of(body: &Articulated, wheel: usize) -> Part {
     let half_m = half_m.fold(0.0, f64::max).max(1e-3 * of.radius_m);
     let rotation = nalgebra::Rotation3::from_matrix_unchecked(hub.rotation);
     let z_to_y = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
-    Part {
-        shape: SharedShape::cylinder(half_m as Real, of.radius_m as Real),
-        floor_from_shape: Isometry3::from_parts(
-            hub.center_m.into(),
-            UnitQuaternion::from_rotation_matrix(&rotation) * z_to_y,
-        ),
-        velocity_m_s: body.state.hub_center_velocity_m_s(wheel),
-        angular_rad_s: body.state.hub_rate(wheel),
-    }
+    let floor_from_shape = Isometry3::from_parts(
+        hub.center_m.into(),
+        UnitQuaternion::from_rotation_matrix(&rotation) * z_to_y,
+    );
+    let shape = SharedShape::cylinder(half_m as Real, of.radius_m as Real);
+    (floor_from_shape, shape)
 }
