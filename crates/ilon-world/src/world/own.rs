@@ -191,6 +191,8 @@ impl World {
         rapier.world.gravity = convert::vector(&self.gravity_in_world_m_s2());
         let dt_s = self.settings.dt_s;
         rapier.world.integration_parameters.dt = dt_s as Real;
+        rapier.held = std::mem::take(&mut rapier.held_now);
+        (rapier.met).retain(|_, met| std::mem::take(&mut met.is_here));
         if rapier.is_at_rest() {
             rapier.look(&self.ground);
         } else {
@@ -207,10 +209,16 @@ impl InRapier {
     }
 
     /// Whether all sleeps, and nothing has been pushed.
-    fn is_at_rest(&self) -> bool {
+    pub(super) fn is_at_rest(&self) -> bool {
         let is_pushed = self.met.values().any(|met| met.impulse != Twin::default());
         let are_soft = self.world.soft_bodies().next().is_some();
         !is_pushed && !are_soft && self.world.active_bodies().next().is_none()
+    }
+
+    /// How many contacts of guests are kept.
+    #[cfg(test)]
+    pub(super) fn kept(&self) -> usize {
+        self.held.len() + self.held_now.len()
     }
 
     /// Finds what is where, without moving anything.
@@ -223,8 +231,6 @@ impl InRapier {
     /// Takes a step in which guests get what their contacts did to them. What balances what rapier will do acts as a force over the step, and the
     /// rest at once: so a guest has from the beginning the velocity with which ilon's laws count its way, and what rests is left at rest.
     fn step_with_impulses(&mut self, ground: &Ground, dt_s: f64) {
-        self.held = std::mem::take(&mut self.held_now);
-        self.met.retain(|_, met| std::mem::take(&mut met.is_here));
         let mut loaded = Vec::with_capacity(self.met.len());
         for (raw, met) in &self.met {
             let handle = body_of(*raw);
@@ -260,15 +266,10 @@ impl InRapier {
             let Some(body) = self.world.bodies.get(body_of(*raw)) else {
                 continue;
             };
-            let joints = &self.world.impulse_joints;
             let handle = body_of(*raw);
-            let is_joined = joints.attached_enabled_joints(handle).next().is_some()
-                || self
-                    .world
-                    .multibody_joints
-                    .rigid_body_link(handle)
-                    .is_some();
-            if !is_joined {
+            let (joints, links) = (&self.world.impulse_joints, &self.world.multibody_joints);
+            let mut joined = joints.attached_enabled_joints(handle);
+            if joined.next().is_none() && links.rigid_body_link(handle).is_none() {
                 (met.missed, met.foreseen) = Default::default();
                 continue;
             }

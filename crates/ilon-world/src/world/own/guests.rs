@@ -220,8 +220,9 @@ impl InRapier {
                     guests.push(self.guest(own, heaviest_kg, settings)?);
                     Some(guests.len() - 1)
                 });
-                // Each pair once, by the one that stands behind.
-                if let Some(other) = other.filter(|other| *other < at) {
+                // Each pair once, by the one that stands behind, or by the one that rapier moves.
+                let is_ours = |other: &usize| *other < at || !self.moves(own);
+                if let Some(other) = other.filter(is_ours) {
                     rests.push(Rest {
                         other: Some(here.len() + other),
                         ..rest
@@ -240,62 +241,72 @@ impl InRapier {
         guests
     }
 
+    /// Whether rapier moves what is one's own by forces.
+    fn moves(&self, own: Own) -> bool {
+        self.moved(own).is_some()
+    }
+
+    /// A body that rapier moves by forces.
+    fn moved(&self, own: Own) -> Option<&RigidBody> {
+        let Own::Body(raw) = own else {
+            return None;
+        };
+        let body = self.world.bodies.get(body_of(raw))?;
+        body.is_dynamic().then_some(body)
+    }
+
     /// The contacts that rapier found for a body of one's own, each with the body that it touches if that is not fixed.
     fn touched_by(&self, own: Own) -> Vec<(Option<Own>, Rest)> {
-        let mut found = Vec::new();
-        let Own::Body(raw) = own else {
-            return found;
+        let Some(body) = self.moved(own) else {
+            return Vec::new();
         };
-        let handle = body_of(raw);
-        let Some(body) = self
-            .world
-            .bodies
-            .get(handle)
-            .filter(|body| body.is_dynamic())
-        else {
-            return found;
+        let colliders = body.colliders().iter();
+        let pairs = colliders.flat_map(|collider| self.world.contact_pairs_with(*collider));
+        let manifolds = pairs.flat_map(|pair| pair.solver_manifolds());
+        let contacts = manifolds.flat_map(|manifold| {
+            let (data, of) = (&manifold.data, &manifold.data.solver_contacts);
+            of.iter().map(move |contact| self.rest(own, data, contact))
+        });
+        contacts.collect()
+    }
+
+    /// A contact that rapier found for a body of one's own, and the body that it touches if that is not fixed.
+    fn rest(
+        &self,
+        own: Own,
+        data: &ContactManifoldData,
+        contact: &SolverContact,
+    ) -> (Option<Own>, Rest) {
+        let as_own = |body: Option<RigidBodyHandle>| body.map(|of| Own::Body(of.into_raw_parts()));
+        let bodies = [data.rigid_body1, data.rigid_body2].map(as_own);
+        let anchors = [contact.anchor1, contact.anchor2];
+        let (this, other) = if bodies[0] == Some(own) {
+            (0, 1)
+        } else {
+            (1, 0)
         };
-        for collider in body.colliders() {
-            for pair in self.world.contact_pairs_with(*collider) {
-                for manifold in pair.solver_manifolds() {
-                    let data = &manifold.data;
-                    let is_first = data.rigid_body1 == Some(handle);
-                    let other = if is_first {
-                        data.rigid_body2
-                    } else {
-                        data.rigid_body1
-                    };
-                    let other_body = other.and_then(|other| self.world.bodies.get(other));
-                    let moves = other_body.filter(|other| !other.is_fixed());
-                    let normal = convert::to_f64(data.normal);
-                    for contact in data.solver_contacts.iter() {
-                        let (anchor, other_anchor) = if is_first {
-                            (contact.anchor1, contact.anchor2)
-                        } else {
-                            (contact.anchor2, contact.anchor1)
-                        };
-                        let out = if is_first { -normal } else { normal };
-                        let at = in_world(body, anchor);
-                        let other_at = other_body
-                            .filter(|other| other.is_dynamic())
-                            .map_or(other_anchor, |other| in_world(other, other_anchor));
-                        let gap_m = out.dot(&convert::to_f64(at - other_at));
-                        let rest = Rest {
-                            in_guest_m: convert::to_f64(anchor),
-                            normal: out,
-                            gap_m: gap_m.max(0.0),
-                            other: None,
-                            friction: f64::from(data.friction),
-                        };
-                        let own = moves
-                            .and(other)
-                            .map(|other| Own::Body(other.into_raw_parts()));
-                        found.push((own, rest));
-                    }
-                }
+        // rapier keeps a place on what it moves along that body's axes, and any other in the world.
+        let place = |k: usize| match bodies[k].and_then(|own| self.moved(own)) {
+            Some(body) => body.center_of_mass() + body.rotation() * anchors[k],
+            None => anchors[k],
+        };
+        // rapier's normal points out of the first.
+        let normal = convert::to_f64(data.normal) * if this == 0 { -1.0 } else { 1.0 };
+        let gap_m = normal.dot(&convert::to_f64(place(this) - place(other)));
+        let is_fixed = |own: &Own| match own {
+            Own::Body(raw) => {
+                (self.world.bodies.get(body_of(*raw))).is_none_or(RigidBody::is_fixed)
             }
-        }
-        found
+            Own::Collider(_) => true,
+        };
+        let rest = Rest {
+            in_guest_m: convert::to_f64(anchors[this]),
+            normal,
+            gap_m: gap_m.max(0.0),
+            other: None,
+            friction: f64::from(data.friction),
+        };
+        (bodies[other].filter(|own| !is_fixed(own)), rest)
     }
 
     /// What of one's own may be near to bounds in the coming step, in a fixed order.
@@ -592,9 +603,4 @@ fn velocities(body: &RigidBody, dt_s: f64) -> (Vector3<f64>, Vector3<f64>) {
 /// The handle of a body by its key.
 pub(super) fn body_of((index, generation): Raw) -> RigidBodyHandle {
     RigidBodyHandle::from_raw_parts(index, generation)
-}
-
-/// A place of a body, from its centre of mass along its own axes, in the world.
-fn in_world(body: &RigidBody, anchor: Vector) -> Vector {
-    body.center_of_mass() + body.rotation() * anchor
 }

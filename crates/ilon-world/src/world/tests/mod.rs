@@ -1,6 +1,7 @@
 //! What only the inside of a world shows.
 
 mod off_the_flat;
+mod own;
 mod two_bodies;
 
 use ilon_formats::LoadRobot;
