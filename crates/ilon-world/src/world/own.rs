@@ -209,7 +209,7 @@ impl InRapier {
     }
 
     /// Whether all sleeps, and nothing has been pushed.
-    pub(super) fn is_at_rest(&self) -> bool {
+    fn is_at_rest(&self) -> bool {
         let is_pushed = self.met.values().any(|met| met.impulse != Twin::default());
         let are_soft = self.world.soft_bodies().next().is_some();
         !is_pushed && !are_soft && self.world.active_bodies().next().is_none()
