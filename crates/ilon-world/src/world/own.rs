@@ -274,8 +274,8 @@ impl InRapier {
                 continue;
             }
             let after = [body.linvel(), body.angvel()].map(convert::to_f64);
-            for k in 0..2 {
-                let missed = after[k] - met.expected[k] + met.foreseen[k];
+            for (k, after) in after.iter().enumerate() {
+                let missed = after - met.expected[k] + met.foreseen[k];
                 let lasts = lasting(&missed, &met.missed[k]);
                 met.foreseen[k] += FOLLOWS * (lasts - met.foreseen[k]);
                 met.missed[k] = missed;

@@ -128,9 +128,9 @@ impl World {
             let inertia = turn * body.chassis_mass.inertia_kg_m2 * turn.transpose();
             let gained = [0, 1].map(|k| met.expected[k] - guest.start[k]);
             let momentum = [body.chassis_mass.mass_kg * gained[0], inertia * gained[1]];
-            for k in 0..2 {
+            for (k, gains) in momentum.iter().enumerate() {
                 met.impulse[k] += guest.impulse[k];
-                met.over_step[k] += guest.impulse[k] - momentum[k];
+                met.over_step[k] += guest.impulse[k] - gains;
             }
         }
     }
