@@ -209,7 +209,7 @@ impl InRapier {
     }
 
     /// Whether all sleeps, and nothing has been pushed.
-    pub(super) fn is_at_rest(&self) -> bool {
+    fn is_at_rest(&self) -> bool {
         let is_pushed = self.met.values().any(|met| met.impulse != Twin::default());
         let are_soft = self.world.soft_bodies().next().is_some();
         !is_pushed && !are_soft && self.world.active_bodies().next().is_none()
@@ -274,8 +274,8 @@ impl InRapier {
                 continue;
             }
             let after = [body.linvel(), body.angvel()].map(convert::to_f64);
-            for k in 0..2 {
-                let missed = after[k] - met.expected[k] + met.foreseen[k];
+            for (k, after) in after.iter().enumerate() {
+                let missed = after - met.expected[k] + met.foreseen[k];
                 let lasts = lasting(&missed, &met.missed[k]);
                 met.foreseen[k] += FOLLOWS * (lasts - met.foreseen[k]);
                 met.missed[k] = missed;

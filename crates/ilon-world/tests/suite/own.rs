@@ -254,33 +254,6 @@ fn what_is_fixed_or_moved_by_a_program_pushes_robots() {
     }
 }
 
-/// A wall that a program moves presses a box against a robot that holds its wheels: the robot feels through the box that the wall does not give way,
-/// and is taken along with both.
-#[test]
-fn a_moved_wall_pushes_a_robot_through_a_body() {
-    let mut world = world(&Floor::default(), 1e-3);
-    let id = put(&mut world, 0.1, 0.5, [-FRONT_M - 0.06, 0.0, 0.05], 0.3);
-    let rapier = world.rapier_mut().expect("ilon solves the contacts");
-    let moved = RigidBodyBuilder::kinematic_velocity_based()
-        .linvel(Vector::new(0.1, 0.0, 0.0))
-        .translation(Vector::new(-FRONT_M - 0.2, 0.0, 0.2));
-    let (wall, _) = rapier.insert(moved, ColliderBuilder::cuboid(0.05, 0.3, 0.2).friction(0.3));
-    for _ in 0..3000 {
-        world.step();
-    }
-    let x_m = |world: &World, of| f64::from(body(world, of).translation().x);
-    let state = world.robot().state();
-    println!(
-        "{state:?} box {} wall {}",
-        x_m(&world, id),
-        x_m(&world, wall)
-    );
-    assert!((state.twist_in_body.vx_m_s - 0.1).abs() < 6e-3);
-    // Wall, box and robot stand behind one another, within rapier's own softness.
-    assert!((x_m(&world, id) - x_m(&world, wall) - 0.1).abs() < 2e-3);
-    assert!((state.pose.x_m - f64::from(FRONT_M) - x_m(&world, id) - 0.05).abs() < 2e-2);
-}
-
 /// Everything that can be read of a robot and of the bodies of one's own, as bits.
 fn bits(world: &World) -> Vec<u64> {
     let pose = world.robot().state().pose;

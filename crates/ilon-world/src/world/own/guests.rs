@@ -128,9 +128,9 @@ impl World {
             let inertia = turn * body.chassis_mass.inertia_kg_m2 * turn.transpose();
             let gained = [0, 1].map(|k| met.expected[k] - guest.start[k]);
             let momentum = [body.chassis_mass.mass_kg * gained[0], inertia * gained[1]];
-            for k in 0..2 {
+            for (k, gains) in momentum.iter().enumerate() {
                 met.impulse[k] += guest.impulse[k];
-                met.over_step[k] += guest.impulse[k] - momentum[k];
+                met.over_step[k] += guest.impulse[k] - gains;
             }
         }
     }
@@ -285,10 +285,14 @@ impl InRapier {
         } else {
             (1, 0)
         };
-        // rapier keeps a place on what it moves along that body's axes, and any other in the world.
-        let place = |k: usize| match bodies[k].and_then(|own| self.moved(own)) {
-            Some(body) => body.center_of_mass() + body.rotation() * anchors[k],
-            None => anchors[k],
+        // rapier keeps a place on what moves along that body's axes, and any other in the world.
+        let handles = [data.rigid_body1, data.rigid_body2];
+        let place = |k: usize| {
+            let body = handles[k].and_then(|handle| self.world.bodies.get(handle));
+            match body.filter(|body| !body.is_fixed()) {
+                Some(body) => body.center_of_mass() + body.rotation() * anchors[k],
+                None => anchors[k],
+            }
         };
         // rapier's normal points out of the first.
         let normal = convert::to_f64(data.normal) * if this == 0 { -1.0 } else { 1.0 };
