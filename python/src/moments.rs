@@ -1,7 +1,7 @@
 //! What is known of a robot at one moment, with numpy arrays for what has several numbers.
 
 use ilon::robot::{Pose, Twist};
-use ilon::simulate::{Plant, Seen};
+use ilon::simulate::{Measurements, Plant};
 use ilon::trace;
 use ilon::world::{BodyState, FreeBodyState, WheelContact};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
@@ -27,12 +27,12 @@ fn of_twist(twist: &Twist) -> [f64; 3] {
 #[pyclass(frozen, module = "ilon")]
 pub struct Observation {
     t_s: f64,
-    seen: Seen,
+    seen: Measurements,
 }
 
 impl Observation {
     /// What was seen at a time in seconds.
-    pub fn new(t_s: f64, seen: Seen) -> Self {
+    pub fn new(t_s: f64, seen: Measurements) -> Self {
         Self { t_s, seen }
     }
 }

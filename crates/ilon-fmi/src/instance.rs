@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use ilon_files::FileAccess;
-use ilon_sim::simulate::Seen;
+use ilon_sim::simulate::Measurements;
 use ilon_sim::world::BodyState;
 use ilon_sim::{Error, Plant, Scenario, WheelCommand};
 
@@ -34,7 +34,7 @@ pub struct Instance {
     phase: Phase,
     plant: Plant,
     body: BodyState,
-    seen: Seen,
+    seen: Measurements,
     /// What is set now, and what the plant was given of it.
     values: Vec<f64>,
     given: Vec<f64>,

@@ -1,7 +1,7 @@
 //! One variable, and the table that it is in.
 
 use ilon_sim::Plant;
-use ilon_sim::simulate::Seen;
+use ilon_sim::simulate::Measurements;
 use ilon_sim::world::BodyState;
 
 use crate::value::Value;
@@ -52,7 +52,7 @@ pub(crate) enum Slot {
 pub(crate) struct Now<'a> {
     pub plant: &'a Plant,
     pub body: &'a BodyState,
-    pub seen: &'a Seen,
+    pub seen: &'a Measurements,
 }
 
 impl std::fmt::Debug for Now<'_> {

@@ -43,6 +43,6 @@ pub use ilon_world as world;
 pub use error::{Error, RobotFault, ScenarioFault, reason};
 pub use scenario::Scenario;
 pub use simulate::{
-    Commanded, Controller, Driver, JointCommand, Moment, Outcome, Plant, Resolved, Run, Seen,
-    Simulation, Snapshot, WheelCommand, load_robot, resolve, resolve_for, run,
+    Commanded, Controller, Driver, JointCommand, Measurements, Moment, Outcome, Plant, Resolved,
+    Run, Simulation, Snapshot, WheelCommand, load_robot, resolve, resolve_for, run,
 };

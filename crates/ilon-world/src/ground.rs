@@ -19,19 +19,19 @@ use crate::engine::convert;
 pub(crate) use anchor::{Anchor, Grip};
 pub use floor::{Floor, GroundBox, Patch, Relief};
 pub(crate) use height_field::HeightField;
-pub use surface::{FloorSurface, Footing, Nap, Stribeck};
+pub use surface::{ContactSurface, FloorSurface, Nap, Stribeck};
 
 /// What a running world needs to know of its ground: a body that never moves.
 #[derive(Clone)]
 pub(crate) struct Ground {
     has_plane: bool,
     /// What it is where there is no patch, to all of no material that `materials` names.
-    built: Footing,
+    built: ContactSurface,
     /// The friction that holds in place of all that it was built with, but on patches.
     set_friction: Option<f64>,
     /// Materials of rollers, and what the ground is to each of them where there is no patch.
     materials: Vec<String>,
-    footings: Vec<Footing>,
+    footings: Vec<ContactSurface>,
     patches: Vec<Patch>,
     solids: Vec<Solid>,
     /// The relief among them.
@@ -80,7 +80,7 @@ impl Ground {
                 })
                 .collect(),
             has_plane: floor.relief.is_none(),
-            built: Footing {
+            built: ContactSurface {
                 friction: floor.friction,
                 surface: floor.surface,
             },
@@ -209,22 +209,22 @@ impl Ground {
     }
 
     /// What the ground is at a place in the floor's frame, to rollers of a material.
-    pub fn footing_at(&self, in_floor_m: &Vector3<f64>, material: Option<&str>) -> Footing {
+    pub fn footing_at(&self, in_floor_m: &Vector3<f64>, material: Option<&str>) -> ContactSurface {
         // Nearly all floors are the same to all rollers.
         let index = if self.materials.is_empty() {
             None
         } else {
             material.and_then(|name| self.materials.iter().position(|known| known == name))
         };
-        let of_material = |footings: &[Footing]| footings.get(index?).copied();
+        let of_material = |footings: &[ContactSurface]| footings.get(index?).copied();
         let mut footing = match self.patch_at(in_floor_m) {
-            Some(patch) => of_material(&patch.footings).unwrap_or(Footing {
+            Some(patch) => of_material(&patch.footings).unwrap_or(ContactSurface {
                 friction: patch.friction,
                 surface: patch.surface,
             }),
             None => {
                 let built = of_material(&self.footings).unwrap_or(self.built);
-                Footing {
+                ContactSurface {
                     friction: self.set_friction.unwrap_or(built.friction),
                     ..built
                 }

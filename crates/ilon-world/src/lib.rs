@@ -72,7 +72,7 @@ pub use contact::support::Support;
 pub use contact::wheel_contact::WheelContact;
 pub use error::WorldError;
 pub use free::{FreeBody, FreeBodyId, FreeShape};
-pub use ground::{Floor, FloorSurface, Footing, GroundBox, Nap, Patch, Relief, Stribeck};
+pub use ground::{ContactSurface, Floor, FloorSurface, GroundBox, Nap, Patch, Relief, Stribeck};
 pub use motor_torque::{MotorTorque, TorqueBounds};
 pub use rapier3d;
 pub use robot::energy::Energy;

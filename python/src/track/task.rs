@@ -2,7 +2,7 @@
 
 use ilon::control::{Kinematics, Reference, SpeedLimits};
 use ilon::robot::{Pose, Robot, Twist, wrap_angle};
-use ilon::simulate::{Driver, Plant, Resolved, Seen, load_robot, resolve_for};
+use ilon::simulate::{Driver, Measurements, Plant, Resolved, load_robot, resolve_for};
 use ilon::{Error, Scenario};
 
 use crate::scenario::{Settings, as_settings};
@@ -323,7 +323,7 @@ impl Task {
     /// Writes what the robot sees of itself and its path.
     pub fn see(
         &self,
-        seen: &Seen,
+        seen: &Measurements,
         reference: &Reference,
         t_s: f64,
         action: &[f32],

@@ -2,12 +2,12 @@
 
 use ilon_robot::Robot;
 use ilon_trace::{Ground, GroundPatch, GroundRamp, GroundRelief};
-use ilon_world::{Floor, Footing, GroundBox, Relief};
+use ilon_world::{ContactSurface, Floor, GroundBox, Relief};
 use nalgebra::{Vector2, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-use super::surface::Footings;
+use super::surface::ContactSurfaces;
 use super::timed_patch::TimedPatch;
 use super::{height_map, roughness};
 use crate::Error;
@@ -47,8 +47,8 @@ pub(super) fn floor(
             pitch_rad: ramp.pitch_rad,
         }
     });
-    let footings = Footings::new(scenario, robot)?;
-    let Footing { friction, surface } = footings.floor()[0];
+    let footings = ContactSurfaces::new(scenario, robot)?;
+    let ContactSurface { friction, surface } = footings.floor()[0];
     Ok(Floor {
         friction,
         slope_rad,
@@ -66,7 +66,7 @@ pub(super) fn floor(
 /// # Errors
 /// Where a pair of materials is not named.
 pub(super) fn patches(scenario: &Scenario, robot: &Robot) -> Result<Vec<TimedPatch>, Error> {
-    Footings::new(scenario, robot)?.patches()
+    ContactSurfaces::new(scenario, robot)?.patches()
 }
 
 /// The ground of a scenario under a robot as a trace keeps it, with what [`uneven`] says.
@@ -79,7 +79,7 @@ pub(super) fn ground(
     uneven: Option<&GroundRelief>,
 ) -> Result<Ground, Error> {
     let section = &scenario.world.floor;
-    let footings = Footings::new(scenario, robot)?;
+    let footings = ContactSurfaces::new(scenario, robot)?;
     Ok(Ground {
         friction: footings.floor()[0].friction,
         slope_rad: section.slope_deg.to_radians(),

@@ -56,6 +56,6 @@ pub use plant::{Outcome, Plant, Snapshot};
 pub use recorder::Recorder;
 pub use resolve::{Driver, Resolved, resolve, resolve_for};
 pub use run::{Progress, Run};
-pub use sensors::Seen;
+pub use sensors::Measurements;
 pub use simulation::{Simulation, run};
 pub use twist_profile::TwistProfile;

@@ -13,7 +13,7 @@ use super::command::{Commanded, Decided, WheelCommand};
 use super::guidance::guidance;
 use super::hubs::Hubs;
 use super::playback::{Asked, Log, Placing};
-use super::sensors::Seen;
+use super::sensors::Measurements;
 use super::twist_profile::TwistProfile;
 use crate::Error;
 use crate::scenario::{self, ReferencePoint, Scenario};
@@ -68,7 +68,7 @@ pub struct Moment<'a> {
     /// Time since the start of the run, in seconds.
     pub t_s: f64,
     /// What the robot's sensors say.
-    pub seen: &'a Seen,
+    pub seen: &'a Measurements,
     /// The scenario's `[reference]` at the time, if it has one.
     pub desired: Option<&'a Desired>,
     /// The robot.
@@ -145,7 +145,7 @@ impl Pilot {
     }
 
     /// Decides anew, from the time and what the robot knows.
-    pub fn decide(&mut self, t_s: f64, seen: &Seen) {
+    pub fn decide(&mut self, t_s: f64, seen: &Measurements) {
         self.stand(&seen.joint_positions);
         if let Some(contact) = &mut self.contact {
             contact.update(&seen.wheel_angles_rad);

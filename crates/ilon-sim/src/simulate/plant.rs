@@ -18,7 +18,7 @@ use super::faults::{Faults, LostMotor};
 use super::floor;
 use super::joint_targets::JointTargets;
 use super::resolve::Resolved;
-use super::sensors::{Seen, Sensors};
+use super::sensors::{Measurements, Sensors};
 use super::storage::StorageAccount;
 use crate::{Error, scenario};
 
@@ -220,7 +220,7 @@ impl Plant {
     }
 
     /// What the robot's sensors say now. Asked again at the same moment, they say the same.
-    pub fn observe(&mut self) -> &Seen {
+    pub fn observe(&mut self) -> &Measurements {
         let step = self.clock.steps() + 1;
         if self.sensed != step {
             self.sensed = step;
@@ -655,7 +655,7 @@ impl Plant {
     }
 
     /// What the sensors said when they looked last.
-    pub(super) fn seen(&self) -> &Seen {
+    pub(super) fn seen(&self) -> &Measurements {
         self.sensors.seen()
     }
 

@@ -21,7 +21,7 @@ use crate::{Error, scenario};
 /// What the robot knows at one moment.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Seen {
+pub struct Measurements {
     /// The newest pose that has arrived; with fusion, the pose now by the filter.
     pub pose: Pose,
     /// The wheels' rates, in rad/s.
@@ -35,7 +35,7 @@ pub struct Seen {
     pub imu: Option<ImuSample>,
 }
 
-impl Seen {
+impl Measurements {
     /// A robot at rest, its wheels at angle zero.
     pub(super) fn at(pose: Pose, wheel_count: usize) -> Self {
         Self {
@@ -49,7 +49,7 @@ impl Seen {
 }
 
 /// What the encoders say: the wheels' angles and the joints' positions.
-fn counted(seen: &Seen) -> (&[f64], &[f64]) {
+fn counted(seen: &Measurements) -> (&[f64], &[f64]) {
     (&seen.wheel_angles_rad, &seen.joint_positions)
 }
 
@@ -65,7 +65,7 @@ pub(super) struct Sensors {
     imu: Option<Imu>,
     /// Whether the fusion takes the turn from the gyroscope.
     by_gyroscope: bool,
-    seen: Seen,
+    seen: Measurements,
     /// Of each joint between bodies, whether the robot knows where it is.
     measured_joints: Vec<bool>,
     miscounts: Vec<Miscount>,
@@ -136,7 +136,7 @@ impl Sensors {
             on_the_way: VecDeque::new(),
             poses_taken: 0,
             fusion,
-            seen: Seen::at(start, wheel_count),
+            seen: Measurements::at(start, wheel_count),
             measured_joints: hubs::measured(robot),
             miscounts: vec![Miscount::default(); wheel_count],
             pose_noise: stream(1),
@@ -224,7 +224,7 @@ impl Sensors {
     }
 
     /// What the robot knows now.
-    pub fn seen(&self) -> &Seen {
+    pub fn seen(&self) -> &Measurements {
         &self.seen
     }
 

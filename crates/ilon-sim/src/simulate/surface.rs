@@ -1,7 +1,7 @@
 //! What floor and patches of a scenario are to the rollers of its robot: by keys of their own, or by pairs of materials.
 
 use ilon_robot::Robot;
-use ilon_world::{FloorSurface, Footing, Nap, Patch, Stribeck};
+use ilon_world::{ContactSurface, FloorSurface, Nap, Patch, Stribeck};
 use nalgebra::Vector2;
 
 use super::timed_patch::TimedPatch;
@@ -9,16 +9,16 @@ use crate::Error;
 use crate::scenario::{self, Across, Against, FloorPatch, MaterialPair, Scenario, Sliding};
 
 /// What the ground is to each kind of rollers.
-pub(super) struct Footings<'s> {
+pub(super) struct ContactSurfaces<'s> {
     scenario: &'s Scenario,
     /// The materials of the robot's rollers, that of the first wheel first; a single `None` where the ground is of no material.
     rollers: Vec<Option<String>>,
     /// What the floor is to each of them.
-    floor: Vec<Footing>,
+    floor: Vec<ContactSurface>,
 }
 
 /// What says how ground grips, drags and creeps along its nap, and what is otherwise by direction.
-struct Said {
+struct GroundLaw {
     friction: f64,
     rolling_resistance: f64,
     radius_exponent: f64,
@@ -28,7 +28,7 @@ struct Said {
     against: Option<Against>,
 }
 
-impl<'s> Footings<'s> {
+impl<'s> ContactSurfaces<'s> {
     /// # Errors
     /// [`Error::Invalid`] where the ground is of a material and rollers are of none, or a pair is not named.
     pub fn new(scenario: &'s Scenario, robot: &Robot) -> Result<Self, Error> {
@@ -52,9 +52,9 @@ impl<'s> Footings<'s> {
         let floor = rollers.iter().map(|rollers| {
             let said = match section.material.as_deref().zip(rollers.as_deref()) {
                 Some((on, rollers)) => {
-                    Said::by_pair(&pair(scenario, rollers, on, "world.floor.material")?)
+                    GroundLaw::by_pair(&pair(scenario, rollers, on, "world.floor.material")?)
                 }
-                None => Said::by_floor(section),
+                None => GroundLaw::by_floor(section),
             };
             Ok(said.footing(nap_deg))
         });
@@ -66,7 +66,7 @@ impl<'s> Footings<'s> {
     }
 
     /// What the floor is to each kind of rollers; there is one at least.
-    pub fn floor(&self) -> &[Footing] {
+    pub fn floor(&self) -> &[ContactSurface] {
         &self.floor
     }
 
@@ -81,7 +81,7 @@ impl<'s> Footings<'s> {
     }
 
     /// What ground is to each of these materials.
-    pub fn each_of(&self, footings: &[Footing]) -> Vec<Footing> {
+    pub fn each_of(&self, footings: &[ContactSurface]) -> Vec<ContactSurface> {
         if self.rollers.len() > 1 {
             footings.to_vec()
         } else {
@@ -103,7 +103,7 @@ impl<'s> Footings<'s> {
     fn patch(&self, index: usize, patch: &FloorPatch) -> Result<TimedPatch, Error> {
         let section = &self.scenario.world.floor;
         let nap_deg = patch.nap_deg.or(section.nap_deg).unwrap_or(0.0);
-        let footings: Result<Vec<Footing>, Error> = self
+        let footings: Result<Vec<ContactSurface>, Error> = self
             .rollers
             .iter()
             .map(|rollers| {
@@ -111,17 +111,17 @@ impl<'s> Footings<'s> {
                 let said = match patch.material.as_deref().zip(rollers) {
                     Some((on, rollers)) => {
                         let key = format!("world.floor.patches.{index}.material");
-                        Said::by_pair(&pair(self.scenario, rollers, on, &key)?)
+                        GroundLaw::by_pair(&pair(self.scenario, rollers, on, &key)?)
                     }
                     None => {
                         let below = match section.material.as_deref().zip(rollers) {
-                            Some((on, rollers)) => Said::by_pair(&pair(
+                            Some((on, rollers)) => GroundLaw::by_pair(&pair(
                                 self.scenario,
                                 rollers,
                                 on,
                                 "world.floor.material",
                             )?),
-                            None => Said::by_floor(section),
+                            None => GroundLaw::by_floor(section),
                         };
                         below.under(patch)
                     }
@@ -130,7 +130,7 @@ impl<'s> Footings<'s> {
             })
             .collect();
         let footings = footings?;
-        let Footing { friction, surface } = footings[0];
+        let ContactSurface { friction, surface } = footings[0];
         Ok(TimedPatch {
             patch: Patch {
                 center_m: Vector2::new(patch.x_m, patch.y_m),
@@ -145,7 +145,7 @@ impl<'s> Footings<'s> {
     }
 }
 
-impl Said {
+impl GroundLaw {
     fn by_floor(floor: &scenario::Floor) -> Self {
         Self {
             friction: floor.friction(),
@@ -183,7 +183,7 @@ impl Said {
         }
     }
 
-    fn footing(&self, nap_deg: f64) -> Footing {
+    fn footing(&self, nap_deg: f64) -> ContactSurface {
         let across = self.across.unwrap_or_default();
         let against = self.against.unwrap_or_default();
         let nap = Nap {
@@ -206,7 +206,7 @@ impl Said {
             friction: sliding.friction,
             speed_m_s: sliding.speed_m_s,
         };
-        Footing {
+        ContactSurface {
             friction: self.friction,
             surface: FloorSurface {
                 rolling_resistance: self.rolling_resistance,

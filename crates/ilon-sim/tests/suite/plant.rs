@@ -6,8 +6,8 @@ use ilon_sim::robot::{Pose, Robot};
 use ilon_sim::trace::{Truth, trace_hash};
 use ilon_sim::world::Floor;
 use ilon_sim::{
-    Commanded, Controller, Driver, Error, Moment, Plant, Scenario, Seen, Simulation, Snapshot,
-    WheelCommand, load_robot, resolve, resolve_for,
+    Commanded, Controller, Driver, Error, Measurements, Moment, Plant, Scenario, Simulation,
+    Snapshot, WheelCommand, load_robot, resolve, resolve_for,
 };
 use test_case::test_case;
 
@@ -81,7 +81,7 @@ fn plant_with(further: &str) -> Plant {
 }
 
 /// Drives by what is seen, so that noise counts; gives what was true and what was seen.
-fn drive(plant: &mut Plant, periods: usize) -> Vec<(Truth, Seen)> {
+fn drive(plant: &mut Plant, periods: usize) -> Vec<(Truth, Measurements)> {
     (0..periods)
         .map(|_| {
             let seen = plant.observe().clone();

@@ -126,6 +126,7 @@ impl Drive {
             topic: None,
             pose_topic: None,
             joint_topic: None,
+            joints_by: None,
             names: Default::default(),
             from_s: 0.0,
             angle_gain_per_s: None,

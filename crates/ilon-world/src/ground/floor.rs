@@ -5,7 +5,7 @@ use parry3d::shape::{HeightField, HeightFieldFlags};
 use parry3d::utils::Array2;
 use rapier3d::prelude::*;
 
-use super::{FloorSurface, Footing};
+use super::{ContactSurface, FloorSurface};
 use crate::WorldError;
 
 /// The ground a robot drives on.
@@ -30,7 +30,7 @@ pub struct Floor {
     /// them; `friction` and `surface` stand for all else.
     pub materials: Vec<String>,
     /// What the ground is to rollers of each of `materials`, where there is no patch.
-    pub footings: Vec<Footing>,
+    pub footings: Vec<ContactSurface>,
 }
 
 /// A rectangle of ground, along the world's axes, with a friction of its own.
@@ -45,7 +45,7 @@ pub struct Patch {
     /// What it is made of.
     pub surface: FloorSurface,
     /// What it is to rollers of each of the floor's [`Floor::materials`].
-    pub footings: Vec<Footing>,
+    pub footings: Vec<ContactSurface>,
 }
 
 /// A box in the world.
@@ -168,8 +168,8 @@ impl Floor {
     }
 
     /// What it is to all rollers, everywhere.
-    pub(crate) fn all_footings(&self) -> impl Iterator<Item = Footing> {
-        let plain = |friction, surface| Footing { friction, surface };
+    pub(crate) fn all_footings(&self) -> impl Iterator<Item = ContactSurface> {
+        let plain = |friction, surface| ContactSurface { friction, surface };
         let floor = std::iter::once(plain(self.friction, self.surface));
         let patches = self.patches.iter().flat_map(move |patch| {
             let own = std::iter::once(plain(patch.friction, patch.surface));

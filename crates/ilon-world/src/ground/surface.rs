@@ -16,14 +16,14 @@ use crate::WorldError;
 
 /// What ground is to a roller.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Footing {
+pub struct ContactSurface {
     /// Coulomb friction coefficient, >= 0; along its nap, where it has one.
     pub friction: f64,
     /// What else it does.
     pub surface: FloorSurface,
 }
 
-impl Footing {
+impl ContactSurface {
     /// Refuses what makes no sense.
     pub(super) fn check(&self) -> Result<(), WorldError> {
         if !(self.friction.is_finite() && self.friction >= 0.0) {

@@ -27,10 +27,10 @@ const LIES_M: f64 = 1e-6;
 struct Surface {
     /// The wheel that it belongs to; none of the chassis.
     wheel: Option<usize>,
-    form: Form,
+    form: SurfaceShape,
 }
 
-enum Form {
+enum SurfaceShape {
     /// The exact barrel, with its middle and axis in the body frame.
     Barrel {
         barrel: Barrel,
@@ -177,7 +177,7 @@ fn surfaces(robot: &Robot) -> Vec<Surface> {
         .filter_map(shape_of)
         .map(|(body_from_shape, shape)| Surface {
             wheel: None,
-            form: Form::Shape(body_from_shape, shape),
+            form: SurfaceShape::Shape(body_from_shape, shape),
         })
         .collect();
     for (index, wheel) in robot.wheels.iter().enumerate() {
@@ -188,12 +188,12 @@ fn surfaces(robot: &Robot) -> Vec<Surface> {
                 wheel.body_from_hub * roller.axis_in_hub.into_inner(),
             );
             let form = match &roller.form {
-                RollerForm::Barrel | RollerForm::Made(_) => Form::Barrel {
+                RollerForm::Barrel | RollerForm::Made(_) => SurfaceShape::Barrel {
                     barrel: wheel.barrel(roller),
                     center_m,
                     axis,
                 },
-                RollerForm::Turned(turned) => Form::Turned {
+                RollerForm::Turned(turned) => SurfaceShape::Turned {
                     turned: turned.clone(),
                     center_m,
                     axis,
@@ -202,7 +202,7 @@ fn surfaces(robot: &Robot) -> Vec<Surface> {
                     let Some(shape) = shape_of_roller(modelled) else {
                         continue;
                     };
-                    Form::Shape(wheel.body_from_hub * roller.hub_from_roller(), shape)
+                    SurfaceShape::Shape(wheel.body_from_hub * roller.hub_from_roller(), shape)
                 }
             };
             let wheel = Some(index);
@@ -216,13 +216,13 @@ impl Surface {
     /// How far from the body's vertical axis the surface reaches at most, in metres.
     fn reach_m(&self) -> f64 {
         match &self.form {
-            Form::Barrel {
+            SurfaceShape::Barrel {
                 barrel, center_m, ..
             } => center_m.norm() + PlacedBarrel::bounding_radius_m(barrel),
-            Form::Turned {
+            SurfaceShape::Turned {
                 turned, center_m, ..
             } => center_m.norm() + turned.bounding_radius_m(),
-            Form::Shape(body_from_shape, shape) => {
+            SurfaceShape::Shape(body_from_shape, shape) => {
                 let ball = shape.compute_local_bounding_sphere();
                 let center_m = body_from_shape * Point3::from(convert::to_f64(ball.center));
                 center_m.coords.norm() + f64::from(ball.radius)
@@ -238,7 +238,7 @@ impl Surface {
         (ground, origin_m): (&Ground, &Vector3<f64>),
     ) -> f64 {
         match &self.form {
-            Form::Barrel {
+            SurfaceShape::Barrel {
                 barrel,
                 center_m,
                 axis,
@@ -254,7 +254,7 @@ impl Surface {
                 };
                 least_m(pieces, ground, || placed.bounds(), gap_m)
             }
-            Form::Turned {
+            SurfaceShape::Turned {
                 turned,
                 center_m,
                 axis,
@@ -267,7 +267,7 @@ impl Surface {
                 let gap_m = |piece: &Piece, within_m: f64| placed.gap_m(piece, within_m);
                 least_m(pieces, ground, || placed.bounds(), gap_m)
             }
-            Form::Shape(body_from_shape, shape) => {
+            SurfaceShape::Shape(body_from_shape, shape) => {
                 ground.distance_m(origin_m, &(floor_from_body * body_from_shape), shape)
             }
         }

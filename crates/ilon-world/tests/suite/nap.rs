@@ -6,7 +6,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use ilon_robot::{Pose, Robot, Tread, Twist};
 use ilon_world::{
-    ContactSolver, Floor, FloorSurface, Footing, Nap, Patch, Push, Settings, World, WorldError,
+    ContactSolver, ContactSurface, Floor, FloorSurface, Nap, Patch, Push, Settings, World,
+    WorldError,
 };
 use nalgebra::{Vector2, Vector3};
 use support::rig::follow;
@@ -341,7 +342,7 @@ fn each_wheel_grips_as_its_own_pair_of_materials_and_patches_have_pairs_too() {
     for (index, wheel) in robot.wheels.iter_mut().enumerate() {
         wheel.material = Some(if index % 2 == 0 { "rubber" } else { "steel" }.to_owned());
     }
-    let footing = |friction| Footing {
+    let footing = |friction| ContactSurface {
         friction,
         surface: FloorSurface::default(),
     };
@@ -442,7 +443,7 @@ fn ground_that_makes_no_sense_is_refused() {
     }));
     let paired = Floor {
         materials: vec!["rubber".to_owned()],
-        footings: vec![Footing {
+        footings: vec![ContactSurface {
             friction: 0.5,
             surface: FloorSurface::default(),
         }],

@@ -13,12 +13,12 @@ use ilon_messages::{CdrError, Message};
 
 use super::joint_log::QUANTITIES;
 use super::series::Series;
-use super::wanted::{MOST_ROWS, Said, Wanted};
+use super::wanted::{LogContents, MOST_ROWS, Wanted};
 use crate::Error;
 use crate::scenario::Drives;
 
 /// What drives the robot and its joints, and where the real one was. Times are those of the recording.
-pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<Said, Error> {
+pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<LogContents, Error> {
     if let Drives::WheelRates | Drives::WheelAngles | Drives::WheelTorques = wanted.section.drives {
         wanted.wheels.iter().for_each(|wheel| {
             wanted.name(wheel);
@@ -98,7 +98,7 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<Said, Erro
             ));
         }
     }
-    Ok(Said {
+    Ok(LogContents {
         driving,
         measured,
         joints,

@@ -6,7 +6,7 @@ use ilon_robot::JointKind;
 
 use super::joint_log::QUANTITIES;
 use super::series::Series;
-use super::wanted::{MAX_BYTES, MOST_ROWS, Said, Wanted};
+use super::wanted::{LogContents, MAX_BYTES, MOST_ROWS, Wanted};
 use crate::Error;
 use crate::foreign::{cell, is_head_of_log, quoted};
 use crate::scenario::{Drives, Quantity, is_computable, nearest};
@@ -31,7 +31,7 @@ const PER_MINUTE: f64 = std::f64::consts::TAU / 60.0;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// What drives the robot and its joints, and where the real one was.
-pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<Said, Error> {
+pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<LogContents, Error> {
     let file = files
         .reader(wanted.path, MAX_BYTES)
         .map_err(|fault| match fault {
@@ -159,7 +159,7 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<Said, Erro
             ));
         }
     }
-    Ok(Said {
+    Ok(LogContents {
         driving: driven,
         measured: measured.map(|_| poses),
         joints: moved,

@@ -16,7 +16,7 @@ use nalgebra::Vector2;
 pub(super) use self::joint_log::JointLog;
 pub(super) use self::series::Placing;
 use self::series::{Series, is_wrapped, place, unwrap};
-use self::wanted::{Said, Wanted};
+use self::wanted::{LogContents, Wanted};
 use crate::Error;
 use crate::scenario::{Drives, Scenario, TIME_SLACK_S};
 
@@ -95,7 +95,7 @@ pub(super) fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Pl
         true => csv::read(&wanted, &scenario.files)?,
         false => bag::read(&wanted, &scenario.files)?,
     };
-    let Said {
+    let LogContents {
         mut driving,
         measured,
         mut joints,

@@ -26,7 +26,7 @@ pub(super) struct Wanted<'a> {
 }
 
 /// What a log says, in times of its own.
-pub(super) struct Said {
+pub(super) struct LogContents {
     /// What drives wheels or body.
     pub driving: Series,
     /// Where the real robot was: x, y and heading.

@@ -49,7 +49,7 @@ enum Who {
 }
 
 /// A body of one's own as ilon's step needs it.
-struct Seen {
+struct Motion {
     floor_from_body: Isometry3<f64>,
     mass: MassProperties,
     /// Of its centre of mass, and its turning.
@@ -394,7 +394,7 @@ impl InRapier {
                     shapes_of(collider, *body_from_collider.unwrap_or(&Pose::IDENTITY))
                 });
                 (
-                    Seen::of(body, self.world.gravity, settings.dt_s),
+                    Motion::of(body, self.world.gravity, settings.dt_s),
                     shapes.collect(),
                 )
             }
@@ -403,7 +403,7 @@ impl InRapier {
                 let handle = ColliderHandle::from_raw_parts(index, generation);
                 let collider = self.world.colliders.get(handle)?;
                 let shapes = shapes_of(collider, Pose::IDENTITY);
-                (Seen::fixed(collider.position()), shapes)
+                (Motion::fixed(collider.position()), shapes)
             }
         };
         let mut guest = seen.built(own, shapes, settings);
@@ -428,7 +428,7 @@ impl InRapier {
     }
 }
 
-impl Seen {
+impl Motion {
     fn fixed(floor_from_body: &Pose) -> Self {
         Self {
             floor_from_body: convert::isometry(floor_from_body),
