@@ -9,7 +9,6 @@ use ilon_robot::{Chassis, Collision, CollisionShape, MassProperties, Robot, Scal
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector2, Vector3};
 
 use crate::WorldError;
-use crate::world::own::Own;
 
 /// A free body of a world, as long as it is not removed, and in the world's copies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -82,11 +81,21 @@ pub(crate) struct Free {
     pub guest: Option<Box<Guest>>,
 }
 
+/// A handle of rapier's as a key: handles have no order.
+pub(crate) type RawHandle = (u32, u32);
+
+/// What of a program's own in rapier is one body: with its colliders, or a collider without a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum RapierObject {
+    Body(RawHandle),
+    Collider(RawHandle),
+}
+
 /// What a free body has that takes part in a step, but that rapier moves.
 #[derive(Clone, Debug)]
 pub(crate) struct Guest {
     /// What it is there.
-    pub own: Own,
+    pub own: RapierObject,
     /// Its velocity and angular velocity when the step began, in m/s and rad/s.
     pub start: [Vector3<f64>; 2],
     /// The contacts that rapier found for it.

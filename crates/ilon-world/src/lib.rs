@@ -63,6 +63,7 @@ mod error;
 mod free;
 mod ground;
 mod motor_torque;
+mod objects;
 mod reference;
 mod robot;
 mod settings;
@@ -74,6 +75,7 @@ pub use error::WorldError;
 pub use free::{FreeBody, FreeBodyId, FreeShape};
 pub use ground::{ContactSurface, Floor, FloorSurface, GroundBox, Nap, Patch, Relief, Stribeck};
 pub use motor_torque::{MotorTorque, TorqueBounds};
+pub use objects::{BodyId, WorldObject};
 pub use rapier3d;
 pub use robot::energy::Energy;
 pub use robot::shared_robot::SharedRobot;
@@ -81,6 +83,5 @@ pub use settings::{
     ContactSolver, RollerBodies, Settings, contact_relaxation_s, contact_stiffness_n_m,
 };
 pub use world::{
-    Body, BodyId, BodyMut, BodyState, FreeBodyState, Payload, PlaceMotion, Push, RayHit, World,
-    WorldObject,
+    Body, BodyMut, BodyState, FreeBodyState, Payload, PlaceMotion, Push, RayHit, World,
 };

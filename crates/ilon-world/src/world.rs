@@ -8,7 +8,7 @@ mod disturbance;
 mod equilibrium;
 mod free;
 mod in_rapier;
-pub(crate) mod own;
+mod own;
 mod standing;
 #[cfg(test)]
 mod tests;
@@ -27,10 +27,11 @@ use crate::robot::articulated::{Articulated, WheelCounts};
 pub use crate::robot::payload::Payload;
 use crate::robot::shared_robot::SharedRobot;
 use crate::{ContactSolver, Floor, MotorTorque, Settings, WorldError};
-pub use body::{Body, BodyId, BodyMut, BodyState, PlaceMotion};
+pub use body::{Body, BodyMut, BodyState, PlaceMotion};
 pub use disturbance::Push;
 use free::islands::Islands;
-pub use free::{FreeBodyState, RayHit, WorldObject};
+pub use free::{FreeBodyState, RayHit};
+use own::rapier_world::InRapier;
 
 /// Robots on the ground, in most worlds one, and free bodies beside them.
 ///
@@ -51,7 +52,7 @@ pub struct World {
     /// What the bodies and the ground do to one another.
     reactions: Reactions,
     /// Bodies of a program's own, in rapier, where it has asked for them.
-    rapier: Option<Box<own::InRapier>>,
+    rapier: Option<Box<InRapier>>,
     energies: Energies,
     /// By how much the laws of contact were broken in the step.
     residual_m_s: f64,

@@ -153,7 +153,7 @@ fn by_drawing(drawn: &[Drawn], wheels: &[WheelLike]) -> Option<(Handedness, Stri
         1e3 * drawn[0].roller_radius_m
     );
     if mean_deg < 1.0 {
-        return (!are_parallel(wheels)).then(|| (Handedness::AllDeg(0.0), why));
+        return (!are_parallel(wheels)).then_some((Handedness::AllDeg(0.0), why));
     }
     if !stand_in_x(wheels) {
         let gammas_deg = drawn.iter().map(|of| of.gamma_rad.to_degrees());

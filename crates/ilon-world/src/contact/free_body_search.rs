@@ -25,7 +25,7 @@ impl Scenes<'_> {
             self.find_rests(&scene, found);
             let shapes = scene.body.robot.shapes().iter();
             for (solid, shape) in solids(scene.body, scene.middle).zip(shapes) {
-                let own = Own {
+                let own = FreePart {
                     scene: &scene,
                     solid: &solid,
                     bounds: solid.bounds(),
@@ -60,7 +60,7 @@ impl Scenes<'_> {
         }));
     }
 
-    fn find_around(&self, own: Own<'_>, room: &mut Workspace, found: &mut Vec<Candidate>) {
+    fn find_around(&self, own: FreePart<'_>, room: &mut Workspace, found: &mut Vec<Candidate>) {
         // rapier knows where guests touch the ground and one another.
         let is_guest = own.scene.body.is_guest();
         if !is_guest {
@@ -97,7 +97,7 @@ impl Scenes<'_> {
 
 /// A shape of a free body.
 #[derive(Clone, Copy)]
-struct Own<'a> {
+struct FreePart<'a> {
     scene: &'a Scene<'a>,
     solid: &'a Solid<'a>,
     /// What it is within.
@@ -163,8 +163,8 @@ fn within_m(one: &Scene<'_>, other: &Scene<'_>) -> f64 {
     NEAR * one.scale.length_m.max(other.scale.length_m) + of(one) + of(other)
 }
 
-fn find_ground(own: Own<'_>, found: &mut Vec<Candidate>) {
-    let Own {
+fn find_ground(own: FreePart<'_>, found: &mut Vec<Candidate>) {
+    let FreePart {
         scene,
         solid,
         bounds,
@@ -186,7 +186,7 @@ fn find_ground(own: Own<'_>, found: &mut Vec<Candidate>) {
     thin((found, first), scene.middle.floor_from_chassis(), region_m);
 }
 
-fn find_between_chassis(a: &Scene<'_>, own: Own<'_>, found: &mut Vec<Candidate>) {
+fn find_between_chassis(a: &Scene<'_>, own: FreePart<'_>, found: &mut Vec<Candidate>) {
     let b = own.scene;
     let within_m = within_m(a, b);
     let around = own.bounds.grown(within_m);
@@ -202,9 +202,14 @@ fn find_between_chassis(a: &Scene<'_>, own: Own<'_>, found: &mut Vec<Candidate>)
     }
 }
 
-fn find_robot(robot: &Scene<'_>, own: Own<'_>, room: &mut Workspace, found: &mut Vec<Candidate>) {
+fn find_robot(
+    robot: &Scene<'_>,
+    own: FreePart<'_>,
+    room: &mut Workspace,
+    found: &mut Vec<Candidate>,
+) {
     find_between_chassis(robot, own, found);
-    let Own {
+    let FreePart {
         scene,
         solid,
         bounds,

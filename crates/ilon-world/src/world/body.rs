@@ -8,11 +8,7 @@ use super::World;
 use crate::contact::support::Support;
 use crate::contact::wheel_contact::WheelContact;
 use crate::robot::articulated::Articulated;
-use crate::{MotorTorque, WorldError};
-
-/// Which body of its world: a robot keeps its identity as long as the world exists, and in the world's copies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct BodyId(pub(super) usize);
+use crate::{BodyId, MotorTorque, WorldError};
 
 /// A robot of a world, as it is after the last step.
 #[derive(Clone, Copy)]

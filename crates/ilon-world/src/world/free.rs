@@ -18,7 +18,7 @@ use crate::robot::shared_robot::SharedRobot;
 use crate::settings::ContactSpring;
 use crate::{ContactSolver, WorldError};
 use islands::place_among;
-pub use queries::{RayHit, WorldObject};
+pub use queries::RayHit;
 
 /// A free body as it is after the last step, in the world's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]

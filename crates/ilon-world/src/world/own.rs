@@ -12,6 +12,7 @@
 
 mod guests;
 mod links;
+pub(super) mod rapier_world;
 
 use std::collections::BTreeMap;
 
@@ -22,79 +23,11 @@ use super::World;
 use crate::engine::convert;
 use crate::ground::Ground;
 use crate::{ContactSolver, WorldError, WorldObject};
-pub(crate) use guests::Own;
-use guests::{Held, body_of};
-
-/// A handle as a key: rapier's have no order.
-type Raw = (u32, u32);
+use guests::body_of;
+use rapier_world::{InRapier, Twin};
 
 /// How much of what joints are seen to do is foreseen a step later.
 const FOLLOWS: f64 = 0.25;
-
-/// rapier's world, and what of it is not one's own.
-pub(super) struct InRapier {
-    world: PhysicsWorld,
-    /// What of ilon's stands in it: each shape of each object, counted.
-    links: BTreeMap<(WorldObject, usize), ColliderHandle>,
-    /// What each of these colliders is of.
-    objects: BTreeMap<Raw, WorldObject>,
-    /// The bodies of one's own that were guests in the last step, or are in this one.
-    met: BTreeMap<Raw, Met>,
-    /// The contacts of guests in the last step, and those that this one has had by now.
-    held: Vec<Held>,
-    held_now: Vec<Held>,
-    /// Whether the program may have changed something since the last step.
-    is_changed: bool,
-}
-
-/// A body of one's own that is a guest; velocities of its centre of mass and of its turning, in m/s and rad/s.
-#[derive(Clone, Copy, Debug, Default)]
-struct Met {
-    /// Impulse of its contacts with what ilon moves in the step, in N s, and its moment about its centre of mass.
-    impulse: Twin,
-    /// What of it acts over the step: it balances what rapier will do.
-    over_step: Twin,
-    /// The velocities that it should have after the step.
-    expected: Twin,
-    /// How much more joints gave it in the last step, and what of that is foreseen.
-    missed: Twin,
-    foreseen: Twin,
-    /// Whether it was a guest in this step.
-    is_here: bool,
-}
-
-/// A vector of motion along and one about the axes of the world.
-type Twin = [Vector3<f64>; 2];
-
-impl Clone for InRapier {
-    fn clone(&self) -> Self {
-        // What lasts from step to step is copied; the pipelines and the solver of fast bodies hold room to work in alone.
-        let world = &self.world;
-        Self {
-            world: PhysicsWorld {
-                gravity: world.gravity,
-                integration_parameters: world.integration_parameters,
-                physics_pipeline: PhysicsPipeline::new(),
-                collision_pipeline: CollisionPipeline::new(),
-                islands: world.islands.clone(),
-                broad_phase: world.broad_phase.clone(),
-                narrow_phase: world.narrow_phase.clone(),
-                bodies: world.bodies.clone(),
-                colliders: world.colliders.clone(),
-                impulse_joints: world.impulse_joints.clone(),
-                multibody_joints: world.multibody_joints.clone(),
-                soft_bodies: world.soft_bodies.clone(),
-                ccd_solver: world.ccd_solver.clone(),
-            },
-            links: self.links.clone(),
-            objects: self.objects.clone(),
-            met: self.met.clone(),
-            held: self.held.clone(),
-            held_now: self.held_now.clone(),
-            is_changed: self.is_changed,
-        }
-    }
-}
 
 impl World {
     /// The world in rapier, to put bodies of one's own into, with their colliders and joints, and to change them. [`World::step`] steps it: do not

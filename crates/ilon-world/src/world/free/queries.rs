@@ -9,22 +9,9 @@ use super::islands::id_of;
 use crate::contact::free_body_search::solids;
 use crate::contact::solid::Solid;
 use crate::engine::convert;
-use crate::free::FreeBodyId;
 use crate::robot::articulated::Articulated;
 use crate::world::World;
-use crate::world::body::BodyId;
-
-/// What of a world is seen at a place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[non_exhaustive]
-pub enum WorldObject {
-    /// The ground and what stands on it for good.
-    Ground,
-    /// A robot: its chassis, a body on a joint, or a wheel, as a cylinder of its radius.
-    Robot(BodyId),
-    /// A free body.
-    Free(FreeBodyId),
-}
+use crate::{BodyId, WorldObject};
 
 /// Where a ray meets something.
 #[derive(Clone, Copy, Debug, PartialEq)]

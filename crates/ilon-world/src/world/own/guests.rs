@@ -7,12 +7,12 @@ use ilon_robot::{Chassis, MassProperties, Scale};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Point3, Vector3, Vector6};
 use rapier3d::prelude::*;
 
-use super::{InRapier, Met, Raw, Twin};
+use super::rapier_world::{Held, InRapier, Met, Twin, Who};
 use crate::contact::bounds::Bounds;
-use crate::contact::reaction::{Part, Partner, Reaction};
+use crate::contact::reaction::{Part, Partner};
 use crate::dynamics::Attached;
 use crate::engine::convert;
-use crate::free::{Free, FreeBodyId, Guest, LEAST_GRAVITY_M_S2, Rest};
+use crate::free::{Free, FreeBodyId, Guest, LEAST_GRAVITY_M_S2, RapierObject, RawHandle, Rest};
 use crate::robot::articulated::Articulated;
 use crate::robot::payload::ActingPush;
 use crate::robot::shared_robot::{BodyShape, SharedRobot};
@@ -24,29 +24,6 @@ use crate::world::free::islands::{near, place_among, rounded};
 const MOST: usize = 24;
 /// What cannot move along an axis, or about one, has so many times the mass of the heaviest that is near it.
 const IMMOVABLE: f64 = 1e9;
-
-/// What of one's own is one body: with its colliders, or a collider without a body.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Own {
-    Body(Raw),
-    Collider(Raw),
-}
-
-/// A contact of a guest in the last step: who has it, and with whom, if it is not with what is fixed.
-#[derive(Clone)]
-pub(super) struct Held {
-    a: Who,
-    b: Option<Who>,
-    reaction: Reaction,
-}
-
-/// A body of a step by what lasts: a robot's place, a free body's identity, or what of one's own.
-#[derive(Clone, Copy)]
-enum Who {
-    Robot(usize),
-    Free(FreeBodyId),
-    Own(Own),
-}
 
 /// A body of one's own as ilon's step needs it.
 struct Motion {
@@ -117,7 +94,8 @@ impl World {
             free.for_each(|free| free.slow_s = 0.0);
         }
         for body in self.bodies.drain(first..) {
-            let Some((guest, Own::Body(raw))) = guest_of(&body).map(|guest| (guest, guest.own))
+            let Some((guest, RapierObject::Body(raw))) =
+                guest_of(&body).map(|guest| (guest, guest.own))
             else {
                 continue;
             };
@@ -177,7 +155,7 @@ fn guest_of(body: &Articulated) -> Option<&Guest> {
 }
 
 /// The place of what is one's own among guests.
-fn place_of(guests: &[Articulated], own: Own) -> Option<usize> {
+fn place_of(guests: &[Articulated], own: RapierObject) -> Option<usize> {
     guests
         .iter()
         .position(|body| guest_of(body).is_some_and(|guest| guest.own == own))
@@ -242,13 +220,13 @@ impl InRapier {
     }
 
     /// Whether rapier moves what is one's own by forces.
-    fn moves(&self, own: Own) -> bool {
+    fn moves(&self, own: RapierObject) -> bool {
         self.moved(own).is_some()
     }
 
     /// A body that rapier moves by forces.
-    fn moved(&self, own: Own) -> Option<&RigidBody> {
-        let Own::Body(raw) = own else {
+    fn moved(&self, own: RapierObject) -> Option<&RigidBody> {
+        let RapierObject::Body(raw) = own else {
             return None;
         };
         let body = self.world.bodies.get(body_of(raw))?;
@@ -256,7 +234,7 @@ impl InRapier {
     }
 
     /// The contacts that rapier found for a body of one's own, each with the body that it touches if that is not fixed.
-    fn touched_by(&self, own: Own) -> Vec<(Option<Own>, Rest)> {
+    fn touched_by(&self, own: RapierObject) -> Vec<(Option<RapierObject>, Rest)> {
         let Some(body) = self.moved(own) else {
             return Vec::new();
         };
@@ -273,11 +251,12 @@ impl InRapier {
     /// A contact that rapier found for a body of one's own, and the body that it touches if that is not fixed.
     fn rest(
         &self,
-        own: Own,
+        own: RapierObject,
         data: &ContactManifoldData,
         contact: &SolverContact,
-    ) -> (Option<Own>, Rest) {
-        let as_own = |body: Option<RigidBodyHandle>| body.map(|of| Own::Body(of.into_raw_parts()));
+    ) -> (Option<RapierObject>, Rest) {
+        let as_own =
+            |body: Option<RigidBodyHandle>| body.map(|of| RapierObject::Body(of.into_raw_parts()));
         let bodies = [data.rigid_body1, data.rigid_body2].map(as_own);
         let anchors = [contact.anchor1, contact.anchor2];
         let (this, other) = if bodies[0] == Some(own) {
@@ -297,11 +276,11 @@ impl InRapier {
         // rapier's normal points out of the first.
         let normal = convert::to_f64(data.normal) * if this == 0 { -1.0 } else { 1.0 };
         let gap_m = normal.dot(&convert::to_f64(place(this) - place(other)));
-        let is_fixed = |own: &Own| match own {
-            Own::Body(raw) => {
+        let is_fixed = |own: &RapierObject| match own {
+            RapierObject::Body(raw) => {
                 (self.world.bodies.get(body_of(*raw))).is_none_or(RigidBody::is_fixed)
             }
-            Own::Collider(_) => true,
+            RapierObject::Collider(_) => true,
         };
         let rest = Rest {
             in_guest_m: convert::to_f64(anchors[this]),
@@ -314,7 +293,7 @@ impl InRapier {
     }
 
     /// What of one's own may be near to bounds in the coming step, in a fixed order.
-    fn near(&self, around: &[Bounds], dt_s: f64) -> BTreeSet<Own> {
+    fn near(&self, around: &[Bounds], dt_s: f64) -> BTreeSet<RapierObject> {
         let mut found = BTreeSet::new();
         let query = self.world.query_pipeline();
         let comes_m = self.comes_m(dt_s);
@@ -325,15 +304,15 @@ impl InRapier {
                     continue;
                 }
                 found.insert(match collider.parent() {
-                    Some(body) => Own::Body(body.into_raw_parts()),
-                    None => Own::Collider(handle.into_raw_parts()),
+                    Some(body) => RapierObject::Body(body.into_raw_parts()),
+                    None => RapierObject::Collider(handle.into_raw_parts()),
                 });
             }
         }
-        let is_there = |own: &Own| match own {
-            Own::Body(raw) => (self.world.bodies.get(body_of(*raw)))
+        let is_there = |own: &RapierObject| match own {
+            RapierObject::Body(raw) => (self.world.bodies.get(body_of(*raw)))
                 .is_some_and(|body| body.is_enabled() && !body.is_soft_frame()),
-            Own::Collider(_) => true,
+            RapierObject::Collider(_) => true,
         };
         found.retain(is_there);
         found
@@ -385,9 +364,14 @@ impl InRapier {
     }
 
     /// What of one's own is one body, as one more of the step's; the heaviest beside it has so much.
-    fn guest(&mut self, own: Own, heaviest_kg: f64, settings: &Settings) -> Option<Articulated> {
+    fn guest(
+        &mut self,
+        own: RapierObject,
+        heaviest_kg: f64,
+        settings: &Settings,
+    ) -> Option<Articulated> {
         let (seen, shapes) = match own {
-            Own::Body(handle) => {
+            RapierObject::Body(handle) => {
                 let body = self.world.bodies.get(body_of(handle))?;
                 let shapes = self.colliders_of(body).flat_map(|collider| {
                     let body_from_collider = collider.position_wrt_parent();
@@ -398,7 +382,7 @@ impl InRapier {
                     shapes.collect(),
                 )
             }
-            Own::Collider(handle) => {
+            RapierObject::Collider(handle) => {
                 let (index, generation) = handle;
                 let handle = ColliderHandle::from_raw_parts(index, generation);
                 let collider = self.world.colliders.get(handle)?;
@@ -409,7 +393,7 @@ impl InRapier {
         let mut guest = seen.built(own, shapes, settings);
         seen.hold(&mut guest, heaviest_kg);
         let velocities = seen.velocities;
-        if let Own::Body(handle) = own {
+        if let RapierObject::Body(handle) = own {
             let met = self.met.entry(handle).or_default();
             if !std::mem::replace(&mut met.is_here, true) {
                 (met.impulse, met.over_step) = Default::default();
@@ -475,7 +459,7 @@ impl Motion {
     }
 
     /// As an articulated body at rest.
-    fn built(&self, own: Own, shapes: Vec<BodyShape>, settings: &Settings) -> Articulated {
+    fn built(&self, own: RapierObject, shapes: Vec<BodyShape>, settings: &Settings) -> Articulated {
         let around = shapes.iter().fold(Bounds::NONE, |around, of| {
             let bounds = of.shape.compute_local_aabb();
             let size = convert::to_f64(bounds.extents());
@@ -605,6 +589,6 @@ fn velocities(body: &RigidBody, dt_s: f64) -> (Vector3<f64>, Vector3<f64>) {
 }
 
 /// The handle of a body by its key.
-pub(super) fn body_of((index, generation): Raw) -> RigidBodyHandle {
+pub(super) fn body_of((index, generation): RawHandle) -> RigidBodyHandle {
     RigidBodyHandle::from_raw_parts(index, generation)
 }

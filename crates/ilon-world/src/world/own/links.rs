@@ -2,10 +2,10 @@
 
 use rapier3d::prelude::*;
 
-use super::InRapier;
+use super::rapier_world::InRapier;
+use crate::WorldObject;
 use crate::engine::convert;
 use crate::world::World;
-use crate::world::free::WorldObject;
 
 impl World {
     /// Puts every shape of ilon's where it is now; one that is new is put in, and one that is gone is taken out.
