@@ -149,9 +149,14 @@ impl World {
         let Some(down) = down_in_floor.try_normalize(f64::MIN_POSITIVE) else {
             return;
         };
+        // Ground that leans on as it does lets what sleeps on it sleep.
+        if down == self.ground.gravity_in_floor(1.0) {
+            return;
+        }
+        self.wake_all();
+        self.wake_own();
         let before_j = self.potential_j();
         self.ground.lean(down);
-        self.wake_own();
         self.energies.outside_j += self.potential_j() - before_j;
     }
 

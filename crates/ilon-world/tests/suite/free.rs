@@ -249,6 +249,32 @@ fn a_box_on_a_slope_slides_or_rests_as_tan_says() {
     }
 }
 
+/// A box that sleeps on level ground slides with g (sin - mu cos) once the ground leans that far, and what it gains comes from outside.
+#[test]
+fn a_box_that_sleeps_slides_where_the_ground_begins_to_lean() {
+    const FRICTION: f64 = 0.3;
+    let slope_rad = (1.5 * FRICTION).atan();
+    let mut world = world(&Floor::default(), 1e-3);
+    let mut body = cube("box", 0.1, 1.0, 0.0, 1.0);
+    body.friction = FRICTION;
+    let id = world.add_body(&body).expect("room");
+    (0..1000).for_each(|_| world.step());
+    let from = place(&world, id);
+    let before_j = stored_j(&world);
+    let (sin, cos) = slope_rad.sin_cos();
+    world.lean(&Vector3::new(sin, 0.0, -cos));
+    (0..500).for_each(|_| world.step());
+    let expected_m = 0.5 * G * (sin - FRICTION * cos) * 0.25;
+    let moved = place(&world, id) - from;
+    // The contact is pressed in less than before, by some of its 0.3 um.
+    assert!(
+        (moved.x / expected_m - 1.0).abs() < 1e-3,
+        "{moved:?} of {expected_m}"
+    );
+    let lost_j = missing_j(&world, before_j).abs();
+    assert!(lost_j < 1e-3 * world.slip_energy_j(), "{lost_j}");
+}
+
 /// Down a slope a sphere rolls with 5/7 g sin and a cylinder with 2/3 g sin, without slip.
 #[test]
 fn a_sphere_and_a_cylinder_roll_as_they_should() {
