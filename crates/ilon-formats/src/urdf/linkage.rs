@@ -3,7 +3,7 @@
 //! A joint is *free* where it carries wheels that balance on either side of its axis and nothing drives it, as a rocker; *sprung* where the file or a
 //! person says so; *driven* where a person does; and else *held* at zero, a part of what carries it. One that mimics a joint that moves is free and follows it.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
@@ -202,24 +202,27 @@ fn in_order(
 
 /// Lets joints of which nobody says anything follow those that they mimic, where these move.
 fn follow(tree: &Tree, open: &[(usize, Vec<usize>)], roles: &mut [Option<Role>]) {
-    // Each pass settles those that follow what is settled.
-    for _ in open {
-        let before = roles.iter().flatten().count();
-        for (joint, _) in open {
-            if roles[*joint].is_none() && why_it_does_not_follow(tree, *joint, roles).is_none() {
-                roles[*joint] = follower(tree, *joint, roles);
-            }
+    let mut followers: HashMap<usize, Vec<usize>> = HashMap::new();
+    for (joint, _) in open {
+        if let Some(master) = master(tree, *joint) {
+            followers.entry(master).or_default().push(*joint);
         }
-        if roles.iter().flatten().count() == before {
-            return;
+    }
+    let moves = |joint: &usize| roles[*joint].is_some();
+    let mut waiting: Vec<usize> = followers.keys().copied().filter(moves).collect();
+    while let Some(master) = waiting.pop() {
+        for joint in followers.remove(&master).unwrap_or_default() {
+            if why_it_does_not_follow(tree, joint, roles).is_none() {
+                roles[joint] = follower(tree, joint);
+                waiting.push(joint);
+            }
         }
     }
 }
 
-/// The role of a joint that mimics one that moves; `None` of any other.
-fn follower(tree: &Tree, joint: usize, roles: &[Option<Role>]) -> Option<Role> {
+/// The role of a joint that mimics one that moves.
+fn follower(tree: &Tree, joint: usize) -> Option<Role> {
     let of = &tree.joints[joint];
-    roles[master(tree, joint)?].as_ref()?;
     let mimic = of.mimic.as_ref()?;
     Some(Role {
         role: JointRole::Free,

@@ -576,9 +576,10 @@ fn drawn(wheel: &ilon_robot::Wheel) -> String {
 
 /// Four wheels that nobody calls anything are read as their meshes draw them: so many rollers, so thick, at that angle, and handed as they stand. Where
 /// one mesh is drawn on all of them, that is said.
-#[test_case(|i| i, ""; "each wheel's own")]
-#[test_case(|_| 0, " (handed otherwise than in the usual X, in which they stand)"; "one mesh on all")]
-fn rollers_that_a_mesh_shows_are_taken(of: fn(usize) -> usize, but: &str) {
+#[test_case(|i| i, "", None; "each wheel's own")]
+#[test_case(|i| i, "", Some(0.055); "what touches is larger than what is shown")]
+#[test_case(|_| 0, " (handed otherwise than in the usual X, in which they stand)", None; "one mesh on all")]
+fn rollers_that_a_mesh_shows_are_taken(of: fn(usize) -> usize, but: &str, touches_m: Option<f64>) {
     let shipped = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../../assets/robots/mecanum4.urdf"
@@ -593,10 +594,9 @@ fn rollers_that_a_mesh_shows_are_taken(of: fn(usize) -> usize, but: &str) {
             .iter()
             .find(|wheel| wheel.name.contains(PLACES[of(i)].0));
         std::fs::write(folder.path().join(&mesh), drawn(of.expect("a wheel"))).unwrap();
-        inside += &link(
-            name,
-            &MESH.replace("collision", "visual").replace("MESH", &mesh),
-        );
+        let shown = MESH.replace("collision", "visual").replace("MESH", &mesh);
+        let touches = touches_m.map(|m| DISC.replace("0.05\"", &format!("{m}\"")));
+        inside += &link(name, &(shown + &touches.unwrap_or_default()));
         inside += &joint(name, "continuous", [*x, *y, 0.0], 0.0, ABOUT_Y);
     }
     let path = folder.path().join("base.urdf");
@@ -607,8 +607,8 @@ fn rollers_that_a_mesh_shows_are_taken(of: fn(usize) -> usize, but: &str) {
         (rollers.rollers, rollers.gamma),
         (9, Handedness::XDeg(45.0))
     );
-    // To a tenth of a millimetre, as it is said.
-    let radius_m = shipped.wheels[0].rollers[0].radius_m;
+    // To a tenth of a millimetre, as it is said; as thick in its wheel as it is drawn, whose radius is 50 mm.
+    let radius_m = shipped.wheels[0].rollers[0].radius_m * touches_m.unwrap_or(0.05) / 0.05;
     assert!((rollers.roller_radius_m.expect("a radius") - radius_m).abs() < 1e-4);
     for (wheel, drawn) in loaded.robot.wheels.iter().zip(&shipped.wheels) {
         assert!(
