@@ -10,7 +10,6 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::World;
-use crate::contact::reaction::{Part, Partner};
 use crate::free::{Free, FreeBody, FreeBodyId};
 use crate::robot::articulated::Articulated;
 use crate::robot::payload::ActingPush;
@@ -180,16 +179,11 @@ impl World {
         if self.bodies.last().is_none_or(|body| body.free.is_none()) {
             return;
         }
-        for reaction in self.reactions.all() {
-            let (Part::Chassis | Part::Link(_) | Part::Roller(..), Partner::Of(b)) =
-                (reaction.a.part, reaction.b)
-            else {
-                continue;
-            };
+        for (reaction, b) in self.reactions.on_bodies() {
             if self.bodies[reaction.a.body].free.is_some() {
                 continue;
             }
-            let body = &mut self.bodies[b.body];
+            let body = &mut self.bodies[b];
             let normal = reaction.impulse.x * reaction.frame[0];
             let impulse_n_s = -(normal + reaction.friction_impulse_n_s());
             let mean_m_s = body.middle.chassis_velocity_m_s(&reaction.at_m);

@@ -1,7 +1,7 @@
 //! Reactions of the last step when bodies come together in one problem, or part: each goes on where it acted.
 
 use super::Reactions;
-use crate::contact::reaction::{Partner, Reaction};
+use crate::contact::reaction::{Part, Partner, Reaction};
 
 impl Reactions {
     /// Adds those of other bodies, which now stand behind so many.
@@ -15,6 +15,18 @@ impl Reactions {
         self.all.append(&mut other.all);
         self.dt_s = self.dt_s.max(other.dt_s);
         self.error = self.error.max(other.error);
+    }
+
+    /// Those by which a chassis, what hangs on it or a roller acts on another body: each with that body's place.
+    pub fn on_bodies(&self) -> impl Iterator<Item = (&Reaction, usize)> {
+        self.all
+            .iter()
+            .filter_map(|reaction| match (reaction.a.part, reaction.b) {
+                (Part::Chassis | Part::Link(_) | Part::Roller(..), Partner::Of(b)) => {
+                    Some((reaction, b.body))
+                }
+                _ => None,
+            })
     }
 
     /// Adds one of the last step between A and B, as they are numbered now.

@@ -9,7 +9,7 @@ use rapier3d::prelude::*;
 
 use super::rapier_world::{Held, InRapier, Met, Twin, Who};
 use crate::contact::bounds::Bounds;
-use crate::contact::reaction::{Part, Partner};
+use crate::contact::reaction::Partner;
 use crate::dynamics::Attached;
 use crate::engine::convert;
 use crate::free::{Free, FreeBodyId, Guest, LEAST_GRAVITY_M_S2, RapierObject, RawHandle, Rest};
@@ -26,7 +26,7 @@ const MOST: usize = 24;
 const IMMOVABLE: f64 = 1e9;
 
 /// A body of one's own as ilon's step needs it.
-struct Motion {
+struct GuestBody {
     floor_from_body: Isometry3<f64>,
     mass: MassProperties,
     /// Of its centre of mass, and its turning.
@@ -118,16 +118,11 @@ impl World {
         if self.bodies.last().is_none_or(|body| !body.is_guest()) {
             return;
         }
-        for reaction in self.reactions.all() {
-            let (Part::Chassis | Part::Link(_) | Part::Roller(..), Partner::Of(b)) =
-                (reaction.a.part, reaction.b)
-            else {
-                continue;
-            };
+        for (reaction, b) in self.reactions.on_bodies() {
             if self.bodies[reaction.a.body].is_guest() {
                 continue;
             }
-            let body = &mut self.bodies[b.body];
+            let body = &mut self.bodies[b];
             let center_m = body.middle.center_m();
             let mean_m_s = body.middle.chassis_velocity_m_s(&reaction.at_m);
             let Some(guest) = body.free.as_mut().and_then(|free| free.guest.as_mut()) else {
@@ -378,7 +373,7 @@ impl InRapier {
                     shapes_of(collider, *body_from_collider.unwrap_or(&Pose::IDENTITY))
                 });
                 (
-                    Motion::of(body, self.world.gravity, settings.dt_s),
+                    GuestBody::of(body, self.world.gravity, settings.dt_s),
                     shapes.collect(),
                 )
             }
@@ -387,7 +382,7 @@ impl InRapier {
                 let handle = ColliderHandle::from_raw_parts(index, generation);
                 let collider = self.world.colliders.get(handle)?;
                 let shapes = shapes_of(collider, Pose::IDENTITY);
-                (Motion::fixed(collider.position()), shapes)
+                (GuestBody::fixed(collider.position()), shapes)
             }
         };
         let mut guest = seen.built(own, shapes, settings);
@@ -412,7 +407,7 @@ impl InRapier {
     }
 }
 
-impl Motion {
+impl GuestBody {
     fn fixed(floor_from_body: &Pose) -> Self {
         Self {
             floor_from_body: convert::isometry(floor_from_body),
