@@ -8,6 +8,7 @@
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
 mod held;
+pub mod toml;
 
 use std::collections::BTreeSet;
 use std::fmt;

@@ -258,20 +258,24 @@ impl Error {
         }))
     }
 
-    /// TOML that is well-formed, and does not say what it is read for.
-    pub(crate) fn toml_value(error: &toml::de::Error, source_code: NamedSource<String>) -> Self {
-        let missing = error.message().strip_prefix("missing field ");
+    /// TOML that is well-formed, and does not say what it is read for: what is said of it, and where.
+    pub(crate) fn toml_value(
+        message: &str,
+        source_code: NamedSource<String>,
+        span: SourceSpan,
+    ) -> Self {
+        let missing = message.strip_prefix("missing field ");
         Self::Scenario(Box::new(ScenarioFault {
             message: match missing {
                 Some(key) => format!("the key {key} is missing"),
-                None => error.message().to_owned(),
+                None => message.to_owned(),
             },
             help: match missing {
                 Some(_) => "add it; `ilon schema` lists all keys".to_owned(),
                 None => "correct the value; `ilon schema` lists what each key takes".to_owned(),
             },
             source_code,
-            span: toml_span(error),
+            span,
         }))
     }
 }

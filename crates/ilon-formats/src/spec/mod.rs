@@ -12,6 +12,7 @@ mod suspension;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use ilon_files::toml::{DecodeError, decode_text};
 use schemars::JsonSchema;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -401,7 +402,7 @@ impl Spec {
     /// # Errors
     /// TOML that is malformed, of another form, or has unknown keys.
     pub fn from_toml_str(text: &str, file: &str) -> Result<Self, RobotError> {
-        toml::from_str(text).map_err(|e| of_toml(&e, text, file))
+        decode_text(text).map_err(|fault| of_toml(&fault, text, file))
     }
 
     /// Reads a description from TOML with some of its keys changed, see [`crate::LoadOptions::spec`].
@@ -417,10 +418,10 @@ impl Spec {
         if changes.is_empty() {
             return Ok(as_written);
         }
-        let mut table: Table = toml::from_str(text).map_err(|e| of_toml(&e, text, file))?;
+        let mut table: Table = decode_text(text).map_err(|fault| of_toml(&fault, text, file))?;
         changed::lay_over(&mut table, changes);
-        table.try_into().map_err(|e: toml::de::Error| {
-            let reason = format!("with its keys changed: {}", e.message());
+        decode_text(&table.to_string()).map_err(|fault| {
+            let reason = format!("with its keys changed: {}", fault.message);
             RobotError::new(file, Fault::Toml { reason })
         })
     }
@@ -444,14 +445,14 @@ fn pairs<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Vec<[f64; 2]>>, D:
     Ok(Some(pairs.into_iter().map(|Pair(pair)| pair).collect()))
 }
 
-fn of_toml(e: &toml::de::Error, text: &str, file: &str) -> RobotError {
+fn of_toml(fault: &DecodeError, text: &str, file: &str) -> RobotError {
     // What a whole number is called in Rust says nothing to who writes the file.
-    let reason = e
-        .message()
+    let reason = fault
+        .message
         .replace("expected usize", "expected a whole number");
     let error = RobotError::new(file, Fault::Toml { reason });
-    match e.span() {
-        Some(bytes) => error.at(&text.into(), bytes),
+    match &fault.span {
+        Some(bytes) => error.at(&text.into(), bytes.clone()),
         None => error,
     }
 }

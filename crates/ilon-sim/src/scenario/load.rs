@@ -4,9 +4,9 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::OnceLock;
 
 use ilon_files::FileAccess;
+use ilon_files::toml::{decode, encode};
 use miette::NamedSource;
 use schemars::JsonSchema;
-use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::DeTable;
@@ -122,7 +122,7 @@ impl Scenario {
 
     /// The scenario as TOML, with every default spelled out.
     pub fn to_toml(&self) -> Result<String, Error> {
-        toml::to_string(self).map_err(|source| Error::encode("the scenario", &source))
+        encode(self).map_err(|source| Error::encode("the scenario", &source))
     }
 
     /// A path of the scenario, from its own folder.
@@ -189,8 +189,10 @@ pub fn read_toml<T: DeserializeOwned + JsonSchema>(text: &str, path: &Path) -> R
             span: fault.span.into(),
         }))
     })?;
-    T::deserialize(toml::Deserializer::from(document))
-        .map_err(|error| Error::toml_value(&error, source()))
+    decode(document).map_err(|error| {
+        let span = error.span.unwrap_or_default();
+        Error::toml_value(&error.message, source(), span.into())
+    })
 }
 
 /// A path without `.` and, where what they undo is known, `..`.
@@ -290,8 +292,10 @@ fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error
             span,
         }))
     })?;
-    let mut scenario = Scenario::deserialize(toml::Deserializer::from(document.clone()))
-        .map_err(|error| Error::toml_value(&error, NamedSource::new(name, text.to_owned())))?;
+    let mut scenario: Scenario = decode(document.clone()).map_err(|error| {
+        let (source, span) = origins.of(&error.path, error.span.unwrap_or_default());
+        Error::toml_value(&error.message, source, span)
+    })?;
     scenario.world.floor.fill();
     scenario.object().map_err(|objection| {
         let Some((path, span)) = objection.place(document.get_ref()) else {
