@@ -6,20 +6,21 @@ use ilon_robot::Robot;
 use ilon_sim::Error;
 use nalgebra::Matrix3xX;
 
+use crate::checked_logs::{CheckedLogs, fits_delays};
 use crate::controller;
-use crate::delay;
+use crate::delay::Delay;
 use crate::directions::directions;
-use crate::kinematic_fit::{Evidence, Fitted, Noise, fit, take_noise};
-use crate::log::{Delayed, Kind, Log, anomalies, wiring};
+use crate::kinematic_fit::{Evidence, Fitted, Noise, fit};
+use crate::log::Log;
 use crate::model::{Model, Parameter};
 use crate::model_choice::{choose, end, judge, judged_by, matrix_of, trackers_of};
-use crate::motion::{Tracker, Window, reckoned, windows};
+use crate::motion::{Tracker, Window, reckoned};
 use crate::outcome::{
-    Drive, Errors, Held, Identified, Judged, NoiseFigures, Run, RunDoubt, Series, Value,
+    Errors, HeldParameter, Identified, Judged, JudgedBy, NoiseFigures, Run, Series, SteadyDrive,
+    Value,
 };
-use crate::read_logs::{delays, read, refuse};
 use crate::scatter::Scatter;
-use crate::simulate::{Observations, simulate};
+use crate::simulate::{Observations, SimulationFit, simulate};
 use crate::study::{ModelFile, Study};
 
 /// How far an identification is.
@@ -39,144 +40,111 @@ pub enum Progress {
 /// Where a log cannot be read, is not what it is stated to be, or does not say enough.
 pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<Identified, Error> {
     progress(Progress::Reading);
-    let mut logs = read(study)?;
-    let mut evidence = Evidence {
-        windows: Vec::new(),
-        series: study
-            .file
-            .runs
-            .iter()
-            .map(|run| run.series.clone())
-            .collect(),
-        held_out: study.file.runs.iter().map(|run| run.held_out).collect(),
-    };
-    let mut odd: Vec<RunDoubt> = Vec::new();
-    for (run, log) in logs.iter().enumerate() {
-        for doubt in anomalies::of_rows(log, &study.robot) {
-            refuse(study, run, &doubt)?;
-            odd.push(RunDoubt {
-                file: study.file.runs[run].file.display().to_string(),
-                doubt,
-            });
-        }
-        let found = windows(log, run, study.file.window_s);
-        if found.len() < FEWEST_WINDOWS {
-            return Err(crate::log::fault(
-                &study.resolve(&study.file.runs[run].file),
-                format!(
-                    "it holds {} stretches of {} s in which wheels turn, which is too few",
-                    found.len(),
-                    study.file.window_s
-                ),
-                "drive for longer, or compare shorter stretches: `window_s`",
-            ));
-        }
-        evidence.windows.extend(found);
+    let checked = CheckedLogs::read(study)?;
+    let candidates = Candidates::judge(study, &checked, progress)?;
+    let kinematics = Kinematics::of(study, &checked, &candidates)?;
+    let mut outcome = outcome(study, &checked, &candidates, &kinematics)?;
+    if let Some(section) = &study.file.simulate {
+        let count = |count: u32| progress(Progress::Simulating(count));
+        let all = all_windows(&checked.evidence);
+        let seen = Observations {
+            windows: &all,
+            held_out: &checked.evidence.held_out,
+            trackers: &kinematics.trackers,
+            logs: &checked.logs,
+        };
+        let found = simulate(study, section, &seen, &kinematics.nominal, &count)?;
+        add_simulated(&mut outcome, found);
     }
-    // A single run may not move enough ways for that; runs of a series are wired alike.
-    let all: Vec<&Window> = evidence.windows.iter().collect();
-    for series in evidence.series_of(&all) {
-        let of_series: Vec<&Window> = all
-            .iter()
-            .copied()
-            .filter(|window| evidence.series[window.run] == series)
-            .collect();
-        if let (Some(first), Some(doubt)) = (
-            of_series.first(),
-            wiring::of_motion(&of_series, &study.robot),
-        ) {
-            let doubt = match doubt.kind {
-                // Neither wheels nor the tracker's hand: one of its axes alone may be otherwise, which displacements do not show.
-                Kind::Unexplained | Kind::Wiring => {
-                    let runs: Vec<&Log> = logs
-                        .iter()
-                        .zip(&evidence.series)
-                        .filter(|(_, of)| **of == series)
-                        .map(|(log, _)| log)
-                        .collect();
-                    let axis = wiring::of_axes(&runs, &study.robot, study.file.window_s);
-                    axis.unwrap_or(doubt)
-                }
-                _ => doubt,
-            };
-            refuse(study, first.run, &doubt)?;
+    Ok(outcome)
+}
+
+/// A model of the kinematics as fitted, with its errors on what it was fitted to and on what was kept back.
+type Fit = (Fitted, Errors, Errors);
+
+/// The models of the kinematics that were tried, and how each does.
+struct Candidates {
+    files: Vec<ModelFile>,
+    fits: Vec<Fit>,
+    /// Which of them is chosen.
+    chosen: usize,
+    /// The robot as it is known.
+    nominal: Fit,
+    judged_by: JudgedBy,
+}
+
+impl Candidates {
+    fn judge(
+        study: &Study,
+        checked: &CheckedLogs,
+        progress: &(dyn Fn(Progress) + Sync),
+    ) -> Result<Self, Error> {
+        let CheckedLogs {
+            logs,
+            evidence,
+            noise,
+            ..
+        } = checked;
+        let judged_by = judged_by(evidence, &evidence.kept_back());
+        let files = models(study);
+        let mut fits = Vec::new();
+        for model in &files {
+            progress(Progress::Fitting(model.name.clone()));
+            fits.push(judge(study, model, evidence, *noise, logs, judged_by)?);
         }
-    }
-    let delays = delays(study, &logs)?;
-    for (series, delay) in &delays {
-        let of_series = |run: &usize| evidence.series[*run] == *series;
-        let runs: Vec<usize> = (0..logs.len()).filter(of_series).collect();
-        match (study.file.log.delay_s, runs.first()) {
-            (Some(Delayed::Fitted(_)), _) => {
-                for run in runs {
-                    logs[run] = delay::shifted(&logs[run], delay.value_s);
-                }
-            }
-            (None, Some(first)) if delay.is_shown => odd.push(RunDoubt {
-                file: study.file.runs[*first].file.display().to_string(),
-                doubt: anomalies::anomaly(
-                    Kind::Delay,
-                    false,
-                    format!(
-                        "the poses come {} s after the wheels ({} to {} s)",
-                        anomalies::shown(delay.value_s),
-                        anomalies::shown(delay.interval.low),
-                        anomalies::shown(delay.interval.high)
-                    ),
-                    "two clocks, or a tracker that takes its time: `delay_s = \"fit\"` in `[log]` takes it out",
-                ),
-            }),
-            _ => {}
-        }
-    }
-    if matches!(study.file.log.delay_s, Some(Delayed::Fitted(_))) {
-        evidence.windows = logs
-            .iter()
-            .enumerate()
-            .flat_map(|(run, log)| windows(log, run, study.file.window_s))
-            .collect();
-    }
-    let (noise, left_out) = take_noise(&mut evidence);
-    let fitted_windows = evidence.fitted();
-    if fitted_windows.is_empty() {
-        return Err(Error::invalid(
-            "nothing is left to fit: all stretches were outliers",
-            "look at the logs, and compare longer stretches: `window_s`",
-        ));
+        Ok(Self {
+            chosen: choose(&fits),
+            nominal: judge(study, &nominal_model(), evidence, *noise, logs, judged_by)?,
+            files,
+            fits,
+            judged_by,
+        })
     }
 
-    let listed = models(study);
-    let mut tried: Vec<(Fitted, Errors, Errors)> = Vec::new();
-    let kept_back = evidence.kept_back();
-    let judged_by = judged_by(&evidence, &kept_back);
-    for model in &listed {
-        progress(Progress::Fitting(model.name.clone()));
-        tried.push(judge(study, model, &evidence, noise, &logs, judged_by)?);
+    fn chosen(&self) -> &Fit {
+        &self.fits[self.chosen]
     }
-    let chosen = choose(&tried);
-    let nominal = judge(study, &nominal_model(), &evidence, noise, &logs, judged_by)?;
+}
 
-    let (fitted, fit_errors, held_out_errors) = &tried[chosen];
-    let matrix = matrix_of(fitted)?;
-    let own = matrix_of(&nominal.0)?;
-    let trackers = trackers_of(study, fitted, &evidence, noise)?;
+/// What turns rates of wheels into twists, and poses of the robot into those that are seen.
+struct Kinematics {
+    /// Of the robot as it is known.
+    nominal: Matrix3xX<f64>,
+    /// Of the model that is chosen.
+    fitted: Matrix3xX<f64>,
+    /// Of each run.
+    trackers: Vec<Tracker>,
+}
+
+impl Kinematics {
+    fn of(study: &Study, checked: &CheckedLogs, candidates: &Candidates) -> Result<Self, Error> {
+        let (chosen, ..) = candidates.chosen();
+        Ok(Self {
+            fitted: matrix_of(chosen)?,
+            nominal: matrix_of(&candidates.nominal.0)?,
+            trackers: trackers_of(study, chosen, &checked.evidence, checked.noise)?,
+        })
+    }
+}
+
+/// What was found by the kinematics alone.
+fn outcome(
+    study: &Study,
+    checked: &CheckedLogs,
+    candidates: &Candidates,
+    kinematics: &Kinematics,
+) -> Result<Identified, Error> {
+    let (evidence, noise) = (&checked.evidence, checked.noise);
+    let (fitted, fit_errors, held_out_errors) = candidates.chosen();
     let valued = valued(fitted, &study.robot);
     let mut parameters = by_name(&valued, &study.robot, |_| true);
-    if matches!(study.file.log.delay_s, Some(Delayed::Fitted(_))) {
-        for (series, delay) in &delays {
-            let name = match series.as_str() {
-                "" => "tracker.delay_s".to_owned(),
-                series => format!("tracker.delay_s.{series}"),
-            };
-            parameters.insert(name, Value::new(delay.value_s, delay.interval, "s", 0.0));
-        }
-    }
-    let all_gains = fit_gains(study, &evidence, noise, &fitted_windows)?;
+    parameters.extend(fitted_delays(study, checked));
+    let all_gains = fit_gains(study, evidence, noise, &evidence.fitted())?;
     let gains = controller::gains(&study.robot, &all_gains);
-    let mut outcome = Identified {
+    Ok(Identified {
         study: study.name(),
         ilon: env!("CARGO_PKG_VERSION").to_owned(),
-        model: listed[chosen].name.clone(),
+        model: candidates.files[candidates.chosen].name.clone(),
         parameters,
         derived: derived(fitted),
         controller: controller::controller(&study.robot, &gains, &valued),
@@ -184,11 +152,12 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
         held: held(fitted, &study.robot),
         fit: *fit_errors,
         held_out: *held_out_errors,
-        judged_by,
-        nominal: nominal.2,
-        models: listed
+        judged_by: candidates.judged_by,
+        nominal: candidates.nominal.2,
+        models: candidates
+            .files
             .iter()
-            .zip(&tried)
+            .zip(&candidates.fits)
             .map(|(file, (fitted, fit, held_out))| Judged {
                 name: file.name.clone(),
                 parameters: of_robot(fitted, &study.robot),
@@ -198,19 +167,19 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
             })
             .collect(),
         residual: directions(
-            &all_windows(&evidence),
+            &all_windows(evidence),
             &study.robot,
-            &own,
-            &matrix,
-            &trackers,
+            &kinematics.nominal,
+            &kinematics.fitted,
+            &kinematics.trackers,
             study.file.window_s,
         ),
-        series: series(study, &evidence, noise)?,
-        runs: runs(study, &logs, &own, &matrix, &trackers),
+        series: series(study, evidence, noise)?,
+        runs: runs(study, &checked.logs, kinematics),
         noise: NoiseFigures {
             position_m: noise.position_m,
             heading_rad: noise.heading_rad,
-            left_out,
+            left_out: checked.left_out,
         },
         intervals_over: if fitted.over_runs {
             "runs"
@@ -219,45 +188,51 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
         }
         .to_owned(),
         intervals_count: fitted.scatter.as_ref().map_or(0, Scatter::count),
-        doubts: odd,
+        doubts: checked.doubts.clone(),
         simulated_keys: Vec::new(),
         simulation: None,
-    };
-    if let Some(section) = &study.file.simulate {
-        let count = |count: u32| progress(Progress::Simulating(count));
-        let all = all_windows(&evidence);
-        let seen = Observations {
-            windows: &all,
-            held_out: &evidence.held_out,
-            trackers: &trackers,
-            logs: &logs,
-        };
-        let found = simulate(study, section, &seen, &own, &count)?;
-        for (key, value) in found.parameters {
-            outcome.simulated_keys.push(key.clone());
-            outcome.parameters.insert(key, value);
-        }
-        for direction in &mut outcome.residual {
-            let near = found.simulation.drives.iter().min_by(|a, b| {
-                let apart = |drive: &Drive| apart_deg(drive.direction_deg, direction.direction_deg);
-                apart(a).total_cmp(&apart(b))
-            });
-            let near =
-                near.filter(|drive| apart_deg(drive.direction_deg, direction.direction_deg) < 4.0);
-            direction.simulated = near.map(|drive| drive.simulated * found.simulation.scale);
-        }
-        outcome.simulation = Some(found.simulation);
-    }
-    Ok(outcome)
+    })
 }
+
+/// The times by which poses come later than wheels, where they are fitted.
+fn fitted_delays(study: &Study, checked: &CheckedLogs) -> BTreeMap<String, Value> {
+    if !fits_delays(study) {
+        return BTreeMap::new();
+    }
+    let of = |(series, delay): &(String, Delay)| {
+        let name = match series.as_str() {
+            "" => "tracker.delay_s".to_owned(),
+            series => format!("tracker.delay_s.{series}"),
+        };
+        (name, Value::new(delay.value_s, delay.interval, "s", 0.0))
+    };
+    checked.delays.iter().map(of).collect()
+}
+
+/// Adds what the simulation of the same drives found.
+fn add_simulated(outcome: &mut Identified, found: SimulationFit) {
+    for (key, value) in found.parameters {
+        outcome.simulated_keys.push(key.clone());
+        outcome.parameters.insert(key, value);
+    }
+    for direction in &mut outcome.residual {
+        let apart = |drive: &&SteadyDrive| apart_deg(drive.direction_deg, direction.direction_deg);
+        let drives = found.simulation.drives.iter();
+        let near = drives.min_by(|a, b| apart(a).total_cmp(&apart(b)));
+        direction.simulated = near
+            .filter(|drive| apart(drive) < NEAR_DEG)
+            .map(|drive| drive.simulated * found.simulation.scale);
+    }
+    outcome.simulation = Some(found.simulation);
+}
+
+/// Directions that are no further apart are one.
+const NEAR_DEG: f64 = 4.0;
 
 fn apart_deg(a: f64, b: f64) -> f64 {
     let apart = (a - b).rem_euclid(360.0);
     apart.min(360.0 - apart)
 }
-
-/// Fewer stretches of a run than this say nothing.
-const FEWEST_WINDOWS: usize = 4;
 
 fn all_windows(evidence: &Evidence) -> Vec<&Window> {
     evidence.windows.iter().collect()
@@ -290,11 +265,11 @@ fn models(study: &Study) -> Vec<ModelFile> {
     ]
 }
 
-fn held(fitted: &Fitted, robot: &Robot) -> Vec<Held> {
+fn held(fitted: &Fitted, robot: &Robot) -> Vec<HeldParameter> {
     fitted
         .held
         .iter()
-        .map(|(parameter, why)| Held {
+        .map(|(parameter, why)| HeldParameter {
             name: parameter.name(robot),
             value: parameter.nominal(robot),
             why: why.clone(),
@@ -395,26 +370,25 @@ fn series(study: &Study, evidence: &Evidence, noise: Noise) -> Result<Vec<Series
     evidence.series_of(&all).iter().map(of).collect()
 }
 
-fn runs(
-    study: &Study,
-    logs: &[Log],
-    own: &Matrix3xX<f64>,
-    matrix: &Matrix3xX<f64>,
-    trackers: &[Tracker],
-) -> Vec<Run> {
+fn runs(study: &Study, logs: &[Log], kinematics: &Kinematics) -> Vec<Run> {
+    let Kinematics {
+        nominal,
+        fitted,
+        trackers,
+    } = kinematics;
     let one = |(run, log): (usize, &Log)| {
         let file = &study.file.runs[run];
-        let path_m = reckoned(log, own, &Tracker::default())
+        let path_m = reckoned(log, nominal, &Tracker::default())
             .windows(2)
             .map(|pair| libm::hypot(pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]))
             .sum();
-        let (end_position_m, end_heading_rad) = end(log, matrix, &trackers[run]);
+        let (end_position_m, end_heading_rad) = end(log, fitted, &trackers[run]);
         Run {
             file: file.file.display().to_string(),
             held_out: file.held_out,
             duration_s: log.duration_s(),
             path_m,
-            end_position_nominal_m: end(log, own, &trackers[run]).0,
+            end_position_nominal_m: end(log, nominal, &trackers[run]).0,
             end_position_m,
             end_heading_rad,
         }

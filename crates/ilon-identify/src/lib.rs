@@ -34,6 +34,7 @@
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
+mod checked_logs;
 mod controller;
 pub mod delay;
 mod directions;

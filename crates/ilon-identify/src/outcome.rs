@@ -25,7 +25,7 @@ pub struct Identified {
     /// What a controller is to be set to.
     pub controller: Controller,
     /// What the log does not determine, and was held at the robot's own value.
-    pub held: Vec<Held>,
+    pub held: Vec<HeldParameter>,
     /// The errors on what was fitted.
     pub fit: Errors,
     /// The same on what was not.
@@ -157,7 +157,7 @@ pub struct WheelSetting {
 
 /// A parameter that was not fitted.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Held {
+pub struct HeldParameter {
     /// Its name.
     pub name: String,
     /// At what it was held.
@@ -201,7 +201,7 @@ pub struct Judged {
     /// Its parameters, those of the tracker left out.
     pub parameters: BTreeMap<String, Value>,
     /// What was held.
-    pub held: Vec<Held>,
+    pub held: Vec<HeldParameter>,
     /// The errors on what was fitted.
     pub fit: Errors,
     /// The errors on what was not.
@@ -272,7 +272,7 @@ pub struct Simulation {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub series: Vec<SimulatedSeries>,
     /// Each drive.
-    pub drives: Vec<Drive>,
+    pub drives: Vec<SteadyDrive>,
     /// What other values of keys come to.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub beside: Vec<Beside>,
@@ -373,7 +373,7 @@ pub struct DriveRipple {
 
 /// A steady drive in one direction, measured and simulated.
 #[derive(Clone, Debug, Serialize)]
-pub struct Drive {
+pub struct SteadyDrive {
     /// The log that it is of.
     pub file: String,
     /// Whether it was kept back.

@@ -10,7 +10,7 @@ use crate::motion::GAP;
 /// What kind of fault it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum AnomalyKind {
     /// Rows are missing.
     Gap,
     /// The unit of time cannot be right.
@@ -37,7 +37,7 @@ pub enum Kind {
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Anomaly {
     /// What kind of fault it is.
-    pub kind: Kind,
+    pub kind: AnomalyKind,
     /// Whether nothing can be fitted to the log as it is.
     pub is_fatal: bool,
     /// What is wrong.
@@ -47,7 +47,7 @@ pub struct Anomaly {
 }
 
 pub(crate) fn anomaly(
-    kind: Kind,
+    kind: AnomalyKind,
     is_fatal: bool,
     message: String,
     help: impl Into<String>,
@@ -73,7 +73,7 @@ pub fn of_rows(log: &Log, robot: &Robot) -> Vec<Anomaly> {
             false => ("times are in s", "\"s\""),
         };
         anomalies.push(anomaly(
-            Kind::TimeUnit,
+            AnomalyKind::TimeUnit,
             true,
             format!("its rows are {} s apart", shown(period_s)),
             format!("no robot is logged like that: {cause}? Then `log.time` has the unit {unit}"),
@@ -103,7 +103,7 @@ fn gaps(log: &Log, period_s: f64, anomalies: &mut Vec<Anomaly>) {
     if count > 0 {
         let share = lost_s / log.duration_s();
         anomalies.push(anomaly(
-            Kind::Gap,
+            AnomalyKind::Gap,
             share > 0.5,
             format!(
                 "{count} gap{} in its times, {} s in all; the longest, {} s, after {} s",
@@ -160,7 +160,7 @@ fn resets(log: &Log, robot: &Robot, period_s: f64, anomalies: &mut Vec<Anomaly>)
                 .to_owned()
         };
         anomalies.push(anomaly(
-            Kind::Reset,
+            AnomalyKind::Reset,
             true,
             format!(
                 "the angle of `{}` jumps by {} rad at {} s{}",
@@ -185,7 +185,7 @@ fn resets(log: &Log, robot: &Robot, period_s: f64, anomalies: &mut Vec<Anomaly>)
         });
     if fastest > FASTEST_RAD_S && anomalies.is_empty() {
         anomalies.push(anomaly(
-            Kind::Unit,
+            AnomalyKind::Unit,
             true,
             format!("a wheel turns at {} rad/s on the mean", shown(fastest)),
             "no wheel does: angles in ticks or degrees that are stated as radians or turns, or ticks of the motor and not of the wheel",
@@ -200,7 +200,7 @@ fn resets(log: &Log, robot: &Robot, period_s: f64, anomalies: &mut Vec<Anomaly>)
         .fold(0.0, f64::max);
     if most < 0.1 {
         anomalies.push(anomaly(
-            Kind::Still,
+            AnomalyKind::Still,
             true,
             format!("no wheel turns by more than {} rad", shown(most)),
             "the robot stood still, or angles in turns or revolutions are stated in a smaller unit",
@@ -212,7 +212,7 @@ fn tracker(log: &Log, robot: &Robot, anomalies: &mut Vec<Anomaly>) {
     let unseen = log.unseen.iter().filter(|unseen| **unseen).count();
     if unseen > 0 {
         anomalies.push(anomaly(
-            Kind::Gap,
+            AnomalyKind::Gap,
             unseen * 2 > log.len(),
             format!(
                 "the tracker did not see the robot in {unseen} of {} rows",
@@ -237,7 +237,7 @@ fn tracker(log: &Log, robot: &Robot, anomalies: &mut Vec<Anomaly>) {
         .collect();
     if let Some(first) = jumps.first() {
         anomalies.push(anomaly(
-            Kind::Jump,
+            AnomalyKind::Jump,
             false,
             format!(
                 "the pose jumps by {} m between two rows at {} s{}",
@@ -270,7 +270,7 @@ fn tracker(log: &Log, robot: &Robot, anomalies: &mut Vec<Anomaly>) {
     }
     if let Some((for_s, from_s)) = frozen {
         anomalies.push(anomaly(
-            Kind::Frozen,
+            AnomalyKind::Frozen,
             for_s > 0.5 * log.duration_s(),
             format!(
                 "the pose is the same for {} s from {} s on, while wheels turn",

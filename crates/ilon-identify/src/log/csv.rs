@@ -10,7 +10,7 @@ use ilon_sim::Error;
 use ilon_sim::foreign::{self, is_head_of_log, quoted};
 use ilon_sim::scenario::nearest;
 
-use super::format::{Column, Format, Measure, Place};
+use super::format::{Column, ColumnPlace, Format, Measure};
 use super::series::{Log, MAX_BYTES, MOST_ROWS, fault};
 
 /// A column that was found.
@@ -218,8 +218,8 @@ fn found(
     column: &Column,
 ) -> Result<NamedColumn, Error> {
     let place = match &column.column {
-        Place::Number(number) => number.saturating_sub(1),
-        Place::Name(name) => {
+        ColumnPlace::Number(number) => number.saturating_sub(1),
+        ColumnPlace::Name(name) => {
             let mut places = (0..names.len()).filter(|place| names[*place] == *name);
             match (places.next(), places.next()) {
                 (Some(place), None) => place,
@@ -266,8 +266,8 @@ fn found(
         ));
     };
     let name = match &column.column {
-        Place::Name(name) => name.clone(),
-        Place::Number(number) => number.to_string(),
+        ColumnPlace::Name(name) => name.clone(),
+        ColumnPlace::Number(number) => number.to_string(),
     };
     Ok(NamedColumn {
         place,

@@ -102,7 +102,7 @@ fn joint_states() -> String {
 #[serde(deny_unknown_fields)]
 pub struct Column {
     /// Its name in the header, or its place, counted from 1.
-    pub column: Place,
+    pub column: ColumnPlace,
     /// Its unit: `"s"`, `"ms"`, `"us"`, `"ns"`; `"m"`, `"cm"`, `"mm"`, `"in"`; `"rad"`, `"deg"`, `"turns"`, `"ticks"`; `"rad/s"`, `"deg/s"`, `"rpm"`,
     /// `"turns/s"`; `"A"`, `"mA"`.
     pub unit: String,
@@ -133,7 +133,7 @@ fn unity() -> f64 {
 /// Where a column is found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
-pub enum Place {
+pub enum ColumnPlace {
     /// So many columns in, counted from 1.
     Number(usize),
     /// Under this name in the header.
@@ -269,13 +269,13 @@ pub(crate) fn check(format: &Format, robot: &Robot) -> Result<(), Error> {
                 );
             }
         }
-        if matches!(&column.column, Place::Number(0)) {
+        if matches!(&column.column, ColumnPlace::Number(0)) {
             return invalid(
                 format!("`log.{name}` is column 0"),
                 "columns count from 1".to_owned(),
             );
         }
-        if format.header_line == 0 && matches!(column.column, Place::Name(_)) {
+        if format.header_line == 0 && matches!(column.column, ColumnPlace::Name(_)) {
             return invalid(
                 format!(
                     "`log.{name}` is given by a name, but `log.header_line` = 0 says that there are none"

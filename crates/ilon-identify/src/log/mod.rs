@@ -15,9 +15,9 @@ use ilon_sim::Error;
 
 use self::series::FEWEST_ROWS;
 
-pub use anomalies::{Anomaly, Kind};
+pub use anomalies::{Anomaly, AnomalyKind};
 pub(crate) use format::check;
-pub use format::{Bag, Column, Delayed, Fitted, Format, Place};
+pub use format::{Bag, Column, ColumnPlace, Delayed, Fitted, Format};
 pub use series::Log;
 pub(crate) use series::{fault, middle};
 

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use ilon_robot::Robot;
 use nalgebra::Matrix3xX;
 
-use super::anomalies::{Anomaly, Kind, anomaly, shown};
+use super::anomalies::{Anomaly, AnomalyKind, anomaly, shown};
 use super::series::Log;
 use crate::model::{Model, Parameter};
 use crate::motion::{Window, windows};
@@ -40,7 +40,7 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
                 && !near(stated.turn_scale.abs(), stated.scale)
             {
                 return Some(anomaly(
-                    Kind::Unit,
+                    AnomalyKind::Unit,
                     true,
                     format!(
                         "the heading changes {} times as much as the wheels turn the robot",
@@ -76,7 +76,7 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
         let is_turned = stated.explained >= EXPLAINED && changes > 1;
         if !is_turned {
             return Some(anomaly(
-                Kind::Wiring,
+                AnomalyKind::Wiring,
                 true,
                 format!(
                     "the wheels as stated explain {:.0} % of the motion; otherwise wired they explain {:.0} %",
@@ -89,7 +89,7 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
     }
     if stated.explained >= EXPLAINED {
         return Some(anomaly(
-            Kind::Wiring,
+            AnomalyKind::Wiring,
             true,
             format!(
                 "the robot moves {turned_deg:.0} degrees off the direction in which its wheels drive it"
@@ -101,7 +101,7 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
         ));
     }
     Some(anomaly(
-        Kind::Unexplained,
+        AnomalyKind::Unexplained,
         true,
         format!(
             "the wheels explain {:.0} % of the motion, in whichever order and direction they are taken",
@@ -157,7 +157,7 @@ pub fn of_axes(logs: &[&Log], robot: &Robot, window_s: f64) -> Option<Anomaly> {
         .max_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
     (most >= EXPLAINED && as_stated < EXPLAINED).then(|| {
         anomaly(
-            Kind::Wiring,
+            AnomalyKind::Wiring,
             true,
             format!(
                 "the wheels as stated explain {:.0} % of the motion; with one of the tracker's axes changed they explain {:.0} %",
@@ -237,7 +237,7 @@ fn scale_doubt(stated: &Guess) -> Option<Anomaly> {
             .to_owned(),
     };
     Some(anomaly(
-        Kind::Unit,
+        AnomalyKind::Unit,
         true,
         format!(
             "the robot moves {} times as far as its wheels drive it",

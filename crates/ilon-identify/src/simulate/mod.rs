@@ -23,13 +23,13 @@ pub use self::config::{
     BesideFile, CurrentsFile, HeadingFile, Logged, Phases, RippleFile, Simulate,
 };
 use self::drive::Ready;
-use self::fitting::{Problem, Rig, shown};
+use self::fitting::{Fitted, Problem, Rig, shown};
 pub(crate) use self::observations::Observations;
 use self::parameters::{Free, free_of, start_of};
 use self::phases::Starts;
 use self::residuals::{Scales, SimulatedLegs};
 use self::steady_drives::{Leg, legs};
-use crate::least_squares::Search;
+use crate::least_squares::{Minimum, Search};
 use crate::outcome::{Beside, Elsewhere, Simulation, Value};
 use crate::study::{Study, flat};
 
@@ -55,28 +55,7 @@ pub(crate) fn simulate(
     let (legs, drives) = legs(study, section, seen, nominal);
     let fitted: Vec<&Leg> = legs.iter().filter(|leg| !held_out[leg.run]).collect();
     let scales = Scales::new(section, study, &fitted);
-    let equations: usize = fitted.iter().map(|leg| leg.equations()).sum();
-    if equations < free.len() + scales.series.len() {
-        return Err(Error::invalid(
-            format!(
-                "{} directions of motion cannot determine {} keys",
-                fitted.len(),
-                free.len()
-            ),
-            "leave fewer keys free below `[simulate.free]`, or drive in more directions",
-        ));
-    }
-    if let Some(ripple) = &section.ripple
-        && fitted.iter().all(|leg| leg.ripple.is_none())
-    {
-        return Err(Error::invalid(
-            format!(
-                "no drive that is fitted has a steady stretch of {} s whose ripple could be compared",
-                ripple.stretch_s
-            ),
-            "let `simulate.ripple.stretch_s` be shorter than the drives and as long as 16 rows of the log or more, or leave the section out",
-        ));
-    }
+    refuse_what_nothing_determines(section, &free, &fitted, &scales)?;
     refuse_what_cannot_be(study, &free)?;
     let mut wanted: Vec<usize> = fitted.iter().map(|leg| leg.drive).collect();
     wanted.sort_unstable();
@@ -92,62 +71,20 @@ pub(crate) fn simulate(
     };
     let (start, search) = search_of(section, &free, &scales.means(&fitted));
     let problem = |starts: Starts| Problem::new(&rig, &free, &scales, (&fitted, &wanted), starts);
-    let (starts, fit, do_matter) = match section.phases {
-        Some(Phases::Logged(Logged::Log)) => (
-            Starts::Log,
-            problem(Starts::Log).fit(&start, &search)?,
-            None,
-        ),
-        Some(Phases::Count(1)) => (
-            Starts::File,
-            problem(Starts::File).fit(&start, &search)?,
-            None,
-        ),
-        Some(Phases::Count(count)) => {
-            let starts = Starts::Sets(count);
-            (starts, problem(starts).fit(&start, &search)?, Some(true))
-        }
-        None => {
-            let from_file = problem(Starts::File);
-            let known = from_file.fit_unless_angles_matter(&start, &search)?;
-            match known {
-                Some(fit) => (Starts::File, fit, Some(false)),
-                None => {
-                    let starts = Starts::Sets(SETS);
-                    (starts, problem(starts).fit(&start, &search)?, Some(true))
-                }
-            }
-        }
-    };
+    let FromStarts {
+        starts,
+        fit,
+        do_matter,
+    } = fit_from_starts(section.phases, problem, &start, &search)?;
     let found = &fit.found;
     let keys = free.len();
     let values = shown(&free, &found.values[..keys]);
-    let mut parameters = Vec::new();
-    let mut open = Vec::new();
-    let mut cut_off = Vec::new();
-    for (axis, free) in free.iter().enumerate() {
-        let mut interval = fit.intervals[axis];
-        let (low, high) = search.bounds[axis];
-        let rounded = 1e-9 * (high - low);
-        let reaches = [
-            interval.low <= low + rounded,
-            interval.high >= high - rounded,
-        ];
-        match reaches {
-            [true, true] => open.push(free.key.clone()),
-            [true, false] | [false, true] => cut_off.push(free.key.clone()),
-            [false, false] => {}
-        }
-        // Beyond its ends nothing was tried, and nothing may be there: no number stays none.
-        interval.low = interval.low.clamp(low, high);
-        interval.high = interval.high.clamp(low, high);
-        if free.is_log {
-            interval.low = libm::exp(interval.low);
-            interval.high = libm::exp(interval.high);
-        }
-        let value = Value::new(values[axis], interval, "", start_of(free));
-        parameters.push((free.key.clone(), value));
-    }
+    let at_bounds = at_bounds(&free, found, &search);
+    let Ranges {
+        parameters,
+        open,
+        cut_off,
+    } = ranges(&free, &values, &fit, &search, &at_bounds);
 
     let every: Vec<usize> = (0..drives.len()).collect();
     let ready = Ready::new(study, &drive::keys(study, &free, &values, &[]))?;
@@ -166,33 +103,12 @@ pub(crate) fn simulate(
             drives: compared.others(),
         });
     }
-    let insensitive: Vec<String> = free
-        .iter()
-        .enumerate()
-        .filter(|(axis, _)| {
-            let changes = found.jacobian.column(*axis).norm()
-                * (search.bounds[*axis].1 - search.bounds[*axis].0);
-            changes < 1.0
-        })
-        .map(|(_, free)| free.key.clone())
-        .collect();
+    let insensitive = insensitive(&free, found, &search);
     let of_one_run = free.iter().zip(&fit.intervals);
     let of_one_run = of_one_run
         .filter(|(free, interval)| interval.low.is_nan() && !insensitive.contains(&free.key))
         .map(|(free, _)| free.key.clone())
         .collect();
-    let at_bounds: Vec<String> = free
-        .iter()
-        .enumerate()
-        .filter(|(axis, _)| {
-            let (low, high) = search.bounds[*axis];
-            let margin = 0.005 * (high - low);
-            found.values[*axis] < low + margin || found.values[*axis] > high - margin
-        })
-        .map(|(_, free)| free.key.clone())
-        .collect();
-    // Of a value at the end of its range that is said already.
-    cut_off.retain(|key| !at_bounds.contains(key));
     let elsewhere = free.iter().zip(&fit.elsewhere).filter_map(|(free, value)| {
         Some(Elsewhere {
             key: free.key.clone(),
@@ -229,6 +145,146 @@ pub(crate) fn simulate(
             beside,
         },
     })
+}
+
+/// Refuses fewer directions of motion than keys, and a ripple of which there is none.
+fn refuse_what_nothing_determines(
+    section: &Simulate,
+    free: &[Free],
+    fitted: &[&Leg],
+    scales: &Scales,
+) -> Result<(), Error> {
+    let equations: usize = fitted.iter().map(|leg| leg.equations()).sum();
+    if equations < free.len() + scales.series.len() {
+        return Err(Error::invalid(
+            format!(
+                "{} directions of motion cannot determine {} keys",
+                fitted.len(),
+                free.len()
+            ),
+            "leave fewer keys free below `[simulate.free]`, or drive in more directions",
+        ));
+    }
+    if let Some(ripple) = &section.ripple
+        && fitted.iter().all(|leg| leg.ripple.is_none())
+    {
+        return Err(Error::invalid(
+            format!(
+                "no drive that is fitted has a steady stretch of {} s whose ripple could be compared",
+                ripple.stretch_s
+            ),
+            "let `simulate.ripple.stretch_s` be shorter than the drives and as long as 16 rows of the log or more, or leave the section out",
+        ));
+    }
+    Ok(())
+}
+
+/// A fit, the wheel angles from which its drives begin, and whether they matter, where that was asked.
+struct FromStarts {
+    starts: Starts,
+    fit: Fitted,
+    do_matter: Option<bool>,
+}
+
+/// Fits from the wheel angles that a study states; where it states none, from those of the robot's file, unless angles matter.
+fn fit_from_starts<'a>(
+    phases: Option<Phases>,
+    problem: impl Fn(Starts) -> Problem<'a>,
+    start: &[f64],
+    search: &Search,
+) -> Result<FromStarts, Error> {
+    let fit = |starts: Starts, do_matter: Option<bool>| {
+        Ok(FromStarts {
+            starts,
+            fit: problem(starts).fit(start, search)?,
+            do_matter,
+        })
+    };
+    match phases {
+        Some(Phases::Logged(Logged::Log)) => fit(Starts::Log, None),
+        Some(Phases::Count(1)) => fit(Starts::File, None),
+        Some(Phases::Count(count)) => fit(Starts::Sets(count), Some(true)),
+        None => match problem(Starts::File).fit_unless_angles_matter(start, search)? {
+            Some(known) => Ok(FromStarts {
+                starts: Starts::File,
+                fit: known,
+                do_matter: Some(false),
+            }),
+            None => fit(Starts::Sets(SETS), Some(true)),
+        },
+    }
+}
+
+/// The keys that were fitted with their intervals, and those of whose interval an end or both lie at the ends of what was searched.
+struct Ranges {
+    parameters: Vec<(String, Value)>,
+    open: Vec<String>,
+    cut_off: Vec<String>,
+}
+
+fn ranges(
+    free: &[Free],
+    values: &[f64],
+    fit: &Fitted,
+    search: &Search,
+    at_bounds: &[String],
+) -> Ranges {
+    let mut ranges = Ranges {
+        parameters: Vec::new(),
+        open: Vec::new(),
+        cut_off: Vec::new(),
+    };
+    for (axis, free) in free.iter().enumerate() {
+        let mut interval = fit.intervals[axis];
+        let (low, high) = search.bounds[axis];
+        let rounded = 1e-9 * (high - low);
+        let reaches = [
+            interval.low <= low + rounded,
+            interval.high >= high - rounded,
+        ];
+        match reaches {
+            [true, true] => ranges.open.push(free.key.clone()),
+            // Of a value at the end of its range that is said already.
+            [true, false] | [false, true] if !at_bounds.contains(&free.key) => {
+                ranges.cut_off.push(free.key.clone());
+            }
+            _ => {}
+        }
+        // Beyond its ends nothing was tried, and nothing may be there: no number stays none.
+        interval.low = interval.low.clamp(low, high);
+        interval.high = interval.high.clamp(low, high);
+        if free.is_log {
+            interval.low = libm::exp(interval.low);
+            interval.high = libm::exp(interval.high);
+        }
+        let value = Value::new(values[axis], interval, "", start_of(free));
+        ranges.parameters.push((free.key.clone(), value));
+    }
+    ranges
+}
+
+/// The keys that change nothing by more than the noise over all of their range.
+fn insensitive(free: &[Free], found: &Minimum, search: &Search) -> Vec<String> {
+    let is_insensitive = |axis: usize| {
+        let (low, high) = search.bounds[axis];
+        found.jacobian.column(axis).norm() * (high - low) < 1.0
+    };
+    keys_where(free, is_insensitive)
+}
+
+/// The keys whose value lies at an end of their range.
+fn at_bounds(free: &[Free], found: &Minimum, search: &Search) -> Vec<String> {
+    let is_at_bounds = |axis: usize| {
+        let (low, high) = search.bounds[axis];
+        let margin = 0.005 * (high - low);
+        found.values[axis] < low + margin || found.values[axis] > high - margin
+    };
+    keys_where(free, is_at_bounds)
+}
+
+fn keys_where(free: &[Free], of: impl Fn(usize) -> bool) -> Vec<String> {
+    let keys = free.iter().enumerate().filter(|(axis, _)| of(*axis));
+    keys.map(|(_, free)| free.key.clone()).collect()
 }
 
 /// Where the search begins, and what it may do: values of the keys, and the scale of each series last.

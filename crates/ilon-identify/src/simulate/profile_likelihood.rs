@@ -54,7 +54,7 @@ pub(super) struct LikelihoodProfile {
 }
 
 /// The values that are not refused.
-pub(super) struct Held {
+pub(super) struct AcceptedValues {
     /// The least and the largest.
     pub ends: [f64; 2],
     /// The best of those in another valley.
@@ -92,7 +92,12 @@ impl LikelihoodProfile {
     }
 
     /// The values that drives do not refuse, of which that found is always one.
-    pub fn held(&self, found: f64, shares: &[Share], scattered: &Scattered) -> Option<Held> {
+    pub fn held(
+        &self,
+        found: f64,
+        shares: &[Share],
+        scattered: &Scattered,
+    ) -> Option<AcceptedValues> {
         let is_held = |point: &Point| {
             let leans = |other: &Point| leans(point, other, shares, scattered);
             point.value == found || !self.points.iter().any(leans)
@@ -125,7 +130,7 @@ impl LikelihoodProfile {
             .map(|(point, _)| point)
             .min_by(|a, b| a.left.norm_squared().total_cmp(&b.left.norm_squared()))
             .map(|point| point.value);
-        Some(Held { ends, elsewhere })
+        Some(AcceptedValues { ends, elsewhere })
     }
 
     /// From where to where no value is better than one nearer to `value`: the valley in which it lies.

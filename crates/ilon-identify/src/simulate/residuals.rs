@@ -4,7 +4,9 @@ use nalgebra::Matrix3xX;
 
 use super::drive_result::MeanOverPhases;
 use super::steady_drives::{Course, Leg, asked};
-use crate::outcome::{Drive, DriveRipple, DriveTorque, Misses, OtherDrive, SimulatedSeries, Value};
+use crate::outcome::{
+    DriveRipple, DriveTorque, Misses, OtherDrive, SimulatedSeries, SteadyDrive, Value,
+};
 use crate::scatter::Interval;
 use crate::study::{Simulate, Study};
 
@@ -141,10 +143,15 @@ impl<'a> SimulatedLegs<'a> {
     }
 
     /// Each drive.
-    pub fn drives(&self, study: &Study, drives: &[Course], nominal: &Matrix3xX<f64>) -> Vec<Drive> {
+    pub fn drives(
+        &self,
+        study: &Study,
+        drives: &[Course],
+        nominal: &Matrix3xX<f64>,
+    ) -> Vec<SteadyDrive> {
         self.rows
             .iter()
-            .map(|row| Drive {
+            .map(|row| SteadyDrive {
                 file: study.file.runs[row.leg.run].file.display().to_string(),
                 held_out: row.is_held_out,
                 direction_deg: direction_deg(nominal, &drives[row.leg.drive].rates_rad_s),

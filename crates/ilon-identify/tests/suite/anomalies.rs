@@ -5,7 +5,7 @@ use crate::support;
 use ilon_identify::Log;
 use ilon_identify::delay::shifted;
 use ilon_identify::log::anomalies::of_rows;
-use ilon_identify::log::{Anomaly, Kind};
+use ilon_identify::log::{Anomaly, AnomalyKind};
 use support::robot;
 
 /// Ten seconds at 100 rows a second, ahead at 0.1 m/s, each wheel at 2 rad/s.
@@ -41,7 +41,7 @@ fn doubts(log: &Log) -> Vec<Anomaly> {
 }
 
 /// The one doubt that there is.
-fn doubt(log: &Log) -> (Kind, bool, String) {
+fn doubt(log: &Log) -> (AnomalyKind, bool, String) {
     let found = doubts(log);
     let [only] = &found[..] else {
         panic!("{found:?}");
@@ -57,7 +57,7 @@ fn a_steady_log_is_not_doubted() {
 #[test]
 fn gaps_are_counted_summed_and_placed() {
     let (kind, is_fatal, said) = doubt(&without(steady(), 200, 205));
-    assert_eq!((kind, is_fatal), (Kind::Gap, false));
+    assert_eq!((kind, is_fatal), (AnomalyKind::Gap, false));
     // Five periods instead of one.
     assert_eq!(
         said,
@@ -71,7 +71,7 @@ fn gaps_are_counted_summed_and_placed() {
     );
     // Three periods are jitter, four are a gap.
     assert_eq!(doubts(&without(steady(), 200, 203)), []);
-    assert_eq!(doubt(&without(steady(), 200, 204)).0, Kind::Gap);
+    assert_eq!(doubt(&without(steady(), 200, 204)).0, AnomalyKind::Gap);
     // Of ten seconds half may be lost, and no more: 4.99 s, 5.01 s.
     assert!(!doubt(&without(steady(), 200, 700)).1);
     assert!(doubt(&without(steady(), 200, 702)).1);
@@ -85,7 +85,7 @@ fn periods_that_no_logger_has_are_units_of_time() {
         doubts(&log)
     };
     let [slow, fast] = [&at(501.0)[..], &at(1e-3)[..]].map(|found| match found {
-        [only] if only.kind == Kind::TimeUnit && only.is_fatal => only.clone(),
+        [only] if only.kind == AnomalyKind::TimeUnit && only.is_fatal => only.clone(),
         other => panic!("{other:?}"),
     });
     assert_eq!(slow.message, "its rows are 5.01 s apart");
@@ -113,7 +113,7 @@ fn jumps_of_an_angle_are_measured_and_counted() {
         log
     };
     let (kind, is_fatal, said) = doubt(&jumping(&[300], -20.02));
-    assert_eq!((kind, is_fatal), (Kind::Reset, true));
+    assert_eq!((kind, is_fatal), (AnomalyKind::Reset, true));
     assert_eq!(said, "the angle of `rear_left` jumps by -20 rad at 3 s");
     let said = doubt(&jumping(&[300, 400, 450], -20.02)).2;
     assert_eq!(
@@ -123,7 +123,7 @@ fn jumps_of_an_angle_are_measured_and_counted() {
     // Half a radian within a row is no jump, nor is what is little beside what the wheel does usually.
     assert_eq!(doubts(&jumping(&[300], 0.4)), []);
     // Over a gap the wheel has turned on: 1 s at 2 rad/s.
-    assert_eq!(doubt(&without(steady(), 300, 400)).0, Kind::Gap);
+    assert_eq!(doubt(&without(steady(), 300, 400)).0, AnomalyKind::Gap);
 }
 
 #[test]
@@ -137,7 +137,7 @@ fn a_fast_wheel_and_one_that_stands_are_doubted_from_their_bounds_on() {
     };
     assert_eq!(doubts(&turning(-499.0)), []);
     let (kind, is_fatal, said) = doubt(&turning(-501.0));
-    assert_eq!((kind, is_fatal), (Kind::Unit, true));
+    assert_eq!((kind, is_fatal), (AnomalyKind::Unit, true));
     assert_eq!(said, "a wheel turns at 501 rad/s on the mean");
     let slow = |rad: f64| {
         let mut log = steady();
@@ -148,7 +148,7 @@ fn a_fast_wheel_and_one_that_stands_are_doubted_from_their_bounds_on() {
     };
     assert_eq!(doubts(&slow(0.11)), []);
     let (kind, is_fatal, said) = doubt(&slow(0.09));
-    assert_eq!((kind, is_fatal), (Kind::Still, true));
+    assert_eq!((kind, is_fatal), (AnomalyKind::Still, true));
     assert_eq!(said, "no wheel turns by more than 0.09 rad");
 }
 
@@ -160,7 +160,7 @@ fn what_the_tracker_missed_is_counted_and_ends_the_fit_from_one_half_on() {
         doubt(&log)
     };
     let said = "the tracker did not see the robot in 500 of 1001 rows".to_owned();
-    assert_eq!(unseen(500), (Kind::Gap, false, said));
+    assert_eq!(unseen(500), (AnomalyKind::Gap, false, said));
     assert!(unseen(501).1);
 }
 
@@ -178,7 +178,7 @@ fn a_pose_that_jumps_or_stands_is_measured_and_placed() {
     };
     // 0.3 m and 0.4 m with what it moves in a row.
     let said = "the pose jumps by 0.5 m between two rows at 7 s".to_owned();
-    assert_eq!(moved(&[700]), (Kind::Jump, false, said));
+    assert_eq!(moved(&[700]), (AnomalyKind::Jump, false, said));
     assert!(moved(&[700, 800]).2.ends_with(", and 1 times more"));
     let frozen = |from: usize, until: usize| {
         let mut log = steady();
@@ -193,10 +193,10 @@ fn a_pose_that_jumps_or_stands_is_measured_and_placed() {
     };
     // A wheel turns by 4 rad in two seconds.
     let said = "the pose is the same for 2 s from 7 s on, while wheels turn".to_owned();
-    assert_eq!(doubt(&frozen(700, 900)), (Kind::Frozen, false, said));
+    assert_eq!(doubt(&frozen(700, 900)), (AnomalyKind::Frozen, false, said));
     // Half a turn takes 1.571 s.
     assert_eq!(doubts(&frozen(700, 857)), []);
-    assert_eq!(doubt(&frozen(700, 858)).0, Kind::Frozen);
+    assert_eq!(doubt(&frozen(700, 858)).0, AnomalyKind::Frozen);
     // Half of ten seconds may be frozen.
     assert!(!doubt(&frozen(100, 600)).1);
     assert!(doubt(&frozen(100, 601)).1);
