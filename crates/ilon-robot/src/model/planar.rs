@@ -76,7 +76,7 @@ pub struct Twist {
 
 impl Twist {
     /// A twist from its three components: m/s, m/s, rad/s.
-    pub fn new(vx_m_s: f64, vy_m_s: f64, omega_rad_s: f64) -> Self {
+    pub const fn new(vx_m_s: f64, vy_m_s: f64, omega_rad_s: f64) -> Self {
         Self {
             vx_m_s,
             vy_m_s,

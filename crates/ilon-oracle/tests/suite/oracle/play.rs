@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 
 use crate::oracle::case::{Case, Shove, Wheels, ramp, robot};
 use crate::oracle::cases::twist;
+use crate::oracle::course::Course;
 use crate::oracle::engines::{Springs, in_ilon, on_springs, on_treads};
 use ilon_robot::Twist;
 
@@ -29,51 +30,61 @@ fn drive(name: &str, play_m: f64, end: Twist, force_n: f64) -> Case {
     case
 }
 
-fn cases(play_m: f64) -> Vec<Case> {
-    let (ahead, sideways) = (twist(0.2, 0.0, 0.0), twist(0.0, 0.2, 0.0));
-    vec![
-        drive("ahead", play_m, ahead, 0.0),
-        drive("ahead, held back", play_m, ahead, -30.0),
-        drive("ahead, pushed", play_m, ahead, 30.0),
-        drive("back, held back", play_m, twist(-0.2, 0.0, 0.0), -30.0),
-        drive("sideways", play_m, sideways, 0.0),
-        drive("sideways, held back", play_m, sideways, -30.0),
-        drive("sideways, pushed", play_m, sideways, 30.0),
-    ]
+/// What play changes of the way is the same in both engines.
+fn takes_alike(name: &str, end: Twist, force_n: f64) {
+    let [case, tight] = [PLAY_M, 0.0].map(|play_m| drive(name, play_m, end, force_n));
+    let arm_m = case.arm_m();
+    let springs = [2e6, 8e6].map(|stiffness| on_springs(&case, Springs::of(stiffness)));
+    let without = on_springs(&tight, Springs::of(8e6));
+    let steps = [5e-4, 2.5e-4].map(|step_s| in_ilon(&case, step_s, None));
+    let treads = on_treads(&case, 8e6, 2.5e-4);
+    let rigid = in_ilon(&tight, 2.5e-4, None);
+    let end = |course: &Course| course.end().position_m.norm();
+    println!(
+        "| {name} | {:.3} | {:.3} | {:.3} | {:.3}, {:.3} | {:.3}, {:.3} | {:.3} |",
+        1e3 * end(&rigid),
+        1e3 * end(&without),
+        1e3 * end(&treads),
+        1e3 * end(&steps[0]),
+        1e3 * end(&steps[1]),
+        1e3 * end(&springs[0]),
+        1e3 * end(&springs[1]),
+        1e3 * steps[1].worst_m(&springs[1], arm_m),
+    );
+    // Springs of a quarter of the stiffness and twice the step say what is known of both; beside it a seventh of what the play takes: ilon
+    // knows a roller that comes down, and a stop that is hit, by its step of a quarter of a millisecond, the oracle by one of 8 us.
+    let taken_m = (end(&without) - end(&springs[1])).abs();
+    let within_m = springs[0].worst_m(&springs[1], arm_m);
+    let apart_m = treads.worst_m(&springs[1], arm_m);
+    assert!(
+        apart_m < within_m + taken_m / 7.0,
+        "{name}: {apart_m} {within_m} {taken_m}"
+    );
 }
 
-/// What play changes of the way is the same in both engines.
+const AHEAD: Twist = Twist::new(0.2, 0.0, 0.0);
+const LEFT: Twist = Twist::new(0.0, 0.2, 0.0);
+
 #[test]
-fn play_takes_of_the_way_what_it_takes_on_springs() {
-    for (case, tight) in cases(PLAY_M).into_iter().zip(cases(0.0)) {
-        let arm_m = case.arm_m();
-        let springs = [2e6, 8e6].map(|stiffness| on_springs(&case, Springs::of(stiffness)));
-        let without = on_springs(&tight, Springs::of(8e6));
-        let steps = [5e-4, 2.5e-4].map(|step_s| in_ilon(&case, step_s, None));
-        let treads = on_treads(&case, 8e6, 2.5e-4);
-        let rigid = in_ilon(&tight, 2.5e-4, None);
-        let end = |course: &crate::oracle::course::Course| course.end().position_m.norm();
-        println!(
-            "| {} | {:.3} | {:.3} | {:.3} | {:.3}, {:.3} | {:.3}, {:.3} | {:.3} |",
-            case.name,
-            1e3 * end(&rigid),
-            1e3 * end(&without),
-            1e3 * end(&treads),
-            1e3 * end(&steps[0]),
-            1e3 * end(&steps[1]),
-            1e3 * end(&springs[0]),
-            1e3 * end(&springs[1]),
-            1e3 * steps[1].worst_m(&springs[1], arm_m),
-        );
-        // Springs of a quarter of the stiffness and twice the step say what is known of both; beside it a seventh of what the play takes: ilon
-        // knows a roller that comes down, and a stop that is hit, by its step of a quarter of a millisecond, the oracle by one of 8 us.
-        let taken_m = (end(&without) - end(&springs[1])).abs();
-        let within_m = springs[0].worst_m(&springs[1], arm_m);
-        let apart_m = treads.worst_m(&springs[1], arm_m);
-        assert!(
-            apart_m < within_m + taken_m / 7.0,
-            "{}: {apart_m} {within_m} {taken_m}",
-            case.name
-        );
-    }
+fn play_takes_of_a_way_ahead_held_back_what_it_takes_on_springs() {
+    takes_alike("ahead, held back", AHEAD, -30.0);
+}
+
+#[test]
+fn play_takes_of_a_way_sideways_what_it_takes_on_springs() {
+    takes_alike("sideways", LEFT, 0.0);
+}
+
+#[test]
+fn play_takes_of_a_way_sideways_pushed_what_it_takes_on_springs() {
+    takes_alike("sideways, pushed", LEFT, 30.0);
+}
+
+#[test]
+#[ignore = "minutes: all other ways"]
+fn play_takes_of_all_other_ways_what_it_takes_on_springs() {
+    takes_alike("ahead", AHEAD, 0.0);
+    takes_alike("ahead, pushed", AHEAD, 30.0);
+    takes_alike("back, held back", twist(-0.2, 0.0, 0.0), -30.0);
+    takes_alike("sideways, held back", LEFT, -30.0);
 }
