@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use arrow_array::{ArrayRef, BooleanArray, Float64Array, RecordBatch, UInt32Array};
 use arrow_schema::{DataType, Field, Schema};
 use ilon::scenario::nearest;
-use ilon::trace::{self, Kind, Signal};
+use ilon::trace::{self, ColumnType, Signal};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyKeyError, PyRuntimeError};
 use pyo3::prelude::*;
@@ -47,15 +47,15 @@ impl Trace {
     fn array<'py>(&self, py: Python<'py>, signal: &Signal) -> PyResult<Bound<'py, PyAny>> {
         let present = || self.values(signal).map(Option::unwrap_or_default);
         let array = match signal.kind {
-            Kind::Flag => {
+            ColumnType::Flag => {
                 let flags: Vec<bool> = present().map(|flag| flag != 0.0).collect();
                 PyArray1::from_vec(py, flags).into_any()
             }
-            Kind::Count => {
+            ColumnType::Count => {
                 let counts: Vec<u32> = present().map(|count| count as u32).collect();
                 PyArray1::from_vec(py, counts).into_any()
             }
-            Kind::Real => {
+            ColumnType::Real => {
                 let reals = self.values(signal).map(|real| real.unwrap_or(f64::NAN));
                 PyArray1::from_vec(py, reals.collect()).into_any()
             }
@@ -68,15 +68,15 @@ impl Trace {
     fn arrow(&self, signal: &Signal) -> (Field, ArrayRef) {
         let present = || self.values(signal).map(Option::unwrap_or_default);
         let (kind, array): (_, ArrayRef) = match signal.kind {
-            Kind::Flag => {
+            ColumnType::Flag => {
                 let flags: Vec<bool> = present().map(|flag| flag != 0.0).collect();
                 (DataType::Boolean, Arc::new(BooleanArray::from(flags)))
             }
-            Kind::Count => {
+            ColumnType::Count => {
                 let counts = UInt32Array::from_iter_values(present().map(|count| count as u32));
                 (DataType::UInt32, Arc::new(counts))
             }
-            Kind::Real => {
+            ColumnType::Real => {
                 let reals: Float64Array = self.values(signal).collect();
                 (DataType::Float64, Arc::new(reals))
             }

@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 /// Files by their paths, of which none holds `.` or `..`. The folders are those of the paths.
 #[derive(Clone, PartialEq, Eq)]
-pub(super) struct Held(Arc<BTreeMap<PathBuf, Arc<[u8]>>>);
+pub(super) struct FilesInMemory(Arc<BTreeMap<PathBuf, Arc<[u8]>>>);
 
-impl Held {
+impl FilesInMemory {
     pub fn of(files: impl IntoIterator<Item = (PathBuf, Vec<u8>)>) -> Self {
         let file = |(path, bytes): (PathBuf, Vec<u8>)| (normal(&path), bytes.into());
         Self(Arc::new(files.into_iter().map(file).collect()))
@@ -46,7 +46,7 @@ impl Held {
     }
 }
 
-impl fmt::Debug for Held {
+impl fmt::Debug for FilesInMemory {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_set().entries(self.0.keys()).finish()
     }

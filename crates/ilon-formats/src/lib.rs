@@ -60,7 +60,7 @@ use xacro_expand::xml;
 
 pub use build::{build, described};
 pub use error::{
-    Clue, ClueKind, Clues, Fault, Looked, MissingFile, Place, Proposed, Remedy, RobotError,
+    Clue, ClueKind, Clues, Fault, Looked, MissingFile, Proposed, Remedy, RobotError, TextPlace,
 };
 pub use generate::generate;
 pub use load::{Diagnosis, LoadRobot, Loaded, Question};

@@ -11,11 +11,11 @@ const MOST_KINDS: usize = 32;
 
 /// What was said of commands lately.
 #[derive(Debug, Default)]
-pub(crate) struct Throttle(Vec<Kind>);
+pub(crate) struct Throttle(Vec<NoteKind>);
 
 /// Notes that differ by their numbers alone.
 #[derive(Debug)]
-struct Kind {
+struct NoteKind {
     words: String,
     said: Instant,
     /// Notes that were not passed on since.
@@ -32,7 +32,7 @@ impl Throttle {
             if self.0.len() >= MOST_KINDS {
                 return None;
             }
-            self.0.push(Kind {
+            self.0.push(NoteKind {
                 words,
                 said: now,
                 kept: 0,

@@ -31,7 +31,7 @@ macro_rules! messages {
             }
 
             impl $crate::Field for $name {
-                const TYPE: $crate::FieldType = $crate::FieldType::one($crate::Kind::Message(<Self as $crate::Message>::DESCRIPTION));
+                const TYPE: $crate::FieldType = $crate::FieldType::one($crate::ValueType::Message(<Self as $crate::Message>::DESCRIPTION));
                 const MIN_SIZE: usize = 0 $( + <$field_type as $crate::Field>::MIN_SIZE )*;
 
                 fn write(&self, writer: &mut $crate::CdrWriter) -> Result<(), $crate::CdrError> {
@@ -81,7 +81,7 @@ macro_rules! or_default {
 /// What a field or constant is in a definition.
 macro_rules! type_of {
     ($type:ty as byte) => {
-        $crate::FieldType::one($crate::Kind::Byte)
+        $crate::FieldType::one($crate::ValueType::Byte)
     };
     ($type:ty) => {
         <$type as $crate::Field>::TYPE

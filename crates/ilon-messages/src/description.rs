@@ -25,7 +25,7 @@ pub struct Constant {
     /// Its name.
     pub name: &'static str,
     /// Its type.
-    pub kind: Kind,
+    pub kind: ValueType,
     /// Its value, as written in the definition.
     pub value: &'static str,
 }
@@ -43,7 +43,7 @@ pub struct FieldDescription {
 #[derive(Clone, Copy, Debug)]
 pub struct FieldType {
     /// The kind of each value.
-    pub kind: Kind,
+    pub kind: ValueType,
     /// How many there are.
     pub shape: Shape,
 }
@@ -62,7 +62,7 @@ pub enum Shape {
 /// The kind of a value.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
-pub enum Kind {
+pub enum ValueType {
     /// `bool`
     Bool,
     /// `byte`: eight bits without a meaning as a number.
@@ -85,7 +85,7 @@ pub enum Kind {
 
 impl FieldType {
     /// One value of a kind.
-    pub const fn one(kind: Kind) -> Self {
+    pub const fn one(kind: ValueType) -> Self {
         Self {
             kind,
             shape: Shape::One,
@@ -141,7 +141,7 @@ impl Description {
 
     fn collect_within(&self, found: &mut Vec<&'static Description>) {
         for field in self.fields {
-            if let Kind::Message(message) = field.field_type.kind
+            if let ValueType::Message(message) = field.field_type.kind
                 && !found
                     .iter()
                     .any(|known| known.type_name == message.type_name)
@@ -173,7 +173,7 @@ impl Description {
     }
 }
 
-impl Kind {
+impl ValueType {
     /// The name in the text of a definition.
     fn name(self) -> String {
         match self {

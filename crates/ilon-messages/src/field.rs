@@ -1,7 +1,7 @@
 //! The values that messages hold: how each is encoded, decoded and described.
 
 use crate::cdr::{CdrError, CdrReader, CdrWriter};
-use crate::description::{FieldType, Kind};
+use crate::description::{FieldType, ValueType};
 
 /// A value that a message can hold.
 pub trait Field: Sized {
@@ -28,7 +28,7 @@ pub trait Field: Sized {
 macro_rules! numbers {
     ($($number:ty => $kind:ident,)*) => {$(
         impl Field for $number {
-            const TYPE: FieldType = FieldType::one(Kind::$kind);
+            const TYPE: FieldType = FieldType::one(ValueType::$kind);
             const MIN_SIZE: usize = size_of::<Self>();
 
             fn write(&self, writer: &mut CdrWriter) -> Result<(), CdrError> {
@@ -52,7 +52,7 @@ numbers! {
 }
 
 impl Field for bool {
-    const TYPE: FieldType = FieldType::one(Kind::Bool);
+    const TYPE: FieldType = FieldType::one(ValueType::Bool);
     const MIN_SIZE: usize = 1;
 
     fn write(&self, writer: &mut CdrWriter) -> Result<(), CdrError> {
@@ -65,7 +65,7 @@ impl Field for bool {
 }
 
 impl Field for String {
-    const TYPE: FieldType = FieldType::one(Kind::String);
+    const TYPE: FieldType = FieldType::one(ValueType::String);
     const MIN_SIZE: usize = size_of::<u32>();
 
     fn write(&self, writer: &mut CdrWriter) -> Result<(), CdrError> {

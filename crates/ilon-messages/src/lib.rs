@@ -29,7 +29,7 @@ mod packages;
 pub mod topics;
 
 pub use cdr::{CdrError, CdrReader, CdrWriter};
-pub use description::{Constant, Description, FieldDescription, FieldType, Kind, Shape};
+pub use description::{Constant, Description, FieldDescription, FieldType, Shape, ValueType};
 pub use field::Field;
 pub use message::Message;
 pub use packages::messages;

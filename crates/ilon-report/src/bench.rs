@@ -42,7 +42,7 @@ pub struct RobotBench {
     /// Which configuration that is.
     pub headline: String,
     /// Its drives, by name.
-    pub drives: BTreeMap<String, Drive>,
+    pub drives: BTreeMap<String, BenchDrive>,
     /// All configurations.
     pub configurations: Vec<Configuration>,
     /// What was left out, and why.
@@ -76,12 +76,12 @@ pub struct Configuration {
     /// How much longer than the best the middle one of the timed stretches took, the worst drive, in per cent.
     pub speed_spread_pct: Option<f64>,
     /// The drives, by name.
-    pub drives: BTreeMap<String, Drive>,
+    pub drives: BTreeMap<String, BenchDrive>,
 }
 
 /// What one drive came to.
 #[derive(Clone, Debug, Serialize)]
-pub struct Drive {
+pub struct BenchDrive {
     /// Worst deviation of a driven component from the contact kinematics, the worst heading, in per cent.
     pub error_pct: f64,
     /// Real over ideal twist, the worst driven component.

@@ -21,7 +21,7 @@ const SHORT_COLUMN: usize = 24;
 #[derive(Clone, Debug)]
 pub struct Curve {
     name: String,
-    kind: Kind,
+    kind: CurveKind,
     pen: Pen,
     size_px: usize,
     opacity: f64,
@@ -33,7 +33,7 @@ pub struct Curve {
 
 /// How a curve is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum CurveKind {
     /// From point to point.
     Line,
     /// Level from each point to the next.
@@ -58,7 +58,7 @@ pub fn curve(name: &str, points: impl Iterator<Item = (f64, f64)>, pen: Pen) -> 
 pub fn exact_curve(name: &str, points: impl Iterator<Item = (f64, f64)>, pen: Pen) -> Curve {
     Curve {
         name: name.to_owned(),
-        kind: Kind::Line,
+        kind: CurveKind::Line,
         pen,
         size_px: 6,
         opacity: 1.0,
@@ -77,7 +77,7 @@ pub fn dots(
     size_px: usize,
 ) -> Curve {
     Curve {
-        kind: Kind::Dots,
+        kind: CurveKind::Dots,
         size_px,
         opacity: 0.55,
         ..exact_curve(name, points, super::figure::solid(color))
@@ -89,7 +89,7 @@ pub fn bars(name: &str, values: &[Option<f64>], color: &'static str) -> Curve {
     let rows = values.iter().enumerate();
     let points = rows.map(|(row, x)| (x.unwrap_or(f64::NAN), row as f64));
     Curve {
-        kind: Kind::Bars,
+        kind: CurveKind::Bars,
         ..exact_curve(name, points, super::figure::solid(color))
     }
 }
@@ -98,7 +98,7 @@ impl Curve {
     /// The same, level from each point to the next.
     pub fn steps(self) -> Self {
         Self {
-            kind: Kind::Steps,
+            kind: CurveKind::Steps,
             ..self
         }
     }
@@ -106,7 +106,7 @@ impl Curve {
     /// The same with a dot at each point.
     pub fn with_dots(self, size_px: usize) -> Self {
         Self {
-            kind: Kind::Dotted,
+            kind: CurveKind::Dotted,
             size_px,
             ..self
         }
@@ -115,7 +115,7 @@ impl Curve {
     /// The area on top of the areas before it. All areas of a plot need the same x.
     pub fn stacked(self) -> Self {
         Self {
-            kind: Kind::Area,
+            kind: CurveKind::Area,
             ..self
         }
     }
@@ -148,19 +148,19 @@ impl Curve {
         put("name", self.name.clone().into());
         put("color", self.pen.color.trim_start_matches('@').into());
         let kind = match self.kind {
-            Kind::Line => "line",
-            Kind::Steps => "steps",
-            Kind::Dotted => "dotted",
-            Kind::Dots => "dots",
-            Kind::Area => "area",
-            Kind::Bars => "bars",
+            CurveKind::Line => "line",
+            CurveKind::Steps => "steps",
+            CurveKind::Dotted => "dotted",
+            CurveKind::Dots => "dots",
+            CurveKind::Area => "area",
+            CurveKind::Bars => "bars",
         };
         put("kind", kind.into());
         put("width", self.pen.width_px.into());
         if let Some(dash) = self.pen.dash.name() {
             put("dash", dash.into());
         }
-        if matches!(self.kind, Kind::Dots | Kind::Dotted) {
+        if matches!(self.kind, CurveKind::Dots | CurveKind::Dotted) {
             put("size", self.size_px.into());
         }
         if self.opacity < 1.0 {

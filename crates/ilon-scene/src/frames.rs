@@ -63,7 +63,7 @@ pub struct Contact {
 /// How a column's values go over from frame to frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum Interpolation {
     /// Along a line.
     Line,
     /// Along the circle, the shorter way round.
@@ -79,7 +79,7 @@ pub struct Column {
     /// Its name: `x`, `w0_angle`, `w0_r3`.
     pub name: String,
     /// How it goes over from frame to frame.
-    pub kind: Kind,
+    pub kind: Interpolation,
     /// The value at every frame, where `data` is empty; without it, there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<f32>,
@@ -226,8 +226,8 @@ impl Frames {
 }
 
 /// All columns of a robot whose wheels have so many rollers, beside so many free bodies, and with so many joints between its own.
-fn names(rollers: &[usize], bodies: usize, joints: usize) -> Vec<(String, Kind, Store)> {
-    use Kind::{Angle, Line, Step};
+fn names(rollers: &[usize], bodies: usize, joints: usize) -> Vec<(String, Interpolation, Store)> {
+    use Interpolation::{Angle, Line, Step};
     use Store::{Exact, Small};
     let of_body = [
         ("t", Line, Exact),
@@ -257,7 +257,7 @@ fn names(rollers: &[usize], bodies: usize, joints: usize) -> Vec<(String, Kind, 
         ("friction", Step),
         ("roller", Step),
     ];
-    let mut names: Vec<(String, Kind, Store)> = of_body
+    let mut names: Vec<(String, Interpolation, Store)> = of_body
         .iter()
         .map(|&(name, kind, store)| (name.to_owned(), kind, store))
         .collect();
@@ -280,7 +280,7 @@ fn names(rollers: &[usize], bodies: usize, joints: usize) -> Vec<(String, Kind, 
     names
 }
 
-fn column(name: String, kind: Kind, store: Store, values: &[f32]) -> Column {
+fn column(name: String, kind: Interpolation, store: Store, values: &[f32]) -> Column {
     let mut column = Column {
         name,
         kind,
@@ -301,16 +301,18 @@ fn column(name: String, kind: Kind, store: Store, values: &[f32]) -> Column {
         return column;
     }
     let wrapped = |v: f32| match kind {
-        Kind::Angle => f64::from(v) - TAU * (f64::from(v) / TAU).round(),
-        Kind::Line | Kind::Step => f64::from(v),
+        Interpolation::Angle => f64::from(v) - TAU * (f64::from(v) / TAU).round(),
+        Interpolation::Line | Interpolation::Step => f64::from(v),
     };
     let finite = values.iter().filter(|v| v.is_finite());
     let largest = finite.map(|v| wrapped(*v).abs()).fold(0.0, f64::max);
     // Whole numbers stay whole.
     let scale = match kind {
-        Kind::Angle => PI / f64::from(i16::MAX),
-        Kind::Step if values.iter().all(|v| v.fract() == 0.0 && v.abs() < 32767.0) => 1.0,
-        Kind::Line | Kind::Step => (largest / f64::from(i16::MAX)).max(f64::MIN_POSITIVE),
+        Interpolation::Angle => PI / f64::from(i16::MAX),
+        Interpolation::Step if values.iter().all(|v| v.fract() == 0.0 && v.abs() < 32767.0) => 1.0,
+        Interpolation::Line | Interpolation::Step => {
+            (largest / f64::from(i16::MAX)).max(f64::MIN_POSITIVE)
+        }
     } as f32;
     let bytes = values.iter().flat_map(|v| {
         let steps = (wrapped(*v) / f64::from(scale)).round();

@@ -61,5 +61,5 @@ pub use description::{
     Description, Floor, FrictionChange, GroundBox, Patch, PlacedMesh, Push, Relief, RobotShape,
     RollerShape, Scene, Shape, WheelShape,
 };
-pub use frames::{Column, Contact, Frame, Frames, Kind, WheelFrame};
+pub use frames::{Column, Contact, Frame, Frames, Interpolation, WheelFrame};
 pub use run::{Rolling, Thinning, frames_of_run, shapes_of_bodies};

@@ -12,7 +12,7 @@ use crate::trace::{RowMut, Trace};
 
 /// How a signal is stored in a file. In memory all pass through f64, which holds each of them exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum ColumnType {
     /// A real number.
     Real,
     /// A whole number >= 0.
@@ -25,7 +25,7 @@ pub enum Kind {
 #[derive(Debug)]
 pub(crate) struct Column<T: 'static> {
     name: &'static str,
-    kind: Kind,
+    kind: ColumnType,
     get: fn(&T) -> f64,
     set: fn(&mut T, f64),
 }
@@ -37,7 +37,7 @@ macro_rules! reals {
     ($t:ty; $($name:literal => $($path:ident).+ $([$at:literal])?,)*) => {
         [$(Column::<$t> {
             name: $name,
-            kind: Kind::Real,
+            kind: ColumnType::Real,
             get: |source| source.$($path).+$([$at])?,
             set: |target, value| target.$($path).+$([$at])? = value,
         }),*]
@@ -198,13 +198,13 @@ static WHEEL_REALS: [Column<WheelSample>; 18] = reals! { WheelSample;
 static WHEEL_OTHERS: [Column<WheelSample>; 2] = [
     Column {
         name: "roller",
-        kind: Kind::Count,
+        kind: ColumnType::Count,
         get: |wheel| f64::from(wheel.roller),
         set: |wheel, value| wheel.roller = value as u32,
     },
     Column {
         name: "touching",
-        kind: Kind::Flag,
+        kind: ColumnType::Flag,
         get: |wheel| f64::from(u8::from(wheel.touching)),
         set: |wheel, value| wheel.touching = value != 0.0,
     },
@@ -234,7 +234,7 @@ pub struct Signal {
     /// Its name with the unit: `truth_x_m`, `wheel0_rate_rad_s`.
     pub name: String,
     /// How it is stored.
-    pub kind: Kind,
+    pub kind: ColumnType,
     /// Whether it can be absent.
     pub nullable: bool,
     source: Source,
@@ -437,7 +437,7 @@ pub(crate) fn signals(header: &Header) -> Vec<Signal> {
             .enumerate();
         all.extend(rollers.map(|(place, (wheel, roller))| Signal {
             name: format!("wheel{wheel}_roller{roller}_angle_rad"),
-            kind: Kind::Real,
+            kind: ColumnType::Real,
             nullable: true,
             source: Source::Roller(wheel, place),
         }));

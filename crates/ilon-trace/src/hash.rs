@@ -83,9 +83,9 @@ mod tests {
                 let mut rollers = trace.roller_angles_at(step).to_vec();
                 if step == 2 {
                     let value = signal.get(&trace, step).map(|v| match signal.kind {
-                        crate::columns::Kind::Real => f64::from_bits(v.to_bits() ^ 1),
-                        crate::columns::Kind::Count => v + 1.0,
-                        crate::columns::Kind::Flag => 1.0 - v,
+                        crate::columns::ColumnType::Real => f64::from_bits(v.to_bits() ^ 1),
+                        crate::columns::ColumnType::Count => v + 1.0,
+                        crate::columns::ColumnType::Flag => 1.0 - v,
                     });
                     let mut row = RowMut {
                         record: &mut record,

@@ -51,7 +51,7 @@ pub mod slip;
 
 pub mod trace;
 
-pub use columns::{Kind, Signal};
+pub use columns::{ColumnType, Signal};
 pub use design::Design;
 pub use difference::{Difference, differences, number};
 pub use error::TraceError;

@@ -25,14 +25,14 @@ pub struct Recording {
     kept: usize,
     /// What must be finite.
     watched: Watched,
-    place: Place,
+    place: RowStore,
     /// The file, once it is needed.
     writer: Option<TraceWriter>,
 }
 
 /// Where rows go that are too many for memory.
 #[derive(Debug)]
-enum Place {
+enum RowStore {
     /// Into the file that is wanted, and on the way into parts.
     Kept { path: PathBuf, parts: Parts },
     /// Into a file without a name among the system's temporary ones, made when it is needed: it goes with the recording, and
@@ -47,16 +47,16 @@ impl Recording {
     /// Like [`Parts::begin`].
     pub fn into_file(header: Header, path: PathBuf, parts: PathBuf) -> Result<Self, TraceError> {
         let parts = Parts::begin(parts)?;
-        Ok(Self::new(header, Place::Kept { path, parts }))
+        Ok(Self::new(header, RowStore::Kept { path, parts }))
     }
 
     /// A recording that leaves no file. One that is too long for memory goes through the system's folder of temporary
     /// files.
     pub fn temporary(header: Header) -> Self {
-        Self::new(header, Place::Temporary)
+        Self::new(header, RowStore::Temporary)
     }
 
-    fn new(header: Header, place: Place) -> Self {
+    fn new(header: Header, place: RowStore) -> Self {
         let recent = Trace::with_capacity(header, ROWS_A_GROUP + 1);
         Self {
             watched: Watched::of(&recent),
@@ -103,7 +103,7 @@ impl Recording {
     /// Like [`Parts::write`].
     pub fn keep(&mut self) -> Result<(), TraceError> {
         let rows = self.recent.row_count();
-        if let Place::Kept { parts, .. } = &mut self.place
+        if let RowStore::Kept { parts, .. } = &mut self.place
             && rows > self.kept
         {
             parts.write(&self.recent.rows(self.kept..rows))?;
@@ -124,7 +124,7 @@ impl Recording {
             ..
         } = self;
         let Some(mut writer) = writer else {
-            if let Place::Kept { path, parts } = place {
+            if let RowStore::Kept { path, parts } = place {
                 recent.write_parquet(&path)?;
                 parts.remove()?;
             }
@@ -133,16 +133,16 @@ impl Recording {
         writer.write_group(&recent, 0..recent.row_count())?;
         let file = writer.end()?;
         Ok(Recorded::File(match place {
-            Place::Kept { path, parts } => {
+            RowStore::Kept { path, parts } => {
                 parts.remove()?;
                 TraceFile::of(file, &path)?
             }
-            Place::Temporary => TraceFile::of_nameless(file)?,
+            RowStore::Temporary => TraceFile::of_nameless(file)?,
         }))
     }
 }
 
-impl Place {
+impl RowStore {
     /// Begins the file.
     fn begin(&self, header: &Header) -> Result<TraceWriter, TraceError> {
         match self {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::columns::{Kind, signals};
+use crate::columns::{ColumnType, signals};
 use crate::header::{
     Ground, GroundBox, GroundPatch, GroundRamp, GroundRelief, Header, WheelHeader,
 };
@@ -66,9 +66,9 @@ pub(crate) fn made_up_trace(wheel_count: usize, steps: usize, closed_loop: bool)
         let mut rollers = vec![None; header_rollers];
         for (index, signal) in signals.iter().enumerate() {
             let value = match signal.kind {
-                Kind::Real => (1.0 + index as f64) / 7.0 - step as f64 * 0.1,
-                Kind::Count => (index + step) as f64,
-                Kind::Flag => f64::from(u8::from((index + step) % 3 == 0)),
+                ColumnType::Real => (1.0 + index as f64) / 7.0 - step as f64 * 0.1,
+                ColumnType::Count => (index + step) as f64,
+                ColumnType::Flag => f64::from(u8::from((index + step) % 3 == 0)),
             };
             let is_roller = signal.name.contains("_roller") && signal.name.ends_with("_angle_rad");
             // Rollers are looked at less often than all else.

@@ -24,7 +24,7 @@ mod fault;
 mod room;
 mod view;
 
-use drive::Drive;
+use drive::PersonsDrive;
 pub use fault::Fault;
 
 /// What can be asked.
@@ -43,7 +43,7 @@ pub enum Request {
         settings: Vec<String>,
     },
     /// Puts the robot of a scenario into its world as [`Request::Open`] does, for a person to drive.
-    Drive {
+    PersonsDrive {
         /// The path of the scenario among the files.
         scenario: PathBuf,
         /// Keys that are otherwise than in the file.
@@ -115,7 +115,7 @@ struct Running {
     /// The rows that have turned the rollers.
     seen: usize,
     /// Where a person drives.
-    drive: Option<Drive>,
+    drive: Option<PersonsDrive>,
 }
 
 /// A run that is over.
@@ -153,7 +153,7 @@ impl Door {
                 "robot": Spec::json_schema(),
             }))),
             Request::Open { scenario, settings } => self.open(&scenario, &settings, false),
-            Request::Drive { scenario, settings } => self.open(&scenario, &settings, true),
+            Request::PersonsDrive { scenario, settings } => self.open(&scenario, &settings, true),
             Request::Steer { twist } => self.steer(twist),
             Request::EndDrive => self.end_drive(),
             Request::Advance { periods } => self.advance(periods),
@@ -185,7 +185,7 @@ impl Door {
         let files = FileAccess::of_memory(files.map(|(path, bytes)| (path.clone(), bytes.clone())));
         let scenario = Scenario::load_within(path, &settings, &files)?;
         let (drive, simulation) = if is_driven {
-            let (drive, simulation) = Drive::begin(path, scenario.clone())?;
+            let (drive, simulation) = PersonsDrive::begin(path, scenario.clone())?;
             (Some(drive), simulation)
         } else {
             room::admit(&scenario)?;

@@ -49,7 +49,7 @@ struct Step {
     own_until_s: f64,
     length_m: f64,
     /// At its two ends: its limits are to hold at both.
-    ends: [Place; 2],
+    ends: [PathPlace; 2],
     /// Whether the robot stands where the step begins.
     from_rest: bool,
     /// Largest x that the wheels' rates allow.
@@ -58,7 +58,7 @@ struct Step {
 
 /// A place of the path.
 #[derive(Clone, Copy)]
-struct Place {
+struct PathPlace {
     /// B, and by how much it changes per metre.
     direction: Twist,
     bend: Twist,
@@ -188,7 +188,7 @@ impl Fastest<'_> {
             let around = [own_s - inside_s, own_s + inside_s];
             let [before, after] = around.map(|own_s| self.direction(path, own_s, arm_m));
             let apart_m = length_m(around[0], around[1], &flow);
-            Place {
+            PathPlace {
                 direction: self.direction(path, own_s, arm_m),
                 bend: (after + before.scaled(-1.0)).scaled(1.0 / apart_m),
                 heading_rad: path.at_own(own_s).pose.heading_rad,
@@ -324,7 +324,7 @@ impl Fastest<'_> {
     }
 
     /// The least and the largest sigma'' at a place and an x.
-    fn gains_at(&mut self, place: &Place, x: f64) -> Result<Option<(f64, f64)>, ControlError> {
+    fn gains_at(&mut self, place: &PathPlace, x: f64) -> Result<Option<(f64, f64)>, ControlError> {
         self.limits
             .turn_slope(self.downhill_in_world_rad - place.heading_rad)?;
         let twist = place.direction.scaled(libm::sqrt(x));

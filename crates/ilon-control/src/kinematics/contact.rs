@@ -79,7 +79,7 @@ struct RollerGeometry {
     /// The centre over its distance from the hub axis: its product with "down" says how near to straight down it is.
     outward: Vector3<f64>,
     axis_in_hub: Unit<Vector3<f64>>,
-    outline: Outline,
+    outline: RollerOutline,
     /// No part of the roller is further from its middle along its axis, in metres.
     half_length_m: f64,
     /// Nor thicker, in metres.
@@ -88,14 +88,14 @@ struct RollerGeometry {
 
 /// The outline of a roller about its axis.
 #[derive(Clone, Debug)]
-enum Outline {
+enum RollerOutline {
     /// The exact barrel.
     Barrel(Barrel),
     /// What its file models, or a profile by numbers.
     Modelled(Profile),
 }
 
-impl Outline {
+impl RollerOutline {
     /// The largest distance of its parts from its middle, along its axis, and the largest radius, in metres.
     fn extent_m(&self) -> (f64, f64) {
         match self {
@@ -149,9 +149,11 @@ impl ContactKinematics {
             }
             let geometry = |r: &ilon_robot::Roller| {
                 let outline = match &r.form {
-                    RollerForm::Barrel | RollerForm::Made(_) => Outline::Barrel(w.barrel(r)),
-                    RollerForm::Turned(turned) => Outline::Modelled(turned.profile().clone()),
-                    RollerForm::AsModelled(modelled) => Outline::Modelled(modelled.profile.clone()),
+                    RollerForm::Barrel | RollerForm::Made(_) => RollerOutline::Barrel(w.barrel(r)),
+                    RollerForm::Turned(turned) => RollerOutline::Modelled(turned.profile().clone()),
+                    RollerForm::AsModelled(modelled) => {
+                        RollerOutline::Modelled(modelled.profile.clone())
+                    }
                 };
                 let (half_length_m, radius_m) = outline.extent_m();
                 RollerGeometry {

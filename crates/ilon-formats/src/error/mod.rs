@@ -22,7 +22,7 @@ pub use remedy::Remedy;
 
 /// Where in a text a fault sits.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct TextPlace {
     /// Line, from 1.
     pub line: usize,
     /// Column in characters, from 1.
@@ -31,7 +31,7 @@ pub struct Place {
     pub bytes: Range<usize>,
 }
 
-impl Place {
+impl TextPlace {
     /// The place of a range of bytes in `text`.
     pub fn of_bytes(text: &str, bytes: Range<usize>) -> Self {
         let start = (0..=bytes.start.min(text.len()))
@@ -61,7 +61,7 @@ struct Inner {
     fault: Fault,
     file: String,
     text: Option<Arc<str>>,
-    place: Option<Place>,
+    place: Option<TextPlace>,
     element: Option<String>,
     trail: Vec<String>,
     others: Vec<RobotError>,
@@ -89,7 +89,7 @@ impl RobotError {
 
     /// The same, at a range of bytes of the file's text.
     pub(crate) fn at(mut self, text: &Arc<str>, bytes: Range<usize>) -> Self {
-        self.0.place = Some(Place::of_bytes(text, bytes));
+        self.0.place = Some(TextPlace::of_bytes(text, bytes));
         self.0.text = Some(Arc::clone(text));
         self
     }
@@ -161,7 +161,7 @@ impl RobotError {
     }
 
     /// Line, column and bytes, where they are known.
-    pub fn place(&self) -> Option<&Place> {
+    pub fn place(&self) -> Option<&TextPlace> {
         self.0.place.as_ref()
     }
 

@@ -12,7 +12,7 @@ use super::geometry::{self, mesh_points, primitive};
 use super::loading::Loading;
 use super::mesh::Meshes;
 use super::recognise::Candidate;
-use super::roller_dimensions::{self, Outline, Skew};
+use super::roller_dimensions::{self, DrawnOutline, Skew};
 use super::roller_gaps::barrel_half_length_m;
 use super::source::Source;
 use super::tree::{PlacedShape, Tree};
@@ -35,7 +35,7 @@ pub(super) struct RollerGeometry {
     /// In the frame of the axis and foot.
     pub(super) shapes: Vec<PlacedShape>,
     pub(super) profile: Profile,
-    pub(super) outline: Outline,
+    pub(super) outline: DrawnOutline,
 }
 
 /// Looks at all rollers of a wheel from a frame on its hub axis.

@@ -47,7 +47,7 @@ pub(super) fn skew(through: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> Option<S
 
 /// What the collision geometry says of a roller's outline.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Outline {
+pub(super) struct DrawnOutline {
     /// The wheel's radius rho that this roller makes, in metres.
     pub(super) wheel_radius_m: f64,
     /// Half of the length L between the outermost spheres of its barrel, in metres; `None` for a lone sphere, which
@@ -66,7 +66,7 @@ pub(super) struct Outline {
 /// - A lone sphere, cylinder, capsule or box says how thick the roller is: rho = a + r.
 /// - Anything else, a mesh above all, is rolled over its pitch: rho is the mean of its reach, which is the wheel's rolling
 ///   radius.
-pub(super) fn outline(skew: &Skew, profile: &Profile, half_pitch_rad: f64) -> Outline {
+pub(super) fn outline(skew: &Skew, profile: &Profile, half_pitch_rad: f64) -> DrawnOutline {
     let a = skew.ring_radius_m;
     let k = libm::cos(skew.gamma_rad);
     let (first, last) = profile.span_m();
@@ -76,7 +76,7 @@ pub(super) fn outline(skew: &Skew, profile: &Profile, half_pitch_rad: f64) -> Ou
         let q = &profile.parts()[0];
         (p.ring_m - q.ring_m).abs() + (p.ball_m - q.ball_m).abs() < 1e-6 * a
     };
-    let of_rho = |wheel_radius_m, half_length_m, error_m| Outline {
+    let of_rho = |wheel_radius_m, half_length_m, error_m| DrawnOutline {
         wheel_radius_m,
         half_length_m,
         middle_m: 0.5 * (first + last),

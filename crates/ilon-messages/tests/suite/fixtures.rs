@@ -5,7 +5,7 @@ use crate::common;
 use std::fmt::Write;
 
 use common::{codecs, witness};
-use ilon_messages::{Description, FieldType, Kind, Shape, messages};
+use ilon_messages::{Description, FieldType, Shape, ValueType, messages};
 use sha2::{Digest, Sha256};
 
 /// Every type that ilon has is in the fixtures, alone or within another.
@@ -109,15 +109,15 @@ fn described(message: &Description) -> String {
         .map(|field| {
             let FieldType { kind, shape } = field.field_type;
             let (kind, nested) = match kind {
-                Kind::Message(message) => (1, message.type_name),
-                Kind::U8 => (3, ""),
-                Kind::I32 => (6, ""),
-                Kind::U32 => (7, ""),
-                Kind::F32 => (10, ""),
-                Kind::F64 => (11, ""),
-                Kind::Bool => (15, ""),
-                Kind::Byte => (16, ""),
-                Kind::String => (17, ""),
+                ValueType::Message(message) => (1, message.type_name),
+                ValueType::U8 => (3, ""),
+                ValueType::I32 => (6, ""),
+                ValueType::U32 => (7, ""),
+                ValueType::F32 => (10, ""),
+                ValueType::F64 => (11, ""),
+                ValueType::Bool => (15, ""),
+                ValueType::Byte => (16, ""),
+                ValueType::String => (17, ""),
                 other => panic!("{other:?} has no number here"),
             };
             let (several, capacity) = match shape {

@@ -5,7 +5,7 @@ use crate::common;
 use std::path::Path;
 
 use common::{Codec, Said, SaidType, Sample, codecs, python, run_witness};
-use ilon_messages::{Description, FieldType, Kind, Message, Shape, messages};
+use ilon_messages::{Description, FieldType, Message, Shape, ValueType, messages};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
@@ -88,23 +88,23 @@ fn field_value(FieldType { kind, shape }: FieldType, runner: &mut TestRunner) ->
     }
 }
 
-fn single(kind: Kind, runner: &mut TestRunner) -> Value {
+fn single(kind: ValueType, runner: &mut TestRunner) -> Value {
     match kind {
-        Kind::Bool => json!(draw(any::<bool>(), runner)),
+        ValueType::Bool => json!(draw(any::<bool>(), runner)),
         // rosbags takes a byte as signed.
-        Kind::Byte => json!(draw(0_u8..128, runner)),
-        Kind::U8 => json!(draw(any::<u8>(), runner)),
-        Kind::I32 => json!(draw(any::<i32>(), runner)),
-        Kind::U32 => json!(draw(any::<u32>(), runner)),
-        Kind::F32 => json!(draw(
+        ValueType::Byte => json!(draw(0_u8..128, runner)),
+        ValueType::U8 => json!(draw(any::<u8>(), runner)),
+        ValueType::I32 => json!(draw(any::<i32>(), runner)),
+        ValueType::U32 => json!(draw(any::<u32>(), runner)),
+        ValueType::F32 => json!(draw(
             prop::num::f32::NORMAL | prop::num::f32::ZERO | prop::num::f32::SUBNORMAL,
             runner
         )),
-        Kind::F64 => json!(draw(
+        ValueType::F64 => json!(draw(
             prop::num::f64::NORMAL | prop::num::f64::ZERO | prop::num::f64::SUBNORMAL,
             runner
         )),
-        Kind::String => json!(
+        ValueType::String => json!(
             draw(
                 prop::collection::vec(prop::char::range('\u{1}', char::MAX), 0..20),
                 runner
@@ -112,7 +112,7 @@ fn single(kind: Kind, runner: &mut TestRunner) -> Value {
             .iter()
             .collect::<String>()
         ),
-        Kind::Message(description) => message(description, runner),
+        ValueType::Message(description) => message(description, runner),
         other => panic!("{other:?} is not drawn here"),
     }
 }

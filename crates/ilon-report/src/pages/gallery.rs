@@ -25,14 +25,14 @@ pub struct Exhibit {
 
 /// How a file is shown.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum FileKind {
     AsItIs,
     WithOptions,
     Uncontrolled,
     Refused,
 }
 
-impl Kind {
+impl FileKind {
     fn of(exhibit: &Exhibit) -> Self {
         match (&exhibit.robot, &exhibit.help) {
             (None, _) => Self::Refused,
@@ -45,24 +45,24 @@ impl Kind {
 
 /// The robots as one HTML file that needs nothing else.
 pub fn html(title: &str, exhibits: &[Exhibit]) -> String {
-    let of = |kind: Kind| exhibits.iter().filter(move |e| Kind::of(e) == kind);
+    let of = |kind: FileKind| exhibits.iter().filter(move |e| FileKind::of(e) == kind);
     let kinds = [
-        (Kind::AsItIs, "as-they-are", "As they are", ""),
+        (FileKind::AsItIs, "as-they-are", "As they are", ""),
         (
-            Kind::WithOptions,
+            FileKind::WithOptions,
             "with-options",
             "With options",
             "Read with the options that are named; without them, their files are refused.",
         ),
         (
-            Kind::Uncontrolled,
+            FileKind::Uncontrolled,
             "uncontrolled",
             "Cannot be controlled",
             "Robots whose wheels do not hold all three freedoms of the plane.",
         ),
-        (Kind::Refused, "refused", "Refused", ""),
+        (FileKind::Refused, "refused", "Refused", ""),
     ];
-    let fact = |(kind, _, title, _): &(Kind, &str, &str, &str)| {
+    let fact = |(kind, _, title, _): &(FileKind, &str, &str, &str)| {
         format!("<b>{}</b> {}", of(*kind).count(), title.to_lowercase())
     };
     let head = Head {
@@ -71,11 +71,11 @@ pub fn html(title: &str, exhibits: &[Exhibit]) -> String {
         facts: kinds.iter().map(fact).collect(),
         lead: String::new(),
     };
-    let section = |(kind, id, title, lead): (Kind, &'static str, &'static str, &str)| Section {
+    let section = |(kind, id, title, lead): (FileKind, &'static str, &'static str, &str)| Section {
         id,
         title,
         lead: lead.to_owned(),
-        body: if kind == Kind::Refused {
+        body: if kind == FileKind::Refused {
             of(kind).map(refusal).collect()
         } else {
             let cards: String = of(kind).map(card).collect();

@@ -13,7 +13,7 @@ const SIZE: (f64, f64) = (560.0, 300.0);
 const AREA: (f64, f64, f64, f64) = (64.0, 548.0, 10.0, 256.0);
 
 /// From a value to its place along a figure.
-pub(super) struct Place {
+pub(super) struct Placement {
     pub(super) low: f64,
     pub(super) high: f64,
     is_log: bool,
@@ -21,7 +21,7 @@ pub(super) struct Place {
     to: f64,
 }
 
-impl Place {
+impl Placement {
     /// Over values, with a margin where they have a spread.
     pub(super) fn of(
         values: impl Iterator<Item = f64>,
@@ -129,7 +129,7 @@ fn svg_of(label: &str, height: f64, content: &str) -> String {
     )
 }
 
-fn x_axis(scale: &Scale, place: &Place, svg: &mut String) {
+fn x_axis(scale: &Scale, place: &Placement, svg: &mut String) {
     let (left, right, top, bottom) = AREA;
     let words = scale
         .words
@@ -160,7 +160,7 @@ fn x_axis(scale: &Scale, place: &Place, svg: &mut String) {
     );
 }
 
-fn y_axis(place: &Place, svg: &mut String) {
+fn y_axis(place: &Placement, svg: &mut String) {
     let (left, right, ..) = AREA;
     for value in place.ticks() {
         let y = place.at(value);
@@ -194,14 +194,14 @@ fn lines(drawn: &Figure) -> String {
     };
     let words = drawn.x.words.len();
     let xs = xs.into_iter().chain((0..words).map(|at| at as f64));
-    let x = Place::of(
+    let x = Placement::of(
         xs,
         drawn.x.is_log && words == 0,
         left,
         right,
         if words > 0 { 0.1 } else { 0.02 },
     );
-    let y = Place::of(ys.into_iter().chain(drawn.bound), false, bottom, top, 0.05);
+    let y = Placement::of(ys.into_iter().chain(drawn.bound), false, bottom, top, 0.05);
     let mut content = String::new();
     x_axis(&drawn.x, &x, &mut content);
     y_axis(&y, &mut content);
@@ -389,7 +389,7 @@ pub(super) fn bars(sensitivity: &Sensitivity) -> String {
         let (low, high) = interval.unwrap_or((*value, *value));
         [*value, low, high]
     });
-    let x = Place::of(ends.chain([0.0]), false, left, right, 0.03);
+    let x = Placement::of(ends.chain([0.0]), false, left, right, 0.03);
     let height = 30.0 + 34.0 * sensitivity.bars.len() as f64;
     let mut content = String::new();
     for tick in x.ticks() {

@@ -1,6 +1,6 @@
 //! All runs of a study as parallel coordinates.
 
-use super::chart::Place;
+use super::chart::Placement;
 use super::input::{Run, StudyInput};
 use super::shape::distinct;
 use crate::page::json_in_script;
@@ -33,7 +33,7 @@ pub(super) fn parallel(shown: &StudyInput) -> String {
     let runs: Vec<&Run> = done.into_iter().step_by(every).collect();
     let column = |name: &str, is_log: bool, words: &[String], of: &dyn Fn(&Run) -> Option<f64>| {
         let values: Vec<Option<f64>> = runs.iter().map(|run| of(run)).collect();
-        let place = Place::of(values.iter().flatten().copied(), is_log, 0.0, STEPS, 0.0);
+        let place = Placement::of(values.iter().flatten().copied(), is_log, 0.0, STEPS, 0.0);
         // -1 where there is none.
         let steps: Vec<i64> = values
             .iter()

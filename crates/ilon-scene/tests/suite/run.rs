@@ -8,7 +8,7 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use ilon_formats::{Handedness, JointOptions, LoadOptions, LoadRobot, RoleOption, WheelOptions};
 use ilon_robot::{Pose, Robot, VisualMeshes};
-use ilon_scene::{Description, Frame, Frames, Kind, Thinning, frames_of_run};
+use ilon_scene::{Description, Frame, Frames, Interpolation, Thinning, frames_of_run};
 use ilon_trace::{Desired, Header, Record, Rows, Trace, WheelSample, rows::Projection};
 
 const PERIOD_S: f64 = 0.01;
@@ -285,7 +285,7 @@ fn a_live_frame_has_the_values_of_the_columns_in_their_order() {
     assert_eq!(values[at("ghost_x")], 0.25);
     assert!(values[at("want_yaw")].is_nan());
     assert_eq!(values[at("z")], robot.ride_height_m() as f32);
-    assert_eq!(frames.columns[at("w0_angle")].kind, Kind::Angle);
+    assert_eq!(frames.columns[at("w0_angle")].kind, Interpolation::Angle);
     assert_eq!(frame.bytes().len(), 4 * values.len());
     assert_eq!(frame.bytes()[..4], 1.5f32.to_le_bytes());
 }

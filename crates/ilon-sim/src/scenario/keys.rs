@@ -25,7 +25,7 @@ pub(crate) fn is_computable_with_sign(number: f64) -> bool {
 
 /// A key or value that a scenario may not hold.
 #[derive(Debug)]
-pub(crate) struct Fault {
+pub(crate) struct KeyFault {
     /// The dotted key, split at its dots.
     pub path: Vec<String>,
     /// The bytes of the text that are at fault.
@@ -50,7 +50,7 @@ pub(crate) enum FaultKind {
 }
 
 /// Finds the first fault of a document, in the order of the keys.
-pub(crate) fn check(document: &Spanned<DeTable<'_>>, schema: &Json) -> Result<(), Fault> {
+pub(crate) fn check(document: &Spanned<DeTable<'_>>, schema: &Json) -> Result<(), KeyFault> {
     let mut checker = Checker {
         root: schema,
         path: Vec::new(),
@@ -123,7 +123,7 @@ impl<'s> Checker<'s> {
         vec![schema]
     }
 
-    fn value(&mut self, value: &Spanned<DeValue<'_>>, schema: &'s Json) -> Result<(), Fault> {
+    fn value(&mut self, value: &Spanned<DeValue<'_>>, schema: &'s Json) -> Result<(), KeyFault> {
         let alternatives = self.alternatives(schema);
         let span = value.span();
         if alternatives.iter().any(|schema| says_nothing(schema)) {
@@ -239,7 +239,7 @@ impl<'s> Checker<'s> {
         table: &DeTable<'_>,
         span: Range<usize>,
         alternatives: &[&'s Json],
-    ) -> Result<(), Fault> {
+    ) -> Result<(), KeyFault> {
         let properties = |schema: &&'s Json| schema.get("properties").and_then(Json::as_object);
         let known: Vec<(&'s str, &'s Json)> = alternatives
             .iter()
@@ -299,7 +299,7 @@ impl<'s> Checker<'s> {
         &mut self,
         key: &Spanned<std::borrow::Cow<'_, str>>,
         known: &[(&'s str, &'s Json)],
-    ) -> Fault {
+    ) -> KeyFault {
         let name = key.get_ref();
         let message = format!("unknown key `{}`", self.key());
         let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
@@ -311,7 +311,12 @@ impl<'s> Checker<'s> {
         self.fault(FaultKind::Key, key.span(), message, help)
     }
 
-    fn word(&self, word: &str, span: Range<usize>, alternatives: &[&'s Json]) -> Result<(), Fault> {
+    fn word(
+        &self,
+        word: &str,
+        span: Range<usize>,
+        alternatives: &[&'s Json],
+    ) -> Result<(), KeyFault> {
         let words = wanted_words(alternatives);
         if words.is_empty() || words.contains(&word) {
             return Ok(());
@@ -329,7 +334,7 @@ impl<'s> Checker<'s> {
         number: f64,
         span: Range<usize>,
         alternatives: &[&'s Json],
-    ) -> Result<(), Fault> {
+    ) -> Result<(), KeyFault> {
         if !number.is_finite() {
             return Err(self.fault(
                 FaultKind::Value,
@@ -400,8 +405,14 @@ impl<'s> Checker<'s> {
         self.path.join(".")
     }
 
-    fn fault(&self, kind: FaultKind, span: Range<usize>, message: String, help: String) -> Fault {
-        Fault {
+    fn fault(
+        &self,
+        kind: FaultKind,
+        span: Range<usize>,
+        message: String,
+        help: String,
+    ) -> KeyFault {
+        KeyFault {
             kind,
             path: self.path.clone(),
             span,

@@ -13,7 +13,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use super::atomic::io_error;
 use super::checksum::{self, Integrity};
 use super::format::{HEADER_KEY, MOST_ROWS, ROWS_A_GROUP};
-use crate::columns::{Kind, Signal, signals};
+use crate::columns::{ColumnType, Signal, signals};
 use crate::error::TraceError;
 use crate::header::Header;
 use crate::projection::Projection;
@@ -119,9 +119,9 @@ impl TraceFile {
             path: self.path.clone(),
             column: signal.name.clone(),
             expected: match signal.kind {
-                Kind::Real => "DOUBLE",
-                Kind::Count => "INT32",
-                Kind::Flag => "BOOLEAN",
+                ColumnType::Real => "DOUBLE",
+                ColumnType::Count => "INT32",
+                ColumnType::Flag => "BOOLEAN",
             },
         };
         let schema = self.reader.metadata().file_metadata().schema_descr_ptr();

@@ -17,7 +17,7 @@ use parquet::schema::types::{ColumnPath, Type};
 use super::atomic::{Unfinished, io_error};
 use super::checksum::{self, Summed};
 use super::format::HEADER_KEY;
-use crate::columns::{Kind, Signal, signals};
+use crate::columns::{ColumnType, Signal, signals};
 use crate::error::TraceError;
 use crate::header::Header;
 use crate::record::MAX_TASKS;
@@ -28,12 +28,12 @@ use crate::trace::Trace;
 pub struct TraceWriter<W: Write + Send = File> {
     signals: Vec<Signal>,
     writer: SerializedFileWriter<Summed<W>>,
-    place: Place,
+    place: Destination,
 }
 
 /// Where a trace file grows.
 #[derive(Debug)]
-enum Place {
+enum Destination {
     /// Under another name, until it is finished.
     Named(Unfinished),
     /// Under no name, on the disk of this folder.
@@ -48,12 +48,12 @@ impl TraceWriter {
     pub fn begin(path: &Path, growing_in: &Path, header: &Header) -> Result<Self, TraceError> {
         let unfinished = Unfinished::create(path, growing_in)?;
         let file = unfinished.file()?;
-        Self::into(Place::Named(unfinished), file, header)
+        Self::into(Destination::Named(unfinished), file, header)
     }
 
     /// Begins a file without a name, which is gone once nobody has it open, however that comes about.
     pub(crate) fn begin_nameless(file: File, header: &Header) -> Result<Self, TraceError> {
-        Self::into(Place::Nameless(std::env::temp_dir()), file, header)
+        Self::into(Destination::Nameless(std::env::temp_dir()), file, header)
     }
 
     /// Ends the file and gives it its name.
@@ -68,10 +68,10 @@ impl TraceWriter {
 impl<W: Write + Seek + Send> TraceWriter<W> {
     /// Begins a file that has no name and never gets one, such as one in memory.
     pub(super) fn begin_into(file: W, header: &Header) -> Result<Self, TraceError> {
-        Self::into(Place::Nameless(PathBuf::from("memory")), file, header)
+        Self::into(Destination::Nameless(PathBuf::from("memory")), file, header)
     }
 
-    fn into(place: Place, file: W, header: &Header) -> Result<Self, TraceError> {
+    fn into(place: Destination, file: W, header: &Header) -> Result<Self, TraceError> {
         let found = header.task_names.len();
         if found > MAX_TASKS {
             return Err(TraceError::TooManyTasks { found });
@@ -113,14 +113,14 @@ impl<W: Write + Seek + Send> TraceWriter<W> {
         let file = file
             .finish()
             .map_err(io_error("write", self.place.path()))?;
-        if let Place::Named(unfinished) = self.place {
+        if let Destination::Named(unfinished) = self.place {
             unfinished.finish()?;
         }
         Ok(file)
     }
 }
 
-impl Place {
+impl Destination {
     fn path(&self) -> &Path {
         match self {
             Self::Named(unfinished) => unfinished.path(),
@@ -162,7 +162,7 @@ fn writer<W: Write + Seek + Send>(
             HEADER_KEY.to_owned(),
             header_json,
         )]));
-    for signal in signals.iter().filter(|s| s.kind == Kind::Real) {
+    for signal in signals.iter().filter(|s| s.kind == ColumnType::Real) {
         // Neighbouring values share sign, exponent and leading digits: split by byte they compress.
         let column = ColumnPath::from(signal.name.as_str());
         properties = properties
@@ -178,9 +178,9 @@ fn writer<W: Write + Seek + Send>(
 /// The Parquet type of a signal.
 fn column_type(signal: &Signal) -> Result<Type, ParquetError> {
     let (physical, logical) = match signal.kind {
-        Kind::Real => (PhysicalType::DOUBLE, None),
-        Kind::Count => (PhysicalType::INT32, Some(LogicalType::integer(32, false))),
-        Kind::Flag => (PhysicalType::BOOLEAN, None),
+        ColumnType::Real => (PhysicalType::DOUBLE, None),
+        ColumnType::Count => (PhysicalType::INT32, Some(LogicalType::integer(32, false))),
+        ColumnType::Flag => (PhysicalType::BOOLEAN, None),
     };
     let repetition = if signal.nullable {
         Repetition::OPTIONAL
@@ -210,19 +210,19 @@ fn write_column<W: Write + Send>(
     let levels = signal.nullable.then_some(levels.as_slice());
     let present = values.iter().flatten();
     match signal.kind {
-        Kind::Real => {
+        ColumnType::Real => {
             let values: Vec<f64> = present.copied().collect();
             column
                 .typed::<DoubleType>()
                 .write_batch(&values, levels, None)?;
         }
-        Kind::Count => {
+        ColumnType::Count => {
             let values: Vec<i32> = present.map(|&v| v as u32 as i32).collect();
             column
                 .typed::<Int32Type>()
                 .write_batch(&values, levels, None)?;
         }
-        Kind::Flag => {
+        ColumnType::Flag => {
             let values: Vec<bool> = present.map(|&v| v != 0.0).collect();
             column
                 .typed::<BoolType>()

@@ -17,7 +17,7 @@ const MOST_M_S: f64 = 20.0;
 const MOST_RAD_S: f64 = 50.0;
 
 /// What a person asked of a robot so far.
-pub(super) struct Drive {
+pub(super) struct PersonsDrive {
     /// The scenario as it was opened; what it asks of the robot does not count.
     scenario: Scenario,
     path: PathBuf,
@@ -29,7 +29,7 @@ pub(super) struct Drive {
     rows: Vec<(f64, Twist)>,
 }
 
-impl Drive {
+impl PersonsDrive {
     /// Puts the robot of a scenario into its world, to be driven.
     pub fn begin(path: &Path, mut scenario: Scenario) -> Result<(Self, Simulation), Fault> {
         scenario.run.duration_s = LONGEST_S;

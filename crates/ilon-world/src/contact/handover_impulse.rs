@@ -52,7 +52,7 @@ pub(crate) struct HandoverImpulse {
 }
 
 /// How the bodies answer to impulses, as they are held in the step, and what holds them.
-pub(crate) struct Held<'a> {
+pub(crate) struct BodyResponse<'a> {
     pub rows: &'a [Row],
     pub responses: &'a Responses,
     /// What the motor and bearing of each wheel lose of their impulse per rate that it gains, in N m s per rad/s.
@@ -62,7 +62,7 @@ pub(crate) struct Held<'a> {
     pub freed_axles: &'a [f64],
 }
 
-impl Held<'_> {
+impl BodyResponse<'_> {
     /// What freed bearings of rollers add to W of two rows.
     fn of_freed_axle(&self, row: usize, column: usize) -> f64 {
         let rows = (&self.rows[row], &self.rows[column]);
@@ -98,7 +98,12 @@ impl HandoverImpulse {
     }
 
     /// Finds the jump of a step that has been solved.
-    pub fn find(&mut self, reactions: &[Reaction], problem: &ImpulseProblem, held: &Held<'_>) {
+    pub fn find(
+        &mut self,
+        reactions: &[Reaction],
+        problem: &ImpulseProblem,
+        held: &BodyResponse<'_>,
+    ) {
         self.free_joints(held);
         self.find_at_joints(held);
         self.find_impulses(reactions, problem, held);
@@ -140,7 +145,7 @@ impl HandoverImpulse {
 
     /// What takes the wheels' motors out of a response: with A the matrix that holds them, G what they lose, E the wheels'
     /// columns and S = E^T A^-1 E, the inverse of A - E G E^T is A^-1 + A^-1 E (1 - G S)^-1 G E^T A^-1 (Woodbury).
-    fn free_joints(&mut self, held: &Held<'_>) {
+    fn free_joints(&mut self, held: &BodyResponse<'_>) {
         let joints = held.responses.joints();
         self.freeing.clear();
         self.freeing.resize(joints * joints, 0.0);
@@ -163,7 +168,7 @@ impl HandoverImpulse {
     }
 
     /// What each row does to the wheels, as they are held and what freeing them adds.
-    fn find_at_joints(&mut self, held: &Held<'_>) {
+    fn find_at_joints(&mut self, held: &BodyResponse<'_>) {
         let joints = held.responses.joints();
         self.at_joints.clear();
         self.freed.clear();
@@ -181,7 +186,7 @@ impl HandoverImpulse {
     fn response(
         &self,
         problem: &ImpulseProblem,
-        held: &Held<'_>,
+        held: &BodyResponse<'_>,
         (row, column): (usize, usize),
     ) -> f64 {
         let joints = held.responses.joints();
@@ -194,7 +199,12 @@ impl HandoverImpulse {
     }
 
     /// Solves W p_j = -u_0 where rollers come down and 0 where else a contact or a bearing is held.
-    fn find_impulses(&mut self, reactions: &[Reaction], problem: &ImpulseProblem, held: &Held<'_>) {
+    fn find_impulses(
+        &mut self,
+        reactions: &[Reaction],
+        problem: &ImpulseProblem,
+        held: &BodyResponse<'_>,
+    ) {
         /// Redundant contacts can share a jump in many ways: the least softness picks one.
         const RIDGE: f64 = 1e-6;
         self.held.clear();
@@ -234,7 +244,7 @@ impl HandoverImpulse {
     }
 
     /// What the impulses do to the rows, and half of what they do to the bodies.
-    fn find_effect(&mut self, problem: &ImpulseProblem, held: &Held<'_>) {
+    fn find_effect(&mut self, problem: &ImpulseProblem, held: &BodyResponse<'_>) {
         let joints = held.responses.joints();
         // What the impulses do to the wheels, as they are held, and then what freeing them adds.
         self.matrix.clear();

@@ -38,7 +38,7 @@ use nalgebra::Vector3;
 
 use crate::contact::candidate::Candidate;
 use crate::contact::candidate_search::Workspace;
-use crate::contact::handover_impulse::{HandoverImpulse, Held};
+use crate::contact::handover_impulse::{BodyResponse, HandoverImpulse};
 use crate::contact::potential::{Axle, PotentialContact};
 use crate::contact::problem::{Curve, ImpulseProblem, Solver};
 use crate::contact::reaction::{Member, Part, Partner, Reaction};
@@ -186,7 +186,7 @@ impl Reactions {
         let axles = self.axles.iter();
         self.freed_axles
             .extend(axles.map(|axle| axle.free_response - axle.response.unwrap_or(0.0)));
-        let held = Held {
+        let held = BodyResponse {
             rows: &self.rows,
             responses: &self.responses,
             held_n_m_s2: &self.held_n_m_s2,

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use ilon_report::bench::{Configuration, DRIVES, Drive, Heading};
+use ilon_report::bench::{BenchDrive, Configuration, DRIVES, Heading};
 use ilon_robot::{Robot, Twist};
 use ilon_trace::Summary;
 use rayon::prelude::*;
 
-use super::options::Kind;
+use super::options::ContactMode;
 use super::scenario::scenario;
 use crate::Error;
 use crate::scenario::Scenario;
@@ -25,7 +25,7 @@ const LONGEST_STRETCH_S: f64 = 100.0;
 
 /// What of a configuration is measured first: how accurate it is.
 pub(super) struct Accuracy {
-    kind: Kind,
+    kind: ContactMode,
     rate_hz: f64,
     /// Each drive's headings.
     outcomes: Vec<(&'static str, Heading)>,
@@ -36,7 +36,7 @@ impl Accuracy {
     /// threads take part.
     pub fn measure(
         robot: &Robot,
-        (kind, rate_hz): (Kind, f64),
+        (kind, rate_hz): (ContactMode, f64),
         bandwidth_rad_s: Option<f64>,
         headings_deg: &[f64],
     ) -> Result<Self, Error> {
@@ -67,7 +67,7 @@ pub(super) fn configuration(accuracy: Accuracy, timing: Timing) -> Configuration
         rate_hz,
         outcomes,
     } = accuracy;
-    let speeds: Vec<Option<Speed>> = timing.drives.into_iter().map(Held::speed).collect();
+    let speeds: Vec<Option<Speed>> = timing.drives.into_iter().map(HeldRun::speed).collect();
     let drives = DRIVES.iter().zip(&speeds).map(|((name, _), speed)| {
         let headings = outcomes.iter().filter(|(of, _)| of == name);
         let headings = headings.map(|(_, heading)| heading.clone()).collect();
@@ -97,11 +97,11 @@ pub(super) fn configuration(accuracy: Accuracy, timing: Timing) -> Configuration
     }
 }
 
-fn drive(headings: Vec<Heading>, cpu_s_per_sim_s: Option<f64>) -> Drive {
+fn drive(headings: Vec<Heading>, cpu_s_per_sim_s: Option<f64>) -> BenchDrive {
     let worst = headings
         .iter()
         .max_by(|a, b| a.error_pct.total_cmp(&b.error_pct));
-    Drive {
+    BenchDrive {
         error_pct: worst.map_or(f64::NAN, |h| h.error_pct),
         ratio_ideal: worst.map_or(f64::NAN, |h| h.ratio_ideal),
         hub_ripple_m: headings
@@ -152,14 +152,14 @@ struct Speed {
 
 /// The drives of a configuration at their held twists, timed again and again.
 pub(super) struct Timing {
-    drives: Vec<Held>,
+    drives: Vec<HeldRun>,
 }
 
 impl Timing {
     /// All drives of a robot, warmed up.
     pub fn warmed_up(
         robot: &Robot,
-        (kind, rate_hz): (Kind, f64),
+        (kind, rate_hz): (ContactMode, f64),
         bandwidth_rad_s: Option<f64>,
         heading_deg: f64,
     ) -> Result<Self, Error> {
@@ -172,7 +172,7 @@ impl Timing {
                 bandwidth_rad_s,
             )?);
             let simulation = Simulation::with_robot(&scenario, robot)?;
-            Ok(Held::warmed_up(simulation, rate_hz))
+            Ok(HeldRun::warmed_up(simulation, rate_hz))
         });
         Ok(Self {
             drives: drives.collect::<Result<_, Error>>()?,
@@ -197,7 +197,7 @@ impl Timing {
 impl Timing {
     /// CPU seconds that a simulated second of each drive costs in its best stretch; `None` where the system tells no CPU time.
     pub fn cpu_s_per_sim_s(self) -> Option<Vec<f64>> {
-        let speeds = self.drives.into_iter().map(Held::speed);
+        let speeds = self.drives.into_iter().map(HeldRun::speed);
         speeds
             .map(|speed| speed.map(|speed| speed.cpu_s_per_sim_s))
             .collect()
@@ -222,14 +222,14 @@ pub(super) fn advance(simulation: &mut Simulation, time_s: f64, rate_hz: f64) {
 }
 
 /// A run at its held twist.
-struct Held {
+struct HeldRun {
     simulation: Simulation,
     rate_hz: f64,
     stretch_s: f64,
     cpu_s: Vec<Option<f64>>,
 }
 
-impl Held {
+impl HeldRun {
     fn warmed_up(mut simulation: Simulation, rate_hz: f64) -> Self {
         advance(&mut simulation, 0.5 * WARM_UP_S, rate_hz);
         let cpu = CpuTime::now();

@@ -6,7 +6,7 @@ use std::time::Instant;
 use ilon_report::bench::{DRIVES, FLEET_RATE_HZ as RATE_HZ, Throughput};
 use ilon_robot::{Pose, Robot, Twist};
 
-use super::options::{Kind, Options};
+use super::options::{ContactMode, Options};
 use super::scenario::scenario;
 use crate::Error;
 use crate::simulate::{CpuTime, Plant, WheelCommand, resolve};
@@ -110,7 +110,7 @@ struct Fleet {
 impl Fleet {
     fn of(robot: &Robot) -> Result<Self, Error> {
         let [vx_m_s, vy_m_s, omega_rad_s] = DRIVES[1].1;
-        let scenario = scenario(DRIVES[1].1, 0.0, Kind::Near, RATE_HZ, None)?;
+        let scenario = scenario(DRIVES[1].1, 0.0, ContactMode::Near, RATE_HZ, None)?;
         let one = Plant::new(&resolve(&scenario, robot)?, robot)?;
         let mut rates_rad_s = vec![0.0; robot.wheels.len()];
         let twist = Twist::new(vx_m_s, vy_m_s, omega_rad_s);

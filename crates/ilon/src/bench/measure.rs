@@ -6,7 +6,7 @@ use ilon_report::bench::{Bench, Configuration, RobotBench, Transient, describe};
 
 use super::configuration::{Accuracy, Timing, configuration};
 use super::machine::this_machine;
-use super::options::{Kind, Options};
+use super::options::{ContactMode, Options};
 use super::tread::TreadTiming;
 use super::{fleet, transients};
 use crate::Error;
@@ -25,11 +25,11 @@ pub fn measure(options: &Options, mut tell: impl FnMut(&str)) -> Result<Bench, E
     let bandwidth_rad_s = options.bandwidth_rad_s;
     let mut measured = Vec::new();
     let kinds = || options.configurations.iter().map(|(kind, _)| *kind);
-    let by_rapier_alone = kinds().all(|kind| kind == Kind::Rapier);
+    let by_rapier_alone = kinds().all(|kind| kind == ContactMode::Rapier);
     let mut left_out: BTreeMap<&str, String> = BTreeMap::new();
     for (name, robot) in &options.robots {
         for (kind, rate_hz) in &options.configurations {
-            if *kind == Kind::Rapier && left_out.contains_key(name.as_str()) {
+            if *kind == ContactMode::Rapier && left_out.contains_key(name.as_str()) {
                 continue;
             }
             tell(&format!("{name}: {}", describe(kind.word(), *rate_hz)));
@@ -50,7 +50,7 @@ pub fn measure(options: &Options, mut tell: impl FnMut(&str)) -> Result<Bench, E
         }
     }
     let mut transients: BTreeMap<String, Vec<Transient>> = BTreeMap::new();
-    if kinds().any(|kind| kind == Kind::Rapier) {
+    if kinds().any(|kind| kind == ContactMode::Rapier) {
         for (name, robot) in &options.robots {
             if left_out.contains_key(name.as_str()) {
                 continue;
@@ -115,7 +115,7 @@ fn of_robot(configurations: Vec<Configuration>) -> RobotBench {
     let within = configurations
         .iter()
         .filter(|c| c.worst_error_pct <= HEADLINE_ERROR_PCT)
-        .filter(|c| c.roller_bodies != Kind::Rapier.word())
+        .filter(|c| c.roller_bodies != ContactMode::Rapier.word())
         .max_by(|a, b| speed(a).total_cmp(&speed(b)));
     let most_accurate = || {
         configurations

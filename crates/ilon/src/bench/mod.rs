@@ -23,8 +23,8 @@ mod transients;
 mod tread;
 
 pub use ilon_report::bench::{
-    Bench, Configuration, DRIVES, Drive, FLEET_RATE_HZ, Heading, Machine, RobotBench, Slide,
+    Bench, BenchDrive, Configuration, DRIVES, FLEET_RATE_HZ, Heading, Machine, RobotBench, Slide,
     Throughput, Transient, TreadCost,
 };
 pub use measure::measure;
-pub use options::{Kind, Options, ROBOTS};
+pub use options::{ContactMode, Options, ROBOTS};

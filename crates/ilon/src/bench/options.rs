@@ -21,7 +21,7 @@ const NEAR_RATES_HZ: [f64; 10] = [
 const RAPIER_RATES_HZ: [f64; 3] = [1000.0, 500.0, 240.0];
 /// Which rollers are looked at, and who solves their contacts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum ContactMode {
     /// All of them; ilon.
     All,
     /// Those near the ground; ilon.
@@ -37,7 +37,7 @@ pub struct Options {
     pub robots: Vec<(String, Robot)>,
     /// Which rollers are looked at, or who solves their contacts, and at how many steps a second (> 0), in the order of
     /// measurement.
-    pub configurations: Vec<(Kind, f64)>,
+    pub configurations: Vec<(ContactMode, f64)>,
     /// Bandwidth of the wheel loops on the ground, in rad/s; a scenario's own where none is given.
     pub bandwidth_rad_s: Option<f64>,
     /// Headings at which the accuracy is measured, in degrees, at least one; speed is measured at the first.
@@ -57,9 +57,9 @@ impl Options {
     /// # Errors
     /// None of the built-in robots has a fault; an error is one of this program.
     pub fn full() -> Result<Self, Error> {
-        let all = ALL_RATES_HZ.map(|rate_hz| (Kind::All, rate_hz));
-        let near = NEAR_RATES_HZ.map(|rate_hz| (Kind::Near, rate_hz));
-        let rapier = RAPIER_RATES_HZ.map(|rate_hz| (Kind::Rapier, rate_hz));
+        let all = ALL_RATES_HZ.map(|rate_hz| (ContactMode::All, rate_hz));
+        let near = NEAR_RATES_HZ.map(|rate_hz| (ContactMode::Near, rate_hz));
+        let rapier = RAPIER_RATES_HZ.map(|rate_hz| (ContactMode::Rapier, rate_hz));
         let robots = ROBOTS.map(|(name, _)| Ok((name.to_owned(), Self::built_in(name)?)));
         Ok(Self {
             robots: robots.into_iter().collect::<Result<_, Error>>()?,
@@ -77,9 +77,12 @@ impl Options {
     /// # Errors
     /// Like [`Self::full`].
     pub fn quick() -> Result<Self, Error> {
-        let near = [240.0, 60.0, 20.0].map(|rate_hz| (Kind::Near, rate_hz));
+        let near = [240.0, 60.0, 20.0].map(|rate_hz| (ContactMode::Near, rate_hz));
         Ok(Self {
-            configurations: [(Kind::All, 240.0)].into_iter().chain(near).collect(),
+            configurations: [(ContactMode::All, 240.0)]
+                .into_iter()
+                .chain(near)
+                .collect(),
             headings_deg: vec![20.0],
             rounds: 3,
             fleets: vec![1, 10],
@@ -103,7 +106,7 @@ impl Options {
     }
 }
 
-impl Kind {
+impl ContactMode {
     /// All kinds.
     pub const ALL: [Self; 3] = [Self::All, Self::Near, Self::Rapier];
 

@@ -1,6 +1,6 @@
 //! The scenario of a drive.
 
-use super::options::Kind;
+use super::options::ContactMode;
 use crate::Error;
 use crate::scenario::{Contacts, RollerBodies, Scenario, Step, Twist};
 
@@ -9,7 +9,7 @@ use crate::scenario::{Contacts, RollerBodies, Scenario, Step, Twist};
 pub(super) fn scenario(
     [vx_m_s, vy_m_s, omega_rad_s]: [f64; 3],
     heading_deg: f64,
-    kind: Kind,
+    kind: ContactMode,
     rate_hz: f64,
     bandwidth_rad_s: Option<f64>,
 ) -> Result<Scenario, Error> {
@@ -17,10 +17,10 @@ pub(super) fn scenario(
     let physics_dt_s = 1.0 / rate_hz;
     let mut scenario = Scenario::from_toml(BASE, "bench", "")?;
     scenario.robot.roller_bodies = match kind {
-        Kind::All | Kind::Rapier => RollerBodies::All,
-        Kind::Near => RollerBodies::Near,
+        ContactMode::All | ContactMode::Rapier => RollerBodies::All,
+        ContactMode::Near => RollerBodies::Near,
     };
-    if kind == Kind::Rapier {
+    if kind == ContactMode::Rapier {
         scenario.world.solver.contacts = Contacts::Rapier;
     }
     scenario.robot.heading_deg = heading_deg;

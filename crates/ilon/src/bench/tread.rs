@@ -4,14 +4,14 @@ use ilon_report::bench::{DRIVES, TreadCost};
 use ilon_robot::{Robot, Tread};
 
 use super::configuration::Timing;
-use super::options::Kind;
+use super::options::ContactMode;
 use crate::Error;
 
 /// A tread of rubber, in N/m, for a robot that has none.
 const STIFFNESS_N_M: f64 = 1e5;
 /// Steps a second: those of treads see the spring, and both robots take them.
 const RATE_HZ: f64 = 1000.0;
-const KIND: Kind = Kind::Near;
+const KIND: ContactMode = ContactMode::Near;
 
 /// A robot with treads and without, warmed up.
 pub(super) struct TreadTiming {

@@ -11,7 +11,7 @@ use super::outcome::Outcome;
 use super::robot::Sources;
 use super::table::Table;
 use super::{console, open, reserve};
-use crate::bench::{Bench, Configuration, DRIVES, Kind, Options, ROBOTS, RobotBench};
+use crate::bench::{Bench, Configuration, ContactMode, DRIVES, Options, ROBOTS, RobotBench};
 use crate::cli::failure::Failure;
 use crate::pages;
 
@@ -56,7 +56,7 @@ pub(super) struct Arguments {
     sources: Sources,
     /// Which rollers are looked at: `all`, or those `near` the ground; or `rapier`: all of them, with contacts that rapier solves itself [default: each].
     #[arg(long, value_name = "all|near|rapier", value_parser = kind)]
-    rollers: Option<Kind>,
+    rollers: Option<ContactMode>,
     /// Physics steps a second [default: 1000,500,240,120,60,30,20, near also 40,15,10, and rapier 1000,500,240].
     #[arg(long, value_name = "HZ,..", value_delimiter = ',', value_parser = rate_hz)]
     rates: Vec<f64>,
@@ -205,8 +205,10 @@ fn robot(name: &str, sources: &Sources) -> Result<(String, Robot), Failure> {
     Ok((stem, Robot::load_with(path, &sources.options())?.robot))
 }
 
-fn kind(text: &str) -> Result<Kind, String> {
-    let known = Kind::ALL.into_iter().find(|kind| kind.word() == text);
+fn kind(text: &str) -> Result<ContactMode, String> {
+    let known = ContactMode::ALL
+        .into_iter()
+        .find(|kind| kind.word() == text);
     known.ok_or_else(|| {
         "name `all` rollers, those `near` the ground, or `rapier`, which solves the contacts of all itself"
             .to_owned()

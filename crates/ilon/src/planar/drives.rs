@@ -29,7 +29,7 @@ pub(super) struct Track {
 
 /// Commands and what came of them, one of each a step.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Drive {
+pub struct PlanarDrive {
     /// The twists that were asked, in m/s, m/s and rad/s.
     pub asked: Vec<Vector3<f64>>,
     /// The body's twists at the end of each step.
@@ -96,10 +96,10 @@ impl Track {
     }
 
     /// A drive from rest.
-    pub fn drive(&self, asked: Vec<Vector3<f64>>) -> Result<Drive, Error> {
+    pub fn drive(&self, asked: Vec<Vector3<f64>>) -> Result<PlanarDrive, Error> {
         let mut plant = self.plant();
         let came = asked.iter().map(|asked| self.step(&mut plant, *asked));
-        Ok(Drive {
+        Ok(PlanarDrive {
             came: came.collect::<Result<_, _>>()?,
             asked,
         })

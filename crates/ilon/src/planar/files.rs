@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::Value;
 
-use super::drives::Drive;
+use super::drives::PlanarDrive;
 use super::model::SERVO_S;
 use super::{Joints, Planar};
 use crate::Error;
@@ -16,7 +16,7 @@ use crate::Error;
 /// [`Error::Invalid`] where a number is none, of a robot that went nowhere.
 pub fn files(
     planar: &Planar,
-    judges: &[Drive],
+    judges: &[PlanarDrive],
     dt_s: f64,
 ) -> Result<Vec<(&'static str, String)>, Error> {
     let is_whole = serde_json::to_value(planar).is_ok_and(|value| is_whole(&value));
@@ -228,7 +228,7 @@ fn sdf(planar: &Planar) -> String {
 }
 
 /// Drives as a table: number, time, the twist that was asked, the twist that came.
-fn csv(drives: &[Drive], dt_s: f64) -> String {
+fn csv(drives: &[PlanarDrive], dt_s: f64) -> String {
     let mut text =
         "drive,t_s,asked_vx_m_s,asked_vy_m_s,asked_omega_rad_s,vx_m_s,vy_m_s,omega_rad_s\n"
             .to_owned();

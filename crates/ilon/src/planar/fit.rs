@@ -6,7 +6,7 @@ use ilon_control::DynamicModel;
 use ilon_robot::Robot;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
-use super::drives::{Drive, Track, twist, vector};
+use super::drives::{PlanarDrive, Track, twist, vector};
 use super::model::{Law, SERVO_S, Servos, error, poses, taken};
 use super::{DirectionShortfall, Grip, HeldOut, Joints, Lag, Planar, Shortfall};
 use crate::Error;
@@ -27,7 +27,7 @@ const DRIFT_UNITS: f64 = 14.0;
 ///
 /// # Errors
 /// Where the scenario or the robot makes no sense, and for a robot that does not go where it is asked.
-pub fn fit(scenario: &Scenario, robot: &Robot) -> Result<(Planar, Vec<Drive>, f64), Error> {
+pub fn fit(scenario: &Scenario, robot: &Robot) -> Result<(Planar, Vec<PlanarDrive>, f64), Error> {
     let track = Track::new(scenario, robot)?;
     let starts = starts(&track)?;
     let grip = grip(&track, &starts)?;
@@ -45,9 +45,9 @@ pub fn fit(scenario: &Scenario, robot: &Robot) -> Result<(Planar, Vec<Drive>, f6
         step_s: step_s(&track, proportional_per_s.max()),
     };
     let by_chance = |number| track.drive(track.by_chance(number, CHANCE_UNITS));
-    let fitted: Vec<Drive> = (0..FITTED).map(by_chance).collect::<Result<_, _>>()?;
+    let fitted: Vec<PlanarDrive> = (0..FITTED).map(by_chance).collect::<Result<_, _>>()?;
     let judges = FITTED..FITTED + HELD_OUT;
-    let judges: Vec<Drive> = judges.map(by_chance).collect::<Result<_, _>>()?;
+    let judges: Vec<PlanarDrive> = judges.map(by_chance).collect::<Result<_, _>>()?;
     let dt_s = track.dt_s;
     let (joints, servos) = joints(&track, robot, (&law, &fitted))?;
     let planar = Planar {
@@ -292,7 +292,7 @@ fn least(of: impl Fn(f64, f64) -> f64, unit_s: f64) -> ([f64; 2], f64) {
 }
 
 /// What the law misses: covariance of the pose that grows in a second of drives of chance.
-fn drift(track: &Track, drives: &[Drive], law: &Law) -> [[f64; 3]; 3] {
+fn drift(track: &Track, drives: &[PlanarDrive], law: &Law) -> [[f64; 3]; 3] {
     let dt_s = track.dt_s;
     let window = track.steps(DRIFT_UNITS);
     let (mut sum, mut time_s) = (Matrix3::zeros(), 0.0);
@@ -313,7 +313,7 @@ fn drift(track: &Track, drives: &[Drive], law: &Law) -> [[f64; 3]; 3] {
 fn joints(
     track: &Track,
     robot: &Robot,
-    (law, fitted): (&Law, &[Drive]),
+    (law, fitted): (&Law, &[PlanarDrive]),
 ) -> Result<(Joints, Servos), Error> {
     let model = DynamicModel::new(robot)?;
     let kinematics = model.kinematics();

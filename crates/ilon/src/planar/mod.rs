@@ -27,7 +27,7 @@ mod model;
 
 use serde::Serialize;
 
-pub use drives::Drive;
+pub use drives::PlanarDrive;
 pub use files::files;
 pub use fit::fit;
 

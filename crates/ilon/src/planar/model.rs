@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::DriveError;
-use super::drives::Drive;
+use super::drives::PlanarDrive;
 
 /// What turns a velocity in a frame that turns: omega x v.
 fn carried(v: Vector3<f64>) -> Vector3<f64> {
@@ -105,7 +105,7 @@ pub(super) fn poses(twists: &[Vector3<f64>], dt_s: f64) -> Vec<Vector3<f64>> {
 
 /// How far a model is off over some drives.
 pub(super) fn error(
-    drives: &[Drive],
+    drives: &[PlanarDrive],
     dt_s: f64,
     model: impl Fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>,
 ) -> DriveError {

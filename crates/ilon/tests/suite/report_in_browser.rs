@@ -5,7 +5,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use ilon::bench::{Kind, Options};
+use ilon::bench::{ContactMode, Options};
 use ilon::compare::{ComparedRun, Comparison};
 use ilon::{Run, Scenario};
 
@@ -204,7 +204,7 @@ fn every_figure_of_a_bench_is_drawn_and_the_console_shows_no_fault() {
         return;
     };
     let options = Options {
-        configurations: vec![(Kind::Near, 40.0), (Kind::Near, 20.0)],
+        configurations: vec![(ContactMode::Near, 40.0), (ContactMode::Near, 20.0)],
         headings_deg: vec![0.0],
         rounds: 1,
         fleets: vec![1],

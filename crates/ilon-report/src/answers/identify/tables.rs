@@ -4,8 +4,8 @@ use crate::page::Table;
 use crate::sweep::figure as number;
 use ilon_identify::Identified;
 use ilon_identify::outcome::{
-    Direction, Drive, DriveRipple, DriveTorque, Judged, Misses, Run, SimulatedSeries, Simulation,
-    Value,
+    Direction, DriveRipple, DriveTorque, Judged, Misses, Run, SimulatedSeries, Simulation,
+    SteadyDrive, Value,
 };
 
 /// A column of a table: its heading, and what stands under it for one row.
@@ -218,7 +218,7 @@ fn simulated_series(simulation: &Simulation) -> Table {
 }
 
 fn ripple(simulation: &Simulation) -> Table {
-    table_of::<(&Drive, DriveRipple)>(
+    table_of::<(&SteadyDrive, DriveRipple)>(
         "What wheels (mrad/s) and body (mm) do once a roller: amplitudes",
         &[
             ("log", &|(drive, _)| drive.file.clone()),
@@ -246,7 +246,7 @@ fn ripple(simulation: &Simulation) -> Table {
 
 fn torques(simulation: &Simulation) -> Table {
     let drives = simulation.drives.iter();
-    table_of::<(&Drive, &DriveTorque)>(
+    table_of::<(&SteadyDrive, &DriveTorque)>(
         "Torques of the wheels that turn, in N m",
         &[
             ("log", &|(drive, _)| drive.file.clone()),
@@ -266,7 +266,7 @@ fn torques(simulation: &Simulation) -> Table {
 }
 
 fn drives(simulation: &Simulation) -> Table {
-    table_of::<&Drive>(
+    table_of::<&SteadyDrive>(
         "Drives",
         &[
             ("log", &|drive| drive.file.clone()),

@@ -2,7 +2,7 @@
 
 use crate::figure::{Figure, Layout, Span, axis, dots, plot};
 use crate::page::{self, Section, card};
-use ilon_identify::outcome::{Drive, DriveTorque, Simulation};
+use ilon_identify::outcome::{DriveTorque, Simulation, SteadyDrive};
 
 use super::direction::{by_direction, turn};
 use crate::answers::identify::tables;
@@ -26,7 +26,7 @@ pub(super) fn section(simulation: &Simulation) -> Section {
 }
 
 /// Measured less simulated, of each drive.
-fn left(drives: &[Drive]) -> Figure {
+fn left(drives: &[SteadyDrive]) -> Figure {
     let of = |held_out: bool| {
         let own = drives
             .iter()
@@ -57,7 +57,7 @@ fn left(drives: &[Drive]) -> Figure {
 
 /// The heading's drift in each drive, measured and simulated.
 fn drift(simulation: &Simulation) -> Figure {
-    let of = |value: fn(&Drive) -> f64| {
+    let of = |value: fn(&SteadyDrive) -> f64| {
         let drives = simulation.drives.iter();
         drives.map(move |drive| (drive.direction_deg, value(drive)))
     };

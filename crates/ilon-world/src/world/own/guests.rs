@@ -7,7 +7,7 @@ use ilon_robot::{Chassis, MassProperties, Scale};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Point3, Vector3, Vector6};
 use rapier3d::prelude::*;
 
-use super::rapier_world::{Held, InRapier, Met, Twin, Who};
+use super::rapier_world::{GuestContact, InRapier, Met, Twin, Who};
 use crate::contact::bounds::Bounds;
 use crate::contact::reaction::Partner;
 use crate::dynamics::Attached;
@@ -84,7 +84,7 @@ impl World {
                 Partner::Ground | Partner::Itself => None,
             };
             let a = who(reaction.a.body);
-            rapier.held_now.push(Held { a, b, reaction });
+            rapier.held_now.push(GuestContact { a, b, reaction });
         }
         if self.bodies.len() > first {
             // What touches something that rapier moves may not be left alone.

@@ -19,8 +19,8 @@ pub(in crate::world) struct InRapier {
     /// The bodies of one's own that were guests in the last step, or are in this one.
     pub(super) met: BTreeMap<RawHandle, Met>,
     /// The contacts of guests in the last step, and those that this one has had by now.
-    pub(super) held: Vec<Held>,
-    pub(super) held_now: Vec<Held>,
+    pub(super) held: Vec<GuestContact>,
+    pub(super) held_now: Vec<GuestContact>,
     /// Whether the program may have changed something since the last step.
     pub(super) is_changed: bool,
 }
@@ -76,7 +76,7 @@ impl Clone for InRapier {
 
 /// A contact of a guest in the last step: who has it, and with whom, if it is not with what is fixed.
 #[derive(Clone)]
-pub(super) struct Held {
+pub(super) struct GuestContact {
     pub(super) a: Who,
     pub(super) b: Option<Who>,
     pub(super) reaction: Reaction,

@@ -2,7 +2,7 @@ use approx::assert_relative_eq;
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Law, Servos, carried, error, poses, taken};
-use crate::planar::drives::Drive;
+use crate::planar::drives::PlanarDrive;
 
 fn law() -> Law {
     Law {
@@ -84,7 +84,7 @@ fn servos_follow_a_filter() {
 #[test]
 fn errors_are_of_twist_place_and_heading() {
     let quarter = std::f64::consts::FRAC_PI_2;
-    let drive = Drive {
+    let drive = PlanarDrive {
         asked: vec![Vector3::new(1.0, 0.0, 0.0); 1000],
         came: vec![Vector3::new(1.0, 0.0, quarter); 1000],
     };
