@@ -1,5 +1,5 @@
 //! The one door through which files are read that somebody else named: which of them may be read, of which kind, and how
-//! large they may be.
+//! large they may be. What TOML in them says is read by [`toml`].
 //!
 //! A scenario names a robot, a robot names meshes, and either may come from a stranger. What a file claims is not believed:
 //! devices and pipes never end or block, and a file can grow between its size and its last byte.
@@ -17,13 +17,13 @@ use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use held::Held;
+use held::FilesInMemory;
 
 /// Which files may be read: any, those below some folders alone, or those that lie in memory.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FileAccess {
     /// Files in memory, in place of all files of the system.
-    held: Option<Held>,
+    held: Option<FilesInMemory>,
     /// The folders, without links; `None` where any file may be read.
     roots: Option<Vec<PathBuf>>,
     /// Where it is written down which files were opened, if it is.
@@ -93,7 +93,7 @@ impl FileAccess {
     /// need not have any.
     pub fn of_memory(files: impl IntoIterator<Item = (PathBuf, Vec<u8>)>) -> Self {
         Self {
-            held: Some(Held::of(files)),
+            held: Some(FilesInMemory::of(files)),
             ..Self::default()
         }
     }
