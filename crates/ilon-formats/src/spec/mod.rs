@@ -446,10 +446,7 @@ fn pairs<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Vec<[f64; 2]>>, D:
 }
 
 fn of_toml(fault: &DecodeError, text: &str, file: &str) -> RobotError {
-    // What a whole number is called in Rust says nothing to who writes the file.
-    let reason = fault
-        .message
-        .replace("expected usize", "expected a whole number");
+    let reason = fault.message.clone();
     let error = RobotError::new(file, Fault::Toml { reason });
     match &fault.span {
         Some(bytes) => error.at(&text.into(), bytes.clone()),
