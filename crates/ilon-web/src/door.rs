@@ -43,7 +43,7 @@ pub enum Request {
         settings: Vec<String>,
     },
     /// Puts the robot of a scenario into its world as [`Request::Open`] does, for a person to drive.
-    PersonsDrive {
+    Drive {
         /// The path of the scenario among the files.
         scenario: PathBuf,
         /// Keys that are otherwise than in the file.
@@ -153,7 +153,7 @@ impl Door {
                 "robot": Spec::json_schema(),
             }))),
             Request::Open { scenario, settings } => self.open(&scenario, &settings, false),
-            Request::PersonsDrive { scenario, settings } => self.open(&scenario, &settings, true),
+            Request::Drive { scenario, settings } => self.open(&scenario, &settings, true),
             Request::Steer { twist } => self.steer(twist),
             Request::EndDrive => self.end_drive(),
             Request::Advance { periods } => self.advance(periods),
