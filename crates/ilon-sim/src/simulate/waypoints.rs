@@ -107,79 +107,16 @@ pub(super) fn read(
         )
     };
     let header = reader.headers().map_err(parsing)?.clone();
-    let is_known = |name: &str| COLUMNS.contains(&name);
-    // Of a file that is something else nothing is shown: a scenario of a stranger may name any.
-    if !header.iter().any(is_known) {
-        return Err(fault(
-            "it is no file of waypoints: its first line names none of their columns".to_owned(),
-            format!(
-                "begin it with a line of columns out of {}",
-                COLUMNS.join(", ")
-            ),
-        ));
-    }
-    for (index, name) in header.iter().enumerate() {
-        if !is_known(name) {
-            let near = crate::scenario::nearest(name, COLUMNS);
-            return Err(fault(
-                format!("line 1: unknown column `{}`", quoted(name)),
-                match near {
-                    Some(near) => format!("did you mean `{near}`?"),
-                    None => format!("the columns are {}", COLUMNS.join(", ")),
-                },
-            ));
-        }
-        if header.iter().take(index).any(|before| before == name) {
-            return Err(fault(
-                format!("line 1: the column `{name}` stands twice"),
-                "keep the one that is meant".to_owned(),
-            ));
-        }
-    }
-    let place = |name: &str| header.iter().position(|column| column == name);
-    let required = |name: &str| {
-        place(name).ok_or_else(|| {
-            fault(
-                format!("line 1: the column `{name}` is missing"),
-                "begin with a header such as `t_s,x_m,y_m,heading_deg`".to_owned(),
-            )
-        })
-    };
-    let (x, y) = (required("x_m")?, required("y_m")?);
-    let (t, phi) = (place("t_s"), place("heading_deg"));
+    let Columns { t, x, y, phi } =
+        Columns::find(&header).map_err(|(what, help)| fault(what, help))?;
 
     let mut times_s = Vec::new();
     let mut points_m = Vec::new();
     let mut headings_rad = Vec::new();
     for row in reader.records() {
         let row = row.map_err(parsing)?;
-        let line = row.position().map_or(0, csv::Position::line);
-        let number = |index: usize| {
-            let text = row.get(index).unwrap_or("");
-            let name = &header[index];
-            let quoted = quoted(text);
-            let computable = match t == Some(index) {
-                true => is_computable,
-                false => is_computable_with_sign,
-            };
-            match text.parse::<f64>() {
-                Ok(number) if computable(number) => Ok(number),
-                Ok(number) if number.is_finite() => Err(fault(
-                    format!(
-                        "line {line}: `{name}` is {quoted}, which is beyond what can be computed with"
-                    ),
-                    format!(
-                        "write 0 or a number whose size is between {:e} and {:e}",
-                        SIZES.start(),
-                        SIZES.end()
-                    ),
-                )),
-                _ => Err(fault(
-                    format!("line {line}: `{name}` is \"{quoted}\", but must be a finite number"),
-                    "write a number with a decimal point".to_owned(),
-                )),
-            }
-        };
+        let number =
+            |index| number(&header[index], &row, index).map_err(|(what, help)| fault(what, help));
         points_m.push(Vector2::new(number(x)?, number(y)?));
         if let Some(t) = t {
             times_s.push(number(t)?);
@@ -209,6 +146,91 @@ pub(super) fn read(
         }
     };
     made.map_err(|error| fault(error.to_string(), "correct the waypoints".to_owned()))
+}
+
+/// What is wrong with a file, and how it is mended.
+type Complaint = (String, String);
+
+/// The places of the columns.
+struct Columns {
+    t: Option<usize>,
+    x: usize,
+    y: usize,
+    phi: Option<usize>,
+}
+
+impl Columns {
+    fn find(header: &csv::StringRecord) -> Result<Self, Complaint> {
+        let is_known = |name: &str| COLUMNS.contains(&name);
+        // Of a file that is something else nothing is shown: a scenario of a stranger may name any.
+        if !header.iter().any(is_known) {
+            return Err((
+                "it is no file of waypoints: its first line names none of their columns".to_owned(),
+                format!(
+                    "begin it with a line of columns out of {}",
+                    COLUMNS.join(", ")
+                ),
+            ));
+        }
+        for (index, name) in header.iter().enumerate() {
+            if !is_known(name) {
+                return Err((
+                    format!("line 1: unknown column `{}`", quoted(name)),
+                    match crate::scenario::nearest(name, COLUMNS) {
+                        Some(near) => format!("did you mean `{near}`?"),
+                        None => format!("the columns are {}", COLUMNS.join(", ")),
+                    },
+                ));
+            }
+            if header.iter().take(index).any(|before| before == name) {
+                return Err((
+                    format!("line 1: the column `{name}` stands twice"),
+                    "keep the one that is meant".to_owned(),
+                ));
+            }
+        }
+        let place = |name: &str| header.iter().position(|column| column == name);
+        let required = |name: &str| {
+            place(name).ok_or_else(|| {
+                (
+                    format!("line 1: the column `{name}` is missing"),
+                    "begin with a header such as `t_s,x_m,y_m,heading_deg`".to_owned(),
+                )
+            })
+        };
+        Ok(Self {
+            x: required("x_m")?,
+            y: required("y_m")?,
+            t: place("t_s"),
+            phi: place("heading_deg"),
+        })
+    }
+}
+
+/// The number in a column.
+fn number(name: &str, row: &csv::StringRecord, index: usize) -> Result<f64, Complaint> {
+    let line = row.position().map_or(0, csv::Position::line);
+    let text = row.get(index).unwrap_or("");
+    let quoted = quoted(text);
+    let computable = match name {
+        "t_s" => is_computable,
+        _ => is_computable_with_sign,
+    };
+    match text.parse::<f64>() {
+        Ok(number) if computable(number) => Ok(number),
+        Ok(number) if number.is_finite() => Err((
+            format!("line {line}: `{name}` is {quoted}, which is beyond what can be computed with"),
+            format!(
+                "write 0 or a number whose size is between {:e} and {:e}",
+                SIZES.start(),
+                SIZES.end()
+            ),
+        )),
+        _ => Err((
+            format!("line {line}: `{name}` is \"{quoted}\", but must be a finite number"),
+            "write a number with a decimal point".to_owned(),
+        )),
+    }
 }
 
 #[cfg(test)]

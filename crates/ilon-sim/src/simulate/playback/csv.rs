@@ -64,106 +64,146 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<LogContent
         names: &header,
         is_log,
     };
-    let time = column(wanted, &header, &TIMES)?;
-    let driving = driving(wanted, &header)?;
-    let measured = measured(wanted, &header)?;
-    let joints = joints(wanted, &header)?;
+    let columns = Columns::find(wanted, &header)?;
     wanted.refuse_unused_names()?;
 
-    let mut driven = Series::new(driving.len());
-    let mut moved = vec![Series::new(QUANTITIES.len()); joints.len()];
-    let mut poses = Series::new(3);
+    let mut contents = LogContents {
+        driving: Series::new(columns.driving.len()),
+        measured: columns.measured.as_ref().map(|_| Series::new(3)),
+        joints: vec![Series::new(QUANTITIES.len()); columns.joints.len()],
+    };
     let mut first_ns = None;
-    let mut rows_read = 0;
-    for row in rows {
-        let row = row.map_err(parsing)?;
-        let line = row.position().map_or(0, ::csv::Position::line);
-        let text_of = |column: &Column| row.get(column.place).unwrap_or("");
-        let fault = |column: &Column, must: &str, help: &str| {
-            let (name, text) = (quoted(&header.names[column.place]), cell(text_of(column)));
-            wanted.fault(
-                format!("line {line}: `{name}` is {text}, but must be {must}"),
-                help,
-            )
+    for (index, row) in rows.enumerate() {
+        let row = Row {
+            wanted,
+            header: &header,
+            cells: &row.map_err(parsing)?,
         };
-        let number = |column: &Column| {
-            let number = text_of(column).parse::<f64>();
-            match number.map(|number| number * column.factor) {
-                Ok(number)
-                    if number.is_finite() && (is_computable(number) || number.abs() < 1.0) =>
-                {
-                    Ok(number)
-                }
-                _ => Err(fault(
-                    column,
-                    "a number that can be computed with",
-                    "write a number with a decimal point, or leave the line out",
-                )),
-            }
-        };
-        let Some(time_ns) = nanoseconds(text_of(&time), time.factor) else {
-            return Err(fault(
-                &time,
-                "a time",
-                "write a number with a decimal point, or leave the line out",
-            ));
-        };
+        let time_ns = row.time_ns(&columns.time)?;
         let since_ns = time_ns - *first_ns.get_or_insert(time_ns);
-        let t_s = since_ns as f64 / 1e9;
-        // A log of something slower beside wheels leaves what it does not know empty.
-        let values = |columns: &[Column]| -> Result<Option<Vec<f64>>, Error> {
-            let is_empty = |column: &&Column| text_of(column).is_empty();
-            match columns.iter().find(is_empty) {
-                None => columns
-                    .iter()
-                    .map(&number)
-                    .collect::<Result<_, _>>()
-                    .map(Some),
-                Some(_) if columns.iter().all(|column| is_empty(&column)) => Ok(None),
-                Some(empty) => Err(fault(
-                    empty,
-                    "a number, since the line holds some of the numbers that belong to it",
-                    "fill all of them in, or leave all of them empty",
-                )),
-            }
-        };
-        if let Some(values) = values(&driving)?
-            && !driving.is_empty()
-        {
-            driven.push(t_s, values);
-        }
-        if let Some(columns) = &measured
-            && let Some(values) = values(columns)?
-        {
-            poses.push(t_s, values);
-        }
-        for (columns, series) in joints.iter().zip(&mut moved) {
-            let mut said = [f64::NAN; QUANTITIES.len()];
-            for (said, column) in said.iter_mut().zip(columns) {
-                // A joint that is logged less often leaves its cells empty, or writes that it knows no number.
-                if let Some(column) = column
-                    && !["", "nan"].contains(&text_of(column).to_ascii_lowercase().as_str())
-                {
-                    *said = number(column)?;
-                }
-            }
-            if !said.iter().all(|number| number.is_nan()) {
-                series.push(t_s, said);
-            }
-        }
-        rows_read += 1;
-        if rows_read > MOST_ROWS {
+        row.take(&columns, since_ns as f64 / 1e9, &mut contents)?;
+        if index >= MOST_ROWS {
             return Err(wanted.fault(
                 format!("it has more than {MOST_ROWS} rows"),
                 "cut it into parts",
             ));
         }
     }
-    Ok(LogContents {
-        driving: driven,
-        measured: measured.map(|_| poses),
-        joints: moved,
-    })
+    Ok(contents)
+}
+
+/// The columns that are needed.
+struct Columns {
+    time: Column,
+    driving: Vec<Column>,
+    /// Where the real robot was.
+    measured: Option<Vec<Column>>,
+    /// Of each joint that the log may drive, those of [`QUANTITIES`] that there are.
+    joints: Vec<Vec<Option<Column>>>,
+}
+
+impl Columns {
+    fn find(wanted: &Wanted<'_>, header: &Header<'_>) -> Result<Self, Error> {
+        Ok(Self {
+            time: column(wanted, header, &TIMES)?,
+            driving: driving(wanted, header)?,
+            measured: measured(wanted, header)?,
+            joints: joints(wanted, header)?,
+        })
+    }
+}
+
+/// A line of numbers.
+struct Row<'a> {
+    wanted: &'a Wanted<'a>,
+    header: &'a Header<'a>,
+    cells: &'a ::csv::StringRecord,
+}
+
+impl Row<'_> {
+    /// Adds what it holds, at a time.
+    fn take(&self, columns: &Columns, t_s: f64, contents: &mut LogContents) -> Result<(), Error> {
+        if let Some(values) = self.numbers(&columns.driving)?
+            && !columns.driving.is_empty()
+        {
+            contents.driving.push(t_s, values);
+        }
+        if let (Some(columns), Some(poses)) = (&columns.measured, &mut contents.measured)
+            && let Some(values) = self.numbers(columns)?
+        {
+            poses.push(t_s, values);
+        }
+        for (columns, series) in columns.joints.iter().zip(&mut contents.joints) {
+            let mut said = [f64::NAN; QUANTITIES.len()];
+            for (said, column) in said.iter_mut().zip(columns) {
+                // A joint that is logged less often leaves its cells empty, or writes that it knows no number.
+                if let Some(column) = column
+                    && !["", "nan"].contains(&self.text(column).to_ascii_lowercase().as_str())
+                {
+                    *said = self.number(column)?;
+                }
+            }
+            if !said.iter().all(|number| number.is_nan()) {
+                series.push(t_s, said);
+            }
+        }
+        Ok(())
+    }
+
+    fn text(&self, column: &Column) -> &str {
+        self.cells.get(column.place).unwrap_or("")
+    }
+
+    fn time_ns(&self, column: &Column) -> Result<i128, Error> {
+        nanoseconds(self.text(column), column.factor).ok_or_else(|| {
+            self.fault(
+                column,
+                "a time",
+                "write a number with a decimal point, or leave the line out",
+            )
+        })
+    }
+
+    fn number(&self, column: &Column) -> Result<f64, Error> {
+        let number = self.text(column).parse::<f64>();
+        match number.map(|number| number * column.factor) {
+            Ok(number) if number.is_finite() && (is_computable(number) || number.abs() < 1.0) => {
+                Ok(number)
+            }
+            _ => Err(self.fault(
+                column,
+                "a number that can be computed with",
+                "write a number with a decimal point, or leave the line out",
+            )),
+        }
+    }
+
+    /// The numbers of columns that belong together; `None` where all are empty, as a log of something slower beside wheels leaves them.
+    fn numbers(&self, columns: &[Column]) -> Result<Option<Vec<f64>>, Error> {
+        let is_empty = |column: &&Column| self.text(column).is_empty();
+        match columns.iter().find(is_empty) {
+            None => {
+                let numbers = columns.iter().map(|column| self.number(column));
+                numbers.collect::<Result<_, _>>().map(Some)
+            }
+            Some(_) if columns.iter().all(|column| is_empty(&column)) => Ok(None),
+            Some(empty) => Err(self.fault(
+                empty,
+                "a number, since the line holds some of the numbers that belong to it",
+                "fill all of them in, or leave all of them empty",
+            )),
+        }
+    }
+
+    fn fault(&self, column: &Column, must: &str, help: &str) -> Error {
+        let line = self.cells.position().map_or(0, ::csv::Position::line);
+        let name = quoted(&self.header.names[column.place]);
+        let text = cell(self.text(column));
+        self.wanted.fault(
+            format!("line {line}: `{name}` is {text}, but must be {must}"),
+            help,
+        )
+    }
 }
 
 /// Of each joint that the log may drive, the columns of [`QUANTITIES`] that there are.
