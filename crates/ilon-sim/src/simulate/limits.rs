@@ -582,7 +582,11 @@ pub(super) fn beyond(
     {
         let announced = &mut beyond.announced;
         announced.from_s = from_s;
-        announced.first = first;
+        // Of wheels that come to their grip at once, those that are first by statics too, if any.
+        match announced.first.iter().any(|wheel| first.contains(wheel)) {
+            true => announced.first.retain(|wheel| first.contains(wheel)),
+            false => announced.first = first,
+        }
         announced.most_at_s = announced.most_at_s.max(from_s);
     }
     beyond
@@ -607,7 +611,11 @@ fn on_rollers(
     const TAKES_HOLD_S: f64 = 0.5;
     /// Longer than a roller that comes down keeps its wheel at its grip, in seconds.
     const LASTS_S: f64 = 0.02;
+    /// Steps are at most so long, in seconds, and at least four to a period of the control, in which targets are held.
     const STEP_S: f64 = 1e-3;
+    let period_s = scenario.run.control_dt_s;
+    let steps = (period_s / STEP_S).ceil().max(4.0) as u64;
+    let step_s = period_s / steps as f64;
     let section = &scenario.wheel_loop;
     let is_ideal = scenario.guidance.kinematics == scenario::Kinematics::Ideal;
     if !robot.joints.is_empty() || section.law != WheelLaw::Pid || !is_ideal {
@@ -620,37 +628,39 @@ fn on_rollers(
     };
     let statics_s = beyond.announced.from_s;
     let counts_from_s = beyond.may_slide_from_s.max(statics_s - BEFORE_S);
-    let begins_at = ((counts_from_s - TAKES_HOLD_S).max(0.0) / STEP_S).floor() as u64;
-    let ends_at = ((statics_s + AFTER_S).min(scenario.run.duration_s) / STEP_S) as u64;
+    let begins_at = ((counts_from_s - TAKES_HOLD_S).max(0.0) / period_s).floor() as u64;
+    let ends_at = ((statics_s + AFTER_S).min(scenario.run.duration_s) / period_s) as u64;
 
     // Up to there wheels turn as they are told.
     let kinematics = Kinematics::new(robot).ok()?;
     let (mut rates, mut angles) = (vec![0.0; robot.wheels.len()], vec![0.0; robot.wheels.len()]);
     let mut heading_rad = scenario.robot.start().heading_rad;
-    for k in 0..begins_at {
-        let (twist, _) = pilot.planned(STEP_S * (k as f64 + 0.5))?;
+    for period in 0..begins_at {
+        let (twist, _) = pilot.planned(period_s * (period as f64 + 0.5))?;
         kinematics.wheel_rates(twist, &mut rates);
         for (angle, rate) in angles.iter_mut().zip(&rates) {
-            *angle += STEP_S * rate;
+            *angle += period_s * rate;
         }
-        heading_rad += STEP_S * twist.omega_rad_s;
+        heading_rad += period_s * twist.omega_rad_s;
     }
-    let begins_s = STEP_S * begins_at as f64;
+    let begins_s = period_s * begins_at as f64;
     let settings = LimitSettings {
         downhill_rad: -pilot.desired_heading_rad(begins_s).unwrap_or(heading_rad),
         ..limiter.settings
     };
     let mut dynamics = ContactDynamics::new(&limiter.robot, &settings, gains).ok()?;
     dynamics.set_moving(pilot.planned(begins_s)?.0, &angles);
-    for k in begins_at + 1..=ends_at {
-        let t_s = STEP_S * k as f64;
+    for period in begins_at..ends_at {
+        let t_s = period_s * period as f64;
         let (twist, twist_rate) = pilot.planned(t_s)?;
-        let moved = dynamics.step(twist, twist_rate, &limiter.motors, STEP_S);
-        moved.ok()?;
-        if let Some(found) = dynamics.at_grip(LASTS_S) {
-            let began_s = t_s - found.for_s + STEP_S;
-            if began_s >= counts_from_s {
-                return Some((began_s, nearly_most_used(found.used)));
+        for step in 0..steps {
+            let moved = dynamics.step(twist, twist_rate, &limiter.motors, step_s);
+            moved.ok()?;
+            if let Some(found) = dynamics.at_grip(LASTS_S) {
+                let began_s = t_s + step_s * (step + 1) as f64 - found.for_s;
+                if began_s >= counts_from_s {
+                    return Some((began_s, nearly_most_used(found.used)));
+                }
             }
         }
     }
