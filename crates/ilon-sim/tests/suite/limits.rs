@@ -773,7 +773,7 @@ fn what_is_announced_stands_in_the_trace_and_is_seen_there() {
     let run = ramp(0.125);
     let announced = run.trace.header.announced.as_ref().expect("announced");
     assert!(
-        announced.of_grip && (announced.from_s - 0.5).abs() < 0.05,
+        announced.of_grip && announced.from_s >= 0.5,
         "{announced:?}"
     );
     assert_eq!(announced.first, [0, 1]);
@@ -794,9 +794,8 @@ fn what_is_announced_stands_in_the_trace_and_is_seen_there() {
         .clone()
         .find(|row| (0..4).any(|wheel| slides(*row, wheel)));
     let first_s = records[first.expect("it slides")].t_s;
-    println!("DBG {first_s} {}", announced.from_s);
-    // The wheel loops take some hundredths of a second to ask for it.
-    assert!((first_s - announced.from_s).abs() < 0.06, "{first_s}");
+    // What the wheel loops take to ask for it is foreseen; rows are 10 ms apart.
+    assert!((first_s - announced.from_s).abs() < 0.015, "{first_s}");
     let mut soon = rows.filter(|row| (first_s..first_s + 0.02).contains(&records[*row].t_s));
     assert!(soon.any(|row| slides(row, announced.wheel)));
 }
