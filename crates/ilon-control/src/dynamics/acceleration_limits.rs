@@ -483,7 +483,7 @@ impl AccelerationLimits {
     }
 }
 
-fn mismatch(left: &'static str, left_count: usize, wheels: usize) -> ControlError {
+pub(super) fn mismatch(left: &'static str, left_count: usize, wheels: usize) -> ControlError {
     ControlError::LengthMismatch {
         left,
         left_count,

@@ -23,7 +23,7 @@ pub(crate) struct Capacity {
     /// Gravity along the ground, in the body frame, in m/s^2; zero on level ground.
     downhill_m_s2: Vector2<f64>,
     /// What the body needs per acceleration beyond the wheels' own: R^T (I - diag(J)) R.
-    body: Matrix3<f64>,
+    pub(super) body: Matrix3<f64>,
     /// The touching rollers, of robots with friction on their axles that follows the load; else none.
     on_axles: Vec<WheelSpin>,
     // One number a wheel each.

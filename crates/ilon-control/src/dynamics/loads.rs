@@ -62,20 +62,7 @@ impl WheelLoads {
         }
         let c = self.gravity_m_s2 * self.center_of_mass_m - self.height_m * acceleration_in_body;
         let carried = self.mass_kg * Vector3::new(self.gravity_m_s2, c.x, c.y);
-        let at = |b: &Vector2<f64>| Vector3::new(1.0, b.x, b.y);
-        let plane = self.inverse * carried;
-        for (out, b) in out.iter_mut().zip(&self.positions_m) {
-            *out = plane.dot(&at(b));
-        }
-        // Each round lifts a wheel at least.
-        while out.iter().any(|n| *n < 0.0) {
-            let standing = out.iter().zip(&self.positions_m).filter(|(n, _)| **n > 0.0);
-            let sum: Matrix3<f64> = standing.map(|(_, b)| at(b) * at(b).transpose()).sum();
-            let plane = inverse(&sum) * carried;
-            for (out, b) in out.iter_mut().zip(&self.positions_m) {
-                *out = if *out > 0.0 { plane.dot(&at(b)) } else { 0.0 };
-            }
-        }
+        share(carried, &self.inverse, &self.positions_m, out);
     }
 
     /// How far inside of the wheels' polygon weight and inertia meet the ground while the body accelerates so, in metres: the centre of mass less
@@ -125,9 +112,33 @@ fn polygon_about(points: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
     polygon
 }
 
+/// The loads in N of wheels of equal stiffness that carry a weight in N with its moments sum N x and sum N y, in N m. `inverse_of_all` is that of the sum over
+/// all of (1, x, y)(1, x, y)^T; a wheel that would be pulled down is lifted.
+pub(super) fn share(
+    carried: Vector3<f64>,
+    inverse_of_all: &Matrix3<f64>,
+    positions_m: &[Vector2<f64>],
+    out: &mut [f64],
+) {
+    let at = |b: &Vector2<f64>| Vector3::new(1.0, b.x, b.y);
+    let plane = inverse_of_all * carried;
+    for (out, b) in out.iter_mut().zip(positions_m) {
+        *out = plane.dot(&at(b));
+    }
+    // Each round lifts a wheel at least.
+    while out.iter().any(|n| *n < 0.0) {
+        let standing = out.iter().zip(positions_m).filter(|(n, _)| **n > 0.0);
+        let sum: Matrix3<f64> = standing.map(|(_, b)| at(b) * at(b).transpose()).sum();
+        let plane = inverse(&sum) * carried;
+        for (out, b) in out.iter_mut().zip(positions_m) {
+            *out = if *out > 0.0 { plane.dot(&at(b)) } else { 0.0 };
+        }
+    }
+}
+
 /// The inverse of the sum over wheels of (1, x, y)(1, x, y)^T. Wheels in one row carry no tilting moment: the pseudo-inverse
 /// leaves it out.
-fn inverse(sum: &Matrix3<f64>) -> Matrix3<f64> {
+pub(super) fn inverse(sum: &Matrix3<f64>) -> Matrix3<f64> {
     sum.pseudo_inverse(1e-12 * sum.trace())
         .unwrap_or_else(|_| Matrix3::zeros())
 }

@@ -2,7 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use ilon_sim::control::{AccelerationLimits, LimitSettings, Motor, MotorCurve, PushSharing};
+use ilon_sim::control::{
+    AccelerationLimits, ContactDynamics, DynamicModel, LimitSettings, LoopTiming, Motor,
+    MotorCurve, PushSharing, WheelGains,
+};
 use ilon_sim::formats::{LoadRobot, Spec, build, generate};
 use ilon_sim::robot::{Robot, Twist};
 use ilon_sim::simulate::{Commanded, Controller, Limits, Moment};
@@ -204,6 +207,8 @@ const HOLDS_S: f64 = 0.15;
 /// Between new targets of the wheels. They are steps, which a loop of bandwidth w answers with a torque that falls by w T over a period T: at
 /// 60 rad/s a wheel pushes up to 15 % more than in the mean with 5 ms, and 3 % with 1 ms.
 const CONTROL_S: f64 = 0.001;
+/// The bandwidth of the wheels' loops.
+const LOOPS_RAD_S: f64 = 60.0;
 
 /// The share of the acceleration at a time: 3 u^2 - 2 u^3.
 fn grown(t_s: f64) -> f64 {
@@ -221,16 +226,19 @@ impl Controller for SpeedsUp {
 }
 
 impl Case {
-    fn limits(&self, sharing: PushSharing) -> AccelerationLimits {
-        let settings = LimitSettings {
+    fn settings(&self, sharing: PushSharing) -> LimitSettings {
+        LimitSettings {
             friction: self.friction,
             gravity_m_s2: 9.81,
             slope_rad: self.slope_deg.to_radians(),
             downhill_rad: -self.heading_deg.to_radians(),
             sharing,
             share: 1.0,
-        };
-        AccelerationLimits::new(&self.robot, &settings).expect("limits")
+        }
+    }
+
+    fn limits(&self, sharing: PushSharing) -> AccelerationLimits {
+        AccelerationLimits::new(&self.robot, &self.settings(sharing)).expect("limits")
     }
 
     fn motors(&self) -> Vec<Motor> {
@@ -243,7 +251,7 @@ impl Case {
     fn run(&self, law: &str, most: f64) -> Run {
         let scenario = format!(
             "robot = {{ file = \"\", heading_deg = {}, roller_bodies = \"near\" }}\nworld.floor = {{ slope_deg = {}, friction = {} }}\n\
-             twist = {{}}\nwheel_loop = {{ law = \"{law}\", bandwidth_rad_s = 60.0 }}\n\
+             twist = {{}}\nwheel_loop = {{ law = \"{law}\", bandwidth_rad_s = {LOOPS_RAD_S:?} }}\n\
              run = {{ duration_s = {}, control_dt_s = {CONTROL_S} }}\n",
             self.heading_deg,
             self.slope_deg,
@@ -343,10 +351,44 @@ impl Case {
     }
 }
 
+impl Case {
+    /// When a wheel is at its grip for [`LASTS_S`] first, as its loops speed up to an acceleration on the rollers that touch; which, and what each uses of
+    /// its grip when that begins.
+    fn foreseen_on_rollers(&self, most: f64) -> Option<(f64, usize, Vec<f64>)> {
+        /// In a period of the control, in which targets are held.
+        const STEPS: u32 = 4;
+        let model = DynamicModel::new(&self.robot).expect("a model");
+        let gains = WheelGains::for_robot(&model, LoopTiming::Continuous, CONTROL_S, LOOPS_RAD_S);
+        let settings = self.settings(PushSharing::EqualLoops);
+        let motors = self.motors();
+        let mut dynamics = ContactDynamics::new(&self.robot, &settings, gains.expect("gains"))
+            .expect("it has rollers");
+        let steps = ((FROM_S + GROWS_S + HOLDS_S) / CONTROL_S).round() as u32;
+        let mut speed = 0.0;
+        (1..=steps).find_map(|step| {
+            let t_s = CONTROL_S * f64::from(step);
+            let rate = most * grown(t_s - 0.5 * CONTROL_S);
+            speed += CONTROL_S * rate;
+            let (twist, twist_rate) = (self.direction.scaled(speed), self.direction.scaled(rate));
+            for _ in 0..STEPS {
+                let step_s = CONTROL_S / f64::from(STEPS);
+                dynamics
+                    .step(twist, twist_rate, &motors, step_s)
+                    .expect("a step");
+            }
+            let found = dynamics.at_grip(LASTS_S).filter(|_| t_s > FROM_S)?;
+            Some((t_s - found.for_s, found.wheel, found.used.to_vec()))
+        })
+    }
+}
+
+/// What a wheel is at its grip for at least where it slides, in seconds: more than a roller that comes down takes.
+const LASTS_S: f64 = 0.02;
+
 /// The first wheel that is at its grip for 20 ms on end, more than a roller that comes down takes: when that began, and which. Before the robot
 /// sets out, its loops only take hold of what pulls it downhill.
 fn first_at_grip(run: &Run) -> Option<(f64, usize)> {
-    let rows = (0.02 / CONTROL_S).round() as usize;
+    let rows = (LASTS_S / CONTROL_S).round() as usize;
     let records = run.trace.records();
     let wheels = run.trace.wheels_at(0).len();
     let mut on_end = vec![0; wheels];
@@ -363,12 +405,12 @@ fn first_at_grip(run: &Run) -> Option<(f64, usize)> {
 }
 
 /// Twenty strangers, with the centripetal forces and the turning slope of their motion counted: at 95 % of the limit sliding takes less than 1 % of
-/// the motors' work. At 110 % the wheel that is first at its grip is the one that is named, or one that is used as much but for 5 %, and at the time
-/// that is foreseen but for 10 %. What is missed is the wandering of the places where rollers touch, about their wheels' middles, and the strain of
-/// wheels over it. One that turns under a slope comes so slowly to its limit, 2 % in the last tenth of the time, that it may be earlier.
+/// the motors' work. At 110 % the wheel that is first at its grip is the one that the dynamics on the touching rollers foresee, or one that they see used
+/// as much but for 5 %, and at the time that they foresee but for 10 %. What is missed is what they leave out: two rollers that bear at once, and
+/// the spinning up of those that come down.
 #[test]
 fn strangers_slide_when_and_where_the_limits_say() {
-    let (mut exact, mut timed) = (0, 0);
+    let mut exact = 0;
     for seed in 0..20 {
         let case = stranger(seed);
         let limit = case.limit();
@@ -377,27 +419,24 @@ fn strangers_slide_when_and_where_the_limits_say() {
         let lost = below.summary.slip_energy_j.expect("it stands") / motor_j;
         assert!(lost < MOST_LOST, "robot {seed}: {lost}");
         let above = case.run("pid", 1.1 * limit);
-        let foreseen = case.foreseen(1.1 * limit);
-        let foreseen_s = foreseen.at_s.expect("it is beyond");
+        let (foreseen_s, foreseen, used) =
+            case.foreseen_on_rollers(1.1 * limit).expect("it is beyond");
         let (at_s, wheel) = first_at_grip(&above).expect("it slides");
         println!(
-            "robot {seed}: {} wheels, limit {limit:.2}, lost {:.3} %; wheel {wheel} at its grip at {at_s:.3} s, foreseen {} at {foreseen_s:.3} s: {:.3}",
-            foreseen.used.len(),
+            "robot {seed}: {} wheels, limit {limit:.2}, lost {:.3} %; wheel {wheel} at its grip at {at_s:.3} s, foreseen {foreseen} at {foreseen_s:.3} s: {:.3}",
+            used.len(),
             100.0 * lost,
-            foreseen.wheel,
             at_s / foreseen_s
         );
         assert!(
-            foreseen.used[wheel] > 0.95,
-            "robot {seed}: wheel {wheel} of {:?}",
-            foreseen.used
+            used[wheel] > 0.95,
+            "robot {seed}: wheel {wheel} of {used:?}"
         );
         let off = (at_s / foreseen_s - 1.0).abs();
-        assert!(off < 0.12, "robot {seed}: {at_s} {foreseen_s}");
-        exact += usize::from(wheel == foreseen.wheel);
-        timed += usize::from(off < 0.1);
+        assert!(off < 0.1, "robot {seed}: {at_s} {foreseen_s}");
+        exact += usize::from(wheel == foreseen);
     }
-    assert!(exact >= 19 && timed >= 19, "{exact} {timed}");
+    assert!(exact >= 19, "{exact}");
 }
 
 /// Statics of four hundred strangers: along the direction of each, the wheel that is named uses all of its grip at the limit, none uses more, and at
@@ -734,7 +773,7 @@ fn what_is_announced_stands_in_the_trace_and_is_seen_there() {
     let run = ramp(0.125);
     let announced = run.trace.header.announced.as_ref().expect("announced");
     assert!(
-        announced.of_grip && (announced.from_s - 0.5).abs() < 0.01,
+        announced.of_grip && announced.from_s >= 0.5,
         "{announced:?}"
     );
     assert_eq!(announced.first, [0, 1]);
@@ -755,8 +794,8 @@ fn what_is_announced_stands_in_the_trace_and_is_seen_there() {
         .clone()
         .find(|row| (0..4).any(|wheel| slides(*row, wheel)));
     let first_s = records[first.expect("it slides")].t_s;
-    // The wheel loops take some hundredths of a second to ask for it.
-    assert!((first_s - announced.from_s).abs() < 0.06, "{first_s}");
+    // What the wheel loops take to ask for it is foreseen; rows are 10 ms apart.
+    assert!((first_s - announced.from_s).abs() < 0.015, "{first_s}");
     let mut soon = rows.filter(|row| (first_s..first_s + 0.02).contains(&records[*row].t_s));
     assert!(soon.any(|row| slides(row, announced.wheel)));
 }
