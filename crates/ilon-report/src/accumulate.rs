@@ -480,4 +480,24 @@ mod tests {
         assert!((shares[2] - 0.65).abs() < 1e-15);
         assert_eq!(shares.iter().filter(|share| share.is_finite()).count(), 1);
     }
+
+    /// Asked to the left of the turn of a circle, each outline of a twist is that of its own component.
+    #[test]
+    fn a_quantity_of_the_robot_is_its_own() {
+        let mut trace = Trace::with_capacity(Header::default(), 3);
+        for row in 0..3 {
+            let mut record = Record {
+                t_s: 0.1 * f64::from(row),
+                ..Record::default()
+            };
+            record.truth.twist_in_body = Twist::new(0.1, 0.2, 0.3);
+            trace.push(record, &[]);
+        }
+        let Ok(gathered) = Accumulated::of(&trace);
+        for (axis, value) in [0.1, 0.2, 0.3].into_iter().enumerate() {
+            let what = OfRobot::Twist(TwistOf::Real, axis);
+            let values: Vec<f64> = gathered.robot(what).map(|(_, value)| value).collect();
+            assert_eq!(values, [value; 3]);
+        }
+    }
 }

@@ -121,3 +121,22 @@ impl DashKind {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wheels_next_to_each_other_differ_in_colour_and_dash() {
+        for first in 0..9 {
+            let pens: Vec<Pen> = (first..first + 4).map(wheel_pen).collect();
+            for (index, pen) in pens.iter().enumerate() {
+                for other in &pens[..index] {
+                    assert_ne!(pen.color, other.color);
+                    let dashes = [pen, other].map(|pen| std::mem::discriminant(&pen.dash));
+                    assert_ne!(dashes[0], dashes[1], "{pen:?} beside {other:?}");
+                }
+            }
+        }
+    }
+}

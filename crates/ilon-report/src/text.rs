@@ -104,4 +104,17 @@ mod tests {
         assert_eq!(speed(-1e-6), "0.00 mm/s");
         assert_eq!(speed(-1e-5), "-0.01 mm/s");
     }
+
+    #[test]
+    fn a_speed_is_in_metres_from_one_metre_a_second_on() {
+        for (x_m_s, shown) in [
+            (1.05, "1.050 m/s"),
+            (-1.0, "-1.000 m/s"),
+            (0.99, "990 mm/s"),
+            (0.1, "100 mm/s"),
+            (-0.0999, "-99.90 mm/s"),
+        ] {
+            assert_eq!(speed(x_m_s), shown);
+        }
+    }
 }

@@ -298,3 +298,28 @@ fn least(minimise: &Minimise, at_minimum: &MinimumAt) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_minimum_says_how_many_searches_agree_and_whether_it_lies_at_an_end() {
+        let minimise: Minimise =
+            serde_json::from_value(serde_json::json!({ "quantity": "travelled_m" })).unwrap();
+        let said = |place: [f64; 2]| {
+            // The searches are off by nothing, by half a per cent and by 5 %; one found nothing.
+            let found = serde_json::json!({
+                "quantity": "travelled_m", "values": { "a.first": 0.5, "b.second": 0.5 }, "run": 7,
+                "trial": 7, "value": 2.0, "place": place, "by_start": [2.0, 2.01, 2.1, null], "trials": 40,
+            });
+            least(&minimise, &serde_json::from_value(found).unwrap())
+        };
+        let inside = said([0.5, 0.5]);
+        assert!(inside.contains("2 of 4 searches came within 1 % of it, in 40 points."));
+        assert!(!inside.contains("at the end"), "{inside}");
+        assert!(said([0.0, 0.5]).contains("at the end of a.first: "));
+        assert!(said([0.5, 1.0]).contains("at the end of b.second: "));
+        assert!(said([1.0, 0.0]).contains("at the end of a.first, b.second: "));
+    }
+}

@@ -405,17 +405,22 @@ mod tests {
         assert_eq!(drawn(vec![run("a", false), run("b", false)]), 1);
         assert_eq!(drawn(vec![run("a", false), run("b", true)]), 1);
         assert_eq!(drawn(vec![run("a", true), run("b", true)]), 0);
-        let mut moved = run("b", false);
-        let mut trace = Trace::with_capacity(moved.trace.header.clone(), 0);
-        for (record, wheels) in moved.trace.steps() {
-            let mut record = *record;
-            if let Some(desired) = &mut record.desired {
-                desired.pose.x_m += 0.01;
+        // Apart from the start on, and from the middle of the run on.
+        for from_s in [0.0, 1.0] {
+            let mut moved = run("b", false);
+            let mut trace = Trace::with_capacity(moved.trace.header.clone(), 0);
+            for (record, wheels) in moved.trace.steps() {
+                let mut record = *record;
+                if let Some(desired) = &mut record.desired
+                    && record.t_s >= from_s
+                {
+                    desired.pose.x_m += 0.01;
+                }
+                trace.push(record, wheels);
             }
-            trace.push(record, wheels);
+            moved.trace = trace;
+            assert_eq!(drawn(vec![run("a", false), moved]), 2);
         }
-        moved.trace = trace;
-        assert_eq!(drawn(vec![run("a", false), moved]), 2);
     }
 
     #[test]

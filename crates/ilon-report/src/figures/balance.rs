@@ -294,4 +294,20 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn what_lies_between_rows_has_a_bar_whichever_way_it_goes() {
+        for rest_m in [-0.03, 0.03] {
+            let said = Budget {
+                error_m: 0.1,
+                before_m: 0.0,
+                parts_m: [0.1 - rest_m, 0.0, 0.0, 0.0, 0.0, 0.0],
+                rest_m,
+                from_s: 0.0,
+                at_s: 1.0,
+            };
+            let plot = budget(&said).plot;
+            assert!(plot.contains("between rows"), "{rest_m}");
+        }
+    }
 }

@@ -400,4 +400,18 @@ mod tests {
         assert!(near(line[6], (1.0, 0.0)) && near(line[7], (1.0, 0.06)));
         assert!(near(line[8], (0.9892, 0.042)) && near(line[10], (1.0108, 0.042)));
     }
+
+    #[test]
+    fn the_dot_is_where_the_run_began() {
+        let trace = crate::sample::made_up_run(2.0, false);
+        let Ok(shown) = RunInput::of(&trace);
+        let plot: serde_json::Value = serde_json::from_str(&path(&shown).plot).expect("JSON");
+        let curves = plot["curves"].as_array().expect("curves");
+        let start = curves.iter().find(|curve| curve["name"] == "start");
+        let at = ["x", "y"].map(|axis| start.expect("a start")[axis][0].as_f64());
+        let pose = trace.records()[0].truth.pose;
+        assert_eq!(at, [Some(pose.x_m), Some(pose.y_m)]);
+        let end = trace.records().last().expect("rows").truth.pose;
+        assert!((end.position_m() - pose.position_m()).norm() > 0.1);
+    }
 }

@@ -201,3 +201,14 @@ fn counted(count: usize, thing: &str) -> String {
         format!("{count} {thing}s")
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_thing_is_in_the_singular() {
+        let said = [0, 1, 2].map(|count| counted(count, "robot"));
+        assert_eq!(said, ["0 robots", "1 robot", "2 robots"]);
+    }
+}

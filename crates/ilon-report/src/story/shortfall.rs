@@ -337,4 +337,25 @@ mod tests {
                 .all(|line| !line.contains("inf") && !line.contains("NaN"))
         );
     }
+
+    /// A motor that gives all it can is no reason for what is missing where its wheel turns faster than it should: then it brakes.
+    #[test]
+    fn a_motor_is_at_its_limit_only_where_its_wheel_is_too_slow() {
+        let wheel = WheelHeader {
+            torque_limit_n_m: Some(2.0),
+            ..WheelHeader::default()
+        };
+        let at_limit = |target_rad_s: f64, torque_n_m: f64| {
+            let sample = WheelSample {
+                target_rad_s,
+                rate_rad_s: 5.0,
+                torque_n_m,
+                ..WheelSample::default()
+            };
+            is_at_limit(&Header::default(), &wheel, &sample, 1.0)
+        };
+        assert!(at_limit(6.0, 2.0));
+        assert!(!at_limit(4.0, -2.0));
+        assert!(!at_limit(6.0, 1.0));
+    }
 }

@@ -452,3 +452,43 @@ pub(super) fn bars(sensitivity: &Sensitivity) -> String {
         &format!("<ul class=\"legend\">{legend}</ul>{drawn}"),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_with_a_spread_get_the_margin_as_a_share_of_it_on_either_side() {
+        let placed = Placement::of([2.0, 6.0, 3.0].into_iter(), false, 0.0, 1.0, 0.25);
+        assert_eq!([placed.low, placed.high], [1.0, 7.0]);
+        assert_eq!([1.0, 4.0, 7.0].map(|x| placed.at(x)), [0.0, 0.5, 1.0]);
+    }
+
+    /// Bars of 2 to the right and 1 to the left: the zero is where both end, and one is twice as long as the other.
+    #[test]
+    fn bars_reach_from_zero_to_their_value_on_either_side() {
+        let drawn = bars(&Sensitivity {
+            title: String::new(),
+            caption: String::new(),
+            names: ["first".to_owned(), "total".to_owned()],
+            bars: vec![("friction".to_owned(), [(2.0, None), (-1.0, None)])],
+        });
+        let of = |bar: &str, key: &str| -> f64 {
+            let (_, rest) = bar.split_once(&format!(" {key}=\"")).expect("a key");
+            let (value, _) = rest.split_once('"').expect("its end");
+            value.parse().expect("a number")
+        };
+        let found: Vec<[f64; 2]> = drawn
+            .split("<rect")
+            .skip(1)
+            .filter(|bar| bar.contains("height=\"11\""))
+            .map(|bar| [of(bar, "x"), of(bar, "width")])
+            .collect();
+        let [[zero, right], [start, left]] = found[..] else {
+            panic!("{drawn}");
+        };
+        // Written to a tenth of a pixel: each number is off by half of that at most.
+        assert!((start + left - zero).abs() < 0.16, "{found:?}");
+        assert!(left > 0.0 && (right - 2.0 * left).abs() < 0.16, "{found:?}");
+    }
+}

@@ -759,3 +759,38 @@ fn laden(scenario: &Scenario, robot: &Robot) -> Robot {
     }
     robot
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ilon_formats::LoadRobot;
+
+    fn of(lines: &str) -> (Scenario, Robot) {
+        let urdf = include_str!("../../../../assets/robots/mecanum4.urdf");
+        let text = format!("robot.file = \"\"\ntwist = {{}}\nrun.duration_s = 1.0\n{lines}");
+        let scenario = Scenario::from_toml(&text, "test", "").expect("a scenario");
+        (
+            scenario,
+            Robot::from_urdf_str(urdf, "mecanum4").expect("a robot"),
+        )
+    }
+
+    /// The robot's motors turn at 30 rad/s at most.
+    #[test]
+    fn a_wheel_turns_up_to_the_lowest_of_its_bounds() {
+        for (no_load_rate_rad_s, top_rad_s) in [(25.0, 25.0), (40.0, 30.0)] {
+            let (scenario, robot) = of(&format!(
+                "motors.dc = {{ stall_torque_n_m = 2.0, no_load_rate_rad_s = {no_load_rate_rad_s} }}"
+            ));
+            assert_eq!(top_rates(&scenario, &robot), [top_rad_s; 4]);
+        }
+    }
+
+    #[test]
+    fn a_floor_that_drags_is_left_out_whatever_the_rollers_are() {
+        let (scenario, robot) = of("world.floor.rolling_resistance = 0.01");
+        assert_eq!(left_out(&scenario, &robot), ["rolling resistance"]);
+        let (scenario, robot) = of("");
+        assert!(left_out(&scenario, &robot).is_empty());
+    }
+}

@@ -418,3 +418,22 @@ fn joints(world: &World) -> [JointSample; MAX_JOINTS] {
     }
     samples
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A robot that looks along the world's y axis has the world's x axis to its right.
+    #[test]
+    fn what_obstacles_push_is_told_along_the_robots_own_axes() {
+        let carried = Carried {
+            obstacles_n_s: Vector2::new(3.0, 4.0),
+            time_s: 0.5,
+            ..Carried::default()
+        };
+        let means = carried.means(std::f64::consts::FRAC_PI_2);
+        // The cosine of a rounded right angle is 6e-17.
+        assert!((means.obstacles_x_n - 8.0).abs() < 1e-14);
+        assert!((means.obstacles_y_n + 6.0).abs() < 1e-14);
+    }
+}
