@@ -337,8 +337,15 @@ fn question(path: &Path, options: &LoadOptions, course: &mut Course) -> Option<Q
         let of_the_file = |new: &&RobotError| !(sizes_are_open && new.fault().is_of_sizes());
         course.meets(errors.iter().filter(of_the_file));
     }
-    (!inquiry.asked.is_empty()).then(|| Question {
-        options: with(options, &inquiry.applied),
+    let mut known = with(options, &inquiry.applied);
+    // How thick a mesh shows rollers is nothing for a wheel of another size.
+    if inquiry.sizes_are_open() && options.wheels.is_none() {
+        if let Some(wheels) = &mut known.wheels {
+            wheels.roller_radius_m = None;
+        }
+    }
+    (!inquiry.asked.is_empty()).then_some(Question {
+        options: known,
         asked: inquiry.asked,
     })
 }

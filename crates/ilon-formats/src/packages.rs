@@ -63,7 +63,9 @@ impl Files for Machine {
 
 impl Host for Machine {
     fn package(&self, name: &str, from: &Path) -> Option<PathBuf> {
-        self.find(from, name, &|folder| self.files.is_folder(folder))
+        let found = self.find(from, name, &|folder| self.files.is_folder(folder))?;
+        // What a file includes by it is sought from that file's folder, and not from where the command is called.
+        Some(std::path::absolute(&found).unwrap_or(found))
     }
 
     fn environment(&self, name: &str) -> Result<Option<String>, String> {

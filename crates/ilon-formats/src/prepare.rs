@@ -96,6 +96,9 @@ fn near(path: &Path, options: &LoadOptions) -> String {
         })
 }
 
+/// What is said of an environment variable that a xacro file wants.
+pub(crate) const NOT_SET: &str = "the environment variable `";
+
 /// Makes the text of a URDF of a file's text.
 pub(crate) fn prepare(
     text: &str,
@@ -344,6 +347,31 @@ fn callers(path: &Path, options: &LoadOptions) -> Vec<String> {
     callers
 }
 
+/// With which texts a file compares what a variable that is not set would say, in words; nothing of other failures.
+fn compared_with(reason: &xacro_expand::Reason, text: &str) -> String {
+    /// Most texts that are listed.
+    const MOST: usize = 8;
+    if !reason.to_string().contains(NOT_SET) {
+        return String::new();
+    }
+    let mut values: Vec<String> = Vec::new();
+    for after in text.split("==").skip(1) {
+        let after = after.trim_start();
+        let quoted = after
+            .strip_prefix('\'')
+            .and_then(|rest| rest.split_once('\''));
+        let Some((value, _)) = quoted else { continue };
+        let value = format!("`{value}`");
+        if !values.contains(&value) && values.len() < MOST {
+            values.push(value);
+        }
+    }
+    match values.len() {
+        0 => String::new(),
+        _ => format!("; the file compares with {}", values.join(", ")),
+    }
+}
+
 /// The error that says why a xacro file could not be expanded.
 fn of_failure(file: &str, failure: xacro_expand::ExpandError) -> RobotError {
     let xacro_expand::ExpandError {
@@ -369,10 +397,14 @@ fn of_failure(file: &str, failure: xacro_expand::ExpandError) -> RobotError {
         xacro_expand::Reason::Argument(name) => Fault::MissingArgument { name },
         xacro_expand::Reason::Xml(reason) => Fault::Xml { reason },
         xacro_expand::Reason::TooMuch(what, most) => Fault::TooLarge { what, most },
-        other => Fault::Xacro {
-            reason: other.to_string(),
-            before_2014: of_before_2014,
-        },
+        other => {
+            let text = place.as_ref().map(|place| &*place.text);
+            let values = text.map_or_else(String::new, |text| compared_with(&other, text));
+            Fault::Xacro {
+                reason: format!("{other}{values}"),
+                before_2014: of_before_2014,
+            }
+        }
     };
     let error = match place {
         Some(place) => RobotError::new(&place.file, fault).at(&place.text, place.bytes),

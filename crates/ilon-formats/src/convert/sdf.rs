@@ -238,7 +238,8 @@ impl<'a, 'i> Model<'a, 'i, '_> {
         let wrong = || {
             (self.fault)(
                 pose,
-                "a pose is six numbers, or seven with a quaternion".to_owned(),
+                "a pose is six numbers, or seven with a quaternion: a place alone is followed by `0 0 0`, where nothing is turned"
+                    .to_owned(),
             )
         };
         let text = pose.text().unwrap_or_default();

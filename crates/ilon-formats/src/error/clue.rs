@@ -89,9 +89,17 @@ impl Clues {
             let supported = clue.radii_m.iter().filter(|m| self.is_supported(**m));
             agreed.extend(supported.map(|m| (clue.kind, *m)));
         }
-        // The kind that says it most directly gives the digits.
+        // The kind that says it most directly gives the digits; where it says several, the one that the others are nearest to.
         agreed.sort_by_key(|one| one.0);
-        let (_, radius_m) = *agreed.first()?;
+        let direct = agreed.first()?.0;
+        let apart_m = |m: f64| -> f64 {
+            let others = agreed.iter().filter(|(kind, _)| *kind != direct);
+            others.map(|(_, other)| (other - m).abs()).sum()
+        };
+        let said = agreed.iter().filter(|(kind, _)| *kind == direct);
+        let radius_m = said
+            .map(|(_, m)| *m)
+            .min_by(|p, q| apart_m(*p).total_cmp(&apart_m(*q)))?;
         agreed
             .iter()
             .all(|(_, other)| are_alike(*other, radius_m))
@@ -228,6 +236,11 @@ mod tests {
             (
                 clues(&[(Height, &[0.0505]), (Said, &[0.0508])]),
                 Some(0.0508),
+            ),
+            // What is shown and what touches, of which the inertia confirms the second.
+            (
+                clues(&[(Shape, &[0.127]), (Shape, &[0.125]), (Inertia, &[0.125])]),
+                Some(0.125),
             ),
             // A size that may be a diameter.
             (

@@ -270,6 +270,8 @@ pub enum Fault {
         wheels: Vec<String>,
         /// Rollers that fit how they stand and what the file says of them.
         rollers: Proposed,
+        /// What speaks for these and which of their numbers are assumed, or what hints at some without being enough, in words.
+        why: Option<String>,
     },
     /// The robot has steered wheels.
     #[error("{} on upright joints: {}. These are not Swedish wheels", counted(wheels.len(), "steered wheel"), listed(wheels))]

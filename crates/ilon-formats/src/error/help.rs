@@ -3,6 +3,7 @@
 use super::fault::{Fault, Proposed};
 use super::remedy::Remedy;
 use crate::options::{Handedness, LoadOptions, WheelOptions};
+use crate::prepare::NOT_SET;
 
 /// A solid box, for whoever has no CAD program.
 const BOX: &str = "for a solid box of mass m, ixx = m (y^2 + z^2) / 12";
@@ -59,6 +60,9 @@ impl Fault {
             Self::Xml { .. } => "close every element and quote every attribute",
             Self::NotUrdf { .. } => {
                 "give a URDF, xacro, SDF or MJCF file, or a description in TOML"
+            }
+            Self::Xacro { reason, .. } if reason.contains(NOT_SET) => {
+                "set the environment variable before the file is read, as a shell does by `NAME=VALUE` before a command"
             }
             Self::Xacro { .. } => {
                 "repair the place that is named; a file that you trust can be expanded by the xacro of ROS, which runs what stands in it"
@@ -124,9 +128,22 @@ impl Fault {
             }
             Self::NoRollers {
                 rollers: Proposed::NothingSaid,
+                why: None,
                 ..
             } => {
                 "nothing in the file says that these are Swedish wheels; if they are, say which rollers they carry, and they are put in"
+            }
+            Self::NoRollers {
+                rollers: Proposed::NothingSaid,
+                why: Some(hint),
+                ..
+            } => {
+                return format!(
+                    "nothing in the file says that these are Swedish wheels: {hint}; if they are, say which rollers they carry, and they are put in"
+                );
+            }
+            Self::NoRollers { why: Some(why), .. } => {
+                return format!("say which rollers they carry, and they are put in; {why}");
             }
             Self::NoRollers { .. } => "say which rollers they carry, and they are put in",
             Self::Steered { .. } => {
@@ -256,15 +273,16 @@ impl Fault {
                 name: name.clone(),
                 value: None,
             }],
-            Self::NoRollers { wheels, rollers } | Self::Steered { wheels, rollers } => {
-                match rollers {
-                    Proposed::Rollers(rollers) => vec![Remedy::Rollers(rollers.clone())],
-                    Proposed::Contradiction | Proposed::NothingSaid => vec![Remedy::WhichRollers {
-                        wheels: wheels.clone(),
-                        parallel: *rollers == Proposed::NothingSaid,
-                    }],
-                }
+            Self::NoRollers {
+                wheels, rollers, ..
             }
+            | Self::Steered { wheels, rollers } => match rollers {
+                Proposed::Rollers(rollers) => vec![Remedy::Rollers(rollers.clone())],
+                Proposed::Contradiction | Proposed::NothingSaid => vec![Remedy::WhichRollers {
+                    wheels: wheels.clone(),
+                    parallel: *rollers == Proposed::NothingSaid,
+                }],
+            },
             Self::PackageUnknown { package, .. } => vec![Remedy::Package {
                 name: package.clone(),
             }],

@@ -135,8 +135,8 @@ fn look(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
             };
             let (origin, axis) = match disc::level_axis(&body, meshes) {
                 Ok(found) => found,
-                // What cannot be read is a wheel where it is called one and its joint states a level axis.
-                Err(NoDisc::Unreadable(_))
+                // What cannot be read, or lies across, is a wheel where it is called one and its joint states a level axis.
+                Err(NoDisc::Unreadable(_) | NoDisc::NotRound(_))
                     if joint.states_axis && tree.is_level(j) && is_called_wheel(tree, j) =>
                 {
                     return Ok(on_own_axis(tree, j, meshes));
@@ -154,7 +154,8 @@ fn look(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
     }
 }
 
-fn is_called_wheel(tree: &Tree, j: usize) -> bool {
+/// Whether a joint, what it carries or a mesh of that is called a wheel.
+pub(super) fn is_called_wheel(tree: &Tree, j: usize) -> bool {
     names::own(tree, j)
         .iter()
         .any(|name| names::is_of_wheel(name))
@@ -180,15 +181,24 @@ fn lean_deg(joint: &TreeJoint) -> f64 {
     libm::asin(joint.axis.z.abs().min(1.0)).to_degrees()
 }
 
-/// The joint that steers a wheel: the next turning one above it, unless that carries the whole robot, as one of a planar base
-/// does.
+/// The joint that steers a wheel: the next turning one above it, or one that turns upright within limits, unless that carries the whole
+/// robot, as one of a planar base does.
 fn steering_above(tree: &Tree, j: usize) -> Option<usize> {
     /// Fewest wheels that make a robot.
     const ROBOT: usize = 3;
-    let above = tree.turning_above(j)?;
-    let ends = tree
-        .moving(Motion::Turning)
-        .filter(|&k| tree.is_level(k) && tree.turning_above(k) == Some(above));
+    let level = || tree.moving(Motion::Turning).filter(|&k| tree.is_level(k));
+    if let Some(above) = tree.turning_above(j) {
+        let ends = level().filter(|&k| tree.turning_above(k) == Some(above));
+        return (ends.count() < ROBOT).then_some(above);
+    }
+    // Arms swivel too, and carry round parts that do not turn.
+    let may_roll = match tree.joints[j].motion {
+        Motion::Turning => true,
+        Motion::Fixed => is_called_wheel(tree, j),
+        Motion::Swinging | Motion::Other => false,
+    };
+    let above = tree.swivel_above(j).filter(|_| may_roll)?;
+    let ends = level().filter(|&k| tree.swivel_above(k) == Some(above));
     (ends.count() < ROBOT).then_some(above)
 }
 
@@ -245,8 +255,10 @@ impl Survey {
         if candidates.is_empty() && self.turning.is_empty() {
             floor = Floor::under(&self.others);
         }
-        // What stands higher than the lowest of the steered ones is no wheel beside them.
-        let lowest = Floor::under(&self.steered);
+        // What stands higher than the lowest of the wheels, steered or not, is no wheel beside them.
+        let mut lowest = self.steered.clone();
+        lowest.extend(self.turning.iter().cloned());
+        let lowest = Floor::under(&lowest);
         self.steered
             .retain(|like| like.too_high_m(&lowest).is_none());
         let looked = &mut self.looked;

@@ -3,7 +3,7 @@
 use nalgebra::{Unit, Vector2, Vector3};
 
 use super::body::RigidBody;
-use super::candidates::{Survey, WheelLike};
+use super::candidates::{Survey, WheelLike, is_called_wheel};
 use super::faults::Faults;
 use super::geometry::primitive;
 use super::loading::Loading;
@@ -62,16 +62,21 @@ pub(super) fn check_wheel_count(
             .into_iter()
             .find(|likes| likes.len() >= LEAST_WHEELS);
         if let Some(bare) = bare {
+            let (rollers, why) = infer::fitting(loading, &bare, false);
             let fault = Fault::NoRollers {
                 wheels: names(&bare),
-                rollers: infer::fitting(loading, &bare),
+                rollers,
+                why,
             };
             return with_sizes(loading, &bare, fault);
         }
-        if steered.len() + survey.turning.len() >= 2 && !steered.is_empty() {
+        let is_called = |like: &&WheelLike| is_called_wheel(tree, like.joint);
+        let makes_a_robot = steered.len() + survey.turning.len() >= LEAST_WHEELS
+            || (steered.len() + survey.turning.len() >= 2 && steered.iter().all(is_called));
+        if makes_a_robot && !steered.is_empty() {
             let fault = Fault::Steered {
                 wheels: names(&steered),
-                rollers: infer::fitting(loading, &steered),
+                rollers: infer::fitting(loading, &steered, true).0,
             };
             return with_sizes(loading, &steered, fault);
         }

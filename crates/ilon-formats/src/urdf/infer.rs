@@ -59,10 +59,17 @@ pub(super) fn infer(loading: &Loading, survey: &Survey) -> Option<Inferred> {
     if let Some((gamma, why)) = drawn.as_ref().and_then(|drawn| by_drawing(drawn, &wheels)) {
         return named(gamma, why);
     }
-    if let Some(plugin) = plugin(source).filter(|_| stand_in_x(&wheels)) {
+    let are_mixed = are_of_two_kinds(source, tree, &wheels);
+    if let Some(plugin) = plugin(source).filter(|_| stand_in_x(&wheels) && !are_mixed) {
         return named(
             Handedness::XDeg(MECANUM_DEG),
             format!("the plug-in `{plugin}` that drives them"),
+        );
+    }
+    if are_mixed {
+        return named(
+            by_groups(source, tree, &wheels)?,
+            "what the file calls each of them".to_owned(),
         );
     }
     if !are_parallel(&wheels) {
@@ -81,32 +88,61 @@ pub(super) fn infer(loading: &Loading, survey: &Survey) -> Option<Inferred> {
     )
 }
 
-/// Rollers that would fit how the wheels stand and what the file says of them: for a person to confirm. Parallel wheels of which nothing
-/// says that they are Swedish ones are plain wheels to all appearance, and are given none.
-pub(super) fn fitting(loading: &Loading, wheels: &[&WheelLike]) -> Proposed {
+/// Rollers that would fit how the wheels stand and what the file says of them, for a person to confirm; and what speaks for them, in words. Parallel
+/// wheels of which nothing says that they are Swedish ones are plain wheels to all appearance, and are given none; and that a robot of
+/// steered wheels is called omnidirectional says nothing of rollers.
+pub(super) fn fitting(
+    loading: &Loading,
+    wheels: &[&WheelLike],
+    are_steered: bool,
+) -> (Proposed, Option<String>) {
     let (source, tree) = (loading.source, loading.tree);
     let wheels: Vec<WheelLike> = wheels.iter().map(|w| (*w).clone()).collect();
     let drawn = drawn(loading, &wheels);
     let by_drawing = drawn.as_ref().and_then(|drawn| by_drawing(drawn, &wheels));
-    let gamma = if let Some((gamma, _)) = by_drawing {
-        Some(gamma)
-    } else if !are_parallel(&wheels) {
-        by_groups(source, tree, &wheels)
-    } else if called(source, tree, &wheels).is_some()
-        || plugin(source).is_some()
-        || (stand_in_x(&wheels)
-            && wheels
-                .iter()
-                .all(|wheel| is_called_omni(source, tree, wheel)))
+    let in_x = || Some(Handedness::XDeg(MECANUM_DEG));
+    let (gamma, why) = if let Some((gamma, why)) = by_drawing {
+        (Some(gamma), why)
+    } else if !are_parallel(&wheels) || are_of_two_kinds(source, tree, &wheels) {
+        let why = "their axes and what the file calls them".to_owned();
+        (by_groups(source, tree, &wheels), why)
+    } else if let Some(name) = called(source, tree, &wheels) {
+        (in_x(), format!("the name `{name}`"))
+    } else if let Some(plugin) = plugin(source) {
+        (in_x(), format!("the plug-in `{plugin}`"))
+    } else if let Some(name) = free_name(source, tree, &wheels)
+        .filter(|_| !are_steered && stand_in_x(&wheels) && !is_driven_as_plain(source))
     {
-        // Four parallel wheels that are all called omni wheels move sideways by mecanum rollers alone.
-        Some(Handedness::XDeg(MECANUM_DEG))
+        // Four parallel wheels that are not steered move sideways by mecanum rollers alone, whatever they are called.
+        let why = format!(
+            "the name `{name}`, and by their axes: on parallel ones only mecanum rollers let a robot move sideways"
+        );
+        (in_x(), why)
     } else {
-        return Proposed::NothingSaid;
+        return (Proposed::NothingSaid, hint(source));
     };
-    gamma.map_or(Proposed::Contradiction, |gamma| {
-        Proposed::Rollers(Box::new(rollers(tree, &wheels, &drawn, gamma)))
-    })
+    let Some(gamma) = gamma else {
+        return (Proposed::Contradiction, None);
+    };
+    let rollers = rollers(tree, &wheels, &drawn, gamma);
+    let count = match drawn {
+        Some(_) => String::new(),
+        None => format!(
+            "; that they are {} on a wheel is assumed, for nothing shows how many there are",
+            rollers.rollers
+        ),
+    };
+    let why = format!("those of the proposal are taken by {why}{count}");
+    (Proposed::Rollers(Box::new(rollers)), Some(why))
+}
+
+/// What hints at a robot that moves in all directions, but is not enough to propose rollers by, in words.
+fn hint(source: &Source) -> Option<String> {
+    let moves = |name: &&str| name.to_lowercase().contains("planar_move");
+    let plugin = plugins(source).find(moves)?;
+    Some(format!(
+        "the plug-in `{plugin}` moves the base in all directions, whatever its wheels are"
+    ))
 }
 
 /// Rollers at an angle, as many and as thick as meshes show, or else a guess.
@@ -177,8 +213,14 @@ fn by_drawing(drawn: &[Drawn], wheels: &[WheelLike]) -> Option<(Handedness, Stri
 /// the robot is called so, none of its wheels stand as such and none are called omni wheels.
 fn by_groups(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Handedness> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
+    // Beside wheels that are called mecanum wheels, those that are called omni wheels are a group of their own.
+    let are_mixed = are_of_two_kinds(source, tree, wheels);
+    let is_apart = |wheel: &WheelLike| are_mixed && kind(source, tree, wheel) == Some(Kind::Omni);
     for (i, wheel) in wheels.iter().enumerate() {
-        let with = |group: &&mut Vec<usize>| are_aligned(&wheels[group[0]].axis, &wheel.axis);
+        let with = |group: &&mut Vec<usize>| {
+            let first = &wheels[group[0]];
+            are_aligned(&first.axis, &wheel.axis) && is_apart(first) == is_apart(wheel)
+        };
         match groups.iter_mut().find(with) {
             Some(group) => group.push(i),
             None => groups.push(vec![i]),
@@ -191,7 +233,8 @@ fn by_groups(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Hande
             let mut joints = likes.iter().map(|like| like.joint);
             joints.any(|j| names::of_wheel(source, tree, j).iter().any(|name| is(name)))
         };
-        let (mecanum, omni) = (called(is_mecanum), called(is_omni));
+        let mecanum = called(is_mecanum) && !is_apart(&likes[0]);
+        let omni = called(is_omni);
         if stand_in_x(&likes) && (mecanum || !omni) {
             let in_x = from_options::in_x_deg(&likes, MECANUM_DEG).ok()?;
             for (i, gamma_deg) in group.into_iter().zip(in_x) {
@@ -209,6 +252,64 @@ fn by_groups(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Hande
         .any(|wheel| is_called_omni(source, tree, wheel));
     let is_called_mecanum = plugin(source).is_some() || robot_called(source).is_some();
     (are_omni || !is_called_mecanum).then_some(Handedness::AllDeg(0.0))
+}
+
+/// What a wheel itself is called.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Mecanum,
+    Omni,
+}
+
+fn kind(source: &Source, tree: &Tree, wheel: &WheelLike) -> Option<Kind> {
+    let names = names::of_wheel_itself(source, tree, wheel.joint);
+    if names.iter().any(|name| is_mecanum(name)) {
+        return Some(Kind::Mecanum);
+    }
+    let is_omni = names.iter().any(|name| is_omni(name));
+    is_omni.then_some(Kind::Omni)
+}
+
+/// Whether some of the wheels are called mecanum wheels, and others omni wheels.
+fn are_of_two_kinds(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> bool {
+    let mut kinds = wheels.iter().filter_map(|like| kind(source, tree, like));
+    let first = kinds.next();
+    kinds.any(|kind| Some(kind) != first)
+}
+
+/// A name that speaks of moving in all directions: one of each wheel, where all are called omni wheels; or that of the robot, of its file or of the
+/// package of a mesh.
+fn free_name(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> {
+    let of_wheel = |wheel: &WheelLike| {
+        let names = names::of_wheel_itself(source, tree, wheel.joint);
+        names.into_iter().find(|name| is_omni(name))
+    };
+    let of_wheels: Option<Vec<String>> = wheels.iter().map(of_wheel).collect();
+    if let Some(name) = of_wheels.and_then(|names| names.into_iter().next()) {
+        return Some(name);
+    }
+    let shapes = tree.links.iter().flat_map(|link| {
+        let shapes = link.visuals.iter().chain(&link.shapes);
+        shapes.filter_map(|shape| match &shape.geometry {
+            urdf_rs::Geometry::Mesh { filename, .. } => names::in_package(filename),
+            _ => None,
+        })
+    });
+    let packages = shapes.map(|(package, _)| package.to_owned());
+    let mut own = names_of_robot(source).into_iter().chain(packages);
+    own.find(|name| names::is_free(name))
+}
+
+/// Whether a plug-in or a controller drives the robot as one of plain wheels.
+fn is_driven_as_plain(source: &Source) -> bool {
+    const PLAIN: [&str; 4] = ["diff_drive", "diffdrive", "skid_steer", "ackermann"];
+    let is_plain = |name: &str| {
+        let lower = name.to_lowercase().replace('-', "_");
+        PLAIN.iter().any(|word| lower.contains(word))
+    };
+    let settings = source.prepared.settings.iter();
+    let mut types = settings.filter(|(key, _)| key == "type");
+    types.any(|(_, kind)| is_plain(kind)) || plugins(source).any(is_plain)
 }
 
 /// Whether a wheel itself is called an omni wheel.
@@ -331,6 +432,13 @@ fn plugin(source: &Source) -> Option<String> {
     if let Some(controller) = controller {
         return Some(controller.clone());
     }
+    plugins(source)
+        .find(|name| is_mecanum(name))
+        .map(str::to_owned)
+}
+
+/// The files and the names of a simulator's plug-ins.
+fn plugins<'a>(source: &'a Source) -> impl Iterator<Item = &'a str> {
     let gazebo = source
         .robot()
         .children()
@@ -340,8 +448,6 @@ fn plugin(source: &Source) -> Option<String> {
         .filter(|n| n.has_tag_name("plugin"))
         .flat_map(|n| [n.attribute("filename"), n.attribute("name")])
         .flatten()
-        .find(|name| is_mecanum(name))
-        .map(str::to_owned)
 }
 
 /// Where the file calls the wheels mecanum wheels: by their joints, links or meshes, by the macro that makes them or the file that
@@ -359,14 +465,18 @@ fn called(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> 
 
 /// The name of the robot, or else of its file, where it speaks of mecanum wheels.
 fn robot_called(source: &Source) -> Option<String> {
+    names_of_robot(source)
+        .into_iter()
+        .find(|name| is_mecanum(name))
+}
+
+/// The name of the robot, and that of its file.
+fn names_of_robot(source: &Source) -> Vec<String> {
     let robot = source.robot().attribute("name").map(str::to_owned);
     let file = std::path::Path::new(&source.prepared.file)
         .file_name()
         .map(|name| name.to_string_lossy().into_owned());
-    [robot, file]
-        .into_iter()
-        .flatten()
-        .find(|name| is_mecanum(name))
+    [robot, file].into_iter().flatten().collect()
 }
 
 #[cfg(test)]

@@ -50,9 +50,24 @@ pub(super) fn is_of_wheel(name: &str) -> bool {
     name.to_lowercase().contains("wheel") || is_mecanum(name) || is_omni(name)
 }
 
-/// Whether a name speaks of omni wheels.
+/// Whether a name speaks of omni wheels. The package in which a mesh lies is called after the robot and not after its wheels: robots whose
+/// wheels are steered are called omnidirectional too.
 pub(super) fn is_omni(name: &str) -> bool {
-    name.to_lowercase().contains("omni")
+    let within = in_package(name).map_or(name, |(_, path)| path);
+    within.to_lowercase().contains("omni")
+}
+
+/// Whether a name speaks of a robot that moves in all directions.
+pub(super) fn is_free(name: &str) -> bool {
+    let lower = name.to_lowercase();
+    lower.contains("omni") || (lower.contains("holonomic") && !lower.contains("nonholonomic"))
+}
+
+/// The package that a mesh's path names, and the path in it.
+pub(super) fn in_package(name: &str) -> Option<(&str, &str)> {
+    let path = name.strip_prefix("package://");
+    let path = path.or_else(|| name.strip_prefix("model://"))?;
+    path.split_once('/')
 }
 
 /// The macros in which a joint is written, and the file, where an expansion knows them.

@@ -15,6 +15,9 @@ use crate::model::{Joint, MassProperties, MotorLimits};
 /// A limited joint whose limits are this little short of a full turn is meant to turn: people write 6.28.
 const NEARLY_A_TURN_RAD: f64 = TAU - 0.01;
 
+/// The axis of a joint that steers rises at least this much, as a cosine.
+const UPRIGHT: f64 = 0.9;
+
 /// All links and joints of a robot, placed in the body frame, which is the frame of the root link.
 pub(super) struct Tree {
     pub(super) links: Vec<TreeLink>,
@@ -24,6 +27,8 @@ pub(super) struct Tree {
     above: Vec<Option<usize>>,
     /// Of each joint the nearest turning joint above it.
     turning_above: Vec<Option<usize>>,
+    /// Of each joint the nearest joint above it that turns within limits about an upright axis.
+    swivel_above: Vec<Option<usize>>,
     /// Of each joint a turning joint below it.
     turning_below: Vec<Option<usize>>,
 }
@@ -138,6 +143,17 @@ impl Tree {
                 None => None,
             };
         }
+        let mut swivel_above: Vec<Option<usize>> = vec![None; joints.len()];
+        for &j in &from_the_top {
+            let swivels = |j: &usize| {
+                let joint = &joints[*j];
+                joint.motion == Motion::Swinging && joint.axis.z.abs() > UPRIGHT
+            };
+            let next = hanging.above[joints[j].parent];
+            swivel_above[j] = next
+                .filter(swivels)
+                .or_else(|| next.and_then(|next| swivel_above[next]));
+        }
         let mut turning_below: Vec<Option<usize>> = vec![None; joints.len()];
         for &j in from_the_top.iter().rev() {
             if let Some(above) = hanging.above[joints[j].parent] {
@@ -157,6 +173,7 @@ impl Tree {
             root,
             above: hanging.above,
             turning_above,
+            swivel_above,
             turning_below,
         })
     }
@@ -170,6 +187,11 @@ impl Tree {
     /// The nearest turning joint above a joint.
     pub(super) fn turning_above(&self, joint: usize) -> Option<usize> {
         self.turning_above[joint]
+    }
+
+    /// The nearest joint above a joint that turns within limits about an upright axis.
+    pub(super) fn swivel_above(&self, joint: usize) -> Option<usize> {
+        self.swivel_above[joint]
     }
 
     /// A turning joint below a joint.

@@ -623,3 +623,181 @@ fn rollers_that_a_mesh_shows_are_taken(of: fn(usize) -> usize, but: &str, touche
     );
     assert!(said.iter().any(|line| line.contains(&words)), "{said:?}");
 }
+
+/// Omni wheels beside mecanum wheels on axes of the same direction: what each is called tells them apart.
+#[test]
+fn an_omni_wheel_on_the_axis_of_mecanum_wheels_is_no_mecanum_wheel() {
+    let mecanum = wheels(0.0, DISC)
+        .replace("front_", "mecanum_front_")
+        .replace("rear_", "mecanum_rear_");
+    let omni = |name: &str, place: [f64; 3], yaw_rad: f64| {
+        link(name, DISC) + &joint(name, "continuous", place, yaw_rad, ABOUT_Y)
+    };
+    let beside =
+        omni("omni_left", [0.0, 0.13, 0.0], 0.0) + &omni("omni_right", [0.0, -0.13, 0.0], 0.0);
+    let ahead = omni("omni_ahead", [0.3, 0.0, 0.0], std::f64::consts::FRAC_PI_2);
+    let x = [-45.0, 45.0, 45.0, -45.0];
+    for (others, count) in [(beside.clone(), 2), (beside + &ahead, 3)] {
+        for plugin in [
+            "",
+            "<gazebo><plugin filename=\"libmecanum_drive.so\"/></gazebo>",
+        ] {
+            let text = robot(&format!("{BODY}{mecanum}{others}{plugin}"));
+            let Some(Handedness::EachDeg(gammas)) = gamma_of(&text) else {
+                panic!("one gamma for all");
+            };
+            assert_eq!(gammas, [&x[..], &[0.0; 3][..count]].concat());
+        }
+    }
+}
+
+/// Four wheels, each below a joint that turns about an upright axis: without end, or within limits as those of most servos.
+fn steered(kind: &str) -> String {
+    let inertial = MASS;
+    let each = PLACES.iter().map(|(name, x, y)| {
+        format!(
+            r#"<link name="{name}_fork">{inertial}</link><joint name="{name}_steer" type="{kind}"><parent link="base_link"/><child link="{name}_fork"/>
+            <origin xyz="{x} {y} 0.1"/><axis xyz="0 0 1"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+            <link name="{name}_link">{inertial}{DISC}</link>
+            <joint name="{name}" type="continuous"><parent link="{name}_fork"/><child link="{name}_link"/><origin xyz="0 0 -0.1"/>{ABOUT_Y}</joint>"#
+        )
+    });
+    each.collect()
+}
+
+/// Wheels that are steered move a robot in all directions without rollers, and such robots are called omnidirectional too.
+#[test_case("continuous"; "without end")]
+#[test_case("revolute"; "within limits")]
+fn steered_wheels_of_a_robot_that_is_called_omnidirectional_are_given_no_rollers(kind: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    let shown = r#"<visual><geometry><mesh filename="package://omni_cart/meshes/wheel.stl"/></geometry></visual><collision>"#;
+    let text = robot(&format!("{BODY}{}", steered(kind)))
+        .replacen("name=\"r\"", "name=\"omni_cart\"", 1)
+        .replace("<collision>", shown);
+    let (_, diagnosis) = diagnosed(folder.path(), "omni_cart.urdf", &text);
+    let Fault::Steered { wheels, .. } = diagnosis.faults[0].fault() else {
+        panic!("{:?}", diagnosis.faults);
+    };
+    assert_eq!(*wheels, PLACES.map(|place| place.0.to_owned()));
+    assert_eq!(diagnosis.proposal, None);
+}
+
+/// Of four parallel wheels of a robot that is called omnidirectional mecanum rollers are proposed, for no others let it move sideways: not where it is
+/// driven as one of plain wheels, and never silently.
+#[test_case("omni_bot", "", Some(45.0); "omni")]
+#[test_case("HolonomicBase", "", Some(45.0); "holonomic")]
+#[test_case("nonholonomic_base", "", None; "its contrary")]
+#[test_case("omni_bot", "libgazebo_ros_diff_drive.so", None; "driven by two sides")]
+#[test_case("omni_bot", "gz-sim-diff-drive-system", None; "driven by two sides in another program")]
+#[test_case("omni_bot", "libgazebo_ros_skid_steer_drive.so", None; "driven by skidding")]
+fn a_robot_that_is_called_omnidirectional(name: &str, plugin: &str, gamma_deg: Option<f64>) {
+    let folder = tempfile::tempdir().unwrap();
+    let plugin = format!("<gazebo><plugin filename=\"{plugin}\" name=\"p\"/></gazebo>");
+    let text = robot(&format!("{BODY}{}{plugin}", wheels(0.0, DISC)));
+    let text = text.replacen("name=\"r\"", &format!("name=\"{name}\""), 1);
+    let (path, diagnosis) = diagnosed(folder.path(), "r.urdf", &text);
+    assert!(Robot::load(&path).is_err());
+    let gamma = diagnosis
+        .proposal
+        .map(|proposal| proposal.wheels.expect("rollers").gamma);
+    assert_eq!(gamma, gamma_deg.map(Handedness::XDeg));
+    let help = diagnosis.faults[0].help();
+    let words = format!("the name `{name}`");
+    assert_eq!(help.contains(&words), gamma_deg.is_some(), "{help}");
+}
+
+/// A number of rollers that nothing shows is said to be assumed, where it is proposed.
+#[test]
+fn what_is_assumed_of_a_proposal_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = robot(&format!("{BODY}{}", wheels(0.05, MESH)));
+    let (_, diagnosis) = diagnosed(folder.path(), "mecanum.urdf", &text);
+    assert!(diagnosis.proposal.is_some(), "{:?}", diagnosis.faults);
+    let help = diagnosis.faults[0].help();
+    assert!(
+        help.contains("the name `mecanum.urdf`; that they are 12 on a wheel is assumed"),
+        "{help}"
+    );
+}
+
+/// A plug-in that moves the base however it likes proves nothing, but is named where rollers are asked about.
+#[test]
+fn a_hint_that_is_not_enough_is_listed() {
+    let folder = tempfile::tempdir().unwrap();
+    let plugin = r#"<gazebo><plugin filename="libgazebo_ros_planar_move.so" name="p"/></gazebo>"#;
+    let text = robot(&format!("{BODY}{}{plugin}", wheels(0.0, DISC)));
+    let (_, diagnosis) = diagnosed(folder.path(), "r.urdf", &text);
+    assert_eq!(diagnosis.proposal, None);
+    let help = diagnosis.faults[0].help();
+    assert!(
+        help.contains("`libgazebo_ros_planar_move.so` moves the base"),
+        "{help}"
+    );
+}
+
+/// Wheels on fixed joints that say about which axis they would turn, with cylinders that lie across it: cylinder and inertia agree on the radius.
+#[test]
+fn a_fixed_wheel_whose_cylinder_lies_across_its_axis_is_a_wheel() {
+    let folder = tempfile::tempdir().unwrap();
+    let across = DISC.replace("rpy=\"1.5707963267948966 0 0\"", "");
+    let text = robot(&format!("{BODY}{}", wheels(0.02, &across)));
+    let text = text
+        .replace("continuous", "fixed")
+        .replace("_link\"", "_wheel\"");
+    let text = text.replace("base_wheel", "base_link");
+    let (_, diagnosis) = diagnosed(folder.path(), "mecanum.urdf", &text);
+    let proposal = diagnosis.proposal.expect("a proposal");
+    assert_eq!(proposal.wheel_radius_m, Some(0.05));
+    let rollers = proposal.wheels.expect("rollers");
+    assert_eq!(rollers.gamma, Handedness::XDeg(45.0));
+    assert_eq!(rollers.joints, PLACES.map(|place| place.0.to_owned()));
+}
+
+/// The wrists of two arms on a base that turns as a whole are no steered wheels.
+#[test]
+fn the_wrists_of_two_arms_are_no_steered_wheels() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = format!(
+        r#"<link name="floor"/><joint name="turns" type="continuous"><parent link="floor"/><child link="base_link"/><axis xyz="0 0 1"/></joint>{BODY}"#
+    );
+    for (name, y) in [("left", 0.1), ("right", -0.1)] {
+        text += &link(name, DISC);
+        text += &joint(name, "continuous", [0.1, y, 0.8], 0.0, ABOUT_Y);
+    }
+    let (_, diagnosis) = diagnosed(folder.path(), "r.urdf", &robot(&text));
+    assert!(
+        matches!(diagnosis.faults[0].fault(), Fault::TooFewWheels { .. }),
+        "{:?}",
+        diagnosis.faults
+    );
+}
+
+/// How thick a mesh shows rollers says nothing for a wheel whose radius is still to be said.
+#[test]
+fn rollers_of_a_wheel_of_unknown_size_are_asked_for_without_their_thickness() {
+    let shipped = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../assets/robots/mecanum4.urdf"
+    );
+    let shipped = Robot::load(shipped).expect("the shipped robot");
+    let folder = tempfile::tempdir().unwrap();
+    let mut inside = BODY.to_owned();
+    // What touches is larger than what is shown, and lies across the axis.
+    let across =
+        r#"<collision><geometry><cylinder radius="0.07" length="0.04"/></geometry></collision>"#;
+    for ((name, x, y), wheel) in PLACES.iter().zip(&shipped.wheels) {
+        let mesh = format!("{name}.obj");
+        std::fs::write(folder.path().join(&mesh), drawn(wheel)).unwrap();
+        let shown = MESH.replace("collision", "visual").replace("MESH", &mesh);
+        inside += &link(name, &(shown + across));
+        inside += &joint(name, "continuous", [*x, *y, 0.0], 0.0, ABOUT_Y);
+    }
+    // An inertia as that of a disc of 60 mm agrees with neither: 0.5 * 0.5 kg * (60 mm)^2 = 9e-4 kg m^2.
+    let text = robot(&inside).replace("iyy=\"6.25e-4\"", "iyy=\"9e-4\"");
+    let text = text.replace("3.5e-4", "5e-4");
+    let (_, diagnosis) = diagnosed(folder.path(), "base.urdf", &text);
+    let question = diagnosis.question.expect("the radius is asked for");
+    assert_eq!(question.asked, [Remedy::WheelRadius { guess_m: None }]);
+    let rollers = question.options.wheels.expect("rollers");
+    assert_eq!((rollers.rollers, rollers.roller_radius_m), (9, None));
+}

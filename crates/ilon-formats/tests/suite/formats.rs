@@ -451,6 +451,27 @@ fn a_part_of_an_mjcf_may_stand_in_another_file() {
     );
 }
 
+/// Models that keep each part in a file of its own have more than fifty.
+#[test]
+fn an_mjcf_may_stand_in_many_files() {
+    const PARTS: usize = 120;
+    let folder = tempfile::tempdir().unwrap();
+    let plain = mjcf(&small());
+    let end = plain.find("</mujoco>").unwrap();
+    let mut whole = plain[..end].to_owned();
+    for i in 0..PARTS {
+        let name = format!("part{i}.xml");
+        let part = format!(
+            "<mujocoinclude><custom><text name=\"t{i}\" data=\"part\"/></custom></mujocoinclude>"
+        );
+        std::fs::write(folder.path().join(&name), part).unwrap();
+        whole += &format!("<include file=\"{name}\"/>");
+    }
+    let path = folder.path().join("small.xml");
+    std::fs::write(&path, whole + "</mujoco>").unwrap();
+    same(&Robot::load(&path).unwrap(), &load(&plain, "small.xml"));
+}
+
 fn refused(text: &str) -> RobotError {
     Robot::from_urdf_str(text, "robot.xml").unwrap_err()
 }

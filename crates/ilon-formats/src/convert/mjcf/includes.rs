@@ -9,9 +9,9 @@ use crate::error::{Fault, RobotError};
 use crate::options::LoadOptions;
 use crate::xml;
 
-/// Most files that one may include, and those include.
-const MOST_INCLUDES: usize = 50;
-/// Longest file that is included, in bytes.
+/// Most files that one may include, and those include: models that are kept in a file for each part have dozens.
+const MOST_INCLUDES: usize = 500;
+/// Most bytes that all files that are included have.
 const MAX_BYTES: u64 = 16 << 20;
 
 /// A file's text with what it includes in the place of each include.
@@ -21,7 +21,17 @@ pub(super) fn put_in(
     folder: &Path,
     options: &LoadOptions,
 ) -> Result<String, RobotError> {
-    with_includes(file, text, folder, options, &mut MOST_INCLUDES.clone())
+    let mut left = Left {
+        files: MOST_INCLUDES,
+        bytes: MAX_BYTES,
+    };
+    with_includes(file, text, folder, options, &mut left)
+}
+
+/// What may still be included.
+struct Left {
+    files: usize,
+    bytes: u64,
 }
 
 /// The text with what it includes in the place of each include.
@@ -30,7 +40,7 @@ fn with_includes(
     text: &str,
     folder: &Path,
     options: &LoadOptions,
-    left: &mut usize,
+    left: &mut Left,
 ) -> Result<String, RobotError> {
     let document = xml::parse(text).map_err(|fault| of_xml(file, text, fault))?;
     let mut whole = String::new();
@@ -43,15 +53,16 @@ fn with_includes(
         let Some(name) = node.attribute("file") else {
             return fault("an `<include>` names no file".to_owned());
         };
-        if *left == 0 {
+        if left.files == 0 {
             return fault(format!("more than {MOST_INCLUDES} files are included"));
         }
-        *left -= 1;
+        left.files -= 1;
         let path = folder.join(name);
-        let included = match options.files.read_text(&path, MAX_BYTES) {
+        let included = match options.files.read_text(&path, left.bytes) {
             Ok(included) => included,
             Err(reason) => return fault(format!("`{name}` cannot be included: {reason}")),
         };
+        left.bytes = left.bytes.saturating_sub(included.len() as u64);
         // Files that are included start from the folder of the first, as in MuJoCo.
         let name = path.display().to_string();
         let included = with_includes(&name, &included, folder, options, left)?;

@@ -269,6 +269,48 @@ fn xacro_is_expanded_without_ros() {
     }
 }
 
+/// A folder that is given from where the command is called, and not from the file that includes by it.
+#[cfg(unix)]
+#[test]
+fn the_folder_of_a_package_may_be_given_from_here() {
+    let folder = folder("from_here");
+    let (main, library) = as_xacro("$(find parts)/urdf/roller.xacro");
+    for part in ["robot", "elsewhere/urdf"] {
+        std::fs::create_dir_all(folder.join(part)).expect("a folder");
+    }
+    std::fs::write(folder.join("elsewhere/urdf/roller.xacro"), library).expect("written");
+    let file = folder.join("robot/robot.urdf.xacro");
+    std::fs::write(&file, main).expect("written");
+    let here = std::env::current_dir().expect("a folder");
+    let up: PathBuf = here.components().skip(1).map(|_| "..").collect();
+    let folder = folder.canonicalize().expect("a folder");
+    let package = Package {
+        name: "parts".to_owned(),
+        folder: up
+            .join(folder.strip_prefix("/").expect("it is absolute"))
+            .join("elsewhere"),
+    };
+    let options = options(|o| o.packages = vec![package]);
+    Robot::load_with(&file, &options).expect("expanded");
+}
+
+/// A variable of the environment that decides what the file makes: what it is compared with is said.
+#[test]
+fn what_a_variable_that_is_not_set_is_compared_with_is_said() {
+    let text = r#"<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+        <xacro:property name="machine" value="$(env ILON_NO_SUCH_MACHINE)"/>
+        <xacro:if value="${machine == 'with_four'}"><link name="a"/></xacro:if>
+        <xacro:if value="${machine=='with_three' or machine == 'with_four'}"><link name="b"/></xacro:if></robot>"#;
+    let error = Robot::from_urdf_str(text, "r.urdf.xacro").expect_err("no such variable");
+    let (words, help) = (error.to_string(), error.help());
+    assert!(
+        words.contains("`ILON_NO_SUCH_MACHINE` is not set")
+            && words.contains("the file compares with `with_four`, `with_three`"),
+        "{words}"
+    );
+    assert!(help.contains("set the environment variable"), "{help}");
+}
+
 #[test]
 fn packages_are_found_by_option_and_beside_the_file() {
     let folder = folder("packages");
