@@ -339,10 +339,11 @@ fn question(path: &Path, options: &LoadOptions, course: &mut Course) -> Option<Q
     }
     let mut known = with(options, &inquiry.applied);
     // How thick a mesh shows rollers is nothing for a wheel of another size.
-    if inquiry.sizes_are_open() && options.wheels.is_none() {
-        if let Some(wheels) = &mut known.wheels {
-            wheels.roller_radius_m = None;
-        }
+    if inquiry.sizes_are_open()
+        && options.wheels.is_none()
+        && let Some(wheels) = &mut known.wheels
+    {
+        wheels.roller_radius_m = None;
     }
     (!inquiry.asked.is_empty()).then_some(Question {
         options: known,

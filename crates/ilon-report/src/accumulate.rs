@@ -481,7 +481,7 @@ mod tests {
         assert_eq!(shares.iter().filter(|share| share.is_finite()).count(), 1);
     }
 
-    /// Asked to the left of the turn of a circle, each outline of a twist is that of its own component.
+    /// Of a twist with three different numbers each axis gives its own, row by row.
     #[test]
     fn a_quantity_of_the_robot_is_its_own() {
         let mut trace = Trace::with_capacity(Header::default(), 3);
