@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::io::ErrorKind;
 use std::path::Path;
 
-use crate::error::{Fault, MissingFile, RobotError};
+use crate::error::{Fault, MissingFile, NOT_SET, RobotError};
 use crate::files::ReadError;
 use crate::model::Remark;
 use crate::options::LoadOptions;
@@ -95,9 +95,6 @@ fn near(path: &Path, options: &LoadOptions) -> String {
             format!("; beside it lies `{other}`")
         })
 }
-
-/// What is said of an environment variable that a xacro file wants.
-pub(crate) const NOT_SET: &str = "the environment variable `";
 
 /// Makes the text of a URDF of a file's text.
 pub(crate) fn prepare(

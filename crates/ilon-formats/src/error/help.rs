@@ -3,10 +3,12 @@
 use super::fault::{Fault, Proposed};
 use super::remedy::Remedy;
 use crate::options::{Handedness, LoadOptions, WheelOptions};
-use crate::prepare::NOT_SET;
 
 /// A solid box, for whoever has no CAD program.
 const BOX: &str = "for a solid box of mass m, ixx = m (y^2 + z^2) / 12";
+
+/// How the reason begins where a xacro file wants an environment variable that is not set.
+pub(crate) const NOT_SET: &str = "the environment variable `";
 
 /// Whether an attribute gives a shape no size, which stands on links that are only frames.
 pub(crate) fn is_zero_size(key: &str, value: &str) -> bool {

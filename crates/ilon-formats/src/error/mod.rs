@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 pub use clue::{Clue, ClueKind, Clues};
 pub use fault::{Fault, Proposed};
-pub(crate) use help::is_zero_size;
+pub(crate) use help::{NOT_SET, is_zero_size};
 pub use named::{Looked, MissingFile};
 pub use remedy::Remedy;
 
