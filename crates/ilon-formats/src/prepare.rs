@@ -346,8 +346,9 @@ fn callers(path: &Path, options: &LoadOptions) -> Vec<String> {
 
 /// With which texts a file compares what a variable that is not set would say, in words; nothing of other failures.
 fn compared_with(reason: &xacro_expand::Reason, text: &str) -> String {
-    /// Most texts that are listed.
+    /// Most texts that are listed, and the longest, in bytes.
     const MOST: usize = 8;
+    const LONGEST: usize = 40;
     if !reason.to_string().contains(NOT_SET) {
         return String::new();
     }
@@ -358,8 +359,9 @@ fn compared_with(reason: &xacro_expand::Reason, text: &str) -> String {
             .strip_prefix('\'')
             .and_then(|rest| rest.split_once('\''));
         let Some((value, _)) = quoted else { continue };
+        let is_short = value.len() <= LONGEST && !value.contains(char::is_control);
         let value = format!("`{value}`");
-        if !values.contains(&value) && values.len() < MOST {
+        if is_short && !values.contains(&value) && values.len() < MOST {
             values.push(value);
         }
     }

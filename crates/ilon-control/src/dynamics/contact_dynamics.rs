@@ -23,7 +23,7 @@
 use ilon_robot::{Robot, Twist};
 use nalgebra::{DMatrix, Matrix3, Vector2, Vector3};
 
-use super::acceleration_limits::LimitSettings;
+use super::acceleration_limits::{LimitSettings, mismatch};
 use super::capacity::{Capacity, Moment};
 use super::loads::{inverse, share};
 use super::wheel_force::{Moving, Touch, share_of};
@@ -178,11 +178,7 @@ impl ContactDynamics {
     ) -> Result<(), ControlError> {
         let n = self.wheels.len();
         if motors.len() != n {
-            return Err(super::acceleration_limits::mismatch(
-                "motors",
-                motors.len(),
-                n,
-            ));
+            return Err(mismatch("motors", motors.len(), n));
         }
         positive("the step in s", dt_s)?;
         self.begin(target, motors, dt_s);
@@ -314,7 +310,8 @@ impl ContactDynamics {
                 let grip_n = self.friction * self.loads_n[h];
                 let along_n = libm::sqrt((grip_n * grip_n - across_n * across_n).max(0.0));
                 let wanted_n = wheel.push_n - slides / (dt_s * self.response[(h, h)]);
-                let push_n = wanted_n.clamp(-along_n - beside_n, along_n - beside_n);
+                // Not `clamp`, which panics where numbers have grown beyond all bounds.
+                let push_n = wanted_n.max(-along_n - beside_n).min(along_n - beside_n);
                 most = most.max((push_n - wheel.push_n).abs() / grip_n.max(f64::MIN_POSITIVE));
                 wheel.push_n = push_n;
                 self.used[h] = share_of(libm::hypot(push_n + beside_n, across_n), grip_n);
@@ -339,13 +336,13 @@ impl ContactDynamics {
             }
             wheel.rate_rad_s = rate_rad_s;
             wheel.angle_rad += dt_s * rate_rad_s;
-            if self.used[h] <= AT_GRIP {
-                wheel.at_grip_s = 0.0;
-            } else {
+            if self.used[h] > AT_GRIP {
                 if wheel.at_grip_s == 0.0 {
                     wheel.used_then.copy_from_slice(&self.used);
                 }
                 wheel.at_grip_s += dt_s;
+            } else {
+                wheel.at_grip_s = 0.0;
             }
         }
         self.downhill_rad -= dt_s * self.nu.z;

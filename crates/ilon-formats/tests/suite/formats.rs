@@ -472,6 +472,28 @@ fn an_mjcf_may_stand_in_many_files() {
     same(&Robot::load(&path).unwrap(), &load(&plain, "small.xml"));
 }
 
+/// Files that are included may not be larger together than one may be: 16 MiB.
+#[test]
+fn what_an_mjcf_includes_is_bounded_in_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut whole = "<mujoco>".to_owned();
+    for i in 0..3 {
+        let part = format!(
+            "<mujocoinclude><!--{}--></mujocoinclude>",
+            " ".repeat(6 << 20)
+        );
+        std::fs::write(folder.path().join(format!("{i}.xml")), part).unwrap();
+        whole += &format!("<include file=\"{i}.xml\"/>");
+    }
+    let path = folder.path().join("whole.xml");
+    std::fs::write(&path, whole + "</mujoco>").unwrap();
+    let said = Robot::load(&path).unwrap_err().to_string();
+    assert!(
+        said.contains("files of more than 16777216 bytes are included"),
+        "{said}"
+    );
+}
+
 fn refused(text: &str) -> RobotError {
     Robot::from_urdf_str(text, "robot.xml").unwrap_err()
 }

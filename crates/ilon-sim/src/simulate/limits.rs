@@ -613,7 +613,9 @@ fn on_rollers(
     const LASTS_S: f64 = 0.02;
     /// Steps are at most so long, in seconds, and at least four to a period of the control, in which targets are held.
     const STEP_S: f64 = 1e-3;
-    let period_s = scenario.run.control_dt_s;
+    /// Targets that are held for less than this, in seconds, are as good as continuous.
+    const LEAST_PERIOD_S: f64 = 2.5e-4;
+    let period_s = scenario.run.control_dt_s.max(LEAST_PERIOD_S);
     let steps = (period_s / STEP_S).ceil().max(4.0) as u64;
     let step_s = period_s / steps as f64;
     let section = &scenario.wheel_loop;

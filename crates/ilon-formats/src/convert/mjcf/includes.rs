@@ -6,6 +6,7 @@ use roxmltree::{Document, Node};
 
 use crate::convert::malformed::of_xml;
 use crate::error::{Fault, RobotError};
+use crate::files::ReadError;
 use crate::options::LoadOptions;
 use crate::xml;
 
@@ -60,6 +61,9 @@ fn with_includes(
         let path = folder.join(name);
         let included = match options.files.read_text(&path, left.bytes) {
             Ok(included) => included,
+            Err(ReadError::TooLarge(_)) => {
+                return fault(format!("files of more than {MAX_BYTES} bytes are included"));
+            }
             Err(reason) => return fault(format!("`{name}` cannot be included: {reason}")),
         };
         left.bytes = left.bytes.saturating_sub(included.len() as u64);
