@@ -3,9 +3,7 @@
 use std::f64::consts::FRAC_PI_4;
 
 use ilon_control::{
-    AccelerationLimit, AccelerationLimits, AccelerationPolytope, AccelerationUse, ContactDynamics,
-    Fastest, Kinematics, LimitCause, LimitSettings, Motor, PushSharing, Reference, SpeedLimits,
-    WheelGains,
+    AccelerationLimit, AccelerationLimits, AccelerationPolytope, AccelerationUse, Fastest, Kinematics, LimitCause, LimitSettings, Motor, PushSharing, Reference, SpeedLimits,
 };
 use ilon_robot::{Robot, Twist};
 use ilon_trace::Announced;
@@ -19,7 +17,9 @@ use super::motors::motors;
 use super::pilot::{Pilot, point_m};
 use super::playback::Played;
 use crate::Error;
-use crate::scenario::{self, Fault, Scenario, WheelLaw};
+use crate::scenario::{Fault, Scenario, WheelLaw};
+
+mod on_rollers;
 
 /// The accelerations that a robot's grip and motors allow under a scenario's floor, motors and wheel loops.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -578,7 +578,8 @@ pub(super) fn beyond(
     }
     if let Some(beyond) = &mut beyond
         && beyond.of_grip_first
-        && let Some((from_s, first)) = on_rollers(scenario, robot, pilot, &limiter, beyond)
+        && let Some((from_s, first)) =
+            on_rollers::slides_first(scenario, (robot, &limiter), pilot, beyond)
     {
         let announced = &mut beyond.announced;
         announced.from_s = from_s;
@@ -594,80 +595,6 @@ pub(super) fn beyond(
 
 /// What statics ask of a wheel's grip from which on places of contact and loops may ask for the rest.
 const MAY_SLIDE: f64 = 0.5;
-
-/// When a planned motion first keeps a wheel at its grip, and which wheels are used nearly alike then, by [`ContactDynamics`] about the time that statics
-/// say; `None` where that finds none, or the loops are not those of it.
-fn on_rollers(
-    scenario: &Scenario,
-    robot: &Robot,
-    pilot: &Pilot,
-    limiter: &Limiter,
-    beyond: &Beyond,
-) -> Option<(f64, Vec<usize>)> {
-    /// How far from the time that statics say wheels are looked for, in seconds: what is looked at stays some thousand steps.
-    const BEFORE_S: f64 = 1.0;
-    const AFTER_S: f64 = 2.0;
-    /// In which the loops take hold, in seconds.
-    const TAKES_HOLD_S: f64 = 0.5;
-    /// Longer than a roller that comes down keeps its wheel at its grip, in seconds.
-    const LASTS_S: f64 = 0.02;
-    /// Steps are at most so long, in seconds, and at least four to a period of the control, in which targets are held.
-    const STEP_S: f64 = 1e-3;
-    /// Targets that are held for less than this, in seconds, are as good as continuous.
-    const LEAST_PERIOD_S: f64 = 2.5e-4;
-    let period_s = scenario.run.control_dt_s.max(LEAST_PERIOD_S);
-    let steps = (period_s / STEP_S).ceil().max(4.0) as u64;
-    let step_s = period_s / steps as f64;
-    let section = &scenario.wheel_loop;
-    let is_ideal = scenario.guidance.kinematics == scenario::Kinematics::Ideal;
-    if !robot.joints.is_empty() || section.law != WheelLaw::Pid || !is_ideal {
-        return None;
-    }
-    let gains = WheelGains {
-        proportional_n_m_s: section.proportional_n_m_s?,
-        integral_n_m: section.integral_n_m?,
-        derivative_n_m_s2: section.derivative_n_m_s2,
-    };
-    let statics_s = beyond.announced.from_s;
-    let counts_from_s = beyond.may_slide_from_s.max(statics_s - BEFORE_S);
-    let begins_at = ((counts_from_s - TAKES_HOLD_S).max(0.0) / period_s).floor() as u64;
-    let ends_at = ((statics_s + AFTER_S).min(scenario.run.duration_s) / period_s) as u64;
-
-    // Up to there wheels turn as they are told.
-    let kinematics = Kinematics::new(robot).ok()?;
-    let (mut rates, mut angles) = (vec![0.0; robot.wheels.len()], vec![0.0; robot.wheels.len()]);
-    let mut heading_rad = scenario.robot.start().heading_rad;
-    for period in 0..begins_at {
-        let (twist, _) = pilot.planned(period_s * (period as f64 + 0.5))?;
-        kinematics.wheel_rates(twist, &mut rates);
-        for (angle, rate) in angles.iter_mut().zip(&rates) {
-            *angle += period_s * rate;
-        }
-        heading_rad += period_s * twist.omega_rad_s;
-    }
-    let begins_s = period_s * begins_at as f64;
-    let settings = LimitSettings {
-        downhill_rad: -pilot.desired_heading_rad(begins_s).unwrap_or(heading_rad),
-        ..limiter.settings
-    };
-    let mut dynamics = ContactDynamics::new(&limiter.robot, &settings, gains).ok()?;
-    dynamics.set_moving(pilot.planned(begins_s)?.0, &angles);
-    for period in begins_at..ends_at {
-        let t_s = period_s * period as f64;
-        let (twist, twist_rate) = pilot.planned(t_s)?;
-        for step in 0..steps {
-            let moved = dynamics.step(twist, twist_rate, &limiter.motors, step_s);
-            moved.ok()?;
-            if let Some(found) = dynamics.at_grip(LASTS_S) {
-                let began_s = t_s + step_s * (step + 1) as f64 - found.for_s;
-                if began_s >= counts_from_s {
-                    return Some((began_s, nearly_most_used(found.used)));
-                }
-            }
-        }
-    }
-    None
-}
 
 /// The wheels that use nearly as much of their grip as the one that uses most.
 fn nearly_most_used(shares: &[f64]) -> Vec<usize> {

@@ -1,0 +1,128 @@
+//! A planned motion on the rollers that touch, under the wheel loops: what statics about the wheels' middles cannot say.
+
+use ilon_control::{ContactDynamics, ControlError, Kinematics, LimitSettings, Motor, WheelGains};
+use ilon_robot::{Robot, Twist};
+
+use super::super::pilot::Pilot;
+use super::{Beyond, Limiter, nearly_most_used};
+use crate::scenario::{self, Scenario, WheelLaw};
+
+/// A robot that rolls on its touching rollers as its loops let it, period by period of the control.
+struct Rolling<'a> {
+    dynamics: ContactDynamics,
+    motors: &'a [Motor],
+    periods: Periods,
+}
+
+/// The periods of the control in which targets are held, and the steps in one.
+#[derive(Clone, Copy)]
+struct Periods {
+    period_s: f64,
+    steps: u64,
+}
+
+impl Periods {
+    fn of(scenario: &Scenario) -> Self {
+        /// Steps are at most so long, in seconds, and at least four to a period.
+        const STEP_S: f64 = 1e-3;
+        /// Targets that are held for less than this, in seconds, are as good as continuous.
+        const LEAST_PERIOD_S: f64 = 2.5e-4;
+        let period_s = scenario.run.control_dt_s.max(LEAST_PERIOD_S);
+        Self {
+            period_s,
+            steps: (period_s / STEP_S).ceil().max(4.0) as u64,
+        }
+    }
+
+    fn step_s(&self) -> f64 {
+        self.period_s / self.steps as f64
+    }
+}
+
+impl<'a> Rolling<'a> {
+    /// Under the loops of a scenario, on ground that falls in a direction of the body frame in radians; `None` of joints between bodies and of laws that
+    /// it does not know.
+    fn new(scenario: &Scenario, limiter: &'a Limiter, downhill_rad: f64) -> Option<Self> {
+        let section = &scenario.wheel_loop;
+        if !limiter.robot.joints.is_empty() || section.law != WheelLaw::Pid {
+            return None;
+        }
+        let gains = WheelGains {
+            proportional_n_m_s: section.proportional_n_m_s?,
+            integral_n_m: section.integral_n_m?,
+            derivative_n_m_s2: section.derivative_n_m_s2,
+        };
+        let settings = LimitSettings {
+            downhill_rad,
+            ..limiter.settings
+        };
+        Some(Self {
+            dynamics: ContactDynamics::new(&limiter.robot, &settings, gains).ok()?,
+            motors: &limiter.motors,
+            periods: Periods::of(scenario),
+        })
+    }
+
+    /// Takes a step with a target twist, which changes at a rate in the mean.
+    fn step(&mut self, (twist, twist_rate): (Twist, Twist)) -> Result<(), ControlError> {
+        let step_s = self.periods.step_s();
+        self.dynamics.step(twist, twist_rate, self.motors, step_s)
+    }
+}
+
+/// When a planned motion first keeps a wheel at its grip, and which wheels are used nearly alike then, about the time that statics say; `None` where no
+/// wheel is kept there, or the loops are not those that are known.
+pub(super) fn slides_first(
+    scenario: &Scenario,
+    (robot, limiter): (&Robot, &Limiter),
+    pilot: &Pilot,
+    beyond: &Beyond,
+) -> Option<(f64, Vec<usize>)> {
+    /// How far from the time that statics say wheels are looked for, in seconds: what is looked at stays some thousand steps.
+    const BEFORE_S: f64 = 1.0;
+    const AFTER_S: f64 = 2.0;
+    /// In which the loops take hold, in seconds.
+    const TAKES_HOLD_S: f64 = 0.5;
+    /// Longer than a roller that comes down keeps its wheel at its grip, in seconds.
+    const LASTS_S: f64 = 0.02;
+    if scenario.guidance.kinematics != scenario::Kinematics::Ideal {
+        return None;
+    }
+    let Periods { period_s, steps } = Periods::of(scenario);
+    let statics_s = beyond.announced.from_s;
+    let counts_from_s = beyond.may_slide_from_s.max(statics_s - BEFORE_S);
+    let begins_at = ((counts_from_s - TAKES_HOLD_S).max(0.0) / period_s).floor() as u64;
+    let ends_at = ((statics_s + AFTER_S).min(scenario.run.duration_s) / period_s) as u64;
+
+    // Up to there wheels turn as they are told.
+    let kinematics = Kinematics::new(robot).ok()?;
+    let (mut rates, mut angles) = (vec![0.0; robot.wheels.len()], vec![0.0; robot.wheels.len()]);
+    let mut heading_rad = scenario.robot.start().heading_rad;
+    for period in 0..begins_at {
+        let (twist, _) = pilot.planned(period_s * (period as f64 + 0.5))?;
+        kinematics.wheel_rates(twist, &mut rates);
+        for (angle, rate) in angles.iter_mut().zip(&rates) {
+            *angle += period_s * rate;
+        }
+        heading_rad += period_s * twist.omega_rad_s;
+    }
+    let begins_s = period_s * begins_at as f64;
+    let heading_rad = pilot.desired_heading_rad(begins_s).unwrap_or(heading_rad);
+    let mut rolling = Rolling::new(scenario, limiter, -heading_rad)?;
+    let begins = pilot.planned(begins_s)?.0;
+    rolling.dynamics.set_moving(begins, &angles);
+    for period in begins_at..ends_at {
+        let t_s = period_s * period as f64;
+        let planned = pilot.planned(t_s)?;
+        for step in 1..=steps {
+            rolling.step(planned).ok()?;
+            if let Some(found) = rolling.dynamics.at_grip(LASTS_S) {
+                let began_s = t_s + rolling.periods.step_s() * step as f64 - found.for_s;
+                if began_s >= counts_from_s {
+                    return Some((began_s, nearly_most_used(found.used)));
+                }
+            }
+        }
+    }
+    None
+}
