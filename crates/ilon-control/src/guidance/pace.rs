@@ -39,6 +39,11 @@ impl Pace {
         self.arm_m
     }
 
+    /// When the last node is reached, in seconds.
+    pub fn end_s(&self) -> f64 {
+        self.nodes[self.nodes.len() - 1].t_s
+    }
+
     /// The path's own time in seconds at a time in seconds, and how fast it passes, given how fast the reference moves in its own time,
     /// in m/s.
     pub fn at(&self, t_s: f64, flow: impl Fn(f64) -> f64) -> (f64, f64) {

@@ -289,6 +289,11 @@ impl Reference {
         }
     }
 
+    /// When a path in the least time begins to rest, or to repeat its last lap, in seconds; `None` of a path at its own pace.
+    pub fn nothing_new_from_s(&self) -> Option<f64> {
+        self.pace.as_ref().map(Pace::end_s)
+    }
+
     /// The same path with its own time passing at another pace.
     pub(super) fn at_pace(&self, pace: Pace) -> Self {
         Self {

@@ -302,7 +302,10 @@ impl<'s> Checker<'s> {
     ) -> KeyFault {
         let name = key.get_ref();
         let message = format!("unknown key `{}`", self.key());
-        let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+        let mut names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+        // Of kinds of one thing, several may have the same key.
+        names.sort_unstable();
+        names.dedup();
         let help = match nearest(name, names.iter().copied()) {
             Some(near) => format!("did you mean `{near}`?"),
             None if names.is_empty() => "nothing can stand here".to_owned(),

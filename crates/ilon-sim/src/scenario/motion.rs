@@ -121,7 +121,8 @@ pub struct Tracked {
     /// When the robot is where on its path; left out, as the path's own speeds and times say.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub timing: Option<Timing>,
-    /// Of a path as fast as grip allows: the share of grip, torques and wheel rates that it may take, above 0 and at most 1; 0.9 unless given.
+    /// Of a path as fast as grip allows: the share of grip, torques and wheel rates that it may take, above 0 and at most 1; 0.9 unless given. Of grip and
+    /// torques it takes less where its wheels would slide.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub share_of_limits: Option<f64>,
     /// The path.

@@ -134,7 +134,7 @@ impl JsonSchema for Tracked {
                 "anyOf": [timing],
             });
             properties["share_of_limits"] = serde_json::json!({
-                "description": "Of a path as fast as grip allows: the share of grip, torques and wheel rates that it may take; 0.9 unless given.",
+                "description": "Of a path as fast as grip allows: the share of grip, torques and wheel rates that it may take; 0.9 unless given. Of grip and torques it takes less where its wheels would slide.",
                 "type": "number",
                 "exclusiveMinimum": 0.0,
                 "maximum": 1.0,

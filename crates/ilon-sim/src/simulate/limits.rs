@@ -3,7 +3,8 @@
 use std::f64::consts::FRAC_PI_4;
 
 use ilon_control::{
-    AccelerationLimit, AccelerationLimits, AccelerationPolytope, AccelerationUse, Fastest, Kinematics, LimitCause, LimitSettings, Motor, PushSharing, Reference, SpeedLimits,
+    AccelerationLimit, AccelerationLimits, AccelerationPolytope, AccelerationUse, Fastest,
+    Kinematics, LimitCause, LimitSettings, Motor, PushSharing, Reference, SpeedLimits,
 };
 use ilon_robot::{Robot, Twist};
 use ilon_trace::Announced;
@@ -14,7 +15,7 @@ use serde::{Serialize, Serializer};
 use super::floor::floor;
 use super::joint_targets::JointTargets;
 use super::motors::motors;
-use super::pilot::{Pilot, point_m};
+use super::pilot::{Pilot, motion_of, point_m};
 use super::playback::Played;
 use crate::Error;
 use crate::scenario::{Fault, Scenario, WheelLaw};
@@ -483,7 +484,7 @@ impl Limiter {
     }
 }
 
-/// The path of a scenario in the least time within a share of what its robot can.
+/// The path of a scenario in the least time within a share of grip and torques, and one of wheel rates.
 ///
 /// # Errors
 /// Like [`Limits::of`], and where there is no way along the path.
@@ -491,7 +492,7 @@ pub(super) fn fastest(
     scenario: &Scenario,
     (robot, targets): (&Robot, &JointTargets),
     path: &Reference,
-    share: f64,
+    [share, of_rates]: [f64; 2],
 ) -> Result<Reference, Error> {
     let mut limiter = Limiter::new(scenario, (robot, targets), share)?;
     let kinematics = Kinematics::new(&targets.standing(robot))?;
@@ -501,12 +502,93 @@ pub(super) fn fastest(
     let mut under = Fastest {
         limits: &mut limiter.limits,
         motors: &limiter.motors,
-        wheel_rate_limit_rad_s: share * limit_rad_s,
+        wheel_rate_limit_rad_s: of_rates * limit_rad_s,
         reference_point_m: point_m(scenario.guidance.reference_point, &kinematics),
         // The floor falls towards +x.
         downhill_in_world_rad: 0.0,
     };
     Ok(path.as_fast_as_possible(&mut under, scenario.run.duration_s)?)
+}
+
+/// The share of the motors' work that a path may lose to sliding, as [`on_rollers::lost_to_sliding`] foresees it. Simulated, with rollers that are spun up
+/// and corrections of the guidance, it is up to 1 %.
+const MAY_LOSE: f64 = 0.0015;
+
+/// A path that takes less than the share of grip and torques that it may, since at that its wheels would slide.
+#[derive(Clone, Debug)]
+pub(super) struct Gentler {
+    pub reference: Reference,
+    /// What it takes.
+    share: f64,
+    /// What it may take.
+    asked: f64,
+}
+
+/// The path of a scenario as [`fastest`] has it, but at the largest share of grip and torques, in hundredths, at which it is not foreseen to lose more to
+/// sliding than it may; `None` where that is the share that is asked for, or it is not known. Gains of the wheel loops have been chosen.
+///
+/// # Errors
+/// Like [`fastest`] for the share that is asked for.
+pub(super) fn gentler(
+    scenario: &Scenario,
+    of_robot: (&Robot, &JointTargets),
+    path: &Reference,
+    (fastest_path, asked): (&Reference, f64),
+) -> Result<Option<Gentler>, Error> {
+    /// By how much the logarithm of what is lost falls with the share: less steeply than any robot's, for steps that do not go too far.
+    const FALLS: f64 = 20.0;
+    const STEP: f64 = 0.01;
+    /// Of the share that is asked for. What slides at less does not slide for being driven hard.
+    const LEAST: f64 = 0.3;
+    let limiter = Limiter::new(scenario, of_robot, 1.0)?;
+    let kinematics = Kinematics::new(&of_robot.1.standing(of_robot.0))?;
+    let point = point_m(scenario.guidance.reference_point, &kinematics);
+    let lost_by = |reference: &Reference| {
+        let begins_and_ends = (
+            reference.at(0.0).pose.heading_rad,
+            reference.nothing_new_from_s()?,
+        );
+        let motion = |t_s| motion_of(reference, point, t_s);
+        on_rollers::lost_to_sliding(scenario, &limiter, begins_and_ends, motion)
+    };
+    let Some(mut lost) = lost_by(fastest_path) else {
+        return Ok(None);
+    };
+    let (mut share, mut gentler) = (asked, None);
+    while lost > MAY_LOSE {
+        let less = (libm::log(lost / MAY_LOSE) / FALLS).max(STEP);
+        share = STEP * ((share - less) / STEP + 1e-9).floor();
+        if share < LEAST * asked {
+            break;
+        }
+        // A share may be too small to hold the robot on its slope.
+        let Ok(reference) = fastest(scenario, of_robot, path, [share, asked]) else {
+            break;
+        };
+        let Some(lost_now) = lost_by(&reference) else {
+            break;
+        };
+        lost = lost_now;
+        gentler = Some(Gentler {
+            reference,
+            share,
+            asked,
+        });
+    }
+    Ok(gentler)
+}
+
+impl Gentler {
+    /// It in words, for targets that are held for a period in seconds.
+    pub fn remark(&self, period_s: f64) -> String {
+        format!(
+            "the path takes {:.0} % of grip and torques, not {:.0} %: there its wheels would slide, as rollers touch off the middles \
+             of their wheels and loops answer to targets that come every {} ms",
+            100.0 * self.share,
+            100.0 * self.asked,
+            1e3 * period_s
+        )
+    }
 }
 
 /// Times at which a motion is looked at.

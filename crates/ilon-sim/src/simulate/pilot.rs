@@ -378,19 +378,7 @@ impl Pilot {
     pub fn planned(&self, t_s: f64) -> Option<(Twist, Twist)> {
         match &self.motion {
             Planned::Reference(reference) => {
-                let desired = reference.at(t_s);
-                let phi = desired.pose.heading_rad;
-                let twist = desired.velocity_in_world.rotated(-phi);
-                let omega = twist.omega_rad_s;
-                // d/dt of components in a frame that turns.
-                let rate = reference.acceleration_in_world(t_s).rotated(-phi)
-                    + Twist::new(omega * twist.vy_m_s, -omega * twist.vx_m_s, 0.0);
-                let c = self.reference_point_m();
-                let of_origin = |twist: Twist| {
-                    let omega = twist.omega_rad_s;
-                    twist + Twist::new(omega * c.y, -omega * c.x, 0.0)
-                };
-                Some((of_origin(twist), of_origin(rate)))
+                Some(motion_of(reference, self.reference_point_m(), t_s))
             }
             Planned::Twist(profile) => {
                 const OVER_S: f64 = 1e-5;
@@ -418,6 +406,23 @@ impl Pilot {
         }
         Some(feasibility)
     }
+}
+
+/// The motion of the body's origin while a point of the body, in metres in its frame, goes as a reference says at a time in seconds: its twist in the
+/// body frame, and how that changes.
+pub(super) fn motion_of(reference: &Reference, point_m: Vector2<f64>, t_s: f64) -> (Twist, Twist) {
+    let desired = reference.at(t_s);
+    let phi = desired.pose.heading_rad;
+    let twist = desired.velocity_in_world.rotated(-phi);
+    let omega = twist.omega_rad_s;
+    // d/dt of components in a frame that turns.
+    let rate = reference.acceleration_in_world(t_s).rotated(-phi)
+        + Twist::new(omega * twist.vy_m_s, -omega * twist.vx_m_s, 0.0);
+    let of_origin = |twist: Twist| {
+        let omega = twist.omega_rad_s;
+        twist + Twist::new(omega * point_m.y, -omega * point_m.x, 0.0)
+    };
+    (of_origin(twist), of_origin(rate))
 }
 
 /// The conditions (36) and (37) over a run.

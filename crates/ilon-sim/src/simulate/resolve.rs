@@ -91,29 +91,32 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     }
     let path = log.as_ref().and_then(|log| log.reference()).transpose()?;
     let reference = reference::reference_of(&scenario)?.or(path);
-    let reference = match (&scenario.reference, reference) {
-        (Some(section), Some(path)) if section.timing.is_some() => {
-            let share = section.share_of_limits();
-            Some(limits::fastest(
-                &scenario,
-                (robot, &joint_targets),
-                &path,
-                share,
-            )?)
+    // The path whose times follow from its limits, and the share of them.
+    let section = scenario.reference.as_ref();
+    let section = section.filter(|section| section.timing.is_some());
+    let timed = section.zip(reference.clone());
+    let timed = timed.map(|(section, path)| (path, section.share_of_limits()));
+    let mut reference = match &timed {
+        Some((path, share)) => {
+            let of_robot = (robot, &joint_targets);
+            Some(limits::fastest(&scenario, of_robot, path, [*share; 2])?)
         }
-        (_, reference) => reference,
+        None => reference,
     };
     // What it would decide says how fast the wheels are asked to turn.
-    let pilot = Pilot::new(
-        &scenario,
-        (reference.clone(), log.clone()),
-        (kinematics, contact_kinematics),
-        robot,
-        match driver {
-            Driver::Guidance => None,
-            Driver::Own => Some(Box::new(Idle)),
-        },
-    )?;
+    let pilot_of = |scenario: &Scenario, reference: &Option<Reference>| {
+        Pilot::new(
+            scenario,
+            (reference.clone(), log.clone()),
+            (kinematics.clone(), contact_kinematics.clone()),
+            robot,
+            match driver {
+                Driver::Guidance => None,
+                Driver::Own => Some(Box::new(Idle)),
+            },
+        )
+    };
+    let mut pilot = pilot_of(&scenario, &reference)?;
 
     let model = wheel_loop::dynamic_model(&standing)?;
     let physics_dt_s = match scenario.run.physics_dt_s {
@@ -142,6 +145,14 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     wheel_loop::choose_gains(&mut scenario.wheel_loop, &model, physics_dt_s)?;
 
     let mut warnings: Vec<String> = robot.remarks.iter().map(ToString::to_string).collect();
+    if let (Some((path, share)), Some(fastest)) = (&timed, &reference)
+        && let of_robot = (robot, &joint_targets)
+        && let Some(gentler) = limits::gentler(&scenario, of_robot, path, (fastest, *share))?
+    {
+        warnings.push(gentler.remark(scenario.run.control_dt_s));
+        reference = Some(gentler.reference);
+        pilot = pilot_of(&scenario, &reference)?;
+    }
     let world = &scenario.world;
     if !world.floor.is_of_material() {
         let (friction, gravity_m_s2) = (world.floor.friction(), world.gravity_m_s2);

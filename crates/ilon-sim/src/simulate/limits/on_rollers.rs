@@ -126,3 +126,33 @@ pub(super) fn slides_first(
     }
     None
 }
+
+/// The share of the motors' work that a motion from rest loses to sliding along rollers up to a time in seconds; `None` where the loops are not those that
+/// are known. `motion` says twist and its rate at a time.
+pub(super) fn lost_to_sliding(
+    scenario: &Scenario,
+    limiter: &Limiter,
+    (heading_rad, until_s): (f64, f64),
+    motion: impl Fn(f64) -> (Twist, Twist),
+) -> Option<f64> {
+    /// More are not looked at: a minute, of steps of a millisecond.
+    const MOST_STEPS: u64 = 60_000;
+    /// Of what motors give, what counts as work at least.
+    const MOVES: f64 = 0.05;
+    let mut rolling = Rolling::new(scenario, limiter, -heading_rad)?;
+    let Periods { period_s, steps } = rolling.periods;
+    let periods = (until_s / period_s).ceil() as u64;
+    for period in 0..periods.min(MOST_STEPS / steps) {
+        let planned = motion(period_s * period as f64);
+        for _ in 0..steps {
+            rolling.step(planned).ok()?;
+        }
+    }
+    // Of a robot that hardly loses anything work is what it was moved with.
+    let (given_j, taken_j) = (
+        rolling.dynamics.given_energy_j(),
+        rolling.dynamics.taken_energy_j(),
+    );
+    let work_j = (given_j - taken_j).max(MOVES * given_j);
+    (work_j > 0.0).then(|| rolling.dynamics.slid_energy_j() / work_j)
+}
