@@ -6,7 +6,7 @@ use std::path::Path;
 use ilon_files::FileAccess;
 use ilon_robot::Robot;
 use ilon_sim::Error;
-use ilon_sim::foreign::{self, Row, Table, TableFormat};
+use ilon_sim::foreign::{self, Table, TableFormat};
 
 use super::format::{Column, ColumnPlace, Format};
 use super::series::Log;
@@ -58,21 +58,21 @@ pub(super) fn read(
     let columns = Columns::find(&table, format, robot)?;
     let mut log = Log::default();
     let mut angles = vec![0.0; columns.wheels.len()];
-    while let Some(row) = table.next_row()? {
+    while table.next_row()? {
         let t_s = match &columns.time {
-            Some(column) => row.needed(column)?,
+            Some(column) => table.needed(column)?,
             None => log.times_s.len() as f64 * format.period_s.unwrap_or(0.0),
         };
         let dt_s = log.times_s.last().map_or(0.0, |last| t_s - last);
         for (angle, wheel) in angles.iter_mut().zip(&columns.wheels) {
-            wheel.turn(angle, row, dt_s)?;
+            wheel.turn(angle, &table, dt_s)?;
         }
         let mut seen = [f64::NAN; 3];
         for (value, column) in seen.iter_mut().zip(&columns.pose) {
-            *value = row.number(column)?.unwrap_or(f64::NAN);
+            *value = table.number(column)?.unwrap_or(f64::NAN);
         }
         if !columns.currents.is_empty() {
-            let currents = columns.currents.iter().map(|column| row.needed(column));
+            let currents = columns.currents.iter().map(|column| table.needed(column));
             log.currents_a.push(currents.collect::<Result<_, _>>()?);
         }
         log.times_s.push(t_s);
@@ -84,8 +84,8 @@ pub(super) fn read(
 
 impl WheelColumn {
     /// Takes the angle of a wheel on to that of the next row.
-    fn turn(&self, angle_rad: &mut f64, row: Row<'_>, dt_s: f64) -> Result<(), Error> {
-        let value = row.needed(&self.column)?;
+    fn turn(&self, angle_rad: &mut f64, table: &Table<'_>, dt_s: f64) -> Result<(), Error> {
+        let value = table.needed(&self.column)?;
         match self.holds {
             Holds::Rates => *angle_rad += value * dt_s,
             Holds::Increments => *angle_rad += value,

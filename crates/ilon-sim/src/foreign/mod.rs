@@ -5,7 +5,7 @@
 
 mod table;
 
-pub use table::{Column, MOST_ROWS, Row, Table, TableFormat};
+pub use table::{Column, MOST_ROWS, Table, TableFormat};
 
 /// The most of a name or value that a message quotes, in characters.
 const QUOTED: usize = 40;

@@ -50,7 +50,7 @@ pub struct Column {
     pub factor: f64,
 }
 
-/// A table that is read row by row.
+/// A table that is read row by row: what it says of columns is of the row that it stands at.
 pub struct Table<'a> {
     path: &'a Path,
     format: TableFormat<'a>,
@@ -185,20 +185,18 @@ impl<'a> Table<'a> {
         self.fault(format!("the column `{}` is missing", quoted(name)), help)
     }
 
-    /// The next row.
+    /// Goes on to the next row; `false` where there is none.
     ///
     /// # Errors
     /// [`Error::Contents`] of a line that is no row, and where there are more than [`MOST_ROWS`].
-    pub fn next_row(&mut self) -> Result<Option<Row<'_>>, Error> {
-        if !self.advance()? {
-            return Ok(None);
-        }
-        self.rows += 1;
+    pub fn next_row(&mut self) -> Result<bool, Error> {
+        let is_row = self.advance()?;
+        self.rows += usize::from(is_row);
         if self.rows > MOST_ROWS {
             let message = format!("it has more than {MOST_ROWS} rows");
             return Err(self.fault(message, "cut it into parts"));
         }
-        Ok(Some(Row { table: self }))
+        Ok(is_row)
     }
 
     /// What is wrong with the file, and how to repair it.
@@ -242,28 +240,19 @@ impl<'a> Table<'a> {
             },
         ))
     }
-}
 
-/// A row of a table.
-#[derive(Clone, Copy)]
-pub struct Row<'t> {
-    table: &'t Table<'t>,
-}
-
-impl<'t> Row<'t> {
-    /// What stands in a column.
+    /// What stands in a column of the row.
     ///
     /// # Errors
     /// [`Error::Contents`] where the row ends before it.
-    pub fn text(&self, column: &Column) -> Result<Cow<'t, str>, Error> {
-        let record = &self.table.record;
-        let cell = record.get(column.place).map(String::from_utf8_lossy);
+    pub fn text(&self, column: &Column) -> Result<Cow<'_, str>, Error> {
+        let cell = self.record.get(column.place).map(String::from_utf8_lossy);
         cell.ok_or_else(|| {
-            self.table.fault(
+            self.fault(
                 format!(
                     "line {} has {} columns, and no column {}",
                     self.line(),
-                    record.len(),
+                    self.record.len(),
                     column.place + 1
                 ),
                 "the row is cut off, or its columns are divided by something else",
@@ -271,7 +260,7 @@ impl<'t> Row<'t> {
         })
     }
 
-    /// The number in a column, in SI units; `None` of a cell that is empty or says that there is none.
+    /// The number in a column of the row, in SI units; `None` of a cell that is empty or says that there is none.
     ///
     /// # Errors
     /// [`Error::Contents`] where something else stands there.
@@ -281,16 +270,15 @@ impl<'t> Row<'t> {
         if ["", "nan", "na", "null", "none"].into_iter().any(is) {
             return Ok(None);
         }
-        let format = &self.table.format;
-        let number = match format.decimal_comma && !text.contains('.') {
+        let number = match self.format.decimal_comma && !text.contains('.') {
             true => text.replacen(',', ".", 1).parse::<f64>(),
             false => text.parse::<f64>(),
         };
         match number.map(|number| number * column.factor) {
-            Ok(number) if number.abs() <= format.largest => Ok(Some(number)),
+            Ok(number) if number.abs() <= self.format.largest => Ok(Some(number)),
             Ok(number) if number.is_finite() => Err(self.beyond(column)),
             _ => {
-                let help = match format.section {
+                let help = match self.format.section {
                     Some(section) if text.contains(',') => format!(
                         "decimals are written with a comma here: `{section}.decimal_comma = true`"
                     ),
@@ -304,13 +292,13 @@ impl<'t> Row<'t> {
         }
     }
 
-    /// The number in a column that no row leaves empty, in SI units.
+    /// The number in a column of the row that may not be empty, in SI units.
     ///
     /// # Errors
     /// [`Error::Contents`] where none stands there.
     pub fn needed(&self, column: &Column) -> Result<f64, Error> {
         self.number(column)?.ok_or_else(|| {
-            self.table.fault(
+            self.fault(
                 format!(
                     "line {}: `{}` holds no number",
                     self.line(),
@@ -324,7 +312,7 @@ impl<'t> Row<'t> {
     /// What is wrong with a cell that must be something else.
     pub fn wrong(&self, column: &Column, must: &str, help: impl Into<String>) -> Error {
         let found = self.text(column).unwrap_or_default();
-        self.table.fault(
+        self.fault(
             format!(
                 "line {}: `{}` is {}, but must be {must}",
                 self.line(),
@@ -337,19 +325,15 @@ impl<'t> Row<'t> {
 
     /// What is wrong with a number that is too large or too small.
     pub fn beyond(&self, column: &Column) -> Error {
-        let (least, most) = (SIZES.start(), self.table.format.largest);
+        let (least, most) = (SIZES.start(), self.format.largest);
         let must = format!("0 or of a size between {least:e} and {most:e}");
         self.wrong(column, &must, "write a number that can be computed with")
     }
 
-    /// The line in which it begins.
+    /// The line in which the row begins.
     fn line(&self) -> usize {
-        let line = self
-            .table
-            .record
-            .position()
-            .map_or(0, ::csv::Position::line);
-        self.table.format.header_line.saturating_sub(1) + line as usize
+        let line = self.record.position().map_or(0, ::csv::Position::line);
+        self.format.header_line.saturating_sub(1) + line as usize
     }
 }
 

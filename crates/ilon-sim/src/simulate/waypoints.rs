@@ -116,17 +116,17 @@ pub(super) fn read(
     let mut times_s = Vec::new();
     let mut points_m = Vec::new();
     let mut headings_rad = Vec::new();
-    while let Some(row) = table.next_row()? {
-        points_m.push(Vector2::new(row.needed(&x)?, row.needed(&y)?));
+    while table.next_row()? {
+        points_m.push(Vector2::new(table.needed(&x)?, table.needed(&y)?));
         if let Some(t) = &t {
-            let t_s = row.needed(t)?;
+            let t_s = table.needed(t)?;
             if !is_computable(t_s) {
-                return Err(row.beyond(t));
+                return Err(table.beyond(t));
             }
             times_s.push(t_s);
         }
         if let Some(phi) = &phi {
-            headings_rad.push(row.needed(phi)?);
+            headings_rad.push(table.needed(phi)?);
         }
     }
     let heading = match phi {

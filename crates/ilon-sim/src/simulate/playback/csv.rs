@@ -7,7 +7,7 @@ use super::joint_log::QUANTITIES;
 use super::series::Series;
 use super::wanted::{LogContents, Wanted};
 use crate::Error;
-use crate::foreign::{Column, Row, Table, TableFormat};
+use crate::foreign::{Column, Table, TableFormat};
 use crate::scenario::{Drives, Quantity};
 
 /// The longest log that is read, in bytes.
@@ -31,10 +31,10 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<LogContent
         joints: vec![Series::new(QUANTITIES.len()); columns.joints.len()],
     };
     let mut first_ns = None;
-    while let Some(row) = table.next_row()? {
-        let time_ns = time_ns(row, &columns.time)?;
+    while table.next_row()? {
+        let time_ns = time_ns(&table, &columns.time)?;
         let since_ns = time_ns - *first_ns.get_or_insert(time_ns);
-        columns.take(row, since_ns as f64 / 1e9, &mut contents)?;
+        columns.take(&table, since_ns as f64 / 1e9, &mut contents)?;
     }
     Ok(contents)
 }
@@ -61,7 +61,7 @@ impl Columns {
     }
 
     /// Adds what a row holds, at a time.
-    fn take(&self, row: Row<'_>, t_s: f64, contents: &mut LogContents) -> Result<(), Error> {
+    fn take(&self, row: &Table<'_>, t_s: f64, contents: &mut LogContents) -> Result<(), Error> {
         if let Some(values) = numbers(row, &self.driving)? {
             contents.driving.push(t_s, values);
         }
@@ -87,7 +87,7 @@ impl Columns {
 }
 
 /// The numbers of columns that belong together; `None` where all are empty, as a log of something slower beside wheels leaves them.
-fn numbers(row: Row<'_>, columns: &[Column]) -> Result<Option<Vec<f64>>, Error> {
+fn numbers(row: &Table<'_>, columns: &[Column]) -> Result<Option<Vec<f64>>, Error> {
     let found = columns.iter().map(|column| row.number(column));
     let found: Vec<Option<f64>> = found.collect::<Result<_, _>>()?;
     if found.iter().all(Option::is_none) {
@@ -235,7 +235,7 @@ fn endings(kind: JointKind, quantity: Quantity) -> &'static [(&'static str, f64)
     }
 }
 
-fn time_ns(row: Row<'_>, column: &Column) -> Result<i128, Error> {
+fn time_ns(row: &Table<'_>, column: &Column) -> Result<i128, Error> {
     nanoseconds(&row.text(column)?, column.factor).ok_or_else(|| {
         row.wrong(
             column,
