@@ -25,6 +25,51 @@ pub struct Figure {
     pub plot: String,
 }
 
+impl Figure {
+    /// A figure of half the page's width, 320 pixels high, of curves and layout from [`plot`].
+    pub fn new(
+        id: impl Into<String>,
+        title: impl Into<String>,
+        caption: impl Into<String>,
+        plot: String,
+    ) -> Self {
+        Self {
+            id: id.into(),
+            title: title.into(),
+            caption: caption.into(),
+            height_px: 320,
+            span: Span::Half,
+            over_time: false,
+            plot,
+        }
+    }
+
+    /// The same of curves over time.
+    pub fn over_time(
+        id: impl Into<String>,
+        title: impl Into<String>,
+        caption: impl Into<String>,
+        curves: Vec<Curve>,
+        values: Axis,
+    ) -> Self {
+        let plot = plot(curves, Layout::of(axis("t in s"), values));
+        Self {
+            over_time: true,
+            ..Self::new(id, title, caption, plot)
+        }
+    }
+
+    /// The same with another height of its plot.
+    pub fn height_px(self, height_px: u32) -> Self {
+        Self { height_px, ..self }
+    }
+
+    /// The same that takes another width.
+    pub fn spanning(self, span: Span) -> Self {
+        Self { span, ..self }
+    }
+}
+
 /// How wide a figure stands on a wide screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Span {
