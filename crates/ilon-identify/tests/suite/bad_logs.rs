@@ -468,6 +468,7 @@ fn of_files_that_are_no_logs_nothing_is_shown() {
             ":",
         ),
         ("TOKEN=SECRET\nHOME=/root\n", "="),
+        ("SECRET=TOKEN\nHOME=/root\n", "="),
         ("t x y heading SECRET\nfour five six seven eight\n", " "),
         // Rows that do.
         (

@@ -141,24 +141,28 @@ impl<'a> Table<'a> {
         let Some(place) = places.next() else {
             return Ok(None);
         };
-        match places.next() {
-            None => Ok(Some(self.column_at(place, factor))),
-            Some(_) => Err(self.fault(
-                format!("the column `{}` stands twice", quoted(name)),
-                match self.format.section {
-                    Some(_) => "give the place of the one that is meant, counted from 1",
-                    None => "keep the one that is meant",
-                },
-            )),
+        if places.next().is_none() {
+            let name = name.to_owned();
+            return Ok(Some(Column {
+                place,
+                name,
+                factor,
+            }));
         }
+        Err(self.fault(
+            format!("the column `{}` stands twice", quoted(name)),
+            match self.format.section {
+                Some(_) => "give the place of the one that is meant, counted from 1",
+                None => "keep the one that is meant",
+            },
+        ))
     }
 
-    /// The column at a place, counted from 0, named or not.
+    /// The column at a place, counted from 0. It is called by its number: of a file that is no log no name is shown that nobody gave.
     pub fn column_at(&self, place: usize, factor: f64) -> Column {
-        let name = self.names.get(place).cloned();
         Column {
             place,
-            name: name.unwrap_or_else(|| (place + 1).to_string()),
+            name: (place + 1).to_string(),
             factor,
         }
     }
