@@ -101,7 +101,7 @@ fn doubts_of_rows(study: &Study, run: usize, log: &Log) -> Result<Vec<RunDoubt>,
 fn enough_windows(study: &Study, run: usize, log: &Log) -> Result<Vec<Window>, Error> {
     let found = windows(log, run, study.file.window_s);
     if found.len() < FEWEST_WINDOWS {
-        return Err(crate::log::fault(
+        return Err(Error::contents(
             &study.resolve(&study.file.runs[run].file),
             format!(
                 "it holds {} stretches of {} s in which wheels turn, which is too few",

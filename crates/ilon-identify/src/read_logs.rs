@@ -68,7 +68,7 @@ pub(crate) fn read_run(study: &Study, run: usize) -> Result<Log, Error> {
     let to_s = run.to_s.unwrap_or(f64::INFINITY);
     let part = log.part(run.from_s, to_s);
     if part.len() < 10 {
-        return Err(crate::log::fault(
+        return Err(Error::contents(
             &path,
             format!(
                 "nothing of it lies after {} s and before {to_s} s",
@@ -86,7 +86,7 @@ pub(crate) fn read_run(study: &Study, run: usize) -> Result<Log, Error> {
 /// Ends an identification over a log to which nothing can be fitted.
 pub(crate) fn refuse(study: &Study, run: usize, doubt: &Anomaly) -> Result<(), Error> {
     match doubt.is_fatal {
-        true => Err(crate::log::fault(
+        true => Err(Error::contents(
             &study.resolve(&study.file.runs[run].file),
             doubt.message.clone(),
             doubt.help.clone(),

@@ -16,6 +16,7 @@ mod figures;
 mod input;
 pub mod page;
 pub mod pages;
+mod pen;
 mod plot;
 pub mod provenance;
 #[cfg(test)]

@@ -9,7 +9,7 @@ use base64::prelude::BASE64_STANDARD;
 use serde_json::{Map, Value, json};
 
 use super::decimate::{MAX_POINTS, envelope, short};
-use super::figure::Pen;
+use super::pen::{Pen, solid};
 
 /// Significant digits of numbers that are written as text.
 const DIGITS: usize = 6;
@@ -80,7 +80,7 @@ pub fn dots(
         kind: CurveKind::Dots,
         size_px,
         opacity: 0.55,
-        ..exact_curve(name, points, super::figure::solid(color))
+        ..exact_curve(name, points, solid(color))
     }
 }
 
@@ -90,7 +90,7 @@ pub fn bars(name: &str, values: &[Option<f64>], color: &'static str) -> Curve {
     let points = rows.map(|(row, x)| (x.unwrap_or(f64::NAN), row as f64));
     Curve {
         kind: CurveKind::Bars,
-        ..exact_curve(name, points, super::figure::solid(color))
+        ..exact_curve(name, points, solid(color))
     }
 }
 
@@ -346,7 +346,6 @@ pub fn plot(curves: Vec<Curve>, layout: Layout) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figure::solid;
 
     #[test]
     fn long_columns_keep_their_values_to_what_a_screen_shows() {

@@ -84,37 +84,13 @@ pub enum Error {
     #[diagnostic(help("start it again: what had ended by then is not run again"))]
     Stopped,
 
-    /// A log cannot drive the robot.
+    /// A file that was named as a log, height map or list of waypoints holds something else.
     #[error("{}: {message}", path.display())]
     #[diagnostic(help("{help}"))]
-    Log {
-        /// The log.
+    Contents {
+        /// The file.
         path: PathBuf,
         /// What is wrong, with its place.
-        message: String,
-        /// How to repair it.
-        help: String,
-    },
-
-    /// A file of a height map holds none.
-    #[error("{}: {message}", path.display())]
-    #[diagnostic(help("{help}"))]
-    HeightMap {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        message: String,
-        /// How to repair it.
-        help: String,
-    },
-
-    /// A file of waypoints holds something else than waypoints.
-    #[error("{}: {message}", path.display())]
-    #[diagnostic(help("{help}"))]
-    Waypoints {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong, with its line.
         message: String,
         /// How to repair it.
         help: String,
@@ -217,6 +193,15 @@ impl Error {
             path: path.to_owned(),
             reason,
             help,
+        }
+    }
+
+    /// What is wrong in a file, and how to repair it.
+    pub fn contents(path: &Path, message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self::Contents {
+            path: path.to_owned(),
+            message: message.into(),
+            help: help.into(),
         }
     }
 

@@ -16,7 +16,7 @@
 //! | [`simulate`] | the loop: sensors, reference, guidance, wheel loops, motors, world, trace |
 //! | [`judge`] | whether a run met its `[expect]` |
 //! | [`inspect`] | a robot as it is understood |
-//! | [`foreign`] | what messages may show of files that somebody else named |
+//! | [`foreign`] | tables of numbers in files that somebody else named, and what messages may show of such files |
 //! | [`remedy`] | which options would let a robot's file be used |
 //!
 //! There is no command line, no plot and no progress bar here.

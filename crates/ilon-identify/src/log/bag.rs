@@ -11,9 +11,10 @@ use ilon_messages::sensor_msgs::JointState;
 use ilon_messages::{CdrError, Message};
 use ilon_robot::Robot;
 use ilon_sim::Error;
+use ilon_sim::foreign::MOST_ROWS;
 
 use super::format::Format;
-use super::series::{Log, MOST_ROWS, fault};
+use super::series::Log;
 
 /// Wheel angles as they were recorded, and the pose at those times on the line between the poses around them.
 pub(super) fn read(
@@ -23,7 +24,7 @@ pub(super) fn read(
     files: &FileAccess,
 ) -> Result<Log, Error> {
     let Some(topics) = &format.bag else {
-        return Err(fault(
+        return Err(Error::contents(
             path,
             "it is read as a bag, of which the study names no topics",
             "write `[log.bag]` with `joints` and `pose`; a table's name ends in .csv, .tsv, .txt or .dat",
@@ -64,7 +65,7 @@ pub(super) fn read(
                 let place = joints.name.iter().position(|known| known == name);
                 let angle = place.and_then(|place| joints.position.get(place)).copied();
                 angle.filter(|angle| angle.is_finite()).ok_or_else(|| {
-                    fault(
+                    Error::contents(
                         path,
                         format!("`{}` has no angle of `{name}` at {t_s:.3} s", message.topic),
                         "record positions of all wheels; `log.bag.names` says what a wheel is called in the bag",
@@ -81,7 +82,7 @@ pub(super) fn read(
                     decode::<PoseStamped>(path, message)?.pose
                 }
                 other => {
-                    return Err(fault(
+                    return Err(Error::contents(
                         path,
                         format!("`{}` is of the type {other}", message.topic),
                         "name a topic of nav_msgs/Odometry or geometry_msgs/PoseStamped in `log.bag.pose`",
@@ -92,7 +93,7 @@ pub(super) fn read(
         }
         if log.times_s.len() > MOST_ROWS || poses.len() > MOST_ROWS {
             let message = format!("it has more than {MOST_ROWS} messages of one topic");
-            return Err(fault(path, message, "cut it into parts"));
+            return Err(Error::contents(path, message, "cut it into parts"));
         }
         Ok(())
     };
@@ -101,7 +102,7 @@ pub(super) fn read(
         failed.is_none()
     })
     .map_err(|reason| {
-        fault(
+        Error::contents(
             path,
             reason.to_string(),
             "name a table, an MCAP file, or the folder of a bag with MCAP files",
@@ -119,7 +120,7 @@ pub(super) fn read(
                 .iter()
                 .map(|(topic, kind)| format!("`{topic}` ({kind})"))
                 .collect();
-            return Err(fault(
+            return Err(Error::contents(
                 path,
                 format!("it has nothing of the robot on `log.bag.{key}` = `{topic}`"),
                 format!("its topics are {}", listed.join(", ")),
@@ -127,7 +128,7 @@ pub(super) fn read(
         }
     }
     if let Some(at) = poses.windows(2).position(|pair| pair[1].0 <= pair[0].0) {
-        return Err(fault(
+        return Err(Error::contents(
             path,
             format!(
                 "the times of `{}` do not grow at {} s",
@@ -167,14 +168,14 @@ fn between(poses: &[(f64, [f64; 3])], t_s: f64) -> [f64; 3] {
 
 fn decode<M: Message>(path: &Path, message: &ReadMessage) -> Result<M, Error> {
     if message.type_name != M::TYPE_NAME {
-        return Err(fault(
+        return Err(Error::contents(
             path,
             format!("`{}` is of the type {}", message.topic, message.type_name),
             format!("name a topic of the type {}", M::TYPE_NAME),
         ));
     }
     M::decode(message.cdr).map_err(|reason: CdrError| {
-        fault(
+        Error::contents(
             path,
             format!(
                 "a message of `{}` is no {}: {reason}",

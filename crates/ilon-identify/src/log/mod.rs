@@ -19,13 +19,13 @@ pub use anomalies::{Anomaly, AnomalyKind};
 pub(crate) use format::check;
 pub use format::{Bag, Column, ColumnPlace, Delayed, Fitted, Format};
 pub use series::Log;
-pub(crate) use series::{fault, middle};
+pub(crate) use series::middle;
 
 impl Log {
     /// Reads a log in a format, for a robot.
     ///
     /// # Errors
-    /// [`Error::Log`] where it cannot be read as the format says, with the likely cause.
+    /// [`Error::Contents`] where it cannot be read as the format says, with the likely cause.
     pub fn read(
         path: &Path,
         format: &Format,
@@ -42,7 +42,7 @@ impl Log {
             false => bag::read(path, format, robot, files)?,
         };
         if log.len() < FEWEST_ROWS {
-            return Err(fault(
+            return Err(Error::contents(
                 path,
                 format!("it has {} rows, which say nothing about a drive", log.len()),
                 "record at least some seconds",
@@ -50,7 +50,7 @@ impl Log {
         }
         if let Some(row) = log.times_s.windows(2).position(|pair| pair[1] <= pair[0]) {
             let (at, next) = (log.times_s[row], log.times_s[row + 1]);
-            return Err(fault(
+            return Err(Error::contents(
                 path,
                 format!(
                     "its times do not grow: row {} is at {at} s and the next at {next} s",

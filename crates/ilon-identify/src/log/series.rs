@@ -4,10 +4,6 @@ use std::path::Path;
 
 use ilon_sim::Error;
 
-/// The longest log that is read, in bytes.
-pub(super) const MAX_BYTES: u64 = 1 << 30;
-/// The most rows of a log.
-pub(super) const MOST_ROWS: usize = 20_000_000;
 /// The fewest rows of a log that say anything.
 pub(super) const FEWEST_ROWS: usize = 10;
 
@@ -98,7 +94,7 @@ impl Log {
             .filter(|row| self.poses[*row].iter().all(|value| value.is_finite()))
             .collect();
         if seen.len() < FEWEST_ROWS {
-            return Err(fault(
+            return Err(Error::contents(
                 path,
                 format!(
                     "the robot was seen in {} of its {} rows",
@@ -134,15 +130,6 @@ impl Log {
             *self = self.part(self.times_s[first], self.times_s[last]);
         }
         Ok(())
-    }
-}
-
-/// What is wrong with a log, and how to repair it.
-pub(crate) fn fault(path: &Path, message: impl Into<String>, help: impl Into<String>) -> Error {
-    Error::Log {
-        path: path.to_owned(),
-        message: message.into(),
-        help: help.into(),
     }
 }
 

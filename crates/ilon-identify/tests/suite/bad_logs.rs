@@ -39,7 +39,7 @@ fn outcome(robot: &Robot, file: &str, text: &str, more: &str) -> String {
             }
             words
         }
-        Err(Error::Log { message, help, .. }) => format!("{message}; {help}"),
+        Err(Error::Contents { message, help, .. }) => format!("{message}; {help}"),
         Err(other) => format!("other: {other}"),
     }
 }
@@ -306,30 +306,33 @@ fn tables_that_are_not_as_stated_are_named_with_their_line() {
     let of = |text: &str| outcome(&robot, "mecanum4.toml", text, "");
     holds(
         &of(&text.replacen("front_left,front_right,rear_left,rear_right", "k,l,m,n", 1)),
-        &["no column `front_left`", "its columns are"],
+        &["the column `front_left` is missing", "its columns are"],
     );
     holds(
         &of(&text.replacen("front_left", "front_lefd", 1)),
-        &["no column `front_left`", "is `front_lefd` meant"],
+        &[
+            "the column `front_left` is missing",
+            "is `front_lefd` meant",
+        ],
     );
     holds(
         &of(&text.replace(',', ";")),
-        &["holds one name alone", "log.delimiter"],
+        &["divided by ';'", "`log.delimiter = \";\"`"],
     );
     holds(
         &of(&text.replacen("\n0.0200,", "\n0.02x,", 1)),
-        &["line 3, column `t`", "text is no number"],
+        &["line 3: `t` is text, but must be a number"],
     );
     let cut = &text[..text.len() - 12];
     holds(&of(cut), &["columns", "cut off"]);
-    holds(&of("t,x\n"), &["no column"]);
+    holds(&of("t,x\n"), &["the column", "is missing"]);
     holds(&of(""), &["it ends before line 1"]);
     holds(
         &of("t,x,y,heading,front_left,front_right,rear_left,rear_right\n"),
         &["it has 0 rows"],
     );
     let nan = text.replacen("\n0.0200,", "\nnan,", 1);
-    holds(&of(&nan), &["has nothing in the column `t`"]);
+    holds(&of(&nan), &["line 3: `t` holds no number"]);
 }
 
 /// A drive that changes its twist thirty times, of which the tracker tells some rows later.
@@ -448,7 +451,7 @@ fn decimals_with_commas_are_read_where_that_is_said() {
     std::fs::write(folder.path().join("study.toml"), study).unwrap();
     let found =
         Study::load(folder.path().join("study.toml")).and_then(|study| identify(&study, &|_| ()));
-    let Err(Error::Log { help, .. }) = found else {
+    let Err(Error::Contents { help, .. }) = found else {
         panic!("it is refused")
     };
     holds(&help, &["`log.decimal_comma = true`"]);
@@ -465,6 +468,7 @@ fn of_files_that_are_no_logs_nothing_is_shown() {
             ":",
         ),
         ("TOKEN=SECRET\nHOME=/root\n", "="),
+        ("SECRET=TOKEN\nHOME=/root\n", "="),
         ("t x y heading SECRET\nfour five six seven eight\n", " "),
         // Rows that do.
         (

@@ -7,8 +7,7 @@ use ilon_trace::{Record, Summary, WheelSample};
 
 use crate::compare::{ComparedRun, Comparison};
 use crate::figure::{
-    Axis, Curve, Figure, Layout, Pen, Span, axis, bars, curve, dashed, layout, map_layout, plot,
-    wheel_pen,
+    Axis, Curve, Figure, Layout, Pen, Span, axis, bars, curve, dashed, map_layout, plot, wheel_pen,
 };
 use crate::figures::balance::TERM_COLORS;
 use crate::figures::motion::{COMPONENTS, way};
@@ -28,15 +27,13 @@ pub(super) fn path(comparison: &Comparison) -> Figure {
         let poses: Vec<Pose> = run.trace.records().iter().map(|r| r.truth.pose).collect();
         curves.push(way(&run.name, &poses, run_pen(index)));
     }
-    Figure {
-        id: "path".to_owned(),
-        title: "The paths over the floor".to_owned(),
-        caption: "Seen from above: the path that each robot really took.".to_owned(),
-        height_px: 440,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(curves, map_layout()),
-    }
+    Figure::new(
+        "path",
+        "The paths over the floor",
+        "Seen from above: the path that each robot really took.",
+        plot(curves, map_layout()),
+    )
+    .height_px(440)
 }
 
 /// The references of the runs, those that differ.
@@ -79,17 +76,19 @@ pub(super) fn errors(comparison: &Comparison) -> Vec<Figure> {
     let heading =
         of(|desired, truth| wrap_angle(desired.heading_rad - truth.heading_rad).to_degrees());
     vec![
-        over_time(
+        Figure::over_time(
             "position-error",
             "Position error",
             "Distance from the desired position.",
-            plot(position, from_zero("t in s", "distance in mm")),
+            position,
+            axis("distance in mm").from_zero(),
         ),
-        over_time(
+        Figure::over_time(
             "heading-error",
             "Heading error",
             "Desired minus real heading.",
-            plot(heading, layout("t in s", "angle in deg")),
+            heading,
+            axis("angle in deg"),
         ),
     ]
 }
@@ -98,22 +97,21 @@ pub(super) fn errors(comparison: &Comparison) -> Vec<Figure> {
 pub(super) fn twist(comparison: &Comparison) -> Vec<Figure> {
     COMPONENTS
         .into_iter()
-        .map(|(id, title, y_title, component)| Figure {
-            id: format!("twist-{id}"),
-            title: title.to_owned(),
-            caption: String::new(),
-            height_px: 270,
-            span: Span::Panel,
-            over_time: true,
-            plot: plot(
+        .map(|(id, title, y_title, component)| {
+            Figure::over_time(
+                format!("twist-{id}"),
+                title,
+                "",
                 each_run(comparison, move |run| {
                     let records = run.trace.records().iter();
                     records
                         .map(|r| (r.t_s, component(&r.truth.twist_in_body)))
                         .collect()
                 }),
-                layout("t in s", y_title),
-            ),
+                axis(y_title),
+            )
+            .height_px(270)
+            .spanning(Span::Panel)
         })
         .collect()
 }
@@ -231,20 +229,18 @@ pub(super) fn odometry(comparison: &Comparison) -> Figure {
 
 /// Rms sliding speed over the wheels, over time.
 pub(super) fn slip_speed(comparison: &Comparison) -> Figure {
-    over_time(
+    Figure::over_time(
         "slip-speed",
         "Sliding speed",
         "How fast the touching rollers slide over the floor: rms over the wheels.",
-        plot(
-            over_wheels(comparison, |wheels| {
-                let speeds = wheels
-                    .iter()
-                    .filter(|w| w.touching)
-                    .map(WheelSample::slip_speed_m_s);
-                ilon_trace::slip::rms(speeds).map(|v| 1e3 * v)
-            }),
-            from_zero("t in s", "sliding speed in mm/s"),
-        ),
+        over_wheels(comparison, |wheels| {
+            let speeds = wheels
+                .iter()
+                .filter(|w| w.touching)
+                .map(WheelSample::slip_speed_m_s);
+            ilon_trace::slip::rms(speeds).map(|v| 1e3 * v)
+        }),
+        axis("sliding speed in mm/s").from_zero(),
     )
 }
 
@@ -277,64 +273,42 @@ pub(super) fn slip_of_wheels(comparison: &Comparison) -> Figure {
     let height_px = 110 + wheels.len() as u32 * (24 + 11 * traces.len().min(12) as u32);
     let x = axis("rms sliding speed in mm/s").least_span(1.0);
     let layout = Layout::of(x, axis("").names(wheels)).grouped();
-    Figure {
-        id: "slip-of-wheels".to_owned(),
-        title: "Slip, wheel by wheel".to_owned(),
-        caption: "Rms sliding speed over the run.".to_owned(),
-        height_px,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(traces, layout),
-    }
+    Figure::new(
+        "slip-of-wheels",
+        "Slip, wheel by wheel",
+        "Rms sliding speed over the run.",
+        plot(traces, layout),
+    )
+    .height_px(height_px)
 }
 
 /// The largest share of the friction cone that any wheel uses.
 pub(super) fn grip(comparison: &Comparison) -> Figure {
-    over_time(
+    Figure::over_time(
         "grip",
         "How much grip is in use",
         "Tangential force over the friction limit µN, of the wheel that uses most. At 1 it slides.",
-        plot(
-            over_wheels(comparison, |wheels| {
-                wheels
-                    .iter()
-                    .filter_map(WheelSample::friction_used)
-                    .reduce(f64::max)
-            }),
-            from_zero("t in s", "share of µN"),
-        ),
+        over_wheels(comparison, |wheels| {
+            wheels
+                .iter()
+                .filter_map(WheelSample::friction_used)
+                .reduce(f64::max)
+        }),
+        axis("share of µN").from_zero(),
     )
 }
 
 /// The largest torque of any wheel.
 pub(super) fn torque(comparison: &Comparison) -> Figure {
-    over_time(
+    Figure::over_time(
         "torque",
         "Wheel torque",
         "What the motor that works hardest gives, as a magnitude.",
-        plot(
-            over_wheels(comparison, |wheels| {
-                wheels.iter().map(|w| w.torque_n_m.abs()).reduce(f64::max)
-            }),
-            from_zero("t in s", "torque in N m"),
-        ),
+        over_wheels(comparison, |wheels| {
+            wheels.iter().map(|w| w.torque_n_m.abs()).reduce(f64::max)
+        }),
+        axis("torque in N m").from_zero(),
     )
-}
-
-fn over_time(id: &str, title: &str, caption: &str, plot: String) -> Figure {
-    Figure {
-        id: id.to_owned(),
-        title: title.to_owned(),
-        caption: caption.to_owned(),
-        height_px: 320,
-        span: Span::Half,
-        over_time: true,
-        plot,
-    }
-}
-
-fn from_zero(x_title: &str, y_title: &str) -> Layout {
-    Layout::of(axis(x_title), axis(y_title).from_zero())
 }
 
 /// One curve a run.
@@ -368,15 +342,13 @@ fn bars_of_runs(
     let names: Vec<String> = comparison.runs.iter().map(|run| run.name.clone()).collect();
     let count = names.len().min(12) as u32;
     let layout = Layout::of(x, axis("").names(names));
-    Figure {
-        id: id.to_owned(),
-        title: title.to_owned(),
-        caption: caption.to_owned(),
-        height_px: 110 + 46 * count,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(curves, if grouped { layout.grouped() } else { layout }),
-    }
+    Figure::new(
+        id,
+        title,
+        caption,
+        plot(curves, if grouped { layout.grouped() } else { layout }),
+    )
+    .height_px(110 + 46 * count)
 }
 
 #[cfg(test)]

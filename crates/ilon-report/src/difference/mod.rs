@@ -10,7 +10,7 @@ use ilon_trace::{Difference, Rows, TraceError};
 
 use crate::compare::{self, SettingRow};
 use crate::figure::{
-    Curve, Figure, Pen, Span, curve, dashed, dots, dotted, exact_curve, layout, map_layout, plot,
+    Curve, Figure, Pen, axis, curve, dashed, dots, dotted, exact_curve, layout, map_layout, plot,
     solid,
 };
 use crate::page::{self, Head, Section, escape, grid};
@@ -267,22 +267,17 @@ impl Apart {
     fn figure(&self) -> Figure {
         let place = self.rows.iter().map(|row| (row.0, 1e3 * row.1));
         let heading = self.rows.iter().map(|row| (row.0, row.2.to_degrees()));
-        Figure {
-            id: "apart".to_owned(),
-            title: "Run and baseline apart".to_owned(),
-            caption: "The distance between their places, and the angle between their headings."
-                .to_owned(),
-            height_px: 300,
-            span: Span::Half,
-            over_time: true,
-            plot: plot(
-                vec![
-                    curve("distance in mm", place, RUN),
-                    curve("angle in degrees", heading, dotted("@w2").width(2.2)),
-                ],
-                layout("t in s", "mm, degrees"),
-            ),
-        }
+        Figure::over_time(
+            "apart",
+            "Run and baseline apart",
+            "The distance between their places, and the angle between their headings.",
+            vec![
+                curve("distance in mm", place, RUN),
+                curve("angle in degrees", heading, dotted("@w2").width(2.2)),
+            ],
+            axis("mm, degrees"),
+        )
+        .height_px(300)
     }
 }
 
@@ -334,15 +329,13 @@ fn around_the_first<R: Rows>(
             dotted("@fg"),
         ));
     }
-    Ok(Figure {
-        id: format!("began-{index}"),
-        title: one.signal.clone(),
-        caption: format!("{}.", escape(&one.to_string())),
-        height_px: 300,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(curves, layout("t in s", &one.signal)),
-    })
+    Ok(Figure::new(
+        format!("began-{index}"),
+        one.signal.clone(),
+        format!("{}.", escape(&one.to_string())),
+        plot(curves, layout("t in s", &one.signal)),
+    )
+    .height_px(300))
 }
 
 /// A signal of both over the whole run.
@@ -368,20 +361,19 @@ fn over_the_run<R: Rows>(
             curves.push(curve(name, edge, dotted("@limit")));
         }
     }
-    Ok(Figure {
-        id: format!("came-to-{index}"),
-        title: one.signal.clone(),
-        caption: format!(
+    Ok(Figure::over_time(
+        format!("came-to-{index}"),
+        one.signal.clone(),
+        format!(
             "At worst {} off, {} in the baseline; {}.",
             escape(&value(&one.signal, one.worst)),
             of_its_span(*share),
             escape(&allowed(&one.signal, one.tolerance)),
         ),
-        height_px: 300,
-        span: Span::Half,
-        over_time: true,
-        plot: plot(curves, layout("t in s", &one.signal)),
-    })
+        curves,
+        axis(&one.signal),
+    )
+    .height_px(300))
 }
 
 /// Both paths from above.
@@ -400,15 +392,13 @@ fn paths<R: Rows>(run: &R, baseline: &R) -> Result<Figure, R::Error> {
         exact_curve("baseline", thin(way(baseline)?), BASELINE),
         exact_curve("run", thin(way(run)?), RUN),
     ];
-    Ok(Figure {
-        id: "paths".to_owned(),
-        title: "The paths, from above".to_owned(),
-        caption: "Where the body frame's origin really went.".to_owned(),
-        height_px: 300,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(curves, map_layout()),
-    })
+    Ok(Figure::new(
+        "paths",
+        "The paths, from above",
+        "Where the body frame's origin really went.",
+        plot(curves, map_layout()),
+    )
+    .height_px(300))
 }
 
 fn table(ranked: &[Ranked]) -> String {

@@ -6,7 +6,7 @@ use ilon_trace::{Ledger, Record, Summary};
 use crate::accumulate::{OfRobot, Way};
 use crate::decimate::evenly;
 use crate::figure::{
-    Curve, Figure, Layout, Span, axis, bars, curve, dashed, dots, exact_curve, layout, plot, solid,
+    Curve, Figure, Layout, axis, bars, curve, dashed, dots, exact_curve, plot, solid,
 };
 use crate::input::RunInput;
 use crate::story::{Budget, PARTS};
@@ -25,26 +25,21 @@ pub(crate) fn ledger(shown: &RunInput, summary: &Summary) -> Vec<Figure> {
     let position: [(&str, Quantity); 2] = [("along x", |i| i.x_m), ("along y", |i| i.y_m)];
     let heading: [(&str, Quantity); 1] = [("heading", |i| i.heading_rad)];
     vec![
-        Figure {
-            id: "ledger-position".to_owned(),
-            title: "Asked minus real: position".to_owned(),
-            caption: "Asked minus real motion over the run along the world's axes. The bars of one row add up to its \
-                      total exactly; bars that point left are gains."
-                .to_owned(),
-            height_px: 260,
-            span: Span::Half,
-            over_time: false,
-            plot: bars_of(&summary.ledger, &position, mm, "mm"),
-        },
-        Figure {
-            id: "ledger-heading".to_owned(),
-            title: "Asked minus real: heading".to_owned(),
-            caption: "The same for the heading.".to_owned(),
-            height_px: 260,
-            span: Span::Half,
-            over_time: false,
-            plot: bars_of(&summary.ledger, &heading, |i, f| f(i).to_degrees(), "deg"),
-        },
+        Figure::new(
+            "ledger-position",
+            "Asked minus real: position",
+            "Asked minus real motion over the run along the world's axes. The bars of one row add up to its \
+             total exactly; bars that point left are gains.",
+            bars_of(&summary.ledger, &position, mm, "mm"),
+        )
+        .height_px(260),
+        Figure::new(
+            "ledger-heading",
+            "Asked minus real: heading",
+            "The same for the heading.",
+            bars_of(&summary.ledger, &heading, |i, f| f(i).to_degrees(), "deg"),
+        )
+        .height_px(260),
         growth(
             shown,
             "ledger-growth-position",
@@ -102,24 +97,22 @@ pub(crate) fn budget(budget: &Budget) -> Figure {
             .collect();
         bars(name, &values, color).unlisted()
     });
-    Figure {
-        id: "budget".to_owned(),
-        title: "Error budget at the worst instant".to_owned(),
-        caption: format!(
+    Figure::new(
+        "budget",
+        "Error budget at the worst instant",
+        format!(
             "What made the position error of {} at {:.2} s, counted along the error since {:.2} s. The parts add up to it; bars \
              that point left brought the robot back.",
             length(budget.error_m),
             budget.at_s,
             budget.from_s
         ),
-        height_px,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(
+        plot(
             curves.collect(),
             Layout::of(axis("mm along the error"), axis("").names(names)),
         ),
-    }
+    )
+    .height_px(height_px)
 }
 
 /// The motors' work and where it went.
@@ -178,17 +171,14 @@ pub(crate) fn energy(shown: &RunInput) -> Figure {
             dashed("@limit"),
         ),
     ];
-    Figure {
-        id: "energy".to_owned(),
-        title: "Where the motors' work went".to_owned(),
-        caption: "Lost to sliding, to spinning up rollers, bearings and landing, or stored as motion. The line is the motors' work \
-                  with that of pushes and payloads; what lies between it and the stack is the solver's own loss or gain."
-            .to_owned(),
-        height_px: 320,
-        span: Span::Half,
-        over_time: true,
-        plot: plot(traces, layout("t in s", "energy in J")),
-    }
+    Figure::over_time(
+        "energy",
+        "Where the motors' work went",
+        "Lost to sliding, to spinning up rollers, bearings and landing, or stored as motion. The line is the motors' work \
+         with that of pushes and payloads; what lies between it and the stack is the solver's own loss or gain.",
+        traces,
+        axis("energy in J"),
+    )
 }
 
 /// Horizontal bars, stacked by sign: one row a quantity, one colour a term.
@@ -229,15 +219,7 @@ fn growth(
         let points = grown.map(|grown| (grown.t_s, of(&grown.ways[term])));
         traces.push(exact_curve(name, points, solid(color).width(0.8)).stacked());
     }
-    Figure {
-        id: id.to_owned(),
-        title: title.to_owned(),
-        caption: caption.to_owned(),
-        height_px: 320,
-        span: Span::Half,
-        over_time: true,
-        plot: plot(traces, layout("t in s", unit)),
-    }
+    Figure::over_time(id, title, caption, traces, axis(unit))
 }
 
 #[cfg(test)]

@@ -7,114 +7,79 @@ use ilon_trace::{Record, Trace, WheelSample};
 use crate::accumulate::{OfWheel, SECTORS};
 use crate::decimate::{evenly, short};
 use crate::figure::{
-    Curve, Figure, Layout, Span, axis, curve, dots, dotted, exact_curve, layout, map_layout, plot,
+    Curve, Figure, Layout, axis, curve, dots, dotted, exact_curve, layout, map_layout, plot,
     wheel_pen,
 };
 use crate::input::RunInput;
 
 /// Sliding speed of each wheel's contact over time.
 pub(crate) fn slip_speed(shown: &RunInput) -> Figure {
-    Figure {
-        id: "slip-speed".to_owned(),
-        title: "Sliding speed".to_owned(),
-        caption: "How fast the touching roller slides over the floor. A comb at the roller passing rate is the load \
-                  going from roller to roller; a plateau is a wheel that really slides."
-            .to_owned(),
-        height_px: 320,
-        span: Span::Half,
-        over_time: true,
-        plot: plot(
-            each_wheel(shown, OfWheel::SlipSpeed, |v| 1e3 * v),
-            Layout::of(axis("t in s"), axis("sliding speed in mm/s").from_zero().least_span(2.0)),
-        ),
-    }
+    Figure::over_time(
+        "slip-speed",
+        "Sliding speed",
+        "How fast the touching roller slides over the floor. A comb at the roller passing rate is the load \
+         going from roller to roller; a plateau is a wheel that really slides.",
+        each_wheel(shown, OfWheel::SlipSpeed, |v| 1e3 * v),
+        axis("sliding speed in mm/s").from_zero().least_span(2.0),
+    )
 }
 
 /// Normal force of each wheel over time.
 pub(crate) fn normal_force(shown: &RunInput) -> Figure {
-    Figure {
-        id: "normal-force".to_owned(),
-        title: "Load on each wheel".to_owned(),
-        caption: "The normal force. It shifts with acceleration and payload; where it falls to zero the wheel has \
-                  lost the floor."
-            .to_owned(),
-        height_px: 320,
-        span: Span::Half,
-        over_time: true,
-        plot: plot(
-            each_wheel(shown, OfWheel::NormalForce, |v| v),
-            Layout::of(axis("t in s"), axis("normal force in N").from_zero().least_span(1.0)),
-        ),
-    }
+    Figure::over_time(
+        "normal-force",
+        "Load on each wheel",
+        "The normal force. It shifts with acceleration and payload; where it falls to zero the wheel has \
+         lost the floor.",
+        each_wheel(shown, OfWheel::NormalForce, |v| v),
+        axis("normal force in N").from_zero().least_span(1.0),
+    )
 }
 
 /// Tangential force of each wheel over time.
 pub(crate) fn tangential_force(shown: &RunInput) -> Figure {
-    Figure {
-        id: "tangential-force".to_owned(),
-        title: "Push of each wheel".to_owned(),
-        caption: "The tangential force of the floor, its magnitude. At steady speed it is what bearings and the rollers' \
-                  ripple take; wheels that push against each other show here."
-            .to_owned(),
-        height_px: 320,
-        span: Span::Half,
-        over_time: true,
-        plot: plot(
-            each_wheel(shown, OfWheel::TangentialForce, |v| v),
-            Layout::of(axis("t in s"), axis("tangential force in N").from_zero().least_span(0.1)),
-        ),
-    }
+    Figure::over_time(
+        "tangential-force",
+        "Push of each wheel",
+        "The tangential force of the floor, its magnitude. At steady speed it is what bearings and the rollers' \
+         ripple take; wheels that push against each other show here.",
+        each_wheel(shown, OfWheel::TangentialForce, |v| v),
+        axis("tangential force in N").from_zero().least_span(0.1),
+    )
 }
 
 /// Share of the friction cone that each wheel uses, over time.
 pub(crate) fn grip_used(shown: &RunInput) -> Figure {
-    Figure {
-        id: "grip-used".to_owned(),
-        title: "Grip in use over time".to_owned(),
-        caption: "Tangential force over the friction limit µN. At 1 the wheel slides; no value where it does not touch."
-            .to_owned(),
-        height_px: 320,
-        span: Span::Half,
-        over_time: true,
-        plot: plot(
-            each_wheel(shown, OfWheel::GripUsed, |v| v),
-            Layout::of(axis("t in s"), axis("share of µN").from_zero().least_span(0.1)),
-        ),
-    }
+    Figure::over_time(
+        "grip-used",
+        "Grip in use over time",
+        "Tangential force over the friction limit µN. At 1 the wheel slides; no value where it does not touch.",
+        each_wheel(shown, OfWheel::GripUsed, |v| v),
+        axis("share of µN").from_zero().least_span(0.1),
+    )
 }
 
 /// Energy that each wheel has lost to slip, over time.
 pub(crate) fn slip_energy(shown: &RunInput) -> Figure {
-    Figure {
-        id: "slip-energy".to_owned(),
-        title: "Energy lost to slip".to_owned(),
-        caption: "What sliding has turned into heat so far. Steps are single events, a slope is steady sliding.".to_owned(),
-        height_px: 320,
-        span: Span::Half,
-        over_time: true,
-        plot: plot(
-            each_wheel(shown, OfWheel::SlipEnergy, |v| v),
-            Layout::of(axis("t in s"), axis("energy in J").from_zero().least_span(0.01)),
-        ),
-    }
+    Figure::over_time(
+        "slip-energy",
+        "Energy lost to slip",
+        "What sliding has turned into heat so far. Steps are single events, a slope is steady sliding.",
+        each_wheel(shown, OfWheel::SlipEnergy, |v| v),
+        axis("energy in J").from_zero().least_span(0.01),
+    )
 }
 
 /// Residual of Indiveri 2009, eq. (5), of each wheel over time.
 pub(crate) fn residual(shown: &RunInput) -> Figure {
-    Figure {
-        id: "residual".to_owned(),
-        title: "Residual of equation (5)".to_owned(),
-        caption: "How far each wheel is from rolling perfectly on a roller that points straight down. Its swing at the \
-                  roller passing rate is geometry; what is left beside it is slip."
-            .to_owned(),
-        height_px: 320,
-        span: Span::Half,
-        over_time: true,
-        plot: plot(
-            each_wheel(shown, OfWheel::Residual, |v| 1e3 * v),
-            Layout::of(axis("t in s"), axis("residual in mm/s").least_span(1.0)),
-        ),
-    }
+    Figure::over_time(
+        "residual",
+        "Residual of equation (5)",
+        "How far each wheel is from rolling perfectly on a roller that points straight down. Its swing at the \
+         roller passing rate is geometry; what is left beside it is slip.",
+        each_wheel(shown, OfWheel::Residual, |v| 1e3 * v),
+        axis("residual in mm/s").least_span(1.0),
+    )
 }
 
 /// Rms sliding speed around each wheel's turn.
@@ -159,17 +124,14 @@ pub(crate) fn polar(shown: &RunInput) -> Figure {
                 exact_curve(&wheel.name, points, wheel_pen(index))
             }),
     );
-    Figure {
-        id: "slip-polar".to_owned(),
-        title: "Slip around the wheel".to_owned(),
-        caption: "Rms sliding speed against the wheel's angle. As many lobes as rollers: slip comes from the \
-                  hand-over. One lobe: a wheel out of round or a single bad roller. A circle: plain sliding."
-            .to_owned(),
-        height_px: 400,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(curves, layout("", "").equal().bare()),
-    }
+    Figure::new(
+        "slip-polar",
+        "Slip around the wheel",
+        "Rms sliding speed against the wheel's angle. As many lobes as rollers: slip comes from the \
+         hand-over. One lobe: a wheel out of round or a single bad roller. A circle: plain sliding.",
+        plot(curves, layout("", "").equal().bare()),
+    )
+    .height_px(400)
 }
 
 /// The next 1, 2 or 5 times a power of ten; 1 of nothing.
@@ -203,20 +165,17 @@ pub(crate) fn friction_cone(trace: &Trace) -> Figure {
         let name = &trace.header.wheels[index].name;
         traces.push(dots(name, kept, wheel_pen(index).color, 4));
     }
-    Figure {
-        id: "friction-cone".to_owned(),
-        title: "How much grip is in use".to_owned(),
-        caption: "Tangential force over the friction limit µN, in the body frame. Points inside the circle grip, \
-                  points on it slide. Near the centre the drive has grip to spare."
-            .to_owned(),
-        height_px: 400,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(
+    Figure::new(
+        "friction-cone",
+        "How much grip is in use",
+        "Tangential force over the friction limit µN, in the body frame. Points inside the circle grip, \
+         points on it slide. Near the centre the drive has grip to spare.",
+        plot(
             traces,
             Layout::of(axis("ahead, in µN"), axis("to the left, in µN")).equal(),
         ),
-    }
+    )
+    .height_px(400)
 }
 
 /// Where on the floor the contacts slid, and how fast.
@@ -243,35 +202,26 @@ pub(crate) fn contact_map(trace: &Trace) -> Figure {
         .zip(points)
         .filter(|(_, points)| !points.is_empty())
         .map(|((name, _, color, size), points)| dots(name, points.into_iter(), color, *size));
-    Figure {
-        id: "contact-map".to_owned(),
-        title: "Slip over the floor".to_owned(),
-        caption: "Where each contact was and how fast it slid. Slip that stays at one place is the floor; slip that \
-                  follows the robot is the robot."
-            .to_owned(),
-        height_px: 420,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(traces.collect(), map_layout()),
-    }
+    Figure::new(
+        "contact-map",
+        "Slip over the floor",
+        "Where each contact was and how fast it slid. Slip that stays at one place is the floor; slip that \
+         follows the robot is the robot.",
+        plot(traces.collect(), map_layout()),
+    )
+    .height_px(420)
 }
 
 /// Spin of the touching roller against that of rolling without sliding.
 pub(crate) fn roller_spin(shown: &RunInput) -> Figure {
-    Figure {
-        id: "roller-spin".to_owned(),
-        title: "Roller spin, real minus ideal".to_owned(),
-        caption: "Zero where the roller follows the floor. A new roller comes down at rest and must be spun up: the \
-                  spikes; their decay is the rollers' inertia and bearing friction against the floor's grip."
-            .to_owned(),
-        height_px: 320,
-        span: Span::Half,
-        over_time: true,
-        plot: plot(
-            each_wheel(shown, OfWheel::SpinError, |v| v),
-            Layout::of(axis("t in s"), axis("spin in rad/s").least_span(0.1)),
-        ),
-    }
+    Figure::over_time(
+        "roller-spin",
+        "Roller spin, real minus ideal",
+        "Zero where the roller follows the floor. A new roller comes down at rest and must be spun up: the \
+         spikes; their decay is the rollers' inertia and bearing friction against the floor's grip.",
+        each_wheel(shown, OfWheel::SpinError, |v| v),
+        axis("spin in rad/s").least_span(0.1),
+    )
 }
 
 /// One curve a wheel.

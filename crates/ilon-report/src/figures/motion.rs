@@ -50,15 +50,13 @@ pub(crate) fn path(shown: &RunInput) -> Figure {
     }
     let caption = "Seen from above. Arrows point along the robot's x axis: where they turn along a straight path, \
                    the robot turns while it travels. The dot is the initial pose.";
-    Figure {
-        id: "path".to_owned(),
-        title: "The path over the floor".to_owned(),
-        caption: caption.to_owned(),
-        height_px: 440,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(curves, map_layout()),
-    }
+    Figure::new(
+        "path",
+        "The path over the floor",
+        caption,
+        plot(curves, map_layout()),
+    )
+    .height_px(440)
 }
 
 /// Position and heading error over time; none without a reference.
@@ -97,43 +95,30 @@ pub(crate) fn errors(shown: &RunInput, settings: &Settings) -> Vec<Figure> {
         level(shown, "threshold", heading_threshold_deg, dotted("@limit")),
         level(shown, "threshold", -heading_threshold_deg, dotted("@limit")).unlisted(),
     ]);
-    let position_plot = plot(
-        position_curves,
-        Layout::of(
-            axis("t in s"),
-            axis("distance in m").from_zero().least_span(1e-3),
-        ),
-    );
-    let heading_plot = plot(
-        heading_curves,
-        Layout::of(axis("t in s"), axis("angle in deg").least_span(0.05)),
-    );
     vec![
-        Figure {
-            id: "position-error".to_owned(),
-            title: "Position error".to_owned(),
-            caption: format!(
+        Figure::over_time(
+            "position-error",
+            "Position error",
+            format!(
                 "Distance from the desired position. It counts as converged from the last time on that it falls below \
                  {} cm.",
                 100.0 * position_threshold_m
             ),
-            height_px: 300,
-            span: Span::Half,
-            over_time: true,
-            plot: position_plot,
-        },
-        Figure {
-            id: "heading-error".to_owned(),
-            title: "Heading error".to_owned(),
-            caption: format!(
+            position_curves,
+            axis("distance in m").from_zero().least_span(1e-3),
+        )
+        .height_px(300),
+        Figure::over_time(
+            "heading-error",
+            "Heading error",
+            format!(
                 "Desired minus real heading. Under prioritised saturation the task of lower priority waits: its error \
                  falls only once the other has what it needs. Converged within {heading_threshold_deg:.0}°."
             ),
-            height_px: 300,
-            span: Span::Half,
-            over_time: true,
-            plot: heading_plot,
-        },
+            heading_curves,
+            axis("angle in deg").least_span(0.05),
+        )
+        .height_px(300),
     ]
 }
 
@@ -142,36 +127,30 @@ pub(crate) fn against_the_log(shown: &RunInput) -> Vec<Figure> {
     if shown.all.robot(OfRobot::MeasuredDistance).next().is_none() {
         return Vec::new();
     }
-    let figure = |id: &str, title: &str, caption: &str, curve: Curve, layout: Layout| Figure {
-        id: id.to_owned(),
-        title: title.to_owned(),
-        caption: caption.to_owned(),
-        height_px: 300,
-        span: Span::Half,
-        over_time: true,
-        plot: plot(vec![curve], layout),
-    };
     let distance = shown.all.robot(OfRobot::MeasuredDistance);
     let distance = distance.map(|(t_s, m)| (t_s, 1e3 * m));
     let turn = shown.all.robot(OfRobot::MeasuredTurn);
     vec![
-        figure(
+        Figure::over_time(
             "measured-distance",
             "Distance from the measured place",
             "How far the simulated robot is from where the log says that the real one was at the same time.",
-            curve("simulated from measured", distance, solid("@ideal")),
-            Layout::of(
-                axis("t in s"),
-                axis("distance in mm").from_zero().least_span(1.0),
-            ),
-        ),
-        figure(
+            vec![curve(
+                "simulated from measured",
+                distance,
+                solid("@ideal"),
+            )],
+            axis("distance in mm").from_zero().least_span(1.0),
+        )
+        .height_px(300),
+        Figure::over_time(
             "measured-turn",
             "Angle from the measured heading",
             "Simulated minus measured heading.",
-            curve("simulated from measured", turn, solid("@ideal")),
-            Layout::of(axis("t in s"), axis("angle in deg").least_span(0.1)),
-        ),
+            vec![curve("simulated from measured", turn, solid("@ideal"))],
+            axis("angle in deg").least_span(0.1),
+        )
+        .height_px(300),
     ]
 }
 
@@ -191,19 +170,16 @@ pub(crate) fn error_around(shown: &RunInput, budget: &Budget) -> Figure {
         exact_curve("counted", counted, solid("@limit").width(4.0)),
         dots("worst", worst, "@limit", 10).opacity(1.0),
     ];
-    Figure {
-        id: "budget-error".to_owned(),
-        title: "The position error around it".to_owned(),
-        caption: "The budget counts from where the error was last a tenth of its peak, or least."
-            .to_owned(),
-        height_px: 300,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(
+    Figure::new(
+        "budget-error",
+        "The position error around it",
+        "The budget counts from where the error was last a tenth of its peak, or least.",
+        plot(
             curves,
             Layout::of(axis("t in s"), axis("position error in mm").from_zero()),
         ),
-    }
+    )
+    .height_px(300)
 }
 
 /// A component of a twist.
@@ -235,27 +211,24 @@ pub(crate) fn twist(shown: &RunInput) -> Vec<Figure> {
                     (t_s, component(&Twist::new(vx_m_s, vy_m_s, omega_rad_s)))
                 })
             };
-            Figure {
-                id: format!("twist-{id}"),
-                title: title.to_owned(),
-                caption: String::new(),
-                height_px: 270,
-                span: Span::Panel,
-                over_time: true,
-                plot: plot(
-                    vec![
-                        curve("real", of(TwistOf::Real), solid("@real").width(2.6)),
-                        curve("asked", of(TwistOf::Asked), dotted("@asked")),
-                        curve("ideal", of(TwistOf::Ideal), dashed("@ideal")),
-                        curve(
-                            "contact",
-                            of(TwistOf::Contact),
-                            solid("@contact").width(1.2),
-                        ),
-                    ],
-                    Layout::of(axis("t in s"), axis(y_title).least_span(0.02)),
-                ),
-            }
+            Figure::over_time(
+                format!("twist-{id}"),
+                title,
+                "",
+                vec![
+                    curve("real", of(TwistOf::Real), solid("@real").width(2.6)),
+                    curve("asked", of(TwistOf::Asked), dotted("@asked")),
+                    curve("ideal", of(TwistOf::Ideal), dashed("@ideal")),
+                    curve(
+                        "contact",
+                        of(TwistOf::Contact),
+                        solid("@contact").width(1.2),
+                    ),
+                ],
+                axis(y_title).least_span(0.02),
+            )
+            .height_px(270)
+            .spanning(Span::Panel)
         })
         .collect()
 }
@@ -285,49 +258,36 @@ pub(crate) fn odometry(shown: &RunInput) -> Vec<Figure> {
         ],
         map_layout(),
     );
-    let drift = plot(
-        vec![
-            curve(
-                "by the ideal kinematics",
-                away(OfRobot::IdealDrift),
-                dashed("@ideal"),
-            ),
-            curve(
-                "by the contacts",
-                away(OfRobot::ContactDrift),
-                solid("@contact"),
-            ),
-        ],
-        Layout::of(
-            axis("t in s"),
-            axis("distance from the truth in mm")
-                .from_zero()
-                .least_span(0.5),
+    let drift = vec![
+        curve(
+            "by the ideal kinematics",
+            away(OfRobot::IdealDrift),
+            dashed("@ideal"),
         ),
-    );
+        curve(
+            "by the contacts",
+            away(OfRobot::ContactDrift),
+            solid("@contact"),
+        ),
+    ];
     vec![
-        Figure {
-            id: "odometry".to_owned(),
-            title: "Dead reckoning".to_owned(),
-            caption: "The path by the wheel rates alone, by the ideal kinematics (7) and by the kinematics of \
-                      the rollers that really touch."
-                .to_owned(),
-            height_px: 400,
-            span: Span::Half,
-            over_time: false,
-            plot: map,
-        },
-        Figure {
-            id: "odometry-drift".to_owned(),
-            title: "Drift".to_owned(),
-            caption: "How far dead reckoning is from the truth. What the contact kinematics saves is geometry, which \
-                      a robot can correct for; what it leaves is slip, which the wheels cannot see."
-                .to_owned(),
-            height_px: 400,
-            span: Span::Half,
-            over_time: true,
-            plot: drift,
-        },
+        Figure::new(
+            "odometry",
+            "Dead reckoning",
+            "The path by the wheel rates alone, by the ideal kinematics (7) and by the kinematics of \
+             the rollers that really touch.",
+            map,
+        )
+        .height_px(400),
+        Figure::over_time(
+            "odometry-drift",
+            "Drift",
+            "How far dead reckoning is from the truth. What the contact kinematics saves is geometry, which \
+             a robot can correct for; what it leaves is slip, which the wheels cannot see.",
+            drift,
+            axis("distance from the truth in mm").from_zero().least_span(0.5),
+        )
+        .height_px(400),
     ]
 }
 

@@ -23,24 +23,18 @@ pub(crate) fn touching(trace: &Trace) -> Vec<Figure> {
                 .collect();
             let shared = evenly(shared.len(), DOTS).into_iter().map(|k| shared[k]);
             let carrying = changes(samples());
-            Figure {
-                id: format!("roller-{index}"),
-                title: wheel.name.clone(),
-                caption: String::new(),
-                height_px: 230,
-                span: Span::Panel,
-                over_time: true,
-                plot: plot(
-                    vec![
-                        exact_curve("carries", carrying.into_iter(), solid("@real")).steps(),
-                        dots("shares", shared, "@slip", 6).opacity(1.0),
-                    ],
-                    Layout::of(
-                        axis("t in s"),
-                        axis("roller").range(-0.6, wheel.roller_count as f64 - 0.4),
-                    ),
-                ),
-            }
+            Figure::over_time(
+                format!("roller-{index}"),
+                wheel.name.clone(),
+                "",
+                vec![
+                    exact_curve("carries", carrying.into_iter(), solid("@real")).steps(),
+                    dots("shares", shared, "@slip", 6).opacity(1.0),
+                ],
+                axis("roller").range(-0.6, wheel.roller_count as f64 - 0.4),
+            )
+            .height_px(230)
+            .spanning(Span::Panel)
         })
         .collect()
 }
@@ -70,40 +64,35 @@ fn changes<'t>(samples: impl Iterator<Item = (f64, &'t WheelSample)>) -> Vec<(f6
 /// How the carrying roller shares the load, over the wheel's turn folded into one roller pitch.
 pub(crate) fn hand_over(shown: &RunInput) -> Figure {
     let curves = each_wheel(shown, |all, index| all.load_in_pitch(index));
-    Figure {
-        id: "hand-over".to_owned(),
-        title: "Load hand-over".to_owned(),
-        caption: "The mean share of the wheel's load that the carrying roller has, with the wheel's turn folded into one \
-                  roller pitch. At 1 it carries alone, as on a plane, where the load passes in a step. A dip is a \
-                  hand-over in which neighbours share, as on bumps and edges, and pull in different directions."
-            .to_owned(),
-        height_px: 320,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(
+    Figure::new(
+        "hand-over",
+        "Load hand-over",
+        "The mean share of the wheel's load that the carrying roller has, with the wheel's turn folded into one \
+         roller pitch. At 1 it carries alone, as on a plane, where the load passes in a step. A dip is a \
+         hand-over in which neighbours share, as on bumps and edges, and pull in different directions.",
+        plot(
             curves,
-            Layout::of(axis("turn within a roller pitch in deg"), axis("share of the load").from_zero()),
+            Layout::of(
+                axis("turn within a roller pitch in deg"),
+                axis("share of the load").from_zero(),
+            ),
         ),
-    }
+    )
 }
 
 /// Sliding speed over the wheel's turn folded into one roller pitch.
 pub(crate) fn slip_within_a_pitch(shown: &RunInput) -> Figure {
     let curves = each_wheel(shown, |all, index| all.slip_in_pitch(index).map(f64::sqrt));
-    Figure {
-        id: "slip-pitch".to_owned(),
-        title: "Slip within a roller pitch".to_owned(),
-        caption: "Rms sliding speed with the wheel's turn folded into one roller pitch: a peak is the hand-over, a level \
-                  is sliding that has nothing to do with it."
-            .to_owned(),
-        height_px: 320,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(
+    Figure::new(
+        "slip-pitch",
+        "Slip within a roller pitch",
+        "Rms sliding speed with the wheel's turn folded into one roller pitch: a peak is the hand-over, a level \
+         is sliding that has nothing to do with it.",
+        plot(
             curves,
             layout("turn within a roller pitch in deg", "sliding speed in mm/s"),
         ),
-    }
+    )
 }
 
 /// A curve for each wheel of what was folded into one roller pitch, in degrees; parts of the pitch where nothing came are

@@ -2,9 +2,7 @@
 
 use super::motion::level;
 use crate::accumulate::{OfRobot, OfWheel};
-use crate::figure::{
-    Curve, Figure, Layout, Span, axis, curve, dashed, dotted, plot, solid, wheel_pen,
-};
+use crate::figure::{Curve, Figure, Span, axis, curve, dashed, dotted, solid, wheel_pen};
 use crate::input::RunInput;
 
 /// One panel a wheel: commanded and real rate, and the limit. All panels share their scale.
@@ -36,18 +34,15 @@ pub(crate) fn rates(shown: &RunInput) -> Vec<Figure> {
                 curves.push(level(shown, "limit", limit, dotted("@limit")));
                 curves.push(level(shown, "limit", -limit, dotted("@limit")).unlisted());
             }
-            Figure {
-                id: format!("rate-{index}"),
-                title: wheel.name.clone(),
-                caption: String::new(),
-                height_px: 230,
-                span: Span::Panel,
-                over_time: true,
-                plot: plot(
-                    curves,
-                    Layout::of(axis("t in s"), axis("rad/s").range(-top, top)),
-                ),
-            }
+            Figure::over_time(
+                format!("rate-{index}"),
+                wheel.name.clone(),
+                "",
+                curves,
+                axis("rad/s").range(-top, top),
+            )
+            .height_px(230)
+            .spanning(Span::Panel)
         })
         .collect()
 }
@@ -59,17 +54,14 @@ pub(crate) fn torques(shown: &RunInput) -> Figure {
         let torques = shown.all.wheel(index, OfWheel::Torque);
         curve(&wheel.name, torques, wheel_pen(index))
     });
-    Figure {
-        id: "torques".to_owned(),
-        title: "Wheel torques".to_owned(),
-        caption: "What the motors gave at the wheels. Steady torque at steady speed is the price of bearings and \
-                  slip; wheels that work against each other show as torques of opposite sign in straight travel."
-            .to_owned(),
-        height_px: 320,
-        span: Span::Half,
-        over_time: true,
-        plot: plot(curves.collect(), Layout::of(axis("t in s"), axis("torque in N m").least_span(0.01))),
-    }
+    Figure::over_time(
+        "torques",
+        "Wheel torques",
+        "What the motors gave at the wheels. Steady torque at steady speed is the price of bearings and \
+         slip; wheels that work against each other show as torques of opposite sign in straight travel.",
+        curves.collect(),
+        axis("torque in N m").least_span(0.01),
+    )
 }
 
 /// What the torques give of the accelerations asked for; `None` where they gave all, always.
@@ -81,20 +73,15 @@ pub(crate) fn torque_weights(shown: &RunInput) -> Option<Figure> {
             curve("position", position(), solid("@w0")),
             curve("heading", heading(), dashed("@w1")),
         ];
-        Figure {
-            id: "torque-weights".to_owned(),
-            title: "Accelerations at the torque limit".to_owned(),
-            caption: "How much of the acceleration that each task asks for motors and grip can give. Below 1 the \
-                      torques are at their limit, and the task of lower priority is held back."
-                .to_owned(),
-            height_px: 300,
-            span: Span::Half,
-            over_time: true,
-            plot: plot(
-                curves,
-                Layout::of(axis("t in s"), axis("weight").range(-0.03, 1.05)),
-            ),
-        }
+        Figure::over_time(
+            "torque-weights",
+            "Accelerations at the torque limit",
+            "How much of the acceleration that each task asks for motors and grip can give. Below 1 the \
+             torques are at their limit, and the task of lower priority is held back.",
+            curves,
+            axis("weight").range(-0.03, 1.05),
+        )
+        .height_px(300)
     })
 }
 
@@ -122,32 +109,23 @@ pub(crate) fn tasks(shown: &RunInput) -> Vec<Figure> {
         )
     });
     vec![
-        Figure {
-            id: "task-weights".to_owned(),
-            title: "Weights of the tasks".to_owned(),
-            caption: "The weight of each task, highest priority first (Indiveri 2009, eq. (33)). At 1 the task has all \
-                      that it asks for; below, saturation holds it back; 0 also where it asks for nothing."
-                .to_owned(),
-            height_px: 300,
-            span: Span::Half,
-            over_time: true,
-            plot: plot(
-                weights.collect(),
-                Layout::of(axis("t in s"), axis("weight").range(-0.03, 1.05)),
-            ),
-        },
-        Figure {
-            id: "task-capacities".to_owned(),
-            title: "Capacity for each task".to_owned(),
-            caption: "The capacity of each task: the wheel rate that those above it leave (eq. (34)).".to_owned(),
-            height_px: 300,
-            span: Span::Half,
-            over_time: true,
-            plot: plot(
-                capacities.collect(),
-                Layout::of(axis("t in s"), axis("capacity in rad/s").from_zero()),
-            ),
-        },
+        Figure::over_time(
+            "task-weights",
+            "Weights of the tasks",
+            "The weight of each task, highest priority first (Indiveri 2009, eq. (33)). At 1 the task has all \
+             that it asks for; below, saturation holds it back; 0 also where it asks for nothing.",
+            weights.collect(),
+            axis("weight").range(-0.03, 1.05),
+        )
+        .height_px(300),
+        Figure::over_time(
+            "task-capacities",
+            "Capacity for each task",
+            "The capacity of each task: the wheel rate that those above it leave (eq. (34)).",
+            capacities.collect(),
+            axis("capacity in rad/s").from_zero(),
+        )
+        .height_px(300),
     ]
 }
 

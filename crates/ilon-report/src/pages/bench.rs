@@ -213,17 +213,15 @@ fn work_precision(bench: &Bench) -> Figure {
         axis("CPU time for a simulated second in ms").log(),
         axis("worst error of D1 to D5 in %").log(),
     );
-    Figure {
-        id: "work-precision-plot".to_owned(),
-        title: "Worst error against cost".to_owned(),
-        caption: "Each point is a step size: all five drives, all headings. Where a curve rises to the left, longer steps \
-                  cost accuracy; where it is flat, they are free."
-            .to_owned(),
-        height_px: 340,
-        span: Span::Whole,
-        over_time: false,
-        plot: plot(curves, layout),
-    }
+    Figure::new(
+        "work-precision-plot",
+        "Worst error against cost",
+        "Each point is a step size: all five drives, all headings. Where a curve rises to the left, longer steps \
+         cost accuracy; where it is flat, they are free.",
+        plot(curves, layout),
+    )
+    .height_px(340)
+    .spanning(Span::Whole)
 }
 
 /// A curve whose points say their steps a second.
@@ -442,16 +440,12 @@ fn fleet(bench: &Bench) -> Figure {
         axis("robots").log(),
         axis("simulated s a second of wall clock").from_zero(),
     );
-    Figure {
-        id: "fleet".to_owned(),
-        title: "All robots together".to_owned(),
-        caption: "A level curve is a cost that is linear in the number of robots. Other work on the machine counts here."
-            .to_owned(),
-        height_px: 320,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(curves.collect(), layout),
-    }
+    Figure::new(
+        "fleet",
+        "All robots together",
+        "A level curve is a cost that is linear in the number of robots. Other work on the machine counts here.",
+        plot(curves.collect(), layout),
+    )
 }
 
 fn method_section(bench: &Bench) -> Section {

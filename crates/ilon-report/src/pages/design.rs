@@ -213,22 +213,20 @@ fn reach_figure((number, reach): (usize, &Reach)) -> Figure {
         exact_curve(&reach.name, closed, wheel_pen(index)).unlisted()
     });
     let (slowest_m_s, fastest_m_s) = reach.limits.top_speed_range_m_s();
-    Figure {
-        id: format!("reach-{number}"),
-        title: format!(
+    Figure::new(
+        format!("reach-{number}"),
+        format!(
             "{}: {slowest_m_s:.3} to {fastest_m_s:.3} m/s, {:.1} deg/s",
             reach.name,
             top_rad_s.to_degrees()
         ),
-        caption: String::new(),
-        height_px: 320,
-        span: Span::Panel,
-        over_time: false,
-        plot: plot(
+        "",
+        plot(
             outlines.collect(),
             Layout::of(axis("ahead in m/s"), axis("to the left in m/s")).equal(),
         ),
-    }
+    )
+    .spanning(Span::Panel)
 }
 
 /// A number of the merits, drawn on a panel: identifier, title, unit, value.
@@ -308,15 +306,14 @@ fn figure(study: &Study, (id, title, unit, of): &Panel) -> Figure {
             .map(|(x, merits)| (*x, shown(of(merits))));
         exact_curve(&curve.name, points, wheel_pen(index)).unlisted()
     });
-    Figure {
-        id: format!("{}-{id}", study.id),
-        title: (*title).to_owned(),
-        caption: String::new(),
-        height_px: 230,
-        span: Span::Panel,
-        over_time: false,
-        plot: plot(curves.collect(), layout(&study.x_title, unit)),
-    }
+    Figure::new(
+        format!("{}-{id}", study.id),
+        *title,
+        "",
+        plot(curves.collect(), layout(&study.x_title, unit)),
+    )
+    .height_px(230)
+    .spanning(Span::Panel)
 }
 
 #[cfg(test)]

@@ -123,17 +123,15 @@ fn along(directions: &[Direction]) -> Figure {
     {
         curves.remove(4);
     }
-    Figure {
-        id: "along".to_owned(),
-        title: "Way made over way asked for".to_owned(),
-        caption: "By each direction that was driven; between them nothing is known. A fit close to what is measured is no proof: see the error on \
-                  what was not fitted."
-            .to_owned(),
-        height_px: 340,
-        span: Span::Whole,
-        over_time: false,
-        plot: plot(curves, Layout::of(turn(), axis("ratio").least_span(0.02))),
-    }
+    Figure::new(
+        "along",
+        "Way made over way asked for",
+        "By each direction that was driven; between them nothing is known. A fit close to what is measured is no proof: see the error on \
+         what was not fitted.",
+        plot(curves, Layout::of(turn(), axis("ratio").least_span(0.02))),
+    )
+    .height_px(340)
+    .spanning(Span::Whole)
 }
 
 fn across(directions: &[Direction]) -> Figure {
@@ -167,17 +165,14 @@ fn left(directions: &[Direction]) -> Figure {
         .iter()
         .map(|direction| Some(direction.measured - direction.simulated.unwrap_or(direction.fitted)))
         .collect();
-    Figure {
-        id: "left".to_owned(),
-        title: "What is left".to_owned(),
-        caption: "Measured less fitted, or less simulated where a simulation was fitted."
-            .to_owned(),
-        height_px: 80 + 22 * directions.len() as u32,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(
+    Figure::new(
+        "left",
+        "What is left",
+        "Measured less fitted, or less simulated where a simulation was fitted.",
+        plot(
             vec![bars("measured less model", &values, "@slip")],
             Layout::of(axis("ratio").least_span(0.005), axis("").names(names)),
         ),
-    }
+    )
+    .height_px(80 + 22 * directions.len() as u32)
 }

@@ -2,7 +2,7 @@
 
 use crate::decimate::short;
 use crate::drawing;
-use crate::figure::{Figure, Layout, Span, axis, exact_curve, plot, wheel_pen};
+use crate::figure::{Figure, Layout, axis, exact_curve, plot, wheel_pen};
 use crate::page::{self, Section, Table, card, escape};
 use ilon_control::AccelerationPolytope;
 use ilon_sim::inspect::Inspection;
@@ -59,20 +59,17 @@ fn cuts(polytope: &AccelerationPolytope) -> Figure {
         let name = format!("turning by {alpha_rad_s2:.2} rad/s\u{b2}");
         exact_curve(&name, closed, wheel_pen(index))
     });
-    Figure {
-        id: "limits-cuts".to_owned(),
-        title: "With turning, from rest".to_owned(),
-        caption: "Cuts through a polytope of accelerations that can be had, at shares of the largest in a turn. The JSON of the inspection has its \
-                  corners and half-spaces."
-            .to_owned(),
-        height_px: 420,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(
+    Figure::new(
+        "limits-cuts",
+        "With turning, from rest",
+        "Cuts through a polytope of accelerations that can be had, at shares of the largest in a turn. The JSON of the inspection has its \
+         corners and half-spaces.",
+        plot(
             outlines.collect(),
             Layout::of(axis("ahead in m/s\u{b2}"), axis("to the left in m/s\u{b2}")).equal(),
         ),
-    }
+    )
+    .height_px(420)
 }
 
 /// The limits by motion and speed, in words.

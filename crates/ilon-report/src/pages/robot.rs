@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::Path;
 
-use crate::figure::{Figure, Layout, Span, axis, exact_curve, plot, wheel_pen};
+use crate::figure::{Figure, Layout, axis, exact_curve, plot, wheel_pen};
 use crate::page::{Head, Section, card, escape};
 use crate::{drawing, viewer};
 use ilon_control::{ContactKinematics, Kinematics, SpeedLimits};
@@ -148,23 +148,19 @@ fn direction_figure(shares: &[(f64, f64, f64)]) -> Figure {
     let mean = shares
         .iter()
         .map(|(degrees, mean, _)| (*degrees, 100.0 * mean));
-    Figure {
-        id: "by-direction".to_owned(),
-        title: "How far the rollers let it go".to_owned(),
-        caption: "Mean speed that the touching rollers allow, as a share of what equation (7) promises, by direction: 0° is ahead, \
-                  90° to the left. What is missing is geometry, not slip."
-            .to_owned(),
-        height_px: 320,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(
+    Figure::new(
+        "by-direction",
+        "How far the rollers let it go",
+        "Mean speed that the touching rollers allow, as a share of what equation (7) promises, by direction: 0° is ahead, \
+         90° to the left. What is missing is geometry, not slip.",
+        plot(
             vec![exact_curve("share of (7)", mean, wheel_pen(0)).unlisted()],
             Layout::of(
                 axis("direction in deg"),
                 axis("share of (7) in %").least_span(1.0),
             ),
         ),
-    }
+    )
 }
 
 /// What the robot is good for, in sentences, as HTML.

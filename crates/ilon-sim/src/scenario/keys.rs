@@ -19,7 +19,7 @@ pub(crate) fn is_computable(number: f64) -> bool {
 }
 
 /// Whether a number that may have either sign is of such a size, or as good as zero: a rate of cos(90 deg) is 6e-17 to a script.
-pub(crate) fn is_computable_with_sign(number: f64) -> bool {
+fn is_computable_with_sign(number: f64) -> bool {
     number.abs() <= *SIZES.end()
 }
 

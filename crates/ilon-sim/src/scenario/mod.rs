@@ -33,7 +33,7 @@ pub use faults::{Fault, Frame};
 pub use guidance::{Guidance, Kinematics, Priority, ReferencePoint, Saturation, Task};
 pub use joints::{Between, Joint, JointRole, JointSetpoint, Quantity};
 pub use keys::nearest;
-pub(crate) use keys::{SIZES, is_computable, is_computable_with_sign};
+pub(crate) use keys::{SIZES, is_computable};
 pub use materials::{Across, Against, MaterialPair, Materials, Sliding};
 pub use motion::{Heading, Motion, Reference, Scheduled, Timing, Tracked, Twist};
 pub use playback::{Drives, Playback};

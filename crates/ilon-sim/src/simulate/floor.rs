@@ -48,7 +48,8 @@ pub(super) fn floor(
         }
     });
     let footings = ContactSurfaces::new(scenario, robot)?;
-    let ContactSurface { friction, surface } = footings.floor()[0];
+    let of_floor = footings.floor();
+    let ContactSurface { friction, surface } = of_floor[0];
     Ok(Floor {
         friction,
         slope_rad,
@@ -57,7 +58,7 @@ pub(super) fn floor(
         relief: uneven.map(relief),
         surface,
         materials: footings.materials(),
-        footings: footings.each_of(footings.floor()),
+        footings: footings.each_of(&of_floor),
     })
 }
 

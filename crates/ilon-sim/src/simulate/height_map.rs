@@ -39,7 +39,7 @@ struct Grid {
 /// The relief of a height map, and what a person should know of it whose robot has wheels of such a least radius in metres.
 ///
 /// # Errors
-/// [`Error::HeightMap`] where the file holds none, [`Error::Read`] where it cannot be read.
+/// [`Error::Contents`] where the file holds none, [`Error::Read`] where it cannot be read.
 pub(super) fn relief(
     map: &HeightMap,
     scenario: &Scenario,
@@ -134,11 +134,7 @@ fn grid(map: &HeightMap, scenario: &Scenario) -> Result<Grid, Error> {
             "give a picture in grey, `.png`, or a mesh, `.stl`, `.obj` or `.dae`".to_owned(),
         )),
     };
-    read.map_err(|(message, help)| Error::HeightMap {
-        path,
-        message,
-        help,
-    })
+    read.map_err(|(message, help)| Error::contents(&path, message, help))
 }
 
 /// Refuses a grid that is too small or too large.
@@ -358,7 +354,7 @@ mod tests {
     fn refused(name: &str, bytes: &[u8], keys: &str) -> String {
         let error = read(name, bytes, keys).unwrap_err();
         match error {
-            Error::HeightMap { message, help, .. } => format!("{message}; {help}"),
+            Error::Contents { message, help, .. } => format!("{message}; {help}"),
             other => other.to_string(),
         }
     }

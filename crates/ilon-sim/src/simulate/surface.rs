@@ -6,26 +6,15 @@ use nalgebra::Vector2;
 
 use super::timed_patch::TimedPatch;
 use crate::Error;
-use crate::scenario::{self, Across, Against, FloorPatch, MaterialPair, Scenario, Sliding};
+use crate::scenario::{self, FloorPatch, MaterialPair, Scenario, Sliding};
 
 /// What the ground is to each kind of rollers.
 pub(super) struct ContactSurfaces<'s> {
     scenario: &'s Scenario,
     /// The materials of the robot's rollers, that of the first wheel first; a single `None` where the ground is of no material.
     rollers: Vec<Option<String>>,
-    /// What the floor is to each of them.
-    floor: Vec<ContactSurface>,
-}
-
-/// What says how ground grips, drags and creeps along its nap, and what is otherwise by direction.
-struct GroundLaw {
-    friction: f64,
-    rolling_resistance: f64,
-    radius_exponent: f64,
-    creep: f64,
-    sliding: Option<Sliding>,
-    across: Option<Across>,
-    against: Option<Against>,
+    /// What holds of the floor under each of them, along its nap.
+    floor: Vec<MaterialPair>,
 }
 
 impl<'s> ContactSurfaces<'s> {
@@ -48,15 +37,11 @@ impl<'s> ContactSurfaces<'s> {
         if rollers.is_empty() {
             rollers.push(None);
         }
-        let nap_deg = section.nap_deg.unwrap_or(0.0);
         let floor = rollers.iter().map(|rollers| {
-            let said = match section.material.as_deref().zip(rollers.as_deref()) {
-                Some((on, rollers)) => {
-                    GroundLaw::by_pair(&pair(scenario, rollers, on, "world.floor.material")?)
-                }
-                None => GroundLaw::by_floor(section),
-            };
-            Ok(said.footing(nap_deg))
+            match section.material.as_deref().zip(rollers.as_deref()) {
+                Some((on, rollers)) => pair(scenario, rollers, on, "world.floor.material"),
+                None => Ok(of_floor(section)),
+            }
         });
         Ok(Self {
             floor: floor.collect::<Result<_, Error>>()?,
@@ -66,8 +51,10 @@ impl<'s> ContactSurfaces<'s> {
     }
 
     /// What the floor is to each kind of rollers; there is one at least.
-    pub fn floor(&self) -> &[ContactSurface] {
-        &self.floor
+    pub fn floor(&self) -> Vec<ContactSurface> {
+        let nap_deg = self.scenario.world.floor.nap_deg.unwrap_or(0.0);
+        let floor = self.floor.iter();
+        floor.map(|under| footing(under, nap_deg)).collect()
     }
 
     /// The materials of rollers to which the ground may be something else; none where all rollers are alike.
@@ -103,33 +90,21 @@ impl<'s> ContactSurfaces<'s> {
     fn patch(&self, index: usize, patch: &FloorPatch) -> Result<TimedPatch, Error> {
         let section = &self.scenario.world.floor;
         let nap_deg = patch.nap_deg.or(section.nap_deg).unwrap_or(0.0);
-        let footings: Result<Vec<ContactSurface>, Error> = self
+        let footings = self
             .rollers
             .iter()
-            .map(|rollers| {
-                let rollers = rollers.as_deref();
-                let said = match patch.material.as_deref().zip(rollers) {
+            .zip(&self.floor)
+            .map(|(rollers, floor)| {
+                let under = match patch.material.as_deref().zip(rollers.as_deref()) {
                     Some((on, rollers)) => {
                         let key = format!("world.floor.patches.{index}.material");
-                        GroundLaw::by_pair(&pair(self.scenario, rollers, on, &key)?)
+                        pair(self.scenario, rollers, on, &key)?
                     }
-                    None => {
-                        let below = match section.material.as_deref().zip(rollers) {
-                            Some((on, rollers)) => GroundLaw::by_pair(&pair(
-                                self.scenario,
-                                rollers,
-                                on,
-                                "world.floor.material",
-                            )?),
-                            None => GroundLaw::by_floor(section),
-                        };
-                        below.under(patch)
-                    }
+                    None => on_patch(floor, patch),
                 };
-                Ok(said.footing(nap_deg))
-            })
-            .collect();
-        let footings = footings?;
+                Ok(footing(&under, nap_deg))
+            });
+        let footings = footings.collect::<Result<Vec<_>, Error>>()?;
         let ContactSurface { friction, surface } = footings[0];
         Ok(TimedPatch {
             patch: Patch {
@@ -145,77 +120,67 @@ impl<'s> ContactSurfaces<'s> {
     }
 }
 
-impl GroundLaw {
-    fn by_floor(floor: &scenario::Floor) -> Self {
-        Self {
-            friction: floor.friction(),
-            rolling_resistance: floor.rolling_resistance.unwrap_or(0.0),
-            radius_exponent: floor.radius_exponent.unwrap_or(0.0),
-            creep: floor.creep.unwrap_or(0.0),
-            sliding: floor.sliding,
-            across: floor.across,
-            against: floor.against,
-        }
+/// What a floor of no material says.
+fn of_floor(floor: &scenario::Floor) -> MaterialPair {
+    MaterialPair {
+        friction: floor.friction(),
+        rolling_resistance: floor.rolling_resistance.unwrap_or(0.0),
+        radius_exponent: floor.radius_exponent.unwrap_or(0.0),
+        creep: floor.creep.unwrap_or(0.0),
+        sliding: floor.sliding,
+        across: floor.across,
+        against: floor.against,
     }
+}
 
-    fn by_pair(pair: &MaterialPair) -> Self {
-        Self {
-            friction: pair.friction,
-            rolling_resistance: pair.rolling_resistance,
-            radius_exponent: pair.radius_exponent,
-            creep: pair.creep,
-            sliding: pair.sliding,
-            across: pair.across,
-            against: pair.against,
-        }
+/// What a patch of no material says, with what it leaves out as on the floor.
+fn on_patch(floor: &MaterialPair, patch: &FloorPatch) -> MaterialPair {
+    MaterialPair {
+        friction: patch.friction.unwrap_or(floor.friction),
+        rolling_resistance: patch.rolling_resistance.unwrap_or(floor.rolling_resistance),
+        radius_exponent: patch.radius_exponent.unwrap_or(floor.radius_exponent),
+        creep: patch.creep.unwrap_or(floor.creep),
+        sliding: patch.sliding.or(floor.sliding),
+        across: patch.across.or(floor.across),
+        against: patch.against.or(floor.against),
     }
+}
 
-    /// What a patch of no material says, with what it leaves out as on the floor.
-    fn under(self, patch: &FloorPatch) -> Self {
-        Self {
-            friction: patch.friction.unwrap_or(self.friction),
-            rolling_resistance: patch.rolling_resistance.unwrap_or(self.rolling_resistance),
-            radius_exponent: patch.radius_exponent.unwrap_or(self.radius_exponent),
-            creep: patch.creep.unwrap_or(self.creep),
-            sliding: patch.sliding.or(self.sliding),
-            across: patch.across.or(self.across),
-            against: patch.against.or(self.against),
-        }
-    }
-
-    fn footing(&self, nap_deg: f64) -> ContactSurface {
-        let across = self.across.unwrap_or_default();
-        let against = self.against.unwrap_or_default();
-        let nap = Nap {
-            angle_rad: nap_deg.to_radians(),
-            friction_ratio: match across.friction {
-                Some(friction) if self.friction > 0.0 => friction / self.friction,
-                _ => 1.0,
-            },
-            creep_across: across.creep.unwrap_or(self.creep),
-            resistance_across: across.rolling_resistance.unwrap_or(self.rolling_resistance),
-            resistance_against: against
-                .rolling_resistance
-                .unwrap_or(self.rolling_resistance),
-        };
-        let is_alike = nap.friction_ratio == 1.0
-            && nap.creep_across == self.creep
-            && nap.resistance_across == self.rolling_resistance
-            && nap.resistance_against == self.rolling_resistance;
-        let stribeck = |sliding: Sliding| Stribeck {
-            friction: sliding.friction,
-            speed_m_s: sliding.speed_m_s,
-        };
-        ContactSurface {
-            friction: self.friction,
-            surface: FloorSurface {
-                rolling_resistance: self.rolling_resistance,
-                radius_exponent: self.radius_exponent,
-                creep: self.creep,
-                sliding: self.sliding.map(stribeck),
-                nap: (!is_alike).then_some(nap),
-            },
-        }
+/// What ground is to rollers, of which this holds along its nap.
+fn footing(along: &MaterialPair, nap_deg: f64) -> ContactSurface {
+    let across = along.across.unwrap_or_default();
+    let against = along.against.unwrap_or_default();
+    let nap = Nap {
+        angle_rad: nap_deg.to_radians(),
+        friction_ratio: match across.friction {
+            Some(friction) if along.friction > 0.0 => friction / along.friction,
+            _ => 1.0,
+        },
+        creep_across: across.creep.unwrap_or(along.creep),
+        resistance_across: across
+            .rolling_resistance
+            .unwrap_or(along.rolling_resistance),
+        resistance_against: against
+            .rolling_resistance
+            .unwrap_or(along.rolling_resistance),
+    };
+    let is_alike = nap.friction_ratio == 1.0
+        && nap.creep_across == along.creep
+        && nap.resistance_across == along.rolling_resistance
+        && nap.resistance_against == along.rolling_resistance;
+    let stribeck = |sliding: Sliding| Stribeck {
+        friction: sliding.friction,
+        speed_m_s: sliding.speed_m_s,
+    };
+    ContactSurface {
+        friction: along.friction,
+        surface: FloorSurface {
+            rolling_resistance: along.rolling_resistance,
+            radius_exponent: along.radius_exponent,
+            creep: along.creep,
+            sliding: along.sliding.map(stribeck),
+            nap: (!is_alike).then_some(nap),
+        },
     }
 }
 

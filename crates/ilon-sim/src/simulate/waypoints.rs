@@ -7,8 +7,8 @@ use ilon_files::FileAccess;
 use nalgebra::Vector2;
 
 use crate::Error;
-use crate::foreign::quoted;
-use crate::scenario::{SIZES, is_computable, is_computable_with_sign};
+use crate::foreign::{Table, TableFormat, quoted};
+use crate::scenario::is_computable;
 
 /// The columns that a file of waypoints may have.
 const COLUMNS: [&str; 4] = ["t_s", "x_m", "y_m", "heading_deg"];
@@ -57,26 +57,38 @@ impl Listed<'_> {
                 headings_rad: listed.iter().map(|deg| deg.to_radians()).collect(),
             },
         };
-        let made = match (self.times_s, speed_m_s) {
-            ([], Some(speed_m_s)) => {
-                Reference::waypoints_at_speed(points_m.collect(), speed_m_s, heading)
-            }
-            ([], None) => {
-                return Err(Error::invalid(
-                    "neither `times_s` nor `speed_m_s` of `reference.waypoints` says when",
-                    "add one of them",
-                ));
-            }
-            (times_s, None) => Reference::waypoints(times_s, points_m.collect(), heading),
-            (_, Some(_)) => {
-                return Err(Error::invalid(
-                    "both `times_s` and `speed_m_s` of `reference.waypoints` say when",
-                    "leave one of them out",
-                ));
-            }
+        let times_s = Some(self.times_s).filter(|times_s| !times_s.is_empty());
+        let fault = |message: &str, help: &str| {
+            Error::invalid(format!("`reference.waypoints`: {message}"), help)
         };
-        Ok(made?)
+        let points_m = points_m.collect();
+        through(points_m, "`times_s`", times_s, speed_m_s, heading, fault)
     }
+}
+
+/// The path through points at times, which have a name for what is said of them, or at a mean speed in m/s. `fault` makes an error of what is
+/// wrong and how to repair it.
+fn through(
+    points_m: Vec<Vector2<f64>>,
+    times: &str,
+    times_s: Option<&[f64]>,
+    speed_m_s: Option<f64>,
+    heading: Heading,
+    fault: impl Fn(&str, &str) -> Error,
+) -> Result<Reference, Error> {
+    let made = match (times_s, speed_m_s) {
+        (Some(times_s), None) => Reference::waypoints(times_s, points_m, heading),
+        (None, Some(speed_m_s)) => Reference::waypoints_at_speed(points_m, speed_m_s, heading),
+        (Some(_), Some(_)) => {
+            let message = format!("both {times} and `speed_m_s` say when");
+            return Err(fault(&message, "leave one of them out"));
+        }
+        (None, None) => {
+            let message = format!("neither {times} nor `speed_m_s` says when");
+            return Err(fault(&message, "add one of them"));
+        }
+    };
+    made.map_err(|error| fault(&error.to_string(), "correct the waypoints"))
 }
 
 /// Reads a path. Its times come from the file, or from a mean speed in m/s; its headings from the file where it has
@@ -87,150 +99,75 @@ pub(super) fn read(
     speed_m_s: Option<f64>,
     heading: Heading,
 ) -> Result<Reference, Error> {
-    let fault = |message: String, help: String| Error::Waypoints {
-        path: path.to_owned(),
-        message,
-        help,
+    let mut table = Table::open(path, files, MAX_BYTES, TableFormat::default())?;
+    refuse_other_columns(&table)?;
+    let needed = |name| {
+        table.find(name, 1.0)?.ok_or_else(|| {
+            table.fault(
+                format!("line 1: the column `{name}` is missing"),
+                "begin with a header such as `t_s,x_m,y_m,heading_deg`",
+            )
+        })
     };
-    let text = files.read_text(path, MAX_BYTES);
-    let text = text.map_err(|fault| Error::read(path, &fault))?;
-    // Other programs begin a text with the mark of its byte order.
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .comment(Some(b'#'))
-        .from_reader(text.as_bytes());
-    let parsing = |error: csv::Error| {
-        fault(
-            error.to_string(),
-            "give every line as many values as the header has names".to_owned(),
-        )
-    };
-    let header = reader.headers().map_err(parsing)?.clone();
-    let Columns { t, x, y, phi } =
-        Columns::find(&header).map_err(|(what, help)| fault(what, help))?;
+    let (x, y) = (needed("x_m")?, needed("y_m")?);
+    let t = table.find("t_s", 1.0)?;
+    let phi = table.find("heading_deg", 1_f64.to_radians())?;
 
     let mut times_s = Vec::new();
     let mut points_m = Vec::new();
     let mut headings_rad = Vec::new();
-    for row in reader.records() {
-        let row = row.map_err(parsing)?;
-        let number =
-            |index| number(&header[index], &row, index).map_err(|(what, help)| fault(what, help));
-        points_m.push(Vector2::new(number(x)?, number(y)?));
-        if let Some(t) = t {
-            times_s.push(number(t)?);
+    while table.next_row()? {
+        points_m.push(Vector2::new(table.needed(&x)?, table.needed(&y)?));
+        if let Some(t) = &t {
+            let t_s = table.needed(t)?;
+            if !is_computable(t_s) {
+                return Err(table.beyond(t));
+            }
+            times_s.push(t_s);
         }
-        if let Some(phi) = phi {
-            headings_rad.push(number(phi)?.to_radians());
+        if let Some(phi) = &phi {
+            headings_rad.push(table.needed(phi)?);
         }
     }
     let heading = match phi {
         Some(_) => Heading::Waypoints { headings_rad },
         None => heading,
     };
-    let made = match (t, speed_m_s) {
-        (Some(_), None) => Reference::waypoints(&times_s, points_m, heading),
-        (None, Some(speed_m_s)) => Reference::waypoints_at_speed(points_m, speed_m_s, heading),
-        (Some(_), Some(_)) => {
-            return Err(fault(
-                "both the column `t_s` and the key `speed_m_s` say when".to_owned(),
-                "leave one of them out".to_owned(),
-            ));
-        }
-        (None, None) => {
-            return Err(fault(
-                "neither a column `t_s` nor the key `speed_m_s` says when".to_owned(),
-                "add one of them".to_owned(),
-            ));
-        }
-    };
-    made.map_err(|error| fault(error.to_string(), "correct the waypoints".to_owned()))
+    let times_s = t.map(|_| times_s.as_slice());
+    let fault = |message: &str, help: &str| table.fault(message, help);
+    through(
+        points_m,
+        "the column `t_s`",
+        times_s,
+        speed_m_s,
+        heading,
+        fault,
+    )
 }
 
-/// What is wrong with a file, and how it is mended.
-type Complaint = (String, String);
-
-/// The places of the columns.
-struct Columns {
-    t: Option<usize>,
-    x: usize,
-    y: usize,
-    phi: Option<usize>,
-}
-
-impl Columns {
-    fn find(header: &csv::StringRecord) -> Result<Self, Complaint> {
-        let is_known = |name: &str| COLUMNS.contains(&name);
-        // Of a file that is something else nothing is shown: a scenario of a stranger may name any.
-        if !header.iter().any(is_known) {
-            return Err((
-                "it is no file of waypoints: its first line names none of their columns".to_owned(),
-                format!(
-                    "begin it with a line of columns out of {}",
-                    COLUMNS.join(", ")
-                ),
-            ));
-        }
-        for (index, name) in header.iter().enumerate() {
-            if !is_known(name) {
-                return Err((
-                    format!("line 1: unknown column `{}`", quoted(name)),
-                    match crate::scenario::nearest(name, COLUMNS) {
-                        Some(near) => format!("did you mean `{near}`?"),
-                        None => format!("the columns are {}", COLUMNS.join(", ")),
-                    },
-                ));
-            }
-            if header.iter().take(index).any(|before| before == name) {
-                return Err((
-                    format!("line 1: the column `{name}` stands twice"),
-                    "keep the one that is meant".to_owned(),
-                ));
-            }
-        }
-        let place = |name: &str| header.iter().position(|column| column == name);
-        let required = |name: &str| {
-            place(name).ok_or_else(|| {
-                (
-                    format!("line 1: the column `{name}` is missing"),
-                    "begin with a header such as `t_s,x_m,y_m,heading_deg`".to_owned(),
-                )
-            })
-        };
-        Ok(Self {
-            x: required("x_m")?,
-            y: required("y_m")?,
-            t: place("t_s"),
-            phi: place("heading_deg"),
-        })
-    }
-}
-
-/// The number in a column.
-fn number(name: &str, row: &csv::StringRecord, index: usize) -> Result<f64, Complaint> {
-    let line = row.position().map_or(0, csv::Position::line);
-    let text = row.get(index).unwrap_or("");
-    let quoted = quoted(text);
-    let computable = match name {
-        "t_s" => is_computable,
-        _ => is_computable_with_sign,
-    };
-    match text.parse::<f64>() {
-        Ok(number) if computable(number) => Ok(number),
-        Ok(number) if number.is_finite() => Err((
-            format!("line {line}: `{name}` is {quoted}, which is beyond what can be computed with"),
+/// Refuses columns that would be ignored.
+fn refuse_other_columns(table: &Table<'_>) -> Result<(), Error> {
+    let is_known = |name: &&String| COLUMNS.contains(&name.as_str());
+    // Of a file that is something else nothing is shown: a scenario of a stranger may name any.
+    if !table.names().iter().any(|name| is_known(&name)) {
+        return Err(table.fault(
+            "it is no file of waypoints: its first line names none of their columns",
             format!(
-                "write 0 or a number whose size is between {:e} and {:e}",
-                SIZES.start(),
-                SIZES.end()
+                "begin it with a line of columns out of {}",
+                COLUMNS.join(", ")
             ),
-        )),
-        _ => Err((
-            format!("line {line}: `{name}` is \"{quoted}\", but must be a finite number"),
-            "write a number with a decimal point".to_owned(),
-        )),
+        ));
     }
+    let Some(unknown) = table.names().iter().find(|name| !is_known(name)) else {
+        return Ok(());
+    };
+    Err(table.fault(
+        format!("line 1: unknown column `{}`", quoted(unknown)),
+        match crate::scenario::nearest(unknown, COLUMNS) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("the columns are {}", COLUMNS.join(", ")),
+        },
+    ))
 }
 
 #[cfg(test)]
@@ -244,7 +181,7 @@ mod tests {
         let heading = Heading::Constant { heading_rad: 0.0 };
         match read(&path, &FileAccess::anywhere(), None, heading) {
             Ok(_) => "read".to_owned(),
-            Err(Error::Waypoints { message, .. }) => message,
+            Err(Error::Contents { message, .. }) => message,
             Err(other) => other.to_string(),
         }
     }
@@ -257,14 +194,19 @@ mod tests {
         // sin(360 deg) is a zero.
         assert_eq!(with("1", "-2.4e-16"), "read");
         for wild in ["1e10", "-1e308"] {
-            let expected =
-                format!("line 3: `x_m` is {wild}, which is beyond what can be computed with");
+            let expected = format!(
+                "line 3: `x_m` is \"{wild}\", but must be 0 or of a size between 1e-12 and 1e9"
+            );
             assert_eq!(with("1", wild), expected);
         }
-        assert!(with("1e-300", "1").starts_with("line 3: `t_s` is 1e-300, which is beyond"));
-        for no_number in ["nan", "inf", "1e400", "wide"] {
-            let expected = format!("line 3: `x_m` is \"{no_number}\", but must be a finite number");
-            assert_eq!(with("1", no_number), expected);
+        assert!(with("1e-300", "1").starts_with("line 3: `t_s` is \"1e-300\", but must be 0 or"));
+        for (no_number, why) in [
+            ("nan", "holds no number"),
+            ("inf", "is text, but must be a number"),
+            ("1e400", "is \"1e400\", but must be a number"),
+            ("wide", "is text, but must be a number"),
+        ] {
+            assert_eq!(with("1", no_number), format!("line 3: `x_m` {why}"));
         }
     }
 
@@ -331,7 +273,7 @@ mod tests {
     #[test]
     fn a_column_that_stands_twice_is_refused() {
         let twice = told("t_s,x_m,y_m,x_m\n0,0,0,5\n1,1,1,6\n");
-        assert_eq!(twice, "line 1: the column `x_m` stands twice");
+        assert_eq!(twice, "the column `x_m` stands twice");
     }
 
     #[test]

@@ -36,7 +36,7 @@ fn ran(folder: &Path, motion: &str) -> Run {
 fn refused(folder: &Path, motion: &str) -> String {
     let scenario = scenario(folder, motion).expect("a scenario");
     match run(&scenario) {
-        Err(error @ Error::Log { .. }) => error.to_string(),
+        Err(error @ Error::Contents { .. }) => error.to_string(),
         other => panic!("{:?}", other.map(|run| run.summary)),
     }
 }
@@ -313,7 +313,7 @@ fn a_damaged_bag_never_ends_in_a_panic() {
         std::fs::write(&path, bytes).expect("a file");
         match Simulation::new(&scenario) {
             Ok(_) => played += 1,
-            Err(Error::Log { .. }) => {}
+            Err(Error::Contents { .. }) => {}
             Err(other) => panic!("{other}"),
         }
     }
@@ -433,7 +433,10 @@ fn rows_and_keys_that_would_be_ignored_are_refused() {
     };
     let header = "t_s,vx_m_s,vy_m_s,omega_rad_s\n";
     let partly = said(&format!("{header}0,0.1,0,0\n1,,0,0\n"), "");
-    assert!(partly.contains("line 3: `vx_m_s` is \"\""), "{partly}");
+    assert!(
+        partly.contains("line 3: `vx_m_s` holds no number"),
+        "{partly}"
+    );
     let word = said(&format!("{header}0,0.1,0,0\n1,abc,,0\n"), "");
     assert!(word.contains("line 3"), "{word}");
     let time = said(&format!("{header}noon,0.1,0,0\n1,0.1,0,0\n"), "");

@@ -22,7 +22,10 @@ fn waypoints_are_of_a_size_to_compute_with() {
     folder.write("way.toml", WAY);
     folder.write("way.csv", "t_s,x_m,y_m\n0,0,0\n1,1e308,0\n2,-1e308,0\n");
     let told = ended_with(2, &folder.ilon(&["run", "way.toml", "--out", "out"]));
-    assert!(told.contains("way.csv: line 3: `x_m` is 1e308"), "{told}");
+    assert!(
+        told.contains("way.csv: line 3: `x_m` is \"1e308\""),
+        "{told}"
+    );
     assert!(!folder.path("out/summary.json").exists());
     // The largest that may be: far beyond what any robot drives, and still a result without a gap.
     folder.write("way.csv", "t_s,x_m,y_m\n0,0,0\n1,1e9,0\n2,-1e9,0\n");

@@ -1,6 +1,6 @@
 //! Figures over the direction of motion.
 
-use crate::figure::{Axis, Curve, Figure, Layout, Span, axis, plot};
+use crate::figure::{Axis, Curve, Figure, Layout, axis, plot};
 
 /// The axis of directions of motion in the body frame: a whole turn, so that none lies between two of the others without having been driven.
 pub(super) fn turn() -> Axis {
@@ -16,13 +16,5 @@ pub(super) fn by_direction(
     curves: Vec<Curve>,
     values: Axis,
 ) -> Figure {
-    Figure {
-        id: id.to_owned(),
-        title: title.to_owned(),
-        caption: caption.to_owned(),
-        height_px: 300,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(curves, Layout::of(turn(), values)),
-    }
+    Figure::new(id, title, caption, plot(curves, Layout::of(turn(), values))).height_px(300)
 }

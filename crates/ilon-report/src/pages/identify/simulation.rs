@@ -37,22 +37,20 @@ fn left(drives: &[SteadyDrive]) -> Figure {
         dots("fitted", of(false), "@slip", 8),
         dots("kept back", of(true), "@guidance", 8),
     ];
-    Figure {
-        id: "simulated-left".to_owned(),
-        title: "Measured less simulated".to_owned(),
-        caption: "Of each drive, over the way asked for. Drives that were kept back should scatter as those that were fitted do."
-            .to_owned(),
-        height_px: 300,
-        span: Span::Whole,
-        over_time: false,
-        plot: plot(
+    Figure::new(
+        "simulated-left",
+        "Measured less simulated",
+        "Of each drive, over the way asked for. Drives that were kept back should scatter as those that were fitted do.",
+        plot(
             curves,
             Layout::of(
                 turn(),
                 axis("ratio").least_span(0.01),
             ),
         ),
-    }
+    )
+    .height_px(300)
+    .spanning(Span::Whole)
 }
 
 /// The heading's drift in each drive, measured and simulated.

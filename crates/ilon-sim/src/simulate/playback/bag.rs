@@ -13,8 +13,9 @@ use ilon_messages::{CdrError, Message};
 
 use super::joint_log::QUANTITIES;
 use super::series::Series;
-use super::wanted::{LogContents, MOST_ROWS, Wanted};
+use super::wanted::{LogContents, Wanted};
 use crate::Error;
+use crate::foreign::MOST_ROWS;
 use crate::scenario::Drives;
 
 /// What drives the robot and its joints, and where the real one was. Times are those of the recording.

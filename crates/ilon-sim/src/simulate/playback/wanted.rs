@@ -1,4 +1,4 @@
-//! What is looked for in a log, and how large one may be.
+//! What is looked for in a log.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -10,10 +10,6 @@ use super::series::Series;
 use crate::Error;
 use crate::scenario::Playback;
 
-/// The longest log that is read, in bytes.
-pub(super) const MAX_BYTES: u64 = 4 << 30;
-/// The most rows of a log.
-pub(super) const MOST_ROWS: usize = 20_000_000;
 /// What is looked for in a log.
 pub(super) struct Wanted<'a> {
     pub section: &'a Playback,
@@ -69,10 +65,6 @@ impl Wanted<'_> {
     }
 
     pub fn fault(&self, message: impl Into<String>, help: impl Into<String>) -> Error {
-        Error::Log {
-            path: self.path.to_owned(),
-            message: message.into(),
-            help: help.into(),
-        }
+        Error::contents(self.path, message, help)
     }
 }

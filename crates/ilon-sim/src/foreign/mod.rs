@@ -1,7 +1,11 @@
-//! What messages may show of files that somebody else named.
+//! Tables of numbers in files that somebody else named, and what messages may show of such files.
 //!
 //! A study or a scenario of a stranger may name any file as a log. What stands in it is shown only as far as it is a log: names of columns
 //! above rows of numbers, and cells that could be numbers.
+
+mod table;
+
+pub use table::{Column, MOST_ROWS, Table, TableFormat};
 
 /// The most of a name or value that a message quotes, in characters.
 const QUOTED: usize = 40;
@@ -17,7 +21,7 @@ pub fn quoted(text: &str) -> String {
 }
 
 /// A cell that should hold a number: as it stands where it is made of what numbers, dates and times are made of, and `text` where it is not.
-pub fn cell(text: &str) -> String {
+fn cell(text: &str) -> String {
     let of_numbers = |letter: char| letter.is_ascii_digit() || "+-.,:eE ".contains(letter);
     match text.chars().all(of_numbers) {
         true => format!("\"{}\"", quoted(text)),
@@ -27,20 +31,22 @@ pub fn cell(text: &str) -> String {
 
 /// Whether two lines that follow each other are the head of a log: names without a number among them, and a row of which most cells that
 /// are filled are numbers, two of them at least.
-pub fn is_head_of_log<'a>(
-    names: impl IntoIterator<Item = &'a str>,
-    row: impl IntoIterator<Item = &'a str>,
+fn is_head_of_log(
+    names: impl IntoIterator<Item = impl AsRef<str>>,
+    row: impl IntoIterator<Item = impl AsRef<str>>,
 ) -> bool {
     // Decimals may be written with a comma.
     let is_number = |cell: &str| cell.trim().replacen(',', ".", 1).parse::<f64>().is_ok();
     let (mut numbers, mut others) = (0, 0);
-    for cell in row.into_iter().filter(|cell| !cell.trim().is_empty()) {
-        match is_number(cell) {
-            true => numbers += 1,
-            false => others += 1,
+    for cell in row {
+        match cell.as_ref().trim() {
+            "" => {}
+            number if is_number(number) => numbers += 1,
+            _ => others += 1,
         }
     }
-    numbers >= 2 && numbers > others && !names.into_iter().any(is_number)
+    let mut names = names.into_iter();
+    numbers >= 2 && numbers > others && !names.any(|name| is_number(name.as_ref()))
 }
 
 #[cfg(test)]

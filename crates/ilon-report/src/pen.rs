@@ -1,0 +1,109 @@
+//! How curves are drawn.
+//!
+//! Colours come from the palette of Okabe and Ito, which the colour-blind can tell apart. Curves that share a panel differ in
+//! their dashes too.
+
+/// How a curve is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Pen {
+    /// The colour's name, such as `@real`.
+    pub color: &'static str,
+    /// Solid, dashed, ...
+    pub dash: DashKind,
+    /// Width in CSS pixels.
+    pub width_px: f64,
+}
+
+/// The dashes in use.
+#[derive(Clone, Copy, Debug)]
+pub enum DashKind {
+    /// Unbroken.
+    Solid,
+    /// Dashes.
+    Dash,
+    /// Dots.
+    Dot,
+    /// Dashes and dots.
+    DashDot,
+}
+
+/// A solid line.
+pub const fn solid(color: &'static str) -> Pen {
+    Pen {
+        color,
+        dash: DashKind::Solid,
+        width_px: 1.8,
+    }
+}
+
+/// A dashed line.
+pub const fn dashed(color: &'static str) -> Pen {
+    Pen {
+        color,
+        dash: DashKind::Dash,
+        width_px: 1.6,
+    }
+}
+
+/// A dotted line.
+pub const fn dotted(color: &'static str) -> Pen {
+    Pen {
+        color,
+        dash: DashKind::Dot,
+        width_px: 1.6,
+    }
+}
+
+/// The pen of a wheel: colours repeat after eight wheels, the dashes change with each.
+pub fn wheel_pen(index: usize) -> Pen {
+    const COLORS: [&str; 8] = ["@w0", "@w1", "@w2", "@w3", "@w4", "@w5", "@w6", "@w7"];
+    let dash = match index % 4 {
+        0 => DashKind::Solid,
+        1 => DashKind::Dash,
+        2 => DashKind::Dot,
+        _ => DashKind::DashDot,
+    };
+    Pen {
+        color: COLORS[index % COLORS.len()],
+        dash,
+        width_px: 1.6,
+    }
+}
+
+impl Pen {
+    /// The same with another width.
+    pub const fn width(self, width_px: f64) -> Self {
+        Self { width_px, ..self }
+    }
+}
+
+impl DashKind {
+    /// Its name in the page; none of an unbroken line.
+    pub(crate) const fn name(self) -> Option<&'static str> {
+        match self {
+            Self::Solid => None,
+            Self::Dash => Some("dash"),
+            Self::Dot => Some("dot"),
+            Self::DashDot => Some("dashdot"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wheels_next_to_each_other_differ_in_colour_and_dash() {
+        for first in 0..9 {
+            let pens: Vec<Pen> = (first..first + 4).map(wheel_pen).collect();
+            for (index, pen) in pens.iter().enumerate() {
+                for other in &pens[..index] {
+                    assert_ne!(pen.color, other.color);
+                    let dashes = [pen, other].map(|pen| std::mem::discriminant(&pen.dash));
+                    assert_ne!(dashes[0], dashes[1], "{pen:?} beside {other:?}");
+                }
+            }
+        }
+    }
+}

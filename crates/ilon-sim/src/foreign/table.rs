@@ -1,0 +1,347 @@
+//! Tables of numbers as text: a line with the names of columns, and rows of numbers below it.
+
+use std::borrow::Cow;
+use std::io::{BufRead, BufReader, Read, Take};
+use std::path::Path;
+
+use ilon_files::{FileAccess, ReadError};
+
+use super::{cell, is_head_of_log, quoted};
+use crate::Error;
+use crate::scenario::{SIZES, nearest};
+
+/// The most rows of a table, or messages of a bag, that are read.
+pub const MOST_ROWS: usize = 20_000_000;
+
+/// How a table is written.
+#[derive(Clone, Copy, Debug)]
+pub struct TableFormat<'a> {
+    /// What stands between two columns.
+    pub delimiter: u8,
+    /// The line that names the columns, counted from 1; 0 where there is none. Rows begin after it.
+    pub header_line: usize,
+    /// Whether decimals may be written with a comma.
+    pub decimal_comma: bool,
+    /// The largest number in SI units.
+    pub largest: f64,
+    /// The section in which a person states all this, as help names it. Where there is none, a line that begins with `#` is a comment, and
+    /// every line has as many values as there are names.
+    pub section: Option<&'a str>,
+}
+
+impl Default for TableFormat<'_> {
+    fn default() -> Self {
+        Self {
+            delimiter: b',',
+            header_line: 1,
+            decimal_comma: false,
+            largest: *SIZES.end(),
+            section: None,
+        }
+    }
+}
+
+/// A column that is needed.
+#[derive(Clone, Debug)]
+pub struct Column {
+    place: usize,
+    name: String,
+    /// By what its numbers are multiplied to be in SI units.
+    pub factor: f64,
+}
+
+/// A table that is read row by row: what it says of columns is of the row that it stands at.
+pub struct Table<'a> {
+    path: &'a Path,
+    format: TableFormat<'a>,
+    names: Vec<String>,
+    /// Whether numbers stand below the names: of other files nothing is shown.
+    is_log: bool,
+    reader: ::csv::Reader<BufReader<Take<Box<dyn Read>>>>,
+    record: ::csv::ByteRecord,
+    /// What came of reading the row in `record`, where it was only looked at so far.
+    ahead: Option<Result<bool, ::csv::Error>>,
+    rows: usize,
+}
+
+impl<'a> Table<'a> {
+    /// Opens a table of at most `most_bytes`, and reads the names of its columns.
+    ///
+    /// # Errors
+    /// [`Error::Read`] where the file cannot be read, [`Error::Contents`] where it is too large or its columns are divided otherwise.
+    pub fn open(
+        path: &'a Path,
+        files: &FileAccess,
+        most_bytes: u64,
+        format: TableFormat<'a>,
+    ) -> Result<Self, Error> {
+        let unreadable = |fault: ReadError| match fault {
+            ReadError::TooLarge(_) => Error::contents(path, fault.to_string(), "cut it into parts"),
+            fault => Error::read(path, &fault),
+        };
+        let file = files.reader(path, most_bytes).map_err(unreadable)?;
+        let mut lines = BufReader::new(file.take(most_bytes));
+        for _ in 1..format.header_line {
+            let skipped = lines.skip_until(b'\n');
+            if skipped.map_err(|fault| unreadable(fault.into()))? == 0 {
+                break;
+            }
+        }
+        let is_stated = format.section.is_some();
+        let mut table = Self {
+            path,
+            format,
+            names: Vec::new(),
+            is_log: false,
+            reader: ::csv::ReaderBuilder::new()
+                .has_headers(false)
+                .delimiter(format.delimiter)
+                .trim(::csv::Trim::All)
+                .flexible(is_stated)
+                .comment((!is_stated).then_some(b'#'))
+                .from_reader(lines),
+            record: ::csv::ByteRecord::new(),
+            ahead: None,
+            rows: 0,
+        };
+        if format.header_line > 0 {
+            if !table.advance()? {
+                return Err(table.fault(
+                    format!(
+                        "it ends before line {}, which should name its columns",
+                        format.header_line
+                    ),
+                    match format.section {
+                        Some(section) => format!("see `{section}.header_line`"),
+                        None => "begin it with a line of names".to_owned(),
+                    },
+                ));
+            }
+            table.names = texts(&table.record).map(Cow::into_owned).collect();
+            table.refuse_another_delimiter()?;
+        }
+        let first = table.reader.read_byte_record(&mut table.record);
+        table.is_log =
+            matches!(first, Ok(true)) && is_head_of_log(&table.names, texts(&table.record));
+        table.ahead = Some(first);
+        Ok(table)
+    }
+
+    /// The names of its columns.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The column with this name, if there is one; its numbers are multiplied by `factor`.
+    ///
+    /// # Errors
+    /// [`Error::Contents`] where several have it.
+    pub fn find(&self, name: &str, factor: f64) -> Result<Option<Column>, Error> {
+        let mut places = (0..self.names.len()).filter(|place| self.names[*place] == name);
+        let Some(place) = places.next() else {
+            return Ok(None);
+        };
+        if places.next().is_none() {
+            let name = name.to_owned();
+            return Ok(Some(Column {
+                place,
+                name,
+                factor,
+            }));
+        }
+        Err(self.fault(
+            format!("the column `{}` stands twice", quoted(name)),
+            match self.format.section {
+                Some(_) => "give the place of the one that is meant, counted from 1",
+                None => "keep the one that is meant",
+            },
+        ))
+    }
+
+    /// The column at a place, counted from 0. It is called by its number: of a file that is no log no name is shown that nobody gave.
+    pub fn column_at(&self, place: usize, factor: f64) -> Column {
+        Column {
+            place,
+            name: (place + 1).to_string(),
+            factor,
+        }
+    }
+
+    /// What to say of a column that is missing, and of the key by which a person names it.
+    pub fn missing(&self, name: &str, key: &str) -> Error {
+        let names = || self.names.iter().map(String::as_str);
+        let near = nearest(name, names()).filter(|_| self.is_log);
+        let help = match (near, self.format.section) {
+            (Some(near), _) => format!(
+                "is `{0}` meant? Then say so: `{key} = \"{0}\"`",
+                quoted(near)
+            ),
+            (None, _) if self.is_log => {
+                let listed: Vec<String> = names().take(20).map(quoted).collect();
+                format!("name it by `{key}`; its columns are {}", listed.join(", "))
+            }
+            (None, None) => format!("name it by `{key}`"),
+            (None, Some(section)) => format!(
+                "nothing of it is shown, since no row of numbers follows line {}: see `{section}.header_line` and `{section}.delimiter`",
+                self.format.header_line
+            ),
+        };
+        self.fault(format!("the column `{}` is missing", quoted(name)), help)
+    }
+
+    /// Goes on to the next row; `false` where there is none.
+    ///
+    /// # Errors
+    /// [`Error::Contents`] of a line that is no row, and where there are more than [`MOST_ROWS`].
+    pub fn next_row(&mut self) -> Result<bool, Error> {
+        let is_row = self.advance()?;
+        self.rows += usize::from(is_row);
+        if self.rows > MOST_ROWS {
+            let message = format!("it has more than {MOST_ROWS} rows");
+            return Err(self.fault(message, "cut it into parts"));
+        }
+        Ok(is_row)
+    }
+
+    /// What is wrong with the file, and how to repair it.
+    pub fn fault(&self, message: impl Into<String>, help: impl Into<String>) -> Error {
+        Error::contents(self.path, message, help)
+    }
+
+    /// Whether there was another line.
+    fn advance(&mut self) -> Result<bool, Error> {
+        let read = match self.ahead.take() {
+            Some(read) => read,
+            None => self.reader.read_byte_record(&mut self.record),
+        };
+        read.map_err(|error| {
+            self.fault(
+                error.to_string(),
+                "give every line as many values as the header has names, as plain text",
+            )
+        })
+    }
+
+    /// A file whose values are divided by something else has one column, named by the whole line.
+    fn refuse_another_delimiter(&self) -> Result<(), Error> {
+        let [only] = self.names.as_slice() else {
+            return Ok(());
+        };
+        let Some(found) = only.chars().find(|letter| ",;\t|".contains(*letter)) else {
+            return Ok(());
+        };
+        Err(self.fault(
+            format!(
+                "line {}: its columns are divided by {found:?}",
+                self.format.header_line
+            ),
+            match (self.format.section, found) {
+                (Some(section), '\t') => format!("say so: `{section}.delimiter = \"tab\"`"),
+                (Some(section), _) => format!("say so: `{section}.delimiter = \"{found}\"`"),
+                (None, _) => {
+                    "divide them by commas, and write numbers with decimal points".to_owned()
+                }
+            },
+        ))
+    }
+
+    /// What stands in a column of the row.
+    ///
+    /// # Errors
+    /// [`Error::Contents`] where the row ends before it.
+    pub fn text(&self, column: &Column) -> Result<Cow<'_, str>, Error> {
+        let cell = self.record.get(column.place).map(String::from_utf8_lossy);
+        cell.ok_or_else(|| {
+            self.fault(
+                format!(
+                    "line {} has {} columns, and no column {}",
+                    self.line(),
+                    self.record.len(),
+                    column.place + 1
+                ),
+                "the row is cut off, or its columns are divided by something else",
+            )
+        })
+    }
+
+    /// The number in a column of the row, in SI units; `None` of a cell that is empty or says that there is none.
+    ///
+    /// # Errors
+    /// [`Error::Contents`] where something else stands there.
+    pub fn number(&self, column: &Column) -> Result<Option<f64>, Error> {
+        let text = self.text(column)?;
+        let is = |word: &str| text.eq_ignore_ascii_case(word);
+        if ["", "nan", "na", "null", "none"].into_iter().any(is) {
+            return Ok(None);
+        }
+        let number = match self.format.decimal_comma && !text.contains('.') {
+            true => text.replacen(',', ".", 1).parse::<f64>(),
+            false => text.parse::<f64>(),
+        };
+        match number.map(|number| number * column.factor) {
+            Ok(number) if number.abs() <= self.format.largest => Ok(Some(number)),
+            Ok(number) if number.is_finite() => Err(self.beyond(column)),
+            _ => {
+                let help = match self.format.section {
+                    Some(section) if text.contains(',') => format!(
+                        "decimals are written with a comma here: `{section}.decimal_comma = true`"
+                    ),
+                    Some(section) if self.line() <= 10 => {
+                        format!("rows begin after `{section}.header_line`: is the header longer?")
+                    }
+                    _ => "write a number with a decimal point, or leave the line out".to_owned(),
+                };
+                Err(self.wrong(column, "a number", help))
+            }
+        }
+    }
+
+    /// The number in a column of the row that may not be empty, in SI units.
+    ///
+    /// # Errors
+    /// [`Error::Contents`] where none stands there.
+    pub fn needed(&self, column: &Column) -> Result<f64, Error> {
+        self.number(column)?.ok_or_else(|| {
+            self.fault(
+                format!(
+                    "line {}: `{}` holds no number",
+                    self.line(),
+                    quoted(&column.name)
+                ),
+                "fill it in, or leave the line out",
+            )
+        })
+    }
+
+    /// What is wrong with a cell that must be something else.
+    pub fn wrong(&self, column: &Column, must: &str, help: impl Into<String>) -> Error {
+        let found = self.text(column).unwrap_or_default();
+        self.fault(
+            format!(
+                "line {}: `{}` is {}, but must be {must}",
+                self.line(),
+                quoted(&column.name),
+                cell(&found)
+            ),
+            help,
+        )
+    }
+
+    /// What is wrong with a number that is too large or too small.
+    pub fn beyond(&self, column: &Column) -> Error {
+        let (least, most) = (SIZES.start(), self.format.largest);
+        let must = format!("0 or of a size between {least:e} and {most:e}");
+        self.wrong(column, &must, "write a number that can be computed with")
+    }
+
+    /// The line in which the row begins.
+    fn line(&self) -> usize {
+        let line = self.record.position().map_or(0, ::csv::Position::line);
+        self.format.header_line.saturating_sub(1) + line as usize
+    }
+}
+
+/// The cells of a line as text.
+fn texts(record: &::csv::ByteRecord) -> impl Iterator<Item = Cow<'_, str>> {
+    record.iter().map(String::from_utf8_lossy)
+}
