@@ -516,6 +516,60 @@ mod tests {
         }
     }
 
+    /// What a roller's bearing takes across the roller's axis counts against the same grip as the hub's push along it: a wheel that slides uses all of its grip and
+    /// no more. A dry torque of 30 mN m on rollers of 12 mm is 2.5 N across, of a grip of 0.2 times 29 N.
+    #[test]
+    fn wheels_that_slide_on_stiff_rollers_use_no_more_than_their_grip() {
+        let mut robot = mecanum4();
+        for wheel in &mut robot.wheels {
+            wheel.motor.effort_n_m = 100.0;
+            for roller in &mut wheel.rollers {
+                roller.joint.friction_n_m = 0.03;
+            }
+        }
+        let (_, mut dynamics) = on_ground(&robot, 0.2, 0.0);
+        let (aside, motors) = (Twist::new(0.0, 5.0, 0.0), motors(&robot));
+        for _ in 0..50 {
+            dynamics
+                .step(aside, Twist::default(), &motors, STEP_S)
+                .unwrap();
+        }
+        // Sweeps leave pushes exact to 1e-5 of the grip, and at it.
+        for used in dynamics.grip_used() {
+            assert!((used - 1.0).abs() < 1e-6, "{used}");
+        }
+    }
+
+    /// A step counts its contacts where rollers touch in its middle: wheels that pass an angle then touch where those of a robot do that rests at it, at any
+    /// length of the step.
+    #[test]
+    fn in_a_step_rollers_touch_where_they_do_in_its_middle() {
+        let robot = mecanum4();
+        let motors = motors(&robot);
+        let twist = Twist::new(0.4, 0.3, 0.5);
+        let mut rates = [0.0; 4];
+        let kinematics = crate::Kinematics::new(&robot).unwrap();
+        kinematics.wheel_rates(twist, &mut rates);
+        // A third of the way from a roller to the next.
+        let middles = [0.23; 4];
+        let touching = |moves: Twist, angles: [f64; 4], dt_s: f64| {
+            let (_, mut dynamics) = on_ground(&robot, 0.6, 0.0);
+            dynamics.set_moving(moves, &angles);
+            dynamics
+                .step(moves, Twist::default(), &motors, dt_s)
+                .unwrap();
+            dynamics.places_m.clone()
+        };
+        let resting = touching(Twist::default(), middles, STEP_S);
+        for dt_s in [STEP_S, 5e-3] {
+            let before = [0, 1, 2, 3].map(|h| middles[h] - 0.5 * dt_s * rates[h]);
+            let passing = touching(twist, before, dt_s);
+            for (passing, resting) in passing.iter().zip(&resting) {
+                assert!((passing - resting).norm() < 1e-12, "{passing} {resting}");
+            }
+        }
+    }
+
     /// On level ground, from rest, slowly: it follows, to within the lag of its loops. A ramp of a m/s^2 is followed by a loop of poles -w / 2 twice with
     /// an error that vanishes, so that after a second the speed is a t.
     #[test]

@@ -7,7 +7,7 @@ use crate::sweep::figure as number;
 use crate::text::decimals;
 use ilon_identify::Identified;
 use ilon_identify::outcome::{
-    Controller, ControllerKind, Direction, Gains, JudgedBy, Simulation, Value, WheelSetting,
+    Controller, ControllerKind, Direction, Errors, Gains, JudgedBy, Simulation, Value, WheelSetting,
 };
 use ilon_identify::scatter::Scatter;
 
@@ -27,7 +27,8 @@ pub fn answers(found: &Identified) -> Vec<Answer> {
     set(&found.controller, &found.gains)
         .into_iter()
         .for_each(&mut plain);
-    answers.push(judged(found));
+    let errors = [&found.nominal, &found.held_out];
+    answers.push(judged(&found.model, found.judged_by, errors));
     let over_noise = found.held_out.over_noise;
     if over_noise > 2.0 {
         answers.push(Answer::bad(format!(
@@ -283,10 +284,9 @@ fn is_too_far(gains: &Gains) -> bool {
     ahead.is_some_and(|ahead| ahead.ci95[0].unwrap_or(ahead.value) > TOO_FAR)
 }
 
-/// Which model was chosen, and how far off it is.
-fn judged(found: &Identified) -> Answer {
-    let (before, after) = (&found.nominal, &found.held_out);
-    let judged = match found.judged_by {
+/// Which model was chosen, and how far off it is on what was not fitted, beside the robot as it was known before.
+fn judged(model: &str, judged_by: JudgedBy, [before, after]: [&Errors; 2]) -> Answer {
+    let judged = match judged_by {
         JudgedBy::Runs => "on the runs that were kept back",
         JudgedBy::EachRun => "on each run in turn, fitted to the others",
         JudgedBy::EachStretch => "on each eighth of the runs in turn, fitted to the rest",
@@ -295,9 +295,8 @@ fn judged(found: &Identified) -> Answer {
     Answer {
         is_good: (after.over_noise < before.over_noise).then_some(true),
         text: format!(
-            "The model \"{}\" misses {} mm a stretch {judged}, where the robot as it was known misses {} mm; dead reckoning ends {} mm from \
+            "The model \"{model}\" misses {} mm a stretch {judged}, where the robot as it was known misses {} mm; dead reckoning ends {} mm from \
              the robot in place of {} mm.",
-            found.model,
             milli(after.position_rms_m),
             milli(before.position_rms_m),
             milli(after.end_position_rms_m),
@@ -445,6 +444,28 @@ mod tests {
                 "It turns 25.0 % more than its wheels ask for (-30.0 to 80.0 %), but these logs leave it open.",
             ]
         );
+    }
+
+    /// A model that misses as much as the robot as it was known has found nothing, and no figure calls that good.
+    #[test]
+    fn a_model_is_good_where_it_misses_less_than_the_robot_as_it_was_known() {
+        let errors = |over_noise: f64, rms_mm: f64| Errors {
+            over_noise,
+            position_rms_m: 1e-3 * rms_mm,
+            ..Errors::default()
+        };
+        let known = errors(2.0, 8.0);
+        for (found, is_good) in [
+            (errors(1.5, 6.0), Some(true)),
+            (errors(2.0, 8.0), None),
+            (errors(2.5, 10.0), None),
+        ] {
+            let answer = judged("rigid", JudgedBy::Runs, [&known, &found]);
+            assert_eq!(answer.is_good, is_good, "{}", answer.text);
+        }
+        let better = judged("rigid", JudgedBy::Runs, [&known, &errors(1.5, 6.0)]);
+        let says = "\"rigid\" misses 6 mm a stretch on the runs that were kept back, where the robot as it was known misses 8 mm";
+        assert!(better.text.contains(says), "{}", better.text);
     }
 
     #[test]

@@ -168,6 +168,36 @@ mod tests {
         assert!((dx + dy).abs() < 0.3 && dx.abs() > 20.0, "{dx} {dy}");
     }
 
+    /// A wheel's name and figures, two lines of 16 pixels whose letters reach 13 above their line, stand clear of the wheel's outline on the side where its
+    /// axis points outward: above it, below it, or level with its middle beside it.
+    #[test]
+    fn a_wheels_figures_stand_clear_of_it_on_each_side() {
+        let mut header = header();
+        let mut beside = header.wheels[0].clone();
+        (beside.position_m, beside.axis) = ([0.2, -0.1], [1.0, 0.0]);
+        header.wheels.push(beside);
+        let map = Map::of(&header, None);
+        for (wheel, side) in header.wheels.iter().zip(["above", "below", "beside"]) {
+            let text = label(&map, &header, wheel).to_string();
+            let y = text.split(" y=\"").nth(1).expect("it has a place");
+            let y: f64 = y[..y.find('"').expect("an end")].parse().expect("a number");
+            let (top, bottom) = (y - 13.0, y + 16.0);
+            let corners = corners_m(wheel).map(|corner| map.px(corner).y);
+            let highest = corners.iter().copied().fold(f64::INFINITY, f64::min);
+            let lowest = corners.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let middle = map.px(Vector2::from(wheel.position_m)).y;
+            let is_clear = match side {
+                "above" => bottom < highest,
+                "below" => top > lowest,
+                _ => (0.5 * (top + bottom) - middle).abs() < 4.0,
+            };
+            assert!(
+                is_clear,
+                "{side}: {top} to {bottom}, wheel {highest} to {lowest}"
+            );
+        }
+    }
+
     #[test]
     fn everything_drawn_lies_in_the_picture() {
         let header = header();

@@ -489,3 +489,50 @@ fn footer(bench: &Bench) -> String {
         escape(&bench.machine.date)
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::bench::Throughput;
+
+    /// Forty robots on one thread and on four, of which each is 0.9 times as fast.
+    fn fleet(cores: Option<f64>) -> Bench {
+        let on = |threads: usize, sim_s_per_wall_s: f64, cores: Option<f64>| Throughput {
+            robot: "mecanum4".to_owned(),
+            robots: 40,
+            threads,
+            sim_s_per_wall_s,
+            sim_s_per_cpu_s: None,
+            cores,
+            efficiency: None,
+        };
+        Bench {
+            machine: Machine {
+                processor: None,
+                cores: Some(4),
+                system: String::new(),
+                versions: Vec::new(),
+                optimised: true,
+                date: String::new(),
+            },
+            headings_deg: vec![0.0],
+            robots: BTreeMap::new(),
+            throughput: vec![on(1, 50.0, Some(1.0)), on(4, 180.0, cores)],
+        }
+    }
+
+    /// Four threads that had 3.9 cores went 3.6 times as fast as one by their own doing. Of threads that had three, or of which nobody knows
+    /// what they had, the figure would be that of other programs.
+    #[test]
+    fn the_gain_of_threads_is_shown_where_they_had_their_cores() {
+        let shows =
+            |cores: Option<f64>| tiles(&fleet(cores)).contains("4 threads over one, 40 robots");
+        assert!(shows(Some(3.9)));
+        assert!(tiles(&fleet(Some(3.9))).contains("<dd>3.6"));
+        for shared in [None, Some(3.0), Some(0.9)] {
+            assert!(!shows(shared), "{shared:?}");
+        }
+    }
+}

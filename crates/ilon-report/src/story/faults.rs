@@ -336,7 +336,7 @@ impl Effect {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ilon_trace::{Truth, WheelHeader};
+    use ilon_trace::{Support, Truth, WheelHeader, WheelSample};
 
     fn fault(from_s: f64, until_s: Option<f64>, kind: FaultKind) -> Fault {
         Fault {
@@ -397,6 +397,62 @@ mod tests {
             quiet[0].consequence(&Posture::default()),
             "the robot went on as before"
         );
+    }
+
+    /// A robot that stands on its wheels, and from a time on lies on its nose.
+    fn tips_over(at_s: f64) -> Posture {
+        let header = Header {
+            wheels: vec![WheelHeader {
+                radius_m: 0.05,
+                ..WheelHeader::default()
+            }],
+            control_dt_s: 0.01,
+            ..Header::default()
+        };
+        let mut posture = Posture::default();
+        for row in 0..=1000 {
+            let t_s = 0.01 * f64::from(row);
+            let pitch_rad = if t_s < at_s { 0.0 } else { 1.4 };
+            let record = Record {
+                t_s,
+                support: Some(Support {
+                    wheels_n: 50.0,
+                    chassis_n: if t_s < at_s { 0.0 } else { 50.0 },
+                    ..Support::default()
+                }),
+                truth: Truth {
+                    pitch_rad,
+                    ..Truth::default()
+                },
+                ..Record::default()
+            };
+            let sample = WheelSample {
+                touching: true,
+                hub_height_m: 0.05,
+                ..WheelSample::default()
+            };
+            posture.add(&header, &record, &[sample]);
+        }
+        posture
+    }
+
+    /// What comes from the beginning of a fault on until a second and a half after its end came of it; what was before it and what comes
+    /// later did not. A row speaks of the 10 ms since the row before it: what it shows at 4 s was there before 4 s.
+    #[test]
+    fn a_fall_comes_of_a_fault_from_its_beginning_until_a_while_after_its_end() {
+        let kind = FaultKind::BatterySag { share: 0.5 };
+        let trouble = &watched(vec![fault(4.0, Some(6.0), kind)])[0];
+        for (at_s, came_of_it) in [
+            (4.0, false),
+            (4.01, true),
+            (5.0, true),
+            (6.2, true),
+            (7.4, true),
+            (7.6, false),
+        ] {
+            let came = trouble.consequence(&tips_over(at_s));
+            assert_eq!(came.contains("tipped over"), came_of_it, "{at_s} s: {came}");
+        }
     }
 
     #[test]

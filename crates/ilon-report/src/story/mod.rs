@@ -391,6 +391,40 @@ mod tests {
         );
     }
 
+    /// Seven faults one after another: four sentences, and how many more there are.
+    #[test]
+    fn what_is_not_told_of_what_went_wrong_is_counted() {
+        let lines = |count: u32| {
+            let fault = |index: u32| ilon_trace::Fault {
+                from_s: f64::from(index),
+                until_s: Some(f64::from(index) + 0.5),
+                kind: ilon_trace::FaultKind::PoseLost,
+            };
+            let header = ilon_trace::Header {
+                control_dt_s: 0.1,
+                faults: Some((0..count).map(fault).collect()),
+                ..ilon_trace::Header::default()
+            };
+            let mut watch = faults::Watch::new(&header);
+            for row in 0..100 {
+                let record = ilon_trace::Record {
+                    t_s: 0.1 * f64::from(row),
+                    ..ilon_trace::Record::default()
+                };
+                watch.add(&header, &record);
+            }
+            went_wrong(&watch.troubles(&header), &Posture::default(), None)
+        };
+        for count in [1, 3, 4] {
+            assert_eq!(lines(count).len(), count as usize);
+        }
+        for (count, more) in [(5, "1 more"), (7, "3 more")] {
+            let lines = lines(count);
+            assert_eq!(lines.len(), 5);
+            assert!(lines[4].starts_with(more), "{lines:?}");
+        }
+    }
+
     #[test]
     fn a_run_that_begins_at_its_reference_is_judged_from_the_start() {
         let errors = [(0.0, 0.0), (1.0, 0.3), (2.0, 0.01)];

@@ -101,3 +101,63 @@ fn size_m(kinematics: &Kinematics) -> f64 {
     let far = |wheel: &Wheel| wheel.position_m().xy().norm();
     kinematics.wheels().iter().map(far).fold(0.0, f64::max)
 }
+
+#[cfg(test)]
+mod tests {
+    use ilon_robot::Twist;
+
+    use super::*;
+
+    /// A pose that is as old as the sensor makes it is never too old for the filter. A robot has gone ahead and back again, and a pose of 0.4 s ago says that
+    /// it was 1 m further then: as its odometry may be off by ten after each metre, it is believed.
+    #[test]
+    fn a_pose_as_old_as_the_sensors_latency_still_counts() {
+        const ROBOTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
+        const DT_S: f64 = 2e-3;
+        let text = "robot.file = \"mecanum4.urdf\"\n[reference.hold_pose]\nx_m = 0\ny_m = 0\nheading_deg = 0\n\
+                    [run]\nduration_s = 4\n";
+        let scenario = scenario::Scenario::from_toml(text, "fusion", ROBOTS).expect("a scenario");
+        let robot = crate::load_robot(&scenario).expect("a shipped robot");
+        let kinematics = Kinematics::new(&robot).expect("it drives");
+        for rate_hz in [None, Some(50.0), Some(2000.0)] {
+            let sensor = scenario::PoseSensor {
+                rate_hz,
+                latency_s: 0.4,
+                ..scenario::PoseSensor::default()
+            };
+            let drifts = scenario::Fusion {
+                position_drift_m: 10.0,
+                ..scenario::Fusion::default()
+            };
+            let known = (&robot, &kinematics);
+            let start = Pose::default();
+            let mut fusion = Fusion::new(&drifts, &sensor, start, known, DT_S, 4.0).expect("valid");
+            // Ahead and back again, so that it may be anywhere.
+            let ahead = Twist::new(0.5, 0.0, 0.0);
+            let mut rates = vec![0.0; 4];
+            kinematics.wheel_rates(ahead, &mut rates);
+            let mut angles = vec![0.0; 4];
+            let mut steps = 0;
+            let mut drive = |fusion: &mut Fusion, sense: f64, count: usize| {
+                for _ in 0..count {
+                    steps += 1;
+                    for (angle, rate) in angles.iter_mut().zip(&rates) {
+                        *angle += sense * rate * DT_S;
+                    }
+                    fusion.reckon(f64::from(steps) * DT_S, (&angles, &[]), None);
+                }
+                f64::from(steps) * DT_S
+            };
+            drive(&mut fusion, 1.0, 250);
+            let now_s = drive(&mut fusion, -1.0, 250);
+            let seen = Pose {
+                x_m: 1.0 + 0.5 * 0.4,
+                ..Pose::default()
+            };
+            fusion.correct(now_s - sensor.latency_s, &seen);
+            // Of a drift of 10 m and a sensor of a tenth of a millimetre the sensor has all but 1e-10.
+            let x_m = fusion.pose().x_m;
+            assert!((x_m - 1.0).abs() < 1e-3, "{x_m} m at {rate_hz:?} Hz");
+        }
+    }
+}

@@ -511,3 +511,75 @@ impl Decision {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ROBOTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
+    /// Of the body, in metres.
+    const POINT_M: [f64; 2] = [0.2, -0.1];
+
+    /// The pilot of a reference that a point beside the body's origin follows.
+    fn pilot(reference: &str) -> Pilot {
+        let [x_m, y_m] = POINT_M;
+        let text = format!(
+            "robot.file = \"mecanum4.urdf\"\nreference.{reference}\n\
+             guidance.reference_point.at = {{ x_m = {x_m}, y_m = {y_m} }}\nrun.duration_s = 4\n"
+        );
+        let scenario = Scenario::from_toml(&text, "planned", ROBOTS).expect("a scenario");
+        let robot = crate::load_robot(&scenario).expect("a shipped robot");
+        let resolved = crate::resolve(&scenario, &robot).expect("it can be run");
+        let kinematics = Kinematics::new(&robot).expect("it drives");
+        let contact = ContactKinematics::new(&robot).expect("it drives");
+        Pilot::new(
+            resolved.scenario(),
+            (resolved.reference().cloned(), None),
+            (kinematics, contact),
+            &robot,
+            None,
+        )
+        .expect("a pilot")
+    }
+
+    fn off(one: Twist, other: Twist) -> f64 {
+        let off = one + other.scaled(-1.0);
+        off.linear_m_s().norm() + off.omega_rad_s.abs()
+    }
+
+    /// A point at c that goes round a circle at v and looks along it turns at omega = v / r, and so does the origin, at
+    /// (v + omega c_y, -omega c_x) in the body's own axes: all the time the same, so that nothing changes there. A reference's acceleration is a quotient
+    /// over 10 us, half of which times the jerk, v omega^2, is 5e-7 m/s^2.
+    #[test]
+    fn round_a_circle_along_it_the_origins_twist_stays_as_it_is() {
+        let (radius_m, speed_m_s) = (0.8, 0.4);
+        let pilot = pilot(&format!(
+            "circle = {{ radius_m = {radius_m}, speed_m_s = {speed_m_s}, heading = \"along_path\" }}"
+        ));
+        let (omega, [x_m, y_m]) = (speed_m_s / radius_m, POINT_M);
+        let expected = Twist::new(speed_m_s + omega * y_m, -omega * x_m, omega);
+        for t_s in [0.0, 0.9, 2.3, 3.7] {
+            let (twist, rate) = pilot.planned(t_s).expect("a reference is planned");
+            // Sines and cosines of numbers of about one.
+            assert!(off(twist, expected) < 1e-12, "{twist:?} at {t_s} s");
+            assert!(off(rate, Twist::default()) < 2e-6, "{rate:?} at {t_s} s");
+        }
+    }
+
+    /// Where the heading turns by itself the rate is the derivative of the twist in the body's axes, to half of the 10 us over which an acceleration is
+    /// taken times a jerk of at most 1 m/s^3: the speed's share of it, 0.6 m/s, times the square of (2 pi / 8 s + 40 deg/s).
+    #[test]
+    fn how_a_planned_twist_changes_is_its_derivative() {
+        const H_S: f64 = 1e-4;
+        let pilot = pilot(
+            "figure_eight = { half_width_m = 0.8, period_s = 8, heading = { turning = { rate_deg_s = 40 } } }",
+        );
+        for t_s in [0.3, 1.1, 2.9] {
+            let twist = |t_s: f64| pilot.planned(t_s).expect("a reference is planned").0;
+            let (_, rate) = pilot.planned(t_s).expect("a reference is planned");
+            let expected = (twist(t_s + H_S) + twist(t_s - H_S).scaled(-1.0)).scaled(0.5 / H_S);
+            assert!(expected.linear_m_s().norm() > 0.1);
+            assert!(off(rate, expected) < 1e-5, "{rate:?} {expected:?}");
+        }
+    }
+}

@@ -123,3 +123,44 @@ fn heading_of(section: &scenario::Heading) -> Heading {
         },
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TIMED: &str = "reference.timing = \"as fast as grip allows\"\n";
+    const POINTS: &str = "reference.waypoints.points_m = [[0, 0], [1, 0], [1, 1]]\n";
+    const TIMES: &str = "reference.waypoints.times_s = [0, 2, 5]\n";
+    const FILE: &str = "reference.waypoints.file = \"path.csv\"\n";
+
+    fn made(keys: &str) -> Result<Reference, Error> {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("path.csv");
+        std::fs::write(path, "t_s,x_m,y_m\n0,0,0\n2,1,0\n5,1,1\n").expect("it is written");
+        let text = format!("robot.file = \"mecanum4.urdf\"\n{keys}run.duration_s = 5\n");
+        let scenario = Scenario::from_toml(&text, "reference", folder.path()).expect("a scenario");
+        Ok(reference_of(&scenario)?.expect("it has one"))
+    }
+
+    /// Waypoints need times, which are listed, in a file or those of a speed; a speed of the program's own stands in for them only where the path
+    /// is timed afresh anyway, and beside no times of the path's.
+    #[test]
+    fn a_speed_stands_in_only_for_times_that_have_no_effect() {
+        let untimed = made(POINTS).unwrap_err().to_string();
+        assert!(untimed.contains("says when"), "{untimed}");
+        for keys in [
+            format!("{POINTS}{TIMES}"),
+            FILE.to_owned(),
+            format!("{POINTS}reference.waypoints.speed_m_s = 0.5\n"),
+            format!("{POINTS}{TIMED}"),
+            format!("{POINTS}{TIMES}{TIMED}"),
+            format!("{FILE}{TIMED}"),
+            format!("{POINTS}reference.waypoints.speed_m_s = 0.5\n{TIMED}"),
+        ] {
+            let reference = made(&keys).unwrap_or_else(|error| panic!("{error}: {keys}"));
+            // The same path, whenever: from rest at the first point on.
+            let start = reference.at(0.0).pose.position_m();
+            assert!(start.norm() < 1e-9, "{start}: {keys}");
+        }
+    }
+}

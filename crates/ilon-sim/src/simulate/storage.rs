@@ -129,3 +129,57 @@ impl StorageAccount {
         Vector3::new(moved.vx_m_s - turn * c.y, moved.vy_m_s + turn * c.x, turn)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use ilon_world::{Floor, Settings};
+
+    use super::*;
+
+    /// A robot that looks to the left has a point at (0.1, 0.05) of its body at (-0.05, 0.1) from its origin. Springs of K = (600, 400) N/m
+    /// and 20 N m/rad on it store (K_x e_x^2 + K_y e_y^2 + K_phi e_phi^2) / 2 towards a pose, and nothing where it is desired where it is.
+    #[test]
+    fn the_spring_is_stretched_from_the_point_that_it_holds() {
+        const ROBOTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
+        let text = "robot.file = \"mecanum4.urdf\"\ntwist.vx_m_s = 0.1\nrun.duration_s = 1\n";
+        let scenario = crate::Scenario::from_toml(text, "storage", ROBOTS).expect("a scenario");
+        let robot = crate::load_robot(&scenario).expect("a shipped robot");
+        let start = Pose {
+            x_m: 2.0,
+            y_m: -1.0,
+            heading_rad: FRAC_PI_2,
+        };
+        let world = World::new(&robot, &Floor::default(), start, &Settings::default());
+        let world = world.expect("it stands on a plane");
+        let stiffness = Vector3::new(600.0, 400.0, 20.0);
+        let account = StorageAccount::new(stiffness, Vector2::new(0.1, 0.05), 4);
+        let stored_j = |desired: Option<Pose>| {
+            let desired = desired.map(|pose| Desired {
+                pose,
+                velocity_in_world: Twist::default(),
+            });
+            let storage = account.now(&world, &PassiveEffort::default(), desired.as_ref());
+            storage.stored_j
+        };
+        let held = |x_m: f64, y_m: f64, turn_rad: f64| {
+            let desired = Pose {
+                x_m: start.x_m - 0.05 + x_m,
+                y_m: start.y_m + 0.1 + y_m,
+                heading_rad: start.heading_rad + turn_rad,
+            };
+            stored_j(Some(desired)) - stored_j(None)
+        };
+        for (x_m, y_m, turn_rad, expected_j) in [
+            (0.0, 0.0, 0.0, 0.0),
+            (0.2, 0.0, 0.0, 12.0),
+            (0.0, -0.3, 0.0, 18.0),
+            (0.2, -0.3, 0.4, 12.0 + 18.0 + 1.6),
+        ] {
+            // Beside a weight's energy of some joules in f64.
+            let found_j = held(x_m, y_m, turn_rad);
+            assert!((found_j - expected_j).abs() < 1e-9, "{found_j} J");
+        }
+    }
+}

@@ -856,3 +856,66 @@ fn a_path_is_timed_by_its_floor() {
     let ratio = lap_s(0.03) / lap_s(0.3);
     assert!((ratio / 10.0_f64.sqrt() - 1.0).abs() < 0.05, "{ratio}");
 }
+
+/// What is there for robot A on a level floor.
+fn limits_of_a() -> Limits {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
+    let text = "robot.file = \"mecanum4.urdf\"\ntwist.vx_m_s = 0.1\nrun.duration_s = 1\n";
+    let scenario = Scenario::from_toml(text, "limits", folder).expect("a scenario");
+    let robot = ilon_sim::load_robot(&scenario).expect("a shipped robot");
+    Limits::of(&scenario, &robot).expect("it stands")
+}
+
+/// Wheels of 50 mm at 30 rad/s go 1.5 m/s ahead and sideways. At 45 degrees two of them stand still and two turn for ahead and sideways together, sqrt 2 times as
+/// fast: 1.5 / sqrt 2 m/s. Each motion is looked at at rest, at half of its top speed and at nine tenths.
+#[test]
+fn motions_are_looked_at_at_shares_of_their_top_speeds() {
+    let limits = limits_of_a();
+    let slanted = 1.5 / 2.0_f64.sqrt();
+    for (motion, top_m_s) in [
+        ("ahead", 1.5),
+        ("back", 1.5),
+        ("left", 1.5),
+        ("ahead and left", slanted),
+        ("back and right", slanted),
+    ] {
+        let rows = limits.rows.iter().filter(|row| row.motion == motion);
+        let shares: Vec<f64> = rows.map(|row| row.speed / top_m_s).collect();
+        // The description says the rate to 1e-6.
+        let off = shares
+            .iter()
+            .zip([0.0, 0.5, 0.9])
+            .map(|(a, b)| (a - b).abs());
+        assert_eq!(shares.len(), 3, "{motion}");
+        assert!(off.fold(0.0, f64::max) < 1e-5, "{motion}: {shares:?}");
+    }
+}
+
+/// In the worst corner of the box one wheel pushes for ahead, left and turning at once: the shares that each alone takes of what there is add up to the
+/// nine tenths that the box keeps to. The loads that move with the accelerations change that by some percent.
+#[test]
+fn a_corner_of_the_acceleration_box_takes_nine_tenths_of_what_there_is() {
+    let limits = limits_of_a();
+    let at_rest = |motion: &str| {
+        let mut rows = limits.rows.iter();
+        let row = rows.find(|row| row.motion == motion && row.speed == 0.0);
+        row.expect("it is looked at").speeding_up.largest
+    };
+    let pairs = [
+        ("ahead", "back"),
+        ("left", "right"),
+        ("turning left", "turning right"),
+    ];
+    let alone = pairs.map(|(one, other)| at_rest(one).min(at_rest(other)));
+    let shares = [0, 1, 2].map(|axis| limits.acceleration_box[axis] / alone[axis]);
+    println!("{:?} of {alone:?}: {shares:?}", limits.acceleration_box);
+    let sum: f64 = shares.iter().sum();
+    assert!((sum / 0.9 - 1.0).abs() < 0.1, "{shares:?}");
+    // No axis is favoured.
+    assert!(
+        shares
+            .iter()
+            .all(|share| (share / shares[0] - 1.0).abs() < 1e-9),
+        "{shares:?}"
+    );
+}

@@ -446,3 +446,34 @@ fn a_gyroscope_that_is_not_there_is_refused() {
     let refused = refused.to_string();
     assert!(refused.contains("[sensors.imu]"), "{refused}");
 }
+
+/// On a floor without friction a robot slides down the floor that leans more and more: from rest it gains the integral of g sin(a(t)), with
+/// a(t) = A (3 x^2 - 2 x^3), x = t / T, the way a tilt is built up. The gravity of a step is that of its middle, which errs by
+/// dt^2 / 24 g a'(T / 2): 3e-5 m/s; that of its beginning would by dt / 2 g sin(A), 25 mm/s.
+#[test]
+fn ground_that_begins_to_lean_pulls_as_in_the_middle_of_each_step() {
+    const DT_S: f64 = 0.01;
+    const AMPLITUDE_DEG: f64 = 30.0;
+    const RAMP_S: f64 = 1.0;
+    let text = format!(
+        "robot.file = 'mecanum4.urdf'\ntwist.vx_m_s = 0\n[world.floor]\nfriction = 0\n\
+         [[faults]]\ntilt = {{ amplitude_deg = {AMPLITUDE_DEG}, ramp_s = {RAMP_S} }}\n\
+         [run]\nduration_s = {RAMP_S}\nphysics_dt_s = {DT_S}\ncontrol_dt_s = {DT_S}\n"
+    );
+    let scenario = Scenario::from_toml(&text, "tilt", ROBOTS).unwrap();
+    let run = Simulation::new(&scenario).unwrap().run();
+    let last = run.trace.records().last().unwrap();
+    assert!(last.t_s > 0.9 * RAMP_S, "{}", last.t_s);
+    // The sum of a thousand middles, exact to 1e-7 of it.
+    let pull = |k: i32| {
+        let x = (f64::from(k) + 0.5) / 1000.0 * last.t_s / RAMP_S;
+        9.81 * (AMPLITUDE_DEG.to_radians() * x * x * (3.0 - 2.0 * x)).sin()
+    };
+    let expected_m_s = (0..1000).map(pull).sum::<f64>() * last.t_s / 1000.0;
+    let found_m_s = last.truth.twist_in_body.vx_m_s;
+    // What the robot sways on its contacts meanwhile is some 0.1 mm/s.
+    assert!(
+        (found_m_s - expected_m_s).abs() < 1e-3,
+        "{found_m_s} {expected_m_s}"
+    );
+}

@@ -100,3 +100,108 @@ fn leave_out(found: &mut Vec<Candidate>, outdone: impl Fn(&Candidate, &Candidate
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use ilon_formats::LoadRobot;
+    use ilon_robot::{Robot, Wheel};
+    use nalgebra::Matrix3;
+
+    use super::*;
+    use crate::contact::candidate::Turning;
+    use crate::contact::reaction::{Member, Partner};
+    use crate::robot::roller::FixedRoller;
+
+    const SCALE: Scale = Scale {
+        length_m: 0.05,
+        load_kg: 3.0,
+        gravity_m_s2: 9.81,
+    };
+
+    /// A place of a roller of the first wheel.
+    fn place(roller: usize, place_m: Vector3<f64>, normal: Vector3<f64>, gap_m: f64) -> Candidate {
+        Candidate {
+            a: Member {
+                body: 0,
+                part: Part::Roller(0, roller),
+            },
+            b: Partner::Ground,
+            place_m,
+            normal,
+            along: Vector3::x(),
+            gap_m,
+            turning: Turning::NONE,
+            came_down: false,
+            travel_m_s: Vector3::zeros(),
+            on_barrel: true,
+            gap_ahead_m: gap_m,
+            friction: None,
+        }
+    }
+
+    fn rollers_of(found: &[Candidate]) -> Vec<Part> {
+        found.iter().map(|place| place.a.part).collect()
+    }
+
+    fn wheel() -> Wheel {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
+        let robot = Robot::load(format!("{folder}/mecanum4.urdf")).expect("a shipped robot");
+        robot.wheels[0].clone()
+    }
+
+    /// A plane is one plane at any height: the lower of two rollers carries the wheel. On the two sides of a step of a millimetre
+    /// either may carry it, and both stay.
+    #[test]
+    fn rollers_hand_over_on_a_plane_at_any_height_and_not_over_a_step() {
+        let axis = Vector3::y();
+        for height_m in [-2.0, 0.0, 0.3] {
+            let at = |x_m: f64, above_m: f64| Vector3::new(x_m, 0.0, height_m + above_m);
+            let on = |step_m: f64| {
+                let mut found = vec![
+                    place(3, at(0.01, 0.0), Vector3::z(), 2e-6),
+                    place(4, at(-0.01, step_m), Vector3::z(), 1e-6),
+                ];
+                leave_out_handed_over(&mut found, &axis, &SCALE);
+                rollers_of(&found)
+            };
+            assert_eq!(on(0.0), [Part::Roller(0, 4)], "{height_m} m");
+            assert_eq!(on(1e-3).len(), 2, "{height_m} m");
+        }
+    }
+
+    /// Of two rollers that are equally near to the ground the one that is nearer to straight down stays, wherever in the world the robot
+    /// stands: on a ground that bends by half a milliradian, too, whose normals differ by half a metre a kilometre from the origin.
+    #[test]
+    fn which_of_two_equal_rollers_carries_does_not_depend_on_where_the_robot_is() {
+        let wheel = wheel();
+        let fixed = wheel
+            .rollers
+            .iter()
+            .map(|roller| RollerState::at_rest(Arc::new(FixedRoller::new(&wheel, roller))));
+        let rollers: Vec<RollerState> = fixed.collect();
+        // The hub's axis lies along y; its own x points down.
+        let rotation = Matrix3::from_columns(&[-Vector3::z(), Vector3::x(), -Vector3::y()]);
+        let mut by_height: Vec<usize> = (0..rollers.len()).collect();
+        let height_m = |at: usize| (rotation * wheel.rollers[at].center_in_hub_m).z;
+        by_height.sort_by(|a, b| height_m(*a).total_cmp(&height_m(*b)));
+        let (lowest, high) = (by_height[0], by_height[3]);
+        assert!(height_m(high) > height_m(lowest) + 5e-3);
+        let bend = 5e-4_f64;
+        let leans = Vector3::new(bend.sin(), 0.0, bend.cos());
+        for x_m in [0.0, 1e3, -1e3] {
+            let hub = LinkPose {
+                center_m: Vector3::new(x_m, 0.0, 0.05),
+                rotation,
+            };
+            let at_m = Vector3::new(x_m, 0.0, 0.0);
+            let mut found = vec![
+                place(high, at_m, Vector3::z(), 1e-6),
+                place(lowest, at_m, leans, 1e-6),
+            ];
+            leave_out_higher(&mut found, &hub, (&rollers, &SCALE));
+            assert_eq!(rollers_of(&found), [Part::Roller(0, lowest)], "{x_m} m");
+        }
+    }
+}

@@ -255,3 +255,53 @@ fn on_surface(shape: &dyn Shape, mut place_m: Vector3<f64>) -> Vector3<f64> {
     }
     place_m
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Translation3, UnitQuaternion};
+
+    use super::*;
+
+    fn only(one: &Solid<'_>, other: &Solid<'_>) -> Near {
+        let mut found = Vec::new();
+        one.near(other, 0.1, |near| found.push(near));
+        assert_eq!(found.len(), 1, "{found:?}");
+        found[0]
+    }
+
+    /// A box of 0.25 m and a sphere of radius 62.5 mm beside its face, 12.5 mm off it and 31.25 mm beside its middle, lengths that f32
+    /// holds exactly: seen from either, they are as near to each other at the same two places, wherever the pair is.
+    #[test]
+    fn a_sphere_beside_a_box_is_seen_from_both_alike() {
+        let (cube, ball) = (
+            SharedShape::cuboid(0.125, 0.125, 0.125),
+            SharedShape::ball(0.0625),
+        );
+        let turned = UnitQuaternion::from_euler_angles(0.3, -0.7, 1.9);
+        for floor_from_pair in [
+            Isometry3::identity(),
+            Isometry3::from_parts(Translation3::new(2.0, -3.0, 0.4), turned),
+        ] {
+            let cube = Solid {
+                shape: &cube,
+                floor_from_shape: floor_from_pair,
+            };
+            let ball = Solid {
+                shape: &ball,
+                floor_from_shape: floor_from_pair * Translation3::new(0.2, 0.03125, 0.0),
+            };
+            let at_m = |x_m: f64| (floor_from_pair * Point3::new(x_m, 0.03125, 0.0)).coords;
+            let out = floor_from_pair.rotation * Vector3::x();
+            let (from_ball, from_cube) = (only(&ball, &cube), only(&cube, &ball));
+            for (seen, place_m, normal) in [
+                (from_ball, at_m(0.125), out),
+                (from_cube, at_m(0.1375), -out),
+            ] {
+                // Sums of a few metres in f64.
+                assert!((seen.gap_m - 0.0125).abs() < 1e-14, "{seen:?}");
+                assert!((seen.place_m - place_m).norm() < 1e-14, "{seen:?}");
+                assert!((seen.normal - normal).norm() < 1e-13, "{seen:?}");
+            }
+        }
+    }
+}

@@ -3,7 +3,7 @@
 use crate::support;
 
 use ilon_robot::{Pose, Twist};
-use ilon_world::{Floor, GroundBox, MotorTorque, World};
+use ilon_world::{Floor, GroundBox, MotorTorque, Settings, World};
 use nalgebra::Vector3;
 use support::rig::{Rig, all, bumps, end_of_course, near};
 use support::{DRIVES, ideal_rates, mecanum4, volksbot};
@@ -209,4 +209,52 @@ fn far_from_the_origin_the_robot_drives_as_far_as_at_home() {
         (home - away).abs() < 1e-4,
         "{home} m at home, {away} m at 1 km"
     );
+}
+
+/// A step that is taken in parts is so many steps of that length. A robot stands on a slope, held by loops whose torque is in balance with its weight. Its
+/// rollers hold along their axes, at 45 degrees: that takes sqrt(2) tan(0.25) / 0.6 = 0.6 of its grip, so that every step from the second on is
+/// taken in parts, and whole steps and short ones begin from the same rest. Then the loops ask for a fifth more torque, which falls as the
+/// wheels gain rate, at 60 /s: two steps of 4 ms come to another speed than six of 4/3 ms. Parts of "about" 1.5 ms are three of 4/3 ms, the fewest
+/// that are not longer.
+#[test]
+fn a_step_in_parts_goes_as_steps_of_that_length() {
+    const DT_S: f64 = 4e-3;
+    const GAIN_N_M_S: f64 = 0.42;
+    const RESTS_S: f64 = 0.2;
+    let (robot, slope_rad) = (mecanum4(), 0.25_f64);
+    let floor = Floor {
+        slope_rad,
+        ..Floor::default()
+    };
+    // The four rims hold m g sin(slope), back against +x, where the slope falls.
+    let back = ideal_rates(&robot, Twist::new(-1.0, 0.0, 0.0))[0].signum();
+    let holds_n_m = back * robot.mass_kg() * 9.81 * slope_rad.sin() * 0.05 / 4.0;
+    let speed_m_s = |dt_s: f64, split_dt_s: Option<f64>| {
+        let settings = Settings {
+            dt_s,
+            split_dt_s,
+            ..Settings::default()
+        };
+        let mut world = World::new(&robot, &floor, Pose::default(), &settings).expect("valid");
+        while world.time_s() < RESTS_S + 2.0 * DT_S - 1e-9 {
+            let rests = world.time_s() < RESTS_S - 1e-9;
+            let asked_n_m = if rests { holds_n_m } else { 1.2 * holds_n_m };
+            let rates = world.robot().wheel_rates_rad_s().iter();
+            let motors: Vec<MotorTorque> = rates
+                .map(|rate| MotorTorque::with_droop(asked_n_m - GAIN_N_M_S * rate, GAIN_N_M_S))
+                .collect();
+            world.robot_mut().drive(&motors);
+            world.step();
+            let pulled = world.robot().contacts()[0];
+            assert!(pulled.force_in_body_n.norm() < 0.6 * pulled.normal_force_n);
+        }
+        world.robot().state().twist_in_body.vx_m_s
+    };
+    let in_parts = speed_m_s(DT_S, Some(1.5e-3));
+    let (short, whole) = (speed_m_s(DT_S / 3.0, None), speed_m_s(DT_S, None));
+    println!("{in_parts} m/s in parts, {short} m/s in short steps, {whole} m/s in whole ones");
+    assert!(short < -1e-3);
+    // What the first step, which is taken whole, leaves of rest is far below what a step's length changes.
+    let off = (in_parts - short) / (whole - short);
+    assert!(off.abs() < 0.02, "{off}");
 }

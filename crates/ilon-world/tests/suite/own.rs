@@ -1,10 +1,12 @@
 //! Bodies of a program's own, which rapier moves: pushed, hit and carried by a robot, and what they do to it.
 
+use ilon_robot::Twist;
 use ilon_world::rapier3d::prelude::*;
 use ilon_world::{Floor, Push, World};
 use nalgebra::Vector3;
 
 use crate::free::{hold, robot, world};
+use crate::support::ideal_rates;
 
 const G: f64 = 9.81;
 /// Half of the length of the robot's chassis, and the height of its upper side.
@@ -445,6 +447,37 @@ fn what_nothing_moves_stops_a_robot_and_what_is_not_there_does_not() {
             assert!(state.pose.x_m > 0.4, "{name}: {state:?}");
         }
     }
+}
+
+/// A wall that is switched off holds nothing from the next step on: the robot that its wheels press against it with F gains F dt / m.
+#[test]
+fn a_wall_that_is_switched_off_lets_go_in_the_next_step() {
+    const DT_S: f64 = 1e-3;
+    let mut world = world(&Floor::default(), DT_S);
+    let rapier = world.rapier_mut().expect("ilon solves the contacts");
+    let ahead = RigidBodyBuilder::fixed().translation(Vector::new(FRONT_M + 0.06, 0.0, 0.2));
+    let wall = ColliderBuilder::cuboid(0.05, 0.3, 0.2).friction(0.0);
+    let (wall, _) = rapier.insert(ahead, wall);
+    let presses_n_m = 0.3;
+    let press = |world: &mut World| {
+        let ahead = ideal_rates(&robot(), Twist::new(1.0, 0.0, 0.0));
+        let torques: Vec<f64> = ahead
+            .iter()
+            .map(|rate| presses_n_m * rate.signum())
+            .collect();
+        world.robot_mut().apply(&torques);
+        world.step();
+        world.robot().state().twist_in_body.vx_m_s
+    };
+    let speeds: Vec<f64> = (0..1000).map(|_| press(&mut world)).collect();
+    assert!(speeds[999].abs() < 1e-6, "{} m/s at the wall", speeds[999]);
+    let rapier = world.rapier_mut().expect("ilon solves the contacts");
+    rapier.bodies[wall].set_enabled(false);
+    let gained_m_s = press(&mut world);
+    // Four rims of 50 mm. What turns with the wheels makes the robot heavier by 4 I / rho^2, a tenth.
+    let expected_m_s = 4.0 * presses_n_m / 0.05 / robot().mass_kg() * DT_S;
+    let share = gained_m_s / expected_m_s;
+    assert!((0.8..1.0).contains(&share), "{share}");
 }
 
 /// Bodies of rapier and of ilon carry one another: on the robot's deck, and far from it on the floor.

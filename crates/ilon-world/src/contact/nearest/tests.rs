@@ -7,7 +7,7 @@ use ilon_robot::Barrel;
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-use super::{Nearest, Piece, PlacedBarrel, SolidBox, Triangle, keep_nearest_of_surface};
+use super::{Bracket, Nearest, Piece, PlacedBarrel, SolidBox, Triangle, keep_nearest_of_surface};
 
 /// A digit of a sum of lengths up to 0.2 m in f64 is 3e-17 m. The search ends where its bracket is 1e-12 m wide, and the
 /// distance is flat there.
@@ -261,5 +261,31 @@ fn across_seams_in_one_plane_a_roller_touches_once() {
         let found = places[0].1;
         assert!((found.gap_m - on_plane.gap_m).abs() < EXACT_M);
         assert!((found.place_m - on_plane.place_m).norm() < 1e-7, "{index}");
+    }
+}
+
+/// Illinois's rule gains digits by a power of 1.44 a look, where halving takes 41 looks for 2 m to come to 1e-12 m, and the plain secant, of which one
+/// end stays, as many on slopes that bend. It begins with both ends, and three of four looks at the end come from one side.
+#[test]
+fn the_search_along_a_roller_ends_after_a_dozen_looks() {
+    let slopes: [fn(f64) -> f64; 4] = [
+        |t| t.powi(3) + t - 0.5,
+        |t| (4.0 * t).exp() - 2.0,
+        |t| 0.3 + t / t.hypot(0.3),
+        |t| (t + 1.0).powi(4) - 0.7,
+    ];
+    for (number, slope) in slopes.into_iter().enumerate() {
+        let mut bracket = Bracket {
+            ends_m: [-1.0, 1.0],
+            slopes: [None; 2],
+            last: 0,
+        };
+        let (mut t_m, mut looks) = (0.0, 0);
+        while bracket.ends_m[1] - bracket.ends_m[0] >= 1e-12 && slope(t_m) != 0.0 {
+            bracket.look(t_m, slope(t_m));
+            t_m = bracket.next_m(looks);
+            looks += 1;
+            assert!(looks <= 16, "slope {number}");
+        }
     }
 }

@@ -131,4 +131,31 @@ mod tests {
             assert_eq!(met.is_upright(), along[0] == 0.0);
         }
     }
+
+    /// Pieces may be a billion times as long as what is counted in them, as those of a torque that hardly falls with the rate: a
+    /// meeting near either end of one is as exact as the numbers that are met, not as the length of the piece.
+    #[test]
+    fn near_either_end_of_a_very_long_piece_the_meeting_is_exact() {
+        let far = 1e9;
+        let curve = Curve {
+            points: vec![
+                [-far, 0.1 * far],
+                [0.0, 0.0],
+                [1.0, -1.0],
+                [far, -0.1 * far],
+            ],
+            ends: [[1.0, -0.1]; 2],
+        };
+        let mut curves = Curves::default();
+        let place = curves.push(&curve);
+        let own = 2.0;
+        // From [1, -1] on, impulse falls by (0.1 far - 1) / (far - 1) for each unit of velocity.
+        let falls = (0.1 * far - 1.0) / (far - 1.0);
+        for (velocity, impulse) in [(-0.5, 0.05), (1.5, -1.0 - 0.5 * falls)] {
+            let met = curves.meet(place, impulse - velocity / own, own);
+            // Sums of numbers of about one; from the far end they would be off by some of 1e9, 1e-7.
+            assert!((met.velocity - velocity).abs() < 1e-12, "{met:?}");
+            assert!((met.impulse - impulse).abs() < 1e-12, "{met:?}");
+        }
+    }
 }

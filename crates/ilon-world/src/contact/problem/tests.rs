@@ -126,6 +126,31 @@ fn a_soft_contact_gives_in_proportion_to_what_it_carries() {
     assert!((soft.impulses[0] - 0.4).abs() < 1e-8);
 }
 
+/// A contact that sticks and gives across its normal by a matrix, whose impulse along either tangent moves the other too:
+/// with w = 2 of the bodies, (w + 0.5) p_1 + 0.3 p_2 = -0.3 and 0.3 p_1 + (w + 0.8) p_2 = 0.2, that is p = (-0.9, 0.59) / 6.91. It comes
+/// behind another law, so that its rows are not the first.
+#[test]
+fn a_contact_that_gives_by_a_matrix_solves_both_tangents_together() {
+    let mut both = ImpulseProblem::default();
+    both.push(bearing(1.0), &[0.4]);
+    both.push(contact(10.0), &[-1.0, 0.3, -0.2]);
+    both.soften([0.5, 0.8]);
+    both.couple(0.3);
+    both.set_delassus(|row, w| {
+        w.fill(0.0);
+        w[row] = 2.0;
+    });
+    assert!(solve(&mut both) <= TOLERANCE);
+    // Solved to 1e-8 m/s, which w makes 5e-9 N s.
+    for (found, expected) in both
+        .impulses
+        .iter()
+        .zip([-0.2, 0.5, -0.9 / 6.91, 0.59 / 6.91])
+    {
+        assert!((found - expected).abs() < 1e-8, "{:?}", both.impulses);
+    }
+}
+
 /// Where a contact is light one way and heavy the other, as a roller is, friction at its limit still opposes the
 /// sliding that is left, whatever the two directions' masses are.
 #[test]
