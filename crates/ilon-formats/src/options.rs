@@ -236,79 +236,62 @@ impl JointOptions {
     /// # Errors
     /// In words, where one is given in the other's unit, or out of its range.
     pub(crate) fn numbers(&self, slides: bool) -> Result<JointNumbers, String> {
-        let pairs = [
-            (
+        type Given<'a> = (&'a str, Option<f64>);
+        let number = |(least, range): (f64, &str), of_slide: Given<'_>, of_turn: Given<'_>| {
+            let ((name, given), (other, of_other), moves) = match slides {
+                true => (of_slide, of_turn, "slides"),
+                false => (of_turn, of_slide, "turns"),
+            };
+            if of_other.is_some() {
+                return Err(format!("it {moves}, and has no `{other}`: write `{name}`"));
+            }
+            match given {
+                Some(value) if !(value.is_finite() && value >= least) => {
+                    Err(format!("`{name}` is {value}, but must be {range}"))
+                }
+                _ => Ok(given),
+            }
+        };
+        let any = (f64::MIN, "finite");
+        let not_below_0 = (0.0, "finite and not below 0");
+        let above_0 = (f64::MIN_POSITIVE, "finite and above 0");
+        Ok(JointNumbers {
+            stiffness: number(
+                above_0,
                 ("stiffness_n_m", self.stiffness_n_m),
                 ("stiffness_n_m_rad", self.stiffness_n_m_rad),
-            ),
-            (
+            )?,
+            damping: number(
+                not_below_0,
                 ("damping_n_s_m", self.damping_n_s_m),
                 ("damping_n_m_s_rad", self.damping_n_m_s_rad),
-            ),
-            (("rest_m", self.rest_m), ("rest_rad", self.rest_rad)),
-            (
+            )?,
+            rest: number(any, ("rest_m", self.rest_m), ("rest_rad", self.rest_rad))?,
+            preload: number(
+                any,
                 ("preload_n", self.preload_n),
                 ("preload_n_m", self.preload_n_m),
-            ),
-            (
+            )?,
+            friction: number(
+                not_below_0,
                 ("friction_n", self.friction_n),
                 ("friction_n_m", self.friction_n_m),
-            ),
-            (("effort_n", self.effort_n), ("effort_n_m", self.effort_n_m)),
-            (
+            )?,
+            effort: number(
+                above_0,
+                ("effort_n", self.effort_n),
+                ("effort_n_m", self.effort_n_m),
+            )?,
+            rate_limit: number(
+                above_0,
                 ("rate_limit_m_s", self.rate_limit_m_s),
                 ("rate_limit_rad_s", self.rate_limit_rad_s),
-            ),
-            (
+            )?,
+            target: number(
+                any,
                 ("target_m` or `position_m", self.target_m),
                 ("target_rad` or `position_rad", self.target_rad),
-            ),
-        ];
-        let mut numbers = [None; 8];
-        for (index, (of_slide, of_turn)) in pairs.into_iter().enumerate() {
-            let (own, other) = if slides {
-                (of_slide, of_turn)
-            } else {
-                (of_turn, of_slide)
-            };
-            if other.1.is_some() {
-                let moves = if slides { "slides" } else { "turns" };
-                return Err(format!(
-                    "it {moves}, and has no `{}`: write `{}`",
-                    other.0, own.0
-                ));
-            }
-            let (least, range) = match index {
-                0 | 5 | 6 => (f64::MIN_POSITIVE, "finite and above 0"),
-                1 | 4 => (0.0, "finite and not below 0"),
-                _ => (f64::MIN, "finite"),
-            };
-            if let Some(value) = own.1
-                && !(value.is_finite() && value >= least)
-            {
-                return Err(format!("`{}` is {value}, but must be {range}", own.0));
-            }
-            numbers[index] = own.1;
-        }
-        let [
-            stiffness,
-            damping,
-            rest,
-            preload,
-            friction,
-            effort,
-            rate_limit,
-            target,
-        ] = numbers;
-        Ok(JointNumbers {
-            stiffness,
-            damping,
-            rest,
-            preload,
-            friction,
-            effort,
-            rate_limit,
-            target,
+            )?,
         })
     }
 }
