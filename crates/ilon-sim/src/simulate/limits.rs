@@ -22,6 +22,8 @@ use crate::scenario::{Fault, Scenario, WheelLaw};
 
 mod on_rollers;
 
+use on_rollers::Rolls;
+
 /// The accelerations that a robot's grip and motors allow under a scenario's floor, motors and wheel loops.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
@@ -307,6 +309,15 @@ impl Limiter {
         })
     }
 
+    /// What rolls under these limits.
+    fn rolls(&self) -> Rolls<'_> {
+        Rolls {
+            robot: &self.robot,
+            motors: &self.motors,
+            settings: self.settings,
+        }
+    }
+
     /// The limits by direction, at each share of the top speeds; at rest alone where nothing limits these.
     fn outlines(&mut self, tops: &SpeedLimits) -> Result<Vec<LimitOutline>, Error> {
         let mut outlines = Vec::new();
@@ -549,7 +560,7 @@ pub(super) fn gentler(
             reference.nothing_new_from_s()?,
         );
         let motion = |t_s| motion_of(reference, point, t_s);
-        on_rollers::lost_to_sliding(scenario, &limiter, begins_and_ends, motion)
+        on_rollers::lost_to_sliding(scenario, limiter.rolls(), begins_and_ends, motion)
     };
     let Some(mut lost) = lost_by(fastest_path) else {
         return Ok(None);
@@ -660,9 +671,11 @@ pub(super) fn beyond(
     }
     if let Some(beyond) = &mut beyond
         && beyond.of_grip_first
-        && let Some((from_s, first)) =
-            on_rollers::slides_first(scenario, (robot, &limiter), pilot, beyond)
+        && let times_s = (beyond.may_slide_from_s, beyond.announced.from_s)
+        && let Some((from_s, used)) =
+            on_rollers::slides_first(scenario, limiter.rolls(), pilot, times_s)
     {
+        let first = nearly_most_used(&used);
         let announced = &mut beyond.announced;
         announced.from_s = from_s;
         // Of wheels that come to their grip at once, those that are first by statics too, if any.

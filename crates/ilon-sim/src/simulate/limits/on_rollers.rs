@@ -4,8 +4,15 @@ use ilon_control::{ContactDynamics, ControlError, Kinematics, LimitSettings, Mot
 use ilon_robot::{Robot, Twist};
 
 use super::super::pilot::Pilot;
-use super::{Beyond, Limiter, nearly_most_used};
 use crate::scenario::{self, Scenario, WheelLaw};
+
+/// What rolls: a robot with its payloads, its motors, and the ground that it is on.
+#[derive(Clone, Copy)]
+pub(super) struct Rolls<'a> {
+    pub robot: &'a Robot,
+    pub motors: &'a [Motor],
+    pub settings: LimitSettings,
+}
 
 /// A robot that rolls on its touching rollers as its loops let it, period by period of the control.
 struct Rolling<'a> {
@@ -42,9 +49,9 @@ impl Periods {
 impl<'a> Rolling<'a> {
     /// Under the loops of a scenario, on ground that falls in a direction of the body frame in radians; `None` of joints between bodies and of laws that
     /// it does not know.
-    fn new(scenario: &Scenario, limiter: &'a Limiter, downhill_rad: f64) -> Option<Self> {
+    fn new(scenario: &Scenario, rolls: Rolls<'a>, downhill_rad: f64) -> Option<Self> {
         let section = &scenario.wheel_loop;
-        if !limiter.robot.joints.is_empty() || section.law != WheelLaw::Pid {
+        if !rolls.robot.joints.is_empty() || section.law != WheelLaw::Pid {
             return None;
         }
         let gains = WheelGains {
@@ -54,11 +61,11 @@ impl<'a> Rolling<'a> {
         };
         let settings = LimitSettings {
             downhill_rad,
-            ..limiter.settings
+            ..rolls.settings
         };
         Some(Self {
-            dynamics: ContactDynamics::new(&limiter.robot, &settings, gains).ok()?,
-            motors: &limiter.motors,
+            dynamics: ContactDynamics::new(rolls.robot, &settings, gains).ok()?,
+            motors: rolls.motors,
             periods: Periods::of(scenario),
         })
     }
@@ -70,14 +77,14 @@ impl<'a> Rolling<'a> {
     }
 }
 
-/// When a planned motion first keeps a wheel at its grip, and which wheels are used nearly alike then, about the time that statics say; `None` where no
-/// wheel is kept there, or the loops are not those that are known.
+/// When a planned motion first keeps a wheel at its grip, and which share of its grip each wheel uses then, about the time that statics say; `None` where no
+/// wheel is kept there, or the loops are not those that are known. What comes before a time is not counted.
 pub(super) fn slides_first(
     scenario: &Scenario,
-    (robot, limiter): (&Robot, &Limiter),
+    rolls: Rolls<'_>,
     pilot: &Pilot,
-    beyond: &Beyond,
-) -> Option<(f64, Vec<usize>)> {
+    (counts_from_s, statics_s): (f64, f64),
+) -> Option<(f64, Vec<f64>)> {
     /// How far from the time that statics say wheels are looked for, in seconds: what is looked at stays some thousand steps.
     const BEFORE_S: f64 = 1.0;
     const AFTER_S: f64 = 2.0;
@@ -89,14 +96,14 @@ pub(super) fn slides_first(
         return None;
     }
     let Periods { period_s, steps } = Periods::of(scenario);
-    let statics_s = beyond.announced.from_s;
-    let counts_from_s = beyond.may_slide_from_s.max(statics_s - BEFORE_S);
+    let counts_from_s = counts_from_s.max(statics_s - BEFORE_S);
     let begins_at = ((counts_from_s - TAKES_HOLD_S).max(0.0) / period_s).floor() as u64;
     let ends_at = ((statics_s + AFTER_S).min(scenario.run.duration_s) / period_s) as u64;
 
     // Up to there wheels turn as they are told.
-    let kinematics = Kinematics::new(robot).ok()?;
-    let (mut rates, mut angles) = (vec![0.0; robot.wheels.len()], vec![0.0; robot.wheels.len()]);
+    let kinematics = Kinematics::new(rolls.robot).ok()?;
+    let n = rolls.robot.wheels.len();
+    let (mut rates, mut angles) = (vec![0.0; n], vec![0.0; n]);
     let mut heading_rad = scenario.robot.start().heading_rad;
     for period in 0..begins_at {
         let (twist, _) = pilot.planned(period_s * (period as f64 + 0.5))?;
@@ -108,7 +115,7 @@ pub(super) fn slides_first(
     }
     let begins_s = period_s * begins_at as f64;
     let heading_rad = pilot.desired_heading_rad(begins_s).unwrap_or(heading_rad);
-    let mut rolling = Rolling::new(scenario, limiter, -heading_rad)?;
+    let mut rolling = Rolling::new(scenario, rolls, -heading_rad)?;
     let begins = pilot.planned(begins_s)?.0;
     rolling.dynamics.set_moving(begins, &angles);
     for period in begins_at..ends_at {
@@ -119,7 +126,7 @@ pub(super) fn slides_first(
             if let Some(found) = rolling.dynamics.at_grip(LASTS_S) {
                 let began_s = t_s + rolling.periods.step_s() * step as f64 - found.for_s;
                 if began_s >= counts_from_s {
-                    return Some((began_s, nearly_most_used(found.used)));
+                    return Some((began_s, found.used.to_vec()));
                 }
             }
         }
@@ -131,7 +138,7 @@ pub(super) fn slides_first(
 /// are known. `motion` says twist and its rate at a time.
 pub(super) fn lost_to_sliding(
     scenario: &Scenario,
-    limiter: &Limiter,
+    rolls: Rolls<'_>,
     (heading_rad, until_s): (f64, f64),
     motion: impl Fn(f64) -> (Twist, Twist),
 ) -> Option<f64> {
@@ -139,7 +146,7 @@ pub(super) fn lost_to_sliding(
     const MOST_STEPS: u64 = 60_000;
     /// Of what motors give, what counts as work at least.
     const MOVES: f64 = 0.05;
-    let mut rolling = Rolling::new(scenario, limiter, -heading_rad)?;
+    let mut rolling = Rolling::new(scenario, rolls, -heading_rad)?;
     let Periods { period_s, steps } = rolling.periods;
     let periods = (until_s / period_s).ceil() as u64;
     for period in 0..periods.min(MOST_STEPS / steps) {
