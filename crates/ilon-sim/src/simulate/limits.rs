@@ -535,7 +535,7 @@ pub(super) struct Gentler {
     asked: f64,
 }
 
-/// The path of a scenario as [`fastest`] has it, but at the largest share of grip and torques, in hundredths, at which it is not foreseen to lose more to
+/// The path of a scenario as [`fastest`] has it, but at a share of grip and torques, in hundredths, that is lowered until it is not foreseen to lose more to
 /// sliding than it may; `None` where that is the share that is asked for, or it is not known. Gains of the wheel loops have been chosen.
 ///
 /// # Errors
@@ -546,7 +546,7 @@ pub(super) fn gentler(
     path: &Reference,
     (fastest_path, asked): (&Reference, f64),
 ) -> Result<Option<Gentler>, Error> {
-    /// By how much the logarithm of what is lost falls with the share: less steeply than any robot's, for steps that do not go too far.
+    /// By how much the logarithm of what is lost falls with the share: more steeply than most robots', for steps that seldom go too far.
     const FALLS: f64 = 20.0;
     const STEP: f64 = 0.01;
     /// Of the share that is asked for. What slides at less does not slide for being driven hard.
@@ -597,7 +597,7 @@ impl Gentler {
              of their wheels and loops answer to targets that come every {} ms",
             100.0 * self.share,
             100.0 * self.asked,
-            1e3 * period_s
+            (1e6 * period_s).round() / 1e3
         )
     }
 }
