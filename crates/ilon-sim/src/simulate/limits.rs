@@ -22,7 +22,7 @@ use crate::scenario::{Fault, Scenario, WheelLaw};
 
 mod on_rollers;
 
-use on_rollers::Rolls;
+use on_rollers::RobotOnGround;
 
 /// The accelerations that a robot's grip and motors allow under a scenario's floor, motors and wheel loops.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -309,9 +309,9 @@ impl Limiter {
         })
     }
 
-    /// What rolls under these limits.
-    fn rolls(&self) -> Rolls<'_> {
-        Rolls {
+    /// The robot that these limits are for.
+    fn on_ground(&self) -> RobotOnGround<'_> {
+        RobotOnGround {
             robot: &self.robot,
             motors: &self.motors,
             settings: self.settings,
@@ -546,8 +546,10 @@ pub(super) fn gentler(
     path: &Reference,
     (fastest_path, asked): (&Reference, f64),
 ) -> Result<Option<Gentler>, Error> {
-    /// By how much the logarithm of what is lost falls with the share: more steeply than most robots', for steps that seldom go too far.
+    /// By how much the logarithm of what is lost falls with the share: as long as two looks do not say it, more steeply than most robots'; and the least that is
+    /// believed of two looks, since it falls more steeply the less is lost.
     const FALLS: f64 = 20.0;
+    const FALLS_AT_LEAST: f64 = 12.0;
     const STEP: f64 = 0.01;
     /// Of the share that is asked for. What slides at less does not slide for being driven hard.
     const LEAST: f64 = 0.3;
@@ -560,14 +562,15 @@ pub(super) fn gentler(
             reference.nothing_new_from_s()?,
         );
         let motion = |t_s| motion_of(reference, point, t_s);
-        on_rollers::lost_to_sliding(scenario, limiter.rolls(), begins_and_ends, motion)
+        on_rollers::lost_to_sliding(scenario, limiter.on_ground(), begins_and_ends, motion)
     };
     let Some(mut lost) = lost_by(fastest_path) else {
         return Ok(None);
     };
-    let (mut share, mut gentler) = (asked, None);
+    let (mut share, mut falls, mut gentler) = (asked, FALLS, None);
     while lost > MAY_LOSE {
-        let less = (libm::log(lost / MAY_LOSE) / FALLS).max(STEP);
+        let before = (share, lost);
+        let less = (libm::log(lost / MAY_LOSE) / falls).max(STEP);
         share = STEP * ((share - less) / STEP + 1e-9).floor();
         if share < LEAST * asked {
             break;
@@ -580,6 +583,8 @@ pub(super) fn gentler(
             break;
         };
         lost = lost_now;
+        let found = libm::log(before.1 / lost) / (before.0 - share);
+        falls = found.max(FALLS_AT_LEAST);
         gentler = Some(Gentler {
             reference,
             share,
@@ -673,7 +678,7 @@ pub(super) fn beyond(
         && beyond.of_grip_first
         && let times_s = (beyond.may_slide_from_s, beyond.announced.from_s)
         && let Some((from_s, used)) =
-            on_rollers::slides_first(scenario, limiter.rolls(), pilot, times_s)
+            on_rollers::slides_first(scenario, limiter.on_ground(), pilot, times_s)
     {
         let first = nearly_most_used(&used);
         let announced = &mut beyond.announced;

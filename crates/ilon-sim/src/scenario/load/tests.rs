@@ -440,3 +440,13 @@ fn a_run_without_a_duration_is_of_a_log_alone() {
         assert!(told(played, &[&setting]).0.contains("`run.duration_s`"));
     }
 }
+
+/// A path may be one of several kinds, all of which have a timing: help lists it once.
+#[test]
+fn keys_of_several_kinds_are_listed_once() {
+    let (_, help, _) = told(&format!("{CIRCLE}\n[reference]\nquux = 1\n"), &[]);
+    assert!(help.starts_with("the keys here are "), "{help}");
+    for key in ["`circle`", "`timing`", "`share_of_limits`"] {
+        assert_eq!(help.matches(key).count(), 1, "{help}");
+    }
+}

@@ -6,9 +6,9 @@ use ilon_robot::{Robot, Twist};
 use super::super::pilot::Pilot;
 use crate::scenario::{self, Scenario, WheelLaw};
 
-/// What rolls: a robot with its payloads, its motors, and the ground that it is on.
+/// A robot with its payloads and motors, and the ground that it rolls on.
 #[derive(Clone, Copy)]
-pub(super) struct Rolls<'a> {
+pub(super) struct RobotOnGround<'a> {
     pub robot: &'a Robot,
     pub motors: &'a [Motor],
     pub settings: LimitSettings,
@@ -49,9 +49,9 @@ impl Periods {
 impl<'a> Rolling<'a> {
     /// Under the loops of a scenario, on ground that falls in a direction of the body frame in radians; `None` of joints between bodies and of laws that
     /// it does not know.
-    fn new(scenario: &Scenario, rolls: Rolls<'a>, downhill_rad: f64) -> Option<Self> {
+    fn new(scenario: &Scenario, on_ground: RobotOnGround<'a>, downhill_rad: f64) -> Option<Self> {
         let section = &scenario.wheel_loop;
-        if !rolls.robot.joints.is_empty() || section.law != WheelLaw::Pid {
+        if !on_ground.robot.joints.is_empty() || section.law != WheelLaw::Pid {
             return None;
         }
         let gains = WheelGains {
@@ -61,11 +61,11 @@ impl<'a> Rolling<'a> {
         };
         let settings = LimitSettings {
             downhill_rad,
-            ..rolls.settings
+            ..on_ground.settings
         };
         Some(Self {
-            dynamics: ContactDynamics::new(rolls.robot, &settings, gains).ok()?,
-            motors: rolls.motors,
+            dynamics: ContactDynamics::new(on_ground.robot, &settings, gains).ok()?,
+            motors: on_ground.motors,
             periods: Periods::of(scenario),
         })
     }
@@ -81,7 +81,7 @@ impl<'a> Rolling<'a> {
 /// wheel is kept there, or the loops are not those that are known. What comes before a time is not counted.
 pub(super) fn slides_first(
     scenario: &Scenario,
-    rolls: Rolls<'_>,
+    on_ground: RobotOnGround<'_>,
     pilot: &Pilot,
     (counts_from_s, statics_s): (f64, f64),
 ) -> Option<(f64, Vec<f64>)> {
@@ -101,8 +101,8 @@ pub(super) fn slides_first(
     let ends_at = ((statics_s + AFTER_S).min(scenario.run.duration_s) / period_s) as u64;
 
     // Up to there wheels turn as they are told.
-    let kinematics = Kinematics::new(rolls.robot).ok()?;
-    let n = rolls.robot.wheels.len();
+    let kinematics = Kinematics::new(on_ground.robot).ok()?;
+    let n = on_ground.robot.wheels.len();
     let (mut rates, mut angles) = (vec![0.0; n], vec![0.0; n]);
     let mut heading_rad = scenario.robot.start().heading_rad;
     for period in 0..begins_at {
@@ -115,7 +115,7 @@ pub(super) fn slides_first(
     }
     let begins_s = period_s * begins_at as f64;
     let heading_rad = pilot.desired_heading_rad(begins_s).unwrap_or(heading_rad);
-    let mut rolling = Rolling::new(scenario, rolls, -heading_rad)?;
+    let mut rolling = Rolling::new(scenario, on_ground, -heading_rad)?;
     let begins = pilot.planned(begins_s)?.0;
     rolling.dynamics.set_moving(begins, &angles);
     for period in begins_at..ends_at {
@@ -138,15 +138,15 @@ pub(super) fn slides_first(
 /// are known. `motion` says twist and its rate at a time.
 pub(super) fn lost_to_sliding(
     scenario: &Scenario,
-    rolls: Rolls<'_>,
+    on_ground: RobotOnGround<'_>,
     (heading_rad, until_s): (f64, f64),
     motion: impl Fn(f64) -> (Twist, Twist),
 ) -> Option<f64> {
-    /// More are not looked at: a minute, of steps of a millisecond.
-    const MOST_STEPS: u64 = 60_000;
+    /// More are not looked at: half a minute, of steps of a millisecond.
+    const MOST_STEPS: u64 = 30_000;
     /// Of what motors give, what counts as work at least.
     const MOVES: f64 = 0.05;
-    let mut rolling = Rolling::new(scenario, rolls, -heading_rad)?;
+    let mut rolling = Rolling::new(scenario, on_ground, -heading_rad)?;
     let Periods { period_s, steps } = rolling.periods;
     let periods = (until_s / period_s).ceil() as u64;
     for period in 0..periods.min(MOST_STEPS / steps) {
