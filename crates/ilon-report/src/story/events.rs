@@ -109,7 +109,13 @@ impl Watch {
                 .is_some_and(|used| used >= SLIDING_SHARE);
             // On ice the limit is near zero, and so is all that tells the force from it.
             if sample.touching && slip_m_s > SLIDING_M_S && (at_limit || sample.friction == 0.0) {
-                self.slides[index].add(t_s, dt_s, slip_m_s, [before_j, energy_j]);
+                // A row may catch a roller that is spun up within a part of it, whose energy is not that of sliding: friction took what slid.
+                let force_n = sample.force_x_n.hypot(sample.force_y_n);
+                let slid_m_s = match force_n > 0.0 {
+                    true => slip_m_s.min((energy_j - before_j) / (force_n * dt_s)),
+                    false => slip_m_s,
+                };
+                self.slides[index].add(t_s, dt_s, slid_m_s, [before_j, energy_j]);
             }
             if !sample.touching && t_s > 0.0 {
                 self.flights[index].add(t_s, dt_s, 1.0, [0.0; 2]);
@@ -394,9 +400,40 @@ mod tests {
         );
     }
 
+    /// A roller that comes down at rest is seen at the end of a row, at 0.5 m/s and its friction limit, before it has its spin: what that takes is the
+    /// energy of spinning up. It has not slid.
+    #[test]
+    fn a_roller_that_is_spun_up_as_a_row_ends_is_no_slide() {
+        let header = header();
+        let mut watch = Watch::new(&header);
+        for row in 0..100 {
+            let is_caught = row == 50;
+            let sample = WheelSample {
+                touching: true,
+                normal_force_n: 10.0,
+                friction: 0.6,
+                force_y_n: if is_caught { 6.0 } else { 1.0 },
+                slip_y_m_s: if is_caught { 0.5 } else { 0.0 },
+                spin_up_energy_j: if row >= 50 { 3e-4 } else { 0.0 },
+                ..WheelSample::default()
+            };
+            let record = Record {
+                t_s: 0.01 * f64::from(row),
+                ..Record::default()
+            };
+            watch.add(&header, &record, &[sample]);
+        }
+        let events = watch.events(&header);
+        let slides = events
+            .iter()
+            .filter(|event| matches!(event.kind, EventKind::Slide(_)));
+        assert_eq!(slides.count(), 0, "{events:?}");
+    }
+
     /// Ten seconds ahead at 0.2 m/s; from 4 to 5 s the wheel slides at 0.1 m/s at its friction limit.
     fn watched_on(header: &Header) -> Vec<Event> {
         let mut watch = Watch::new(header);
+        let mut slip_energy_j = 0.0;
         for row in 0..=1000 {
             let t_s = 0.01 * f64::from(row);
             let sliding = (4.0..5.0).contains(&t_s);
@@ -405,7 +442,10 @@ mod tests {
                 ..Record::default()
             };
             record.truth.pose.x_m = 0.2 * t_s;
+            // 6 N at 0.1 m/s for 10 ms.
+            slip_energy_j += if sliding { 6e-3 } else { 0.0 };
             let sample = WheelSample {
+                slip_energy_j,
                 touching: true,
                 normal_force_n: 10.0,
                 friction: 0.6,
