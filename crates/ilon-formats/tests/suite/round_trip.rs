@@ -241,8 +241,11 @@ fn suspensions_are_built_as_they_are_read() {
     }
 }
 
+/// Robots drawn for each property: more where they are read fast.
+const CASES: u32 = if cfg!(debug_assertions) { 12 } else { 64 };
+
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, rng_seed: RngSeed::Fixed(1973), ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: CASES, failure_persistence: None, rng_seed: RngSeed::Fixed(1973), ..ProptestConfig::default() })]
 
     /// What is built at once is what is written and read: the same words, and the same numbers but for rounding.
     #[test]

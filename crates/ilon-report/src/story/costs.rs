@@ -5,7 +5,7 @@ use ilon_trace::{Header, JointTravel, Summary};
 
 use super::events::{Event, EventKind};
 use crate::page::escape;
-use crate::text::{angle, energy, length, percent, speed, time};
+use crate::text::{angle, energy, length, percent, time};
 
 /// Less than this is no cost, in J.
 const LEAST_J: f64 = 5e-4;
@@ -61,10 +61,7 @@ pub(super) fn slipping(summary: &Summary, events: &[Event]) -> Option<String> {
         .filter(|e| matches!(e.kind, EventKind::Slide(_)))
         .collect();
     let Some(worst) = slides.iter().max_by(|a, b| a.lost_j.total_cmp(&b.lost_j)) else {
-        let creep = speed(summary.slip_speed_rms_m_s.unwrap_or(0.0));
-        return Some(format!(
-            "No wheel slid at its friction limit (contacts crept at {creep} rms).{hand_over}"
-        ));
+        return Some(format!("No wheel slid at its friction limit.{hand_over}"));
     };
     // What lay in the same time belongs to the same story.
     let (from_s, until_s) = slides

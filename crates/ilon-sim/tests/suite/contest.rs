@@ -109,6 +109,7 @@ fn driven(way: [f64; 2], bearings: &str) -> [f64; 2] {
 /// Robots coast sideways as they do with 0.06 of the load on their rollers' axles, twice the class's bushings, and are slower sideways than that
 /// explains: no friction on axles gives both figures.
 #[test]
+#[ignore = "minutes: .ci/nightly"]
 fn bushings_explain_how_teams_coast_and_not_how_fast_they_are_sideways() {
     let [ratios, ahead, sideways] = published().map(|(_, quartiles)| quartiles);
     let fastest = 3.0;

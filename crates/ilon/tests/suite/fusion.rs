@@ -5,6 +5,7 @@ use std::process::Command;
 use crate::support::python;
 
 #[test]
+#[ignore = "minutes: .ci/nightly"]
 fn a_filter_that_is_fed_with_odometry_and_imu_is_consistent() {
     let Some(python) = python("rosbags, scipy") else {
         return;

@@ -179,12 +179,13 @@ fn hold(path: &Path, about_s: f64) {
     );
 }
 
-/// Each scenario at one of the steps, in turn: every step has a third of them.
+/// Every other scenario, each at one of the steps in turn.
 #[test]
-fn every_shipped_scenario_keeps_the_laws_of_its_world_in_both_modes() {
+fn every_other_shipped_scenario_keeps_the_laws_of_its_world_in_both_modes() {
     let scenarios = scenarios();
     assert!(scenarios.len() > 50);
-    let cases: Vec<_> = scenarios.iter().zip(STEPS_S.into_iter().cycle()).collect();
+    let every_other = scenarios.iter().step_by(2);
+    let cases: Vec<_> = every_other.zip(STEPS_S.into_iter().cycle()).collect();
     cases
         .par_iter()
         .for_each(|&(path, step_s)| hold(path, step_s));

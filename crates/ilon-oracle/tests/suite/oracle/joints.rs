@@ -180,11 +180,13 @@ fn ten_bars_cost_a_sprung_robot_alike_in_both_engines() {
 const BOUNCING_OR_NOT: [(f64, f64, f64); 2] = [(8e6, 6e-6, 1.0), (8e6, 2.5e-6, 2.0)];
 
 #[test]
+#[ignore = "minutes: .ci/nightly"]
 fn ten_bars_cost_a_rocking_robot_alike_in_both_engines() {
     bars_cost_alike("rocker", on_a_rocker(0.3), BOUNCING_OR_NOT);
 }
 
 #[test]
+#[ignore = "minutes: .ci/nightly"]
 fn ten_bars_cost_a_rigid_robot_alike_in_both_engines() {
     let rigid = crate::support::robot("mecanum4");
     bars_cost_alike("rigid", rigid, BOUNCING_OR_NOT);

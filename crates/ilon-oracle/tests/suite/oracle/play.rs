@@ -71,11 +71,13 @@ fn play_takes_of_a_way_ahead_held_back_what_it_takes_on_springs() {
 }
 
 #[test]
+#[ignore = "minutes: .ci/nightly"]
 fn play_takes_of_a_way_sideways_what_it_takes_on_springs() {
     takes_alike("sideways", LEFT, 0.0);
 }
 
 #[test]
+#[ignore = "minutes: .ci/nightly"]
 fn play_takes_of_a_way_sideways_pushed_what_it_takes_on_springs() {
     takes_alike("sideways, pushed", LEFT, 30.0);
 }

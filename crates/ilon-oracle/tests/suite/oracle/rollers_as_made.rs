@@ -45,6 +45,7 @@ fn on_treads_made_rollers_drive_as_on_springs() {
 }
 
 #[test]
+#[ignore = "minutes: .ci/nightly"]
 fn rigid_made_rollers_drive_as_on_the_stiffest_springs() {
     // The ends of flat neighbours are equally low for degrees of a turn: springs of any stiffness share the load there, and rub
     // sideways, where a rigid wheel stands on one. That case is of treads, above.
