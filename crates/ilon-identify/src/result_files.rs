@@ -6,6 +6,7 @@ use std::path::Path;
 use ilon_sim::Error;
 use toml::{Table, Value};
 
+use crate::log::Log;
 use crate::motion::Tracker;
 use crate::outcome::Identified;
 use crate::read_logs::read_run;
@@ -25,78 +26,127 @@ pub const FILES: [&str; 5] = [
 ///
 /// # Errors
 /// Where the robot's file or the log cannot be read again.
-pub fn files(
-    study: &Study,
-    found: &Identified,
-    out: &Path,
-) -> Result<Vec<(&'static str, String)>, Error> {
-    let mut files = Vec::new();
+pub fn files(study: &Study, found: &Identified) -> Result<Vec<(&'static str, String)>, Error> {
     let own = study.resolve(&study.file.robot);
-    let is_description = own.extension().is_some_and(|ending| ending == "toml");
-    let mut robot_file = "robot.toml".to_owned();
-    let mut unsaid: Vec<&str> = Vec::new();
-    if is_description {
-        let text = study
-            .files
-            .read_text(&own, ilon_sim::scenario::MAX_BYTES)
-            .map_err(|fault| Error::read(&own, &fault))?;
-        let mut description: Table = toml::from_str(&text).map_err(|error| {
-            Error::invalid(format!("{}: {}", own.display(), error.message()), "")
-        })?;
-        for (key, value) in spec_of(study) {
-            put(&mut description, &key, value);
-        }
-        for (name, value) in &found.parameters {
-            if let Some(key) = name.strip_prefix("robot.spec.") {
-                put(&mut description, key, Value::Float(value.value));
-            } else if !apply(&mut description, name, value.value, value.nominal)
-                && !name.starts_with("tracker")
-            {
-                unsaid.push(name);
-            }
-        }
-        let text = toml::to_string(&description).unwrap_or_default();
-        files.push((
-            "robot.toml",
-            format!(
-                "# As fitted by the study {}: identified.json has the intervals.\n{text}",
-                found.study
-            ),
-        ));
-    } else {
-        unsaid.extend(
-            found
-                .parameters
-                .keys()
-                .map(String::as_str)
-                .filter(|name| !name.starts_with("tracker")),
-        );
-        robot_file = std::path::absolute(&own)
-            .unwrap_or(own)
-            .display()
-            .to_string();
-    }
-
-    let run = study
-        .file
-        .runs
-        .iter()
-        .position(|run| !run.held_out)
-        .unwrap_or(0);
+    let run = study.file.runs.iter().position(|run| !run.held_out);
+    let run = run.unwrap_or(0);
     let log = read_run(study, run)?;
+    let is_description = own.extension().is_some_and(|ending| ending == "toml");
+    let mut files = Vec::new();
+    let (robot_file, unsaid) = if is_description {
+        let (description, unsaid) = fitted_description(study, found, &own)?;
+        files.push(("robot.toml", description));
+        ("robot.toml".to_owned(), unsaid)
+    } else {
+        let own = std::path::absolute(&own).unwrap_or(own);
+        let names = found.parameters.keys().map(String::as_str);
+        let unsaid = names.filter(|name| !is_of_tracker(name)).collect();
+        (own.display().to_string(), unsaid)
+    };
+    let mut scenario = fitted_scenario(study, found, is_description);
+    put(&mut scenario, "robot.file", Value::String(robot_file));
+    play(&mut scenario, &log);
+    let mut text = format!(
+        "# The robot as fitted by the study {}, driven by the wheels of {}.\n",
+        found.study,
+        study.file.runs[run].file.display()
+    );
+    if !unsaid.is_empty() {
+        let _ = writeln!(
+            text,
+            "# Fitted, but nothing that this robot's file can say: {}. See identified.json.",
+            unsaid.join(", ")
+        );
+    }
+    text += &toml::to_string(&scenario).unwrap_or_default();
+    files.push(("scenario.toml", text));
+    let tracker = fitted_tracker(study, found, run);
+    files.push(("drive.csv", drive(study, &log, &tracker)));
+    Ok(files)
+}
+
+/// The robot's description with the values that were found, and the names of those that it cannot say.
+fn fitted_description<'a>(
+    study: &Study,
+    found: &'a Identified,
+    own: &Path,
+) -> Result<(String, Vec<&'a str>), Error> {
+    let text = study
+        .files
+        .read_text(own, ilon_sim::scenario::MAX_BYTES)
+        .map_err(|fault| Error::read(own, &fault))?;
+    let mut description: Table = toml::from_str(&text)
+        .map_err(|error| Error::invalid(format!("{}: {}", own.display(), error.message()), ""))?;
+    for (key, value) in spec_of(study) {
+        put(&mut description, &key, value);
+    }
+    let mut unsaid = Vec::new();
+    for (name, value) in &found.parameters {
+        if let Some(key) = name.strip_prefix("robot.spec.") {
+            put(&mut description, key, Value::Float(value.value));
+        } else if !apply(&mut description, name, value.value, value.nominal) && !is_of_tracker(name)
+        {
+            unsaid.push(name.as_str());
+        }
+    }
+    let text = toml::to_string(&description).unwrap_or_default();
+    let head = format!(
+        "# As fitted by the study {}: identified.json has the intervals.\n",
+        found.study
+    );
+    Ok((head + &text, unsaid))
+}
+
+/// Whether a parameter says how the robot was measured, and nothing of the robot.
+fn is_of_tracker(name: &str) -> bool {
+    name.starts_with("tracker")
+}
+
+/// The keys of a scenario that the study set and that were found, but for those that stand in the robot's description.
+fn fitted_scenario(study: &Study, found: &Identified, is_description: bool) -> Table {
+    let is_described = |key: &str| is_description && key.starts_with("robot.spec.");
+    let mut scenario = Table::new();
+    let set = flat(&study.file.set).into_iter();
+    for (key, value) in set.filter(|(key, _)| !is_described(key)) {
+        put(&mut scenario, &key, value);
+    }
+    let simulated = |name: &String| found.simulated_keys.contains(name) && !is_described(name);
+    for (name, value) in found.parameters.iter().filter(|(name, _)| simulated(name)) {
+        put(&mut scenario, name, Value::Float(value.value));
+    }
+    scenario
+}
+
+/// Has a scenario play the wheels of a log, to its last whole tenth of a second where nothing else is said.
+fn play(scenario: &mut Table, log: &Log) {
+    for (key, value) in [
+        ("playback.file", "drive.csv"),
+        ("playback.drives", "wheel_angles"),
+    ] {
+        put(scenario, key, Value::String(value.to_owned()));
+    }
+    if !has(scenario, "run.duration_s") {
+        let duration_s = (10.0 * log.duration_s()).floor().max(1.0) / 10.0;
+        put(scenario, "run.duration_s", Value::Float(duration_s));
+    }
+}
+
+/// Where and how turned the tracker of a run sat.
+fn fitted_tracker(study: &Study, found: &Identified, run: usize) -> Tracker {
     let tracked = |name: &str| {
         let series = &study.file.runs[run].series;
-        let of_series = format!("tracker.{name}.{series}");
-        let value = found
-            .parameters
-            .get(&of_series)
-            .or_else(|| found.parameters.get(&format!("tracker.{name}")));
+        let of_series = found.parameters.get(&format!("tracker.{name}.{series}"));
+        let value = of_series.or_else(|| found.parameters.get(&format!("tracker.{name}")));
         value.map_or(0.0, |value| value.value)
     };
-    let tracker = Tracker {
+    Tracker {
         point_m: [tracked("x_m"), tracked("y_m")],
         turned_rad: -tracked("heading_deg").to_radians(),
-    };
+    }
+}
+
+/// A log as playback reads it: the wheels' angles, and the poses of the body that the tracker saw.
+fn drive(study: &Study, log: &Log, tracker: &Tracker) -> String {
     let mut csv = "t_s".to_owned();
     for wheel in &study.robot.wheels {
         let _ = write!(csv, ",{}_angle_rad", wheel.name);
@@ -118,56 +168,7 @@ pub fn files(
             y - s * o_x - c * o_y
         );
     }
-
-    let mut scenario = Table::new();
-    for (key, value) in flat(&study.file.set) {
-        let is_spec = is_description && key.starts_with("robot.spec.");
-        if !is_spec {
-            put(&mut scenario, &key, value);
-        }
-    }
-    for (name, value) in &found.parameters {
-        if found.simulated_keys.contains(name)
-            && !(is_description && name.starts_with("robot.spec."))
-        {
-            put(&mut scenario, name, Value::Float(value.value));
-        }
-    }
-    put(&mut scenario, "robot.file", Value::String(robot_file));
-    put(
-        &mut scenario,
-        "playback.file",
-        Value::String("drive.csv".to_owned()),
-    );
-    put(
-        &mut scenario,
-        "playback.drives",
-        Value::String("wheel_angles".to_owned()),
-    );
-    if !has(&scenario, "run.duration_s") {
-        put(
-            &mut scenario,
-            "run.duration_s",
-            Value::Float((10.0 * log.duration_s()).floor().max(1.0) / 10.0),
-        );
-    }
-    let mut text = format!(
-        "# The robot as fitted by the study {}, driven by the wheels of {}.\n",
-        found.study,
-        study.file.runs[run].file.display()
-    );
-    if !unsaid.is_empty() {
-        let _ = writeln!(
-            text,
-            "# Fitted, but nothing that this robot's file can say: {}. See identified.json.",
-            unsaid.join(", ")
-        );
-    }
-    text += &toml::to_string(&scenario).unwrap_or_default();
-    let _ = out;
-    files.push(("scenario.toml", text));
-    files.push(("drive.csv", csv));
-    Ok(files)
+    csv
 }
 
 /// What the study sets of the robot's description.

@@ -161,89 +161,98 @@ impl Draft<'_> {
 
     /// What the parts of a study say of each other.
     pub fn check(&self) -> Result<(), Error> {
-        let Self {
-            text,
-            path,
-            file,
-            axes,
-            bases,
-        } = *self;
-        let wrong = |keys: &[&str], message: String, help: &str| self.wrong(keys, message, help);
-        if bases.is_empty() {
-            return wrong(
-                &["scenario"],
-                "`scenario` names none".to_owned(),
-                "name the scenario that is varied",
-            );
+        self.scenarios()?;
+        self.points()?;
+        self.repetitions()?;
+        self.axes()?;
+        self.runs()?;
+        self.questions()?;
+        self.quantities()?;
+        self.physics()
+    }
+
+    /// There is a scenario, and no two have one name.
+    fn scenarios(&self) -> Result<(), Error> {
+        let wrong = |message: String, help: &str| self.wrong(&["scenario"], message, help);
+        if self.bases.is_empty() {
+            let message = "`scenario` names none".to_owned();
+            return wrong(message, "name the scenario that is varied");
         }
-        for (index, base) in bases.iter().enumerate() {
-            if bases[..index].iter().any(|other| other.name == base.name) {
+        for (index, base) in self.bases.iter().enumerate() {
+            if self.bases[..index]
+                .iter()
+                .any(|other| other.name == base.name)
+            {
                 let message = format!(
                     "two scenarios are called `{}`, and their rows could not be told apart",
                     base.name
                 );
-                return wrong(&["scenario"], message, "rename one");
+                return wrong(message, "rename one");
             }
         }
-        let word = file.method.word();
-        let count = axes.len();
-        match (file.method, file.points) {
-            (Method::Grid, Some(_)) => {
-                let help = "leave `points` out, or draw them: `method = \"latin_hypercube\"`";
-                return wrong(
-                    &["points"],
-                    "the points of a grid follow from its axes".to_owned(),
-                    help,
-                );
-            }
-            (Method::Grid, None) => {}
-            (_, None) => {
+        Ok(())
+    }
+
+    /// The method knows how many points there are, and can draw as many.
+    fn points(&self) -> Result<(), Error> {
+        let wrong = |message: String, help: &str| self.wrong(&["points"], message, help);
+        match (self.file.method, self.file.points) {
+            (Method::Grid, Some(_)) => wrong(
+                "the points of a grid follow from its axes".to_owned(),
+                "leave `points` out, or draw them: `method = \"latin_hypercube\"`",
+            ),
+            (Method::Grid, None) => Ok(()),
+            (method, None) => {
+                let word = method.word();
                 let message =
                     format!("`method = \"{word}\"` does not know how many points to draw");
-                return wrong(&["method"], message, "add `points = 100`");
+                self.wrong(&["method"], message, "add `points = 100`")
             }
-            (_, Some(0)) => {
-                return wrong(
-                    &["points"],
-                    "`points` is 0: there would be no run".to_owned(),
-                    "draw at least one",
-                );
-            }
+            (_, Some(0)) => wrong(
+                "`points` is 0: there would be no run".to_owned(),
+                "draw at least one",
+            ),
             (Method::Sobol | Method::SobolIndices, Some(points)) if points > MOST_SOBOL_POINTS => {
-                let message = format!(
-                    "`points` is {points}, where a Sobol sequence has {MOST_SOBOL_POINTS} at most"
-                );
-                return wrong(
-                    &["points"],
-                    message,
+                wrong(
+                    format!(
+                        "`points` is {points}, where a Sobol sequence has {MOST_SOBOL_POINTS} at most"
+                    ),
                     "draw fewer, or take `method = \"random\"`",
-                );
+                )
             }
-            (Method::LatinHypercube, Some(points)) if points > MOST_RUNS => {
-                let message =
-                    format!("`points` is {points}, where at most {MOST_RUNS} runs are made");
-                return wrong(&["points"], message, "draw fewer");
-            }
-            _ => {}
+            (Method::LatinHypercube, Some(points)) if points > MOST_RUNS => wrong(
+                format!("`points` is {points}, where at most {MOST_RUNS} runs are made"),
+                "draw fewer",
+            ),
+            _ => Ok(()),
         }
-        if file.repetitions > 1 {
-            let is_set = flat(&file.set).iter().any(|(key, _)| key == SEED);
-            let varied = axes.iter().map(|axis| axis.key.as_str());
-            let mut varied = varied.chain(file.find.as_ref().map(|find| find.key.as_str()));
-            if is_set || varied.any(|key| key == SEED) {
-                let message = format!(
-                    "`repetitions` would all be the same run, since the study gives `{SEED}`"
-                );
-                let help = "leave one of the two out: each repetition has a seed of its own";
-                return wrong(&["repetitions"], message, help);
-            }
+    }
+
+    /// Repetitions differ.
+    fn repetitions(&self) -> Result<(), Error> {
+        let file = self.file;
+        let is_set = flat(&file.set).iter().any(|(key, _)| key == SEED);
+        let varied = self.axes.iter().map(|axis| axis.key.as_str());
+        let mut varied = varied.chain(file.find.as_ref().map(|find| find.key.as_str()));
+        if file.repetitions > 1 && (is_set || varied.any(|key| key == SEED)) {
+            let message =
+                format!("`repetitions` would all be the same run, since the study gives `{SEED}`");
+            let help = "leave one of the two out: each repetition has a seed of its own";
+            return self.wrong(&["repetitions"], message, help);
         }
-        if count == 0 && file.find.is_none() {
+        Ok(())
+    }
+
+    /// Something varies, and the method takes axes such as these and as many.
+    fn axes(&self) -> Result<(), Error> {
+        let Self { file, axes, .. } = *self;
+        if axes.is_empty() && file.find.is_none() {
             let varies_noise = file.method == Method::Random
                 || (file.method == Method::Grid && file.repetitions > 1);
             if !varies_noise || file.minimise.is_some() {
                 let help = "add an axis, such as `axes.world.floor.friction = [0.2, 0.4]`; noise alone is varied by `repetitions`";
-                return wrong(&["scenario"], "the study varies nothing".to_owned(), help);
+                let message = "the study varies nothing".to_owned();
+                return self.wrong(&["scenario"], message, help);
             }
         }
         if file.method == Method::Morris {
@@ -253,39 +262,45 @@ impl Draft<'_> {
                     "`axes.{}` has no ends, and `method = \"morris\"` moves each axis from one end to the other",
                     axis.key
                 );
-                let span = axis_place(text, &axis.key).unwrap_or_default();
+                let span = axis_place(self.text, &axis.key).unwrap_or_default();
                 let help = "cut it off: give it `min` and `max`";
-                return Err(fault(text, path, span, message, help));
+                return Err(fault(self.text, self.path, span, message, help));
             }
         }
-        let most_axes = match file.method {
+        let most = match file.method {
             Method::Sobol => 256,
             Method::SobolIndices => 128,
             _ => 10_000,
         };
-        if count > most_axes {
+        if axes.len() > most {
             let message = format!(
-                "`method = \"{word}\"` takes {most_axes} axes at most, and there are {count}"
+                "`method = \"{}\"` takes {most} axes at most, and there are {}",
+                file.method.word(),
+                axes.len()
             );
-            return wrong(&["method"], message, "vary fewer keys");
+            return self.wrong(&["method"], message, "vary fewer keys");
         }
+        Ok(())
+    }
+
+    /// There are no more runs than are made.
+    fn runs(&self) -> Result<(), Error> {
+        let Self { file, axes, .. } = *self;
         let points = match (file.method, file.points) {
             (Method::Grid, _) => grid_points(axes),
             (method, points) => points
                 .unwrap_or_default()
-                .saturating_mul(runs_a_point(method, count)),
+                .saturating_mul(runs_a_point(method, axes.len())),
         };
         let runs = points
-            .saturating_mul(bases.len() as u64)
+            .saturating_mul(self.bases.len() as u64)
             .saturating_mul(u64::from(file.repetitions));
         if runs > MOST_RUNS {
             let message = format!("the study has {runs} runs, where at most {MOST_RUNS} are made");
             let help = "take fewer values or points, or divide the study";
-            return wrong(&["axes"], message, help);
+            return self.wrong(&["axes"], message, help);
         }
-        self.questions()?;
-        self.quantities()?;
-        self.physics()
+        Ok(())
     }
 
     /// What is asked of a study with or without physics: the quantities of the one the other does not have.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use ilon_files::FileAccess;
 use ilon_messages::bag::{self, ReadMessage};
-use ilon_messages::geometry_msgs::PoseStamped;
+use ilon_messages::geometry_msgs::{Pose, PoseStamped};
 use ilon_messages::nav_msgs::Odometry;
 use ilon_messages::sensor_msgs::JointState;
 use ilon_messages::{CdrError, Message};
@@ -13,8 +13,11 @@ use ilon_robot::Robot;
 use ilon_sim::Error;
 use ilon_sim::foreign::MOST_ROWS;
 
-use super::format::Format;
+use super::format::{Bag, Format};
 use super::series::Log;
+
+/// Topics that are listed where one is missing.
+const MOST_TOPICS: usize = 1000;
 
 /// Wheel angles as they were recorded, and the pose at those times on the line between the poses around them.
 pub(super) fn read(
@@ -30,75 +33,10 @@ pub(super) fn read(
             "write `[log.bag]` with `joints` and `pose`; a table's name ends in .csv, .tsv, .txt or .dat",
         ));
     };
-    let names: Vec<&str> = robot
-        .wheels
-        .iter()
-        .map(|wheel| {
-            topics
-                .names
-                .get(&wheel.name)
-                .unwrap_or(&wheel.name)
-                .as_str()
-        })
-        .collect();
-    let mut log = Log::default();
-    let mut poses: Vec<(f64, [f64; 3])> = Vec::new();
-    let mut seen: BTreeMap<String, String> = BTreeMap::new();
-    let mut first_ns = None;
+    let mut recorded = Recorded::new(path, topics, robot);
     let mut failed = None;
-    let mut take = |message: &ReadMessage| -> Result<(), Error> {
-        let since_ns = *first_ns.get_or_insert(message.log_time_ns);
-        let t_s = (i128::from(message.log_time_ns) - i128::from(since_ns)) as f64 * 1e-9;
-        if !seen.contains_key(message.topic) && seen.len() < 1000 {
-            seen.insert(message.topic.to_owned(), message.type_name.to_owned());
-        }
-        if message.topic == topics.joints {
-            let joints: JointState = decode(path, message)?;
-            if !joints
-                .name
-                .iter()
-                .any(|name| names.contains(&name.as_str()))
-            {
-                return Ok(());
-            }
-            let angle = |name: &&str| {
-                let place = joints.name.iter().position(|known| known == name);
-                let angle = place.and_then(|place| joints.position.get(place)).copied();
-                angle.filter(|angle| angle.is_finite()).ok_or_else(|| {
-                    Error::contents(
-                        path,
-                        format!("`{}` has no angle of `{name}` at {t_s:.3} s", message.topic),
-                        "record positions of all wheels; `log.bag.names` says what a wheel is called in the bag",
-                    )
-                })
-            };
-            let angles: Result<Vec<f64>, Error> = names.iter().map(angle).collect();
-            log.times_s.push(t_s);
-            log.angles_rad.push(angles?);
-        } else if message.topic == topics.pose {
-            let pose = match message.type_name {
-                name if name == Odometry::TYPE_NAME => decode::<Odometry>(path, message)?.pose.pose,
-                name if name == PoseStamped::TYPE_NAME => {
-                    decode::<PoseStamped>(path, message)?.pose
-                }
-                other => {
-                    return Err(Error::contents(
-                        path,
-                        format!("`{}` is of the type {other}", message.topic),
-                        "name a topic of nav_msgs/Odometry or geometry_msgs/PoseStamped in `log.bag.pose`",
-                    ));
-                }
-            };
-            poses.push((t_s, pose.planar()));
-        }
-        if log.times_s.len() > MOST_ROWS || poses.len() > MOST_ROWS {
-            let message = format!("it has more than {MOST_ROWS} messages of one topic");
-            return Err(Error::contents(path, message, "cut it into parts"));
-        }
-        Ok(())
-    };
     bag::read(path, files, &mut |message| {
-        failed = take(message).err();
+        failed = recorded.take(message).err();
         failed.is_none()
     })
     .map_err(|reason| {
@@ -108,41 +46,132 @@ pub(super) fn read(
             "name a table, an MCAP file, or the folder of a bag with MCAP files",
         )
     })?;
-    if let Some(failed) = failed {
-        return Err(failed);
+    match failed {
+        Some(failed) => Err(failed),
+        None => recorded.into_log(),
     }
-    for (key, topic, count) in [
-        ("joints", &topics.joints, log.times_s.len()),
-        ("pose", &topics.pose, poses.len()),
-    ] {
-        if count == 0 {
-            let listed: Vec<String> = seen
-                .iter()
-                .map(|(topic, kind)| format!("`{topic}` ({kind})"))
-                .collect();
-            return Err(Error::contents(
-                path,
-                format!("it has nothing of the robot on `log.bag.{key}` = `{topic}`"),
-                format!("its topics are {}", listed.join(", ")),
-            ));
+}
+
+/// What a bag has of a robot, as its messages come.
+struct Recorded<'a> {
+    path: &'a Path,
+    topics: &'a Bag,
+    /// What the robot's wheels are called in the bag.
+    names: Vec<&'a str>,
+    log: Log,
+    poses: Vec<(f64, [f64; 3])>,
+    /// The bag's topics and their types.
+    known: BTreeMap<String, String>,
+    first_ns: Option<u64>,
+}
+
+impl<'a> Recorded<'a> {
+    fn new(path: &'a Path, topics: &'a Bag, robot: &'a Robot) -> Self {
+        let wheels = robot.wheels.iter().map(|wheel| &wheel.name);
+        let names = wheels.map(|name| topics.names.get(name).unwrap_or(name).as_str());
+        Self {
+            path,
+            topics,
+            names: names.collect(),
+            log: Log::default(),
+            poses: Vec::new(),
+            known: BTreeMap::new(),
+            first_ns: None,
         }
     }
-    if let Some(at) = poses.windows(2).position(|pair| pair[1].0 <= pair[0].0) {
-        return Err(Error::contents(
-            path,
-            format!(
-                "the times of `{}` do not grow at {} s",
-                topics.pose, poses[at].0
-            ),
-            "order its messages by time, and leave each once",
-        ));
+
+    fn wrong(&self, message: impl Into<String>, help: impl Into<String>) -> Error {
+        Error::contents(self.path, message, help)
     }
-    log.poses = log
-        .times_s
-        .iter()
-        .map(|t_s| between(&poses, *t_s))
-        .collect();
-    Ok(log)
+
+    fn take(&mut self, message: &ReadMessage) -> Result<(), Error> {
+        let since_ns = *self.first_ns.get_or_insert(message.log_time_ns);
+        let t_s = (i128::from(message.log_time_ns) - i128::from(since_ns)) as f64 * 1e-9;
+        if !self.known.contains_key(message.topic) && self.known.len() < MOST_TOPICS {
+            let (topic, kind) = (message.topic.to_owned(), message.type_name.to_owned());
+            self.known.insert(topic, kind);
+        }
+        if message.topic == self.topics.joints {
+            self.take_joints(t_s, &decode(self.path, message)?)?;
+        } else if message.topic == self.topics.pose {
+            let pose = self.pose(message)?;
+            self.poses.push((t_s, pose.planar()));
+        }
+        if self.log.times_s.len() > MOST_ROWS || self.poses.len() > MOST_ROWS {
+            let message = format!("it has more than {MOST_ROWS} messages of one topic");
+            return Err(self.wrong(message, "cut it into parts"));
+        }
+        Ok(())
+    }
+
+    /// Takes the angles of all wheels; a message about other joints is passed over.
+    fn take_joints(&mut self, t_s: f64, joints: &JointState) -> Result<(), Error> {
+        let is_wheel = |name: &String| self.names.contains(&name.as_str());
+        if !joints.name.iter().any(is_wheel) {
+            return Ok(());
+        }
+        let angle = |name: &&str| {
+            let place = joints.name.iter().position(|known| known == name);
+            let angle = place.and_then(|place| joints.position.get(place)).copied();
+            angle.filter(|angle| angle.is_finite()).ok_or_else(|| {
+                self.wrong(
+                    format!("`{}` has no angle of `{name}` at {t_s:.3} s", self.topics.joints),
+                    "record positions of all wheels; `log.bag.names` says what a wheel is called in the bag",
+                )
+            })
+        };
+        let angles = self.names.iter().map(angle).collect::<Result<_, _>>()?;
+        self.log.times_s.push(t_s);
+        self.log.angles_rad.push(angles);
+        Ok(())
+    }
+
+    fn pose(&self, message: &ReadMessage) -> Result<Pose, Error> {
+        match message.type_name {
+            name if name == Odometry::TYPE_NAME => {
+                Ok(decode::<Odometry>(self.path, message)?.pose.pose)
+            }
+            name if name == PoseStamped::TYPE_NAME => {
+                Ok(decode::<PoseStamped>(self.path, message)?.pose)
+            }
+            other => Err(self.wrong(
+                format!("`{}` is of the type {other}", message.topic),
+                "name a topic of nav_msgs/Odometry or geometry_msgs/PoseStamped in `log.bag.pose`",
+            )),
+        }
+    }
+
+    /// The log, once all messages are taken: the pose at each of its times.
+    fn into_log(mut self) -> Result<Log, Error> {
+        for (key, topic, count) in [
+            ("joints", &self.topics.joints, self.log.times_s.len()),
+            ("pose", &self.topics.pose, self.poses.len()),
+        ] {
+            if count == 0 {
+                let known = self.known.iter();
+                let listed: Vec<String> = known
+                    .map(|(topic, kind)| format!("`{topic}` ({kind})"))
+                    .collect();
+                return Err(self.wrong(
+                    format!("it has nothing of the robot on `log.bag.{key}` = `{topic}`"),
+                    format!("its topics are {}", listed.join(", ")),
+                ));
+            }
+        }
+        let mut pairs = self.poses.windows(2);
+        if let Some(at) = pairs.position(|pair| pair[1].0 <= pair[0].0) {
+            return Err(self.wrong(
+                format!(
+                    "the times of `{}` do not grow at {} s",
+                    self.topics.pose, self.poses[at].0
+                ),
+                "order its messages by time, and leave each once",
+            ));
+        }
+        let times = self.log.times_s.iter();
+        self.log.poses = times.map(|t_s| between(&self.poses, *t_s)).collect();
+        Ok(self.log)
+    }
 }
 
 /// The pose on the line between its neighbours, their headings the short way round; nothing beyond them.

@@ -317,48 +317,23 @@ impl Heart {
             features,
             parameters: asked_for,
         } = ends;
-        let mut others = Others::default();
-        let stepped = RefCell::new(stepped);
+        let mut voice = Voice {
+            context: &context,
+            topics: &mut topics,
+            others: Others::default(),
+            hears_twist: twist.is_some(),
+            step: &step,
+            desk: &desk,
+            now_s: &now_s,
+        };
         let publish = async {
             while let Some(event) = events.next().await {
-                let result = match event {
-                    Event::Row(row) => {
-                        now_s.set(row.record.t_s);
-                        let row = Row {
-                            record: &row.record,
-                            wheels: &row.wheels,
-                            rollers_rad: &row.rollers_rad,
-                        };
-                        rows.row(row, &mut topics)
-                    }
-                    Event::Restarted(fresh) => {
-                        rows = *fresh;
-                        Ok(())
-                    }
-                    Event::Say(note) => {
-                        topics.say(&note);
-                        Ok(())
-                    }
-                    Event::Look => {
-                        others.look(&context, twist.is_some(), &desk);
-                        if topics.lost > 0 {
-                            let lost = std::mem::take(&mut topics.lost);
-                            desk.say(format!(
-                                "{lost} messages were lost: a reliable reader does not keep up"
-                            ));
-                        }
-                        Ok(())
-                    }
-                    Event::Stepped(request, result) => {
-                        let _ = step.send_response(request, Answer { result });
-                        Ok(())
-                    }
-                };
-                if let Err(fault) = result {
+                if let Err(fault) = voice.tell(event, &mut rows) {
                     desk.say(fault.to_string());
                 }
             }
         };
+        let stepped = RefCell::new(stepped);
         let throttle = RefCell::new(Throttle::default());
         let hear = |heard: Heard| {
             if let Some(note) = heard
@@ -442,6 +417,48 @@ impl Heart {
         let serve = future::join_all(served);
         let both = future::select(Box::pin(publish), serve);
         futures::executor::block_on(both);
+    }
+}
+
+/// What publishes.
+struct Voice<'a> {
+    context: &'a Context,
+    topics: &'a mut Topics,
+    others: Others,
+    hears_twist: bool,
+    step: &'a Server<services::Step, Answer>,
+    desk: &'a Mailbox,
+    now_s: &'a Cell<f64>,
+}
+
+impl Voice<'_> {
+    /// Publishes what an event brings.
+    fn tell(&mut self, event: Event, rows: &mut LiveTopics) -> Result<(), Ros2Error> {
+        match event {
+            Event::Row(row) => {
+                self.now_s.set(row.record.t_s);
+                let row = Row {
+                    record: &row.record,
+                    wheels: &row.wheels,
+                    rollers_rad: &row.rollers_rad,
+                };
+                return rows.row(row, self.topics);
+            }
+            Event::Restarted(fresh) => *rows = *fresh,
+            Event::Say(note) => self.topics.say(&note),
+            Event::Look => {
+                self.others.look(self.context, self.hears_twist, self.desk);
+                let lost = std::mem::take(&mut self.topics.lost);
+                if lost > 0 {
+                    let note = "messages were lost: a reliable reader does not keep up";
+                    self.desk.say(format!("{lost} {note}"));
+                }
+            }
+            Event::Stepped(request, result) => {
+                let _ = self.step.send_response(request, Answer { result });
+            }
+        }
+        Ok(())
     }
 }
 

@@ -1,6 +1,7 @@
 //! Ground from a height map: a picture in grey, or a mesh that is looked down upon.
 
 use std::io::Cursor;
+use std::ops::Range;
 use std::path::Path;
 
 use base64::Engine;
@@ -222,116 +223,161 @@ fn mesh(map: &HeightMap, path: &Path, files: &FileAccess) -> Result<Grid, Fault>
             "export the mesh again".to_owned(),
         ));
     }
-    let corners = || triangles.iter().flatten();
-    let ends = |axis: usize| {
-        let values = || corners().map(|corner| f64::from(corner[axis]));
-        let ends = (
-            values().fold(f64::INFINITY, f64::min),
-            values().fold(f64::NEG_INFINITY, f64::max),
-        );
-        (ends.0, ends.1)
+    let above = FromAbove::new(&triangles, map.cell_m)?;
+    above.check_depth(&triangles)?;
+    let heights = above.heights_m(&triangles);
+    // Flat ground has steps too, of nothing.
+    let (lowest_m, highest_m) = above.ends_m[2];
+    let step_m = (highest_m - lowest_m) / STEPS;
+    let level = |height: &f64| match step_m > 0.0 {
+        true => ((height.max(lowest_m) - lowest_m) / step_m).round() as u16,
+        false => 0,
     };
-    let ((x_0, x_1), (y_0, y_1), (z_0, z_1)) = (ends(0), ends(1), ends(2));
-    let cell_m = map.cell_m;
-    // A hair more than a whole number of cells is rounding.
-    let points = |from: f64, to: f64| ((to - from) / cell_m + 1e-6).floor() + 1.0;
-    let (columns, rows) = (points(x_0, x_1), points(y_0, y_1));
-    check_size(
-        columns,
-        rows,
-        "choose `world.floor.height_map.cell_m` by the mesh, which counts in metres",
-    )?;
-    let (columns, rows) = (columns as usize, rows as usize);
-    let mut heights = vec![f64::NEG_INFINITY; columns * rows];
-    let cells = |triangle: &[[f32; 3]; 3]| {
-        let range = |axis: usize, origin: f64, count: usize| {
-            let values = triangle.map(|corner| (f64::from(corner[axis]) - origin) / cell_m);
-            let least = values.into_iter().fold(f64::INFINITY, f64::min);
-            let most = values.into_iter().fold(f64::NEG_INFINITY, f64::max);
+    let middle =
+        |axis: usize, count: usize| above.ends_m[axis].0 + 0.5 * map.cell_m * (count - 1) as f64;
+    Ok(Grid {
+        columns: above.columns,
+        center_m: [
+            map.x_m + middle(0, above.columns),
+            map.y_m + middle(1, above.rows),
+        ],
+        lowest_m: map.base_m + lowest_m,
+        step_m,
+        levels: heights.iter().map(level).collect(),
+        remarks: above.remarks(&triangles, &heights),
+    })
+}
+
+type Triangle = [[f32; 3]; 3];
+
+/// A grid of points over a mesh, seen from above.
+struct FromAbove {
+    cell_m: f64,
+    /// Least and largest coordinates of the mesh, by axis.
+    ends_m: [(f64, f64); 3],
+    columns: usize,
+    rows: usize,
+}
+
+impl FromAbove {
+    fn new(triangles: &[Triangle], cell_m: f64) -> Result<Self, Fault> {
+        let ends_m = [0, 1, 2].map(|axis| {
+            let corners = triangles.iter().flatten();
+            least_and_most(corners.map(|corner| f64::from(corner[axis])))
+        });
+        // A hair more than a whole number of cells is rounding.
+        let points = |(from, to): (f64, f64)| ((to - from) / cell_m + 1e-6).floor() + 1.0;
+        let (columns, rows) = (points(ends_m[0]), points(ends_m[1]));
+        check_size(
+            columns,
+            rows,
+            "choose `world.floor.height_map.cell_m` by the mesh, which counts in metres",
+        )?;
+        Ok(Self {
+            cell_m,
+            ends_m,
+            columns: columns as usize,
+            rows: rows as usize,
+        })
+    }
+
+    /// The columns and rows of the points that may lie within a triangle.
+    fn cells(&self, triangle: &Triangle) -> (Range<usize>, Range<usize>) {
+        let range = |axis: usize, count: usize| {
+            let origin_m = self.ends_m[axis].0;
+            let values = triangle.map(|corner| (f64::from(corner[axis]) - origin_m) / self.cell_m);
+            let (least, most) = least_and_most(values.into_iter());
             // A point on an edge is on either side of it.
             let from = (least - 1e-6).ceil().max(0.0) as usize;
             let to = ((most + 1e-6).floor() + 1.0).clamp(0.0, count as f64) as usize;
             from..to.max(from)
         };
-        (range(0, x_0, columns), range(1, y_0, rows))
-    };
-    let covered: f64 = triangles
-        .iter()
-        .map(|triangle| {
-            let (across, up) = cells(triangle);
-            across.len() as f64 * up.len() as f64
-        })
-        .sum();
-    if covered > MOST_COVERED {
-        return Err((
-            format!(
-                "its triangles lie {:.0} deep above one another",
-                covered / (columns * rows) as f64
-            ),
-            "export the ground alone, or choose a larger `world.floor.height_map.cell_m`"
-                .to_owned(),
-        ));
+        (range(0, self.columns), range(1, self.rows))
     }
-    /// Of a triangle's size: points on an edge lie on both sides of it.
-    const SLACK: f64 = 1e-6;
-    for triangle in &triangles {
-        let (across, up) = cells(triangle);
-        let [a, b, c] = triangle.map(|corner| corner.map(f64::from));
-        let area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
-        // What stands upright has no place of its own from above.
-        if area.abs() < 1e-12 * cell_m * cell_m {
-            continue;
+
+    /// Refuses what is too deep to be looked through.
+    fn check_depth(&self, triangles: &[Triangle]) -> Result<(), Fault> {
+        let over = |triangle: &Triangle| {
+            let (across, up) = self.cells(triangle);
+            across.len() as f64 * up.len() as f64
+        };
+        let covered: f64 = triangles.iter().map(over).sum();
+        if covered > MOST_COVERED {
+            return Err((
+                format!(
+                    "its triangles lie {:.0} deep above one another",
+                    covered / (self.columns * self.rows) as f64
+                ),
+                "export the ground alone, or choose a larger `world.floor.height_map.cell_m`"
+                    .to_owned(),
+            ));
         }
-        for row in up {
-            for column in across.clone() {
-                let (x, y) = (x_0 + column as f64 * cell_m, y_0 + row as f64 * cell_m);
-                let of_b = ((x - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (y - a[1])) / area;
-                let of_c = ((b[0] - a[0]) * (y - a[1]) - (x - a[0]) * (b[1] - a[1])) / area;
-                if of_b >= -SLACK && of_c >= -SLACK && of_b + of_c <= 1.0 + SLACK {
-                    let z = a[2] + of_b * (b[2] - a[2]) + of_c * (c[2] - a[2]);
-                    let height = &mut heights[row * columns + column];
-                    *height = height.max(z.clamp(z_0, z_1));
+        Ok(())
+    }
+
+    /// The highest place of the mesh at each point, row by row, in metres; negative infinity where there is none.
+    fn heights_m(&self, triangles: &[Triangle]) -> Vec<f64> {
+        /// Of a triangle's size: points on an edge lie on both sides of it.
+        const SLACK: f64 = 1e-6;
+        let [(x_0, _), (y_0, _), (z_0, z_1)] = self.ends_m;
+        let cell_m = self.cell_m;
+        let mut heights = vec![f64::NEG_INFINITY; self.columns * self.rows];
+        for triangle in triangles {
+            let (across, up) = self.cells(triangle);
+            let [a, b, c] = triangle.map(|corner| corner.map(f64::from));
+            let area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+            // What stands upright has no place of its own from above.
+            if area.abs() < 1e-12 * cell_m * cell_m {
+                continue;
+            }
+            for row in up {
+                for column in across.clone() {
+                    let (x, y) = (x_0 + column as f64 * cell_m, y_0 + row as f64 * cell_m);
+                    let of_b = ((x - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (y - a[1])) / area;
+                    let of_c = ((b[0] - a[0]) * (y - a[1]) - (x - a[0]) * (b[1] - a[1])) / area;
+                    if of_b >= -SLACK && of_c >= -SLACK && of_b + of_c <= 1.0 + SLACK {
+                        let z = a[2] + of_b * (b[2] - a[2]) + of_c * (c[2] - a[2]);
+                        let height = &mut heights[row * self.columns + column];
+                        *height = height.max(z.clamp(z_0, z_1));
+                    }
                 }
             }
         }
+        heights
     }
-    let bare = heights.iter().filter(|height| height.is_infinite()).count();
-    let mut remarks = Vec::new();
-    if bare > 0 {
-        remarks.push(format!(
-            "the mesh of the height map has nothing at {:.1} % of its points: the ground lies there as low as its lowest place",
-            100.0 * bare as f64 / heights.len() as f64
-        ));
+
+    /// What the grid does not show of the mesh.
+    fn remarks(&self, triangles: &[Triangle], heights: &[f64]) -> Vec<String> {
+        let bare = heights.iter().filter(|height| height.is_infinite()).count();
+        let mut remarks = Vec::new();
+        if bare > 0 {
+            remarks.push(format!(
+                "the mesh of the height map has nothing at {:.1} % of its points: the ground lies there as low as its lowest place",
+                100.0 * bare as f64 / heights.len() as f64
+            ));
+        }
+        let fine = triangles.iter().filter(|triangle| {
+            let (across, up) = self.cells(triangle);
+            across.is_empty() || up.is_empty()
+        });
+        let share = fine.count() as f64 / triangles.len() as f64;
+        if share > 0.1 {
+            remarks.push(format!(
+                "{:.0} % of the triangles of the height map's mesh lie between points of the grid: a smaller `world.floor.height_map.cell_m` \
+                 than {} resolves them",
+                100.0 * share,
+                self.cell_m
+            ));
+        }
+        remarks
     }
-    let fine = triangles.iter().filter(|triangle| {
-        let (across, up) = cells(triangle);
-        across.is_empty() || up.is_empty()
-    });
-    let share = fine.count() as f64 / triangles.len() as f64;
-    if share > 0.1 {
-        remarks.push(format!(
-            "{:.0} % of the triangles of the height map's mesh lie between points of the grid: a smaller `world.floor.height_map.cell_m` \
-             than {cell_m} resolves them",
-            100.0 * share
-        ));
-    }
-    // Flat ground has steps too, of nothing.
-    let step_m = (z_1 - z_0) / STEPS;
-    let level = |height: &f64| match step_m > 0.0 {
-        true => ((height.max(z_0) - z_0) / step_m).round() as u16,
-        false => 0,
-    };
-    Ok(Grid {
-        columns,
-        center_m: [
-            map.x_m + x_0 + 0.5 * cell_m * (columns - 1) as f64,
-            map.y_m + y_0 + 0.5 * cell_m * (rows - 1) as f64,
-        ],
-        lowest_m: map.base_m + z_0,
-        step_m,
-        levels: heights.iter().map(level).collect(),
-        remarks,
-    })
+}
+
+fn least_and_most(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold(
+        (f64::INFINITY, f64::NEG_INFINITY),
+        |(least, most), value| (least.min(value), most.max(value)),
+    )
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ilon_control::{ContactKinematics, Kinematics, Reference};
+use ilon_control::{ContactKinematics, DynamicModel, Kinematics, Reference};
 use ilon_robot::{Pose, Robot};
 use ilon_trace::{Announced, GroundRelief};
 use nalgebra::Vector2;
@@ -68,16 +68,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     let kinematics = Kinematics::new(&standing)?;
     let contact_kinematics = ContactKinematics::new(&standing)?;
 
-    // Of wheels with limits of their own the fastest says how long steps may be.
-    let of_wheels = scenario.guidance.wheel_rate_limits_rad_s.iter().copied();
-    let limit_rad_s = match of_wheels.reduce(f64::max) {
-        Some(largest_rad_s) => largest_rad_s,
-        None => match scenario.guidance.wheel_rate_limit_rad_s {
-            Some(limit_rad_s) => limit_rad_s,
-            None => robot.wheel_rate_limit_rad_s(),
-        },
-    };
-    scenario.guidance.wheel_rate_limit_rad_s = limit_rad_s.is_finite().then_some(limit_rad_s);
+    let wheel_rate_limit_rad_s = choose_wheel_rate_limit(&mut scenario, robot);
     if let Some(playback) = &mut scenario.playback
         && playback.drives == Drives::WheelAngles
     {
@@ -119,29 +110,8 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     let mut pilot = pilot_of(&scenario, &reference)?;
 
     let model = wheel_loop::dynamic_model(&standing)?;
-    let physics_dt_s = match scenario.run.physics_dt_s {
-        Step::Seconds(dt_s) => dt_s,
-        Step::Auto(_) => {
-            let split_dt_s = defaults::split_dt_s(&scenario, robot);
-            let solver = &mut scenario.world.solver;
-            solver.split_dt_s = solver.split_dt_s.or(split_dt_s);
-            let asked_rad_s = pilot.fastest_rate_asked_rad_s(&scenario);
-            defaults::physics_dt_s(&scenario, robot, &model, asked_rad_s)?
-        }
-    };
-    scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);
-    scenario.check_step(physics_dt_s)?;
-
-    let scale = defaults::scale_of(&scenario, robot);
-    let solver = &mut scenario.world.solver;
-    if solver.contacts == Contacts::Ilon {
-        solver
-            .contact_stiffness_n_m
-            .get_or_insert_with(|| ilon_world::contact_stiffness_n_m(&scale));
-        solver
-            .contact_relaxation_s
-            .get_or_insert_with(|| ilon_world::contact_relaxation_s(&scale));
-    }
+    let physics_dt_s = choose_step(&mut scenario, robot, (&model, &pilot))?;
+    choose_contacts(&mut scenario, robot);
     wheel_loop::choose_gains(&mut scenario.wheel_loop, &model, physics_dt_s)?;
 
     let mut warnings: Vec<String> = robot.remarks.iter().map(ToString::to_string).collect();
@@ -153,15 +123,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         reference = Some(gentler.reference);
         pilot = pilot_of(&scenario, &reference)?;
     }
-    let world = &scenario.world;
-    if !world.floor.is_of_material() {
-        let (friction, gravity_m_s2) = (world.floor.friction(), world.gravity_m_s2);
-        warnings.extend(roller_drag::remarks(robot, friction, gravity_m_s2));
-    }
-    warnings.extend(of_ground);
-    warnings.extend(warnings::of_friction(&scenario));
-    warnings.extend(warnings::of_what_comes_too_late(&scenario));
-    warnings.extend(warnings::of_heading(&scenario));
+    warnings.extend(of_scenario(&scenario, robot, of_ground));
     let beyond = match driver {
         Driver::Guidance => limits::beyond(&scenario, (robot, &joint_targets), &pilot),
         Driver::Own => None,
@@ -178,13 +140,13 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         }
         None => {
             let asked_rad_s = pilot.fastest_rate_asked_rad_s(&scenario).unwrap_or(0.0);
-            warnings.extend(warnings::of_twist(asked_rad_s, limit_rad_s));
+            warnings.extend(warnings::of_twist(asked_rad_s, wheel_rate_limit_rad_s));
         }
     }
     Ok(Resolved {
         scenario,
         physics_dt_s,
-        wheel_rate_limit_rad_s: limit_rad_s,
+        wheel_rate_limit_rad_s,
         reference,
         played,
         joint_targets,
@@ -194,6 +156,69 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         stability,
         warnings,
     })
+}
+
+/// The wheel rate limit that the scenario or the robot gives, in rad/s; infinite for none. Of wheels with limits of their own the fastest
+/// counts, which says how long steps may be.
+fn choose_wheel_rate_limit(scenario: &mut Scenario, robot: &Robot) -> f64 {
+    let guidance = &mut scenario.guidance;
+    let of_wheels = guidance.wheel_rate_limits_rad_s.iter().copied();
+    let limit_rad_s = of_wheels
+        .reduce(f64::max)
+        .or(guidance.wheel_rate_limit_rad_s)
+        .unwrap_or_else(|| robot.wheel_rate_limit_rad_s());
+    guidance.wheel_rate_limit_rad_s = limit_rad_s.is_finite().then_some(limit_rad_s);
+    limit_rad_s
+}
+
+/// The step of physics, in seconds, and the parts into which an automatic one is split.
+fn choose_step(
+    scenario: &mut Scenario,
+    robot: &Robot,
+    (model, pilot): (&DynamicModel, &Pilot),
+) -> Result<f64, Error> {
+    let physics_dt_s = match scenario.run.physics_dt_s {
+        Step::Seconds(dt_s) => dt_s,
+        Step::Auto(_) => {
+            let split_dt_s = defaults::split_dt_s(scenario, robot);
+            let solver = &mut scenario.world.solver;
+            solver.split_dt_s = solver.split_dt_s.or(split_dt_s);
+            let asked_rad_s = pilot.fastest_rate_asked_rad_s(scenario);
+            defaults::physics_dt_s(scenario, robot, model, asked_rad_s)?
+        }
+    };
+    scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);
+    scenario.check_step(physics_dt_s)?;
+    Ok(physics_dt_s)
+}
+
+/// How stiff contacts are and how soon they come to rest, where ilon solves them.
+fn choose_contacts(scenario: &mut Scenario, robot: &Robot) {
+    let scale = defaults::scale_of(scenario, robot);
+    let solver = &mut scenario.world.solver;
+    if solver.contacts == Contacts::Ilon {
+        solver
+            .contact_stiffness_n_m
+            .get_or_insert_with(|| ilon_world::contact_stiffness_n_m(&scale));
+        solver
+            .contact_relaxation_s
+            .get_or_insert_with(|| ilon_world::contact_relaxation_s(&scale));
+    }
+}
+
+/// What the scenario alone gives reason to remark, with what its ground has given already.
+fn of_scenario(scenario: &Scenario, robot: &Robot, of_ground: Vec<String>) -> Vec<String> {
+    let world = &scenario.world;
+    let mut remarks = Vec::new();
+    if !world.floor.is_of_material() {
+        let (friction, gravity_m_s2) = (world.floor.friction(), world.gravity_m_s2);
+        remarks.extend(roller_drag::remarks(robot, friction, gravity_m_s2));
+    }
+    remarks.extend(of_ground);
+    remarks.extend(warnings::of_friction(scenario));
+    remarks.extend(warnings::of_what_comes_too_late(scenario));
+    remarks.extend(warnings::of_heading(scenario));
+    remarks
 }
 
 impl Resolved {

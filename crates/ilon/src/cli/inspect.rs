@@ -345,20 +345,55 @@ fn columns(table: &mut Table, names: &[&str]) {
 }
 
 fn text(robot: &Inspection) -> String {
+    let any = |has: fn(&WheelInspection) -> bool| robot.wheels.iter().any(has);
+    let mut tables = vec![wheels(robot), rollers(robot)];
+    if !robot.joints.is_empty() {
+        tables.extend([joints(robot), loads(robot)]);
+    }
+    if any(|wheel| wheel.material.is_some()) {
+        tables.push(materials(robot));
+    }
+    if any(|wheel| wheel.surface.is_some()) {
+        tables.push(surfaces(robot));
+    }
+    if any(|wheel| wheel.made.is_some()) {
+        tables.push(made(robot));
+    }
+    if !robot.outlines.is_empty() {
+        tables.push(as_modelled(robot));
+    }
+    tables.extend([matrix(robot), kinematics(robot)]);
+    let tables: Vec<String> = tables.iter().map(ToString::to_string).collect();
+    let mut text = tables.join("\n");
+
+    if let Some(singularity) = &robot.singularity {
+        let singularity = one_line(singularity);
+        text.push_str(&format!("\ncannot be controlled: {singularity}\n"));
+    }
+    if !robot.remarks.is_empty() {
+        text.push_str("\nremarks on the file\n");
+        for (subjects, said) in gathered(&robot.remarks) {
+            let remark = format!("{}: {said}", subjects.join(", "));
+            text.push_str(&format!("  {}\n", one_line(&remark)));
+        }
+    }
+    text
+}
+
+/// The robot, and where its wheels are.
+fn wheels(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading(&robot.name);
     table.row("mass", Some(robot.mass_kg), 3, "kg");
     table.row("wheels", Some(robot.wheels.len() as f64), 0, "");
-
     table.heading("wheels: place in m, radius in mm, gamma in deg, limits of torque in N m and of rate in rad/s");
     columns(
         &mut table,
         &["x", "y", "z", "radius", "gamma", "torque", "rate"],
     );
+    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
     for wheel in &robot.wheels {
         let [x, y, z] = wheel.position_m;
-        let number =
-            |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
         table.words(
             &wheel.name,
             &[
@@ -372,13 +407,15 @@ fn text(robot: &Inspection) -> String {
             ],
         );
     }
-    let mut text = table.to_string();
+    table
+}
 
-    let mut table = Table::new();
+fn rollers(robot: &Inspection) -> Table {
     let on_axles = |wheel: &WheelInspection| {
         let surface = wheel.surface.as_ref();
         surface.is_some_and(|surface| surface.axle_friction > 0.0)
     };
+    let mut table = Table::new();
     table.heading(match robot.wheels.iter().any(on_axles) {
         true => "rollers: largest radius and length in mm",
         false => {
@@ -397,84 +434,43 @@ fn text(robot: &Inspection) -> String {
             ],
         );
     }
-    text.push_str(&format!("\n{table}"));
+    table
+}
 
-    if !robot.joints.is_empty() {
-        text.push_str(&format!("\n{}\n{}", joints(robot), loads(robot)));
-    }
-    if robot.wheels.iter().any(|wheel| wheel.material.is_some()) {
-        text.push_str(&format!("\n{}", materials(robot)));
-    }
-    if robot.wheels.iter().any(|wheel| wheel.surface.is_some()) {
-        text.push_str(&format!("\n{}", surfaces(robot)));
-    }
-
-    if robot.wheels.iter().any(|wheel| wheel.made.is_some()) {
-        text.push_str(&format!("\n{}", made(robot)));
-    }
-
-    if !robot.outlines.is_empty() {
-        text.push_str(&format!("\n{}", as_modelled(robot)));
-    }
-
+fn matrix(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading("M, Indiveri 2009, equation (8)");
     for (wheel, row) in robot.wheels.iter().zip(&robot.m) {
         table.row_of(&wheel.name, &row.map(Some), 4, "");
     }
-    text.push_str(&format!("\n{table}"));
+    table
+}
 
+fn kinematics(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading("kinematics");
     table.row("rank of M", Some(robot.rank as f64), 0, "of 3");
     table.row_of("singular values", &robot.singular_values.map(Some), 4, "");
     table.row("condition", robot.condition, 2, "");
-    table.words(
-        "position and heading",
-        &[if robot.decoupled {
-            "decoupled"
-        } else {
-            "coupled"
-        }
-        .to_owned()],
-    );
+    let coupled = match robot.decoupled {
+        true => "decoupled",
+        false => "coupled",
+    };
+    table.words("position and heading", &[coupled.to_owned()]);
     if let Some(point) = robot.decoupling_point_m {
         table.row_of("decoupled about", &point.map(Some), 4, "m");
     }
     if let Some(limits) = robot.speed_limits {
-        table.row(
-            "top speed, slowest direction",
-            Some(limits.slowest_direction_m_s),
-            3,
-            "m/s",
-        );
-        table.row(
-            "top speed, fastest direction",
-            Some(limits.fastest_direction_m_s),
-            3,
-            "m/s",
-        );
-        table.row(
-            "top yaw rate",
-            Some(limits.yaw_rate_rad_s.to_degrees()),
-            1,
-            "deg/s",
-        );
-    }
-    text.push_str(&format!("\n{table}"));
-
-    if let Some(singularity) = &robot.singularity {
-        let singularity = one_line(singularity);
-        text.push_str(&format!("\ncannot be controlled: {singularity}\n"));
-    }
-    if !robot.remarks.is_empty() {
-        text.push_str("\nremarks on the file\n");
-        for (subjects, said) in gathered(&robot.remarks) {
-            let remark = format!("{}: {said}", subjects.join(", "));
-            text.push_str(&format!("  {}\n", one_line(&remark)));
+        for (name, speed_m_s) in [
+            ("top speed, slowest direction", limits.slowest_direction_m_s),
+            ("top speed, fastest direction", limits.fastest_direction_m_s),
+        ] {
+            table.row(name, Some(speed_m_s), 3, "m/s");
         }
+        let rate_deg_s = limits.yaw_rate_rad_s.to_degrees();
+        table.row("top yaw rate", Some(rate_deg_s), 1, "deg/s");
     }
-    text
+    table
 }
 
 /// Remarks `subject: text`, those of one text together, in the order in which each text comes first.

@@ -70,7 +70,7 @@ pub(super) fn write_identified(
 ) -> Result<String, Failure> {
     let json = serde_json::to_string_pretty(found);
     let json = json.map_err(|error| Failure::encode("what was found", &error))? + "\n";
-    for (name, text) in ilon_identify::files(study, found, out)? {
+    for (name, text) in ilon_identify::files(study, found)? {
         write_text(&out.join(name), &text)?;
     }
     pages::identify::write(&out.join("report.html"), found)?;
