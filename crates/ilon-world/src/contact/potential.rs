@@ -78,32 +78,38 @@ impl Scenes<'_> {
             Partner::Ground | Partner::Itself => None,
         };
         let part = place.a.part;
-        let axles = [
-            a.axle(part),
-            b.as_ref().and_then(|(scene, part)| scene.axle(*part)),
-        ];
-        let in_the_middle = frame(place.normal, place.along);
-        let of_b = |direction: Vector3<f64>| {
-            b.as_ref().map(|(scene, part)| {
+        let (frame, tangent) = match place.turning.came_down_at_m {
+            // A roller that came down: its tangents as they were then. Across the ground it is where it is now.
+            Some(at_m) => (
+                frame(place.normal, a.axis_of(part, a.before)),
+                (a.before, at_m),
+            ),
+            None => (frame(place.normal, place.along), (a.middle, place.place_m)),
+        };
+        let row = |(state, at_m): (&State, Vector3<f64>), direction: Vector3<f64>| {
+            let mut row = Row::of_one(a.side(part, state, at_m, direction));
+            // Set where there is one: a side is large, and most contacts are with the ground.
+            if let Some((scene, part)) = &b {
                 let side = scene.side(*part, scene.middle, place.place_m, direction);
-                side.reversed()
-            })
-        };
-        let row = |direction: Vector3<f64>| Row {
-            a: a.side(part, a.middle, place.place_m, direction),
-            b: of_b(direction),
-        };
-        let (frame, rows) = match place.turning.came_down_at_m {
-            Some(at_m) => {
-                // A roller that came down: its tangents as they were then. Across the ground it is where it is now.
-                let axes = frame(place.normal, a.axis_of(part, a.before));
-                let tangent = |direction| Row {
-                    a: a.side(part, a.before, at_m, direction),
-                    b: of_b(direction),
-                };
-                (axes, [row(axes[0]), tangent(axes[1]), tangent(axes[2])])
+                row.b = Some(side.reversed());
             }
-            None => (in_the_middle, in_the_middle.map(row)),
+            row
+        };
+        // Whole before it is returned, for its rows are large and not to be moved.
+        let mut contact = PotentialContact {
+            gap_before_m: place.gap_m,
+            frame,
+            rows: [
+                row((a.middle, place.place_m), frame[0]),
+                row(tangent, frame[1]),
+                row(tangent, frame[2]),
+            ],
+            axles: [
+                a.axle(part),
+                b.as_ref().and_then(|(scene, part)| scene.axle(*part)),
+            ],
+            before: Vector3::zeros(),
+            free: Vector3::zeros(),
         };
         let velocities = |rates: for<'s> fn(&'s Scene<'_>) -> &'s [f64],
                           of_axle: fn(&Axle) -> (f64, f64)| {
@@ -113,24 +119,22 @@ impl Scenes<'_> {
                     + of_axle.map_or(0.0, |((_, c), (rad_s, m_s))| c * rad_s + side.slide * m_s)
             };
             let of = |row: &Row| {
-                let of_a = of_side(&row.a, &a, &axles[0]);
+                let of_a = of_side(&row.a, &a, &contact.axles[0]);
                 let of_b = row.b.as_ref().zip(b.as_ref());
-                of_a + of_b.map_or(0.0, |(side, (scene, _))| of_side(side, scene, &axles[1]))
+                of_a + of_b.map_or(0.0, |(side, (scene, _))| {
+                    of_side(side, scene, &contact.axles[1])
+                })
             };
-            Vector3::new(of(&rows[0]), of(&rows[1]), of(&rows[2]))
+            Vector3::from(contact.rows.each_ref().map(of))
         };
         let tangential = |v: &Vector3<f64>| Vector3::new(0.0, v.y, v.z);
         let turning = &place.turning;
         let now = velocities(|scene| scene.rates_before, Axle::before);
         let free = velocities(|scene| scene.rates_free, Axle::now);
-        PotentialContact {
-            gap_before_m: place.gap_m - 0.5 * self.dt_s * now.x,
-            frame,
-            rows,
-            before: now - tangential(&turning.until_m_s),
-            free: free + tangential(&turning.from_m_s),
-            axles,
-        }
+        contact.gap_before_m -= 0.5 * self.dt_s * now.x;
+        contact.before = now - tangential(&turning.until_m_s);
+        contact.free = free + tangential(&turning.from_m_s);
+        contact
     }
 }
 

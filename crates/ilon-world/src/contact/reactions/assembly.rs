@@ -113,7 +113,7 @@ impl Reactions {
         let open_m_s =
             |contact: &PotentialContact| contact.free.x + contact.gap_before_m.max(0.0) / dt_s;
         let comes_m_s = potential.iter().map(open_m_s).fold(0.0, f64::min).abs();
-        for (place, contact) in nearby.iter().zip(&potential) {
+        for (place, contact) in nearby.iter().zip(&mut potential) {
             let scene = &scenes.of(place.a.body);
             let unit_m_s = scene.scale.speed_m_s();
             let spring = spring_between(scenes.bodies, place.a, place.b);
@@ -156,12 +156,8 @@ impl Reactions {
                 compliance,
             };
             let load_n = self.load_n(scene, place, press.as_ref());
-            let [of_a, of_b] = contact.axles;
-            let rows = contact.rows.map(|row| Row {
-                a: self.with_axle(row.a, of_a),
-                b: row.b.map(|side| self.with_axle(side, of_b)),
-            });
-            for (place, _) in rows[0].sides().filter_map(|side| side.axle) {
+            self.seat_axles(contact);
+            for (place, _) in contact.rows[0].sides().filter_map(|side| side.axle) {
                 self.axles[place].load_n += load_n;
             }
             let reaction = Reaction {
@@ -179,7 +175,7 @@ impl Reactions {
                 velocity_after: Vector3::zeros(),
                 taken_j: Vector3::zeros(),
                 came_down: place.came_down,
-                rolling_radius_m: rows[2].a.axle.map_or(0.0, |(_, radius_m)| radius_m),
+                rolling_radius_m: contact.rows[2].a.axle.map_or(0.0, |(_, radius_m)| radius_m),
                 compliance: self.tangent_compliance(
                     scene,
                     (place, contact),
@@ -193,7 +189,7 @@ impl Reactions {
                 free.z += tangents.softness[1].bias_m_s;
             }
             let (tangents, nap) = (reaction.compliance, reaction.nap);
-            self.push(law, reaction, &rows, free.as_slice());
+            self.push(law, reaction, &contact.rows, free.as_slice());
             if let Some(tangents) = tangents {
                 self.problem.soften(tangents.softness.map(|s| s.compliance));
                 if tangents.coupled != 0.0 {
@@ -204,28 +200,34 @@ impl Reactions {
                 self.problem.make_anisotropic(along, ratio);
             }
             self.gaps_m.push((place.gap_m, contact.gap_before_m));
-            self.resist_rolling(scene, (place, contact, &rows), (&ground, along), load_n);
+            self.resist_rolling(scene, (place, contact), (&ground, along), load_n);
         }
         self.potential = potential;
         self.nearby = nearby;
     }
 
-    /// A side of a row with the place of its roller among those that may touch.
-    fn with_axle(&mut self, side: Side, axle: Option<Axle>) -> Side {
-        let place = axle.and_then(|axle| Some((self.index_of(axle), side.axle?.1)));
-        Side {
-            axle: place,
-            ..side
+    /// Says in the rows of a contact where its rollers stand among those that may touch.
+    fn seat_axles(&mut self, contact: &mut PotentialContact) {
+        let index_of = |axle: &Option<Axle>| axle.as_ref().map(|axle| self.index_of(axle));
+        let [of_a, of_b] = contact.axles.each_ref().map(index_of);
+        let seat = |side: &mut Side, index: Option<usize>| {
+            side.axle = index.zip(side.axle).map(|(index, (_, c))| (index, c));
+        };
+        for row in &mut contact.rows {
+            seat(&mut row.a, of_a);
+            if let Some(side) = &mut row.b {
+                seat(side, of_b);
+            }
         }
     }
 
     /// The place of a roller among those that may touch, where it is put if it is not there yet.
-    fn index_of(&mut self, axle: Axle) -> usize {
+    fn index_of(&mut self, axle: &Axle) -> usize {
         let key = |axle: &Axle| (axle.body, axle.wheel, axle.roller);
-        let of_this = |other: &Axle| key(other) == key(&axle);
+        let of_this = |other: &Axle| key(other) == key(axle);
         self.axles.iter().position(of_this).unwrap_or_else(|| {
             self.axles.reserve_exact(1);
-            self.axles.push(axle);
+            self.axles.push(*axle);
             self.axles.len() - 1
         })
     }

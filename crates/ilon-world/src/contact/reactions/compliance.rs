@@ -107,7 +107,7 @@ impl Reactions {
                 tread.bend_m.dot(&contact.frame[2]),
             )
         });
-        let of_axle = |row: &Row| match (row.a.axle, contact.axles[0]) {
+        let of_axle = |row: &Row| match (row.a.axle, &contact.axles[0]) {
             (Some((_, share)), Some(axle)) => {
                 let [about, along] = axle.responses();
                 share * share * about + row.a.slide * row.a.slide * along

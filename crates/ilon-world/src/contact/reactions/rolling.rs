@@ -38,7 +38,7 @@ impl Reactions {
     pub(super) fn resist_rolling(
         &mut self,
         scene: &Scene<'_>,
-        (place, contact, rows): (&Candidate, &PotentialContact, &[Row; 3]),
+        (place, contact): (&Candidate, &PotentialContact),
         (ground, along): (&FloorSurface, Option<Vector2<f64>>),
         load_n: f64,
     ) {
@@ -57,7 +57,7 @@ impl Reactions {
         };
         let wheel_m = scene.robot.wheels[wheel].radius_m;
         let [along_m, across_m] = radii_m.map(|radius_m| radius_m.max(SHARP * wheel_m));
-        let axle = rows[2].a.axle.map(|(index, _)| index);
+        let axle = contact.rows[2].a.axle.map(|(index, _)| index);
         let travels = [along_m * second, -across_m * first]
             .map(|moment| turned_by(scene, (wheel, roller), axle, &moment));
         let rates = |rates: &[f64], of_axle: fn(&Axle) -> (f64, f64)| {
