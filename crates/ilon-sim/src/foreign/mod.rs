@@ -23,7 +23,8 @@ pub fn quoted(text: &str) -> String {
 /// A cell that should hold a number: as it stands where it is made of what numbers, dates and times are made of, and `text` where it is not.
 fn cell(text: &str) -> String {
     let of_numbers = |letter: char| letter.is_ascii_digit() || "+-.,:eE ".contains(letter);
-    match text.chars().all(of_numbers) {
+    // "inf" is a number to whoever wrote it.
+    match text.chars().all(of_numbers) || text.parse::<f64>().is_ok() {
         true => format!("\"{}\"", quoted(text)),
         false => "text".to_owned(),
     }
@@ -55,7 +56,7 @@ mod tests {
 
     #[test]
     fn of_cells_only_what_could_be_a_number_is_shown() {
-        for shown in ["", "1,5", "12:00:01", "1e-3", "2026-01-01 12:00"] {
+        for shown in ["", "1,5", "12:00:01", "1e-3", "2026-01-01 12:00", "-inf"] {
             assert_eq!(cell(shown), format!("\"{shown}\""));
         }
         for hidden in ["hunter2", "$6$salt$hash", "x", "0x10", "noon"] {
