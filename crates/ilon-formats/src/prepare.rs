@@ -393,7 +393,10 @@ fn of_failure(file: &str, failure: xacro_expand::ExpandError) -> RobotError {
                 })
                 .collect(),
         },
-        xacro_expand::Reason::Argument(name) => Fault::MissingArgument { name },
+        xacro_expand::Reason::Argument(name) => Fault::MissingArgument {
+            name,
+            any_does: false,
+        },
         xacro_expand::Reason::Xml(reason) => Fault::Xml { reason },
         xacro_expand::Reason::TooMuch(what, most) => Fault::TooLarge { what, most },
         other => {

@@ -5,11 +5,14 @@
 
 use std::path::Path;
 
-use ilon_control::Kinematics;
+use ilon_control::{Arrangement, Kinematics};
 use ilon_formats::{Handedness, LoadOptions, LoadRobot, Loaded, Question, Remedy, RobotError};
 use ilon_robot::Robot;
 
 use crate::Error;
+
+/// Options are proposed for robots whose fastest direction is less than this many times as fast as their slowest; built ones are below ten.
+const MOST_CONDITION: f64 = 50.0;
 
 /// How options of reading a robot are asked for.
 pub trait Wording {
@@ -166,7 +169,11 @@ impl Refusal {
         options: &LoadOptions,
         wording: &impl Wording,
     ) -> Self {
-        let drives = |robot: &Robot| Kinematics::new(robot).is_ok();
+        // A robot that hardly moves one way was understood wrongly, though it could be run.
+        let drives = |robot: &Robot| {
+            Kinematics::new(robot).is_ok()
+                && Arrangement::of(robot).is_ok_and(|of| of.condition < MOST_CONDITION)
+        };
         let diagnosis = Robot::diagnose(path, options, drives);
         let faults = if diagnosis.faults.is_empty() {
             vec![first]

@@ -76,7 +76,15 @@ impl Fault {
                     "put the files there, or go without them".to_owned()
                 };
             }
-            Self::MissingArgument { name } => {
+            Self::MissingArgument {
+                name,
+                any_does: true,
+            } => {
+                return format!(
+                    "give `{name}` a value, or a default where it is declared; whatever it is, the robot is the same"
+                );
+            }
+            Self::MissingArgument { name, .. } => {
                 return format!("give `{name}` a value, or a default where it is declared");
             }
             Self::MacrosOnly { callers, .. } => {
@@ -123,6 +131,16 @@ impl Fault {
             }
             Self::NoRollers {
                 rollers: Proposed::Contradiction,
+                why: Some(why),
+                ..
+            } => {
+                return format!(
+                    "{why}; say which rollers they carry and on which joints, and they are put in"
+                );
+            }
+            Self::NoRollers {
+                rollers: Proposed::Contradiction,
+                why: None,
                 ..
             } => {
                 "they are called mecanum wheels, whose hubs are parallel, and theirs are not: turn the joints so that they are, \
@@ -184,6 +202,9 @@ impl Fault {
             Self::RollersDiffer { .. } => "make the rollers of a wheel alike",
             Self::RollersNotMade { .. } => {
                 "write a value within its range, or leave it out for the ideal barrel"
+            }
+            Self::RollersHaveGaps { missing: 1.., .. } => {
+                "model each roller as a link on a turning joint of its own: what is part of the hub's mesh does not turn"
             }
             Self::RollersHaveGaps { .. } => {
                 "make the rollers longer: neighbours hand over at L = 2 a tan(pi/n) / cos(gamma)"
@@ -248,7 +269,7 @@ impl Fault {
                 before_2014: true, ..
             } => vec![Remedy::Repair],
             // Whatever a robot is called, it is the same robot.
-            Self::MissingArgument { name } if is_of_names(name) => vec![Remedy::Argument {
+            Self::MissingArgument { name, .. } if is_of_names(name) => vec![Remedy::Argument {
                 name: name.clone(),
                 value: Some("robot".to_owned()),
             }],
@@ -257,6 +278,9 @@ impl Fault {
             {
                 vec![Remedy::Repair]
             }
+            // Longer rollers do not stand for one that is missing.
+            Self::RollersHaveGaps { missing: 1.., .. } => Vec::new(),
+            Self::RollersHaveGaps { rolls: false, .. } => vec![Remedy::Repair],
             Self::RollersHaveGaps { .. } => vec![Remedy::Repair, Remedy::AsModelled],
             Self::MissingFiles { files } => {
                 let mut remedies: Vec<Remedy> = Vec::new();
@@ -271,20 +295,30 @@ impl Fault {
             }
             Self::ChassisBelowFloor { .. } => vec![Remedy::Repair],
             Self::UnknownLink { .. } | Self::SeveralRoots { .. } => vec![Remedy::LeaveOutMissing],
-            Self::MissingArgument { name } => vec![Remedy::Argument {
+            Self::MissingArgument { name, .. } => vec![Remedy::Argument {
                 name: name.clone(),
                 value: None,
             }],
             Self::NoRollers {
-                wheels, rollers, ..
+                rollers: Proposed::Rollers(rollers),
+                ..
             }
-            | Self::Steered { wheels, rollers } => match rollers {
-                Proposed::Rollers(rollers) => vec![Remedy::Rollers(rollers.clone())],
-                Proposed::Contradiction | Proposed::NothingSaid => vec![Remedy::WhichRollers {
-                    wheels: wheels.clone(),
-                    parallel: *rollers == Proposed::NothingSaid,
-                }],
-            },
+            | Self::Steered {
+                rollers: Proposed::Rollers(rollers),
+                ..
+            } => vec![Remedy::Rollers(rollers.clone())],
+            Self::NoRollers {
+                wheels,
+                rollers,
+                why,
+            } => vec![Remedy::WhichRollers {
+                wheels: wheels.clone(),
+                parallel: *rollers == Proposed::NothingSaid || why.is_some(),
+            }],
+            Self::Steered { wheels, rollers } => vec![Remedy::WhichRollers {
+                wheels: wheels.clone(),
+                parallel: *rollers == Proposed::NothingSaid,
+            }],
             Self::PackageUnknown { package, .. } => vec![Remedy::Package {
                 name: package.clone(),
             }],

@@ -60,6 +60,13 @@ pub(super) fn survey(tree: &Tree, candidates: &[Candidate], meshes: &Meshes) -> 
             Ok(like) if joint.motion == Motion::Turning && !joint.mimics => {
                 survey.turning.push(like);
             }
+            // An arm's joints turn within limits too, and its segments are round.
+            Ok(_) if joint.motion == Motion::Swinging && !is_called_wheel(tree, j) => {
+                survey.looked.push(Looked {
+                    joint: joint.name.clone(),
+                    reason: "turns within limits, and is not called a wheel".to_owned(),
+                });
+            }
             Ok(like) => survey.others.push(like),
             // Of what does not move, hardly anything is meant for a wheel, but what cannot be read may be.
             Err(reason) if joint.motion == Motion::Fixed && !reason.contains("mesh `") => {}
@@ -77,7 +84,7 @@ pub(super) fn survey(tree: &Tree, candidates: &[Candidate], meshes: &Meshes) -> 
 /// A named joint as a wheel, or why it cannot be one.
 pub(super) fn named(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
     let joint = &tree.joints[j];
-    if let Some(below) = tree.turning_below(j) {
+    if let Some(below) = carried(tree, j) {
         return Err(format!(
             "the joint `{}` turns below it",
             tree.joints[below].name
@@ -100,9 +107,44 @@ pub(super) fn named(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike,
     })
 }
 
+/// The joint that turns in place of a wheel's rollers: the only one below the wheel's own, through the wheel's middle, on a level axis that
+/// is not the wheel's. So people model a mecanum wheel without modelling each roller: a ball that turns about the axis of the roller which
+/// touches the ground.
+pub(super) fn in_place_of_rollers(tree: &Tree, hub: usize) -> Option<usize> {
+    /// What stands this near is in one place, in metres.
+    const SAME_PLACE_M: f64 = 5e-3;
+    /// The cosine of the least angle between the axes, of 10 degrees.
+    const APART: f64 = 0.985;
+    let below = tree.turning_below(hub)?;
+    let (wheel, roller) = (&tree.joints[hub], &tree.joints[below]);
+    let is_wheel = wheel.motion == Motion::Turning && tree.is_level(hub);
+    let mut on_wheel = tree
+        .moving(Motion::Turning)
+        .filter(|&j| tree.turning_above(j) == Some(hub));
+    let is_alone = on_wheel.next() == Some(below) && on_wheel.next().is_none();
+    let turns_across = tree.is_level(below)
+        && (roller.origin - wheel.origin).norm() < SAME_PLACE_M
+        && roller.axis.dot(&wheel.axis).abs() < APART;
+    let is_last = tree.turning_below(below).is_none() && tree.turning_above(hub).is_none();
+    (is_wheel && is_alone && turns_across && is_last).then_some(below)
+}
+
+/// A joint that turns below one, but for what turns in place of rollers.
+fn carried(tree: &Tree, j: usize) -> Option<usize> {
+    let below = tree.turning_below(j)?;
+    (in_place_of_rollers(tree, j) != Some(below)).then_some(below)
+}
+
 fn look(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
     let joint = &tree.joints[j];
-    if let Some(below) = tree.turning_below(j) {
+    let above = tree.turning_above(j);
+    if let Some(hub) = above.filter(|&hub| in_place_of_rollers(tree, hub) == Some(j)) {
+        return Err(format!(
+            "turns in place of the rollers of `{}`",
+            tree.joints[hub].name
+        ));
+    }
+    if let Some(below) = carried(tree, j) {
         return Err(format!(
             "carries the turning joint `{}`",
             tree.joints[below].name
@@ -163,7 +205,10 @@ pub(super) fn is_called_wheel(tree: &Tree, j: usize) -> bool {
 
 fn on_own_axis(tree: &Tree, j: usize, meshes: &Meshes) -> WheelLike {
     let joint = &tree.joints[j];
-    let body = tree.rigid_body(joint.child, |k| tree.joints[k].motion == Motion::Turning);
+    let part = in_place_of_rollers(tree, j);
+    let body = tree.rigid_body(joint.child, |k| {
+        tree.joints[k].motion == Motion::Turning && Some(k) != part
+    });
     let disc = if tree.is_level(j) {
         disc::about(&body, &hub_frame(&joint.origin, &joint.axis), meshes).ok()
     } else {
@@ -271,7 +316,8 @@ impl Survey {
                         looked.push(Looked {
                             joint: joint.name.clone(),
                             reason: format!(
-                                "stands {:.0} mm above the floor that the lowest of them reach",
+                                "{}{:.0} mm above the floor that the lowest of them reach",
+                                Looked::STANDS,
                                 1e3 * above_m
                             ),
                         });

@@ -1,27 +1,29 @@
 //! Which rollers wheels without rollers are meant to have, where the file says so.
 //!
 //! Most published bases model their wheels as plain discs and leave the rollers to a plug-in of a simulator. What such files say
-//! of them is taken, in this order: directions of friction, rollers that the wheels' meshes show, a plug-in that drives mecanum wheels,
+//! of them is taken, in this order: a joint that turns in place of rollers, directions of friction, rollers that the wheels' meshes show, a plug-in that drives mecanum wheels,
 //! axes on which plain wheels could not roll at all, and what they call them. That a plug-in moves the base in all directions says
 //! nothing: steered wheels do so as well. How many rollers there are only meshes show: else that is a guess, and remarked.
 
 use nalgebra::{Unit, Vector3};
 
-use super::candidates::{Survey, WheelLike};
+use super::candidates::{Survey, WheelLike, in_place_of_rollers};
 use super::drawn_rollers::{self, Drawn};
 use super::from_options;
 use super::hub::hub_frame;
 use super::loading::Loading;
-use super::names::{self, is_mecanum, is_omni};
+use super::names::{self, is_mec, is_mecanum, is_omni};
 use super::source::{Source, child};
 use super::tree::Tree;
-use crate::error::Proposed;
+use crate::error::{Looked, Proposed};
 use crate::options::{Handedness, WheelOptions};
 
 /// Rollers that are put on a wheel of which nobody says how many it has: mecanum wheels carry nine to fifteen.
 pub(super) const ROLLERS: usize = 12;
 /// The usual angle of mecanum wheels, in degrees.
 const MECANUM_DEG: f64 = 45.0;
+/// What speaks for rollers where one joint below each wheel turns in their place.
+const ONE_JOINT: &str = "the joint below each of them that turns in place of rollers";
 /// Fewest wheels that hold all three freedoms of the plane.
 const LEAST_WHEELS: usize = 3;
 
@@ -50,6 +52,9 @@ pub(super) fn infer(loading: &Loading, survey: &Survey) -> Option<Inferred> {
             are_drawn: drawn.is_some(),
         })
     };
+    if let Some(gammas_deg) = by_joints(tree, &wheels) {
+        return named(Handedness::EachDeg(gammas_deg), ONE_JOINT.to_owned());
+    }
     if let Some(gammas_deg) = by_friction(source, tree, &wheels) {
         return named(
             Handedness::EachDeg(gammas_deg),
@@ -90,26 +95,30 @@ pub(super) fn infer(loading: &Loading, survey: &Survey) -> Option<Inferred> {
 
 /// Rollers that would fit how the wheels stand and what the file says of them, for a person to confirm; and what speaks for them, in words. Parallel
 /// wheels of which nothing says that they are Swedish ones are plain wheels to all appearance, and are given none; and that a robot of
-/// steered wheels is called omnidirectional says nothing of rollers.
+/// steered wheels is called omnidirectional says nothing of rollers. `left_out` are joints that are no wheels beside these, and why.
 pub(super) fn fitting(
     loading: &Loading,
     wheels: &[&WheelLike],
     are_steered: bool,
+    left_out: &[Looked],
 ) -> (Proposed, Option<String>) {
     let (source, tree) = (loading.source, loading.tree);
     let wheels: Vec<WheelLike> = wheels.iter().map(|w| (*w).clone()).collect();
     let drawn = drawn(loading, &wheels);
     let by_drawing = drawn.as_ref().and_then(|drawn| by_drawing(drawn, &wheels));
     let in_x = || Some(Handedness::XDeg(MECANUM_DEG));
-    let (gamma, why) = if let Some((gamma, why)) = by_drawing {
+    let (gamma, why) = if let Some(gammas_deg) = by_joints(tree, &wheels) {
+        (Some(Handedness::EachDeg(gammas_deg)), ONE_JOINT.to_owned())
+    } else if let Some((gamma, why)) = by_drawing {
         (Some(gamma), why)
     } else if !are_parallel(&wheels) || are_of_two_kinds(source, tree, &wheels) {
         let why = "their axes and what the file calls them".to_owned();
         (by_groups(source, tree, &wheels), why)
-    } else if let Some(name) = called(source, tree, &wheels) {
-        (in_x(), format!("the name `{name}`"))
-    } else if let Some(plugin) = plugin(source) {
-        (in_x(), format!("the plug-in `{plugin}`"))
+    } else if let Some(what) = speaks_of_mecanum(source, tree, &wheels) {
+        if !stand_in_x(&wheels) {
+            return (Proposed::Contradiction, Some(out_of_x(&what, left_out)));
+        }
+        (in_x(), what)
     } else if let Some(name) = free_name(source, tree, &wheels)
         .filter(|_| !are_steered && stand_in_x(&wheels) && !is_driven_as_plain(source))
     {
@@ -134,6 +143,33 @@ pub(super) fn fitting(
     };
     let why = format!("those of the proposal are taken by {why}{count}");
     (Proposed::Rollers(Box::new(rollers)), Some(why))
+}
+
+/// What speaks of mecanum wheels, in words: a name or a plug-in.
+fn speaks_of_mecanum(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> {
+    let in_short = || {
+        let own = names_of_robot(source).into_iter();
+        let of_wheels = wheels
+            .iter()
+            .flat_map(|wheel| names::of_wheel(source, tree, wheel.joint));
+        own.chain(of_wheels).find(|name| is_mec(name))
+    };
+    let is_plain = is_driven_as_plain(source);
+    let name = called(source, tree, wheels).or_else(|| in_short().filter(|_| !is_plain));
+    let name = name.map(|name| format!("the name `{name}`"));
+    name.or_else(|| plugin(source).map(|plugin| format!("the plug-in `{plugin}`")))
+}
+
+/// Why mecanum wheels cannot stand as these do, in words, with the joints that may be missing among them.
+fn out_of_x(what: &str, left_out: &[Looked]) -> String {
+    let beside = left_out.iter().filter(|of| of.is_of_height());
+    let beside: Vec<String> = beside
+        .map(|of| format!("; `{}` {}", of.joint, of.reason))
+        .collect();
+    format!(
+        "{what} speaks of mecanum wheels, which stand on both sides of the middle, ahead of it and behind, as these do not{}",
+        beside.concat()
+    )
 }
 
 /// What hints at a robot that moves in all directions, but is not enough to propose rollers by, in words.
@@ -356,6 +392,17 @@ fn stand_in_x(wheels: &[WheelLike]) -> bool {
         places().any(|place| place > 1e-3) && places().any(|place| place < -1e-3)
     };
     wheels.len() >= 4 && both(&left) && both(&ahead)
+}
+
+/// gamma of each wheel in degrees, where below each one joint turns in place of its rollers, about the axis of the one on the ground.
+fn by_joints(tree: &Tree, wheels: &[WheelLike]) -> Option<Vec<f64>> {
+    let of_wheel = |wheel: &WheelLike| {
+        let roller = in_place_of_rollers(tree, wheel.joint)?;
+        gamma_deg(&wheel.axis, &tree.joints[roller].axis)
+    };
+    let each = wheels.iter().map(of_wheel).collect::<Option<Vec<f64>>>()?;
+    // To a tenth: joints are placed by hand.
+    Some(each.iter().map(|deg| (10.0 * deg).round() / 10.0).collect())
 }
 
 /// gamma of each wheel in degrees, where the file gives each a direction in which it grips and one in which it does not: that
