@@ -237,6 +237,14 @@ impl Course {
         robot(self).is_some_and(|own| robot(other) == Some(own))
     }
 
+    /// The arguments that were given a value.
+    fn given_arguments(&self) -> impl Iterator<Item = &str> {
+        self.applied.iter().filter_map(|remedy| match remedy {
+            Remedy::Argument { name, .. } => Some(name.as_str()),
+            _ => None,
+        })
+    }
+
     fn reaches(&self, works: impl Fn(&Robot) -> bool) -> bool {
         self.loaded
             .as_ref()
@@ -319,7 +327,7 @@ fn whatever_the_arguments(
             error.remedies().into_iter().map(given).collect()
         })
     };
-    STAND_INS.iter().find_map(|[one, other]| {
+    let same = STAND_INS.iter().find_map(|[one, other]| {
         let (mut one, other) = (with_all(one), with_all(other));
         let same = one.reaches(&works) && other.reaches(&works) && one.is_same_robot(&other);
         if !same || compares_with_texts(path, options, &one) {
@@ -329,24 +337,61 @@ fn whatever_the_arguments(
             fault.say_that_any_value_does();
         }
         Some(one)
+    });
+    same.or_else(|| {
+        // Of truth values, the one with which the file says what it does not with the other.
+        let [no, yes] = ["false", "true"].map(with_all);
+        let (reaches, misses) = match (no.reaches(&works), yes.reaches(&works)) {
+            (true, false) => (no, yes),
+            (false, true) => (yes, no),
+            _ => return None,
+        };
+        let is_read = [&reaches, &misses]
+            .iter()
+            .all(|course| are_truth_values(path, options, course));
+        is_read.then_some(reaches)
     })
 }
 
-/// Whether a file holds one of the arguments that were given on a way against texts: then it has a value of its own.
-fn compares_with_texts(path: &Path, options: &LoadOptions, course: &Course) -> bool {
+/// Of the arguments that were given on a way, those that conditions look at, with the values that they could have instead.
+fn looked_at(path: &Path, options: &LoadOptions, course: &Course) -> Vec<(String, Vec<String>)> {
     let file = path.display().to_string();
     let reading = with(options, &course.applied);
     let prepared =
         read_text(path, &file, &reading).and_then(|text| prepare(&text, &file, &reading));
-    let choices = prepared.map_or_else(|_| Vec::new(), |prepared| prepared.choices);
-    let is_given = |name: &str| {
-        let mut given = course.applied.iter();
-        given.any(|remedy| matches!(remedy, Remedy::Argument { name: of, .. } if of == name))
+    let mut choices = prepared.map_or_else(|_| Vec::new(), |prepared| prepared.choices);
+    let given: Vec<&str> = course.given_arguments().collect();
+    choices.retain(|(name, _)| given.contains(&name.as_str()));
+    choices
+}
+
+/// Whether a file holds one of the arguments that were given on a way against texts: then it has a value of its own.
+fn compares_with_texts(path: &Path, options: &LoadOptions, course: &Course) -> bool {
+    let choices = looked_at(path, options, course);
+    choices
+        .iter()
+        .any(|(_, values)| !values.iter().all(|value| is_truth_value(value)))
+}
+
+/// Whether all arguments that were given on a way, but for names, are truth values that conditions look at.
+fn are_truth_values(path: &Path, options: &LoadOptions, course: &Course) -> bool {
+    let choices = looked_at(path, options, course);
+    let is_one = |name: &str| {
+        let mut of_name = choices.iter().filter(|(of, _)| of == name);
+        of_name.any(|(_, values)| values.iter().all(|value| is_truth_value(value)))
     };
-    let is_text =
-        |value: &String| !["0", "1", "true", "false", "True", "False"].contains(&value.as_str());
-    let mut of_given = choices.iter().filter(|(name, _)| is_given(name));
-    of_given.any(|(_, values)| values.iter().any(is_text))
+    let mut given = course.applied.iter().filter_map(|remedy| match remedy {
+        Remedy::Argument {
+            name,
+            value: Some(value),
+        } if is_truth_value(value) => Some(name),
+        _ => None,
+    });
+    given.all(|name| is_one(name))
+}
+
+fn is_truth_value(text: &str) -> bool {
+    ["0", "1", "true", "false", "True", "False"].contains(&text)
 }
 
 /// Reads a file again and again, each time with the first of the remedies for its faults that changes anything.

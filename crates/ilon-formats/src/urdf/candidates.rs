@@ -12,7 +12,7 @@ use super::hub::hub_frame;
 use super::mesh::Meshes;
 use super::names;
 use super::recognise::Candidate;
-use super::tree::{Motion, Tree, TreeJoint};
+use super::tree::{Motion, PlacedShape, Tree, TreeJoint};
 use crate::error::Looked;
 
 /// A wheel stands on the floor of the others where it ends no higher above it than this share of its radius.
@@ -107,24 +107,31 @@ pub(super) fn named(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike,
     })
 }
 
-/// The joint that turns in place of a wheel's rollers: the only one below the wheel's own, through the wheel's middle, on a level axis that
-/// is not the wheel's. So people model a mecanum wheel without modelling each roller: a ball that turns about the axis of the roller which
-/// touches the ground.
+/// The joint that turns in place of a wheel's rollers: one that crosses the wheel's own and turns a ball. So people model a mecanum wheel
+/// without modelling each roller: the ball turns about the axis of the roller which touches the ground.
 pub(super) fn in_place_of_rollers(tree: &Tree, hub: usize) -> Option<usize> {
+    let crossing = crossing(tree, hub)?;
+    let shapes = &tree.links[tree.joints[crossing].child].shapes;
+    let is_ball = |shape: &PlacedShape| matches!(shape.geometry, urdf_rs::Geometry::Sphere { .. });
+    shapes.iter().any(is_ball).then_some(crossing)
+}
+
+/// The only joint that turns below a level one, where it does so through the same point about another level axis.
+fn crossing(tree: &Tree, hub: usize) -> Option<usize> {
     /// What stands this near is in one place, in metres.
     const SAME_PLACE_M: f64 = 5e-3;
     /// The cosine of the least angle between the axes, of 10 degrees.
     const APART: f64 = 0.985;
     let below = tree.turning_below(hub)?;
-    let (wheel, roller) = (&tree.joints[hub], &tree.joints[below]);
+    let (wheel, other) = (&tree.joints[hub], &tree.joints[below]);
     let is_wheel = wheel.motion == Motion::Turning && tree.is_level(hub);
     let mut on_wheel = tree
         .moving(Motion::Turning)
         .filter(|&j| tree.turning_above(j) == Some(hub));
     let is_alone = on_wheel.next() == Some(below) && on_wheel.next().is_none();
     let turns_across = tree.is_level(below)
-        && (roller.origin - wheel.origin).norm() < SAME_PLACE_M
-        && roller.axis.dot(&wheel.axis).abs() < APART;
+        && (other.origin - wheel.origin).norm() < SAME_PLACE_M
+        && other.axis.dot(&wheel.axis).abs() < APART;
     let is_last = tree.turning_below(below).is_none() && tree.turning_above(hub).is_none();
     (is_wheel && is_alone && turns_across && is_last).then_some(below)
 }
@@ -138,9 +145,9 @@ fn carried(tree: &Tree, j: usize) -> Option<usize> {
 fn look(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
     let joint = &tree.joints[j];
     let above = tree.turning_above(j);
-    if let Some(hub) = above.filter(|&hub| in_place_of_rollers(tree, hub) == Some(j)) {
+    if let Some(hub) = above.filter(|&hub| crossing(tree, hub) == Some(j)) {
         return Err(format!(
-            "turns in place of the rollers of `{}`",
+            "turns across `{}`, through the same point",
             tree.joints[hub].name
         ));
     }

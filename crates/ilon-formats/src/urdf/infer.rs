@@ -6,6 +6,7 @@
 //! nothing: steered wheels do so as well. How many rollers there are only meshes show: else that is a guess, and remarked.
 
 use nalgebra::{Unit, Vector3};
+use roxmltree::Node;
 
 use super::candidates::{Survey, WheelLike, in_place_of_rollers};
 use super::drawn_rollers::{self, Drawn};
@@ -14,7 +15,7 @@ use super::hub::hub_frame;
 use super::loading::Loading;
 use super::names::{self, is_mec, is_mecanum, is_omni};
 use super::source::{Source, child};
-use super::tree::Tree;
+use super::tree::{Motion, Tree};
 use crate::error::{Looked, Proposed};
 use crate::options::{Handedness, WheelOptions};
 
@@ -22,6 +23,9 @@ use crate::options::{Handedness, WheelOptions};
 pub(super) const ROLLERS: usize = 12;
 /// The usual angle of mecanum wheels, in degrees.
 const MECANUM_DEG: f64 = 45.0;
+/// What the axes of wheels say, where something speaks of a robot that moves in all directions.
+const BY_AXES: &str =
+    "and by their axes: on parallel ones only mecanum rollers let a robot move sideways";
 /// What speaks for rollers where one joint below each wheel turns in their place.
 const ONE_JOINT: &str = "the joint below each of them that turns in place of rollers";
 /// Fewest wheels that hold all three freedoms of the plane.
@@ -123,10 +127,11 @@ pub(super) fn fitting(
         .filter(|_| !are_steered && stand_in_x(&wheels) && !is_driven_as_plain(source))
     {
         // Four parallel wheels that are not steered move sideways by mecanum rollers alone, whatever they are called.
-        let why = format!(
-            "the name `{name}`, and by their axes: on parallel ones only mecanum rollers let a robot move sideways"
-        );
-        (in_x(), why)
+        (in_x(), format!("the name `{name}`, {BY_AXES}"))
+    } else if let Some(mover) =
+        mover(source).filter(|_| !are_steered && stand_in_x(&wheels) && are_turning(tree, &wheels))
+    {
+        (in_x(), format!("{mover}, {BY_AXES}"))
     } else {
         return (Proposed::NothingSaid, hint(source));
     };
@@ -172,10 +177,43 @@ fn out_of_x(what: &str, left_out: &[Looked]) -> String {
     )
 }
 
+/// A plug-in that moves the base in all directions, where a name that is too little alone speaks for it as well: its own, or one that begins
+/// as mecanum does.
+fn mover(source: &Source) -> Option<String> {
+    let plugin = planar_mover(source)?;
+    let own = plugin.attribute("name").unwrap_or_default();
+    let robot = names_of_robot(source);
+    let mut names = robot.iter().map(String::as_str).chain([own]);
+    let name = names.find(|name| names::is_free(name) || name.to_lowercase().contains("meca"))?;
+    let file = plugin.attribute("filename").unwrap_or_default();
+    Some(format!(
+        "the plug-in `{file}` that moves the base in all directions, the name `{name}`"
+    ))
+}
+
+/// The plug-in that moves a base in all directions, whatever carries it.
+fn planar_mover<'a, 'i>(source: &'a Source<'i>) -> Option<Node<'a, 'i>> {
+    let moves = |n: &Node| {
+        let named = [n.attribute("filename"), n.attribute("name")];
+        named
+            .into_iter()
+            .flatten()
+            .any(|name| name.to_lowercase().contains("planar_move"))
+    };
+    plugin_elements(source).find(moves)
+}
+
+/// Whether the file itself lets wheels turn.
+fn are_turning(tree: &Tree, wheels: &[WheelLike]) -> bool {
+    let mut joints = wheels.iter().map(|wheel| &tree.joints[wheel.joint]);
+    joints.all(|joint| joint.motion == Motion::Turning)
+}
+
 /// What hints at a robot that moves in all directions, but is not enough to propose rollers by, in words.
 fn hint(source: &Source) -> Option<String> {
-    let moves = |name: &&str| name.to_lowercase().contains("planar_move");
-    let plugin = plugins(source).find(moves)?;
+    let mover = planar_mover(source)?;
+    let named = [mover.attribute("filename"), mover.attribute("name")];
+    let plugin = named.into_iter().flatten().next()?;
     Some(format!(
         "the plug-in `{plugin}` moves the base in all directions, whatever its wheels are"
     ))
@@ -218,19 +256,23 @@ fn drawn(loading: &Loading, wheels: &[WheelLike]) -> Option<Vec<Drawn>> {
 /// of them, with which they could not drive. `None` of rollers with which wheels that stand so could not drive at all.
 fn by_drawing(drawn: &[Drawn], wheels: &[WheelLike]) -> Option<(Handedness, String)> {
     let mean_rad = drawn.iter().map(|of| of.gamma_rad.abs()).sum::<f64>() / drawn.len() as f64;
-    let mean_deg = (10.0 * mean_rad.to_degrees()).round() / 10.0;
+    let shown_deg = (10.0 * mean_rad.to_degrees()).round() / 10.0;
+    let mean_deg = usual_deg(shown_deg, drawn.iter().all(|of| of.are_round))?;
+    let but = match mean_deg == shown_deg {
+        true => String::new(),
+        false => format!(", for which {mean_deg} deg are taken"),
+    };
     let why = format!(
-        "their meshes, which show {} rollers of radius {:.1} mm at {mean_deg} deg on each",
+        "their meshes, which show {} rollers of radius {:.1} mm at {shown_deg} deg on each{but}",
         drawn[0].count,
         1e3 * drawn[0].roller_radius_m
     );
-    if mean_deg < 1.0 {
+    if mean_deg == 0.0 {
         return (!are_parallel(wheels)).then_some((Handedness::AllDeg(0.0), why));
     }
     if !stand_in_x(wheels) {
-        let gammas_deg = drawn.iter().map(|of| of.gamma_rad.to_degrees());
-        let tenths = gammas_deg.map(|deg| (10.0 * deg).round() / 10.0);
-        return (!are_parallel(wheels)).then(|| (Handedness::EachDeg(tenths.collect()), why));
+        let handed = drawn.iter().map(|of| mean_deg.copysign(of.gamma_rad));
+        return (!are_parallel(wheels)).then(|| (Handedness::EachDeg(handed.collect()), why));
     }
     let in_x = from_options::in_x_deg(wheels, mean_deg).ok()?;
     let is_so = in_x
@@ -242,6 +284,18 @@ fn by_drawing(drawn: &[Drawn], wheels: &[WheelLike]) -> Option<(Handedness, Stri
         false => " (handed otherwise than in the usual X, in which they stand)",
     };
     Some((Handedness::XDeg(mean_deg), format!("{why}{but}")))
+}
+
+/// The angle that is meant by one that meshes show, in degrees: a usual one where that is near, for meshes have facets; and where their rollers
+/// are not round, for then they were stretched, if it is near enough for that, else none.
+fn usual_deg(shown_deg: f64, are_round: bool) -> Option<f64> {
+    /// By this much meshes lie beside what they show, in degrees, and stretched ones by this.
+    const FACETS_DEG: f64 = 1.0;
+    const STRETCHED_DEG: f64 = 10.0;
+    let near_deg = if are_round { FACETS_DEG } else { STRETCHED_DEG };
+    let is_near = |usual: &f64| (shown_deg - usual).abs() < near_deg;
+    let usual = [0.0, MECANUM_DEG].into_iter().find(is_near);
+    usual.or_else(|| are_round.then_some(shown_deg))
 }
 
 /// gamma of wheels of which not all are parallel, by groups that are: those that stand in the X of mecanum wheels, and are not called
@@ -486,15 +540,19 @@ fn plugin(source: &Source) -> Option<String> {
 
 /// The files and the names of a simulator's plug-ins.
 fn plugins<'a>(source: &'a Source) -> impl Iterator<Item = &'a str> {
+    plugin_elements(source)
+        .flat_map(|n| [n.attribute("filename"), n.attribute("name")])
+        .flatten()
+}
+
+/// The elements of a simulator's plug-ins.
+fn plugin_elements<'a, 'i>(source: &'a Source<'i>) -> impl Iterator<Item = Node<'a, 'i>> {
     let gazebo = source
         .robot()
         .children()
         .filter(|n| n.has_tag_name("gazebo"));
-    gazebo
-        .flat_map(|n| n.children())
-        .filter(|n| n.has_tag_name("plugin"))
-        .flat_map(|n| [n.attribute("filename"), n.attribute("name")])
-        .flatten()
+    let elements = gazebo.flat_map(|n| n.children());
+    elements.filter(|n| n.has_tag_name("plugin"))
 }
 
 /// Where the file calls the wheels mecanum wheels: by their joints, links or meshes, by the macro that makes them or the file that

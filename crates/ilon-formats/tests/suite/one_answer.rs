@@ -400,3 +400,86 @@ fn one_joint_turns_in_place_of_rollers(front_left: [f64; 2], gamma_deg: f64) {
     let speaks = |r: &ilon_robot::Remark| r.text.contains("turns in place of rollers");
     assert!(read.remarks.iter().any(speaks));
 }
+
+/// A plug-in that moves a base in all directions and a name that alone is too little agree on wheels that turn and do not steer; either
+/// alone says too little, and a fixed wheel is no witness.
+#[test_case("mecabot", "continuous", "drive", true)]
+#[test_case("bot", "continuous", "omni_steering", true)]
+#[test_case("bot", "continuous", "drive", false)]
+#[test_case("mecabot", "fixed", "drive", false)]
+#[test_case("mecabot", "continuous", "", false)]
+fn a_base_that_is_moved_in_all_directions(name: &str, kind: &str, plugin: &str, is_proposed: bool) {
+    let more = match plugin {
+        "" => String::new(),
+        name => format!(
+            r#"<gazebo><plugin name="{name}" filename="libgazebo_ros_planar_move.so"/></gazebo>"#
+        ),
+    };
+    let parts = PLACES
+        .iter()
+        .map(|(name, x, y)| wheel(&format!("{name}_wheel"), kind, [*x, *y, 0.0], "0 1 0", 0.05));
+    let text = robot(name, &format!("{more}{BODY}{}", parts.collect::<String>()));
+    let folder = tempfile::tempdir().unwrap();
+    let diagnosis = diagnosed(folder.path(), "r.urdf", &text);
+    assert_eq!(
+        diagnosis.proposal.is_some(),
+        is_proposed,
+        "{}",
+        said(&diagnosis)
+    );
+    let says = said(&diagnosis).contains("that moves the base in all directions, the name");
+    assert_eq!(says, is_proposed);
+}
+
+/// A truth value that nobody gives, with which the file says which wheels it has, and without which it does not: that is the one. Of a number
+/// the one with which the file can be read is none.
+#[test_case(r#"<xacro:if value="$(arg simulated)"><gazebo><plugin name="mecanum_drive" filename="x.so"/></gazebo></xacro:if>"#, Some("true"))]
+#[test_case(r#"<xacro:unless value="$(arg simulated)"><gazebo><plugin name="mecanum_drive" filename="x.so"/></gazebo></xacro:unless>"#, Some("false"))]
+#[test_case(r#"<gazebo><plugin name="mecanum_drive" filename="x.so"/></gazebo><link name="tip"><collision><geometry><sphere radius="$(arg simulated)"/></geometry></collision></link><joint name="t" type="fixed"><parent link="base_link"/><child link="tip"/><origin xyz="0 0 2"/></joint>"#, None)]
+fn a_truth_value_with_which_a_file_says_more(more: &str, value: Option<&str>) {
+    let parts = PLACES
+        .iter()
+        .map(|(name, x, y)| wheel(name, "continuous", [*x, *y, 0.0], "0 1 0", 0.05));
+    let text = robot("r", &format!("{more}{BODY}{}", parts.collect::<String>()));
+    let folder = tempfile::tempdir().unwrap();
+    let diagnosis = diagnosed(folder.path(), "r.xacro", &text);
+    let given = diagnosis
+        .proposal
+        .as_ref()
+        .and_then(|options| options.arguments.get("simulated"));
+    assert_eq!(given.map(String::as_str), value, "{}", said(&diagnosis));
+}
+
+/// What an included file of MJCF includes lies beside it or beside the first.
+#[test]
+fn an_include_within_an_include_is_sought_beside_both() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let wheels = PLACES.iter().map(|(name, x, y)| {
+        format!(
+            r#"<body name="mecanum_{name}" pos="{x} {y} 0" euler="90 0 0"><joint name="{name}" axis="0 0 1"/><geom type="cylinder" size="0.05 0.02"/></body>"#
+        )
+    });
+    let wheels = format!(
+        "<mujocoinclude>{}</mujocoinclude>",
+        wheels.collect::<String>()
+    );
+    let path = write(
+        "r.xml",
+        r#"<mujoco><compiler angle="degree"/><worldbody><include file="parts/base.xml"/></worldbody></mujoco>"#,
+    );
+    let base = r#"<mujocoinclude><body name="base"><freejoint/><geom type="box" size="0.1 0.1 0.02" pos="0 0 0.1"/><include file="wheels.xml"/></body></mujocoinclude>"#;
+    write("parts/base.xml", base);
+    assert!(Robot::load(&path).is_err());
+    for place in ["parts/wheels.xml", "wheels.xml"] {
+        let written = write(place, &wheels);
+        let read = Robot::load(&path).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(read.wheels.len(), 4, "{place}");
+        std::fs::remove_file(written).unwrap();
+    }
+}
