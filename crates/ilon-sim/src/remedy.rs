@@ -182,7 +182,7 @@ impl Refusal {
         };
         let mut advice: Vec<String> = Vec::new();
         for remedy in faults.iter().flat_map(RobotError::remedies) {
-            if let Remedy::Package { name } = remedy {
+            if let Remedy::Package { name, folder: None } = remedy {
                 let package = wording.package(&name);
                 if !advice.contains(&package) {
                     advice.push(package);

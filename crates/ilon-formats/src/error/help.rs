@@ -1,6 +1,7 @@
 //! How each fault is repaired: in words, and by the options of reading.
 
 use super::fault::{Fault, Proposed};
+use super::named::MissingFile;
 use super::remedy::Remedy;
 use crate::options::{Handedness, LoadOptions, WheelOptions};
 
@@ -284,13 +285,18 @@ impl Fault {
             Self::RollersHaveGaps { .. } => vec![Remedy::Repair, Remedy::AsModelled],
             Self::MissingFiles { files } => {
                 let mut remedies: Vec<Remedy> = Vec::new();
-                for name in files.iter().filter_map(|file| file.package.clone()) {
-                    let remedy = Remedy::Package { name };
-                    if !remedies.contains(&remedy) {
-                        remedies.push(remedy);
-                    }
+                for file in files {
+                    let remedy = file.package.clone().map(|name| Remedy::Package {
+                        name,
+                        folder: file.folder.clone(),
+                    });
+                    remedies.extend(remedy.filter(|remedy| !remedies.contains(remedy)));
                 }
-                remedies.push(Remedy::LeaveOutMissing);
+                // Rollers that are missing are not to be made up for.
+                let is_of_rollers = |file: &MissingFile| file.what.contains("roller");
+                if !files.iter().any(is_of_rollers) {
+                    remedies.push(Remedy::LeaveOutMissing);
+                }
                 remedies
             }
             Self::ChassisBelowFloor { .. } => vec![Remedy::Repair],
@@ -321,9 +327,12 @@ impl Fault {
             }],
             Self::PackageUnknown { package, .. } => vec![Remedy::Package {
                 name: package.clone(),
+                folder: None,
             }],
             Self::WheelSizeUnknown { clues, package, .. } => {
-                let package = package.clone().map(|name| Remedy::Package { name });
+                let package = package
+                    .clone()
+                    .map(|name| Remedy::Package { name, folder: None });
                 let radius = Remedy::WheelRadius {
                     guess_m: clues.proposed_m(),
                 };

@@ -483,3 +483,50 @@ fn an_include_within_an_include_is_sought_beside_both() {
         std::fs::remove_file(written).unwrap();
     }
 }
+
+/// A package that was renamed: the one folder around the file that holds all that is missing of it is proposed, before anything is left out.
+/// Where two folders hold it, or none, rollers that are missing are not made up for.
+#[test_case(&["description"], true)]
+#[test_case(&["description", "old/description"], true; "another that is farther below")]
+#[test_case(&["description", "copy"], false; "two that are as near")]
+#[test_case(&["description/parts/other"], false; "none that is around it")]
+fn a_package_of_another_name_is_known_by_what_it_holds(folders: &[&str], is_found: bool) {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |path: &Path, text: &str| {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    };
+    let parts = PLACES.iter().map(|(name, x, y)| {
+        wheel(
+            &format!("mecanum_{name}"),
+            "continuous",
+            [*x, *y, 0.0],
+            "0 1 0",
+            0.05,
+        )
+    });
+    let rollers = robot("parts", r#"<xacro:property name="stands" value="0.4"/>"#);
+    for of in folders {
+        write(&folder.path().join(of).join("urdf/roller.xacro"), &rollers);
+    }
+    let include = r#"<xacro:include filename="$(find old_name)/urdf/roller.xacro"/>"#;
+    let text = robot(
+        "r",
+        &format!("{include}{BODY}{}", parts.collect::<String>()),
+    );
+    let path = folder.path().join("description/robots/r.xacro");
+    write(&path, &text);
+    let diagnosis = Robot::diagnose(&path, &LoadOptions::default(), |_| true);
+    let proposed = diagnosis
+        .proposal
+        .as_ref()
+        .map(|options| options.packages.clone());
+    let named = proposed.as_ref().and_then(|packages| packages.first());
+    assert_eq!(named.is_some(), is_found, "{}", said(&diagnosis));
+    if let Some(package) = named {
+        assert_eq!(package.name, "old_name");
+        assert!(package.folder.ends_with("description"), "{package:?}");
+    } else {
+        assert_eq!(diagnosis.proposal, None);
+    }
+}
