@@ -125,15 +125,16 @@ fn crossing(tree: &Tree, hub: usize) -> Option<usize> {
     let below = tree.turning_below(hub)?;
     let (wheel, other) = (&tree.joints[hub], &tree.joints[below]);
     let is_wheel = wheel.motion == Motion::Turning && tree.is_level(hub);
-    let mut on_wheel = tree
-        .moving(Motion::Turning)
-        .filter(|&j| tree.turning_above(j) == Some(hub));
-    let is_alone = on_wheel.next() == Some(below) && on_wheel.next().is_none();
     let turns_across = tree.is_level(below)
         && (other.origin - wheel.origin).norm() < SAME_PLACE_M
         && other.axis.dot(&wheel.axis).abs() < APART;
     let is_last = tree.turning_below(below).is_none() && tree.turning_above(hub).is_none();
-    (is_wheel && is_alone && turns_across && is_last).then_some(below)
+    // All joints are gone through for those few alone that are such otherwise.
+    let is_alone = || {
+        let mut turning = tree.moving(Motion::Turning);
+        turning.all(|j| j == below || tree.turning_above(j) != Some(hub))
+    };
+    (is_wheel && turns_across && is_last && is_alone()).then_some(below)
 }
 
 /// A joint that turns below one, but for what turns in place of rollers.
