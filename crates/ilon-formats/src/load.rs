@@ -161,6 +161,9 @@ impl LoadRobot for Robot {
     ) -> Diagnosis {
         let path = path.as_ref();
         let mut first = course(path, options, RobotError::remedies);
+        if let Some(other) = whatever_the_arguments(path, options, &first, &works) {
+            first = other;
+        }
         if let Some(other) = by_argument(path, options, &first, &works) {
             first = other;
         }
@@ -224,6 +227,24 @@ impl Course {
         }
     }
 
+    /// Whether it led to the robot that another way led to, whatever is said of either.
+    fn is_same_robot(&self, other: &Self) -> bool {
+        let robot = |course: &Self| {
+            let mut robot = course.loaded.as_ref()?.robot.clone();
+            robot.remarks.clear();
+            Some(robot)
+        };
+        robot(self).is_some_and(|own| robot(other) == Some(own))
+    }
+
+    /// The arguments that were given a value.
+    fn given_arguments(&self) -> impl Iterator<Item = &str> {
+        self.applied.iter().filter_map(|remedy| match remedy {
+            Remedy::Argument { name, .. } => Some(name.as_str()),
+            _ => None,
+        })
+    }
+
     fn reaches(&self, works: impl Fn(&Robot) -> bool) -> bool {
         self.loaded
             .as_ref()
@@ -277,6 +298,100 @@ fn by_argument(
             found
         })
     })
+}
+
+/// The way by any value of arguments that have none, where the robot is the same whatever they are: such as say what a simulator starts, or
+/// where.
+fn whatever_the_arguments(
+    path: &Path,
+    options: &LoadOptions,
+    first: &Course,
+    works: impl Fn(&Robot) -> bool,
+) -> Option<Course> {
+    /// Values that stand for all: numbers, which are truth values too; and truth values, which are no numbers.
+    const STAND_INS: [[&str; 2]; 2] = [["0", "1"], ["false", "true"]];
+    let is_open = |remedy: &Remedy| matches!(remedy, Remedy::Argument { value: None, .. });
+    let mut remedies = first.faults.iter().flat_map(RobotError::remedies);
+    if !remedies.any(|remedy| is_open(&remedy)) {
+        return None;
+    }
+    let with_all = |value: &str| {
+        let given = |remedy: Remedy| match remedy {
+            Remedy::Argument { name, value: None } => Remedy::Argument {
+                name,
+                value: Some(value.to_owned()),
+            },
+            other => other,
+        };
+        course(path, options, |error| {
+            error.remedies().into_iter().map(given).collect()
+        })
+    };
+    let same = STAND_INS.iter().find_map(|[one, other]| {
+        let (mut one, other) = (with_all(one), with_all(other));
+        let same = one.reaches(&works) && other.reaches(&works) && one.is_same_robot(&other);
+        if !same || compares_with_texts(path, options, &one) {
+            return None;
+        }
+        for fault in &mut one.faults {
+            fault.say_that_any_value_does();
+        }
+        Some(one)
+    });
+    same.or_else(|| {
+        // Of truth values, the one with which the file says what it does not with the other.
+        let [no, yes] = ["false", "true"].map(with_all);
+        let (reaches, misses) = match (no.reaches(&works), yes.reaches(&works)) {
+            (true, false) => (no, yes),
+            (false, true) => (yes, no),
+            _ => return None,
+        };
+        let is_read = [&reaches, &misses]
+            .iter()
+            .all(|course| are_truth_values(path, options, course));
+        is_read.then_some(reaches)
+    })
+}
+
+/// Of the arguments that were given on a way, those that conditions look at, with the values that they could have instead.
+fn looked_at(path: &Path, options: &LoadOptions, course: &Course) -> Vec<(String, Vec<String>)> {
+    let file = path.display().to_string();
+    let reading = with(options, &course.applied);
+    let prepared =
+        read_text(path, &file, &reading).and_then(|text| prepare(&text, &file, &reading));
+    let mut choices = prepared.map_or_else(|_| Vec::new(), |prepared| prepared.choices);
+    let given: Vec<&str> = course.given_arguments().collect();
+    choices.retain(|(name, _)| given.contains(&name.as_str()));
+    choices
+}
+
+/// Whether a file holds one of the arguments that were given on a way against texts: then it has a value of its own.
+fn compares_with_texts(path: &Path, options: &LoadOptions, course: &Course) -> bool {
+    let choices = looked_at(path, options, course);
+    choices
+        .iter()
+        .any(|(_, values)| !values.iter().all(|value| is_truth_value(value)))
+}
+
+/// Whether all arguments that were given on a way, but for names, are truth values that conditions look at.
+fn are_truth_values(path: &Path, options: &LoadOptions, course: &Course) -> bool {
+    let choices = looked_at(path, options, course);
+    let is_one = |name: &str| {
+        let mut of_name = choices.iter().filter(|(of, _)| of == name);
+        of_name.any(|(_, values)| values.iter().all(|value| is_truth_value(value)))
+    };
+    let mut given = course.applied.iter().filter_map(|remedy| match remedy {
+        Remedy::Argument {
+            name,
+            value: Some(value),
+        } if is_truth_value(value) => Some(name),
+        _ => None,
+    });
+    given.all(|name| is_one(name))
+}
+
+fn is_truth_value(text: &str) -> bool {
+    ["0", "1", "true", "false", "True", "False"].contains(&text)
 }
 
 /// Reads a file again and again, each time with the first of the remedies for its faults that changes anything.

@@ -247,7 +247,7 @@ fn expanded(prepared: &UrdfText, options: &LoadOptions) -> Result<UrdfText, Robo
     };
     let machine = options.machine();
     let expanded = xacro_expand::expand(path, &prepared.text, &settings, &machine)
-        .map_err(|failure| of_failure(file, *failure))?;
+        .map_err(|failure| of_failure(file, *failure, options))?;
     let mut lines = Lines::default();
     let mut remarks = vec![Remark::new("xacro", of_arguments(&expanded.arguments))];
     for note in &expanded.notes {
@@ -371,8 +371,36 @@ fn compared_with(reason: &xacro_expand::Reason, text: &str) -> String {
     }
 }
 
+/// The files that are missing, those of packages with the folder that holds them.
+fn missing_files(
+    file: &str,
+    missing: Vec<xacro_expand::Missing>,
+    options: &LoadOptions,
+) -> Vec<MissingFile> {
+    let machine = options.machine();
+    let folder_of = |package: &str| {
+        let prefix = format!("$(find {package})/");
+        let of_package = missing
+            .iter()
+            .filter(|m| m.package.as_deref() == Some(package));
+        let paths: Vec<&str> = of_package
+            .filter_map(|m| m.what.strip_prefix(&prefix))
+            .collect();
+        let from = Path::new(file).parent().unwrap_or(Path::new(""));
+        xacro_expand::folder_that_holds(&machine, from, &paths)
+    };
+    let found = missing.iter().map(|m| MissingFile {
+        what: m.what.clone(),
+        package: m.package.clone(),
+        folder: m.package.as_deref().and_then(folder_of),
+        reason: Some(m.reason.clone()).filter(|reason| !reason.is_empty()),
+        at: m.at.clone(),
+    });
+    found.collect()
+}
+
 /// The error that says why a xacro file could not be expanded.
-fn of_failure(file: &str, failure: xacro_expand::ExpandError) -> RobotError {
+fn of_failure(file: &str, failure: xacro_expand::ExpandError, options: &LoadOptions) -> RobotError {
     let xacro_expand::ExpandError {
         reason,
         place,
@@ -383,17 +411,12 @@ fn of_failure(file: &str, failure: xacro_expand::ExpandError) -> RobotError {
     } = failure;
     let fault = match reason {
         xacro_expand::Reason::Missing => Fault::MissingFiles {
-            files: missing
-                .into_iter()
-                .map(|m| MissingFile {
-                    what: m.what,
-                    package: m.package,
-                    reason: Some(m.reason).filter(|reason| !reason.is_empty()),
-                    at: m.at,
-                })
-                .collect(),
+            files: missing_files(file, missing, options),
         },
-        xacro_expand::Reason::Argument(name) => Fault::MissingArgument { name },
+        xacro_expand::Reason::Argument(name) => Fault::MissingArgument {
+            name,
+            any_does: false,
+        },
         xacro_expand::Reason::Xml(reason) => Fault::Xml { reason },
         xacro_expand::Reason::TooMuch(what, most) => Fault::TooLarge { what, most },
         other => {

@@ -5,11 +5,14 @@
 
 use std::path::Path;
 
-use ilon_control::Kinematics;
+use ilon_control::{Arrangement, Kinematics};
 use ilon_formats::{Handedness, LoadOptions, LoadRobot, Loaded, Question, Remedy, RobotError};
 use ilon_robot::Robot;
 
 use crate::Error;
+
+/// Options are proposed for robots whose fastest direction is less than this many times as fast as their slowest; built ones are below ten.
+const MOST_CONDITION: f64 = 50.0;
 
 /// How options of reading a robot are asked for.
 pub trait Wording {
@@ -166,7 +169,11 @@ impl Refusal {
         options: &LoadOptions,
         wording: &impl Wording,
     ) -> Self {
-        let drives = |robot: &Robot| Kinematics::new(robot).is_ok();
+        // A robot that hardly moves one way was understood wrongly, though it could be run.
+        let drives = |robot: &Robot| {
+            Kinematics::new(robot).is_ok()
+                && Arrangement::of(robot).is_ok_and(|of| of.condition < MOST_CONDITION)
+        };
         let diagnosis = Robot::diagnose(path, options, drives);
         let faults = if diagnosis.faults.is_empty() {
             vec![first]
@@ -175,7 +182,7 @@ impl Refusal {
         };
         let mut advice: Vec<String> = Vec::new();
         for remedy in faults.iter().flat_map(RobotError::remedies) {
-            if let Remedy::Package { name } = remedy {
+            if let Remedy::Package { name, folder: None } = remedy {
                 let package = wording.package(&name);
                 if !advice.contains(&package) {
                     advice.push(package);
@@ -212,6 +219,49 @@ pub fn diagnosed(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What closes the refusal of three omni wheels that stand 0.2 m from the middle and turn the robot about it by a lever, in metres. Their
+    /// chassis has no inertia, which a repair works out.
+    fn closing(lever_m: f64) -> Vec<String> {
+        let part = |name: &str, inertia: &str| {
+            format!(
+                r#"<link name="{name}"><inertial><mass value="1"/>{inertia}</inertial><collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.05" length="0.04"/></geometry></collision></link>"#
+            )
+        };
+        let disc = r#"<inertia ixx="7e-4" ixy="0" ixz="0" iyy="1.2e-3" iyz="0" izz="7e-4"/>"#;
+        let mut text = part("base", "");
+        for i in 0..3 {
+            let (angle, name) = (
+                std::f64::consts::TAU * f64::from(i) / 3.0,
+                format!("omni_{i}"),
+            );
+            // With the hub's axis, y of its frame, along the tangent there is no lever.
+            let yaw = angle + (lever_m / 0.2).asin();
+            let (s, c) = angle.sin_cos();
+            text += &part(&name, disc);
+            text += &format!(
+                r#"<joint name="{name}_joint" type="continuous"><parent link="base"/><child link="{name}"/><origin xyz="{} {} 0" rpy="0 0 {yaw}"/><axis xyz="0 1 0"/></joint>"#,
+                0.2 * c,
+                0.2 * s
+            );
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.urdf");
+        std::fs::write(&path, format!(r#"<robot name="r">{text}</robot>"#)).unwrap();
+        let options = LoadOptions::default();
+        let first = Robot::load(&path).expect_err("no inertia");
+        Refusal::of(first, &path, &options, &Keys).closing
+    }
+
+    #[test]
+    fn no_robot_is_proposed_that_hardly_moves_one_way() {
+        // The columns of M are orthogonal, of lengths sqrt(3 / 2), sqrt(3 / 2) and sqrt(3) lever: the condition is 0.2 m / (sqrt(2) lever), 0.7, 7
+        // and 71.
+        let works = |closing: &[String]| closing.iter().any(|words| words.contains("works"));
+        assert!(works(&closing(0.2)));
+        assert!(works(&closing(0.02)));
+        assert!(!works(&closing(0.002)));
+    }
 
     #[test]
     fn angles_lose_the_noise_of_their_last_digits() {

@@ -66,7 +66,7 @@ pub use error::{ExpandError, Missing, Place, Reason};
 pub use expanded::{Expanded, Note};
 pub use files::{Files, Unread};
 pub use host::{Host, LocalHost};
-pub use packages::find_package;
+pub use packages::{find_package, folder_that_holds};
 pub use settings::Settings;
 
 /// Longest file that is read, included ones too, in bytes.

@@ -47,6 +47,45 @@ pub fn find_package(
     })
 }
 
+/// The one folder around `from` that holds files at all of some paths: a package whose name is not the one that is asked for. `None` where
+/// there is none, or more than one, or no path says what to look for.
+pub fn folder_that_holds(files: &dyn Files, from: &Path, paths: &[&str]) -> Option<PathBuf> {
+    let absolute = std::path::absolute(from).unwrap_or_else(|_| from.to_owned());
+    let holds = |folder: &PathBuf| {
+        let parts = paths.iter().map(|path| folder.join(path));
+        let mut there = parts.map(|path| {
+            let (above, name) = (path.parent()?, path.file_name()?.to_str()?);
+            let names = files.names_in(above, MOST_NAMES);
+            names.iter().any(|of| of == name).then_some(())
+        });
+        there.all(|found| found.is_some())
+    };
+    // Of two plain parts at least: a bare name may lie anywhere.
+    let is_telling = |path: &&str| path.contains('/') && !path.contains("..");
+    if paths.is_empty() || !paths.iter().all(is_telling) {
+        return None;
+    }
+    let above: Vec<&Path> = absolute.ancestors().take(MOST_ABOVE).collect();
+    let below = |above: &&Path| -> Vec<PathBuf> {
+        // The root of the file system is no workspace.
+        if above.parent().is_none() {
+            return Vec::new();
+        }
+        let names = files.names_in(above, MOST_NAMES).into_iter();
+        let folders = names.map(|name| above.join(name));
+        std::iter::once(above.to_path_buf())
+            .chain(folders)
+            .collect()
+    };
+    let mut found: Vec<PathBuf> = above.iter().flat_map(below).filter(holds).collect();
+    found.sort();
+    found.dedup();
+    match &found[..] {
+        [folder] => Some(folder.clone()),
+        _ => None,
+    }
+}
+
 /// Folders in and below `above` that could be the package under another name, or a level further down.
 fn around_folder(files: &dyn Files, above: &Path, package: &str) -> Vec<PathBuf> {
     // The root of the file system is no workspace.

@@ -238,7 +238,7 @@ impl<'a, 'i> Model<'a, 'i, '_> {
         let wrong = || {
             (self.fault)(
                 pose,
-                "a pose is six numbers, or seven with a quaternion: a place alone is followed by `0 0 0`, where nothing is turned"
+                "a pose is a place, followed by three angles or a quaternion: six or seven numbers"
                     .to_owned(),
             )
         };
@@ -259,6 +259,8 @@ impl<'a, 'i> Model<'a, 'i, '_> {
                 [x, y, z],
                 UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(qw, qx, qy, qz)),
             ),
+            // What is not said of a pose is zero in SDF.
+            [x, y, z] => ([x, y, z], UnitQuaternion::identity()),
             _ => return Err(wrong()),
         };
         let named = pose

@@ -131,10 +131,11 @@ impl Clues {
             ClueKind::Inertia,
         ];
         let count = kinds.into_iter().filter(|kind| speaking(*kind)).count();
-        // What the author wrote is not outvoted, nor what is drawn, which may be a hub where the author says so.
+        // What the author wrote is not outvoted, nor what is drawn, which may be a hub where the author says or names a size.
         let said = speaking(ClueKind::Said);
-        let denied =
-            !said && (has(ClueKind::Said) || (has(ClueKind::Shape) && !speaking(ClueKind::Shape)));
+        let drawn_otherwise =
+            has(ClueKind::Shape) && !speaking(ClueKind::Shape) && !speaking(ClueKind::Name);
+        let denied = !said && (has(ClueKind::Said) || drawn_otherwise);
         count >= 2 && !denied && self.contradictions(radius_m).is_empty()
     }
 
@@ -259,6 +260,11 @@ mod tests {
             (
                 clues(&[(Shape, &[0.0235]), (Height, &[0.05]), (Inertia, &[0.05])]),
                 None,
+            ),
+            // What is drawn may be a mount, beside a wheel whose mesh is called after its size and cannot be read.
+            (
+                clues(&[(Shape, &[0.028]), (Name, &[0.0508]), (Inertia, &[0.0509])]),
+                Some(0.0508),
             ),
         ] {
             assert_eq!(given.proposed_m(), proposed, "{given:?}");

@@ -93,6 +93,8 @@ pub enum Fault {
     MissingArgument {
         /// Its name.
         name: String,
+        /// Whether the robot was found to be the same with each of some values.
+        any_does: bool,
     },
     /// A xacro file defines macros and makes no link.
     #[error(
@@ -397,13 +399,20 @@ pub enum Fault {
     /// A wheel has angles at which no roller touches the ground.
     #[error(
         "the rollers leave gaps of up to {widest_gap_deg:.2} deg, {share_percent:.1} % of the turn, over which the wheel \
-         falls between them"
+         falls between them{}",
+        if *missing > 0 { format!(": by their places {missing} of {of} are missing in the file") } else { String::new() }
     )]
     RollersHaveGaps {
         /// The widest gap, in degrees of the wheel's turn.
         widest_gap_deg: f64,
         /// The share of a turn without a roller, in per cent.
         share_percent: f64,
+        /// How many rollers are missing of an even ring, by the places of the others.
+        missing: usize,
+        /// How many such a ring has.
+        of: usize,
+        /// Whether the wheel could roll over the gaps as its file models it.
+        rolls: bool,
     },
     /// Wheels do not stand on one floor.
     #[error(

@@ -1,6 +1,7 @@
 //! How each fault is repaired: in words, and by the options of reading.
 
 use super::fault::{Fault, Proposed};
+use super::named::MissingFile;
 use super::remedy::Remedy;
 use crate::options::{Handedness, LoadOptions, WheelOptions};
 
@@ -76,7 +77,15 @@ impl Fault {
                     "put the files there, or go without them".to_owned()
                 };
             }
-            Self::MissingArgument { name } => {
+            Self::MissingArgument {
+                name,
+                any_does: true,
+            } => {
+                return format!(
+                    "give `{name}` a value, or a default where it is declared; whatever it is, the robot is the same"
+                );
+            }
+            Self::MissingArgument { name, .. } => {
                 return format!("give `{name}` a value, or a default where it is declared");
             }
             Self::MacrosOnly { callers, .. } => {
@@ -123,6 +132,16 @@ impl Fault {
             }
             Self::NoRollers {
                 rollers: Proposed::Contradiction,
+                why: Some(why),
+                ..
+            } => {
+                return format!(
+                    "{why}; say which rollers they carry and on which joints, and they are put in"
+                );
+            }
+            Self::NoRollers {
+                rollers: Proposed::Contradiction,
+                why: None,
                 ..
             } => {
                 "they are called mecanum wheels, whose hubs are parallel, and theirs are not: turn the joints so that they are, \
@@ -184,6 +203,9 @@ impl Fault {
             Self::RollersDiffer { .. } => "make the rollers of a wheel alike",
             Self::RollersNotMade { .. } => {
                 "write a value within its range, or leave it out for the ideal barrel"
+            }
+            Self::RollersHaveGaps { missing: 1.., .. } => {
+                "model each roller as a link on a turning joint of its own: what is part of the hub's mesh does not turn"
             }
             Self::RollersHaveGaps { .. } => {
                 "make the rollers longer: neighbours hand over at L = 2 a tan(pi/n) / cos(gamma)"
@@ -248,7 +270,7 @@ impl Fault {
                 before_2014: true, ..
             } => vec![Remedy::Repair],
             // Whatever a robot is called, it is the same robot.
-            Self::MissingArgument { name } if is_of_names(name) => vec![Remedy::Argument {
+            Self::MissingArgument { name, .. } if is_of_names(name) => vec![Remedy::Argument {
                 name: name.clone(),
                 value: Some("robot".to_owned()),
             }],
@@ -257,39 +279,60 @@ impl Fault {
             {
                 vec![Remedy::Repair]
             }
+            // Longer rollers do not stand for one that is missing.
+            Self::RollersHaveGaps { missing: 1.., .. } => Vec::new(),
+            Self::RollersHaveGaps { rolls: false, .. } => vec![Remedy::Repair],
             Self::RollersHaveGaps { .. } => vec![Remedy::Repair, Remedy::AsModelled],
             Self::MissingFiles { files } => {
                 let mut remedies: Vec<Remedy> = Vec::new();
-                for name in files.iter().filter_map(|file| file.package.clone()) {
-                    let remedy = Remedy::Package { name };
-                    if !remedies.contains(&remedy) {
-                        remedies.push(remedy);
-                    }
+                for file in files {
+                    let remedy = file.package.clone().map(|name| Remedy::Package {
+                        name,
+                        folder: file.folder.clone(),
+                    });
+                    remedies.extend(remedy.filter(|remedy| !remedies.contains(remedy)));
                 }
-                remedies.push(Remedy::LeaveOutMissing);
+                // Rollers that are missing are not to be made up for.
+                let is_of_rollers = |file: &MissingFile| file.what.contains("roller");
+                if !files.iter().any(is_of_rollers) {
+                    remedies.push(Remedy::LeaveOutMissing);
+                }
                 remedies
             }
             Self::ChassisBelowFloor { .. } => vec![Remedy::Repair],
             Self::UnknownLink { .. } | Self::SeveralRoots { .. } => vec![Remedy::LeaveOutMissing],
-            Self::MissingArgument { name } => vec![Remedy::Argument {
+            Self::MissingArgument { name, .. } => vec![Remedy::Argument {
                 name: name.clone(),
                 value: None,
             }],
             Self::NoRollers {
-                wheels, rollers, ..
+                rollers: Proposed::Rollers(rollers),
+                ..
             }
-            | Self::Steered { wheels, rollers } => match rollers {
-                Proposed::Rollers(rollers) => vec![Remedy::Rollers(rollers.clone())],
-                Proposed::Contradiction | Proposed::NothingSaid => vec![Remedy::WhichRollers {
-                    wheels: wheels.clone(),
-                    parallel: *rollers == Proposed::NothingSaid,
-                }],
-            },
+            | Self::Steered {
+                rollers: Proposed::Rollers(rollers),
+                ..
+            } => vec![Remedy::Rollers(rollers.clone())],
+            Self::NoRollers {
+                wheels,
+                rollers,
+                why,
+            } => vec![Remedy::WhichRollers {
+                wheels: wheels.clone(),
+                parallel: *rollers == Proposed::NothingSaid || why.is_some(),
+            }],
+            Self::Steered { wheels, rollers } => vec![Remedy::WhichRollers {
+                wheels: wheels.clone(),
+                parallel: *rollers == Proposed::NothingSaid,
+            }],
             Self::PackageUnknown { package, .. } => vec![Remedy::Package {
                 name: package.clone(),
+                folder: None,
             }],
             Self::WheelSizeUnknown { clues, package, .. } => {
-                let package = package.clone().map(|name| Remedy::Package { name });
+                let package = package
+                    .clone()
+                    .map(|name| Remedy::Package { name, folder: None });
                 let radius = Remedy::WheelRadius {
                     guess_m: clues.proposed_m(),
                 };

@@ -150,6 +150,13 @@ impl RobotError {
         &self.0.fault
     }
 
+    /// Says of an argument without a value that any does.
+    pub(crate) fn say_that_any_value_does(&mut self) {
+        if let Fault::MissingArgument { any_does, .. } = &mut self.0.fault {
+            *any_does = true;
+        }
+    }
+
     /// The file, as it was named when it was asked for; of a fault in an included file, that file.
     pub fn file(&self) -> &str {
         &self.0.file

@@ -1,5 +1,7 @@
 //! What faults name: files that are missing, and joints that are no wheels.
 
+use std::path::PathBuf;
+
 /// A file that was looked for and not found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MissingFile {
@@ -7,6 +9,9 @@ pub struct MissingFile {
     pub what: String,
     /// The package that it lies in, where that package's folder is not known.
     pub package: Option<String>,
+    /// The one folder around the robot's file that holds all files of that package which are missing, if there is one: the package may
+    /// have been renamed.
+    pub folder: Option<PathBuf>,
     /// Why it is not read, where it is there.
     pub reason: Option<String>,
     /// The file and line that name it.
@@ -20,4 +25,14 @@ pub struct Looked {
     pub joint: String,
     /// Why it is none.
     pub reason: String,
+}
+
+impl Looked {
+    /// How a reason begins that is one of height alone.
+    pub(crate) const STANDS: &str = "stands ";
+
+    /// Whether it turns as a wheel does, and only stands too high for one.
+    pub(crate) fn is_of_height(&self) -> bool {
+        self.reason.starts_with(Self::STANDS)
+    }
 }

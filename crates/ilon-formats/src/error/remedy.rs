@@ -1,6 +1,9 @@
 //! Options of reading that repair a fault.
 
+use std::path::PathBuf;
+
 use crate::options::{LoadOptions, RollerForms, WheelOptions};
+use crate::packages::Package;
 
 /// An option of reading that would repair a fault. Front ends word it their own way.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +17,8 @@ pub enum Remedy {
     Package {
         /// Its name.
         name: String,
+        /// The folder that holds what is missing of it, if there is one.
+        folder: Option<PathBuf>,
     },
     /// [`LoadOptions::arguments`]: give a xacro argument a value.
     Argument {
@@ -84,7 +89,19 @@ impl Remedy {
                 let value = value.clone()?;
                 remedied.arguments.insert(name.clone(), value);
             }
-            Self::Package { .. } | Self::WhichRollers { .. } => return None,
+            Self::Package {
+                name,
+                folder: Some(folder),
+            } => {
+                let package = Package {
+                    name: name.clone(),
+                    folder: folder.clone(),
+                };
+                if !remedied.packages.contains(&package) {
+                    remedied.packages.push(package);
+                }
+            }
+            Self::Package { folder: None, .. } | Self::WhichRollers { .. } => return None,
         }
         (remedied != *options).then_some(remedied)
     }

@@ -12,7 +12,7 @@ use super::hub::hub_frame;
 use super::mesh::Meshes;
 use super::names;
 use super::recognise::Candidate;
-use super::tree::{Motion, Tree, TreeJoint};
+use super::tree::{Motion, PlacedShape, Tree, TreeJoint};
 use crate::error::Looked;
 
 /// A wheel stands on the floor of the others where it ends no higher above it than this share of its radius.
@@ -60,6 +60,13 @@ pub(super) fn survey(tree: &Tree, candidates: &[Candidate], meshes: &Meshes) -> 
             Ok(like) if joint.motion == Motion::Turning && !joint.mimics => {
                 survey.turning.push(like);
             }
+            // An arm's joints turn within limits too, and its segments are round.
+            Ok(_) if joint.motion == Motion::Swinging && !is_called_wheel(tree, j) => {
+                survey.looked.push(Looked {
+                    joint: joint.name.clone(),
+                    reason: "turns within limits, and is not called a wheel".to_owned(),
+                });
+            }
             Ok(like) => survey.others.push(like),
             // Of what does not move, hardly anything is meant for a wheel, but what cannot be read may be.
             Err(reason) if joint.motion == Motion::Fixed && !reason.contains("mesh `") => {}
@@ -77,7 +84,7 @@ pub(super) fn survey(tree: &Tree, candidates: &[Candidate], meshes: &Meshes) -> 
 /// A named joint as a wheel, or why it cannot be one.
 pub(super) fn named(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
     let joint = &tree.joints[j];
-    if let Some(below) = tree.turning_below(j) {
+    if let Some(below) = carried(tree, j) {
         return Err(format!(
             "the joint `{}` turns below it",
             tree.joints[below].name
@@ -100,9 +107,52 @@ pub(super) fn named(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike,
     })
 }
 
+/// The joint that turns in place of a wheel's rollers: one that crosses the wheel's own and turns a ball. So people model a mecanum wheel
+/// without modelling each roller: the ball turns about the axis of the roller which touches the ground.
+pub(super) fn in_place_of_rollers(tree: &Tree, hub: usize) -> Option<usize> {
+    let crossing = crossing(tree, hub)?;
+    let shapes = &tree.links[tree.joints[crossing].child].shapes;
+    let is_ball = |shape: &PlacedShape| matches!(shape.geometry, urdf_rs::Geometry::Sphere { .. });
+    shapes.iter().any(is_ball).then_some(crossing)
+}
+
+/// The only joint that turns below a level one, where it does so through the same point about another level axis.
+fn crossing(tree: &Tree, hub: usize) -> Option<usize> {
+    /// What stands this near is in one place, in metres.
+    const SAME_PLACE_M: f64 = 5e-3;
+    /// The cosine of the least angle between the axes, of 10 degrees.
+    const APART: f64 = 0.985;
+    let below = tree.turning_below(hub)?;
+    let (wheel, other) = (&tree.joints[hub], &tree.joints[below]);
+    let is_wheel = wheel.motion == Motion::Turning && tree.is_level(hub);
+    let turns_across = tree.is_level(below)
+        && (other.origin - wheel.origin).norm() < SAME_PLACE_M
+        && other.axis.dot(&wheel.axis).abs() < APART;
+    let is_last = tree.turning_below(below).is_none() && tree.turning_above(hub).is_none();
+    // All joints are gone through for those few alone that are such otherwise.
+    let is_alone = || {
+        let mut turning = tree.moving(Motion::Turning);
+        turning.all(|j| j == below || tree.turning_above(j) != Some(hub))
+    };
+    (is_wheel && turns_across && is_last && is_alone()).then_some(below)
+}
+
+/// A joint that turns below one, but for what turns in place of rollers.
+fn carried(tree: &Tree, j: usize) -> Option<usize> {
+    let below = tree.turning_below(j)?;
+    (in_place_of_rollers(tree, j) != Some(below)).then_some(below)
+}
+
 fn look(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
     let joint = &tree.joints[j];
-    if let Some(below) = tree.turning_below(j) {
+    let above = tree.turning_above(j);
+    if let Some(hub) = above.filter(|&hub| crossing(tree, hub) == Some(j)) {
+        return Err(format!(
+            "turns across `{}`, through the same point",
+            tree.joints[hub].name
+        ));
+    }
+    if let Some(below) = carried(tree, j) {
         return Err(format!(
             "carries the turning joint `{}`",
             tree.joints[below].name
@@ -163,7 +213,10 @@ pub(super) fn is_called_wheel(tree: &Tree, j: usize) -> bool {
 
 fn on_own_axis(tree: &Tree, j: usize, meshes: &Meshes) -> WheelLike {
     let joint = &tree.joints[j];
-    let body = tree.rigid_body(joint.child, |k| tree.joints[k].motion == Motion::Turning);
+    let part = in_place_of_rollers(tree, j);
+    let body = tree.rigid_body(joint.child, |k| {
+        tree.joints[k].motion == Motion::Turning && Some(k) != part
+    });
     let disc = if tree.is_level(j) {
         disc::about(&body, &hub_frame(&joint.origin, &joint.axis), meshes).ok()
     } else {
@@ -271,7 +324,8 @@ impl Survey {
                         looked.push(Looked {
                             joint: joint.name.clone(),
                             reason: format!(
-                                "stands {:.0} mm above the floor that the lowest of them reach",
+                                "{}{:.0} mm above the floor that the lowest of them reach",
+                                Looked::STANDS,
                                 1e3 * above_m
                             ),
                         });

@@ -62,7 +62,7 @@ pub(super) fn check_wheel_count(
             .into_iter()
             .find(|likes| likes.len() >= LEAST_WHEELS);
         if let Some(bare) = bare {
-            let (rollers, why) = infer::fitting(loading, &bare, false);
+            let (rollers, why) = infer::fitting(loading, &bare, false, &survey.looked);
             let fault = Fault::NoRollers {
                 wheels: names(&bare),
                 rollers,
@@ -76,7 +76,7 @@ pub(super) fn check_wheel_count(
         if makes_a_robot && !steered.is_empty() {
             let fault = Fault::Steered {
                 wheels: names(&steered),
-                rollers: infer::fitting(loading, &steered, true).0,
+                rollers: infer::fitting(loading, &steered, true, &survey.looked).0,
             };
             return with_sizes(loading, &steered, fault);
         }

@@ -26,8 +26,12 @@ const SAME_ANGLE_RAD: f64 = 0.02;
 const MOST_GAMMA_RAD: f64 = 80.0 * PI / 180.0;
 /// Places around the wheel are even within this share of their distance.
 const EVEN: f64 = 0.1;
-/// Rollers reach this share of the wheel's radius at least: nothing else touches the ground.
-const REACHES: f64 = 0.99;
+/// Rollers reach this share of the wheel's radius at least: nothing else touches the ground. Meshes stand some per cent off their joints.
+const REACHES: f64 = 0.95;
+/// The spreads across the axis of a roller as made differ by less than this share, by which corners that lie unevenly make them differ.
+const MADE_ROUND: f64 = 0.06;
+/// For the same reason the rings of a wheel's rollers may differ by this share.
+const OFF_AXIS: f64 = 0.05;
 
 /// The rollers of a wheel as its mesh shows them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +43,8 @@ pub(super) struct Drawn {
     pub(super) roller_radius_m: f64,
     /// The wheel's radius, in metres.
     pub(super) wheel_radius_m: f64,
+    /// Whether the rollers are round as made ones are: those of a mesh that was stretched are not, and lie at another angle.
+    pub(super) are_round: bool,
 }
 
 impl Drawn {
@@ -140,30 +146,36 @@ struct Form {
     place_rad: f64,
     /// How far it reaches from the hub axis, in metres.
     reach_m: f64,
+    /// The share by which its spreads across its axis differ.
+    out_of_round: f64,
 }
 
 impl Form {
     fn is_like(&self, other: &Self) -> bool {
         are_alike(self.radius_m, other.radius_m)
             && are_alike(self.half_length_m, other.half_length_m)
-            && are_alike(self.ring_radius_m, other.ring_radius_m)
+            && are_within(OFF_AXIS, self.ring_radius_m, other.ring_radius_m)
             && (self.gamma_rad - other.gamma_rad).abs() < SAME_ANGLE_RAD
     }
 }
 
 fn are_alike(p: f64, q: f64) -> bool {
-    (p - q).abs() <= ALIKE * p.max(q)
+    are_within(ALIKE, p, q)
+}
+
+fn are_within(share: f64, p: f64, q: f64) -> bool {
+    (p - q).abs() <= share * p.max(q)
 }
 
 /// The rollers among the pieces of a wheel, in its hub's frame.
 fn of_pieces(pieces: &[Vec<Point3<f64>>]) -> Option<Drawn> {
-    let wheel_radius_m = pieces
+    let farthest_m = pieces
         .iter()
         .map(|piece| reach_m(piece))
         .fold(0.0, f64::max);
     let mut kinds: Vec<Vec<Form>> = Vec::new();
     for form in pieces.iter().filter_map(|piece| form(piece)) {
-        if form.reach_m < REACHES * wheel_radius_m {
+        if form.reach_m < REACHES * farthest_m {
             continue;
         }
         match kinds.iter_mut().find(|kind| kind[0].is_like(&form)) {
@@ -171,14 +183,18 @@ fn of_pieces(pieces: &[Vec<Point3<f64>>]) -> Option<Drawn> {
             None => kinds.push(vec![form]),
         }
     }
-    let rollers = kinds.into_iter().max_by_key(Vec::len)?;
+    // Pins and caps stand as evenly as the rollers that they hold, and reach less far.
+    let farthest = |kind: &Vec<Form>| kind.iter().map(|form| form.reach_m).fold(0.0, f64::max);
+    let rings = kinds.into_iter().filter(|kind| kind.len() >= LEAST);
+    let rollers = rings.max_by(|p, q| farthest(p).total_cmp(&farthest(q)))?;
     let count = rollers.len();
     let mean = |of: fn(&Form) -> f64| rollers.iter().map(of).sum::<f64>() / count as f64;
-    (count >= LEAST && are_even(&rollers)).then(|| Drawn {
+    are_even(&rollers).then(|| Drawn {
         count,
         gamma_rad: mean(|form| form.gamma_rad),
         roller_radius_m: mean(|form| form.radius_m),
-        wheel_radius_m,
+        wheel_radius_m: mean(|form| form.reach_m),
+        are_round: rollers.iter().all(|form| form.out_of_round < MADE_ROUND),
     })
 }
 
@@ -242,6 +258,7 @@ fn form(piece: &[Point3<f64>]) -> Option<Form> {
         gamma_rad: skew.gamma_rad,
         place_rad: libm::atan2(skew.foot.y, skew.foot.x),
         reach_m: reach_m(piece),
+        out_of_round: (high - low) / high,
     })
 }
 
@@ -274,8 +291,8 @@ mod tests {
         triangle.map(|p| [p.x as f32, p.y as f32, p.z as f32])
     }
 
-    /// A wheel of radius 50 mm about z: rollers of radius 10 mm on a ring of 40 mm, at places in turns, with axes by gamma as in `roller_dimensions`; and
-    /// a hub of some radius, with bolts.
+    /// A wheel of radius 50 mm about z: rollers of radius 10 mm on a ring of 40 mm, at places in turns, with axes by gamma as in `roller_dimensions`, on
+    /// pins that reach nearly as far; and a hub of some radius, with bolts.
     fn wheel(gamma_deg: f64, places: &[f64], hub_m: f64) -> Vec<Triangle> {
         const LENGTH_M: f64 = 0.04;
         let outline: Vec<(f64, f64)> = (0..=8)
@@ -292,6 +309,8 @@ mod tests {
             let around = Rotation3::from_axis_angle(&Vector3::z_axis(), TAU * place);
             let there = |p: Point3<f64>| around * (lay * p + Vector3::new(0.04, 0.0, 0.0));
             triangles.extend(spindle(&outline).into_iter().map(|t| t.map(there)));
+            let pin = spindle(&[(-0.024, 0.002), (0.0, 0.002), (0.024, 0.002)]);
+            triangles.extend(pin.into_iter().map(|t| t.map(there)));
         }
         triangles.extend(spindle(&[(-0.02, hub_m), (0.0, hub_m), (0.02, hub_m)]));
         for i in 0..6 {
@@ -330,7 +349,38 @@ mod tests {
                 "{found:?}"
             );
             assert!(found.hands_over());
+            assert!(found.are_round);
         }
+    }
+
+    #[test]
+    fn rollers_of_a_stretched_mesh_are_not_round() {
+        let narrow: Vec<Triangle> = wheel(45.0, &evenly(9), 0.03)
+            .into_iter()
+            .map(|triangle| triangle.map(|[x, y, z]| [x, y, 0.93 * z]))
+            .collect();
+        let found = drawn(&narrow).expect("rollers");
+        // What is narrower lies at a smaller angle, as a point of the axis does: tan(gamma) = 0.93 at most.
+        let most_deg = 0.93_f64.atan().to_degrees();
+        let gamma_deg = found.gamma_rad.to_degrees();
+        assert!((38.0..most_deg).contains(&gamma_deg), "{found:?}");
+        assert!(!found.are_round, "{found:?}");
+    }
+
+    #[test]
+    fn a_mesh_that_stands_off_its_joint_shows_them_all_the_same() {
+        let off: Vec<Triangle> = wheel(45.0, &evenly(9), 0.03)
+            .into_iter()
+            .map(|triangle| triangle.map(|[x, y, z]| [x + 0.0008, y, z]))
+            .collect();
+        let found = drawn(&off).expect("rollers");
+        assert_eq!(found.count, 9);
+        // By 0.8 mm of a ring of 40 mm the axes turn by 0.02 rad at most, to both sides alike.
+        assert!(
+            (found.gamma_rad.to_degrees() - 45.0).abs() < 0.1,
+            "{found:?}"
+        );
+        assert!((found.wheel_radius_m - 0.05).abs() < 3e-4, "{found:?}");
     }
 
     #[test]

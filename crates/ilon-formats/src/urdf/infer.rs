@@ -1,27 +1,33 @@
 //! Which rollers wheels without rollers are meant to have, where the file says so.
 //!
 //! Most published bases model their wheels as plain discs and leave the rollers to a plug-in of a simulator. What such files say
-//! of them is taken, in this order: directions of friction, rollers that the wheels' meshes show, a plug-in that drives mecanum wheels,
+//! of them is taken, in this order: a joint that turns in place of rollers, directions of friction, rollers that the wheels' meshes show, a plug-in that drives mecanum wheels,
 //! axes on which plain wheels could not roll at all, and what they call them. That a plug-in moves the base in all directions says
 //! nothing: steered wheels do so as well. How many rollers there are only meshes show: else that is a guess, and remarked.
 
 use nalgebra::{Unit, Vector3};
+use roxmltree::Node;
 
-use super::candidates::{Survey, WheelLike};
+use super::candidates::{Survey, WheelLike, in_place_of_rollers};
 use super::drawn_rollers::{self, Drawn};
 use super::from_options;
 use super::hub::hub_frame;
 use super::loading::Loading;
-use super::names::{self, is_mecanum, is_omni};
+use super::names::{self, is_mec, is_mecanum, is_omni};
 use super::source::{Source, child};
-use super::tree::Tree;
-use crate::error::Proposed;
+use super::tree::{Motion, Tree};
+use crate::error::{Looked, Proposed};
 use crate::options::{Handedness, WheelOptions};
 
 /// Rollers that are put on a wheel of which nobody says how many it has: mecanum wheels carry nine to fifteen.
 pub(super) const ROLLERS: usize = 12;
 /// The usual angle of mecanum wheels, in degrees.
 const MECANUM_DEG: f64 = 45.0;
+/// What the axes of wheels say, where something speaks of a robot that moves in all directions.
+const BY_AXES: &str =
+    "and by their axes: on parallel ones only mecanum rollers let a robot move sideways";
+/// What speaks for rollers where one joint below each wheel turns in their place.
+const ONE_JOINT: &str = "the joint below each of them that turns in place of rollers";
 /// Fewest wheels that hold all three freedoms of the plane.
 const LEAST_WHEELS: usize = 3;
 
@@ -50,6 +56,9 @@ pub(super) fn infer(loading: &Loading, survey: &Survey) -> Option<Inferred> {
             are_drawn: drawn.is_some(),
         })
     };
+    if let Some(gammas_deg) = by_joints(tree, &wheels) {
+        return named(Handedness::EachDeg(gammas_deg), ONE_JOINT.to_owned());
+    }
     if let Some(gammas_deg) = by_friction(source, tree, &wheels) {
         return named(
             Handedness::EachDeg(gammas_deg),
@@ -90,34 +99,39 @@ pub(super) fn infer(loading: &Loading, survey: &Survey) -> Option<Inferred> {
 
 /// Rollers that would fit how the wheels stand and what the file says of them, for a person to confirm; and what speaks for them, in words. Parallel
 /// wheels of which nothing says that they are Swedish ones are plain wheels to all appearance, and are given none; and that a robot of
-/// steered wheels is called omnidirectional says nothing of rollers.
+/// steered wheels is called omnidirectional says nothing of rollers. `left_out` are joints that are no wheels beside these, and why.
 pub(super) fn fitting(
     loading: &Loading,
     wheels: &[&WheelLike],
     are_steered: bool,
+    left_out: &[Looked],
 ) -> (Proposed, Option<String>) {
     let (source, tree) = (loading.source, loading.tree);
     let wheels: Vec<WheelLike> = wheels.iter().map(|w| (*w).clone()).collect();
     let drawn = drawn(loading, &wheels);
     let by_drawing = drawn.as_ref().and_then(|drawn| by_drawing(drawn, &wheels));
     let in_x = || Some(Handedness::XDeg(MECANUM_DEG));
-    let (gamma, why) = if let Some((gamma, why)) = by_drawing {
+    let (gamma, why) = if let Some(gammas_deg) = by_joints(tree, &wheels) {
+        (Some(Handedness::EachDeg(gammas_deg)), ONE_JOINT.to_owned())
+    } else if let Some((gamma, why)) = by_drawing {
         (Some(gamma), why)
     } else if !are_parallel(&wheels) || are_of_two_kinds(source, tree, &wheels) {
         let why = "their axes and what the file calls them".to_owned();
         (by_groups(source, tree, &wheels), why)
-    } else if let Some(name) = called(source, tree, &wheels) {
-        (in_x(), format!("the name `{name}`"))
-    } else if let Some(plugin) = plugin(source) {
-        (in_x(), format!("the plug-in `{plugin}`"))
+    } else if let Some(what) = speaks_of_mecanum(source, tree, &wheels) {
+        if !stand_in_x(&wheels) {
+            return (Proposed::Contradiction, Some(out_of_x(&what, left_out)));
+        }
+        (in_x(), what)
     } else if let Some(name) = free_name(source, tree, &wheels)
         .filter(|_| !are_steered && stand_in_x(&wheels) && !is_driven_as_plain(source))
     {
         // Four parallel wheels that are not steered move sideways by mecanum rollers alone, whatever they are called.
-        let why = format!(
-            "the name `{name}`, and by their axes: on parallel ones only mecanum rollers let a robot move sideways"
-        );
-        (in_x(), why)
+        (in_x(), format!("the name `{name}`, {BY_AXES}"))
+    } else if let Some(mover) =
+        mover(source).filter(|_| !are_steered && stand_in_x(&wheels) && are_turning(tree, &wheels))
+    {
+        (in_x(), format!("{mover}, {BY_AXES}"))
     } else {
         return (Proposed::NothingSaid, hint(source));
     };
@@ -136,10 +150,70 @@ pub(super) fn fitting(
     (Proposed::Rollers(Box::new(rollers)), Some(why))
 }
 
+/// What speaks of mecanum wheels, in words: a name or a plug-in.
+fn speaks_of_mecanum(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> {
+    let in_short = || {
+        let own = names_of_robot(source).into_iter();
+        let of_wheels = wheels
+            .iter()
+            .flat_map(|wheel| names::of_wheel(source, tree, wheel.joint));
+        own.chain(of_wheels).find(|name| is_mec(name))
+    };
+    let is_plain = is_driven_as_plain(source);
+    let name = called(source, tree, wheels).or_else(|| in_short().filter(|_| !is_plain));
+    let name = name.map(|name| format!("the name `{name}`"));
+    name.or_else(|| plugin(source).map(|plugin| format!("the plug-in `{plugin}`")))
+}
+
+/// Why mecanum wheels cannot stand as these do, in words, with the joints that may be missing among them.
+fn out_of_x(what: &str, left_out: &[Looked]) -> String {
+    let beside = left_out.iter().filter(|of| of.is_of_height());
+    let beside: Vec<String> = beside
+        .map(|of| format!("; `{}` {}", of.joint, of.reason))
+        .collect();
+    format!(
+        "{what} speaks of mecanum wheels, which stand on both sides of the middle, ahead of it and behind, as these do not{}",
+        beside.concat()
+    )
+}
+
+/// A plug-in that moves the base in all directions, where a name that is too little alone speaks for it as well: its own, or one that begins
+/// as mecanum does.
+fn mover(source: &Source) -> Option<String> {
+    let plugin = planar_mover(source)?;
+    let own = plugin.attribute("name").unwrap_or_default();
+    let robot = names_of_robot(source);
+    let mut names = robot.iter().map(String::as_str).chain([own]);
+    let name = names.find(|name| names::is_free(name) || name.to_lowercase().contains("meca"))?;
+    let file = plugin.attribute("filename").unwrap_or_default();
+    Some(format!(
+        "the plug-in `{file}` that moves the base in all directions, the name `{name}`"
+    ))
+}
+
+/// The plug-in that moves a base in all directions, whatever carries it.
+fn planar_mover<'a, 'i>(source: &'a Source<'i>) -> Option<Node<'a, 'i>> {
+    let moves = |n: &Node| {
+        let named = [n.attribute("filename"), n.attribute("name")];
+        named
+            .into_iter()
+            .flatten()
+            .any(|name| name.to_lowercase().contains("planar_move"))
+    };
+    plugin_elements(source).find(moves)
+}
+
+/// Whether the file itself lets wheels turn.
+fn are_turning(tree: &Tree, wheels: &[WheelLike]) -> bool {
+    let mut joints = wheels.iter().map(|wheel| &tree.joints[wheel.joint]);
+    joints.all(|joint| joint.motion == Motion::Turning)
+}
+
 /// What hints at a robot that moves in all directions, but is not enough to propose rollers by, in words.
 fn hint(source: &Source) -> Option<String> {
-    let moves = |name: &&str| name.to_lowercase().contains("planar_move");
-    let plugin = plugins(source).find(moves)?;
+    let mover = planar_mover(source)?;
+    let named = [mover.attribute("filename"), mover.attribute("name")];
+    let plugin = named.into_iter().flatten().next()?;
     Some(format!(
         "the plug-in `{plugin}` moves the base in all directions, whatever its wheels are"
     ))
@@ -182,19 +256,23 @@ fn drawn(loading: &Loading, wheels: &[WheelLike]) -> Option<Vec<Drawn>> {
 /// of them, with which they could not drive. `None` of rollers with which wheels that stand so could not drive at all.
 fn by_drawing(drawn: &[Drawn], wheels: &[WheelLike]) -> Option<(Handedness, String)> {
     let mean_rad = drawn.iter().map(|of| of.gamma_rad.abs()).sum::<f64>() / drawn.len() as f64;
-    let mean_deg = (10.0 * mean_rad.to_degrees()).round() / 10.0;
+    let shown_deg = (10.0 * mean_rad.to_degrees()).round() / 10.0;
+    let mean_deg = usual_deg(shown_deg, drawn.iter().all(|of| of.are_round))?;
+    let but = match mean_deg == shown_deg {
+        true => String::new(),
+        false => format!(", for which {mean_deg} deg are taken"),
+    };
     let why = format!(
-        "their meshes, which show {} rollers of radius {:.1} mm at {mean_deg} deg on each",
+        "their meshes, which show {} rollers of radius {:.1} mm at {shown_deg} deg on each{but}",
         drawn[0].count,
         1e3 * drawn[0].roller_radius_m
     );
-    if mean_deg < 1.0 {
+    if mean_deg == 0.0 {
         return (!are_parallel(wheels)).then_some((Handedness::AllDeg(0.0), why));
     }
     if !stand_in_x(wheels) {
-        let gammas_deg = drawn.iter().map(|of| of.gamma_rad.to_degrees());
-        let tenths = gammas_deg.map(|deg| (10.0 * deg).round() / 10.0);
-        return (!are_parallel(wheels)).then(|| (Handedness::EachDeg(tenths.collect()), why));
+        let handed = drawn.iter().map(|of| mean_deg.copysign(of.gamma_rad));
+        return (!are_parallel(wheels)).then(|| (Handedness::EachDeg(handed.collect()), why));
     }
     let in_x = from_options::in_x_deg(wheels, mean_deg).ok()?;
     let is_so = in_x
@@ -206,6 +284,18 @@ fn by_drawing(drawn: &[Drawn], wheels: &[WheelLike]) -> Option<(Handedness, Stri
         false => " (handed otherwise than in the usual X, in which they stand)",
     };
     Some((Handedness::XDeg(mean_deg), format!("{why}{but}")))
+}
+
+/// The angle that is meant by one that meshes show, in degrees: a usual one where that is near, for meshes have facets; and where their rollers
+/// are not round, for then they were stretched, if it is near enough for that, else none.
+fn usual_deg(shown_deg: f64, are_round: bool) -> Option<f64> {
+    /// By this much meshes lie beside what they show, in degrees, and stretched ones by this.
+    const FACETS_DEG: f64 = 1.0;
+    const STRETCHED_DEG: f64 = 10.0;
+    let near_deg = if are_round { FACETS_DEG } else { STRETCHED_DEG };
+    let is_near = |usual: &f64| (shown_deg - usual).abs() < near_deg;
+    let usual = [0.0, MECANUM_DEG].into_iter().find(is_near);
+    usual.or_else(|| are_round.then_some(shown_deg))
 }
 
 /// gamma of wheels of which not all are parallel, by groups that are: those that stand in the X of mecanum wheels, and are not called
@@ -358,6 +448,17 @@ fn stand_in_x(wheels: &[WheelLike]) -> bool {
     wheels.len() >= 4 && both(&left) && both(&ahead)
 }
 
+/// gamma of each wheel in degrees, where below each one joint turns in place of its rollers, about the axis of the one on the ground.
+fn by_joints(tree: &Tree, wheels: &[WheelLike]) -> Option<Vec<f64>> {
+    let of_wheel = |wheel: &WheelLike| {
+        let roller = in_place_of_rollers(tree, wheel.joint)?;
+        gamma_deg(&wheel.axis, &tree.joints[roller].axis)
+    };
+    let each = wheels.iter().map(of_wheel).collect::<Option<Vec<f64>>>()?;
+    // To a tenth: joints are placed by hand.
+    Some(each.iter().map(|deg| (10.0 * deg).round() / 10.0).collect())
+}
+
 /// gamma of each wheel in degrees, where the file gives each a direction in which it grips and one in which it does not: that
 /// direction is the axis of the roller on the ground.
 fn by_friction(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Vec<f64>> {
@@ -439,15 +540,19 @@ fn plugin(source: &Source) -> Option<String> {
 
 /// The files and the names of a simulator's plug-ins.
 fn plugins<'a>(source: &'a Source) -> impl Iterator<Item = &'a str> {
+    plugin_elements(source)
+        .flat_map(|n| [n.attribute("filename"), n.attribute("name")])
+        .flatten()
+}
+
+/// The elements of a simulator's plug-ins.
+fn plugin_elements<'a, 'i>(source: &'a Source<'i>) -> impl Iterator<Item = Node<'a, 'i>> {
     let gazebo = source
         .robot()
         .children()
         .filter(|n| n.has_tag_name("gazebo"));
-    gazebo
-        .flat_map(|n| n.children())
-        .filter(|n| n.has_tag_name("plugin"))
-        .flat_map(|n| [n.attribute("filename"), n.attribute("name")])
-        .flatten()
+    let elements = gazebo.flat_map(|n| n.children());
+    elements.filter(|n| n.has_tag_name("plugin"))
 }
 
 /// Where the file calls the wheels mecanum wheels: by their joints, links or meshes, by the macro that makes them or the file that

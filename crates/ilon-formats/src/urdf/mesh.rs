@@ -52,12 +52,12 @@ impl Meshes {
     }
 
     /// Which files may be read.
-    pub(super) fn files(&self) -> &FileAccess {
+    pub(crate) fn files(&self) -> &FileAccess {
         &self.machine.files
     }
 
     /// The file that a mesh's name stands for.
-    pub(super) fn find(&self, mesh: &str) -> Result<PathBuf, Fault> {
+    pub(crate) fn find(&self, mesh: &str) -> Result<PathBuf, Fault> {
         let bare = mesh.strip_prefix("file://").unwrap_or(mesh);
         // `model://` is how SDF names packages; `$(find NAME)` is what is left of a package that xacro did not find.
         let in_package = ["package://", "model://", "$(find "]

@@ -1,12 +1,12 @@
 //! What a wheel is called: by its joint, link and meshes, and by the macro and the file that make it.
 
 use super::source::Source;
-use super::tree::Tree;
+use super::tree::{Motion, Tree};
 
 /// All names of a wheel, and of the file that it stands in.
 pub(super) fn of_wheel(source: &Source, tree: &Tree, joint: usize) -> Vec<String> {
     let (macros, file) = makers(source, &tree.joints[joint].name);
-    own(tree, joint)
+    own_and_held(tree, joint)
         .into_iter()
         .chain(macros)
         .chain(file)
@@ -16,33 +16,58 @@ pub(super) fn of_wheel(source: &Source, tree: &Tree, joint: usize) -> Vec<String
 /// The names of a wheel itself.
 pub(super) fn of_wheel_itself(source: &Source, tree: &Tree, joint: usize) -> Vec<String> {
     let (macros, _) = makers(source, &tree.joints[joint].name);
-    own(tree, joint).into_iter().chain(macros).collect()
+    own_and_held(tree, joint)
+        .into_iter()
+        .chain(macros)
+        .collect()
 }
 
 /// What a wheel's joint, link and meshes are called.
 pub(super) fn own(tree: &Tree, joint: usize) -> Vec<String> {
     let joint = &tree.joints[joint];
-    let link = &tree.links[joint.child];
-    let meshes =
-        link.shapes
-            .iter()
-            .chain(&link.visuals)
-            .filter_map(|shape| match &shape.geometry {
-                urdf_rs::Geometry::Mesh { filename, .. } => Some(own_name(filename)),
-                _ => None,
-            });
-    [joint.name.clone(), link.name.clone()]
-        .into_iter()
-        .chain(meshes)
-        .collect()
+    let name = std::iter::once(joint.name.clone());
+    name.chain(of_link(tree, joint.child)).collect()
+}
+
+/// The same, and what the links are called that hang fixed on its link: a hub may hold the wheel proper.
+fn own_and_held(tree: &Tree, joint: usize) -> Vec<String> {
+    let mut found = own(tree, joint);
+    let mut waiting = vec![tree.joints[joint].child];
+    while let Some(link) = waiting.pop() {
+        let held = tree.moving(Motion::Fixed).map(|j| &tree.joints[j]);
+        for held in held.filter(|held| held.parent == link) {
+            found.extend(of_link(tree, held.child));
+            waiting.push(held.child);
+        }
+    }
+    found
+}
+
+/// What a link and its meshes are called.
+fn of_link(tree: &Tree, link: usize) -> impl Iterator<Item = String> {
+    let link = &tree.links[link];
+    let shapes = link.shapes.iter().chain(&link.visuals);
+    let meshes = shapes.filter_map(|shape| match &shape.geometry {
+        urdf_rs::Geometry::Mesh { filename, .. } => Some(own_name(filename)),
+        _ => None,
+    });
+    std::iter::once(link.name.clone()).chain(meshes)
 }
 
 /// Whether a name speaks of mecanum wheels, spelt as people do.
 pub(super) fn is_mecanum(name: &str) -> bool {
+    const SPELT: [&str; 7] = [
+        "mecanum", "mechanum", "mecanuum", "macanum", "meccanum", "mecnum", "mcnamu",
+    ];
     let lower = name.to_lowercase();
-    ["mecanum", "mechanum", "mecanuum"]
-        .iter()
-        .any(|word| lower.contains(word))
+    SPELT.iter().any(|word| lower.contains(word))
+}
+
+/// Whether a name speaks of mecanum wheels in short, by the word `mec`: enough to propose them, and too little to take them.
+pub(super) fn is_mec(name: &str) -> bool {
+    let lower = name.to_lowercase();
+    let mut words = lower.split(|c: char| !c.is_alphanumeric());
+    words.any(|word| word == "mec")
 }
 
 /// Whether a name speaks of a wheel.

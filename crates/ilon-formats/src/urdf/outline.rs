@@ -321,6 +321,8 @@ mod tests {
             widest_gap_rad: 0.0,
             gaps_rad: 0.0,
             overlaps_rad: 0.0,
+            rollers: 0,
+            missing: 0,
         };
         outline("w", fitted_radius_m, rollers, &no_overlap)
     }

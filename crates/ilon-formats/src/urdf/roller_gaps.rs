@@ -9,6 +9,12 @@ use crate::model::{Remark, Roller, wrap_angle};
 /// Gaps below a hundredth of a degree are rounding in the file.
 const GAP_SLACK_RAD: f64 = 1e-2 * PI / 180.0;
 
+/// The widest gap that a wheel with its file's own rollers is proposed with, in radians: into 40 degrees it falls by 6 % of its radius, and
+/// is lifted out at a slope of 20 degrees.
+const WIDEST_ROLLED_RAD: f64 = 40.0 * PI / 180.0;
+/// Places around a wheel are multiples of one angle within this share of it.
+const EVEN: f64 = 0.05;
+
 /// Gaps and overlaps around a wheel.
 pub(super) struct Handover {
     /// The widest gap between two neighbours, in radians of the wheel's turn; zero or below where there is none.
@@ -17,6 +23,9 @@ pub(super) struct Handover {
     pub(super) gaps_rad: f64,
     /// All overlaps of a turn together, in radians.
     pub(super) overlaps_rad: f64,
+    /// How many rollers there are, and how many are missing among them where they stand as an even ring does from which some were taken.
+    pub(super) rollers: usize,
+    pub(super) missing: usize,
 }
 
 /// A roller touches the ground while its place is within phi of straight down, tan(phi) = (L/2) cos(gamma) / a.
@@ -36,6 +45,8 @@ impl Handover {
             widest_gap_rad: f64::NEG_INFINITY,
             gaps_rad: 0.0,
             overlaps_rad: 0.0,
+            rollers: rollers.len(),
+            missing: missing(rollers),
         };
         for (i, roller) in rollers.iter().enumerate() {
             let next = &rollers[(i + 1) % rollers.len()];
@@ -53,7 +64,45 @@ impl Handover {
         Fault::RollersHaveGaps {
             widest_gap_deg: self.widest_gap_rad.to_degrees(),
             share_percent: 100.0 * self.gaps_rad / TAU,
+            missing: self.missing,
+            of: self.rollers + self.missing,
+            rolls: self.rolls(),
         }
+    }
+
+    /// Whether rollers are missing, by the places of the others.
+    pub(super) fn has_missing(&self) -> bool {
+        self.missing > 0
+    }
+
+    /// Whether a wheel can be asked to roll over the gaps: none is wider than that, and no roller is missing.
+    pub(super) fn rolls(&self) -> bool {
+        self.missing == 0 && self.widest_gap_rad <= WIDEST_ROLLED_RAD
+    }
+
+    /// Says of a wheel with its file's own rollers that it cannot roll, and why.
+    pub(super) fn remark_stuck(&self, wheel: &str, radius_m: f64, remarks: &mut Vec<Remark>) {
+        if self.rolls() {
+            return;
+        }
+        let missing = match self.missing {
+            0 => String::new(),
+            missing => format!(
+                ": by their places {missing} of {} rollers are missing in the file",
+                self.rollers + self.missing
+            ),
+        };
+        let half_rad = 0.5 * self.widest_gap_rad;
+        remarks.push(Remark::new(
+            format!("wheel `{wheel}`"),
+            format!(
+                "it does not roll: it falls {:.1} mm into gaps of up to {:.1} deg between its rollers, and has to climb out of them at a slope of \
+                 {:.0} deg{missing}",
+                1e3 * radius_m * (1.0 - libm::cos(half_rad)),
+                self.widest_gap_rad.to_degrees(),
+                half_rad.to_degrees(),
+            ),
+        ));
     }
 
     /// Says where no roller touches the ground with its barrel, and where two do.
@@ -81,6 +130,26 @@ impl Handover {
             ));
         }
     }
+}
+
+/// How many rollers are missing of an even ring, by the places of the others, which are in order: all are apart by multiples of the
+/// least, most by that itself. None of rollers that stand otherwise.
+fn missing(rollers: &[Roller]) -> usize {
+    let apart: Vec<f64> = (0..rollers.len())
+        .map(|i| apart_rad(&rollers[i], &rollers[(i + 1) % rollers.len()]))
+        .collect();
+    let pitch_rad = apart.iter().copied().fold(f64::INFINITY, f64::min);
+    if pitch_rad < 1e-3 {
+        return 0;
+    }
+    let multiples: Vec<f64> = apart.iter().map(|rad| rad / pitch_rad).collect();
+    let is_even = multiples.iter().all(|n| (n - n.round()).abs() <= EVEN);
+    let single = multiples.iter().filter(|n| n.round() == 1.0).count();
+    if !is_even || 2 * single <= rollers.len() {
+        return 0;
+    }
+    let places: f64 = multiples.iter().map(|n| n.round()).sum();
+    places as usize - rollers.len()
 }
 
 /// Lengthens rollers, ordered by place, until each reaches half of the way to its farther neighbour.

@@ -149,9 +149,11 @@ fn hand_over(
 ) -> Result<Handover, RobotError> {
     let mut handover = Handover::between(rollers, ring.gamma_rad);
     if loading.options.rollers == RollerForms::AsModelled {
+        handover.remark_stuck(wheel, ring.radius_m, &mut loading.remarks);
         return Ok(handover);
     }
-    if handover.widest_gap_rad > WIDEST_GAP_RAD && loading.options.repair {
+    let may_close = loading.options.repair && !handover.has_missing();
+    if handover.widest_gap_rad > WIDEST_GAP_RAD && may_close {
         loading.remarks.push(Remark::new(
             format!("wheel `{wheel}`"),
             format!(

@@ -254,12 +254,15 @@ fn said(source: &Source) -> Vec<Clue> {
     clues
 }
 
-/// The radii that a size in a name may mean, in metres: `4inch` is a diameter, as wheels are sold; `_100` and `100mm` are diameters or
-/// radii.
+/// The radii that a size in a name may mean, in metres: `4inch` is a diameter, as wheels are sold, and so is what is left of `4" Omni Wheel`
+/// where names may have no quotes; `_100` and `100mm` are diameters or radii.
 fn radii_in_name(name: &str) -> Vec<f64> {
     /// Numbers of a wheel, a part, a side or a version are smaller.
     const LEAST_MM: f64 = 30.0;
     const INCH_M: f64 = 0.0254;
+    /// Wheels are sold in these sizes, in inches; and what a number before is one of, in them.
+    const SOLD_INCH: std::ops::RangeInclusive<f64> = 2.0..=12.0;
+    const SOLD: [&str; 4] = ["omni", "mecanum", "mechanum", "swedish"];
     let lower = name.to_lowercase();
     let mut rest = lower.as_str();
     while let Some(start) = rest.find(|c: char| c.is_ascii_digit()) {
@@ -274,6 +277,10 @@ fn radii_in_name(name: &str) -> Vec<f64> {
             if unit.starts_with("inch")
                 || (unit.starts_with("in") && !unit[2..].starts_with(char::is_alphabetic))
             {
+                return vec![0.5 * INCH_M * value];
+            }
+            let is_of_wheel = SOLD.iter().any(|word| unit.starts_with(word));
+            if is_of_wheel && unit != after && !follows_letter && SOLD_INCH.contains(&value) {
                 return vec![0.5 * INCH_M * value];
             }
             // A bare number in another name, such as a CAD program's `Revolute-60`, counts something else.
@@ -309,6 +316,11 @@ mod tests {
             ("am0137", vec![]),
             ("Servo_Revolute-60", vec![]),
             ("omni-60", vec![30.0, 60.0]),
+            ("4-Omni-Directional-Wheel_Single_Body-v1.stl", vec![50.8]),
+            ("3.25 mecanum", vec![41.3]),
+            ("4omni", vec![]),
+            ("wheel4_omni", vec![]),
+            ("40_omni_wheel", vec![20.0, 40.0]),
         ] {
             let found: Vec<f64> = radii_in_name(name)
                 .iter()

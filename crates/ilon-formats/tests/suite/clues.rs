@@ -65,6 +65,7 @@ fn diagnosed(folder: &Path, name: &str, text: &str) -> (std::path::PathBuf, Diag
 #[test_case(0.0, "wheel.stl", "<gazebo><plugin><wheelDiameter>0.1</wheelDiameter></plugin></gazebo>", Some(50.0); "a setting of a plug-in")]
 #[test_case(0.0, "wheel_100mm.stl", "", Some(50.0); "a size in a name")]
 #[test_case(0.0762, "mecanum_6inch.stl", "", Some(76.2); "inches and the height")]
+#[test_case(0.0, "4-Mecanum-Wheel.stl", "", Some(50.8); "inches whose sign is lost")]
 #[test_case(0.0, "wheel_250.stl", "", None; "a size that the inertia denies")]
 #[test_case(0.0, "wheel.stl", r#"<link name="base_footprint"/><joint name="foot" type="fixed"><parent link="base_link"/><child link="base_footprint"/><origin xyz="0 0 -0.05"/></joint>"#, Some(50.0); "a frame on the floor below the root")]
 #[test_case(0.5, "wheel.stl", r#"<xacro:property name="wheel_radius" value="0.5"/>"#, None; "wheels that would cut into each other")]

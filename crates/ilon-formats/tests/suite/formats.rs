@@ -520,7 +520,7 @@ fn refused(text: &str) -> RobotError {
 )]
 #[test_case(
     "<sdf version=\"1.9\"><model name=\"m\"><link name=\"a\"><pose>1 2</pose></link></model></sdf>",
-    "a pose is six numbers";
+    "a pose is a place, followed by three angles or a quaternion";
     "short pose"
 )]
 #[test_case(

@@ -11,6 +11,7 @@ mod faults;
 mod formats;
 mod joints_of_people;
 mod linkage;
+mod one_answer;
 mod rollers_as_made;
 mod round_trip;
 mod scale;

@@ -89,8 +89,10 @@ impl Expander<'_> {
         if known {
             return Ok(());
         }
-        if let Some(default) = self.attribute(element, "default", around)? {
-            let default = self.words(&default, element)?;
+        if let Some(default) = element.attribute("default") {
+            // A file of a package that is not known matters only where it is read.
+            let origin = element.origin_of("default");
+            let default = self.kept_text(default, &around.scope, &origin)?;
             let mut arguments = self.arguments.borrow_mut();
             arguments.insert(name.to_owned(), default);
         }

@@ -32,14 +32,10 @@ impl Expander<'_> {
     /// Of each argument that conditions look at, the values that it could have instead: a truth value the other way round, and the
     /// texts that it is compared with.
     pub(super) fn choices(&self) -> Vec<(String, Vec<String>)> {
-        let declared = self.declared.borrow();
         let arguments = self.arguments.borrow();
         let aliases = self.clues.aliases.borrow();
         let mut choices: Vec<(String, Vec<String>)> = Vec::new();
-        for name in declared.iter() {
-            let Some(value) = arguments.get(name) else {
-                continue;
-            };
+        for (name, value) in arguments.iter() {
             let stands_for = |word: &str| {
                 word == name || aliases.get(word).is_some_and(|known| known.contains(name))
             };

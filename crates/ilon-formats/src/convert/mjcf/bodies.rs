@@ -7,18 +7,19 @@ use mjcf_rs::equality::Equality;
 use mjcf_rs::{body as mj, extras};
 use nalgebra::{Isometry3, Translation3, Vector3};
 
-use super::geoms::{Weight, shapes_of, tensor, weight_of};
+use super::geoms::{shapes_of, tensor, weight_of};
 use super::model::{Robot, pose};
 use crate::convert::writer::{JointOf, Writer};
 use crate::error::{Fault, RobotError};
 use crate::model::{DriveTrain, JointSpring, Remark};
-use crate::urdf::UrdfText;
+use crate::urdf::{Meshes, UrdfText};
 
 /// The URDF of a robot that stands in a text.
-pub(super) fn written(robot: &Robot, text: &str) -> Result<UrdfText, RobotError> {
+pub(super) fn written(robot: &Robot, text: &str, meshes: &Meshes) -> Result<UrdfText, RobotError> {
     let name = robot.model.name.as_deref().unwrap_or("mujoco");
     let mut bodies = Bodies {
         robot,
+        meshes,
         writer: Writer::new(robot.file, text, name, robot.root_node),
         prepared: UrdfText::as_it_is(robot.file, ""),
     };
@@ -39,6 +40,7 @@ pub(super) fn written(robot: &Robot, text: &str) -> Result<UrdfText, RobotError>
 /// What is written of a robot's bodies.
 struct Bodies<'r, 'a, 'i> {
     robot: &'r Robot<'a, 'i>,
+    meshes: &'r Meshes,
     writer: Writer,
     prepared: UrdfText,
 }
@@ -266,18 +268,18 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
             self.writer
                 .inertial(node, &place, inertial.mass, Some(&inertia));
         } else if of_geoms != InertiaFromGeom::False {
-            match weight_of(&body.geoms) {
-                Weight::Nothing => {}
-                Weight::Known(mass) => {
+            match weight_of(&body.geoms, self.robot, self.meshes) {
+                Ok(None) => {}
+                Ok(Some(mass)) => {
                     let center = Isometry3::from(Translation3::from(mass.center_of_mass_m));
                     let (place, inertia) = (link_from_body * center, mass.inertia_kg_m2);
                     self.writer
                         .inertial(node, &place, mass.mass_kg, Some(&inertia));
                 }
-                Weight::OfMesh => {
+                Err(why) => {
                     let name = self.robot.name(id);
                     return Err(self.fault(format!(
-                        "the body `{name}` weighs what its meshes weigh, which is not worked out: write its `<inertial>`"
+                        "the body `{name}` weighs what its meshes weigh, which is not known: {why}; put the mesh there, or write the body's `<inertial>`"
                     )));
                 }
             }

@@ -3,12 +3,15 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
+use mjcf_rs::assets::{Mesh, MeshInertia};
 use mjcf_rs::body as mj;
-use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
 
-use super::model::pose;
+use super::mesh_weight;
+use super::model::{Robot, pose};
 use crate::convert::writer::ShapeOf;
 use crate::model::MassProperties;
+use crate::urdf::{Meshes, mesh_triangles};
 
 /// Balls that stand for an ellipsoid, of which they are the envelope.
 const BALLS: usize = 15;
@@ -70,15 +73,7 @@ pub(super) fn shapes_of(geom: &mj::Geom, model: &mjcf_rs::Model) -> Result<Place
 }
 
 fn mesh(geom: &mj::Geom, model: &mjcf_rs::Model) -> Option<ShapeOf> {
-    let name = geom.mesh.as_deref()?;
-    let called = |mesh: &&mjcf_rs::assets::Mesh| {
-        let stem = mesh
-            .file
-            .as_deref()
-            .and_then(|f| Path::new(f).file_stem()?.to_str());
-        mesh.name.as_deref().or(stem) == Some(name)
-    };
-    let mesh = model.assets.meshes.iter().find(called)?;
+    let mesh = called(model, geom.mesh.as_deref()?)?;
     let compiler = &model.compiler;
     let folder = compiler.mesh_dir.as_ref().or(compiler.asset_dir.as_ref());
     let file = mesh.file.as_deref()?;
@@ -87,6 +82,18 @@ fn mesh(geom: &mj::Geom, model: &mjcf_rs::Model) -> Option<ShapeOf> {
         file: file.display().to_string(),
         scale: Vector3::from(mesh.scale),
     })
+}
+
+/// The mesh of a name: its own, or that of its file.
+fn called<'m>(model: &'m mjcf_rs::Model, name: &str) -> Option<&'m Mesh> {
+    let is_called = |mesh: &&Mesh| {
+        let stem = mesh
+            .file
+            .as_deref()
+            .and_then(|f| Path::new(f).file_stem()?.to_str());
+        mesh.name.as_deref().or(stem) == Some(name)
+    };
+    model.assets.meshes.iter().find(is_called)
 }
 
 /// Balls whose envelope an ellipsoid of revolution is, if it is one that is longer than it is thick.
@@ -112,41 +119,79 @@ fn ellipsoid(halves: [f64; 3]) -> Option<Placed> {
     Some(balls.collect())
 }
 
-/// What geoms weigh together.
-pub(super) enum Weight {
-    Nothing,
-    Known(MassProperties),
-    /// A mesh weighs something, whose volume is not known here.
-    OfMesh,
+/// What a body's geoms weigh together, as MuJoCo has it; `None` of those that weigh nothing.
+///
+/// # Errors
+/// Why a mesh's weight is not known, in words.
+pub(super) fn weight_of(
+    geoms: &[mj::Geom],
+    robot: &Robot,
+    meshes: &Meshes,
+) -> Result<Option<MassProperties>, String> {
+    let mut parts: Vec<MassProperties> = Vec::new();
+    for geom in geoms {
+        let density = geom.density.unwrap_or(DENSITY_KG_M3);
+        if geom.mass.unwrap_or(density) <= 0.0 {
+            continue;
+        }
+        let own = match geom.type_ {
+            mj::GeomType::Mesh => Some(of_mesh(geom, robot, meshes)?),
+            _ => solid(geom),
+        };
+        parts.extend(own.map(|own| {
+            let mass_kg = geom.mass.unwrap_or(density * own.mass_kg);
+            let inertia_kg_m2 = own.inertia_kg_m2 * (mass_kg / own.mass_kg);
+            let weighed = MassProperties {
+                mass_kg,
+                inertia_kg_m2,
+                ..own
+            };
+            weighed.moved(&pose(&geom.pose))
+        }));
+    }
+    Ok(MassProperties::merged(&parts))
 }
 
-/// What a body's geoms weigh together, as MuJoCo has it.
-pub(super) fn weight_of(geoms: &[mj::Geom]) -> Weight {
-    let density = |geom: &mj::Geom| geom.density.unwrap_or(DENSITY_KG_M3);
-    let is_heavy_mesh = |geom: &mj::Geom| {
-        matches!(geom.type_, mj::GeomType::Mesh) && geom.mass.unwrap_or(density(geom)) > 0.0
+/// A geom's mesh for the density of 1 kg/m^3, in the geom's frame.
+fn of_mesh(geom: &mj::Geom, robot: &Robot, meshes: &Meshes) -> Result<MassProperties, String> {
+    let name = geom.mesh.as_deref().unwrap_or_default();
+    let Some(ShapeOf::Mesh { file, scale }) = mesh(geom, robot.model) else {
+        return Err(format!("the mesh `{name}` has no file"));
     };
-    if geoms.iter().any(is_heavy_mesh) {
-        return Weight::OfMesh;
+    // mjcf-rs does not tell what is said from MuJoCo's default.
+    let said = robot
+        .root_node
+        .descendants()
+        .filter(|n| n.has_tag_name("mesh"))
+        .filter_map(|n| n.attribute("inertia"))
+        .find(|said| ["convex", "shell"].contains(said));
+    if let Some(said) = said {
+        return Err(format!("`inertia=\"{said}\"` of a mesh is not read"));
     }
-    let parts: Vec<MassProperties> = geoms
-        .iter()
-        .filter_map(|geom| {
-            let (volume_m3, unit) = solid(geom)?;
-            let mass_kg = geom.mass.unwrap_or(density(geom) * volume_m3);
-            let own = MassProperties {
-                mass_kg,
-                center_of_mass_m: Vector3::zeros(),
-                inertia_kg_m2: Matrix3::from_diagonal(&(unit * mass_kg)),
-            };
-            (mass_kg > 0.0).then(|| own.moved(&pose(&geom.pose)))
-        })
-        .collect();
-    MassProperties::merged(&parts).map_or(Weight::Nothing, Weight::Known)
+    let kind = called(robot.model, name).map_or(MeshInertia::Legacy, |mesh| mesh.inertia);
+    let path = meshes.find(&file).map_err(|fault| fault.to_string())?;
+    let triangles = mesh_triangles(&path, meshes.files())
+        .map_err(|reason| format!("the mesh `{}` cannot be read: {reason}", path.display()))?;
+    let corner = |[x, y, z]: [f32; 3]| {
+        Point3::from(Vector3::new(x, y, z).cast::<f64>().component_mul(&scale))
+    };
+    let triangles: Vec<_> = triangles.into_iter().map(|t| t.map(corner)).collect();
+    mesh_weight::solid(&triangles, kind)
+        .ok_or_else(|| format!("the mesh `{file}` encloses nothing"))
+}
+
+/// A geom that is no mesh for the density of 1 kg/m^3, in its frame; `None` of one without a volume.
+fn solid(geom: &mj::Geom) -> Option<MassProperties> {
+    let (volume_m3, unit) = volume_and_moments(geom)?;
+    (volume_m3 > 0.0).then(|| MassProperties {
+        mass_kg: volume_m3,
+        center_of_mass_m: Vector3::zeros(),
+        inertia_kg_m2: Matrix3::from_diagonal(&(unit * volume_m3)),
+    })
 }
 
 /// Volume of a geom, and its moments of inertia for a mass of 1 kg.
-fn solid(geom: &mj::Geom) -> Option<(f64, Vector3<f64>)> {
+fn volume_and_moments(geom: &mj::Geom) -> Option<(f64, Vector3<f64>)> {
     let [x, y, z] = geom.size;
     let ball = 4.0 / 3.0 * PI;
     Some(match geom.type_ {

@@ -1,6 +1,6 @@
 //! What a file includes, and what is refused of it.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use roxmltree::{Document, Node};
 
@@ -58,7 +58,7 @@ fn with_includes(
             return fault(format!("more than {MOST_INCLUDES} files are included"));
         }
         left.files -= 1;
-        let path = folder.join(name);
+        let path = included_path(file, folder, name, options);
         let included = match options.files.read_text(&path, left.bytes) {
             Ok(included) => included,
             Err(ReadError::TooLarge(_)) => {
@@ -67,7 +67,6 @@ fn with_includes(
             Err(reason) => return fault(format!("`{name}` cannot be included: {reason}")),
         };
         left.bytes = left.bytes.saturating_sub(included.len() as u64);
-        // Files that are included start from the folder of the first, as in MuJoCo.
         let name = path.display().to_string();
         let included = with_includes(&name, &included, folder, options, left)?;
         let inner = xml::parse(&included).map_err(|fault| of_xml(&name, &included, fault))?;
@@ -77,6 +76,19 @@ fn with_includes(
     }
     whole.push_str(&text[done..]);
     Ok(whole)
+}
+
+/// Where a file lies that another includes: beside the first of all, or beside the one that includes it, as in MuJoCo.
+fn included_path(file: &str, folder: &Path, name: &str, options: &LoadOptions) -> PathBuf {
+    let beside_first = folder.join(name);
+    let own = Path::new(file).parent().unwrap_or(Path::new(""));
+    let beside_own = own.join(name);
+    let is_only_there = !options.files.is_file(&beside_first) && options.files.is_file(&beside_own);
+    if is_only_there {
+        beside_own
+    } else {
+        beside_first
+    }
 }
 
 /// What stands between an element's tags.

@@ -6,6 +6,7 @@
 mod bodies;
 mod geoms;
 mod includes;
+mod mesh_weight;
 mod model;
 mod replicate;
 
@@ -16,7 +17,7 @@ use super::malformed::of_xml;
 use crate::error::{Fault, RobotError};
 use crate::model::Remark;
 use crate::options::LoadOptions;
-use crate::urdf::UrdfText;
+use crate::urdf::{Meshes, UrdfText};
 use crate::xml;
 use model::Robot;
 
@@ -45,7 +46,10 @@ pub(super) fn converted(
     });
     let roots = Robot::all(&model, &document, file);
     let count = roots.len();
-    let written = roots.iter().map(|root| bodies::written(root, &whole));
+    let meshes = Meshes::beside(file, options);
+    let written = roots
+        .iter()
+        .map(|root| bodies::written(root, &whole, &meshes));
     let Some(robot) = with_most_wheels(written) else {
         let reason = "it holds no body".to_owned();
         return Err(RobotError::new(file, Fault::Format { reason }));

@@ -242,14 +242,20 @@ fn xacro_is_expanded_without_ros() {
     let file = folder.join("robot.urdf.xacro");
     std::fs::write(&file, main).expect("written");
 
-    // A package of another name than its folder has to be told.
+    // A package of another name than its folder is proposed by what it holds.
     let error = Robot::load(&file).expect_err("no such package");
     let package = "parts".to_owned();
     let Fault::MissingFiles { files } = error.fault() else {
         panic!("{error}")
     };
     assert_eq!(files[0].package, Some(package.clone()));
-    assert_eq!(error.remedies()[0], Remedy::Package { name: package });
+    assert_eq!(
+        error.remedies()[0],
+        Remedy::Package {
+            name: package,
+            folder: Some(folder.join("elsewhere"))
+        }
+    );
 
     let options = options(|o| {
         o.packages = vec![Package {
@@ -340,7 +346,7 @@ fn packages_are_found_by_option_and_beside_the_file() {
     assert!(Robot::from_urdf_str_with(&text, "robot.urdf", &options).is_ok());
     let error = Robot::from_urdf_str(&text, "robot.urdf").expect_err("not known");
     let name = "elsewhere".to_owned();
-    assert_eq!(error.remedies()[0], Remedy::Package { name });
+    assert_eq!(error.remedies()[0], Remedy::Package { name, folder: None });
 }
 
 #[test_case("none.stl", None, "there is no such file"; "missing")]

@@ -1,0 +1,160 @@
+//! What a mesh weighs, as MuJoCo works it out: its triangles make tetrahedra with one point within.
+
+use mjcf_rs::assets::MeshInertia;
+use nalgebra::{Matrix3, Point3, Vector3};
+
+use crate::model::MassProperties;
+
+/// A triangle by its corners.
+pub(super) type Triangle = [Point3<f64>; 3];
+
+/// Volume, centre and inertia of a mesh for the density of 1 kg/m^3, in the mesh's frame; `None` of one that encloses nothing.
+///
+/// MuJoCo's default, `legacy`, counts each tetrahedron as a positive volume: of a mesh that is not convex the whole then hangs on the inner
+/// point, which is the middle of the surface for the centre, and the centre for mass and inertia. With `exact`, tetrahedra that face inwards
+/// are taken away.
+pub(super) fn solid(triangles: &[Triangle], kind: MeshInertia) -> Option<MassProperties> {
+    let volume_of = |tetrahedron: &[Vector3<f64>; 3]| {
+        let [a, b, c] = tetrahedron;
+        let volume_m3 = a.dot(&b.cross(c)) / 6.0;
+        match kind {
+            MeshInertia::Exact => volume_m3,
+            _ => volume_m3.abs(),
+        }
+    };
+    let inner = middle(triangles)?;
+    let mut volume_m3 = 0.0;
+    let mut moment = Vector3::zeros();
+    for triangle in triangles {
+        let corners = triangle.map(|corner| corner - inner);
+        let of = volume_of(&corners);
+        volume_m3 += of;
+        // The fourth corner is the inner point.
+        moment += corners.iter().sum::<Vector3<f64>>() * (0.25 * of);
+    }
+    if !(volume_m3 > 0.0 && volume_m3.is_finite()) {
+        return None;
+    }
+    let center = inner + moment / volume_m3;
+    // The integral of x x^T over a tetrahedron with a corner at the origin is V / 20 (s s^T + sum of c c^T), s the sum of its other
+    // corners c.
+    let (mut mass_kg, mut second) = (0.0, Matrix3::zeros());
+    for triangle in triangles {
+        let corners = triangle.map(|corner| corner - center);
+        mass_kg += volume_of(&corners);
+        let sum = corners.iter().sum::<Vector3<f64>>();
+        let squares = corners.iter().map(|c| c * c.transpose());
+        let spread = squares.fold(sum * sum.transpose(), |all, one| all + one);
+        second += spread * (volume_of(&corners) / 20.0);
+    }
+    Some(MassProperties {
+        mass_kg,
+        center_of_mass_m: center.coords,
+        inertia_kg_m2: Matrix3::identity() * second.trace() - second,
+    })
+}
+
+/// The mean of the triangles' middles by their areas.
+fn middle(triangles: &[Triangle]) -> Option<Point3<f64>> {
+    let (mut area, mut sum) = (0.0, Vector3::zeros());
+    for [a, b, c] in triangles {
+        let of = (b - a).cross(&(c - a)).norm();
+        area += of;
+        sum += (a.coords + b.coords + c.coords) * (of / 3.0);
+    }
+    (area > 0.0).then(|| Point3::from(sum / area))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The twelve triangles of a box, wound outwards.
+    fn cuboid(half: Vector3<f64>, at: Vector3<f64>) -> Vec<Triangle> {
+        let corner = |i: usize| {
+            let sign = |bit: usize| if i & bit == 0 { -1.0 } else { 1.0 };
+            Point3::from(at + half.component_mul(&Vector3::new(sign(1), sign(2), sign(4))))
+        };
+        let sides = [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+        ];
+        let halves = sides
+            .iter()
+            .flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
+        halves.map(|side| side.map(corner)).collect()
+    }
+
+    #[test]
+    fn a_box_of_triangles_weighs_what_a_box_does() {
+        let half = Vector3::new(0.1, 0.2, 0.3);
+        let at = Vector3::new(1.0, -2.0, 0.5);
+        for kind in [MeshInertia::Convex, MeshInertia::Exact] {
+            let found = solid(&cuboid(half, at), kind).expect("a volume");
+            let mass_kg = 8.0 * half.product();
+            assert!((found.mass_kg - mass_kg).abs() < 1e-12 * mass_kg);
+            assert!((found.center_of_mass_m - at).norm() < 1e-12);
+            let moment = |p: f64, q: f64| mass_kg * (p * p + q * q) / 3.0;
+            let expected = Matrix3::from_diagonal(&Vector3::new(
+                moment(half.y, half.z),
+                moment(half.x, half.z),
+                moment(half.x, half.y),
+            ));
+            assert!((found.inertia_kg_m2 - expected).norm() < 1e-12 * expected.norm());
+        }
+    }
+
+    #[test]
+    fn what_is_not_convex_weighs_what_mujoco_says() {
+        let outline = [[0.0, 0.0], [2.0, 1.0], [0.0, 0.4], [-2.0, 1.0]];
+        let corner = |i: usize| {
+            let [x, y] = outline[i % 4];
+            Point3::new(x, y, if i < 4 { -0.3 } else { 0.3 })
+        };
+        let mut faces = vec![[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]];
+        for i in 0..4 {
+            let j = (i + 1) % 4;
+            faces.extend([[i, j, 4 + j], [i, 4 + j, 4 + i]]);
+        }
+        let triangles: Vec<Triangle> = faces.iter().map(|face| face.map(corner)).collect();
+        // MuJoCo of this mesh, which it reads in f32: mass, y of the centre, principal moments.
+        for (kind, [mass_kg, y_m, least, middle, most]) in [
+            (
+                MeshInertia::Convex,
+                [0.70054, 0.537837, 0.048517, 0.514802, 0.526579],
+            ),
+            (
+                MeshInertia::Exact,
+                [0.48, 0.466667, 0.034667, 0.3344, 0.340267],
+            ),
+        ] {
+            let found = solid(&triangles, kind).expect("a volume");
+            let moments = found.principal_moments_kg_m2();
+            let pairs = [
+                (found.mass_kg, mass_kg),
+                (found.center_of_mass_m.y, y_m),
+                (moments[0], least),
+                (moments[1], middle),
+                (moments[2], most),
+            ];
+            for (is, should) in pairs {
+                assert!((is - should).abs() < 2e-6 * mass_kg, "{is} {should}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_encloses_nothing_has_no_weight() {
+        assert_eq!(solid(&[], MeshInertia::Exact), None);
+        let flat = [
+            Point3::origin(),
+            Point3::new(1.0, 0.0, 0.0),
+            Point3::new(0.0, 1.0, 0.0),
+        ];
+        assert_eq!(solid(&[flat], MeshInertia::Exact), None);
+    }
+}
