@@ -2,6 +2,8 @@
 
 use crate::support;
 
+use std::f64::consts::FRAC_PI_2;
+
 use ilon_robot::{Collision, CollisionShape, Pose, Robot};
 use ilon_world::{Floor, GroundBox, Relief, Settings, World, WorldError};
 use nalgebra::{Isometry3, Vector3};
@@ -217,6 +219,31 @@ fn where_only_its_chassis_would_bear_it_or_a_wheel_would_hang_it_is_refused() {
         .err()
         .expect("it hangs");
     assert!(refused.to_string().contains("hang"), "{refused}");
+}
+
+/// What of a chassis reaches out ahead comes down where the robot heads: turned left, a box ahead of its place lies beside it, and one to its left is
+/// under what reaches out.
+#[test]
+fn what_reaches_out_of_a_chassis_comes_down_where_the_robot_heads() {
+    let mut robot = mecanum4();
+    robot.chassis.collisions = vec![Collision {
+        body_from_shape: Isometry3::translation(0.5, 0.0, 0.1),
+        shape: CollisionShape::Sphere { radius_m: 0.04 },
+    }];
+    let start = Pose {
+        x_m: 1.0,
+        y_m: -2.0,
+        heading_rad: FRAC_PI_2,
+    };
+    let stands_beside = |x_m: f64, y_m: f64| {
+        let block = solid([x_m - 0.1, x_m + 0.1], [y_m - 0.1, y_m + 0.1], 0.1);
+        begin(&robot, &floor(vec![block]), start)
+    };
+    let ahead = stands_beside(1.5, -2.0).expect("it lies to the robot's right");
+    // It is put down to a nanometre.
+    assert!(ahead.robot().state().height_m < 1e-9);
+    let refused = stands_beside(1.0, -1.5).err().expect("it lies");
+    assert!(refused.to_string().contains("chassis"), "{refused}");
 }
 
 #[test]

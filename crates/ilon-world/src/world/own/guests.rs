@@ -304,12 +304,15 @@ impl InRapier {
                 });
             }
         }
-        let is_there = |own: &RapierObject| match own {
-            RapierObject::Body(raw) => (self.world.bodies.get(body_of(*raw)))
-                .is_some_and(|body| body.is_enabled() && !body.is_soft_frame()),
+        // Of a body that is switched off rapier has switched off the colliders too.
+        let is_rigid = |own: &RapierObject| match own {
+            RapierObject::Body(raw) => {
+                let body = self.world.bodies.get(body_of(*raw));
+                body.is_some_and(|body| !body.is_soft_frame())
+            }
             RapierObject::Collider(_) => true,
         };
-        found.retain(is_there);
+        found.retain(is_rigid);
         found
     }
 

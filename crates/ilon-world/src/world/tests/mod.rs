@@ -9,8 +9,9 @@ use ilon_robot::{Pose as PlanarPose, Robot};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::World;
+use crate::contact::reaction::Part;
 use crate::robot::articulated::Articulated;
-use crate::{Floor, RollerBodies, Settings};
+use crate::{Floor, MotorTorque, Push, RollerBodies, Settings};
 
 fn shipped(name: &str) -> Robot {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
@@ -154,4 +155,28 @@ fn a_fall_on_its_back_goes_into_the_hits_of_the_chassis() {
         (counted_j - lost_j).abs() < 0.01 * lost_j,
         "{counted_j} J of {lost_j} J"
     );
+}
+
+/// A motor within its bounds is a straight line, which is solved with the masses: no law beside is there to be solved, whether what pushes the robot takes the
+/// torque up along its line or down.
+#[test]
+fn motors_on_their_line_need_no_law_of_their_own() {
+    let robot = shipped("mecanum4");
+    let (floor, settings) = (Floor::default(), Settings::default());
+    let motors = vec![MotorTorque::with_droop(0.05, 0.2); robot.wheels.len()];
+    for force_n in [-30.0, 30.0] {
+        let mut world = World::new(&robot, &floor, PlanarPose::default(), &settings)
+            .expect("a robot above a plane");
+        for _ in 0..50 {
+            world.robot_mut().drive(&motors);
+            world.robot_mut().push(&Push {
+                force_in_world_n: Vector3::new(force_n, 0.0, 0.0),
+                place_in_body_m: Vector3::zeros(),
+            });
+            world.step();
+            let of_drives = |part: Part| matches!(part, Part::Drive(_));
+            let mut parts = world.reactions.all().iter().map(|reaction| reaction.a.part);
+            assert!(!parts.any(of_drives), "{force_n} N");
+        }
+    }
 }
