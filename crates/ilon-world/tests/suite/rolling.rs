@@ -235,6 +235,32 @@ fn small_radii_cost_more_where_the_floor_says_so() {
     }
 }
 
+/// What rollers lose by themselves they lose on any ground: one that takes more of sharper rollers, but nothing, changes nothing to the bit.
+#[test]
+fn ground_that_takes_nothing_by_radius_leaves_rollers_their_own_drag() {
+    let run = |of_rollers: f64, radius_exponent: f64| {
+        let mut robot = mecanum4();
+        let wheels = robot.wheels.iter_mut();
+        wheels.for_each(|wheel| wheel.surface.rolling_resistance = of_rollers);
+        let floor = Floor {
+            surface: FloorSurface {
+                radius_exponent,
+                ..FloorSurface::default()
+            },
+            ..Floor::default()
+        };
+        let mut world = on(&robot, &floor, Pose::default());
+        for _ in 0..100 {
+            hold(&mut world, 3.0);
+            world.step();
+        }
+        (world.robot().state(), world.motor_energy_j())
+    };
+    let (plain, by_radius) = (run(0.05, 0.0), run(0.05, 1.0));
+    assert_eq!(plain, by_radius);
+    assert!(plain.1 > run(0.0, 0.0).1);
+}
+
 /// The radius of a ball for a roller, in metres.
 const BALL_M: f64 = 0.012;
 

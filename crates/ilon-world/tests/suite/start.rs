@@ -172,6 +172,25 @@ fn beside_a_wall_it_stands_on_the_floor() {
     assert!((world.robot().hub_height_m(0) - robot.wheels[0].radius_m).abs() < 1e-7);
 }
 
+/// Ground that rises to 0.3 m right ahead of the wheels: the robot is put down on what lies beneath it, level at 50 mm.
+#[test]
+fn beside_a_bank_of_relief_it_stands_on_what_is_beneath() {
+    let robot = mecanum4();
+    let height_m = |column: usize| if column > 31 { 0.3 } else { 0.05 };
+    let relief = Relief {
+        cell_m: 0.02,
+        center_m: Default::default(),
+        heights_m: vec![(0..41).map(height_m).collect(); 41],
+    };
+    let floor = Floor {
+        relief: Some(relief),
+        ..Floor::default()
+    };
+    let world = begin(&robot, &floor, Pose::default()).expect("a place to stand");
+    let above_m = world.robot().hub_height_m(0) - robot.wheels[0].radius_m;
+    assert!((above_m - 0.05).abs() < 1e-7, "{above_m}");
+}
+
 #[test]
 fn beside_a_wall_of_any_height_it_stands_on_the_floor_soon() {
     let robot = mecanum4();
