@@ -316,7 +316,7 @@ fn random_problems_are_solved_to_the_end() {
     assert!(unsolved <= 25, "{unsolved} of 500");
 }
 
-/// What no round solves to the end is left as it was best: more rounds never leave a greater error, and the error is that of the impulses.
+/// What no round solves to the end is left as it was best: more rounds never leave a greater error.
 #[test]
 fn more_rounds_never_leave_a_greater_error() {
     let mut draw = Draw(2);
@@ -328,10 +328,7 @@ fn more_rounds_never_leave_a_greater_error() {
         let response = draw.response(15, 10, 1e-3);
         let left = |of_heaps: bool| {
             let mut random = problem(&[contact(mu); 5], &free, &response);
-            let error = Solver::default().solve(&mut random, of_heaps);
-            // To what impulses of about one round to, set anew.
-            assert!((error - random.error()).abs() < 1e-12);
-            error
+            Solver::default().solve(&mut random, of_heaps)
         };
         let (few, many) = (left(true), left(false));
         assert!(many <= few, "{many:e} after {few:e}");
