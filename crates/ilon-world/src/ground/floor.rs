@@ -293,7 +293,7 @@ mod tests {
             });
             let highest_m = corners.fold(f64::NEG_INFINITY, f64::max);
             let floor = Floor {
-                boxes: vec![solid.clone()],
+                boxes: vec![solid],
                 ..Floor::default()
             };
             let found_m = floor.highest_m(solid.center_m.xy(), 0.1);

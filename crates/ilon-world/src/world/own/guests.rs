@@ -609,11 +609,15 @@ mod tests {
             is_changed: false,
         };
         let body = RigidBodyBuilder::dynamic()
+            .additional_mass_properties(MassProperties::new(Vector::ZERO, 1.0, Vector::ONE))
             .linvel(velocity_m_s)
             .angvel(angular_rad_s);
         let ball = ColliderBuilder::ball(0.1).density(0.0);
         let beside = ball.translation(Vector::new(0.5, 0.0, 0.0));
         let (body, _) = rapier.world.insert(body, beside);
+        // A step of no time places the ball.
+        rapier.world.integration_parameters.dt = 0.0;
+        rapier.world.step();
         rapier.travel_m(&rapier.world.bodies[body], 1.0)
     }
 
