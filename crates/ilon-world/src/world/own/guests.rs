@@ -608,8 +608,9 @@ mod tests {
             held_now: Vec::new(),
             is_changed: false,
         };
+        let mass = rapier3d::dynamics::MassProperties::new(Vector::ZERO, 1.0, Vector::ONE);
         let body = RigidBodyBuilder::dynamic()
-            .additional_mass_properties(MassProperties::new(Vector::ZERO, 1.0, Vector::ONE))
+            .additional_mass_properties(mass)
             .linvel(velocity_m_s)
             .angvel(angular_rad_s);
         let ball = ColliderBuilder::ball(0.1).density(0.0);
