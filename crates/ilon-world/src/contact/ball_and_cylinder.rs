@@ -68,3 +68,50 @@ impl SolidCylinder {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Translation3, UnitQuaternion};
+
+    use super::*;
+
+    /// A cylinder of radius 0.3 m and length 2 m is nearest with its side, its end or its rim; from inside, with what of side and end is nearer: at
+    /// either end, wherever it stands.
+    #[test]
+    fn a_cylinder_is_nearest_with_its_side_its_end_or_its_rim() {
+        let poses = [
+            Isometry3::identity(),
+            Isometry3::from_parts(
+                Translation3::new(2.0, -1.0, 3.0),
+                UnitQuaternion::from_euler_angles(0.4, -1.1, 2.0),
+            ),
+        ];
+        // A place, the nearest to it, the normal there, and the distance: outwards and along its axis.
+        let seen = [
+            ([0.8, 0.5], [0.3, 0.5], [1.0, 0.0], 0.5),
+            ([0.1, 1.2], [0.1, 1.0], [0.0, 1.0], 0.2),
+            ([0.6, 1.4], [0.3, 1.0], [0.6, 0.8], 0.5),
+            ([0.2, 0.5], [0.3, 0.5], [1.0, 0.0], -0.1),
+            ([0.1, 0.9], [0.1, 1.0], [0.0, 1.0], -0.1),
+        ];
+        for (floor_from_cylinder, way) in poses.iter().flat_map(|pose| [(pose, 1.0), (pose, -1.0)])
+        {
+            let cylinder = SolidCylinder {
+                floor_from_cylinder: *floor_from_cylinder,
+                radius_m: 0.3,
+                half_length_m: 1.0,
+            };
+            let turned = |[out, up]: [f64; 2]| {
+                floor_from_cylinder.rotation * Vector3::new(0.0, way * up, out)
+            };
+            let at_m = |place: [f64; 2]| turned(place) + floor_from_cylinder.translation.vector;
+            for (point, nearest, normal, distance_m) in seen {
+                let (place_m, out, found_m) = cylinder.foot(&at_m(point));
+                // Sums of some metres.
+                assert!((place_m - at_m(nearest)).norm() < 1e-14, "{point:?}");
+                assert!((out - turned(normal)).norm() < 1e-14, "{point:?}");
+                assert!((found_m - distance_m).abs() < 1e-14, "{point:?}");
+            }
+        }
+    }
+}

@@ -258,6 +258,8 @@ fn on_surface(shape: &dyn Shape, mut place_m: Vector3<f64>) -> Vector3<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::{FRAC_PI_2, PI};
+
     use nalgebra::{Translation3, UnitQuaternion};
 
     use super::*;
@@ -302,6 +304,40 @@ mod tests {
                 assert!((seen.place_m - place_m).norm() < 1e-14, "{seen:?}");
                 assert!((seen.normal - normal).norm() < 1e-13, "{seen:?}");
             }
+        }
+    }
+
+    /// A can of radius r and length 2 h that leans by an angle from upright, its middle at c: its lowest place is h |cos| + r sin beneath that. Where it
+    /// nearly stands, a ring of its lower end is seen as well, within r sin of the end's own middle, h |cos| beneath it.
+    #[test]
+    fn a_can_that_leans_is_lowest_at_its_lower_rim_and_stands_on_its_lower_end() {
+        let (radius_m, half_m, middle_m) = (0.03125, 0.125, 0.5);
+        let can = SharedShape::cylinder(half_m as Real, radius_m as Real);
+        for lean_rad in [0.0, 0.1, 0.4, 0.8, FRAC_PI_2, 2.2, PI - 0.1, PI] {
+            let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2 - lean_rad);
+            let can = Solid {
+                shape: &can,
+                floor_from_shape: Isometry3::from_parts(
+                    Translation3::new(3.0, -2.0, middle_m),
+                    turn,
+                ),
+            };
+            let (mut lowest_m, mut ring) = (f64::INFINITY, Vec::new());
+            can.near_plane(1.0, |near| {
+                lowest_m = lowest_m.min(near.gap_m);
+                if near.is_corner {
+                    ring.push(near.gap_m);
+                }
+            });
+            let end_m = middle_m - half_m * lean_rad.cos().abs();
+            let rim_m = radius_m * lean_rad.sin();
+            // Sums of half a metre.
+            assert!((lowest_m - (end_m - rim_m)).abs() < 1e-15, "{lean_rad}");
+            assert_eq!(ring.is_empty(), lean_rad.cos().abs() < 0.9, "{lean_rad}");
+            let off = ring
+                .iter()
+                .find(|gap_m| (*gap_m - end_m).abs() > rim_m + 1e-15);
+            assert_eq!(off, None, "{lean_rad}");
         }
     }
 }

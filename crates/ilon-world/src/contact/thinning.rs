@@ -87,6 +87,12 @@ mod tests {
         thin((&mut found, 0), &Isometry3::identity(), 0.1);
         let stay: Vec<(Part, f64)> = found.iter().map(|at| (at.a.part, at.gap_m)).collect();
         assert_eq!(stay, [(Part::Chassis, 0.0), (Part::Link(2), 1e-3)]);
+        // What was found before, of another body, is not touched, and they are put behind it.
+        let mut behind = vec![place(Part::Link(7), 0.3, 0.5)];
+        behind.extend((10..110).map(chassis));
+        thin((&mut behind, 1), &Isometry3::identity(), 0.1);
+        let stay: Vec<(Part, f64)> = behind.iter().map(|at| (at.a.part, at.gap_m)).collect();
+        assert_eq!(stay, [(Part::Link(7), 0.5), (Part::Chassis, 0.0)]);
         // As few as boxes on kerbs make are left alone.
         let mut few: Vec<Candidate> = (10..74).map(chassis).collect();
         thin((&mut few, 0), &Isometry3::identity(), 0.1);

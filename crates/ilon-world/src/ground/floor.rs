@@ -266,3 +266,38 @@ impl Relief {
         ))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use super::*;
+
+    /// A box reaches as high as the highest of its corners, however it is turned and pitched.
+    #[test]
+    fn a_box_is_as_high_as_its_highest_corner() {
+        let half_sides_m = Vector3::new(0.4, 0.2, 0.1);
+        for (heading_rad, pitch_rad) in [(0.0, 0.0), (0.7, 0.3), (-2.0, -0.5), (1.0, 2.5)] {
+            let solid = GroundBox {
+                center_m: Vector3::new(2.0, -1.0, 0.5),
+                half_sides_m,
+                heading_rad,
+                pitch_rad,
+            };
+            let corners = (0..8).map(|corner| {
+                let side = |axis: usize| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
+                let signs = Vector3::new(side(0), side(1), side(2));
+                let place =
+                    solid.floor_from_box() * Point3::from(half_sides_m.component_mul(&signs));
+                place.z
+            });
+            let highest_m = corners.fold(f64::NEG_INFINITY, f64::max);
+            let floor = Floor {
+                boxes: vec![solid],
+                ..Floor::default()
+            };
+            let found_m = floor.highest_m(solid.center_m.xy(), 0.1);
+            assert!((found_m - highest_m).abs() < 1e-15, "{found_m} {highest_m}");
+        }
+    }
+}

@@ -327,4 +327,50 @@ mod tests {
         }
         assert!(near > 100, "{near}");
     }
+
+    /// A plane that leans and is bent down along a line of its points has edges to touch along that line alone, on either side of it.
+    #[test]
+    fn only_where_it_bends_down_can_edges_be_touched() {
+        let bends = [
+            [0.0, 1.0],
+            [0.0, -1.0],
+            [1.0, 0.0],
+            [-1.0, 0.0],
+            [1.0, -1.0],
+            [-1.0, 1.0],
+        ];
+        let leans = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
+        for (bend, lean) in bends
+            .into_iter()
+            .flat_map(|bend| leans.map(|lean| (bend, lean)))
+        {
+            // Points from -3 to 3 each way, in metres.
+            let off = |column: usize, row: usize| {
+                bend[0] * (column as f64 - 3.0) + bend[1] * (row as f64 - 3.0)
+            };
+            let height_m = |column: usize, row: usize| {
+                lean[0] * column as f64 + lean[1] * row as f64 - off(column, row).max(0.0)
+            };
+            let field = HeightField::of(&Relief {
+                cell_m: 1.0,
+                center_m: Vector2::zeros(),
+                heights_m: (0..7)
+                    .map(|row| (0..7).map(|column| height_m(column, row)).collect())
+                    .collect(),
+            });
+            for (column, row) in (1..5).flat_map(|column| (1..5).map(move |row| (column, row))) {
+                let lies_along = |corners: [[usize; 2]; 3]| {
+                    let on_line = corners.map(|[right, up]| off(column + right, row + up) == 0.0);
+                    on_line.into_iter().filter(|on_line| *on_line).count() == 2
+                };
+                let halves = [[[0, 1], [0, 0], [1, 1]], [[0, 0], [1, 0], [1, 1]]];
+                let expected = halves.map(lies_along);
+                assert_eq!(
+                    field.ridges(column, row),
+                    expected,
+                    "{bend:?} {lean:?} {column} {row}"
+                );
+            }
+        }
+    }
 }

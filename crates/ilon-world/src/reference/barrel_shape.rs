@@ -211,6 +211,8 @@ impl Shape for BarrelShape {
 
 #[cfg(test)]
 mod tests {
+    use std::f32::consts::PI;
+
     use super::*;
 
     fn shape() -> BarrelShape {
@@ -236,6 +238,22 @@ mod tests {
                 assert!(off < 2e-5, "{step} {off_m}: {off}");
             }
         }
+    }
+
+    /// The ball around a barrel holds all of its surface, and is no larger than it must be.
+    #[test]
+    fn the_ball_around_a_barrel_reaches_as_far_as_its_furthest_place() {
+        let barrel = shape();
+        let furthest_m = (0..=100).map(|step| {
+            let (sin, cos) = (0.005 * PI * step as Real).sin_cos();
+            let place = barrel.local_support_point_toward(Vector::new(cos, 0.0, sin));
+            place.length()
+        });
+        let furthest_m = furthest_m.fold(0.0, Real::max);
+        let ball = barrel.compute_local_bounding_sphere();
+        // f32 of a few hundredths of a metre.
+        assert!((ball.radius - furthest_m).abs() < 1e-8, "{furthest_m}");
+        assert_eq!(ball.center, Vector::ZERO);
     }
 
     #[test]

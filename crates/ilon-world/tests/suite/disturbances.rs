@@ -303,6 +303,25 @@ fn a_seized_roller_does_not_spin_and_its_neighbours_do(roller_bodies: RollerBodi
     assert!(others_spin > 5.0, "{others_spin} rad/s");
 }
 
+/// What spin rollers have when they seize goes into their bearings at once: all that is lost of the energy of motion.
+#[test]
+fn the_spin_of_rollers_that_seize_goes_into_their_bearings() {
+    let robot = mecanum4();
+    let mut world = world(&robot, 0.6, RollerBodies::All);
+    let targets = ideal_rates(&robot, Twist::new(0.0, 0.2, 0.0));
+    hold(&mut world, &targets, 0.5, |_| ());
+    let (moving_j, lost_j) = (world.energy().kinetic_j, world.bearing_energy_j());
+    seize_all(&mut world, &robot);
+    let stopped_j = moving_j - world.energy().kinetic_j;
+    let into_bearings_j = world.bearing_energy_j() - lost_j;
+    assert!(stopped_j > 0.0, "{stopped_j} J");
+    // Differences of some joules.
+    assert!(
+        (into_bearings_j - stopped_j).abs() < 1e-14,
+        "{into_bearings_j} J of {stopped_j} J"
+    );
+}
+
 /// Pulled at 0.45 of its weight, a robot whose wheels cannot roll sideways stands on mu 0.6, slides away with
 /// (0.45 - 0.3) g once the floor is wet, and comes to rest on the dry patch beyond.
 #[test_case(RollerBodies::All; "every roller a body")]

@@ -249,6 +249,34 @@ fn a_box_on_a_slope_slides_or_rests_as_tan_says() {
     }
 }
 
+/// A ball that flies at a wheel by 20 mm a step is seen a step before it is there: it gets no deeper than between two rollers, which is less than a roller's
+/// radius below the rim.
+#[test]
+fn a_fast_ball_does_not_get_into_a_wheel() {
+    let (radius_m, dt_s) = (0.02, 5e-3);
+    let robot = mecanum4();
+    let hub_m = robot.wheels[0].position_m();
+    let apart_m = robot.wheels[0].radius_m + radius_m;
+    let mut world = World::new(&robot, &Floor::default(), Pose::default(), &settings(dt_s))
+        .expect("it stands on a plane");
+    let place_m = Vector2::new(hub_m.x + apart_m + 0.055, hub_m.y);
+    let ball = FreeBody {
+        height_m: Some(hub_m.z),
+        velocity_m_s: Vector3::new(-4.0, 0.0, 0.0),
+        ..FreeBody::new("ball", FreeShape::Sphere { radius_m }, 0.05, place_m)
+    };
+    let ball = world.add_body(&ball).expect("room");
+    let mut nearest_m = f64::INFINITY;
+    for _ in 0..20 {
+        world.step();
+        let ball_m = world.free_body(ball).expect("it is there").place_m;
+        let off_m = ball_m - hub_m - Vector3::x() * world.robot().state().pose.x_m;
+        nearest_m = nearest_m.min(off_m.xz().norm());
+    }
+    let deep_m = apart_m - nearest_m;
+    assert!(deep_m < robot.wheels[0].rollers[0].radius_m, "{deep_m}");
+}
+
 /// A box that sleeps on level ground slides with g (sin - mu cos) once the ground leans that far, and what it gains comes from outside.
 #[test]
 fn a_box_that_sleeps_slides_where_the_ground_begins_to_lean() {

@@ -121,6 +121,21 @@ fn what_rests_sleeps_until_something_comes_near() {
     assert!(world.free_body(box_).unwrap().place_m.x > from.x + 0.1);
 }
 
+/// What falls asleep has been slow for half a second first: a cube that drops by 5 mm lands after 32 ms, and settles in some milliseconds.
+#[test]
+fn what_has_come_down_sleeps_half_a_second_later() {
+    let mut world = world(&Floor::default(), 1e-3);
+    let mut drops = cube("drops", 0.1, 1.0, 0.0, 2.0);
+    drops.height_m = Some(0.055);
+    let drops = world.add_body(&drops).expect("room");
+    while !world.free_body(drops).expect("it is there").sleeps {
+        world.step();
+        assert!(world.time_s() < 1.0, "it is awake");
+    }
+    let (lands_s, sleeps_s) = ((2.0 * 5e-3 / 9.81_f64).sqrt(), world.time_s());
+    assert!((0.5..0.55).contains(&(sleeps_s - lands_s)), "{sleeps_s}");
+}
+
 /// A tower falls when what carries it is taken away, and all that sleeps wakes when the floor turns to ice.
 #[test]
 fn taking_away_and_ice_wake_what_sleeps() {

@@ -42,6 +42,10 @@ fn no_motor_drives_beyond_its_rate_limit_in_either_sense() {
             for (rate, sign) in world.robot().wheel_rates_rad_s().iter().zip(signs) {
                 assert!((rate * sign - LIMIT_RAD_S).abs() < 1e-4, "{dt_s}: {rate}");
             }
+            // There it gives what keeps a wheel at its rate, of which nothing takes any.
+            for torque_n_m in world.robot().motor_torques_n_m() {
+                assert!(torque_n_m.abs() < 1e-4, "{dt_s}: {torque_n_m}");
+            }
         }
     }
 }

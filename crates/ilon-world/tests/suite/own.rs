@@ -449,6 +449,25 @@ fn what_nothing_moves_stops_a_robot_and_what_is_not_there_does_not() {
     }
 }
 
+/// A soft body of rapier touches no robot: one that is pinned where it stands lets a robot through, which goes to the bit as it goes alone.
+#[test]
+fn a_soft_body_does_not_touch_a_robot() {
+    let mut worlds = [(); 2].map(|()| world(&Floor::default(), 1e-3));
+    let ahead = Vector::new(FRONT_M + 0.03, 0.0, 0.08);
+    let soft = SoftBodyBuilder::cuboid(ahead, Vector::splat(0.02), 2, 2, 2);
+    let rapier = worlds[1].rapier_mut().expect("ilon solves the contacts");
+    rapier.insert_soft_body(soft.pinned_particles(0..8));
+    for _ in 0..300 {
+        for world in &mut worlds {
+            hold(world, 5.0);
+            world.step();
+        }
+    }
+    let [alone, beside] = [0, 1].map(|k| worlds[k].robot().state());
+    assert!(alone.pose.x_m > 0.05, "{} m", alone.pose.x_m);
+    assert_eq!(alone, beside);
+}
+
 /// A wall that is switched off holds nothing from the next step on: the robot that its wheels press against it with F gains F dt / m.
 #[test]
 fn a_wall_that_is_switched_off_lets_go_in_the_next_step() {

@@ -162,6 +162,26 @@ fn the_energy_balance_closes() {
     );
 }
 
+/// What is left of a law is the velocity that it should have taken: of a robot that settles on its wheels in rapier, as soft as that is, the fastest contact
+/// still moves into the ground or out of it by no less than its middle, which goes as the four of them in the mean.
+#[test]
+fn the_residual_is_no_less_than_what_a_robot_that_settles_still_moves_by() {
+    let mut world = world(&mecanum4(), &by(ContactSolver::Rapier, 1000.0));
+    let mut fastest_m_s = 0.0_f64;
+    for _ in 0..40 {
+        world.step();
+        let moves_m_s = world.robot().state().velocity_in_body_m_s.z.abs();
+        let residual_m_s = world.contact_residual_m_s();
+        // In f32, a step of gravity is 1e-2 m/s.
+        assert!(
+            residual_m_s > moves_m_s - 1e-7,
+            "{residual_m_s} {moves_m_s}"
+        );
+        fastest_m_s = fastest_m_s.max(moves_m_s);
+    }
+    assert!(fastest_m_s > 1e-4, "{fastest_m_s}");
+}
+
 /// Each place is as slippery as it is: on a patch, friction ends at its own limit.
 #[test]
 fn rapier_sees_how_slippery_each_place_is() {

@@ -158,6 +158,47 @@ fn a_servo_at_its_effort_accelerates_by_it() {
     }
 }
 
+/// What a servo asks for as a step begins may be beyond its effort, here K q = 40 N, and what it comes to in the step within, for the load gives way: then
+/// its effort changes nothing.
+#[test]
+fn an_effort_that_a_step_does_not_come_to_changes_nothing() {
+    let force_n = |effort: f64| {
+        let robot = drawer(JointServo {
+            effort,
+            ..servo(1e4, 5000.0)
+        });
+        let mut world = world(&robot, &ice(), 0.0, 5e-3);
+        world.robot_mut().aim_joint(0, 4e-3, 0.0).expect("driven");
+        world.step();
+        world.robot().joint_forces()[0]
+    };
+    let free_n = force_n(1e9);
+    assert!((0.0..3.0).contains(&free_n), "{free_n}");
+    // The solver ends within 1e-8 m/s: of a kilogram in 5 ms, 2e-6 N.
+    assert_near(force_n(3.0), free_n, 1e-5, "force");
+}
+
+/// A damper of c acts with the mean of the rates before and after a step, so that each step leaves (1 - z / 2) / (1 + z / 2) of a rate, z = c dt / mu.
+#[test]
+fn a_damper_takes_the_mean_rate_of_a_step() {
+    let reduced_kg = ARM_KG * mecanum4().mass_kg() / (ARM_KG + mecanum4().mass_kg());
+    for (dt_s, damping) in [(1e-3, 2.0), (5e-3, 20.0)] {
+        let mut robot = drawer(servo(1e4, 100.0));
+        robot.joints[0].damping = damping;
+        let mut world = world(&robot, &ice(), 0.0, dt_s);
+        world.robot_mut().load_joint(0, 5.0).expect("driven");
+        (0..10).for_each(|_| world.step());
+        world.robot_mut().load_joint(0, 0.0).expect("driven");
+        let half = 0.5 * damping * dt_s / reduced_kg;
+        for _ in 0..10 {
+            let before_m_s = world.robot().joint_rates()[0];
+            world.step();
+            let left = world.robot().joint_rates()[0] / before_m_s;
+            assert_near(left, (1.0 - half) / (1.0 + half), 1e-9, "left");
+        }
+    }
+}
+
 /// The target of a jump moves at the rate limit, and the joint with it.
 #[test]
 fn a_rate_limit_bounds_how_fast_the_joint_follows() {

@@ -2,6 +2,8 @@
 
 use crate::support;
 
+use std::f64::consts::FRAC_PI_2;
+
 use ilon_robot::{Collision, CollisionShape, Pose, Robot};
 use ilon_world::{Floor, GroundBox, Relief, Settings, World, WorldError};
 use nalgebra::{Isometry3, Vector3};
@@ -170,6 +172,25 @@ fn beside_a_wall_it_stands_on_the_floor() {
     assert!((world.robot().hub_height_m(0) - robot.wheels[0].radius_m).abs() < 1e-7);
 }
 
+/// Ground that rises to 0.3 m right ahead of the wheels: the robot is put down on what lies beneath it, level at 50 mm.
+#[test]
+fn beside_a_bank_of_relief_it_stands_on_what_is_beneath() {
+    let robot = mecanum4();
+    let height_m = |column: usize| if column > 31 { 0.3 } else { 0.05 };
+    let relief = Relief {
+        cell_m: 0.02,
+        center_m: Default::default(),
+        heights_m: vec![(0..41).map(height_m).collect(); 41],
+    };
+    let floor = Floor {
+        relief: Some(relief),
+        ..Floor::default()
+    };
+    let world = begin(&robot, &floor, Pose::default()).expect("a place to stand");
+    let above_m = world.robot().hub_height_m(0) - robot.wheels[0].radius_m;
+    assert!((above_m - 0.05).abs() < 1e-7, "{above_m}");
+}
+
 #[test]
 fn beside_a_wall_of_any_height_it_stands_on_the_floor_soon() {
     let robot = mecanum4();
@@ -217,6 +238,31 @@ fn where_only_its_chassis_would_bear_it_or_a_wheel_would_hang_it_is_refused() {
         .err()
         .expect("it hangs");
     assert!(refused.to_string().contains("hang"), "{refused}");
+}
+
+/// What of a chassis reaches out ahead comes down where the robot heads: turned left, a box ahead of its place lies beside it, and one to its left is
+/// under what reaches out.
+#[test]
+fn what_reaches_out_of_a_chassis_comes_down_where_the_robot_heads() {
+    let mut robot = mecanum4();
+    robot.chassis.collisions = vec![Collision {
+        body_from_shape: Isometry3::translation(0.5, 0.0, 0.1),
+        shape: CollisionShape::Sphere { radius_m: 0.04 },
+    }];
+    let start = Pose {
+        x_m: 1.0,
+        y_m: -2.0,
+        heading_rad: FRAC_PI_2,
+    };
+    let stands_beside = |x_m: f64, y_m: f64| {
+        let block = solid([x_m - 0.1, x_m + 0.1], [y_m - 0.1, y_m + 0.1], 0.1);
+        begin(&robot, &floor(vec![block]), start)
+    };
+    let ahead = stands_beside(1.5, -2.0).expect("it lies to the robot's right");
+    // It is put down to a nanometre.
+    assert!(ahead.robot().state().height_m < 1e-9);
+    let refused = stands_beside(1.0, -1.5).err().expect("it lies");
+    assert!(refused.to_string().contains("chassis"), "{refused}");
 }
 
 #[test]

@@ -285,3 +285,83 @@ impl Newton {
         self.step[row] = -problem.velocities[row];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Dry bearings on one axle, each at its torque, and one that holds, all from impulses that are no solution.
+    fn bearings(most_n_m_s: [f64; 2], response: [f64; 4], start: [f64; 2]) -> ImpulseProblem {
+        let mut problem = ImpulseProblem::default();
+        for most_n_m_s in most_n_m_s {
+            let least_n_m_s = -most_n_m_s;
+            let law = Law::Joint {
+                least_n_m_s,
+                most_n_m_s,
+            };
+            problem.push(law, &[0.5]);
+        }
+        problem.set_delassus(|row, w| w.copy_from_slice(&response[2 * row..][..=row]));
+        problem.set(0, start[0]);
+        problem.set(1, start[1]);
+        problem
+    }
+
+    /// Laws that stay as they are linear, and one step of Newton's method solves them from anywhere: a dry bearing that turns takes its friction,
+    /// p_0 = -0.1, and one that holds leaves nothing, 0.5 + 0.5 p_0 + 2 p_1 = 0.
+    #[test]
+    fn one_step_reaches_what_bearings_do_that_turn_or_hold_already() {
+        for start in [[0.0, 0.0], [0.06, -0.3], [-0.1, 0.4]] {
+            let mut axle = bearings([0.1, 9.0], [2.5, 0.5, 0.5, 2.0], start);
+            assert!(Newton::default().go_a_step(&mut axle));
+            let [turns, holds] = [axle.impulses[0], axle.impulses[1]];
+            assert!((turns + 0.1).abs() < 1e-15, "{turns}");
+            // The least softness takes a millionth of what the step adds.
+            assert!((holds + 0.225).abs() < 1e-6, "{holds}");
+        }
+    }
+
+    /// Two bearings of one axle that both hold it share what it takes, half each, though any other shares would do: they give by the same softness,
+    /// and the axle turns on a little, as it did, by a share of 1e-6 w / (2 w).
+    #[test]
+    fn what_can_be_shared_in_any_way_is_shared_by_a_softness() {
+        let mut axle = bearings([9.0; 2], [2.0; 4], [0.0; 2]);
+        assert!(Newton::default().go_a_step(&mut axle));
+        let [first, second] = [axle.impulses[0], axle.impulses[1]];
+        // What rounding leaves of W, 1e-16, over the softness.
+        assert!((first + 0.125).abs() < 1e-6 && (first - second).abs() < 1e-9);
+        let share = axle.velocities[0] / 0.5;
+        assert!((share - 0.5e-6).abs() < 1e-9, "{share:e}");
+    }
+
+    /// Near the solution of a contact that slides a step leaves the square of what is missing: a thousandth of an impulse becomes millionths. With any other
+    /// derivative a part of the thousandth would stay.
+    #[test]
+    fn a_step_of_what_slides_leaves_the_square_of_what_is_missing() {
+        let response = [1.0, 0.2, -0.1, 0.2, 2.0, 0.3, -0.1, 0.3, 5.0];
+        let mut sliding = ImpulseProblem::default();
+        let law = Law::Contact {
+            friction: 0.5,
+            approach_m_s: 0.0,
+            compliance: 0.0,
+        };
+        sliding.push(law, &[-1.0, 30.0, 20.0]);
+        sliding.set_delassus(|row, w| w.copy_from_slice(&response[3 * row..][..=row]));
+        let mut newton = Newton::default();
+        for _ in 0..20 {
+            newton.go_a_step(&mut sliding);
+        }
+        assert!(sliding.error() <= TOLERANCE, "{}", sliding.error());
+        let solution = sliding.contact_impulse(0);
+        assert!((solution.yz().norm() / solution.x - 0.5).abs() < 1e-9);
+        // Along the disc's edge, and the load.
+        let across = Vector2::new(-solution.z, solution.y).normalize();
+        let off = Vector3::new(1.0, across.x, across.y) * 1e-3 * solution.x;
+        for row in 0..3 {
+            sliding.set(row, solution[row] + off[row]);
+        }
+        newton.go_a_step(&mut sliding);
+        let left = (sliding.contact_impulse(0) - solution).norm() / solution.x;
+        assert!(left < 1e-5, "{left:e}");
+    }
+}

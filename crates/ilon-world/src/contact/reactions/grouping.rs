@@ -70,3 +70,50 @@ impl Reactions {
         left
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::contact::reaction::Member;
+
+    /// Who touches whom, by their numbers; none is the ground.
+    fn pairs(reactions: &Reactions) -> Vec<(usize, Option<usize>)> {
+        let pair = |reaction: &Reaction| match reaction.b {
+            Partner::Of(b) => (reaction.a.body, Some(b.body)),
+            _ => (reaction.a.body, None),
+        };
+        reactions.all.iter().map(pair).collect()
+    }
+
+    /// Of four bodies 0 and 2 stay and 1 and 3 leave, each numbered anew among their own; put behind the first two they are 2 and 3. What was between those that
+    /// stay and those that leave is forgotten.
+    #[test]
+    fn bodies_that_part_and_meet_keep_their_reactions() {
+        let member = |body: usize| Member {
+            body,
+            part: Part::Chassis,
+        };
+        let mut stay = Reactions::default();
+        for (a, b) in [
+            (0, None),
+            (1, None),
+            (2, Some(0)),
+            (3, Some(1)),
+            (2, Some(1)),
+        ] {
+            let mut reaction = Reaction::within(member(a), Vector3::zeros());
+            reaction.b = b.map_or(Partner::Ground, |b| Partner::Of(member(b)));
+            stay.all.push(reaction);
+        }
+        let leave = stay.split_off(|body| body % 2 == 0);
+        assert_eq!(pairs(&stay), [(0, None), (1, Some(0))]);
+        assert_eq!(pairs(&leave), [(0, None), (1, Some(0))]);
+        stay.append(leave, 2);
+        assert_eq!(
+            pairs(&stay),
+            [(0, None), (1, Some(0)), (2, None), (3, Some(2))]
+        );
+    }
+}

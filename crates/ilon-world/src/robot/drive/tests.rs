@@ -268,7 +268,7 @@ fn no_drive_gives_energy_that_its_motor_does_not() {
     }
 }
 
-/// Between its points the curve is straight, so it must bend wherever the drive does: at every rate it is what the module's laws of motor,
+/// Between its points and beyond them the curve is straight, so it must bend wherever the drive does: at every rate it is what the module's laws of motor,
 /// rotor and gear make of that rate.
 #[test]
 fn the_curve_is_the_drives_own_law_at_every_rate() {
@@ -297,27 +297,30 @@ fn the_curve_is_the_drives_own_law_at_every_rate() {
         let mut curve = Curve::default();
         drive.fill_curve(&MotorTorque::constant(0.0), dt_s, &mut curve);
         let rotor_n_m_s = turning.wheel.drive.reflected_inertia_kg_m2() / dt_s;
-        for pair in curve.points.windows(2) {
-            let [[u_0, p_0], [u_1, p_1]] = [pair[0], pair[1]];
-            for share in [0.1, 0.5, 0.9] {
-                let rate_rad_s = u_0 + share * (u_1 - u_0);
-                if u_1 - u_0 < 1e-9 || rate_rad_s == 0.0 {
-                    continue;
-                }
-                let way = rate_rad_s.signum();
-                let gained_rad_s = rate_rad_s - before_rad_s;
-                let geared_n_m = motor.at_gain(gained_rad_s) - rotor_n_m_s * gained_rad_s;
-                // Along the motion the mesh takes its share; against it, it helps to brake.
-                let on_wheel_n_m = if way * geared_n_m >= 0.0 {
-                    efficiency * geared_n_m
-                } else {
-                    geared_n_m / (2.0 - 1.0 / efficiency)
-                };
-                let expected =
-                    dt_s * (on_wheel_n_m - way * friction_n_m + rotor_n_m_s * gained_rad_s);
-                let found = p_0 + share * (p_1 - p_0);
-                assert!((found - expected).abs() < 1e-12, "{motor:?} {rate_rad_s}");
+        let pieces = curve.points.windows(2);
+        let pieces =
+            pieces.map(|pair| (pair[0], [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]));
+        let inside = pieces.flat_map(|piece| [0.1, 0.5, 0.9].map(|share| (piece, share)));
+        let (first, last) = (curve.points[0], curve.points[curve.points.len() - 1]);
+        let below = [-0.1, -9.0].map(|share| ((first, curve.ends[0]), share));
+        let above = [0.1, 9.0].map(|share| ((last, curve.ends[1]), share));
+        for (([u_0, p_0], [u_along, p_along]), share) in inside.chain(below).chain(above) {
+            let rate_rad_s = u_0 + share * u_along;
+            if u_along < 1e-9 || rate_rad_s == 0.0 {
+                continue;
             }
+            let way = rate_rad_s.signum();
+            let gained_rad_s = rate_rad_s - before_rad_s;
+            let geared_n_m = motor.at_gain(gained_rad_s) - rotor_n_m_s * gained_rad_s;
+            // Along the motion the mesh takes its share; against it, it helps to brake.
+            let on_wheel_n_m = if way * geared_n_m >= 0.0 {
+                efficiency * geared_n_m
+            } else {
+                geared_n_m / (2.0 - 1.0 / efficiency)
+            };
+            let expected = dt_s * (on_wheel_n_m - way * friction_n_m + rotor_n_m_s * gained_rad_s);
+            let found = p_0 + share * p_along;
+            assert!((found - expected).abs() < 1e-12, "{motor:?} {rate_rad_s}");
         }
     }
 }

@@ -6,11 +6,14 @@ mod two_bodies;
 
 use ilon_formats::LoadRobot;
 use ilon_robot::{Pose as PlanarPose, Robot};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{DVector, UnitQuaternion, Vector3};
 
-use super::World;
+use super::{ROOM, World};
+use crate::contact::candidate_search::Workspace;
+use crate::contact::reaction::Part;
+use crate::contact::scene::Scenes;
 use crate::robot::articulated::Articulated;
-use crate::{Floor, RollerBodies, Settings};
+use crate::{Floor, GroundBox, MotorTorque, Push, RollerBodies, Settings};
 
 fn shipped(name: &str) -> Robot {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
@@ -154,4 +157,103 @@ fn a_fall_on_its_back_goes_into_the_hits_of_the_chassis() {
         (counted_j - lost_j).abs() < 0.01 * lost_j,
         "{counted_j} J of {lost_j} J"
     );
+}
+
+/// A motor within its bounds is a straight line, which is solved with the masses: no law beside is there to be solved, whether what pushes the robot takes the
+/// torque up along its line or down.
+#[test]
+fn motors_on_their_line_need_no_law_of_their_own() {
+    let robot = shipped("mecanum4");
+    let (floor, settings) = (Floor::default(), Settings::default());
+    let motors = vec![MotorTorque::with_droop(0.05, 0.2); robot.wheels.len()];
+    for force_n in [-30.0, 30.0] {
+        let mut world = World::new(&robot, &floor, PlanarPose::default(), &settings)
+            .expect("a robot above a plane");
+        for _ in 0..50 {
+            world.robot_mut().drive(&motors);
+            world.robot_mut().push(&Push {
+                force_in_world_n: Vector3::new(force_n, 0.0, 0.0),
+                place_in_body_m: Vector3::zeros(),
+            });
+            world.step();
+            let of_drives = |part: Part| matches!(part, Part::Drive(_));
+            let mut parts = world.reactions.all().iter().map(|reaction| reaction.a.part);
+            assert!(!parts.any(of_drives), "{force_n} N");
+        }
+    }
+}
+
+/// The jump of a hand-over is over before motors react: it takes the robot the same way whether their torques fall with the rate or not.
+#[test]
+fn motors_do_not_react_within_the_jump_of_a_hand_over() {
+    let settings = Settings {
+        dt_s: 1e-3,
+        ..Settings::default()
+    };
+    let (robot, floor) = (shipped("mecanum4"), Floor::default());
+    let mut world =
+        World::new(&robot, &floor, PlanarPose::default(), &settings).expect("a robot on a plane");
+    let way_of_step = |world: &mut World| {
+        world.step();
+        let jump: Vec<f64> = ROOM.with_borrow(|room| room.start_change(0).collect());
+        DVector::from_vec(jump).try_normalize(0.0)
+    };
+    let mut jumps = 0;
+    for _ in 0..600 {
+        let rates = world.robot().wheel_rates_rad_s().iter();
+        let torques: Vec<f64> = rates.map(|rate| 2.0 * (4.0 - rate)).collect();
+        let mut constant = world.clone();
+        constant.robot_mut().apply(&torques);
+        let motors: Vec<MotorTorque> = (torques.iter())
+            .map(|torque| MotorTorque::with_droop(*torque, 2.0))
+            .collect();
+        world.robot_mut().drive(&motors);
+        let ways = (way_of_step(&mut world), way_of_step(&mut constant));
+        if let (Some(falls), Some(stays)) = ways {
+            jumps += 1;
+            // What rounding makes of the responses with motors and without.
+            let apart = (falls - stays).norm();
+            assert!(apart < 1e-10, "{apart:e}");
+        }
+    }
+    assert!(jumps > 3, "{jumps} jumps");
+}
+
+/// While a robot stands, what may touch in a step is within a fiftieth of a wheel's radius, 1 mm: the floor under each wheel, not a wall 10 mm ahead, and of the
+/// chassis nothing.
+#[test]
+fn only_what_is_near_is_looked_at() {
+    let robot = shipped("mecanum4");
+    let rims_m = robot
+        .wheels
+        .iter()
+        .map(|wheel| wheel.position_m().x + wheel.radius_m);
+    let wall = GroundBox {
+        center_m: Vector3::new(rims_m.fold(0.0, f64::max) + 0.06, 0.0, 0.1),
+        half_sides_m: Vector3::new(0.05, 0.5, 0.1),
+        heading_rad: 0.0,
+        pitch_rad: 0.0,
+    };
+    let floor = Floor {
+        boxes: vec![wall],
+        ..Floor::default()
+    };
+    let settings = Settings::default();
+    let mut world = World::new(&robot, &floor, PlanarPose::default(), &settings)
+        .expect("a robot before a wall");
+    world.step();
+    let scenes = Scenes {
+        ground: &world.ground,
+        settings: &world.settings,
+        dt_s: world.settings.dt_s,
+        bodies: &world.bodies,
+    };
+    let (scene, mut found) = (scenes.of(0), Vec::new());
+    scene.find_bodies(&mut found);
+    assert!(found.is_empty(), "{found:?}");
+    for wheel in 0..robot.wheels.len() {
+        scene.find_wheel(wheel, &mut Workspace::default(), &mut found);
+        let normals: Vec<_> = found.iter().map(|place| place.normal).collect();
+        assert_eq!(normals, [Vector3::z()], "{found:?}");
+    }
 }

@@ -131,6 +131,13 @@ fn two_robots_that_hit_each_other_get_equal_and_opposite_impulses() {
     };
     assert!(matches!(contact.b, Partner::Of(member) if member.body == 1));
     let [normal, along, across] = contact.frame;
+    // In the middle of the step it is on B's ball, where that is nearest to A's.
+    let middle_m = place_m + 0.5 * dt_s * velocity_of_a;
+    let of_b_m = place_m + 2.0 * RADIUS_M * line;
+    let touches_m = of_b_m - RADIUS_M * (of_b_m - middle_m).normalize();
+    // A few roundings of places of half a metre in f32.
+    let off_m = (contact.at_m - touches_m).norm();
+    assert!(off_m < 5e-7, "{off_m:e}");
     // The impulse is what the two momenta show, along the contact's own frame and on A; and as large as friction can be.
     let impulse = contact.impulse;
     let as_vector = impulse.x * normal + impulse.y * along + impulse.z * across;
