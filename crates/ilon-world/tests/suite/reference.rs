@@ -83,7 +83,10 @@ fn all_drives_follow_the_contact_kinematics_nearly_as_well_as_ilons_own() {
     follow([(mecanum4(), &DRIVES[..]), (volksbot(), &DRIVES[1..3])]);
 }
 
-fn follow(driven: [(Robot, &[(&str, [f64; 3])]); 2]) {
+/// A drive by its name and twist.
+type Named = (&'static str, [f64; 3]);
+
+fn follow(driven: [(Robot, &[Named]); 2]) {
     for (robot, drives) in driven {
         for (name, command) in drives.iter().copied() {
             let [rapier, ilon] =
