@@ -202,7 +202,7 @@ mod tests {
         assert!(with("1e-300", "1").starts_with("line 3: `t_s` is \"1e-300\", but must be 0 or"));
         for (no_number, why) in [
             ("nan", "holds no number"),
-            ("inf", "is text, but must be a number"),
+            ("inf", "is \"inf\", but must be a number"),
             ("1e400", "is \"1e400\", but must be a number"),
             ("wide", "is text, but must be a number"),
         ] {
