@@ -25,14 +25,6 @@ pub struct Looked {
     pub joint: String,
     /// Why it is none.
     pub reason: String,
-}
-
-impl Looked {
-    /// How a reason begins that is one of height alone.
-    pub(crate) const STANDS: &str = "stands ";
-
     /// Whether it turns as a wheel does, and only stands too high for one.
-    pub(crate) fn is_of_height(&self) -> bool {
-        self.reason.starts_with(Self::STANDS)
-    }
+    pub is_too_high: bool,
 }

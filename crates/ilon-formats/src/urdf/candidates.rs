@@ -65,6 +65,7 @@ pub(super) fn survey(tree: &Tree, candidates: &[Candidate], meshes: &Meshes) -> 
                 survey.looked.push(Looked {
                     joint: joint.name.clone(),
                     reason: "turns within limits, and is not called a wheel".to_owned(),
+                    is_too_high: false,
                 });
             }
             Ok(like) => survey.others.push(like),
@@ -73,6 +74,7 @@ pub(super) fn survey(tree: &Tree, candidates: &[Candidate], meshes: &Meshes) -> 
             Err(reason) => survey.looked.push(Looked {
                 joint: joint.name.clone(),
                 reason,
+                is_too_high: false,
             }),
         }
     }
@@ -324,10 +326,10 @@ impl Survey {
                         looked.push(Looked {
                             joint: joint.name.clone(),
                             reason: format!(
-                                "{}{:.0} mm above the floor that the lowest of them reach",
-                                Looked::STANDS,
+                                "stands {:.0} mm above the floor that the lowest of them reach",
                                 1e3 * above_m
                             ),
+                            is_too_high: true,
                         });
                     }
                     false

@@ -141,6 +141,7 @@ fn looked(loading: &Loading, survey: &Survey) -> Vec<Looked> {
     let of = |like: &WheelLike, reason: &str| Looked {
         joint: loading.tree.joints[like.joint].name.clone(),
         reason: reason.to_owned(),
+        is_too_high: false,
     };
     let likely = survey.likely();
     let likely = likely

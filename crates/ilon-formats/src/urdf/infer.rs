@@ -167,7 +167,7 @@ fn speaks_of_mecanum(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Opti
 
 /// Why mecanum wheels cannot stand as these do, in words, with the joints that may be missing among them.
 fn out_of_x(what: &str, left_out: &[Looked]) -> String {
-    let beside = left_out.iter().filter(|of| of.is_of_height());
+    let beside = left_out.iter().filter(|of| of.is_too_high);
     let beside: Vec<String> = beside
         .map(|of| format!("; `{}` {}", of.joint, of.reason))
         .collect();

@@ -31,6 +31,25 @@ fn wheel(name: &str, kind: &str, place: [f64; 3], axis: &str, radius_m: f64) -> 
     )
 }
 
+/// Four wheels that are called mecanum wheels and stand as such.
+fn mecanum_wheels() -> String {
+    let wheels = PLACES.iter().map(|(name, x, y)| {
+        let name = format!("mecanum_{name}");
+        wheel(&name, "continuous", [*x, *y, 0.0], "0 1 0", 0.05)
+    });
+    wheels.collect()
+}
+
+/// The same as bodies of MJCF, whose angles are in degrees.
+fn mecanum_bodies() -> String {
+    let bodies = PLACES.iter().map(|(name, x, y)| {
+        format!(
+            r#"<body name="mecanum_{name}" pos="{x} {y} 0" euler="90 0 0"><joint name="{name}" axis="0 0 1"/><geom type="cylinder" size="0.05 0.02"/></body>"#
+        )
+    });
+    bodies.collect()
+}
+
 fn robot(name: &str, inside: &str) -> String {
     format!(r#"<robot name="{name}" xmlns:xacro="http://www.ros.org/wiki/xacro">{inside}</robot>"#)
 }
@@ -232,20 +251,11 @@ fn an_argument_may_have_any_value_where_the_robot_is_the_same(
     mass: &str,
     any_does: bool,
 ) {
-    let parts = PLACES.iter().map(|(name, x, y)| {
-        let own = wheel(
-            &format!("mecanum_{name}"),
-            "continuous",
-            [*x, *y, 0.0],
-            "0 1 0",
-            0.05,
-        );
-        own.replace(
-            r#"<mass value="0.5"/>"#,
-            &format!(r#"<mass value="{mass}"/>"#),
-        )
-    });
-    let text = robot("r", &format!("{more}{BODY}{}", parts.collect::<String>()));
+    let wheels = mecanum_wheels().replace(
+        r#"<mass value="0.5"/>"#,
+        &format!(r#"<mass value="{mass}"/>"#),
+    );
+    let text = robot("r", &format!("{more}{BODY}{}", wheels));
     let folder = tempfile::tempdir().unwrap();
     let diagnosis = diagnosed(folder.path(), "r.xacro", &text);
     let given = diagnosis
@@ -262,20 +272,8 @@ fn an_argument_may_have_any_value_where_the_robot_is_the_same(
 /// A package that only the default of an argument names is no hindrance where nothing is read of it.
 #[test]
 fn a_package_that_an_argument_names_may_be_missing() {
-    let parts = PLACES.iter().map(|(name, x, y)| {
-        wheel(
-            &format!("mecanum_{name}"),
-            "continuous",
-            [*x, *y, 0.0],
-            "0 1 0",
-            0.05,
-        )
-    });
     let argument = r#"<xacro:arg name="settings" default="$(find nowhere)/controllers.yaml"/><gazebo><parameters>$(arg settings)</parameters></gazebo>"#;
-    let text = robot(
-        "r",
-        &format!("{argument}{BODY}{}", parts.collect::<String>()),
-    );
+    let text = robot("r", &format!("{argument}{BODY}{}", mecanum_wheels()));
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("r.xacro");
     std::fs::write(&path, &text).unwrap();
@@ -331,14 +329,9 @@ fn a_body_of_an_mjcf_weighs_what_its_mesh_does() {
     let mesh: String = (0..8).map(corner).chain(faces).collect();
     std::fs::write(folder.path().join("box.obj"), mesh).unwrap();
     let mjcf = |geom: &str| {
-        let wheels = PLACES.iter().map(|(name, x, y)| {
-            format!(
-                r#"<body name="mecanum_{name}" pos="{x} {y} 0" euler="90 0 0"><joint name="{name}" axis="0 0 1"/><geom type="cylinder" size="0.05 0.02"/></body>"#
-            )
-        });
         format!(
             r#"<mujoco><compiler angle="degree"/><asset><mesh name="box" file="box.obj"/></asset><worldbody><body name="base"><freejoint/><geom {geom} pos="0.01 0 0.1" euler="0 0 20"/>{}</body></worldbody></mujoco>"#,
-            wheels.collect::<String>()
+            mecanum_bodies()
         )
     };
     let read = |geom: &str| {
@@ -460,15 +453,7 @@ fn an_include_within_an_include_is_sought_beside_both() {
         std::fs::write(&path, text).unwrap();
         path
     };
-    let wheels = PLACES.iter().map(|(name, x, y)| {
-        format!(
-            r#"<body name="mecanum_{name}" pos="{x} {y} 0" euler="90 0 0"><joint name="{name}" axis="0 0 1"/><geom type="cylinder" size="0.05 0.02"/></body>"#
-        )
-    });
-    let wheels = format!(
-        "<mujocoinclude>{}</mujocoinclude>",
-        wheels.collect::<String>()
-    );
+    let wheels = format!("<mujocoinclude>{}</mujocoinclude>", mecanum_bodies());
     let path = write(
         "r.xml",
         r#"<mujoco><compiler angle="degree"/><worldbody><include file="parts/base.xml"/></worldbody></mujoco>"#,
@@ -496,24 +481,12 @@ fn a_package_of_another_name_is_known_by_what_it_holds(folders: &[&str], is_foun
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(path, text).unwrap();
     };
-    let parts = PLACES.iter().map(|(name, x, y)| {
-        wheel(
-            &format!("mecanum_{name}"),
-            "continuous",
-            [*x, *y, 0.0],
-            "0 1 0",
-            0.05,
-        )
-    });
     let rollers = robot("parts", r#"<xacro:property name="stands" value="0.4"/>"#);
     for of in folders {
         write(&folder.path().join(of).join("urdf/roller.xacro"), &rollers);
     }
     let include = r#"<xacro:include filename="$(find old_name)/urdf/roller.xacro"/>"#;
-    let text = robot(
-        "r",
-        &format!("{include}{BODY}{}", parts.collect::<String>()),
-    );
+    let text = robot("r", &format!("{include}{BODY}{}", mecanum_wheels()));
     let path = folder.path().join("description/robots/r.xacro");
     write(&path, &text);
     let diagnosis = Robot::diagnose(&path, &LoadOptions::default(), |_| true);

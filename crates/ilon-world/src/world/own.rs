@@ -14,8 +14,6 @@ mod guests;
 mod links;
 pub(super) mod rapier_world;
 
-use std::collections::BTreeMap;
-
 use nalgebra::Vector3;
 use rapier3d::prelude::*;
 
@@ -83,15 +81,7 @@ impl World {
     }
 
     fn new_in_rapier(&self) -> InRapier {
-        let mut rapier = InRapier {
-            world: PhysicsWorld::new(),
-            links: BTreeMap::new(),
-            objects: BTreeMap::new(),
-            met: BTreeMap::new(),
-            held: Vec::new(),
-            held_now: Vec::new(),
-            is_changed: true,
-        };
+        let mut rapier = InRapier::new();
         rapier.world.gravity = convert::vector(&self.gravity_in_world_m_s2());
         rapier.world.integration_parameters.dt = self.settings.dt_s as Real;
         self.place_links(&mut rapier);

@@ -593,21 +593,11 @@ pub(super) fn body_of((index, generation): RawHandle) -> RigidBodyHandle {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
-
     use super::*;
 
     /// How far a ball of 0.1 m comes in a second, half a metre from the middle of a body that moves.
     fn travel_m(velocity_m_s: Vector, angular_rad_s: Vector) -> f64 {
-        let mut rapier = InRapier {
-            world: PhysicsWorld::new(),
-            links: BTreeMap::new(),
-            objects: BTreeMap::new(),
-            met: BTreeMap::new(),
-            held: Vec::new(),
-            held_now: Vec::new(),
-            is_changed: false,
-        };
+        let mut rapier = InRapier::new();
         let mass = rapier3d::dynamics::MassProperties::new(Vector::ZERO, 1.0, Vector::ONE);
         let body = RigidBodyBuilder::dynamic()
             .additional_mass_properties(mass)

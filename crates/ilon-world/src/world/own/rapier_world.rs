@@ -25,6 +25,21 @@ pub(in crate::world) struct InRapier {
     pub(super) is_changed: bool,
 }
 
+impl InRapier {
+    /// A world in which nothing stands yet.
+    pub(super) fn new() -> Self {
+        Self {
+            world: PhysicsWorld::new(),
+            links: BTreeMap::new(),
+            objects: BTreeMap::new(),
+            met: BTreeMap::new(),
+            held: Vec::new(),
+            held_now: Vec::new(),
+            is_changed: true,
+        }
+    }
+}
+
 /// A body of one's own that is a guest; velocities of its centre of mass and of its turning, in m/s and rad/s.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Met {
