@@ -39,9 +39,25 @@ pub(super) fn off_the_ground(summary: &Summary) -> Option<String> {
     Some(said + ".")
 }
 
-/// What slid, when, and what it cost; and what new rollers cost.
-pub(super) fn slipping(summary: &Summary, events: &[Event]) -> Option<String> {
+/// What of the loss to sliding lay not under the wheels, and where it lay; `None` where it is next to nothing.
+fn rubbing(summary: &Summary, header: &Header) -> Option<(f64, &'static str)> {
+    /// What is less than this share of all sliding is not told of.
+    const LEAST: f64 = 0.02;
     let slip_j = summary.energy.slip_j?;
+    let under_wheels_j: f64 = summary.wheels.iter().map(|wheel| wheel.energy_j).sum();
+    let rubbed_j = slip_j - under_wheels_j;
+    let who = if header.bodies.is_empty() {
+        "the robot's body rubs"
+    } else {
+        "the robot's body and what it pushes rub"
+    };
+    (rubbed_j > LEAST_J.max(LEAST * slip_j)).then_some((rubbed_j, who))
+}
+
+/// What slid, when, and what it cost; and what new rollers cost.
+pub(super) fn slipping(summary: &Summary, header: &Header, events: &[Event]) -> Option<String> {
+    let slip_j = summary.energy.slip_j?;
+    let rubbing = rubbing(summary, header);
     let of_work = summary
         .energy
         .motor_j
@@ -61,7 +77,12 @@ pub(super) fn slipping(summary: &Summary, events: &[Event]) -> Option<String> {
         .filter(|e| matches!(e.kind, EventKind::Slide(_)))
         .collect();
     let Some(worst) = slides.iter().max_by(|a, b| a.lost_j.total_cmp(&b.lost_j)) else {
-        return Some(format!("No wheel slid at its friction limit.{hand_over}"));
+        let rubbed = rubbing.map_or_else(String::new, |(rubbed_j, who)| {
+            format!("; <b>{}</b>{of_work} went where {who}", energy(rubbed_j))
+        });
+        return Some(format!(
+            "No wheel slid at its friction limit{rubbed}.{hand_over}"
+        ));
     };
     // What lay in the same time belongs to the same story.
     let (from_s, until_s) = slides
@@ -99,8 +120,11 @@ pub(super) fn slipping(summary: &Summary, events: &[Event]) -> Option<String> {
         ));
     }
     let share = (lost_j / slip_j).min(1.0);
+    let rubbed = rubbing.map_or_else(String::new, |(rubbed_j, what)| {
+        format!(" {} of it went where {what}.", energy(rubbed_j))
+    });
     Some(format!(
-        "Sliding cost <b>{}</b>{of_work}, {} of it <b>from {:.2} to {}</b>, when {who} slid up to {}.{hand_over}",
+        "Sliding cost <b>{}</b>{of_work}, {} of it <b>from {:.2} to {}</b>, when {who} slid up to {}.{rubbed}{hand_over}",
         energy(slip_j),
         percent(share),
         from_s,

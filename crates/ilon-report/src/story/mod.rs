@@ -106,7 +106,7 @@ impl Story {
                 slope,
                 costs::off_the_ground(summary),
                 costs::joints(summary),
-                costs::slipping(summary, &events),
+                costs::slipping(summary, header, &events),
                 costs::saturation(summary, header, &events),
                 costs::reckoning(summary),
             ];

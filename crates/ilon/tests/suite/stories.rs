@@ -563,3 +563,25 @@ fn every_direction_is_told_beside_an_event() {
         told.line(words);
     }
 }
+
+/// A box that is pushed along takes its friction over its way, mu m g d, and no wheel slides for it: the answer says where the loss lies. What the
+/// chassis rubs on its front is none, as both go straight on.
+#[test]
+fn what_rubs_beside_the_wheels_is_told_with_its_energy() {
+    const CRATE: &str = "[[world.bodies]]\nname = 'crate'\nbox = { size_m = [0.2, 0.2, 0.12] }\n\
+        mass_kg = 2.0\nfriction = 0.3\nx_m = 0.35\n";
+    let told = Told::shipped(&format!(
+        "[twist]\nvx_m_s = 0.2\n[run]\nduration_s = 3\n{CRATE}"
+    ));
+    let x_m = |row: &Record| row.bodies[0].place_m[0];
+    let way_m = x_m(told.at(3.0)) - x_m(told.at(0.0));
+    assert!(way_m > 0.3, "{way_m}");
+    let line = told.line("No wheel slid at its friction limit; ");
+    let rubbed_j = number(line, "limit; ", " J");
+    // Three digits are printed, and what the first touch takes is another loss.
+    let expected_j = 0.3 * 2.0 * 9.81 * way_m;
+    assert!((rubbed_j - expected_j).abs() < 0.01 * expected_j, "{line}, {expected_j}");
+    assert!(line.contains("where the robot's body and what it pushes rub"), "{line}");
+    let alone = Told::shipped("[twist]\nvx_m_s = 0.2\n[run]\nduration_s = 1\n");
+    assert!(!alone.says("rub"), "{:#?}", alone.lines);
+}
