@@ -253,7 +253,8 @@ impl Posture {
         let until_s = until_s.min(self.end_s);
         let overlap_s = |e: &Episode| (e.until_s.min(until_s) - e.from_s.max(from_s)).max(0.0);
         let spoilt_s: f64 = self.episodes().into_iter().map(overlap_s).sum();
-        spoilt_s > MOST_SPOILT * (until_s - from_s)
+        // A run that ends before its means begin has none that could be spoilt.
+        spoilt_s > MOST_SPOILT * (until_s - from_s).max(0.0)
     }
 
     /// When the run ends, in seconds.
