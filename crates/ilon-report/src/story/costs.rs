@@ -3,7 +3,7 @@
 use ilon_trace::slip::WheelSlip;
 use ilon_trace::{Header, JointTravel, Summary};
 
-use super::events::{Event, EventKind};
+use super::events::{Event, EventKind, LEAST_SLIDE_M, SLIDING_SHARE};
 use crate::page::escape;
 use crate::text::{angle, energy, length, percent, time};
 
@@ -54,6 +54,35 @@ fn rubbing(summary: &Summary, header: &Header) -> Option<(f64, &'static str)> {
     (rubbed_j > LEAST_J.max(LEAST * slip_j)).then_some((rubbed_j, who))
 }
 
+/// What there is to say of sliding where no wheel slid far: short slides and creeping below the limit, where they cost a share of the work, and what
+/// else rubbed.
+fn without_slides(summary: &Summary, rubbing: Option<(f64, &str)>, of_work: &str) -> String {
+    /// What is less than this share of the motors' work is not told of.
+    const LEAST: f64 = 0.01;
+    let under_wheels_j: f64 = summary.wheels.iter().map(|wheel| wheel.energy_j).sum();
+    let motor_j = summary.energy.motor_j.unwrap_or(0.0);
+    let costs = under_wheels_j > LEAST_J.max(LEAST * motor_j);
+    let cost = energy(under_wheels_j);
+    let reached = summary
+        .friction_used_max
+        .is_some_and(|used| used >= SLIDING_SHARE);
+    let far = format!("{} mm", 1e3 * LEAST_SLIDE_M);
+    let under_wheels = match (reached, costs) {
+        (false, false) => "No wheel slid at its friction limit".to_owned(),
+        (false, true) => format!(
+            "No wheel slid at its friction limit; creeping below it cost <b>{cost}</b>{of_work}"
+        ),
+        (true, false) => format!("No wheel slid by {far} or more at a time"),
+        (true, true) => format!(
+            "No wheel slid by {far} or more at a time; shorter slides cost <b>{cost}</b>{of_work}"
+        ),
+    };
+    let rubbed = rubbing.map_or_else(String::new, |(rubbed_j, who)| {
+        format!("; <b>{}</b>{of_work} went where {who}", energy(rubbed_j))
+    });
+    format!("{under_wheels}{rubbed}.")
+}
+
 /// What slid, when, and what it cost; and what new rollers cost.
 pub(super) fn slipping(summary: &Summary, header: &Header, events: &[Event]) -> Option<String> {
     let slip_j = summary.energy.slip_j?;
@@ -77,12 +106,7 @@ pub(super) fn slipping(summary: &Summary, header: &Header, events: &[Event]) -> 
         .filter(|e| matches!(e.kind, EventKind::Slide(_)))
         .collect();
     let Some(worst) = slides.iter().max_by(|a, b| a.lost_j.total_cmp(&b.lost_j)) else {
-        let rubbed = rubbing.map_or_else(String::new, |(rubbed_j, who)| {
-            format!("; <b>{}</b>{of_work} went where {who}", energy(rubbed_j))
-        });
-        return Some(format!(
-            "No wheel slid at its friction limit{rubbed}.{hand_over}"
-        ));
+        return Some(without_slides(summary, rubbing, &of_work) + &hand_over);
     };
     // What lay in the same time belongs to the same story.
     let (from_s, until_s) = slides
@@ -252,5 +276,44 @@ mod tests {
         summary.odometry_joints_m = Some(0.0031);
         let said = joints(&summary).expect("three moved");
         assert!(said.contains("off by <b>3.10 mm</b>"), "{said}");
+    }
+
+    /// Where no wheel slid far, what is said follows from how much grip was used, and what is lost under the wheels and beside them is told from 1 % of
+    /// the work, and from 2 % of all sliding.
+    #[test]
+    fn short_slides_creeping_and_rubbing_are_told_apart() {
+        let said = |grip: f64, under_wheels_j: f64, slip_j: f64| {
+            let mut summary = Summary::default();
+            summary.energy.motor_j = Some(10.0);
+            summary.energy.slip_j = Some(slip_j);
+            summary.friction_used_max = Some(grip);
+            let mut wheel = WheelSlip::default();
+            wheel.energy_j = under_wheels_j;
+            summary.wheels = vec![wheel];
+            let header = Header::default();
+            slipping(&summary, &header, &[]).expect("what slid is known")
+        };
+        assert_eq!(
+            said(0.4, 0.09, 0.09),
+            "No wheel slid at its friction limit."
+        );
+        assert_eq!(
+            said(0.4, 0.5, 0.5),
+            "No wheel slid at its friction limit; creeping below it cost <b>0.50 J</b> of the motors' 10.00 J."
+        );
+        assert_eq!(
+            said(1.0, 0.05, 0.05),
+            "No wheel slid by 2 mm or more at a time."
+        );
+        assert_eq!(
+            said(1.0, 0.5, 2.0),
+            "No wheel slid by 2 mm or more at a time; shorter slides cost <b>0.50 J</b> of the motors' 10.00 J; <b>1.50 J</b> of the motors' \
+             10.00 J went where the robot's body rubs."
+        );
+        // Rounding of two sums is no rubbing.
+        assert_eq!(
+            said(0.4, 0.09, 0.09 + 1e-3),
+            "No wheel slid at its friction limit."
+        );
     }
 }

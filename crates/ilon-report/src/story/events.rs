@@ -10,11 +10,11 @@ use super::touches::Touches;
 use crate::text::{length, speed, time};
 
 /// A wheel slides where it uses this share of its friction limit ...
-const SLIDING_SHARE: f64 = 0.95;
+pub(super) const SLIDING_SHARE: f64 = 0.95;
 /// ... and moves over the ground faster than this. What is slower is the creep of the solver and the spin-up of a new roller.
 const SLIDING_M_S: f64 = 0.005;
 /// A slide that is shorter than this says nothing.
-const LEAST_SLIDE_M: f64 = 0.002;
+pub(super) const LEAST_SLIDE_M: f64 = 0.002;
 /// A wheel that is off the ground for less is handing over from roller to roller.
 const LEAST_FLIGHT_S: f64 = 0.02;
 /// Room around a box within which a contact is on its edge.

@@ -78,7 +78,7 @@ impl Touches {
             return "took less than 1 mJ".to_owned();
         }
         if work_j < 0.0 {
-            return format!("gave {} back", energy(-work_j));
+            return format!("gave it {}", energy(-work_j));
         }
         let took = format!("took {}", energy(work_j));
         if self.motor_j > 0.0 {
