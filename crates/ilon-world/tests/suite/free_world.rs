@@ -171,6 +171,29 @@ fn what_has_come_down_sleeps_half_a_second_later() {
     assert!((0.5..0.55).contains(&(sleeps_s - lands_s)), "{sleeps_s}");
 }
 
+/// What has come apart rests by itself: a box that a ball rolls away from sleeps when it has been slow for half a second, and not only when the ball does.
+#[test]
+fn what_is_left_alone_sleeps_while_the_other_rolls_on() {
+    let mut world = world(&Floor::default(), 1e-3);
+    let box_ = world
+        .add_body(&cube("box", 0.1, 1.0, 0.0, 2.0))
+        .expect("room");
+    let ball = FreeShape::Sphere { radius_m: 0.05 };
+    let mut ball = FreeBody::new("ball", ball, 0.5, Vector2::new(0.1001, 2.0));
+    ball.velocity_m_s = Vector3::new(0.2, 0.0, 0.0);
+    ball.angular_rad_s = Vector3::new(0.0, 4.0, 0.0);
+    let ball = world.add_body(&ball).expect("room");
+    let sleeps = |world: &World, id| world.free_body(id).expect("it is there").sleeps;
+    while !sleeps(&world, box_) {
+        world.step();
+        assert!(world.time_s() < 2.0, "it is awake");
+    }
+    // Beside the ball it cannot sleep at once.
+    let at_s = world.time_s();
+    assert!((0.5..0.55).contains(&at_s), "{at_s} s");
+    assert!(!sleeps(&world, ball));
+}
+
 /// A tower falls when what carries it is taken away, and all that sleeps wakes when the floor turns to ice.
 #[test]
 fn taking_away_and_ice_wake_what_sleeps() {
@@ -255,6 +278,13 @@ fn rays_see_robots_bodies_and_ground() {
         WorldObject::Robot(world.bodies().next().unwrap())
     );
     assert!((back.distance_m - 0.3).abs() < 1e-6);
+    // From within, wherever it goes.
+    for direction in [Vector3::x(), -Vector3::z()] {
+        let within = world.cast_ray(Vector3::new(1.05, 0.0, 0.06), direction, 10.0);
+        let within = within.expect("the box");
+        assert_eq!(within.object, WorldObject::Free(id));
+        assert_eq!(within.distance_m, 0.0);
+    }
     let down = look(&world, 0.0, -1.0).expect("the plane");
     assert_eq!(down.object, WorldObject::Ground);
     assert!((down.distance_m - 0.06).abs() < 1e-7);
