@@ -300,4 +300,32 @@ mod tests {
             assert!((found_m - highest_m).abs() < 1e-15, "{found_m} {highest_m}");
         }
     }
+
+    /// A relief is as high around a place as the highest of its points in the circle and a cell around it. Its corner is at (0, -2): the point in the
+    /// second row, the seventh along x, stands at (3, -1.5).
+    #[test]
+    fn a_relief_is_as_high_as_its_highest_point_around_a_place() {
+        let mut heights_m = vec![vec![0.0; 9]; 5];
+        heights_m[1][6] = 0.3;
+        let floor = Floor {
+            relief: Some(Relief {
+                center_m: Vector2::new(2.0, -1.0),
+                cell_m: 0.5,
+                heights_m,
+            }),
+            ..Floor::default()
+        };
+        let place_m = Vector2::new(3.0, -1.5);
+        for (off_m, expected_m) in [(0.0, 0.3), (0.89, 0.3), (0.91, 0.0)] {
+            for way in [
+                Vector2::x(),
+                -Vector2::x(),
+                Vector2::y(),
+                Vector2::new(0.6, -0.8),
+            ] {
+                let found_m = floor.highest_m(place_m + off_m * way, 0.4);
+                assert_eq!(found_m, expected_m, "{off_m} m off along {way}");
+            }
+        }
+    }
 }

@@ -43,10 +43,13 @@ pub(super) fn check_joints(robot: &Robot, settings: &Settings) -> Result<(), Wor
             );
             return refused(joint, &words);
         }
-        check_spring(robot, index, settings)?;
     }
-    let mut couplings = robot.couplings.iter();
-    couplings.try_for_each(|coupling| check_coupling(robot, coupling))
+    for coupling in &robot.couplings {
+        check_coupling(robot, coupling)?;
+    }
+    // What a joint moves, it moves through couplings too.
+    let mut joints = 0..robot.joints.len();
+    joints.try_for_each(|index| check_spring(robot, index, settings))
 }
 
 fn refused(joint: &BodyJoint, reason: &str) -> Result<(), WorldError> {

@@ -426,7 +426,7 @@ fn an_arm_sags_as_a_slide_does() {
 #[test]
 fn hostile_trees_are_refused_in_words() {
     type Spoils = fn(&mut Robot);
-    let cases: [(&str, Spoils); 9] = [
+    let cases: [(&str, Spoils); 11] = [
         ("without mass", |robot| {
             robot.joints[0].body.mass.mass_kg = 0.0
         }),
@@ -455,6 +455,22 @@ fn hostile_trees_are_refused_in_words() {
                 next.parent = Some(if parent == 0 { 0 } else { 3 + parent });
                 robot.joints.push(next);
             }
+        }),
+        ("must follow another joint", |robot| {
+            robot.couplings.push(Coupling {
+                joint: 0,
+                follows: robot.joints.len(),
+                factor: 1.0,
+                offset: 0.0,
+            });
+        }),
+        ("by a finite factor", |robot| {
+            robot.couplings.push(Coupling {
+                joint: 0,
+                follows: 1,
+                factor: f64::INFINITY,
+                offset: 0.0,
+            });
         }),
         ("follows itself", |robot| {
             for (joint, follows) in [(0, 1), (1, 0)] {

@@ -178,6 +178,34 @@ fn an_effort_that_a_step_does_not_come_to_changes_nothing() {
     assert_near(force_n(3.0), free_n, 1e-5, "force");
 }
 
+/// Of two drawers the one that is loaded goes, by F t^2 / 2 m, to the thousandth by which the base on its held wheels gives way; the other is held where it
+/// was.
+#[test]
+fn of_two_servos_the_one_that_is_told_acts() {
+    const FORCE_N: f64 = 5.0;
+    const STEPS: usize = 100;
+    let mut robot = drawer(servo(1e3, 50.0));
+    let place_m = robot.center_of_mass_m();
+    let law = (JointKind::Slides, JointRole::Driven(servo(1e3, 50.0)));
+    let moves = (ARM_KG, place_m);
+    robot
+        .joints
+        .push(joint("across", law, (place_m, Vector3::y()), moves));
+    for told in [0, 1] {
+        let mut world = world(&robot, &Floor::default(), G, 1e-3);
+        world.robot_mut().load_joint(told, FORCE_N).expect("driven");
+        for _ in 0..STEPS {
+            step(&mut world);
+        }
+        let time_s = 1e-3 * STEPS as f64;
+        let expected_m = FORCE_N / ARM_KG * time_s * time_s / 2.0;
+        let positions_m = world.robot().joint_positions();
+        println!("{positions_m:?} {expected_m}");
+        assert_near(positions_m[told], expected_m, 0.01, "way");
+        assert!(positions_m[1 - told].abs() < 1e-3 * expected_m);
+    }
+}
+
 /// A damper of c acts with the mean of the rates before and after a step, so that each step leaves (1 - z / 2) / (1 + z / 2) of a rate, z = c dt / mu.
 #[test]
 fn a_damper_takes_the_mean_rate_of_a_step() {

@@ -241,3 +241,35 @@ fn the_lowest_corner_is_the_one_that_reaches_furthest() {
         }
     }
 }
+
+/// Each place on a face says which corner it lies beneath: that corner, not the lowest of all, is its gap away along the normal. It is found by the same
+/// few sums of centimetres.
+#[test]
+fn each_place_on_a_face_lies_beneath_its_own_corner() {
+    let corners_m = [
+        Vector3::new(-1.0, -1.0, 0.0),
+        Vector3::new(1.0, -1.0, 0.0),
+        Vector3::new(0.0, 1.0, 0.0),
+    ];
+    let triangle = Piece::Triangle(Triangle::new(corners_m, &Vector3::z()).unwrap());
+    for body in bodies() {
+        for tilt_rad in [-0.1_f64, 0.0, 0.01] {
+            let placed = PlacedProfile {
+                turned: &body,
+                center_m: Vector3::new(0.0, 0.0, 0.03),
+                axis: Vector3::new(tilt_rad.cos(), 0.0, tilt_rad.sin()),
+            };
+            for piece in [&Piece::Plane, &triangle] {
+                let mut beneath_m = Vec::new();
+                placed.places_on(piece, 0.1, |nearest| {
+                    let reach_m = placed.support(&nearest.normal, nearest.corner);
+                    let off_m = reach_m - nearest.place_m - nearest.gap_m * nearest.normal;
+                    assert!(off_m.norm() < 1e-15, "{tilt_rad}: {off_m}");
+                    beneath_m.push(nearest.place_m.x);
+                });
+                let is_apart = |pair: &[f64]| (pair[1] - pair[0]).abs() > 0.01;
+                assert!(beneath_m.windows(2).any(is_apart), "{beneath_m:?}");
+            }
+        }
+    }
+}

@@ -12,7 +12,7 @@ use super::{ROOM, World};
 use crate::contact::candidate_search::Workspace;
 use crate::contact::reaction::Part;
 use crate::contact::scene::Scenes;
-use crate::robot::articulated::Articulated;
+use crate::robot::articulated::{Articulated, wheel_inertia};
 use crate::{Floor, GroundBox, MotorTorque, Push, RollerBodies, Settings};
 
 fn shipped(name: &str) -> Robot {
@@ -255,5 +255,29 @@ fn only_what_is_near_is_looked_at() {
         scene.find_wheel(wheel, &mut Workspace::default(), &mut found);
         let normals: Vec<_> = found.iter().map(|place| place.normal).collect();
         assert_eq!(normals, [Vector3::z()], "{found:?}");
+    }
+}
+
+/// Each wheel counts for what motors feel: by what one hub has more about its axle the mean grows by a fourth, and where one has less, that is the
+/// least. The sums are rounded to some 1e-16 of them.
+#[test]
+fn each_wheel_counts_for_what_motors_feel() {
+    let robot = shipped("mecanum4");
+    let before = wheel_inertia(&robot, 0.0);
+    let change = 0.1 * robot.wheels[0].hub.inertia_kg_m2[(2, 2)];
+    let rounding = 1e-14 * before.on_ground_kg_m2;
+    for wheel in 0..4 {
+        let with = |change: f64| {
+            let mut robot = robot.clone();
+            robot.wheels[wheel].hub.inertia_kg_m2[(2, 2)] += change;
+            wheel_inertia(&robot, 0.0)
+        };
+        let (heavier, lighter) = (with(change), with(-change));
+        let gained = heavier.on_ground_kg_m2 - before.on_ground_kg_m2;
+        assert!((gained - 0.25 * change).abs() < rounding, "wheel {wheel}");
+        let lost = before.spinning_kg_m2 - lighter.spinning_kg_m2;
+        assert!((lost - change).abs() < rounding, "wheel {wheel}");
+        let of_others = heavier.spinning_kg_m2 - before.spinning_kg_m2;
+        assert!(of_others.abs() < rounding, "wheel {wheel}");
     }
 }
