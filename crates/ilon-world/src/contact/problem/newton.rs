@@ -31,18 +31,12 @@ enum Regime {
     Along(Meeting),
 }
 
-/// By what share of its own response an impulse is held back at the least: redundant contacts can share a load in many ways, and the least softness
-/// picks one.
-pub(super) const RIDGE: f64 = 1e-6;
-
 /// Room for Newton's method.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Newton {
     matrix: Vec<f64>,
     step: Vec<f64>,
     kept: Vec<f64>,
-    /// By what share of its own response each impulse is held back.
-    ridge: f64,
 }
 
 impl Regime {
@@ -103,18 +97,18 @@ impl Regime {
 
 impl Newton {
     /// Goes steps of Newton's method from an error, as far as the one that comes nearest to the solution; stays where none comes
-    /// nearer. Each impulse is held back by a share of its own response, which alters the way and not the solution. Gives the error that is left.
+    /// nearer. Gives the error that is left.
     ///
     /// What a step does to the error does not say whether it is right. Contacts on a stiff floor share a load in ways that hardly
     /// change any velocity: an error of 1e-6 m/s may stand for a hundredth of a load. A step goes all the way there, what slides
     /// turns meanwhile by the square of it, and the next step repairs that.
-    pub fn steps(&mut self, problem: &mut ImpulseProblem, error: f64, ridge: f64) -> f64 {
+    pub fn steps(&mut self, problem: &mut ImpulseProblem, error: f64) -> f64 {
         /// From where they lead anywhere the error falls by squares.
         const STEPS: usize = 8;
         self.keep(problem);
         let mut best = error;
         for _ in 0..STEPS {
-            if !self.go_a_step(problem, ridge) {
+            if !self.go_a_step(problem) {
                 break;
             }
             let reached = problem.error();
@@ -144,8 +138,7 @@ impl Newton {
     }
 
     /// Goes one step of Newton's method, put back into the laws' bounds. Says whether there is one.
-    fn go_a_step(&mut self, problem: &mut ImpulseProblem, ridge: f64) -> bool {
-        self.ridge = ridge;
+    fn go_a_step(&mut self, problem: &mut ImpulseProblem) -> bool {
         self.linearise(problem);
         if !solve_in_place(&mut self.matrix, &mut self.step) {
             return false;
@@ -283,10 +276,12 @@ impl Newton {
 
     /// A row whose velocity shall vanish: W dp = -u.
     fn stop(&mut self, row: usize, problem: &ImpulseProblem) {
+        // Redundant contacts can share a load in many ways: the least softness picks one.
+        const RIDGE: f64 = 1e-6;
         let rows = self.step.len();
         let line = &mut self.matrix[row * rows..][..rows];
         line.copy_from_slice(&problem.delassus[row * rows..][..rows]);
-        line[row] *= 1.0 + self.ridge;
+        line[row] *= 1.0 + RIDGE;
         self.step[row] = -problem.velocities[row];
     }
 }
@@ -318,7 +313,7 @@ mod tests {
     fn one_step_reaches_what_bearings_do_that_turn_or_hold_already() {
         for start in [[0.0, 0.0], [0.06, -0.3], [-0.1, 0.4]] {
             let mut axle = bearings([0.1, 9.0], [2.5, 0.5, 0.5, 2.0], start);
-            assert!(Newton::default().go_a_step(&mut axle, RIDGE));
+            assert!(Newton::default().go_a_step(&mut axle));
             let [turns, holds] = [axle.impulses[0], axle.impulses[1]];
             assert!((turns + 0.1).abs() < 1e-15, "{turns}");
             // The least softness takes a millionth of what the step adds.
@@ -331,7 +326,7 @@ mod tests {
     #[test]
     fn what_can_be_shared_in_any_way_is_shared_by_a_softness() {
         let mut axle = bearings([9.0; 2], [2.0; 4], [0.0; 2]);
-        assert!(Newton::default().go_a_step(&mut axle, RIDGE));
+        assert!(Newton::default().go_a_step(&mut axle));
         let [first, second] = [axle.impulses[0], axle.impulses[1]];
         // What rounding leaves of W, 1e-16, over the softness.
         assert!((first + 0.125).abs() < 1e-6 && (first - second).abs() < 1e-9);
@@ -354,7 +349,7 @@ mod tests {
         sliding.set_delassus(|row, w| w.copy_from_slice(&response[3 * row..][..=row]));
         let mut newton = Newton::default();
         for _ in 0..20 {
-            newton.go_a_step(&mut sliding, RIDGE);
+            newton.go_a_step(&mut sliding);
         }
         assert!(sliding.error() <= TOLERANCE, "{}", sliding.error());
         let solution = sliding.contact_impulse(0);
@@ -365,7 +360,7 @@ mod tests {
         for row in 0..3 {
             sliding.set(row, solution[row] + off[row]);
         }
-        newton.go_a_step(&mut sliding, RIDGE);
+        newton.go_a_step(&mut sliding);
         let left = (sliding.contact_impulse(0) - solution).norm() / solution.x;
         assert!(left < 1e-5, "{left:e}");
     }

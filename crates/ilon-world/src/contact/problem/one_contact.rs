@@ -36,9 +36,6 @@ pub(super) fn contact_impulse(
     if low.1 >= 0.0 {
         return Vector3::zeros();
     }
-    if let Some(holds) = holding_impulse(w, free, friction, (approach_m_s, compliance)) {
-        return holds;
-    }
     let mut high_n_s = -low.1 / (w[(0, 0)] + compliance);
     let mut high = (high_n_s, excess(high_n_s));
     for _ in 0..ROUNDS {
@@ -70,19 +67,6 @@ pub(super) fn contact_impulse(
     }
     let rubbed = rubbed(normal);
     Vector3::new(normal, rubbed.x, rubbed.y)
-}
-
-/// The impulse that stops all motion of the contact, where friction can give it.
-fn holding_impulse(
-    w: &Matrix3<f64>,
-    free: &Vector3<f64>,
-    friction: f64,
-    (approach_m_s, compliance): (f64, f64),
-) -> Option<Vector3<f64>> {
-    let mut held = *w;
-    held[(0, 0)] += compliance;
-    let impulse = -held.try_inverse()? * (free + Vector3::x() * approach_m_s);
-    (impulse.yz().norm() <= friction * impulse.x).then_some(impulse)
 }
 
 /// The friction impulse of one contact: W p + free = 0 where |p| may be that large, and else the p of size `most` that

@@ -8,7 +8,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::law::Law;
-use super::newton::{Newton, RIDGE};
+use super::newton::Newton;
 use super::one_contact::contact_impulse;
 use super::split::Split;
 use super::system::{ImpulseProblem, TOLERANCE};
@@ -22,42 +22,21 @@ pub(crate) struct Solver {
     best: Vec<f64>,
 }
 
-/// How long the laws of a step are solved for.
-#[derive(Clone, Copy)]
-pub(super) struct Effort {
-    /// Rounds of Newton steps and sweeps at most.
-    pub rounds: usize,
-    /// Sweeps where Newton's method needs a better start.
-    pub sweeps_a_round: usize,
-    /// By what share of their own response Newton's steps after the first round hold impulses back: where a load is shared in many ways, they go to
-    /// and fro between them without it.
-    pub ridge: f64,
-    /// What may be left of the laws' errors after the first round, in m/s or rad/s.
-    pub tolerance: f64,
-}
+/// Rounds of Newton steps and sweeps at most. Nearly every step is done after one; where many contacts say nearly the same
+/// (rough ground, a chassis that lies on its side) some need dozens, and a few never get to the last digits.
+const ROUNDS: usize = 64;
 
-/// Nearly every step is done after one round; where many contacts say nearly the same (rough ground, a chassis that lies on its side) some need
-/// dozens, and a few never get to the last digits.
-pub(super) const ALONE: Effort = Effort {
-    rounds: 64,
-    sweeps_a_round: 50,
-    ridge: RIDGE,
-    tolerance: TOLERANCE,
-};
-
-/// Where free bodies lie about: in a heap a load is shared in so many ways that few steps get to the last digits, and each round takes long. A body
-/// that creeps by 0.1 um/s is at rest.
-pub(super) const IN_HEAPS: Effort = Effort {
-    rounds: 8,
-    sweeps_a_round: 10,
-    ridge: 1e-2,
-    tolerance: 1e-7,
-};
+/// The same where free bodies lie about: in a heap a load is shared in so many ways that few steps get to the last digits, and each round takes
+/// long.
+const ROUNDS_OF_HEAPS: usize = 8;
 
 /// After so many rounds sweeps go half as far: contacts that press one another down would swing to and fro for ever.
 const ROUNDS_A_SHARE: usize = 8;
 
-/// Sweeps a round where contacts give: their springs couple them less, and what is missing is mostly which of them slides. Where so few do
+/// Sweeps where Newton's method needs a better start.
+const SWEEPS_A_ROUND: usize = 50;
+
+/// The same where contacts give: their springs couple them less, and what is missing is mostly which of them slides. Where so few do
 /// not lead anywhere in some rounds, more is missing.
 const SOFT_SWEEPS_A_ROUND: usize = 2;
 
@@ -68,8 +47,12 @@ impl Solver {
     /// Solves for the impulses, from those that are supposed; `with_free_bodies` where free bodies lie about. Gives back by how much the laws
     /// are broken in the end, in m/s or rad/s.
     pub fn solve(&mut self, problem: &mut ImpulseProblem, with_free_bodies: bool) -> f64 {
-        let effort = if with_free_bodies { IN_HEAPS } else { ALONE };
-        let error = self.solve_in_discs(problem, &effort);
+        let rounds = if with_free_bodies {
+            ROUNDS_OF_HEAPS
+        } else {
+            ROUNDS
+        };
+        let error = self.solve_in_discs(problem, rounds);
         problem.take_back();
         error
     }
@@ -80,8 +63,7 @@ impl Solver {
         self.newton.room()
     }
 
-    /// The same, in the problem's own scale of directions.
-    pub(super) fn solve_in_discs(&mut self, problem: &mut ImpulseProblem, effort: &Effort) -> f64 {
+    fn solve_in_discs(&mut self, problem: &mut ImpulseProblem, rounds: usize) -> f64 {
         let in_turn = problem.has_rollers_of_several_laws();
         let is_compliant = problem.is_compliant();
         let mut error = problem.error();
@@ -90,14 +72,10 @@ impl Solver {
         }
         let mut least = f64::INFINITY;
         self.best.clear();
-        for round in 0..effort.rounds {
+        for round in 0..rounds {
             let share = 0.5_f64.powi((round / ROUNDS_A_SHARE) as i32);
-            let (ridge, tolerance) = match round {
-                0 => (RIDGE, TOLERANCE),
-                _ => (effort.ridge, effort.tolerance),
-            };
-            error = self.newton.steps(problem, error, ridge);
-            if error <= tolerance {
+            error = self.newton.steps(problem, error);
+            if error <= TOLERANCE {
                 return error;
             }
             if error < least {
@@ -108,7 +86,7 @@ impl Solver {
             let sweeps = if is_compliant && round < SOFT_ROUNDS {
                 SOFT_SWEEPS_A_ROUND
             } else {
-                effort.sweeps_a_round
+                SWEEPS_A_ROUND
             };
             if in_turn {
                 self.split.steps(problem, self.newton.room(), round);
