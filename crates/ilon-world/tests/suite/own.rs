@@ -1,6 +1,6 @@
 //! Bodies of a program's own, which rapier moves: pushed, hit and carried by a robot, and what they do to it.
 
-use ilon_robot::Twist;
+use ilon_robot::{Pose as PlanarPose, Tread, Twist};
 use ilon_world::rapier3d::prelude::*;
 use ilon_world::{Floor, Push, World};
 use nalgebra::Vector3;
@@ -318,6 +318,54 @@ fn what_is_far_away_changes_nothing() {
         assert_eq!(alone, beside);
     }
     assert_eq!(worlds[0].slip_energy_j(), worlds[2].slip_energy_j());
+}
+
+/// Rollers with treads on a plate of one's own give as on the ground: the robot that is pushed to the side moves by what its treads bend, and stays
+/// there. rapier counts in f32, and gaps of half a metre to 3e-8 m; pressed by some micrometres, a hundredth of that.
+#[test]
+fn treads_bend_on_a_plate_of_ones_own_as_on_the_ground() {
+    let mut robot = robot();
+    for wheel in &mut robot.wheels {
+        wheel.surface.tread = Some(Tread::new(2e5));
+    }
+    let moves_m = [false, true].map(|on_plate| {
+        let settings = crate::free::settings(1e-3);
+        let mut world = World::new(&robot, &Floor::default(), PlanarPose::default(), &settings)
+            .expect("it stands");
+        if on_plate {
+            let rapier = world.rapier_mut().expect("ilon solves the contacts");
+            let plate = ColliderBuilder::cuboid(1.0, 1.0, 0.05)
+                .translation(Vector::new(0.0, 0.0, -0.0495))
+                .friction(0.6);
+            rapier.insert_collider(plate, None);
+        }
+        let run = |world: &mut World, force_n: f64| {
+            for _ in 0..400 {
+                world.robot_mut().push(&Push {
+                    force_in_world_n: Vector3::new(0.0, force_n, 0.0),
+                    place_in_body_m: Vector3::new(0.0, 0.0, 0.05),
+                });
+                hold(world, 0.0);
+                world.step();
+            }
+            world.robot().state().pose.y_m
+        };
+        // It is put half a millimetre into the plate, and hops.
+        run(&mut world, 0.0);
+        run(&mut world, 0.0);
+        let from_m = run(&mut world, 0.0);
+        let by_m = run(&mut world, 10.0) - from_m;
+        let later_m = run(&mut world, 10.0) - from_m;
+        println!(
+            "{from_m:e}: {by_m:e} m, {later_m:e} m, {:?}",
+            world.robot().state()
+        );
+        [by_m, later_m]
+    });
+    for [on_ground_m, on_plate_m] in [0, 1].map(|k| moves_m.map(|of| of[k])) {
+        assert!(on_ground_m > 1e-5);
+        assert!((on_plate_m / on_ground_m - 1.0).abs() < 0.01);
+    }
 }
 
 /// A body that is taken out between two steps is there no more, and one that is put into the robot is pushed out, slowly.
