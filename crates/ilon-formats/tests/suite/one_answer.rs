@@ -246,6 +246,9 @@ fn a_hub_holds_the_wheel_that_is_called_after_its_size() {
 #[test_case(r#"<xacro:if value="$(arg place)"><gazebo/></xacro:if>"#, "0.5", true; "a truth value")]
 #[test_case("", "${0.5 + 0.1 * $(arg place)}", false; "a mass")]
 #[test_case(r#"<xacro:if value="${'$(arg place)' == 'indoors'}"><link name="lamp"/></xacro:if>"#, "0.5", false; "a text that it is compared with")]
+#[test_case(r#"<xacro:if value="${$(arg place) == 5}"><link name="lamp"/></xacro:if>"#, "0.5", false; "a number that it is compared with")]
+#[test_case(r#"<xacro:if value="${$(arg place) > 5}"><link name="lamp"/></xacro:if>"#, "0.5", false; "a number that it is measured by")]
+#[test_case("", "${0.5 if $(arg place) < 5 else 0.7}", false; "a mass of many")]
 fn an_argument_may_have_any_value_where_the_robot_is_the_same(
     more: &str,
     mass: &str,

@@ -30,7 +30,7 @@ impl Expander<'_> {
     }
 
     /// Of each argument that conditions look at, the values that it could have instead: a truth value the other way round, and the
-    /// texts that it is compared with.
+    /// texts and numbers that it is compared with.
     pub(super) fn choices(&self) -> Vec<(String, Vec<String>)> {
         let arguments = self.arguments.borrow();
         let aliases = self.clues.aliases.borrow();
@@ -47,6 +47,7 @@ impl Expander<'_> {
                 }
                 others.extend(opposite(value));
                 others.extend(quoted(condition));
+                others.extend(numbers(condition));
             }
             others.retain(|other| other != value && !other.is_empty());
             let mut seen = BTreeSet::new();
@@ -67,6 +68,16 @@ fn opposite(value: &str) -> Option<String> {
         _ => None,
     };
     PAIRS.into_iter().find_map(other)
+}
+
+/// The numbers in a condition, but for those that are truth values.
+fn numbers(condition: &str) -> Vec<String> {
+    let words = condition.split(|c: char| !c.is_alphanumeric() && !matches!(c, '_' | '.'));
+    words
+        .filter(|word| word.starts_with(|c: char| c.is_ascii_digit()))
+        .filter(|word| word.parse::<f64>().is_ok() && !matches!(*word, "0" | "1"))
+        .map(str::to_owned)
+        .collect()
 }
 
 /// The texts in quotes, but for names of arguments.
