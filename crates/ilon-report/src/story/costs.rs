@@ -39,12 +39,17 @@ pub(super) fn off_the_ground(summary: &Summary) -> Option<String> {
     Some(said + ".")
 }
 
+/// What sliding under the wheels took, in J.
+fn under_wheels_j(summary: &Summary) -> f64 {
+    summary.wheels.iter().map(|wheel| wheel.energy_j).sum()
+}
+
 /// What of the loss to sliding lay not under the wheels, and where it lay; `None` where it is next to nothing.
 fn rubbing(summary: &Summary, header: &Header) -> Option<(f64, &'static str)> {
     /// What is less than this share of all sliding is not told of.
     const LEAST: f64 = 0.02;
     let slip_j = summary.energy.slip_j?;
-    let under_wheels_j: f64 = summary.wheels.iter().map(|wheel| wheel.energy_j).sum();
+    let under_wheels_j = under_wheels_j(summary);
     let rubbed_j = slip_j - under_wheels_j;
     let who = if header.bodies.is_empty() {
         "the robot's body rubs"
@@ -59,7 +64,7 @@ fn rubbing(summary: &Summary, header: &Header) -> Option<(f64, &'static str)> {
 fn without_slides(summary: &Summary, rubbing: Option<(f64, &str)>, of_work: &str) -> String {
     /// What is less than this share of the motors' work is not told of.
     const LEAST: f64 = 0.01;
-    let under_wheels_j: f64 = summary.wheels.iter().map(|wheel| wheel.energy_j).sum();
+    let under_wheels_j = under_wheels_j(summary);
     let motor_j = summary.energy.motor_j.unwrap_or(0.0);
     let costs = under_wheels_j > LEAST_J.max(LEAST * motor_j);
     let cost = energy(under_wheels_j);
