@@ -308,8 +308,9 @@ fn whatever_the_arguments(
     first: &Course,
     works: impl Fn(&Robot) -> bool,
 ) -> Option<Course> {
-    /// Values that stand for all: numbers, which are truth values too; and truth values, which are no numbers.
-    const STAND_INS: [[&str; 2]; 2] = [["0", "1"], ["false", "true"]];
+    /// Values that stand for all: numbers, which are truth values too, on both sides of what files measure by; and truth values, which are no
+    /// numbers.
+    const STAND_INS: [&[&str]; 2] = [&["0", "1", "-7", "1000"], &["false", "true"]];
     let is_open = |remedy: &Remedy| matches!(remedy, Remedy::Argument { value: None, .. });
     let mut remedies = first.faults.iter().flat_map(RobotError::remedies);
     if !remedies.any(|remedy| is_open(&remedy)) {
@@ -327,9 +328,16 @@ fn whatever_the_arguments(
             error.remedies().into_iter().map(given).collect()
         })
     };
-    let same = STAND_INS.iter().find_map(|[one, other]| {
-        let (mut one, other) = (with_all(one), with_all(other));
-        let same = one.reaches(&works) && other.reaches(&works) && one.is_same_robot(&other);
+    // What may be numbers is judged by numbers: as truth values all of them look alike.
+    let reached = STAND_INS.iter().find_map(|values| {
+        let courses: Vec<Course> = values.iter().map(|value| with_all(value)).collect();
+        let reach = courses.iter().all(|course| course.reaches(&works));
+        reach.then_some(courses)
+    });
+    let same = reached.and_then(|courses| {
+        let mut courses = courses.into_iter();
+        let mut one = courses.next()?;
+        let same = courses.all(|other| one.is_same_robot(&other));
         if !same || compares_with_texts(path, options, &one) {
             return None;
         }

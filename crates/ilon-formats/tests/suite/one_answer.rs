@@ -248,7 +248,9 @@ fn a_hub_holds_the_wheel_that_is_called_after_its_size() {
 #[test_case(r#"<xacro:if value="${'$(arg place)' == 'indoors'}"><link name="lamp"/></xacro:if>"#, "0.5", false; "a text that it is compared with")]
 #[test_case(r#"<xacro:if value="${$(arg place) == 5}"><link name="lamp"/></xacro:if>"#, "0.5", false; "a number that it is compared with")]
 #[test_case(r#"<xacro:if value="${$(arg place) > 5}"><link name="lamp"/></xacro:if>"#, "0.5", false; "a number that it is measured by")]
-#[test_case("", "${0.5 if $(arg place) < 5 else 0.7}", false; "a mass of many")]
+#[test_case("", "${0.5 if $(arg place) &lt; 5 else 0.7}", false; "a mass of many")]
+#[test_case(r#"<xacro:property name="kg" value="0.5"/><xacro:if value="${$(arg place) > 1}"><xacro:property name="kg" value="0.7"/></xacro:if>"#, "${kg}", false; "a mass from more than one on")]
+#[test_case(r#"<xacro:property name="kg" value="0.5"/><xacro:if value="${$(arg place) &lt; 0}"><xacro:property name="kg" value="0.7"/></xacro:if>"#, "${kg}", false; "a mass below nothing")]
 fn an_argument_may_have_any_value_where_the_robot_is_the_same(
     more: &str,
     mass: &str,

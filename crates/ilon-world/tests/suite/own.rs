@@ -320,8 +320,8 @@ fn what_is_far_away_changes_nothing() {
     assert_eq!(worlds[0].slip_energy_j(), worlds[2].slip_energy_j());
 }
 
-/// Rollers with treads on a plate of one's own give as on the ground: the robot that is pushed to the side moves by what its treads bend, and stays
-/// there. rapier counts in f32, and gaps of half a metre to 3e-8 m; pressed by some micrometres, a hundredth of that.
+/// Rollers with treads on a plate of one's own give as on the ground: the robot that is pushed to the side moves by what its treads bend and its wheels'
+/// loops give way, alike on both. rapier counts in f32: what is pressed by 139 um has a gap that is known to 3e-8 m, and a load to some thousandths.
 #[test]
 fn treads_bend_on_a_plate_of_ones_own_as_on_the_ground() {
     let mut robot = robot();
