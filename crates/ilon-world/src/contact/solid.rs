@@ -307,6 +307,56 @@ mod tests {
         }
     }
 
+    /// A cube of half a side h that stands on a corner reaches sqrt(3) h beneath its middle, on whichever of its eight.
+    #[test]
+    fn a_box_stands_on_any_of_its_corners() {
+        let (half_m, middle_m) = (0.125, 0.5);
+        let cube = SharedShape::cuboid(half_m as Real, half_m as Real, half_m as Real);
+        for corner in 0..8 {
+            let sign = |axis: usize| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
+            let to_corner = Vector3::new(sign(0), sign(1), sign(2));
+            let down = -Vector3::z();
+            let turn = UnitQuaternion::rotation_between(&to_corner, &down).expect("not opposite");
+            let cube = Solid {
+                shape: &cube,
+                floor_from_shape: Isometry3::from_parts(
+                    Translation3::new(3.0, -2.0, middle_m),
+                    turn,
+                ),
+            };
+            let lowest_m = middle_m - half_m * f64::sqrt(3.0);
+            let mut found = Vec::new();
+            cube.near_plane(lowest_m + 1e-3, |near| found.push(near));
+            assert_eq!(found.len(), 1, "corner {corner}");
+            // Sums of a few metres.
+            assert!((found[0].gap_m - lowest_m).abs() < 1e-15, "corner {corner}");
+            let beneath_m = Vector3::new(3.0, -2.0, 0.0);
+            assert!(
+                (found[0].place_m - beneath_m).norm() < 1e-14,
+                "corner {corner}"
+            );
+        }
+    }
+
+    /// What f32 has rounded off a face is put back onto it, of a box and of a can's ends; what is inside stays.
+    #[test]
+    fn places_that_f32_rounded_are_put_back_on_the_surface() {
+        let off = 1.0 - 1e-7;
+        let (cube, can) = (
+            SharedShape::cuboid(0.5, 0.25, 0.125),
+            SharedShape::cylinder(0.25, 0.125),
+        );
+        let seen = Vector3::new(0.1, -0.25 * off, 0.03);
+        for shape in [&cube, &can] {
+            let put = on_surface(&**shape, seen);
+            assert_eq!(put, Vector3::new(0.1, -0.25, 0.03));
+            let inside = Vector3::new(0.1, -0.24, 0.03);
+            assert_eq!(on_surface(&**shape, inside), inside);
+        }
+        let edge = on_surface(&*cube, Vector3::new(0.5 / off, 0.1, 0.125 * off));
+        assert_eq!(edge, Vector3::new(0.5, 0.1, 0.125));
+    }
+
     /// A can of radius r and length 2 h that leans by an angle from upright, its middle at c: its lowest place is h |cos| + r sin beneath that. Where it
     /// nearly stands, a ring of its lower end is seen as well, within r sin of the end's own middle, h |cos| beneath it.
     #[test]

@@ -176,5 +176,7 @@ mod tests {
             (lost_j, slide.kinetic_j()),
             (0.5 * 0.02 * 0.03_f64.powi(2), 0.0)
         );
+        // And with it the way on.
+        assert_eq!((slide.place_m, slide.rate_m_s), (3e-5, 0.0));
     }
 }

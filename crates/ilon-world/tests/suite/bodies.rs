@@ -181,3 +181,43 @@ fn an_identity_of_another_world_is_no_body_here() {
     let (alone, _) = world(&[(&robot, at(0.0, 0.0))]);
     alone.body(ids[1]);
 }
+
+/// The same where rollers spin up as they land, which jolts what carries them: one robot goes sideways and one turns, each as it would alone.
+#[test]
+fn what_jolts_one_robot_jolts_no_other() {
+    let mecanum4 = shipped("mecanum4");
+    let starts = [at(0.0, 0.0), at(0.0, 0.8)];
+    let rates = [[-6.0, 6.0, 6.0, -6.0], [-5.0, 5.0, -5.0, 5.0]];
+    let drive = |world: &mut World, id: BodyId, targets: [f64; 4]| {
+        let now = world.body(id).wheel_rates_rad_s().to_vec();
+        let motor = |k: usize| MotorTorque::with_droop(0.2 * (targets[k] - now[k]), 0.2);
+        world.body_mut(id).drive(&[0, 1, 2, 3].map(motor));
+    };
+    let (mut together, ids) = world(&[(&mecanum4, starts[0]), (&mecanum4, starts[1])]);
+    let mut alone = starts.map(|start| world(&[(&mecanum4, start)]).0);
+    for _ in 0..400 {
+        for k in 0..2 {
+            drive(&mut together, ids[k], rates[k]);
+            let id = alone[k].bodies().next().expect("one");
+            drive(&mut alone[k], id, rates[k]);
+            alone[k].step();
+        }
+        together.step();
+    }
+    for (id, single) in ids.iter().zip(&alone) {
+        let (seen, expected) = (together.body(*id).state().pose, single.robot().state().pose);
+        // Solved together, to 1e-9 m/s in each step: over 0.8 s 1e-9 m.
+        let apart_m = seen.position_m() - expected.position_m();
+        assert!(apart_m.norm() < 1e-8, "{:e} m", apart_m.norm());
+        let turned_rad = seen.heading_rad - expected.heading_rad;
+        assert!(turned_rad.abs() < 1e-7, "{turned_rad:e} rad");
+    }
+    let moved = together.body(ids[0]).state().pose.position_m().norm();
+    let turned_rad = together.body(ids[1]).state().pose.heading_rad;
+    assert!(
+        moved > 0.15 && turned_rad.abs() > 0.3,
+        "{moved} m, {turned_rad} rad"
+    );
+    let spun_j: f64 = alone.iter().map(World::spin_up_energy_j).sum();
+    assert!(spun_j > 1e-4, "{spun_j} J");
+}

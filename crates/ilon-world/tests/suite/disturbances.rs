@@ -378,3 +378,27 @@ fn a_payload_without_mass_or_place_is_refused() {
     }
     assert!(Payload::new(1.0, Vector3::new(0.0, f64::NAN, 0.0)).is_err());
 }
+
+/// A pure moment of M for a step turns the robot on ice by I omega = M dt, about its middle, and its work is what the robot then has.
+#[test]
+fn a_moment_gives_its_angular_momentum_and_its_work() {
+    let robot = mecanum4();
+    let mut world = world(&robot, 0.0, RollerBodies::All);
+    hold(&mut world, &[0.0; 4], 0.2, |_| ());
+    let dt_s = world.dt_s();
+    let given_n_m_s = 0.4;
+    world.robot_mut().turn(Vector3::z() * (given_n_m_s / dt_s));
+    world.robot_mut().apply(&[0.0; 4]);
+    world.step();
+    let twist = world.robot().state().twist_in_body;
+    let inertia_kg_m2 = yaw_inertia_kg_m2(&robot);
+    let omega_rad_s = given_n_m_s / inertia_kg_m2;
+    // Rollers that lean with their wheels turn a little about their axles: some parts in 10^5.
+    assert!(
+        (twist.omega_rad_s / omega_rad_s - 1.0).abs() < 1e-4,
+        "{twist:?}, {omega_rad_s} rad/s"
+    );
+    assert!(twist.vx_m_s.hypot(twist.vy_m_s) < 1e-6);
+    let work_j = 0.5 * inertia_kg_m2 * omega_rad_s.powi(2);
+    assert!((world.outside_energy_j() / work_j - 1.0).abs() < 2e-4);
+}

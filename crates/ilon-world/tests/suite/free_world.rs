@@ -340,6 +340,14 @@ fn what_makes_no_sense_is_refused_in_words() {
         "radius_m is -1",
     );
     says(
+        refused(&|body| {
+            body.shape = FreeShape::Box {
+                size_m: Vector3::new(0.2, 0.2, 1.9e-4),
+            };
+        }),
+        "more than 1000 times another",
+    );
+    says(
         refused(&|body| body.height_m = Some(0.04)),
         "10.0 mm deep in the ground",
     );

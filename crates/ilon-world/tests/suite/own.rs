@@ -723,3 +723,27 @@ fn a_tower_of_ones_own_is_carried() {
         assert!((sum_n / (3.0 * G) - 1.0).abs() < 2e-3);
     }
 }
+
+/// Ground that begins to lean wakes what sleeps on it, bodies of one's own too: on 45 degrees a box of friction mu slides with g (sin - mu cos).
+#[test]
+fn ground_that_leans_wakes_bodies_of_ones_own() {
+    let (dt_s, friction) = (1e-3, 0.3);
+    let mut world = world(&Floor::default(), dt_s);
+    let id = put(&mut world, 0.2, 2.0, [3.0, 0.0, 0.1], friction);
+    for _ in 0..3000 {
+        world.step();
+    }
+    assert!(body(&world, id).is_sleeping());
+    let from_m = body(&world, id).translation().x;
+    world.lean(&Vector3::new(1.0, 0.0, -1.0));
+    let time_s = 0.3;
+    for _ in 0..(time_s / dt_s) as usize {
+        world.step();
+    }
+    let way_m = f64::from(body(&world, id).translation().x - from_m);
+    let share = (1.0 - f64::from(friction)) / f64::sqrt(2.0);
+    let expected_m = 0.5 * G * share * time_s * time_s;
+    println!("{way_m} of {expected_m} m");
+    // rapier moves on with the velocity after the step, which is dt / t more, and finds friction to some thousandths.
+    assert!((way_m / expected_m - 1.0).abs() < 0.01);
+}

@@ -7,7 +7,8 @@ use std::f64::consts::PI;
 
 use ilon_robot::{Pose, Robot};
 use ilon_world::{
-    ContactSolver, Floor, FloorSurface, MotorTorque, Patch, Payload, RollerBodies, Settings, World,
+    ContactSolver, Floor, FloorSurface, MotorTorque, Patch, Payload, Relief, RollerBodies,
+    Settings, World,
 };
 use nalgebra::{Vector2, Vector3};
 use support::{DRIVES, Drive, drive, ideal_rates, mecanum4, volksbot};
@@ -309,4 +310,73 @@ fn what_rapier_does_not_know_is_refused() {
     let mut geared = mecanum4();
     geared.wheels[1].drive.gear_efficiency = 0.8;
     assert!(refused(&geared, reference).contains("gear that loses a share"));
+}
+
+/// A motor drives up to its rate limit and no further: a wheel in the air is left there with what its last driven step gave.
+#[test]
+fn no_motor_drives_beyond_its_rate_limit_in_rapier_either() {
+    let robot = mecanum4();
+    let settings = Settings {
+        gravity_m_s2: 0.0,
+        ..by(ContactSolver::Rapier, 1000.0)
+    };
+    let (limit_rad_s, torque_n_m) = (8.0, 0.02);
+    for way in [1.0, -1.0] {
+        let mut world = world(&robot, &settings);
+        let motor = MotorTorque {
+            rate_limit_rad_s: limit_rad_s,
+            ..MotorTorque::constant(way * torque_n_m)
+        };
+        let mut last_step_rad_s = 0.0_f64;
+        for _ in 0..600 {
+            let before_rad_s = world.robot().wheel_rates_rad_s()[0];
+            world.robot_mut().drive(&[motor; 4]);
+            world.step();
+            let gained_rad_s = world.robot().wheel_rates_rad_s()[0] - before_rad_s;
+            last_step_rad_s = last_step_rad_s.max(way * gained_rad_s);
+        }
+        for rate in world.robot().wheel_rates_rad_s() {
+            let beyond_rad_s = way * rate - limit_rad_s;
+            assert!(
+                (-1e-3..=last_step_rad_s).contains(&beyond_rad_s),
+                "{beyond_rad_s} rad/s beyond, {last_step_rad_s} a step"
+            );
+        }
+    }
+}
+
+/// Relief without any height is a plane to rapier too: it carries the weight, and sideways the robot goes as it does on the plane, to what the
+/// faces of a height field cost rapier's solver.
+#[test]
+fn level_relief_is_a_plane_in_rapier() {
+    let robot = mecanum4();
+    let relief = Relief {
+        cell_m: 0.1,
+        center_m: Vector2::new(0.013, 0.021),
+        heights_m: vec![vec![0.0; 41]; 41],
+    };
+    let went = |relief: Option<Relief>| {
+        let floor = Floor {
+            relief,
+            ..Floor::default()
+        };
+        let settings = by(ContactSolver::Rapier, 1000.0);
+        let mut world = World::new(&robot, &floor, Pose::default(), &settings).expect("valid");
+        sideways(&mut world, &robot, 1000);
+        let load_n: f64 = world
+            .robot()
+            .contacts()
+            .iter()
+            .map(|of| of.normal_force_n)
+            .sum();
+        (world.robot().state().pose, load_n)
+    };
+    let ((plane, plane_n), (relief, relief_n)) = (went(None), went(Some(relief)));
+    println!("{plane:?} {plane_n} N, {relief:?} {relief_n} N");
+    assert!(plane.y_m.abs() > 0.1);
+    assert!((relief.position_m() - plane.position_m()).norm() < 0.02 * plane.y_m.abs());
+    assert!(
+        (relief_n / (robot.mass_kg() * G) - 1.0).abs() < 0.05,
+        "{relief_n} N"
+    );
 }

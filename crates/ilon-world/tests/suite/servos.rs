@@ -5,7 +5,7 @@ use crate::support;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use ilon_robot::{JointKind, JointRole, JointServo, Pose, Robot};
-use ilon_world::{Floor, MotorTorque, Settings, World};
+use ilon_world::{Floor, MotorTorque, Push, Settings, World};
 use nalgebra::{Point3, Vector3};
 use support::linked::joint;
 use support::mecanum4;
@@ -517,4 +517,30 @@ fn a_base_on_grip_alone_slides_and_turns_as_its_reaction_says() {
     let heading_rad = world.robot().state().pose.heading_rad;
     println!("{heading_rad} {turned_rad}");
     assert_near(heading_rad, turned_rad, 0.01, "base");
+}
+
+/// An effort that a step reaches on its way holds: of a damper in a drawer whose base is pushed the drawer gets its effort, and moves by that alone.
+#[test]
+fn an_effort_that_a_step_reaches_holds() {
+    let (effort_n, dt_s) = (0.5, 2e-3);
+    for way in [1.0, -1.0] {
+        let robot = drawer(JointServo {
+            effort: effort_n,
+            ..servo(1.0, 200.0)
+        });
+        let mut world = world(&robot, &ice(), 0.0, dt_s);
+        world.robot_mut().push(&Push {
+            force_in_world_n: Vector3::x() * (way * 100.0),
+            place_in_body_m: robot.center_of_mass_m(),
+        });
+        world.step();
+        let base_m_s = world.robot().state().twist_in_body.vx_m_s;
+        let drawer_m_s = base_m_s + world.robot().joint_rates()[0];
+        let base_kg = mecanum4().mass_kg();
+        println!("{base_m_s} {drawer_m_s}");
+        // The solver ends within 1e-8 m/s of some mm/s.
+        assert_near(drawer_m_s, way * effort_n * dt_s / ARM_KG, 1e-4, "drawer");
+        let pushed_m_s = way * (100.0 - effort_n) * dt_s / base_kg;
+        assert_near(base_m_s, pushed_m_s, 1e-4, "base");
+    }
 }

@@ -10,6 +10,7 @@ use nalgebra::{DVector, UnitQuaternion, Vector3};
 
 use super::{ROOM, World};
 use crate::contact::candidate_search::Workspace;
+use crate::contact::free_body_search::{solids, travel_m};
 use crate::contact::reaction::Part;
 use crate::contact::scene::Scenes;
 use crate::robot::articulated::{Articulated, wheel_inertia};
@@ -280,4 +281,55 @@ fn each_wheel_counts_for_what_motors_feel() {
         let of_others = heavier.spinning_kg_m2 - before.spinning_kg_m2;
         assert!(of_others.abs() < rounding, "wheel {wheel}");
     }
+}
+
+/// Motors feel what the chassis carries and what it bears of another engine's, both together.
+#[test]
+fn motors_feel_payloads_and_what_is_attached() {
+    let robot = shipped("mecanum4");
+    let mut world = World::new(
+        &robot,
+        &Floor::default(),
+        PlanarPose::default(),
+        &Settings::default(),
+    )
+    .expect("it stands");
+    let carried = crate::Payload::new(3.0, Vector3::new(0.0, 0.0, 0.1)).expect("a payload");
+    world.robot_mut().carry(&[carried]);
+    let attached = nalgebra::Matrix6::from_diagonal_element(5.0);
+    world.robot_mut().attach(Some(&attached));
+    let expected = wheel_inertia(&robot, 3.0 + 5.0);
+    assert_eq!(world.bodies[0].wheel_inertia, expected);
+}
+
+/// What turns on the spot may move as fast as its chassis's furthest corner does, and no faster than a ball about all of it.
+#[test]
+fn the_furthest_way_of_a_chassis_is_that_of_its_corner() {
+    let robot = shipped("mecanum4");
+    let mut world = World::new(
+        &robot,
+        &Floor::default(),
+        PlanarPose::default(),
+        &Settings::default(),
+    )
+    .expect("it stands");
+    let body = &mut world.bodies[0];
+    let center_m = body.state.center_m();
+    let corner_m = solids(body, &body.state)
+        .map(|solid| {
+            let bounds = solid.shape.compute_local_aabb();
+            let corners = bounds.vertices().map(|corner| {
+                let corner = nalgebra::Point3::from(crate::engine::convert::to_f64(corner));
+                (solid.floor_from_shape * corner).coords - center_m
+            });
+            corners.iter().map(Vector3::norm).fold(0.0, f64::max)
+        })
+        .fold(0.0, f64::max);
+    assert!(corner_m > 0.2);
+    body.state.angular_rad_s = Vector3::z() * 10.0;
+    let way_m = travel_m(body, &body.state, 1e-3);
+    assert!(
+        (1e-2 * corner_m..2e-2 * corner_m).contains(&way_m),
+        "{way_m} m"
+    );
 }
