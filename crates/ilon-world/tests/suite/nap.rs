@@ -474,14 +474,14 @@ fn treads_feel_no_nap_that_makes_no_difference() {
         follow(&mut world, &robot, Twist::new(0.2, 0.3, 0.5), 1.0, 0.0);
         world.robot().state().pose
     };
-    let without = went(plain_floor.clone());
+    let without = went(plain_floor);
     for angle_rad in [0.0, 0.5, 1.2] {
         let napped = FloorSurface {
             nap: Some(Nap {
                 creep_across: plain_floor.creep * (1.0 + 1e-9),
                 ..plain(angle_rad, &plain_floor)
             }),
-            ..plain_floor.clone()
+            ..plain_floor
         };
         let with = went(napped);
         let apart_m = (with.position_m() - without.position_m()).norm();
