@@ -158,6 +158,21 @@ mod tests {
         assert_eq!((slide.place_m, slide.rate_m_s), (2e-4, 0.0));
     }
 
+    /// A roller that seizes while it slides along its axle stands still, and has nothing left.
+    #[test]
+    fn a_roller_that_seizes_slides_no_further() {
+        let mut slide = Slide::in_the_middle(1e-3, 0.02);
+        slide.begin_step(1e-3);
+        slide.solved(0.03);
+        slide.end_step(true, 0.0, 1e-3);
+        slide.solved(0.03);
+        slide.seize();
+        assert_eq!((slide.place_m, slide.kinetic_j()), (3e-5, 0.0));
+        slide.begin_step(1e-3);
+        slide.end_step(false, 0.0, 1e-3);
+        assert_eq!((slide.place_m, slide.rate_m_s), (3e-5, 0.0));
+    }
+
     #[test]
     fn what_a_roller_has_when_it_leaves_the_ground_is_lost() {
         let mut slide = Slide::in_the_middle(1e-3, 0.02);

@@ -4,7 +4,9 @@
 use crate::support;
 
 use ilon_robot::{Pose, Robot, Twist};
-use ilon_world::{Floor, FloorSurface, Patch, Payload, Push, RollerBodies, Settings, World};
+use ilon_world::{
+    Floor, FloorSurface, MotorTorque, Patch, Payload, Push, RollerBodies, Settings, World,
+};
 use nalgebra::{Vector2, Vector3};
 use support::{ideal_rates, mecanum4, volksbot};
 use test_case::test_case;
@@ -401,4 +403,40 @@ fn a_moment_gives_its_angular_momentum_and_its_work() {
     assert!(twist.vx_m_s.hypot(twist.vy_m_s) < 1e-6);
     let work_j = 0.5 * inertia_kg_m2 * omega_rad_s.powi(2);
     assert!((world.outside_energy_j() / work_j - 1.0).abs() < 2e-4);
+}
+
+/// A robot whose wheels are held, and that is pushed without sliding, is kept where it is by what the ground does to its wheels: together the opposite
+/// of the push, in the body's axes, whichever way it heads.
+#[test]
+fn the_ground_holds_a_pushed_robot_by_the_opposite_force() {
+    let robot = mecanum4();
+    for heading_rad in [0.0, 0.9] {
+        let start = Pose {
+            heading_rad,
+            ..Pose::default()
+        };
+        let floor = Floor::default();
+        let mut world = World::new(&robot, &floor, start, &Settings::default()).expect("valid");
+        let push_n = Vector3::new(8.0, -5.0, 0.0);
+        for _ in 0..500 {
+            let rates = world.robot().wheel_rates_rad_s().to_vec();
+            let brake = |rate: &f64| MotorTorque::with_droop(-20.0 * rate, 20.0);
+            let motors: Vec<_> = rates.iter().map(brake).collect();
+            world.robot_mut().drive(&motors);
+            world.robot_mut().push(&Push {
+                force_in_world_n: push_n,
+                place_in_body_m: Vector3::new(0.0, 0.0, 0.06),
+            });
+            world.step();
+        }
+        let contacts = world.robot().contacts();
+        let sum_n: Vector2<f64> = contacts.iter().map(|of| of.force_in_body_n.xy()).sum();
+        let (s, c) = heading_rad.sin_cos();
+        let expected_n = -Vector2::new(c * push_n.x + s * push_n.y, c * push_n.y - s * push_n.x);
+        // Wheels that are braked creep by the push over their brakes' droop, and no longer gain speed.
+        assert!(
+            (sum_n - expected_n).norm() < 1e-3 * push_n.norm(),
+            "{sum_n} {expected_n}"
+        );
+    }
 }

@@ -422,3 +422,56 @@ fn a_push_beside_the_middle_is_its_own_mirror_image() {
         assert!((left - right).abs() < 1e-5, "{ends:?}");
     }
 }
+
+/// In weightlessness a moment of M for a step turns a body of any shape about each of its axes by M dt / I, with the inertias of textbooks.
+#[test]
+fn bodies_turn_with_the_inertia_of_their_shapes() {
+    let (mass_kg, dt_s, moment_n_m) = (2.0, 1e-3, 0.1);
+    let (a, b, c) = (0.1, 0.2, 0.3);
+    let of_box = [b * b + c * c, a * a + c * c, a * a + b * b].map(|square| square / 12.0);
+    let across = a * a / 4.0 + c * c / 12.0;
+    let shapes = [
+        (
+            FreeShape::Box {
+                size_m: Vector3::new(a, b, c),
+            },
+            of_box,
+        ),
+        (
+            FreeShape::Cylinder {
+                radius_m: a,
+                length_m: c,
+            },
+            [across, across, a * a / 2.0],
+        ),
+        (FreeShape::Sphere { radius_m: a }, [0.4 * a * a; 3]),
+    ];
+    for (shape, inertia_m2) in shapes {
+        let weightless = Settings {
+            gravity_m_s2: 0.0,
+            ..settings(dt_s)
+        };
+        let mut world = World::new(&robot(), &Floor::default(), Pose::default(), &weightless)
+            .expect("it floats");
+        let mut body = cube("body", 0.1, mass_kg, 2.0, 0.0);
+        (body.shape, body.height_m) = (shape, Some(1.0));
+        for (axis, inertia_m2) in inertia_m2.into_iter().enumerate() {
+            body.place_m.y = axis as f64;
+            let id = world.add_body(&body).expect("room");
+            // A pair of forces: one at a lever, and one against it in the middle.
+            let lever = Vector3::ith((axis + 1) % 3, 1.0);
+            let force_n = Vector3::ith((axis + 2) % 3, moment_n_m);
+            world.push_body(id, force_n, lever);
+            world.push_body(id, -force_n, Vector3::zeros());
+            world.step();
+            let turns = world.free_body(id).expect("it is there").angular_rad_s;
+            let expected_rad_s = moment_n_m * dt_s / (mass_kg * inertia_m2);
+            let expected = Vector3::ith(axis, expected_rad_s);
+            // The rates of the midpoint of a turn by 1e-5 rad.
+            assert!(
+                (turns - expected).norm() < 1e-4 * expected_rad_s,
+                "{turns} {expected}"
+            );
+        }
+    }
+}

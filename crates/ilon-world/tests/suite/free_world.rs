@@ -3,8 +3,8 @@
 use ilon_robot::Pose;
 use ilon_world::rapier3d::prelude::{QueryFilter, Ray, Vector};
 use ilon_world::{
-    ContactSolver, Floor, FreeBody, FreeBodyId, FreeShape, GroundBox, Patch, Relief, Settings,
-    World, WorldError, WorldObject,
+    ContactSolver, Floor, FreeBody, FreeBodyId, FreeShape, GroundBox, Patch, Push, Relief,
+    Settings, World, WorldError, WorldObject,
 };
 use nalgebra::{Vector2, Vector3};
 
@@ -373,6 +373,10 @@ fn what_makes_no_sense_is_refused_in_words() {
         }),
         "deep in the robot",
     );
+    // What is small makes sense.
+    let mut bead = cube("bead", 0.1, 1e-6, 0.0, 2.5);
+    bead.shape = FreeShape::Sphere { radius_m: 4e-4 };
+    world.add_body(&bead).expect("a bead of 0.8 mm");
     let by_rapier = Settings {
         contacts: ContactSolver::Rapier,
         ..settings(1e-3)
@@ -428,4 +432,45 @@ fn on_rough_ground_bodies_stand_on_what_is_beneath() {
         (fell_m / (0.5 * 9.81 * 0.09) - 1.0).abs() < 0.01,
         "{fell_m}"
     );
+}
+
+/// A body leaves the world and what touches others stays as it was: treads that are bent remain so, and the robot goes on as it did.
+#[test]
+fn what_is_taken_away_leaves_the_treads_of_others_bent() {
+    let mut robot = robot();
+    for wheel in &mut robot.wheels {
+        wheel.surface.tread = Some(ilon_robot::Tread::new(2e5));
+    }
+    let mut worlds = [(); 2].map(|()| {
+        World::new(&robot, &Floor::default(), Pose::default(), &settings(1e-3)).expect("it stands")
+    });
+    // Just ahead of the chassis, so that it is solved with the robot, and not touching it.
+    let boxes = [0, 1].map(|k| {
+        worlds[k]
+            .add_body(&cube("box", 0.1, 1.0, 0.2505, 0.0))
+            .expect("room")
+    });
+    let push = |world: &mut World| {
+        hold(world, 0.0);
+        world.robot_mut().push(&Push {
+            force_in_world_n: Vector3::y() * 15.0,
+            place_in_body_m: Vector3::new(0.0, 0.0, 0.06),
+        });
+        world.step();
+    };
+    for _ in 0..300 {
+        worlds.iter_mut().for_each(push);
+    }
+    assert!(!worlds[0].free_body(boxes[0]).expect("it is there").sleeps);
+    let before = worlds[0].robot().state().pose;
+    assert!(worlds[0].remove_body(boxes[0]));
+    for _ in 0..100 {
+        worlds.iter_mut().for_each(push);
+    }
+    let [without, with] = [0, 1].map(|k| worlds[k].robot().state().pose);
+    let moved_m = (with.position_m() - before.position_m()).norm();
+    let apart_m = (with.position_m() - without.position_m()).norm();
+    println!("{moved_m:e} m, {apart_m:e} m apart");
+    // Solved to 1e-9 m/s in each of 100 steps; a tread that was bent anew would give by 15 N / 8e5 N/m = 2e-5 m.
+    assert!(apart_m < 1e-8, "{apart_m:e} m");
 }

@@ -490,3 +490,33 @@ fn treads_feel_no_nap_that_makes_no_difference() {
         assert!(apart_m < 1e-4, "{apart_m:e} m");
     }
 }
+
+/// A nap that costs only against it: with it a robot rolls as on hard ground, and against it it pays c m g for each metre.
+#[test]
+fn a_nap_may_cost_against_it_alone() {
+    let robot = volksbot();
+    let against = 0.04;
+    let surface = FloorSurface {
+        nap: Some(Nap {
+            resistance_against: against,
+            ..plain(0.0, &FloorSurface::default())
+        }),
+        ..FloorSurface::default()
+    };
+    let pays_n = |surface: FloorSurface, v_m_s: f64| {
+        let mut world = world(&robot, &on(surface), Pose::default());
+        let twist = Twist::new(v_m_s, 0.0, 0.0);
+        follow(&mut world, &robot, twist, 1.0, 0.0);
+        let (began_j, from) = (world.motor_energy_j(), world.robot().state().pose);
+        follow(&mut world, &robot, twist, 1.0, 0.0);
+        let way_m = (world.robot().state().pose.position_m() - from.position_m()).norm();
+        (world.motor_energy_j() - began_j) / way_m
+    };
+    let weight_n = robot.mass_kg() * G;
+    for (v_m_s, expected_n) in [(0.2, 0.0), (-0.2, against * weight_n)] {
+        let more_n = pays_n(surface, v_m_s) - pays_n(FloorSurface::default(), v_m_s);
+        println!("{v_m_s} m/s: {more_n} of {expected_n} N");
+        // Rollers spin up a little otherwise under drag: a hundredth of it.
+        assert!((more_n - expected_n).abs() < 0.01 * against * weight_n);
+    }
+}

@@ -747,3 +747,86 @@ fn ground_that_leans_wakes_bodies_of_ones_own() {
     // rapier moves on with the velocity after the step, which is dt / t more, and finds friction to some thousandths.
     assert!((way_m / expected_m - 1.0).abs() < 0.01);
 }
+
+/// A body of one's own that may not move across is a wall to a robot that goes that way, and one without friction to a robot that goes along.
+#[test]
+fn a_body_of_ones_own_stays_on_its_locked_axes() {
+    for (force, is_wall) in [(Vector::X, false), (Vector::Y, true)] {
+        let mut world = world(&Floor::default(), 1e-3);
+        let rapier = world.rapier_mut().expect("ilon solves the contacts");
+        // It floats beside the front right corner of the chassis, before it and to its left.
+        let (front, side) = (FRONT_M + 0.05, 0.12 + 0.05);
+        let at = if is_wall {
+            Vector::new(0.0, side, 0.2)
+        } else {
+            Vector::new(front, 0.0, 0.2)
+        };
+        let body = RigidBodyBuilder::dynamic()
+            .translation(at)
+            .gravity_scale(0.0)
+            .lock_rotations()
+            .enabled_translations(true, false, false);
+        let plate = ColliderBuilder::cuboid(0.049, 0.049, 0.15)
+            .mass(1.0)
+            .friction(0.0);
+        let (id, _) = rapier.insert(body, plate);
+        for _ in 0..500 {
+            world.robot_mut().push(&Push {
+                force_in_world_n: 12.0 * Vector3::new(f64::from(force.x), f64::from(force.y), 0.0),
+                place_in_body_m: Vector3::new(0.0, 0.0, 0.06),
+            });
+            world.step();
+        }
+        let pose = world.robot().state().pose;
+        let at_now = body_at(&world, id);
+        println!("{pose:?} {at_now:?}");
+        if is_wall {
+            // A millimetre of room, and what f32 knows of places.
+            assert!((pose.y_m - 1e-3).abs() < 1e-4 && pose.heading_rad.abs() < 0.02);
+        } else {
+            // Half of a t^2, of the robot and the body together; rollers and wheels spin up along with them.
+            let expected_m = 0.5 * 12.0 / (robot().mass_kg() + 1.0) * 0.25;
+            assert!((pose.x_m / expected_m - 1.0).abs() < 0.06, "{expected_m}");
+            assert!((at_now.x - front - pose.x_m as f32).abs() < 2e-3);
+        }
+        assert!((at_now.y - at.y).abs() < 1e-4 && (at_now.z - at.z).abs() < 1e-4);
+    }
+}
+
+fn body_at(world: &World, handle: RigidBodyHandle) -> Vector {
+    body(world, handle).translation()
+}
+
+/// A box that a robot pushes over a plate which a program moves across takes its friction, as it does on the ground, once it goes across with the plate.
+#[test]
+fn a_box_is_pushed_over_a_plate_that_a_program_moves() {
+    let (dt_s, friction, mass_kg, across_m_s) = (1e-3, 0.3_f32, 2.0_f32, 0.03_f32);
+    let mut world = world(&Floor::default(), dt_s);
+    let rapier = world.rapier_mut().expect("ilon solves the contacts");
+    // Between the wheels and beneath the chassis, 4 mm thick.
+    let moved = RigidBodyBuilder::kinematic_velocity_based()
+        .translation(Vector::new(0.9, 0.0, 0.002))
+        .linvel(Vector::new(0.0, across_m_s, 0.0));
+    rapier.insert(
+        moved,
+        ColliderBuilder::cuboid(0.7, 0.06, 0.002).friction(friction),
+    );
+    let id = with_slippery_back(&mut world, mass_kg, FRONT_M + 0.112, friction);
+    let rapier = world.rapier_mut().expect("ilon solves the contacts");
+    let lifted = rapier.bodies[id].translation() + Vector::new(0.0, 0.0, 0.004);
+    rapier.bodies[id].set_translation(lifted, true);
+    let steps = (0.8 / dt_s) as usize;
+    let mut force_n = 0.0;
+    for step in 0..2 * steps {
+        hold(&mut world, 4.0);
+        world.step();
+        if step >= steps {
+            force_n += world.force_on_own_n(id).x / steps as f64;
+        }
+    }
+    let expected_n = f64::from(friction * mass_kg) * G;
+    let across = body(&world, id).linvel().y;
+    println!("{force_n} of {expected_n} N, {across} m/s across");
+    assert!((force_n / expected_n - 1.0).abs() < 0.02);
+    assert!((across / across_m_s - 1.0).abs() < 0.02);
+}

@@ -310,3 +310,30 @@ fn an_arm_pushes_another_robot() {
         assert!(apart_m < 1.5e-5, "{apart_m:e} m");
     }
 }
+
+/// An arm that would begin in a box of the ground is refused, with how deep it would be and what to do; one that only lies on it is not.
+#[test]
+fn an_arm_may_not_begin_in_a_box_of_the_ground() {
+    let servo = JointServo::for_inertia(1.0);
+    let robot = with_arm(Vector3::y(), servo);
+    let built = |top_m: f64| {
+        let half_sides_m = Vector3::new(0.05, 0.05, 0.5 * top_m);
+        let stands = GroundBox {
+            center_m: Vector3::new(REACH_M + 0.1, 0.0, half_sides_m.z),
+            half_sides_m: half_sides_m + Vector3::x() * 0.1,
+            heading_rad: 0.0,
+            pitch_rad: 0.0,
+        };
+        let floor = Floor {
+            boxes: vec![stands],
+            ..ice()
+        };
+        World::new(&robot, &floor, Pose::default(), &Settings::default())
+    };
+    // The ball's lower side hangs at the height of the axis less its radius.
+    built(AXIS_M - BALL_M - 1e-3).expect("beneath the arm");
+    let error = built(AXIS_M - BALL_M + 0.015).err().expect("in the arm");
+    let text = error.to_string();
+    assert!(text.contains("begin 15 mm deep in the ground"), "{text}");
+    assert!(text.contains("joint `arm`"), "{text}");
+}

@@ -544,3 +544,28 @@ fn an_effort_that_a_step_reaches_holds() {
         assert_near(base_m_s, pushed_m_s, 1e-4, "base");
     }
 }
+
+/// The stiffness that a step allows is the one that the refusal names: I (2 pi / dt)^2, of what the joint moves.
+#[test]
+fn the_stiffness_that_is_named_is_the_one_that_is_taken() {
+    let settings = Settings {
+        dt_s: 2e-3,
+        ..Settings::default()
+    };
+    let built = |stiffness: f64| {
+        let robot = arm(Vector3::y(), servo(stiffness, 1.0));
+        World::new(&robot, &Floor::default(), Pose::default(), &settings)
+    };
+    let text = built(1e9).err().expect("too stiff").to_string();
+    let (_, named) = text.split_once("give it less than ").expect(&text);
+    let named: f64 = named
+        .split(',')
+        .next()
+        .expect(&text)
+        .trim()
+        .parse()
+        .expect(&text);
+    // Three digits after the point of it are said.
+    built(named * 0.999).expect("as stiff as it may be");
+    built(named * 1.001).err().expect("stiffer than that");
+}

@@ -418,3 +418,22 @@ fn contacts_store_half_of_what_the_weight_did() {
         "{soft_j} {stiff_j}"
     );
 }
+
+/// A tread that the robot's weight would press deeper than its rollers are thick is refused, with how deep that is: F / k.
+#[test]
+fn a_tread_that_is_too_soft_says_how_deep_it_would_be_pressed() {
+    let mut robot = mecanum4();
+    let load_n = robot.mass_kg() * 9.81 / 4.0;
+    for wheel in &mut robot.wheels {
+        wheel.surface.tread = Some(Tread::new(load_n / 0.03));
+    }
+    let built = World::new(
+        &robot,
+        &Floor::default(),
+        Pose::default(),
+        &Settings::default(),
+    );
+    let text = built.err().expect("30 mm of rollers of 12 mm").to_string();
+    assert!(text.contains("30.0 mm") || text.contains("30 mm"), "{text}");
+    assert!(text.contains("12.0 mm") || text.contains("12 mm"), "{text}");
+}

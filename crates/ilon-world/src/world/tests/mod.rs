@@ -280,6 +280,11 @@ fn each_wheel_counts_for_what_motors_feel() {
         assert!((lost - change).abs() < rounding, "wheel {wheel}");
         let of_others = heavier.spinning_kg_m2 - before.spinning_kg_m2;
         assert!(of_others.abs() < rounding, "wheel {wheel}");
+        // Rollers turn with their hub across their own axles.
+        let mut thicker = robot.clone();
+        thicker.wheels[wheel].rollers[2].transverse_inertia_kg_m2 += change;
+        let gained = wheel_inertia(&thicker, 0.0).on_ground_kg_m2 - before.on_ground_kg_m2;
+        assert!((gained - 0.25 * change).abs() < rounding, "wheel {wheel}");
     }
 }
 
@@ -331,5 +336,61 @@ fn the_furthest_way_of_a_chassis_is_that_of_its_corner() {
     assert!(
         (1e-2 * corner_m..2e-2 * corner_m).contains(&way_m),
         "{way_m} m"
+    );
+}
+
+/// What another engine moves along with the chassis, and the same mass as a payload there, set the same against a push from rest; and what it takes
+/// of the push's work is not the robot's: what came from outside is what the robot alone has. In weightlessness, at a place off all axes.
+#[test]
+fn what_is_attached_weighs_as_a_payload_does() {
+    let robot = shipped("mecanum4");
+    let (mass_kg, place_m) = (4.0, Vector3::new(0.2, -0.15, 0.3));
+    let floats = || {
+        let settings = Settings {
+            dt_s: 1e-3,
+            gravity_m_s2: 0.0,
+            ..Settings::default()
+        };
+        World::new(&robot, &Floor::default(), PlanarPose::default(), &settings).expect("it floats")
+    };
+    let pushed = |world: &mut World| {
+        world.robot_mut().push(&Push {
+            force_in_world_n: Vector3::new(30.0, -20.0, 10.0),
+            place_in_body_m: Vector3::new(-0.1, 0.2, 0.25),
+        });
+        world.step();
+        let body = &world.bodies[0];
+        let state = &body.state;
+        // Of the origin of the body frame, for the two have other centres of mass.
+        let to_center_m = body.chassis_mass.center_of_mass_m;
+        let origin_m = state.center_m() - state.floor_from_chassis().rotation * to_center_m;
+        (state.chassis_velocity_m_s(&origin_m), state.angular_rad_s)
+    };
+    let mut carries = floats();
+    let payload = crate::Payload::new(mass_kg, place_m).expect("a payload");
+    carries.robot_mut().carry(&[payload]);
+    let mut bears = floats();
+    let cross = place_m.cross_matrix();
+    let mut inertia = nalgebra::Matrix6::zeros();
+    let mut put = |at: (usize, usize), block: nalgebra::Matrix3<f64>| {
+        inertia.fixed_view_mut::<3, 3>(at.0, at.1).copy_from(&block);
+    };
+    put((0, 0), nalgebra::Matrix3::identity() * mass_kg);
+    put((0, 3), -mass_kg * cross);
+    put((3, 0), mass_kg * cross);
+    put((3, 3), -mass_kg * cross * cross);
+    bears.robot_mut().attach(Some(&inertia));
+    let (v, w) = pushed(&mut carries);
+    let (borne_v, borne_w) = pushed(&mut bears);
+    // Of second order in a turn by some 1e-4 rad.
+    assert!((borne_v - v).norm() < 1e-3 * v.norm(), "{borne_v} {v}");
+    assert!((borne_w - w).norm() < 1e-3 * w.norm(), "{borne_w} {w}");
+    let energy = bears.energy();
+    let has_j = energy.kinetic_j + energy.potential_j + bears.impact_energy_j();
+    let went_j = has_j + bears.slip_energy_j() + bears.bearing_energy_j();
+    let outside_j = bears.outside_energy_j();
+    assert!(
+        (outside_j / went_j - 1.0).abs() < 1e-6,
+        "{outside_j} {went_j}"
     );
 }
