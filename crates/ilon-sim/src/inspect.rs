@@ -43,7 +43,7 @@ pub struct Inspection {
     /// How fast the robot can be within its wheels' rates; `None` where they have no limit.
     pub speed_limits: Option<SpeedLimits>,
     /// The outline of each wheel as its file models it, beside the wheel that was fitted to it; empty where rollers were
-    /// put in.
+    /// put in. Of wheels whose rollers have a profile by numbers there is none: that profile rolls, and not the file's shapes.
     pub outlines: Vec<WheelOutline>,
     /// What of the file was ignored, repaired, assumed or doubted.
     pub remarks: Vec<String>,
@@ -260,6 +260,16 @@ pub struct SpeedLimits {
     pub yaw_rate_rad_s: f64,
 }
 
+/// The outlines of the wheels that roll on the shapes of their file.
+fn outlines_of(loaded: &Loaded) -> Vec<WheelOutline> {
+    let has_profile = |outline: &&WheelOutline| {
+        let mut wheels = loaded.robot.wheels.iter();
+        wheels.any(|wheel| wheel.name == outline.wheel && wheel.made.profile_m.is_some())
+    };
+    let outlines = loaded.outlines.iter();
+    outlines.filter(|of| !has_profile(of)).cloned().collect()
+}
+
 impl Inspection {
     /// Looks at a robot as it was read, even one that cannot be controlled.
     ///
@@ -267,7 +277,7 @@ impl Inspection {
     /// [`ControlError::TooFewWheels`].
     pub fn of_loaded(loaded: &Loaded) -> Result<Self, ControlError> {
         Ok(Self {
-            outlines: loaded.outlines.clone(),
+            outlines: outlines_of(loaded),
             ..Self::of(&loaded.robot)?
         })
     }
@@ -279,7 +289,7 @@ impl Inspection {
     pub fn of_standing(loaded: &Loaded, scenario: &Scenario) -> Result<Self, Error> {
         let positions = start_positions(scenario, &loaded.robot)?;
         Ok(Self {
-            outlines: loaded.outlines.clone(),
+            outlines: outlines_of(loaded),
             ..Self::at(&loaded.robot, &positions)?
         })
     }

@@ -2,7 +2,9 @@
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
-use ilon_sim::Scenario;
+use ilon_formats::{LoadOptions, LoadRobot};
+use ilon_robot::Robot;
+use ilon_sim::{Scenario, inspect::Inspection};
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
 
@@ -75,4 +77,15 @@ fn two_sides_in_antiphase_yaw_by_the_difference_of_what_they_roll() {
         "{} {times}",
         crossings(&yaws)
     );
+}
+
+/// Of wheels whose rollers have a profile by numbers the shapes of their file do not roll, and no radius is said of them; of barrels it is.
+#[test]
+fn no_radius_is_said_of_shapes_that_do_not_roll() {
+    for (file, count) in [("spheres.toml", 0), ("mecanum4.urdf", 4)] {
+        let path = format!("{FOLDER}/{file}");
+        let loaded = Robot::load_with(path, &LoadOptions::default()).expect("a shipped robot");
+        let seen = Inspection::of_loaded(&loaded).expect("four wheels");
+        assert_eq!(seen.outlines.len(), count, "{file}");
+    }
 }
