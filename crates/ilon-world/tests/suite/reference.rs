@@ -440,3 +440,50 @@ fn far_from_the_origin_rapier_drives_as_at_the_origin() {
     // What f32 rounds otherwise falls on other sides of grip and slip: some tenths of a millimetre.
     assert!((far - home).norm() < 5e-4);
 }
+
+/// With its wheels and rollers held a robot slides to rest in rapier too: mu g slows it, and all that it had is heat of sliding.
+#[test]
+fn a_held_robot_slides_to_rest_in_rapier() {
+    let (friction, v_m_s) = (0.3, 0.8);
+    let robot = mecanum4();
+    let floor = Floor {
+        friction,
+        ..Floor::default()
+    };
+    let settings = by(ContactSolver::Rapier, 1000.0);
+    let mut world = World::new(&robot, &floor, Pose::default(), &settings).expect("valid");
+    for (wheel, of) in robot.wheels.iter().enumerate() {
+        for roller in 0..of.rollers.len() {
+            world.robot_mut().seize_roller(wheel, roller, true);
+        }
+    }
+    let step = |world: &mut World, force_n: f64| {
+        let rates = world.robot().wheel_rates_rad_s().to_vec();
+        let brake = |rate: &f64| MotorTorque::with_droop(-20.0 * rate, 20.0);
+        let motors: Vec<_> = rates.iter().map(brake).collect();
+        world.robot_mut().drive(&motors);
+        world.robot_mut().push(&Push {
+            force_in_world_n: Vector3::x() * force_n,
+            place_in_body_m: robot.center_of_mass_m(),
+        });
+        world.step();
+    };
+    (0..300).for_each(|_| step(&mut world, 0.0));
+    // In 0.1 s to its speed, against friction.
+    let force_n = robot.mass_kg() * (v_m_s / 0.1 + friction * G);
+    (0..100).for_each(|_| step(&mut world, force_n));
+    let (speed_m_s, slip_j) = (
+        world.robot().state().twist_in_body.vx_m_s,
+        world.slip_energy_j(),
+    );
+    let from_m = world.robot().state().pose.x_m;
+    (0..400).for_each(|_| step(&mut world, 0.0));
+    let had_j = 0.5 * robot.mass_kg() * speed_m_s * speed_m_s;
+    let heat_j = world.slip_energy_j() - slip_j;
+    let way_m = world.robot().state().pose.x_m - from_m;
+    let expected_m = speed_m_s * speed_m_s / (2.0 * friction * G);
+    println!("{speed_m_s} m/s: {way_m} of {expected_m} m, {heat_j} of {had_j} J");
+    // rapier moves on with the velocity after a step, dt / t of the way less, and holds Coulomb's law to some thousandths.
+    assert!((way_m / expected_m - 1.0).abs() < 0.02);
+    assert!((heat_j / had_j - 1.0).abs() < 0.02);
+}

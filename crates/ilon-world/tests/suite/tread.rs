@@ -437,3 +437,48 @@ fn a_tread_that_is_too_soft_says_how_deep_it_would_be_pressed() {
     assert!(text.contains("30.0 mm") || text.contains("30 mm"), "{text}");
     assert!(text.contains("12.0 mm") || text.contains("12 mm"), "{text}");
 }
+
+/// What a force presses into treads is stored there: of F, put on slowly, half of F^2 / (4 k), and what the weight alone had pressed in stays counted.
+#[test]
+fn what_is_pressed_into_treads_is_stored() {
+    let (stiffness_n_m, force_n) = (2e4, 60.0);
+    let mut robot = mecanum4();
+    for wheel in &mut robot.wheels {
+        wheel.surface.tread = Some(Tread::new(stiffness_n_m));
+    }
+    let settings = Settings {
+        dt_s: 1e-3,
+        ..Settings::default()
+    };
+    let mut world =
+        World::new(&robot, &Floor::default(), Pose::default(), &settings).expect("it stands");
+    let press = |world: &mut World, force_n: f64| {
+        world.robot_mut().push(&Push {
+            force_in_world_n: -Vector3::z() * force_n,
+            place_in_body_m: robot.center_of_mass_m(),
+        });
+        world.step();
+    };
+    (0..1000).for_each(|_| press(&mut world, 0.0));
+    let stored_j = |world: &World| world.energy().kinetic_j + world.energy().potential_j;
+    let (before_j, outside_j) = (stored_j(&world), world.outside_energy_j());
+    const STEPS: usize = 2000;
+    for step in 0..STEPS {
+        press(&mut world, force_n * (step + 1) as f64 / STEPS as f64);
+    }
+    // Put on in 2 s to a robot that swings 13 times a second: nearly nothing is left to its dampers. Rollers tilt, and their springs with them.
+    let expected_j = force_n * force_n / (2.0 * 4.0 * stiffness_n_m);
+    let (came_j, more_j) = (
+        world.outside_energy_j() - outside_j,
+        stored_j(&world) - before_j,
+    );
+    println!("{came_j} J came, {more_j} J more is stored, {expected_j} J by the force alone");
+    let sinks_m = force_n / (4.0 * stiffness_n_m);
+    let weight_n = robot.mass_kg() * 9.81;
+    assert!((came_j / expected_j - 1.0).abs() < 0.02);
+    // What gravity gives goes into the springs too: the weight sinks on with them.
+    assert!(
+        (more_j - came_j).abs() < 0.01 * weight_n * sinks_m,
+        "{more_j}"
+    );
+}
