@@ -32,79 +32,16 @@ impl Description {
 }
 
 fn robot_shape(robot: &Robot, visuals: &Visuals, looks: &VisualMeshes) -> RobotShape {
-    let mut remarks = looks.remarks.clone();
-    let mut left_out = visuals.meshes;
-    let span_m = robot
-        .wheels
-        .iter()
-        .map(|w| w.position_m().xy().norm() + w.radius_m)
-        .fold(0.0, f64::max);
-    let mut kept = |shape: &Shape, why: Option<String>| {
-        let Some((Geometry::Mesh(placed), why)) = Some(shape.form).zip(why) else {
-            return true;
-        };
-        let name = looks.meshes.get(placed.index).map(|mesh| &mesh.name);
-        let remark = format!("The mesh `{}` is not drawn: {why}", name.map_or("", |n| n));
-        if !remarks.contains(&remark) {
-            remarks.push(remark);
-        }
-        left_out += 1;
-        false
+    let mut drawn = Drawn {
+        looks,
+        remarks: looks.remarks.clone(),
+        left_out: visuals.meshes,
+        lathes: Vec::new(),
     };
-    let mut chassis = visuals.chassis.clone();
-    chassis.retain(|shape| {
-        let size_m = corners(shape, looks)
-            .iter()
-            .map(|c| c.norm())
-            .fold(0.0, f64::max);
-        let why = format!("it reaches {size_m:.0} m from a robot of {span_m:.2} m");
-        kept(shape, (size_m > MOST_SPANS * span_m).then_some(why))
-    });
-    if chassis.is_empty() {
-        let collisions = robot.chassis.collisions.iter();
-        chassis = collisions.flat_map(shapes_of_collision).collect();
-    }
-    if chassis.is_empty() {
-        chassis.push(plate(robot));
-    }
-    let mut lathes: Vec<Vec<[f32; 2]>> = Vec::new();
+    let mut chassis = chassis_shapes(robot, visuals, &mut drawn);
     let wheels = robot.wheels.iter().enumerate().map(|(index, wheel)| {
-        let rollers = wheel.rollers.iter().map(|roller| {
-            let outline = match &roller.form {
-                RollerForm::Barrel | RollerForm::Made(_) => {
-                    outline::of_barrel(&wheel.barrel(roller))
-                }
-                RollerForm::Turned(turned) => outline::of_turned(turned),
-                RollerForm::AsModelled(modelled) => outline::of_profile(&modelled.profile),
-            };
-            let known = lathes.iter().position(|lathe| *lathe == outline);
-            RollerShape {
-                hub_from_roller: pose(&roller.hub_from_roller()),
-                lathe: known.unwrap_or_else(|| {
-                    lathes.push(outline);
-                    lathes.len() - 1
-                }),
-            }
-        });
-        WheelShape {
-            name: wheel.name.clone(),
-            body_from_hub: pose(&wheel.body_from_hub),
-            carrier: wheel.carrier,
-            radius_m: wheel.radius_m as f32,
-            gamma_rad: wheel.gamma_rad as f32,
-            rollers: rollers.collect(),
-            hub: {
-                let mut shown = visuals.hubs.get(index).cloned().unwrap_or_default();
-                shown.retain(|shape| {
-                    let why = shows_rollers(wheel, shape, looks).then(|| {
-                        "it shows the rollers too, which are drawn by their exact outlines"
-                            .to_owned()
-                    });
-                    kept(shape, why)
-                });
-                hub(wheel, &shown, looks)
-            },
-        }
+        let shown = visuals.hubs.get(index).cloned().unwrap_or_default();
+        wheel_shape(wheel, shown, &mut drawn)
     });
     let mut wheels: Vec<WheelShape> = wheels.collect();
     let mut bodies = bodies(robot, visuals);
@@ -114,15 +51,10 @@ fn robot_shape(robot: &Robot, visuals: &Visuals, looks: &VisualMeshes) -> RobotS
     // From here on shapes refer to the meshes of the scene.
     let looks = &looks.with_meshes(meshes);
     let corners: Vec<Vector3<f64>> = chassis.iter().flat_map(|s| corners(s, looks)).collect();
-    let at_wheels = robot
-        .wheels
-        .iter()
-        .map(|w| w.position_m().xy().norm() + w.radius_m);
     let reach_m = corners
         .iter()
         .map(|c| c.xy().norm())
-        .chain(at_wheels)
-        .fold(0.0, f64::max);
+        .fold(span_of_wheels_m(robot), f64::max);
     let furthest = |axis: usize| corners.iter().map(|c| c[axis]).fold(f64::MIN, f64::max);
     RobotShape {
         name: robot.name.clone(),
@@ -137,10 +69,101 @@ fn robot_shape(robot: &Robot, visuals: &Visuals, looks: &VisualMeshes) -> RobotS
         chassis,
         bodies,
         wheels,
-        lathes,
+        lathes: drawn.lathes,
         meshes: looks.meshes.clone(),
-        meshes_left_out: left_out,
-        remarks,
+        meshes_left_out: drawn.left_out,
+        remarks: drawn.remarks,
+    }
+}
+
+/// How far its wheels reach from the middle of a robot, in metres.
+fn span_of_wheels_m(robot: &Robot) -> f64 {
+    let reach_m = |wheel: &Wheel| wheel.position_m().xy().norm() + wheel.radius_m;
+    robot.wheels.iter().map(reach_m).fold(0.0, f64::max)
+}
+
+/// What a robot's shapes share, and what was left out of them.
+struct Drawn<'a> {
+    looks: &'a VisualMeshes,
+    remarks: Vec<String>,
+    left_out: usize,
+    /// Each outline once.
+    lathes: Vec<Vec<[f32; 2]>>,
+}
+
+impl Drawn<'_> {
+    /// Whether a shape is kept. A mesh is not, where there is a reason not to draw it.
+    fn keeps(&mut self, shape: &Shape, why: Option<String>) -> bool {
+        let Some((Geometry::Mesh(placed), why)) = Some(shape.form).zip(why) else {
+            return true;
+        };
+        let name = self.looks.meshes.get(placed.index).map(|mesh| &mesh.name);
+        let remark = format!("The mesh `{}` is not drawn: {why}", name.map_or("", |n| n));
+        if !self.remarks.contains(&remark) {
+            self.remarks.push(remark);
+        }
+        self.left_out += 1;
+        false
+    }
+
+    /// The place of an outline among all.
+    fn lathe(&mut self, outline: Vec<[f32; 2]>) -> usize {
+        let known = self.lathes.iter().position(|lathe| *lathe == outline);
+        known.unwrap_or_else(|| {
+            self.lathes.push(outline);
+            self.lathes.len() - 1
+        })
+    }
+}
+
+/// The chassis as its file shows it, or else by its collision shapes, or by a plate.
+fn chassis_shapes(robot: &Robot, visuals: &Visuals, drawn: &mut Drawn<'_>) -> Vec<Shape> {
+    let span_m = span_of_wheels_m(robot);
+    let mut shown = visuals.chassis.clone();
+    shown.retain(|shape| {
+        let corners = corners(shape, drawn.looks);
+        let size_m = corners.iter().map(|c| c.norm()).fold(0.0, f64::max);
+        let why = format!("it reaches {size_m:.0} m from a robot of {span_m:.2} m");
+        drawn.keeps(shape, (size_m > MOST_SPANS * span_m).then_some(why))
+    });
+    if shown.is_empty() {
+        let collisions = robot.chassis.collisions.iter();
+        shown = collisions.flat_map(shapes_of_collision).collect();
+    }
+    if shown.is_empty() {
+        shown.push(plate(robot));
+    }
+    shown
+}
+
+/// A wheel with its rollers by their exact outlines, and its hub as its file shows it.
+fn wheel_shape(wheel: &Wheel, mut shown: Vec<Shape>, drawn: &mut Drawn<'_>) -> WheelShape {
+    let rollers = wheel.rollers.iter().map(|roller| {
+        let outline = match &roller.form {
+            RollerForm::Barrel | RollerForm::Made(_) => outline::of_barrel(&wheel.barrel(roller)),
+            RollerForm::Turned(turned) => outline::of_turned(turned),
+            RollerForm::AsModelled(modelled) => outline::of_profile(&modelled.profile),
+        };
+        RollerShape {
+            hub_from_roller: pose(&roller.hub_from_roller()),
+            lathe: drawn.lathe(outline),
+        }
+    });
+    let rollers = rollers.collect();
+    shown.retain(|shape| {
+        let why = shows_rollers(wheel, shape, drawn.looks).then(|| {
+            "it shows the rollers too, which are drawn by their exact outlines".to_owned()
+        });
+        drawn.keeps(shape, why)
+    });
+    WheelShape {
+        name: wheel.name.clone(),
+        body_from_hub: pose(&wheel.body_from_hub),
+        carrier: wheel.carrier,
+        radius_m: wheel.radius_m as f32,
+        gamma_rad: wheel.gamma_rad as f32,
+        rollers,
+        hub: hub(wheel, &shown, drawn.looks),
     }
 }
 

@@ -4,12 +4,14 @@ use nalgebra::{Vector2, Vector3};
 
 use super::compliance::stays_open;
 use super::{Reactions, spring_between};
+use crate::contact::candidate::Candidate;
 use crate::contact::frame::along_frame;
 use crate::contact::potential::{Axle, PotentialContact};
 use crate::contact::problem::Law;
 use crate::contact::reaction::{Member, Part, Partner, Reaction};
 use crate::contact::row::{Row, Side};
 use crate::contact::scene::{Scene, Scenes};
+use crate::contact::tread::Press;
 use crate::dynamics::Path;
 use crate::ground::{FloorSurface, Nap};
 
@@ -115,95 +117,117 @@ impl Reactions {
         let comes_m_s = potential.iter().map(open_m_s).fold(0.0, f64::min).abs();
         for (place, contact) in nearby.iter().zip(&mut potential) {
             let scene = &scenes.of(place.a.body);
-            let unit_m_s = scene.scale.speed_m_s();
-            let spring = spring_between(scenes.bodies, place.a, place.b);
-            let compliance = spring.compliance(dt_s);
             let press = self.press(scene, place.a.part, contact);
-            match &press {
-                Some(press) if stays_open(contact, press, (scene.scale, dt_s)) => continue,
-                None if open_m_s(contact) > OPEN * unit_m_s + comes_m_s => continue,
-                _ => {}
-            }
-            let before = self.impulse_before(place.a, place.b);
-            let gap_m = contact.gap_before_m;
-            let (approach_m_s, compliance) = match &press {
-                Some(press) => (press.softness.bias_m_s, press.softness.compliance),
-                // rapier lets its contacts be some way in one another.
-                None if scene.body.is_guest() => (place.gap_m / dt_s, compliance),
-                None if gap_m > 0.0 => (gap_m / dt_s, compliance),
-                None => {
-                    // No faster than what the spring was loaded with, and a little.
-                    let loaded_m_s = compliance * before.map_or(0.0, |impulse| impulse.x);
-                    let relaxed_s = dt_s + spring.relaxation_s;
-                    let out_m_s = (gap_m / relaxed_s).max(-loaded_m_s - PUSH_OUT * unit_m_s);
-                    (out_m_s, compliance)
-                }
+            let is_open = match &press {
+                Some(press) => stays_open(contact, press, (scene.scale, dt_s)),
+                None => open_m_s(contact) > OPEN * scene.scale.speed_m_s() + comes_m_s,
             };
-            // Bodies grip one another as they grip the floor beneath, and are hard.
-            let material = material_of(scene, place.a.part);
-            let footing = scene.ground.footing_at(&place.place_m, material);
-            let ground = match place.b {
-                Partner::Ground if scene.body.free.is_none() => footing.surface,
-                _ => FloorSurface::default(),
-            };
-            let along = ground.nap.and_then(|nap| nap_among(&nap, &contact.frame));
-            let grip = scenes.friction_between(place, footing.friction);
-            let friction = ground.friction_at_speed(grip, contact.before.yz().norm())
-                * grip_of(scene, place.a.part);
-            let law = Law::Contact {
-                friction,
-                approach_m_s,
-                compliance,
-            };
-            let load_n = self.load_n(scene, place, press.as_ref());
-            self.seat_axles(contact);
-            for (place, _) in contact.rows[0].sides().filter_map(|side| side.axle) {
-                self.axles[place].load_n += load_n;
+            if !is_open {
+                self.take_up(scenes, (place, contact), press);
             }
-            let reaction = Reaction {
-                a: place.a,
-                b: place.b,
-                at_m: place.place_m,
-                frame: contact.frame,
-                friction,
-                nap: along.and_then(|along| {
-                    let ratio = ground.nap?.friction_ratio;
-                    (ratio != 1.0).then_some((along, ratio))
-                }),
-                impulse: Vector3::zeros(),
-                velocity_before: contact.before,
-                velocity_after: Vector3::zeros(),
-                taken_j: Vector3::zeros(),
-                came_down: place.came_down,
-                rolling_radius_m: contact.rows[2].a.axle.map_or(0.0, |(_, radius_m)| radius_m),
-                compliance: self.tangent_compliance(
-                    scene,
-                    (place, contact),
-                    (press, load_n),
-                    (&ground, along),
-                ),
-            };
-            let mut free = contact.free;
-            if let Some(tangents) = &reaction.compliance {
-                free.y += tangents.softness[0].bias_m_s;
-                free.z += tangents.softness[1].bias_m_s;
-            }
-            let (tangents, nap) = (reaction.compliance, reaction.nap);
-            self.push(law, reaction, &contact.rows, free.as_slice());
-            if let Some(tangents) = tangents {
-                self.problem.soften(tangents.softness.map(|s| s.compliance));
-                if tangents.coupled != 0.0 {
-                    self.problem.couple(tangents.coupled);
-                }
-            }
-            if let Some((along, ratio)) = nap {
-                self.problem.make_anisotropic(along, ratio);
-            }
-            self.gaps_m.push((place.gap_m, contact.gap_before_m));
-            self.resist_rolling(scene, (place, contact), (&ground, along), load_n);
         }
         self.potential = potential;
         self.nearby = nearby;
+    }
+
+    /// Takes up a contact that may press in the step: the laws of its normal, of its friction and of what rolling over it costs.
+    fn take_up(
+        &mut self,
+        scenes: Scenes<'_>,
+        (place, contact): (&Candidate, &mut PotentialContact),
+        press: Option<Press>,
+    ) {
+        let scene = &scenes.of(place.a.body);
+        let (approach_m_s, compliance) = self.closing(scenes, (place, contact), press.as_ref());
+        // Bodies grip one another as they grip the floor beneath, and are hard.
+        let material = material_of(scene, place.a.part);
+        let footing = scene.ground.footing_at(&place.place_m, material);
+        let ground = match place.b {
+            Partner::Ground if scene.body.free.is_none() => footing.surface,
+            _ => FloorSurface::default(),
+        };
+        let along = ground.nap.and_then(|nap| nap_among(&nap, &contact.frame));
+        let grip = scenes.friction_between(place, footing.friction);
+        let friction = ground.friction_at_speed(grip, contact.before.yz().norm())
+            * grip_of(scene, place.a.part);
+        let law = Law::Contact {
+            friction,
+            approach_m_s,
+            compliance,
+        };
+        let load_n = self.load_n(scene, place, press.as_ref());
+        self.seat_axles(contact);
+        for (axle, _) in contact.rows[0].sides().filter_map(|side| side.axle) {
+            self.axles[axle].load_n += load_n;
+        }
+        let tangents =
+            self.tangent_compliance(scene, (place, contact), (press, load_n), (&ground, along));
+        let nap = along.and_then(|along| {
+            let ratio = ground.nap?.friction_ratio;
+            (ratio != 1.0).then_some((along, ratio))
+        });
+        let reaction = Reaction {
+            a: place.a,
+            b: place.b,
+            at_m: place.place_m,
+            frame: contact.frame,
+            friction,
+            nap,
+            impulse: Vector3::zeros(),
+            velocity_before: contact.before,
+            velocity_after: Vector3::zeros(),
+            taken_j: Vector3::zeros(),
+            came_down: place.came_down,
+            rolling_radius_m: contact.rows[2].a.axle.map_or(0.0, |(_, radius_m)| radius_m),
+            compliance: tangents,
+        };
+        let mut free = contact.free;
+        if let Some(tangents) = &tangents {
+            free.y += tangents.softness[0].bias_m_s;
+            free.z += tangents.softness[1].bias_m_s;
+        }
+        self.push(law, reaction, &contact.rows, free.as_slice());
+        if let Some(tangents) = tangents {
+            self.problem.soften(tangents.softness.map(|s| s.compliance));
+            if tangents.coupled != 0.0 {
+                self.problem.couple(tangents.coupled);
+            }
+        }
+        if let Some((along, ratio)) = nap {
+            self.problem.make_anisotropic(along, ratio);
+        }
+        self.gaps_m.push((place.gap_m, contact.gap_before_m));
+        self.resist_rolling(scene, (place, contact), (&ground, along), load_n);
+    }
+
+    /// How fast a contact may close in the step before it presses, in m/s, negative where it is pushed out; and by how much its normal gives for each
+    /// impulse, in m/s per N s.
+    fn closing(
+        &self,
+        scenes: Scenes<'_>,
+        (place, contact): (&Candidate, &PotentialContact),
+        press: Option<&Press>,
+    ) -> (f64, f64) {
+        if let Some(press) = press {
+            return (press.softness.bias_m_s, press.softness.compliance);
+        }
+        let (scene, dt_s) = (scenes.of(place.a.body), scenes.dt_s);
+        let spring = spring_between(scenes.bodies, place.a, place.b);
+        let compliance = spring.compliance(dt_s);
+        let gap_m = contact.gap_before_m;
+        let approach_m_s = if scene.body.is_guest() {
+            // rapier lets its contacts be some way in one another.
+            place.gap_m / dt_s
+        } else if gap_m > 0.0 {
+            gap_m / dt_s
+        } else {
+            // No faster than what the spring was loaded with, and a little.
+            let before = self.impulse_before(place.a, place.b);
+            let loaded_m_s = compliance * before.map_or(0.0, |impulse| impulse.x);
+            let relaxed_s = dt_s + spring.relaxation_s;
+            (gap_m / relaxed_s).max(-loaded_m_s - PUSH_OUT * scene.scale.speed_m_s())
+        };
+        (approach_m_s, compliance)
     }
 
     /// Says in the rows of a contact where its rollers stand among those that may touch.
