@@ -87,10 +87,10 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
                     slip_x_m_s: slide * (phi * 3.0).cos(),
                     slip_y_m_s: slide * (phi * 3.0).sin(),
                     slip_energy_j: 0.25 * slip_j,
-                    spin_up_energy_j: 0.0,
                     roller_spin_rad_s: 8.0 * real.vy_m_s / 0.012 * 0.1
                         + 3.0 * (-phi.abs() * 30.0).exp(),
                     roller_spin_ideal_rad_s: 8.0 * real.vy_m_s / 0.012 * 0.1,
+                    ..WheelSample::default()
                 }
             })
             .collect();
@@ -112,18 +112,15 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
                 truth: Truth {
                     pose,
                     height_m: RADIUS_M,
-                    roll_rad: 0.0,
-                    pitch_rad: 0.0,
                     twist_in_body: real,
+                    ..Truth::default()
                 },
                 twist_ideal: ideal,
                 twist_contact: contact,
                 seen_pose: pose,
                 odometry_ideal: by_ideal,
                 odometry_contact: by_contact,
-                odometry_posed: None,
                 desired,
-                measured: None,
                 command_twist_in_body: command,
                 granted_twist_in_body: granted,
                 twist_target_ideal: granted,
@@ -131,23 +128,15 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
                 torque_weight_position: 1.0,
                 torque_weight_heading: 1.0,
                 slip_energy_j: slip_j,
-                spin_up_energy_j: 0.0,
                 contact_residual_m_s: 1e-9,
-                joints: Default::default(),
-                bodies: Default::default(),
-                imu: None,
-                storage: None,
-                reckoned: None,
                 support: Some(Support {
                     wheels_n: wheels.iter().map(|w| w.normal_force_n).sum(),
                     ..Support::default()
                 }),
                 motor_energy_j: motor_j,
-                outside_energy_j: 0.0,
-                impact_energy_j: 0.0,
                 bearing_energy_j: (motor_j - slip_j - kinetic_j).max(0.0) * 0.97,
                 kinetic_energy_j: kinetic_j,
-                potential_energy_j: 0.0,
+                ..Record::default()
             },
             &wheels,
         );

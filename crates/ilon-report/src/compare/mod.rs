@@ -13,7 +13,8 @@ mod figures;
 mod page;
 mod ranking;
 
-pub use page::{html, write};
+pub use page::html;
+pub(crate) use page::settings_row;
 
 /// One of the runs that are compared.
 #[derive(Clone, Debug)]

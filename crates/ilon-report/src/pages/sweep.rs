@@ -1,10 +1,7 @@
 //! The page of a study: its rows and findings as [`crate::sweep`] shows them.
 
-use std::path::Path;
-
 use crate::sweep::{self, Quantity, Run, Sensitivity, StudyInput, Varied};
 use ilon_sweep::{Findings, Question, Row, Scale, Status, Study, Values, number_of, text_of};
-use ilon_trace::TraceError;
 
 use crate::answers::sweep::{answers, tables, words};
 
@@ -16,20 +13,6 @@ pub fn html(
     command: &dyn Fn(u64) -> String,
 ) -> String {
     sweep::html(&shown(study, rows, findings), command)
-}
-
-/// Writes the page to a file, whole or not at all.
-///
-/// # Errors
-/// [`TraceError::Io`] where the file cannot be written.
-pub fn write(
-    path: &Path,
-    study: &Study,
-    rows: &[Row],
-    findings: &Findings,
-    command: &dyn Fn(u64) -> String,
-) -> Result<(), TraceError> {
-    sweep::write(path, &shown(study, rows, findings), command)
 }
 
 fn shown(study: &Study, rows: &[Row], findings: &Findings) -> StudyInput {

@@ -23,9 +23,9 @@ pub(crate) use measured::{Measured, apart};
 use crate::accumulate::OfRobot;
 use crate::input::RunInput;
 use crate::page::escape;
-use crate::text::{angle, length, time};
+use crate::text::{angle, capital, length, time};
 use faults::Trouble;
-use phrases::{capital, span};
+use phrases::span;
 use posture::{Posture, Stance};
 
 /// The answer goes on with what things cost until it has as many sentences.

@@ -5,9 +5,9 @@
 
 use ilon_trace::{GroundBox, Header, Record, WheelSample};
 
-use super::phrases::{capital, span};
+use super::phrases::span;
 use super::spells::GAP_S;
-use crate::text::{angle, energy, force, length, percent, speed};
+use crate::text::{angle, capital, energy, force, length, percent, speed};
 
 /// A robot that leans more than this against the floor's normal has tipped over, in radians: a right angle's half.
 const TIPPED_RAD: f64 = std::f64::consts::FRAC_PI_4;

@@ -377,7 +377,8 @@ fn against(
     std::fs::create_dir_all(&kept).map_err(|source| Failure::write(&kept, &source))?;
     file::clear_unfinished(&kept)?;
     let drawn = kept.join("difference.html");
-    difference::write(&drawn, &run.trace, baseline, &found)?;
+    let page = difference::html(&run.trace, baseline, &found)?;
+    file::write_text(&drawn, &page)?;
     Ok((found, Some(drawn)))
 }
 

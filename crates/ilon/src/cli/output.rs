@@ -11,6 +11,7 @@ use ilon_files::FileAccess;
 use ilon_trace::{Recorded, Recording, Summary, TraceError};
 
 use super::context;
+use super::json::pretty;
 use super::reserve::{self, ReservedOutput};
 use crate::cli::failure::Failure;
 use crate::judge::Verdict;
@@ -198,9 +199,7 @@ impl OutputFolder {
     /// The content of `summary.json`.
     pub fn summary_json(&self, run: &Run<Recorded>) -> Result<String, Failure> {
         check_finite(&run.summary)?;
-        let json = serde_json::to_string_pretty(&run.summary)
-            .map_err(|error| Failure::encode("the summary", &error))?;
-        Ok(json + "\n")
+        pretty("the summary", &run.summary)
     }
 
     fn write_scenario(&self, scenario: &Scenario) -> Result<(), Failure> {

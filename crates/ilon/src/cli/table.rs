@@ -43,6 +43,20 @@ impl Table {
         }
     }
 
+    /// The names of columns, and a row of what stands in each of them for each of some things by their names.
+    pub fn columns<'n, T>(
+        &mut self,
+        columns: &[(&str, &dyn Fn(&T) -> String)],
+        things: impl IntoIterator<Item = (&'n str, T)>,
+    ) {
+        let names: Vec<String> = columns.iter().map(|(name, _)| (*name).to_owned()).collect();
+        self.words("", &names);
+        for (name, thing) in things {
+            let cells: Vec<String> = columns.iter().map(|(_, cell)| cell(&thing)).collect();
+            self.words(name, &cells);
+        }
+    }
+
     /// A row of one number; a dash where it does not apply.
     pub fn row(&mut self, name: &str, value: Option<f64>, decimals: usize, unit: &str) {
         self.row_of(name, &[value], decimals, unit);

@@ -6,6 +6,7 @@ use std::time::Duration;
 use super::update::Update;
 use crate::cli::escape::one_line;
 use crate::cli::failure::Failure;
+use crate::cli::json::pretty;
 use crate::cli::table::Table;
 use crate::judge::{Difference, Verdict};
 
@@ -200,9 +201,10 @@ impl Checked {
 /// What came of each scenario, as `ilon check --json` prints it.
 pub(super) fn json(checked: &[Checked]) -> Result<String, Failure> {
     let scenarios: Vec<_> = checked.iter().map(Checked::json).collect();
-    let text = serde_json::to_string_pretty(&serde_json::json!({ "scenarios": scenarios }))
-        .map_err(|error| Failure::encode("the results", &error))?;
-    Ok(text + "\n")
+    pretty(
+        "the results",
+        &serde_json::json!({ "scenarios": scenarios }),
+    )
 }
 
 /// How many scenarios came to what.
