@@ -155,9 +155,7 @@ fn row(line: &[u8]) -> Option<Row> {
 }
 
 fn checksum(json: &str) -> String {
-    let mut hash = Hash::new();
-    hash.feed(json);
-    let mut digits = hash.to_string();
+    let mut digits = Hash::of(&[json]);
     digits.truncate(DIGITS);
     digits
 }
