@@ -3,7 +3,8 @@
 use nalgebra::Matrix3xX;
 
 use super::drive_result::MeanOverPhases;
-use super::steady_drives::{Course, Leg, asked};
+use super::steady_drives::{Course, Leg};
+use crate::motion::twist_of;
 use crate::outcome::{
     DriveRipple, DriveTorque, Misses, OtherDrive, SimulatedSeries, SteadyDrive, Value,
 };
@@ -247,10 +248,7 @@ impl<'a> SimulatedLegs<'a> {
                 let measured = sideways[0] / ahead[0];
                 let half =
                     1.96 * measured * libm::hypot(sideways[1] / sideways[0], ahead[1] / ahead[0]);
-                let interval = Interval {
-                    low: measured - half,
-                    high: measured + half,
-                };
+                let interval = Interval::around(measured, half);
                 found.push(SimulatedSeries {
                     name: run.series.clone(),
                     held_out: run.held_out,
@@ -272,7 +270,7 @@ fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
 
 /// The direction in the body frame in which wheel rates drive the robot, in degrees.
 fn direction_deg(nominal: &Matrix3xX<f64>, rates: &[f64]) -> f64 {
-    let asked = asked(nominal, rates);
+    let asked = twist_of(nominal, rates);
     libm::atan2(asked[1], asked[0])
         .to_degrees()
         .rem_euclid(360.0)

@@ -6,7 +6,7 @@ use super::drive_result::DriveResult;
 use super::observations::Observations;
 use crate::directions::of_body;
 use crate::log::Log;
-use crate::motion::Window;
+use crate::motion::{Window, largest_size, twist_of};
 use crate::ripple::{Ripple, Stretches, ripple};
 use crate::study::{Logged, Phases, Simulate, Study};
 
@@ -122,7 +122,7 @@ pub(super) fn legs(
             .collect()
     };
     let apart = |a: &[f64], b: &[f64]| -> bool {
-        let size = b.iter().fold(0.0_f64, |most, rate| most.max(rate.abs()));
+        let size = largest_size(b);
         a.iter().zip(b).any(|(a, b)| (a - b).abs() > ALIKE * size)
     };
     for run in 0..all.held_out.len() {
@@ -160,9 +160,8 @@ pub(super) fn legs(
                 drifts.push((seen[2] - asked[2]) / size);
             }
             // Turns in place make no way.
-            let reach = libm::hypot(asked(nominal, &mean)[0], asked(nominal, &mean)[1]);
-            let turning = asked(nominal, &mean)[2].abs();
-            if reach < 0.02 * turning || way <= 0.0 {
+            let asked = twist_of(nominal, &mean);
+            if libm::hypot(asked[0], asked[1]) < 0.02 * asked[2].abs() || way <= 0.0 {
                 continue;
             }
             let (along, across) = (along / way, across / way);
@@ -211,15 +210,6 @@ fn begun(log: &Log, at_s: f64) -> Vec<f64> {
     angles.map(|(angle, begun)| angle + begun).collect()
 }
 
-/// The twist that wheel rates ask for.
-pub(super) fn asked(nominal: &Matrix3xX<f64>, rates: &[f64]) -> [f64; 3] {
-    let mut twist = [0.0; 3];
-    for (column, rate) in nominal.column_iter().zip(rates) {
-        (0..3).for_each(|axis| twist[axis] += column[axis] * rate);
-    }
-    twist
-}
-
 /// The mean of some values and its standard error, to which that is added in squares below which nothing is believed.
 fn mean_of(values: &[f64], least_error: f64) -> [f64; 2] {
     let count = values.len() as f64;
@@ -243,9 +233,7 @@ fn torques(
         return Vec::new();
     };
     let half_s = 0.5 * study.file.window_s;
-    let fastest = rates_rad_s
-        .iter()
-        .fold(0.0_f64, |most, rate| most.max(rate.abs()));
+    let fastest = largest_size(rates_rad_s);
     rates_rad_s
         .iter()
         .enumerate()
