@@ -64,7 +64,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         "{} robots and {} scenarios written to {}\n\n",
         ROBOTS.len(),
         SCENARIOS.len(),
-        path_in_line(&folder)
+        path_in_line(folder)
     );
     for (name, shows, _) in SCENARIOS {
         let path = folder.join(format!("scenarios/{name}.toml"));

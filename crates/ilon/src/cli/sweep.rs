@@ -125,7 +125,7 @@ fn show(
         format!(
             "{}\nwritten to {}: report.html, runs.parquet, findings.json{kept}\n",
             answer::of_study(study, findings),
-            path_in_line(&out)
+            path_in_line(out)
         )
     })?;
     for expectation in findings
