@@ -11,7 +11,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
 
-use crate::errors::{OrRaise, raised};
+use crate::errors::OrRaise;
 use crate::moments::{Body, Desired, FreeBody, Observation, Outcome, Truth, Wheels};
 use crate::run::{BETWEEN_LOOKS, Stopped};
 use crate::scenario;
@@ -130,10 +130,7 @@ impl Simulation {
         let period_s = period_s.unwrap_or_else(|| self.plant.resolved().control_dt_s());
         let plant = &mut self.plant;
         py.detach(|| advanced(plant, command, period_s))
-            .map_err(|stopped| match stopped {
-                Stopped::Raised(fault) => fault,
-                Stopped::Refused(error) => raised(py, &error),
-            })
+            .map_err(|stopped| stopped.fault(py))
     }
 
     /// Where the robot really is and how it really moves.

@@ -138,6 +138,13 @@ impl Comparison {
         Ok(Self { runs, differences })
     }
 
+    /// The name and the summary of each run, as JSON.
+    pub fn summaries(&self) -> Vec<serde_json::Value> {
+        let of =
+            |run: &ComparedRun| serde_json::json!({ "name": run.name, "summary": run.summary });
+        self.runs.iter().map(of).collect()
+    }
+
     /// The main figures that say something of at least one of the runs, in groups with a heading each; what says
     /// something of open-loop runs only, where all are.
     pub fn groups(&self) -> Vec<(&'static str, Vec<&'static Quantity>)> {

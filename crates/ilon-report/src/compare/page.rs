@@ -245,11 +245,6 @@ fn motion_section(comparison: &Comparison) -> Section {
 }
 
 fn numbers_section(comparison: &Comparison) -> Section {
-    let summaries: Vec<_> = comparison
-        .runs
-        .iter()
-        .map(|run| serde_json::json!({ "name": run.name, "summary": run.summary }))
-        .collect();
     let mut body = String::new();
     for run in &comparison.runs {
         let _ = writeln!(
@@ -259,7 +254,7 @@ fn numbers_section(comparison: &Comparison) -> Section {
             escape(&run.trace.header.scenario_toml)
         );
     }
-    let json = serde_json::Value::from(summaries).to_string();
+    let json = serde_json::Value::from(comparison.summaries()).to_string();
     let _ = writeln!(
         body,
         "<script type=\"application/json\" id=\"summaries\">{}</script>",

@@ -139,11 +139,6 @@ fn table(comparison: &Comparison) -> Table {
 }
 
 fn json(comparison: &Comparison) -> Result<String, Failure> {
-    let runs: Vec<_> = comparison
-        .runs
-        .iter()
-        .map(|run| serde_json::json!({ "name": run.name, "summary": run.summary }))
-        .collect();
-    let all = serde_json::json!({ "runs": runs, "differences": comparison.differences });
+    let all = serde_json::json!({ "runs": comparison.summaries(), "differences": comparison.differences });
     pretty("the comparison", &all)
 }
