@@ -64,9 +64,7 @@ pub fn html(trace: &Trace, summary: &Summary) -> String {
 
 /// The report of a run, with what its trace does not carry.
 pub fn html_with(trace: &Trace, summary: &Summary, context: &Context) -> String {
-    let Ok(shown) = RunInput::of(trace);
-    let Ok(scene) = viewer::picture_of(trace, context.robot, context.relief_m.as_deref());
-    page_of(&shown, summary, context, scene.as_ref()).0
+    page_in_memory(trace, summary, context).0
 }
 
 /// Writes the report of a run to a file, whole or not at all.
@@ -88,16 +86,11 @@ pub fn write_recorded(
     summary: &Summary,
     context: &Context,
 ) -> Result<Vec<String>, TraceError> {
-    let relief_m = context.relief_m.as_deref();
     let (page, answer) = match recorded {
-        Recorded::Memory(trace) => {
-            let Ok(shown) = RunInput::of(trace);
-            let Ok(scene) = viewer::picture_of(trace, context.robot, relief_m);
-            page_of(&shown, summary, context, scene.as_ref())
-        }
+        Recorded::Memory(trace) => page_in_memory(trace, summary, context),
         Recorded::File(file) => {
             let shown = RunInput::of_many(file, ROWS_A_GROUP)?;
-            let scene = viewer::picture_of(file, context.robot, relief_m)?;
+            let scene = viewer::picture_of(file, context.robot, context.relief_m.as_deref())?;
             page_of(&shown, summary, context, scene.as_ref())
         }
     };
@@ -123,6 +116,13 @@ pub fn answer(recorded: &Recorded, summary: &Summary) -> Result<Vec<String>, Tra
     Ok(story.plain())
 }
 
+fn page_in_memory(trace: &Trace, summary: &Summary, context: &Context) -> (String, Vec<String>) {
+    let Ok(shown) = RunInput::of(trace);
+    let Ok(scene) = viewer::picture_of(trace, context.robot, context.relief_m.as_deref());
+    page_of(&shown, summary, context, scene.as_ref())
+}
+
+/// The page, and what it answers in plain sentences.
 fn page_of(
     shown: &RunInput,
     summary: &Summary,
@@ -434,7 +434,7 @@ fn footer(shown: &RunInput) -> String {
          back. A short peak beyond the axis is marked with its value. Equation numbers are those of G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics \
          Analysis and Control”, IEEE Transactions on Robotics 25(1), 2009.</p>",
         decimate::MAX_POINTS,
-        shown.all.row_count()
+        shown.all.row_count
     )
 }
 

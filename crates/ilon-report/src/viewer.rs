@@ -219,10 +219,9 @@ pub fn of_robot(scene: &Scene, turn_s: f64) -> Result<String, serde_json::Error>
         remarks: &scene.description.robot.remarks,
         wheels: &wheels,
         views: &[("follow", "From aside"), ("top", "From above")],
-        is_run: false,
-        track: String::new(),
         clock: clock(0.0, turn_s, &[]),
         help: "The slider turns the wheels in their places, once around. Space plays, arrows step.",
+        ..Viewer::default()
     }))
 }
 
@@ -244,16 +243,10 @@ pub(crate) fn of_runs(runs: &[(&str, String)], ends_s: [f64; 2]) -> String {
     figure(
         &Viewer {
             title: "The runs together",
-            label: "",
-            scene: None,
-            remarks: &[],
-            wheels: &[],
-            views: RUN_VIEWS,
-            is_run: false,
-            track: String::new(),
             clock: clock(ends_s[0], ends_s[1], &[]),
             help: "The slider moves all pictures and the cursor of every figure over time; a click in such a figure goes there. Space \
                    plays, arrows step.",
+            ..Viewer::default()
         },
         &format!("<div class=\"panels scenes\">{pictures}</div>\n"),
         &views(RUN_VIEWS),
@@ -297,6 +290,7 @@ const RUN_LEGEND: &str = "<ul class=\"legend scene-legend\"><li style=\"--c:var(
      <li style=\"--c:var(--scene-slip)\">sliding velocity</li></ul>";
 
 /// What stands on a stage.
+#[derive(Default)]
 struct Viewer<'a> {
     title: &'a str,
     /// What the picture shows, for those who cannot see it.

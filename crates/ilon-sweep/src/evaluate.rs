@@ -77,7 +77,7 @@ type Came = (Vec<Option<f64>>, Option<Run<Recorded>>);
 /// What is known of a task's robot without a run.
 fn look_at(study: &Study, task: &Task, key: &mut String) -> Result<Came, Error> {
     let scenario = scenario_of(study, task)?;
-    let (robot, robot_hash) = robots::design(study.robots(), &scenario)?;
+    let (robot, robot_hash) = robots::design(&study.robots, &scenario)?;
     *key = Hash::of(&[
         env!("CARGO_PKG_VERSION"),
         "design",
@@ -91,7 +91,7 @@ fn look_at(study: &Study, task: &Task, key: &mut String) -> Result<Came, Error> 
 
 fn simulate(study: &Study, task: &Task, stop: &Stop, key: &mut String) -> Result<Came, Error> {
     let scenario = scenario_of(study, task)?;
-    let robot = study.robots().of(&scenario)?;
+    let robot = study.robots.of(&scenario)?;
     let simulation = Simulation::with_loaded(&scenario, &robot.loaded)?;
     let header = simulation.trace().header.clone();
     *key = Hash::of(&[

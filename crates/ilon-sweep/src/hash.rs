@@ -24,11 +24,7 @@ impl Hash {
     }
 
     pub fn feed(&mut self, text: &str) {
-        self.feed_bytes(text.as_bytes());
-    }
-
-    pub fn feed_bytes(&mut self, bytes: &[u8]) {
-        self.add(bytes);
+        self.add(text.as_bytes());
         self.add(&[0xff]);
     }
 

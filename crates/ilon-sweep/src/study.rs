@@ -33,7 +33,7 @@ pub struct Study {
     quantities: Vec<String>,
     fingerprint: String,
     files: FileAccess,
-    robots: Robots,
+    pub(crate) robots: Robots,
 }
 
 /// A key that differs between runs.
@@ -356,10 +356,6 @@ impl Study {
 
     pub(crate) fn scenario_name(&self, scenario: usize) -> &str {
         &self.bases[scenario].name
-    }
-
-    pub(crate) fn robots(&self) -> &Robots {
-        &self.robots
     }
 
     /// What is set in a run beyond its scenario's file.

@@ -121,7 +121,7 @@ pub(crate) fn simulate(
         simulation: Simulation {
             fit: compared.misses(false),
             held_out: compared.misses(true),
-            scale: compared.scale(),
+            scale: compared.first_scale,
             has_converged: found.has_converged,
             drives_simulated: rig.simulated.load(Ordering::Relaxed),
             phases: starts.count(),

@@ -64,7 +64,7 @@ impl Scales {
 /// All legs with what was simulated of them.
 pub(super) struct SimulatedLegs<'a> {
     rows: Vec<Row<'a>>,
-    first_scale: f64,
+    pub first_scale: f64,
 }
 
 struct Row<'a> {
@@ -120,11 +120,6 @@ impl<'a> SimulatedLegs<'a> {
             rows,
             first_scale: values.first().copied().unwrap_or(1.0),
         }
-    }
-
-    /// The factor of the first series that was fitted; 1 where none was free.
-    pub fn scale(&self) -> f64 {
-        self.first_scale
     }
 
     /// What is left, root mean square over drives that were fitted or not.

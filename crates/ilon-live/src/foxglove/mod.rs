@@ -299,13 +299,6 @@ struct Listener {
     throttle: Mutex<Throttle>,
 }
 
-impl Listener {
-    /// A note about a message, unless one like it was said shortly before.
-    fn throttled(&self, note: String) -> Option<String> {
-        locked(&self.throttle).pass(note, Instant::now())
-    }
-}
-
 impl ServerListener for Listener {
     fn on_client_connect(&self) {
         self.playback.forget_told();
@@ -339,7 +332,7 @@ impl ServerListener for Listener {
         let Some(note) = note else { return };
         // Whoever sent it hears of each, all others now and then.
         client.send_status(Said::warning(note.clone()));
-        if let Some(note) = self.throttled(note) {
+        if let Some(note) = locked(&self.throttle).pass(note, Instant::now()) {
             self.desk.say(note);
         }
     }
