@@ -9,6 +9,7 @@ use ilon_trace::file::write_text;
 use super::escape::one_line;
 use super::json::pretty;
 use super::outcome::Outcome;
+use super::output::remove;
 use super::robot::Sources;
 use super::table::Table;
 use super::{console, open, reserve};
@@ -251,11 +252,7 @@ fn at_least_one(text: &str) -> Result<usize, String> {
 /// Writes both files, each whole or not at all. An older JSON goes first: where there is one, the page beside it is its own.
 fn write(folder: &Path, bench: &Bench, json: &str) -> Result<(), Failure> {
     let [json_path, page_path] = RESULTS.map(|name| folder.join(name));
-    if let Err(error) = std::fs::remove_file(&json_path)
-        && error.kind() != std::io::ErrorKind::NotFound
-    {
-        return Err(Failure::write(&json_path, &error));
-    }
+    remove(&json_path)?;
     write_text(&page_path, &pages::bench::html(bench))?;
     Ok(write_text(&json_path, json)?)
 }

@@ -351,10 +351,8 @@ fn run_and_judge_study(
     let findings = ilon_sweep::sweep(&study, &Store::in_memory(), &Options::default(), &|_| ())?;
     Ok(Judged {
         verdicts: verdicts(&findings),
-        differences: None,
-        drawn: None,
-        update: None,
         is_study: true,
+        ..Judged::default()
     })
 }
 
