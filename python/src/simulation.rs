@@ -40,10 +40,7 @@ impl Snapshot {
     }
 
     fn __reduce__(&self) -> PyResult<()> {
-        Err(PyTypeError::new_err(
-            "a snapshot cannot be pickled: it holds the engine's own state; pickle the scenario and the commands instead, \
-             which lead to the same state to the bit",
-        ))
+        Err(not_pickled("a snapshot"))
     }
 }
 
@@ -401,11 +398,15 @@ impl Simulation {
     }
 
     fn __reduce__(&self) -> PyResult<()> {
-        Err(PyTypeError::new_err(
-            "a simulation cannot be pickled: it holds the engine's own state; pickle the scenario and the commands instead, \
-             which lead to the same state to the bit",
-        ))
+        Err(not_pickled("a simulation"))
     }
+}
+
+fn not_pickled(what: &str) -> PyErr {
+    PyTypeError::new_err(format!(
+        "{what} cannot be pickled: it holds the engine's own state; pickle the scenario and the commands instead, which lead to the \
+         same state to the bit"
+    ))
 }
 
 fn triple(value: &Bound<'_, PyAny>, what: &str) -> PyResult<[f64; 3]> {

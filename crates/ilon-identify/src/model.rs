@@ -205,22 +205,26 @@ impl Model {
         self
     }
 
+    fn each<T>(&self, of: fn(&Parameter, &Robot) -> T) -> Vec<T> {
+        let parameters = self.parameters.iter();
+        parameters
+            .map(|parameter| of(parameter, &self.robot))
+            .collect()
+    }
+
     /// The robot's own values of the parameters.
     pub fn nominal(&self) -> Vec<f64> {
-        let nominal = |parameter: &Parameter| parameter.nominal(&self.robot);
-        self.parameters.iter().map(nominal).collect()
+        self.each(Parameter::nominal)
     }
 
     /// How far each parameter may be expected to be off.
     pub fn scales(&self) -> Vec<f64> {
-        let scale = |parameter: &Parameter| parameter.scale(&self.robot);
-        self.parameters.iter().map(scale).collect()
+        self.each(Parameter::scale)
     }
 
     /// The names of the parameters.
     pub fn names(&self) -> Vec<String> {
-        let name = |parameter: &Parameter| parameter.name(&self.robot);
-        self.parameters.iter().map(name).collect()
+        self.each(Parameter::name)
     }
 
     /// The robot with these values, without its rollers.
