@@ -26,6 +26,8 @@ fn of_twist(twist: &Twist) -> [f64; 3] {
 /// What a robot's sensors say at one moment.
 #[pyclass(frozen, module = "ilon")]
 pub struct Observation {
+    /// Simulated time in seconds.
+    #[pyo3(get)]
     t_s: f64,
     seen: Measurements,
 }
@@ -39,12 +41,6 @@ impl Observation {
 
 #[pymethods]
 impl Observation {
-    /// Simulated time in seconds.
-    #[getter]
-    fn t_s(&self) -> f64 {
-        self.t_s
-    }
-
     /// The newest pose that has arrived, in the world frame: x in m, y in m, heading in rad.
     #[getter]
     fn pose<'py>(&self, py: Python<'py>) -> Array<'py> {
@@ -388,7 +384,8 @@ impl Desired {
 pub struct Outcome {
     /// Mean torques in N m.
     pub torques_n_m: Vec<f64>,
-    /// The worst residual in m/s.
+    /// By how much the laws of contact were broken at worst, in m/s.
+    #[pyo3(get)]
     pub contact_residual_m_s: f64,
 }
 
@@ -398,12 +395,6 @@ impl Outcome {
     #[getter]
     fn torques_n_m<'py>(&self, py: Python<'py>) -> Array<'py> {
         array(py, &self.torques_n_m)
-    }
-
-    /// By how much the laws of contact were broken at worst, in m/s.
-    #[getter]
-    fn contact_residual_m_s(&self) -> f64 {
-        self.contact_residual_m_s
     }
 
     fn __repr__(&self) -> String {

@@ -65,8 +65,7 @@ pub fn run(
     let run = py.detach(|| simulated(&scenario, controller, &fault));
     match run {
         Ok(run) => Run::new(py, run, called),
-        Err(Stopped::Raised(fault)) => Err(fault),
-        Err(Stopped::Refused(error)) => Err(raised(py, &error)),
+        Err(stopped) => Err(stopped.fault(py)),
     }
 }
 
@@ -127,6 +126,16 @@ pub enum Stopped {
     Raised(PyErr),
     /// The simulation refused.
     Refused(Error),
+}
+
+impl Stopped {
+    /// What Python is told.
+    pub fn fault(self, py: Python<'_>) -> PyErr {
+        match self {
+            Self::Raised(fault) => fault,
+            Self::Refused(error) => raised(py, &error),
+        }
+    }
 }
 
 impl<E: Into<Error>> From<E> for Stopped {

@@ -34,27 +34,51 @@ pub fn read(
         Some(settings) => as_settings(&read_settings(settings)?),
         None => Vec::new(),
     };
+    match named(source, folder, "scenario", "scenarios")? {
+        Named::Text(text, folder) => {
+            Scenario::from_toml_with(&text, NAMELESS, folder, &settings, files).or_raise(py)
+        }
+        Named::File(path) => py
+            .detach(|| Scenario::load_within(path, &settings, files))
+            .or_raise(py),
+    }
+}
+
+/// What Python names.
+pub enum Named {
+    /// A dict, as text, and the folder that its relative paths start from.
+    Text(String, PathBuf),
+    /// A file.
+    File(PathBuf),
+}
+
+/// What Python names by a path or a dict, of which one is called `what` and several `many`.
+pub fn named(
+    source: &Bound<'_, PyAny>,
+    folder: Option<PathBuf>,
+    what: &str,
+    many: &str,
+) -> PyResult<Named> {
     if let Ok(mapping) = source.cast::<PyMapping>() {
-        let Value::Table(table) = to_toml(mapping.as_any())? else {
-            return Err(PyTypeError::new_err("a scenario is a dict or a path"));
+        return match to_toml(mapping.as_any())? {
+            Value::Table(table) => Ok(Named::Text(table.to_string(), folder.unwrap_or_default())),
+            _ => Err(PyTypeError::new_err(format!(
+                "a {what} is a dict or a path"
+            ))),
         };
-        let (text, folder) = (table.to_string(), folder.unwrap_or_default());
-        return Scenario::from_toml_with(&text, NAMELESS, folder, &settings, files).or_raise(py);
     }
     if !(source.is_instance_of::<PyString>() || source.hasattr("__fspath__")?) {
         return Err(PyTypeError::new_err(format!(
-            "a scenario is the path of a file or a dict, not a {}",
+            "a {what} is the path of a file or a dict, not a {}",
             source.get_type().name()?
         )));
     }
     if folder.is_some() {
-        return Err(PyTypeError::new_err(
-            "`folder` is for scenarios given as a dict; the paths of a file start from its own folder",
-        ));
+        return Err(PyTypeError::new_err(format!(
+            "`folder` is for {many} given as a dict; the paths of a file start from its own folder"
+        )));
     }
-    let path: PathBuf = source.extract()?;
-    py.detach(|| Scenario::load_within(path, &settings, files))
-        .or_raise(py)
+    Ok(Named::File(source.extract()?))
 }
 
 /// Settings as Python writes them: `{"world.floor.friction": 0.2}`.

@@ -11,7 +11,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
 
-use crate::errors::{OrRaise, raised};
+use crate::errors::OrRaise;
 use crate::moments::{Body, Desired, FreeBody, Observation, Outcome, Truth, Wheels};
 use crate::run::{BETWEEN_LOOKS, Stopped};
 use crate::scenario;
@@ -40,10 +40,7 @@ impl Snapshot {
     }
 
     fn __reduce__(&self) -> PyResult<()> {
-        Err(PyTypeError::new_err(
-            "a snapshot cannot be pickled: it holds the engine's own state; pickle the scenario and the commands instead, \
-             which lead to the same state to the bit",
-        ))
+        Err(not_pickled("a snapshot"))
     }
 }
 
@@ -130,10 +127,7 @@ impl Simulation {
         let period_s = period_s.unwrap_or_else(|| self.plant.resolved().control_dt_s());
         let plant = &mut self.plant;
         py.detach(|| advanced(plant, command, period_s))
-            .map_err(|stopped| match stopped {
-                Stopped::Raised(fault) => fault,
-                Stopped::Refused(error) => raised(py, &error),
-            })
+            .map_err(|stopped| stopped.fault(py))
     }
 
     /// Where the robot really is and how it really moves.
@@ -404,11 +398,15 @@ impl Simulation {
     }
 
     fn __reduce__(&self) -> PyResult<()> {
-        Err(PyTypeError::new_err(
-            "a simulation cannot be pickled: it holds the engine's own state; pickle the scenario and the commands instead, \
-             which lead to the same state to the bit",
-        ))
+        Err(not_pickled("a simulation"))
     }
+}
+
+fn not_pickled(what: &str) -> PyErr {
+    PyTypeError::new_err(format!(
+        "{what} cannot be pickled: it holds the engine's own state; pickle the scenario and the commands instead, which lead to the \
+         same state to the bit"
+    ))
 }
 
 fn triple(value: &Bound<'_, PyAny>, what: &str) -> PyResult<[f64; 3]> {

@@ -122,14 +122,9 @@ pub fn compare<'py>(
     }
     let comparison = py.detach(|| Comparison::of(compared, &paths));
     let comparison = comparison.map_err(|fault| not_comparable(py, fault))?;
-    let summaries: Vec<_> = comparison
-        .runs
-        .iter()
-        .map(|run| serde_json::json!({ "name": run.name, "summary": run.summary }))
-        .collect();
     let page = py.detach(|| ilon::report::compare::html(&comparison));
     Ok((
-        as_python(py, &summaries)?,
+        as_python(py, &comparison.summaries())?,
         as_python(py, &comparison.differences)?,
         page,
     ))

@@ -85,12 +85,7 @@ impl Trace {
     }
 
     fn table(&self) -> PyResult<ArrowTable> {
-        let columns = self.signals.iter().map(|signal| self.arrow(signal));
-        let (fields, arrays): (Vec<Field>, Vec<ArrayRef>) = columns.unzip();
-        let schema = Arc::new(Schema::new(fields));
-        let batch = RecordBatch::try_new(schema, arrays)
-            .map_err(|fault| PyRuntimeError::new_err(fault.to_string()))?;
-        Ok(ArrowTable::of(batch))
+        ArrowTable::of(self.signals.iter().map(|signal| self.arrow(signal)))
     }
 }
 
@@ -101,11 +96,7 @@ impl Trace {
         let place = self.signals.iter().position(|signal| signal.name == name);
         let Some(place) = place else {
             let names = self.signals.iter().map(|signal| signal.name.as_str());
-            let hint = match nearest(name, names) {
-                Some(near) => format!("; did you mean `{near}`?"),
-                None => "; `list(trace)` has all names".to_owned(),
-            };
-            return Err(PyKeyError::new_err(format!("no column `{name}`{hint}")));
+            return Err(no_column(name, names, "list(trace)"));
         };
         let kept = |columns: &HashMap<usize, Py<PyAny>>| {
             columns.get(&place).map(|array| array.clone_ref(py))
@@ -183,6 +174,15 @@ impl Trace {
     }
 }
 
+/// That a table has no such column, with the one that was likely meant, or with what lists all names.
+pub fn no_column<'n>(name: &str, names: impl Iterator<Item = &'n str>, all: &str) -> PyErr {
+    let hint = match nearest(name, names) {
+        Some(near) => format!("; did you mean `{near}`?"),
+        None => format!("; `{all}` has all names"),
+    };
+    PyKeyError::new_err(format!("no column `{name}`{hint}"))
+}
+
 /// Columns of Arrow, to hand over by its PyCapsule protocol: pandas, polars, pyarrow and DuckDB take it.
 #[pyclass(frozen, module = "ilon")]
 pub struct ArrowTable {
@@ -191,8 +191,11 @@ pub struct ArrowTable {
 
 impl ArrowTable {
     /// A table of one batch of rows.
-    pub fn of(batch: RecordBatch) -> Self {
-        Self { batch }
+    pub fn of(columns: impl Iterator<Item = (Field, ArrayRef)>) -> PyResult<Self> {
+        let (fields, arrays): (Vec<Field>, Vec<ArrayRef>) = columns.unzip();
+        let batch = RecordBatch::try_new(Arc::new(Schema::new(fields)), arrays)
+            .map_err(|fault| PyRuntimeError::new_err(fault.to_string()))?;
+        Ok(Self { batch })
     }
 
     fn handed_over<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {

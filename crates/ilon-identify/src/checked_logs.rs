@@ -117,13 +117,8 @@ fn enough_windows(study: &Study, run: usize, log: &Log) -> Result<Vec<Window>, E
 /// Refuses logs in which wheels are exchanged or turned round. A single run may not move enough ways for that; runs of a series are wired
 /// alike.
 fn check_wiring(study: &Study, logs: &[Log], evidence: &Evidence) -> Result<(), Error> {
-    let all: Vec<&Window> = evidence.windows.iter().collect();
-    for series in evidence.series_of(&all) {
-        let of_series: Vec<&Window> = all
-            .iter()
-            .copied()
-            .filter(|window| evidence.series[window.run] == series)
-            .collect();
+    for series in evidence.series_of(&evidence.all()) {
+        let of_series = evidence.of_series(&series);
         let (Some(first), Some(doubt)) = (
             of_series.first(),
             wiring::of_motion(&of_series, &study.robot),

@@ -94,10 +94,7 @@ pub fn of(logs: &[&Log], twist_matrix: &Matrix3xX<f64>, lever_m: f64) -> Option<
     let spare = (3.0 * count as f64 - VALUES as f64 - 1.0).max(1.0);
     Some(Delay {
         value_s,
-        interval: Interval {
-            low: value_s - half_width_s,
-            high: value_s + half_width_s,
-        },
+        interval: Interval::around(value_s, half_width_s),
         is_shown: value_s.abs() > half_width_s
             && at_least < LEFT * at_none
             && at_none - at_least > CLEARLY * at_least / spare,

@@ -16,6 +16,16 @@ const SPEED_APART: f64 = 0.3;
 /// Wheel angles over which the touching rollers are averaged.
 const PHASES: usize = 512;
 
+/// Stretches of one direction and speed.
+struct Bin {
+    angle_rad: f64,
+    way_m: f64,
+    /// How far each wheel turned, in all.
+    turned_rad: Vec<f64>,
+    /// Of each stretch the way asked for, the way made along it and across, the same as it was fitted, and the turn left.
+    members: Vec<[f64; 6]>,
+}
+
 /// What the motion of windows is by direction. `nominal` is the robot's own map, `fitted` that of the chosen model, and `trackers` has
 /// one a run.
 pub fn directions(
@@ -26,31 +36,41 @@ pub fn directions(
     trackers: &[Tracker],
     window_s: f64,
 ) -> Vec<Direction> {
-    struct Bin {
-        angle_rad: f64,
-        way_m: f64,
-        rates: Vec<f64>,
-        members: Vec<[f64; 6]>,
-    }
-    let ways: Vec<f64> = windows
-        .iter()
-        .map(|window| {
-            let moved = window.of_wheels(nominal);
-            libm::hypot(moved[0], moved[1])
-        })
-        .collect();
-    let largest = ways.iter().copied().fold(0.0, f64::max);
+    let mut bins = binned(windows, nominal, fitted, trackers);
+    // What is rarely done is the end of something else.
+    let most = bins.iter().map(|bin| bin.members.len()).max().unwrap_or(0);
+    bins.retain(|bin| bin.members.len() * 20 >= most && bin.members.len() >= 2);
+    bins.sort_by(|a, b| {
+        let turn = |angle: f64| (angle + 1e-6).rem_euclid(TAU);
+        turn(a.angle_rad)
+            .total_cmp(&turn(b.angle_rad))
+            .then(a.way_m.total_cmp(&b.way_m))
+    });
+    let of = |bin: &Bin| bin.direction(robot, nominal, window_s);
+    bins.iter().map(of).collect()
+}
+
+/// The stretches that make some way, by direction and speed.
+fn binned(
+    windows: &[&Window],
+    nominal: &Matrix3xX<f64>,
+    fitted: &Matrix3xX<f64>,
+    trackers: &[Tracker],
+) -> Vec<Bin> {
+    let asked = windows.iter().map(|window| window.of_wheels(nominal));
+    let asked: Vec<[f64; 3]> = asked.collect();
+    let way = |asked: &[f64; 3]| libm::hypot(asked[0], asked[1]);
+    let largest = asked.iter().map(way).fold(0.0, f64::max);
     let mut bins: Vec<Bin> = Vec::new();
-    for (window, way_m) in windows.iter().zip(ways) {
+    for (window, asked) in windows.iter().zip(&asked) {
+        let way_m = way(asked);
         // Turns in place have no direction.
         if way_m < 0.2 * largest {
             continue;
         }
-        let asked = window.of_wheels(nominal);
         let angle_rad = libm::atan2(asked[1], asked[0]);
         let unit = [asked[0] / way_m, asked[1] / way_m];
-        let tracker = &trackers[window.run];
-        let seen = of_body(window, tracker);
+        let seen = of_body(window, &trackers[window.run]);
         let given = window.of_wheels(fitted);
         let along = |way: [f64; 3]| way[0] * unit[0] + way[1] * unit[1];
         let across = |way: [f64; 3]| way[1] * unit[0] - way[0] * unit[1];
@@ -69,62 +89,47 @@ pub fn directions(
         match bin {
             Some(bin) => {
                 bin.members.push(member);
-                for (sum, turned) in bin.rates.iter_mut().zip(&window.turned_rad) {
+                for (sum, turned) in bin.turned_rad.iter_mut().zip(&window.turned_rad) {
                     *sum += turned;
                 }
             }
             None => bins.push(Bin {
                 angle_rad,
                 way_m,
-                rates: window.turned_rad.clone(),
+                turned_rad: window.turned_rad.clone(),
                 members: vec![member],
             }),
         }
     }
-    // What is rarely done is the end of something else.
-    let most = bins.iter().map(|bin| bin.members.len()).max().unwrap_or(0);
-    bins.retain(|bin| bin.members.len() * 20 >= most && bin.members.len() >= 2);
-    bins.sort_by(|a, b| {
-        let turn = |angle: f64| (angle + 1e-6).rem_euclid(TAU);
-        turn(a.angle_rad)
-            .total_cmp(&turn(b.angle_rad))
-            .then(a.way_m.total_cmp(&b.way_m))
-    });
-    bins.iter()
-        .map(|bin| {
-            let count = bin.members.len();
-            let sum = |column: usize| bin.members.iter().map(|row| row[column]).sum::<f64>();
-            let way_m = sum(0);
-            let measured = sum(1) / way_m;
-            let squares: f64 = bin
-                .members
-                .iter()
-                .map(|row| (row[1] - measured * row[0]).powi(2))
-                .sum();
-            let error = (squares * count as f64 / (count - 1) as f64).sqrt() / way_m;
-            let rates: Vec<f64> = bin
-                .rates
-                .iter()
-                .map(|sum| sum / (count as f64 * window_s))
-                .collect();
-            Direction {
-                direction_deg: tidy(bin.angle_rad.to_degrees().rem_euclid(360.0)),
-                speed_m_s: way_m / (count as f64 * window_s),
-                stretches: count,
-                measured,
-                measured_error: error,
-                measured_across: sum(2) / way_m,
-                contact: {
-                    let asked = nominal * DVector::from_column_slice(&rates);
-                    contact(robot, [asked[0], asked[1], 0.0], &rates)
-                },
-                fitted: sum(3) / way_m,
-                fitted_across: sum(4) / way_m,
-                simulated: None,
-                drift_rad_per_m: sum(5) / way_m,
-            }
-        })
-        .collect()
+    bins
+}
+
+impl Bin {
+    fn direction(&self, robot: &Robot, nominal: &Matrix3xX<f64>, window_s: f64) -> Direction {
+        let members = &self.members;
+        let count = members.len() as f64;
+        let sum = |column: usize| members.iter().map(|row| row[column]).sum::<f64>();
+        let way_m = sum(0);
+        let measured = sum(1) / way_m;
+        let left = members.iter().map(|row| row[1] - measured * row[0]);
+        let squares: f64 = left.map(|left| left.powi(2)).sum();
+        let rates = self.turned_rad.iter().map(|sum| sum / (count * window_s));
+        let rates: Vec<f64> = rates.collect();
+        let asked = nominal * DVector::from_column_slice(&rates);
+        Direction {
+            direction_deg: tidy(self.angle_rad.to_degrees().rem_euclid(360.0)),
+            speed_m_s: way_m / (count * window_s),
+            stretches: members.len(),
+            measured,
+            measured_error: (squares * count / (count - 1.0)).sqrt() / way_m,
+            measured_across: sum(2) / way_m,
+            contact: contact(robot, [asked[0], asked[1], 0.0], &rates),
+            fitted: sum(3) / way_m,
+            fitted_across: sum(4) / way_m,
+            simulated: None,
+            drift_rad_per_m: sum(5) / way_m,
+        }
+    }
 }
 
 /// A direction to a tenth of a degree, below a full turn.

@@ -46,7 +46,7 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
     let mut outcome = outcome(study, &checked, &candidates, &kinematics)?;
     if let Some(section) = &study.file.simulate {
         let count = |count: u32| progress(Progress::Simulating(count));
-        let all = all_windows(&checked.evidence);
+        let all = checked.evidence.all();
         let seen = Observations {
             windows: &all,
             held_out: &checked.evidence.held_out,
@@ -167,7 +167,7 @@ fn outcome(
             })
             .collect(),
         residual: directions(
-            &all_windows(evidence),
+            &evidence.all(),
             &study.robot,
             &kinematics.nominal,
             &kinematics.fitted,
@@ -232,10 +232,6 @@ const NEAR_DEG: f64 = 4.0;
 fn apart_deg(a: f64, b: f64) -> f64 {
     let apart = (a - b).rem_euclid(360.0);
     apart.min(360.0 - apart)
-}
-
-fn all_windows(evidence: &Evidence) -> Vec<&Window> {
-    evidence.windows.iter().collect()
 }
 
 fn nominal_model() -> ModelFile {
@@ -355,19 +351,14 @@ fn fit_gains(
 
 /// The gains of each series by itself.
 fn series(study: &Study, evidence: &Evidence, noise: Noise) -> Result<Vec<Series>, Error> {
-    let all = all_windows(evidence);
     let of = |name: &String| -> Result<Series, Error> {
-        let windows: Vec<&Window> = all
-            .iter()
-            .copied()
-            .filter(|window| evidence.series[window.run] == *name)
-            .collect();
+        let windows = evidence.of_series(name);
         Ok(Series {
             name: name.clone(),
             gains: fit_gains(study, evidence, noise, &windows)?,
         })
     };
-    evidence.series_of(&all).iter().map(of).collect()
+    evidence.series_of(&evidence.all()).iter().map(of).collect()
 }
 
 fn runs(study: &Study, logs: &[Log], kinematics: &Kinematics) -> Vec<Run> {

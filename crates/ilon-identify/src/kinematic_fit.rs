@@ -53,6 +53,16 @@ impl Evidence {
         names
     }
 
+    /// All stretches.
+    pub fn all(&self) -> Vec<&Window> {
+        self.windows.iter().collect()
+    }
+
+    /// Those of a series.
+    pub fn of_series(&self, series: &str) -> Vec<&Window> {
+        self.some(|window| self.series[window.run] == series)
+    }
+
     /// Some of the stretches.
     pub fn some(&self, of: impl Fn(&Window) -> bool) -> Vec<&Window> {
         self.windows.iter().filter(|window| of(window)).collect()
@@ -157,8 +167,7 @@ fn usual_of_runs(evidence: &Evidence, left: &[[f64; 3]]) -> Vec<[f64; 3]> {
 fn free_residuals(evidence: &Evidence) -> Vec<[f64; 3]> {
     let windows = &evidence.windows;
     let wheels = windows.first().map_or(0, |window| window.turned_rad.len());
-    let all: Vec<&Window> = windows.iter().collect();
-    let series = evidence.series_of(&all);
+    let series = evidence.series_of(&evidence.all());
     let of = |run: usize| series.iter().position(|name| *name == evidence.series[run]);
     let width = 2 * wheels + 2 * series.len();
     let mut planar = DMatrix::zeros(2 * windows.len(), width);
@@ -413,7 +422,7 @@ fn determined(
             .iter()
             .map(|size| size.max(0.0).sqrt())
             .collect();
-        let remedy = remedy(windows, evidence, &model);
+        let remedy = remedy(windows, &model);
         // One that changes less than the noise by all that it may be off by.
         let unseen = (0..names.len()).find(|axis| sizes[*axis] * UNKNOWN < 1.0);
         if let Some(axis) = unseen {
@@ -459,8 +468,7 @@ fn determined(
 }
 
 /// What a log would have to hold beside, by what it lacks.
-fn remedy(windows: &[&Window], evidence: &Evidence, model: &Model) -> String {
-    let _ = evidence;
+fn remedy(windows: &[&Window], model: &Model) -> String {
     let bare = model.without(&model.parameters);
     let Some(matrix) = bare.twist_matrix(&[]) else {
         return "drive in more directions".to_owned();

@@ -5,6 +5,7 @@ use ilon_robot::Robot;
 use ilon_sim::Error;
 use nalgebra::{Isometry3, Matrix3xX, Translation3, Vector3};
 
+use crate::log::wheel_names;
 use crate::motion::Tracker;
 
 /// Something about the robot, the log or the tracker that can be free.
@@ -162,17 +163,12 @@ impl Model {
         let mut parameters: Vec<Parameter> = Vec::new();
         for name in free {
             let Some(named) = Parameter::named(name, robot) else {
-                let wheels: Vec<&str> = robot
-                    .wheels
-                    .iter()
-                    .map(|wheel| wheel.name.as_str())
-                    .collect();
                 return Err(Error::invalid(
                     format!("`{name}` is no parameter of a model of the kinematics"),
                     format!(
                         "there are radius_m, radius_m.* and radius_m.WHEEL ({}), lever_m, gamma_deg, gain.ahead, gain.sideways, \
                          gain.turn and rows_lost; keys of the scenario are fitted below `[simulate]`",
-                        wheels.join(", ")
+                        wheel_names(robot).join(", ")
                     ),
                 ));
             };
@@ -209,22 +205,26 @@ impl Model {
         self
     }
 
+    fn each<T>(&self, of: fn(&Parameter, &Robot) -> T) -> Vec<T> {
+        let parameters = self.parameters.iter();
+        parameters
+            .map(|parameter| of(parameter, &self.robot))
+            .collect()
+    }
+
     /// The robot's own values of the parameters.
     pub fn nominal(&self) -> Vec<f64> {
-        let nominal = |parameter: &Parameter| parameter.nominal(&self.robot);
-        self.parameters.iter().map(nominal).collect()
+        self.each(Parameter::nominal)
     }
 
     /// How far each parameter may be expected to be off.
     pub fn scales(&self) -> Vec<f64> {
-        let scale = |parameter: &Parameter| parameter.scale(&self.robot);
-        self.parameters.iter().map(scale).collect()
+        self.each(Parameter::scale)
     }
 
     /// The names of the parameters.
     pub fn names(&self) -> Vec<String> {
-        let name = |parameter: &Parameter| parameter.name(&self.robot);
-        self.parameters.iter().map(name).collect()
+        self.each(Parameter::name)
     }
 
     /// The robot with these values, without its rollers.

@@ -64,6 +64,20 @@ impl Window {
     }
 }
 
+/// What wheels that turn, by angles or at rates, move the body by.
+pub(crate) fn twist_of(twist_matrix: &Matrix3xX<f64>, wheels: &[f64]) -> [f64; 3] {
+    let mut twist = [0.0; 3];
+    for (column, wheel) in twist_matrix.column_iter().zip(wheels) {
+        (0..3).for_each(|axis| twist[axis] += column[axis] * wheel);
+    }
+    twist
+}
+
+/// The largest size of some numbers.
+pub(crate) fn largest_size(numbers: &[f64]) -> f64 {
+    numbers.iter().fold(0.0, |most, x| f64::max(most, x.abs()))
+}
+
 /// The stretches of a log, each `window_s` long. What holds a gap of the log or of the tracker, or no motion, is left out.
 pub fn windows(log: &Log, run: usize, window_s: f64) -> Vec<Window> {
     let mut windows = Vec::new();
@@ -147,11 +161,9 @@ pub fn reckoned(log: &Log, twist_matrix: &Matrix3xX<f64>, tracker: &Tracker) -> 
     };
     for row in 0..log.len() {
         if row > 0 {
-            let mut step = [0.0; 3];
-            for (wheel, column) in twist_matrix.column_iter().enumerate() {
-                let turned_rad = log.angles_rad[row][wheel] - log.angles_rad[row - 1][wheel];
-                (0..3).for_each(|axis| step[axis] += column[axis] * turned_rad);
-            }
+            let pairs = log.angles_rad[row].iter().zip(&log.angles_rad[row - 1]);
+            let turned_rad: Vec<f64> = pairs.map(|(to, from)| to - from).collect();
+            let step = twist_of(twist_matrix, &turned_rad);
             // Headings are counted on over full turns.
             let turned_rad = body.heading_rad + step[2];
             body = body.moved(ilon_robot::Twist::new(step[0], step[1], step[2]));

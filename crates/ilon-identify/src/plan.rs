@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::kinematic_fit::{Evidence, Noise, residuals};
 use crate::log::Log;
 use crate::model::Model;
-use crate::motion::{Window, windows};
+use crate::motion::windows;
 
 /// How exactly a plan takes displacements over a second to be seen: a millimetre and a milliradian.
 const SEEN: Noise = Noise {
@@ -157,7 +157,7 @@ fn information(
 ) -> Result<DMatrix<f64>, Error> {
     let log = drive(kinematics, ways);
     let evidence = Evidence::of([windows(&log, 0, 1.0)]);
-    let all: Vec<&Window> = evidence.windows.iter().collect();
+    let all = evidence.all();
     let nominal = model.nominal();
     let mut columns = Vec::new();
     for (axis, scale) in model.scales().iter().enumerate() {

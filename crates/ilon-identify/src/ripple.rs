@@ -11,6 +11,7 @@ use std::f64::consts::TAU;
 use nalgebra::{DMatrix, DVector, Matrix3xX};
 
 use crate::log::Log;
+use crate::motion::{largest_size, twist_of};
 
 /// Lines are looked for from so many to so many times the number of rollers.
 const FROM: f64 = 0.75;
@@ -234,10 +235,7 @@ fn steady(log: &Log, nominal: &Matrix3xX<f64>, wanted: &Stretches<'_>) -> Vec<St
     if !wanted.fit(log) {
         return found;
     }
-    let fastest = wanted
-        .rates_rad_s
-        .iter()
-        .fold(0.0_f64, |most, rate| most.max(rate.abs()));
+    let fastest = largest_size(wanted.rates_rad_s);
     let differ = |a: &[f64], b: &[f64]| {
         let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs());
         apart.fold(0.0, f64::max)
@@ -274,11 +272,7 @@ fn stretch(
     first: usize,
     last: usize,
 ) -> SteadyStretch {
-    let mut asked = [0.0; 2];
-    for (column, rate) in nominal.column_iter().zip(&rates_rad_s) {
-        asked[0] += column[0] * rate;
-        asked[1] += column[1] * rate;
-    }
+    let asked = twist_of(nominal, &rates_rad_s);
     let size = libm::hypot(asked[0], asked[1]).max(f64::MIN_POSITIVE);
     let mut way_m = vec![0.0];
     for row in first..last {

@@ -32,6 +32,16 @@ impl Default for Interval {
     }
 }
 
+impl Interval {
+    /// So far to both sides of a value.
+    pub fn around(value: f64, half: f64) -> Self {
+        Self {
+            low: value - half,
+            high: value + half,
+        }
+    }
+}
+
 impl Cluster {
     /// One without equations, of so many values.
     pub fn empty(values: usize) -> Self {
@@ -206,11 +216,7 @@ impl Scatter {
         let value = of(&DVector::zeros(count));
         self.error(&gradient)
             .map_or_else(Interval::default, |[error, freedoms]| {
-                let half = Self::furthest(freedoms) * error;
-                Interval {
-                    low: value - half,
-                    high: value + half,
-                }
+                Interval::around(value, Self::furthest(freedoms) * error)
             })
     }
 

@@ -5,6 +5,7 @@ use ilon_messages::sensor_msgs::JointState;
 use ilon_messages::std_msgs::Float64MultiArray;
 
 use crate::control::{Change, WATCHDOG};
+use crate::mailbox::Mailbox;
 
 /// Stamps so far ahead of the simulated time are of another clock, in seconds.
 const AHEAD_S: f64 = 1.0;
@@ -17,11 +18,24 @@ pub(crate) struct Heard {
 }
 
 impl Heard {
-    fn refused(note: String) -> Self {
+    fn of(change: Change) -> Self {
+        Self {
+            change: Some(change),
+            note: None,
+        }
+    }
+
+    pub fn refused(note: String) -> Self {
         Self {
             change: None,
             note: Some(note),
         }
+    }
+
+    /// What is to be said of it once the desk has what it changes.
+    pub fn taken(self, desk: &Mailbox) -> Option<String> {
+        let said = self.change.and_then(|change| desk.change(&change));
+        said.or(self.note)
     }
 }
 
@@ -36,18 +50,11 @@ pub(crate) struct Commanded {
 
 impl Commanded {
     pub fn of(robot: &ilon_robot::Robot) -> Self {
+        let wheels = robot.wheels.iter().map(|wheel| wheel.name.clone());
+        let driven = robot.joints.iter().filter(|joint| joint.servo().is_some());
         Self {
-            wheels: robot
-                .wheels
-                .iter()
-                .map(|wheel| wheel.name.clone())
-                .collect(),
-            joints: robot
-                .joints
-                .iter()
-                .filter(|joint| joint.servo().is_some())
-                .map(|joint| joint.name.clone())
-                .collect(),
+            wheels: wheels.collect(),
+            joints: driven.map(|joint| joint.name.clone()).collect(),
         }
     }
 }
@@ -110,16 +117,9 @@ pub(crate) fn joint_state(message: &JointState, robot: &Commanded) -> Heard {
             robot.wheels.join(", ")
         ));
     }
-    let lacking = robot
-        .wheels
-        .iter()
-        .zip(&found)
-        .find(|(_, rate)| rate.is_none());
-    let wild = robot
-        .wheels
-        .iter()
-        .zip(&found)
-        .find(|(_, rate)| rate.is_some_and(f64::is_nan));
+    let named = || robot.wheels.iter().zip(&found);
+    let lacking = named().find(|(_, rate)| rate.is_none());
+    let wild = named().find(|(_, rate)| rate.is_some_and(f64::is_nan));
     let note = lacking
         .map(|(wheel, _)| {
             format!("commands on /robot_joint_commands do not name {wheel}: it stands")
@@ -128,12 +128,13 @@ pub(crate) fn joint_state(message: &JointState, robot: &Commanded) -> Heard {
     let rates = found
         .into_iter()
         .map(|rate| rate.filter(|rate| !rate.is_nan()).unwrap_or(0.0));
+    let change = Change {
+        wheels: Some(rates.collect()),
+        ..Change::default()
+    };
     Heard {
-        change: Some(Change {
-            wheels: Some(rates.collect()),
-            ..Change::default()
-        }),
         note,
+        ..Heard::of(change)
     }
 }
 
@@ -170,10 +171,7 @@ pub(crate) fn joint_commands(message: &JointState, robot: &Commanded) -> Heard {
         Some(2) => change.joint_efforts = joints,
         _ => change.joints = joints,
     }
-    Heard {
-        change: Some(change),
-        note: None,
-    }
+    Heard::of(change)
 }
 
 /// Rates for all wheels, in the robot's order.
@@ -188,13 +186,10 @@ pub(crate) fn rates(message: &Float64MultiArray, robot: &Commanded) -> Heard {
             robot.wheels.join(", ")
         ));
     }
-    Heard {
-        change: Some(Change {
-            wheels: Some(data.to_vec()),
-            ..Change::default()
-        }),
-        note: None,
-    }
+    Heard::of(Change {
+        wheels: Some(data.to_vec()),
+        ..Change::default()
+    })
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use ilon_robot::Twist;
 use ilon_sim::JointCommand;
+pub use ilon_sim::scenario::Priority;
 use serde::Deserialize;
 
 /// A commanded twist that is not repeated for as long stops the robot.
@@ -40,16 +41,6 @@ pub enum Mode {
     Hand,
     /// The guidance, along the reference of the scenario.
     Reference,
-}
-
-/// Which task of the guidance comes first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Priority {
-    /// Position before heading.
-    Position,
-    /// Heading before position.
-    Heading,
 }
 
 /// What the robot is to do while it is driven by hand.

@@ -41,10 +41,15 @@ impl fmt::Debug for Steps {
     }
 }
 
+/// What a lock holds, also after a thread broke down with it.
+pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 impl Mailbox {
     fn state(&self) -> MutexGuard<'_, State> {
         // A thread that broke down while it held it has left something whole, for nothing is changed by parts.
-        self.0.state.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.0.state)
     }
 
     /// What was said last.

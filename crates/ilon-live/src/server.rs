@@ -3,7 +3,7 @@
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use tungstenite::handshake::server::NoCallback;
@@ -11,7 +11,7 @@ use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Message, WebSocket};
 
 use crate::LiveError;
-use crate::mailbox::Mailbox;
+use crate::mailbox::{Mailbox, locked};
 use crate::observer::{Observer, Status};
 use crate::page;
 use crate::session::Session;
@@ -144,11 +144,6 @@ impl Drop for Server {
     }
 }
 
-/// What stands behind a lock: a thread that broke down while it held it has left something whole, for nothing is changed by parts.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 fn listen(listener: &TcpListener, port: u16, page: &Arc<str>, shared: &Arc<Shared>) {
     for stream in listener.incoming() {
         if shared.ended.load(Ordering::Relaxed) {
@@ -157,12 +152,7 @@ fn listen(listener: &TcpListener, port: u16, page: &Arc<str>, shared: &Arc<Share
         let Ok(stream) = stream else { continue };
         if shared.clients.fetch_add(1, Ordering::Relaxed) >= MOST_CLIENTS {
             shared.clients.fetch_sub(1, Ordering::Relaxed);
-            let _ = answer(
-                stream,
-                "503 Service Unavailable",
-                "text/plain",
-                "too many pages look on",
-            );
+            let _ = refuse(stream, "503 Service Unavailable", "too many pages look on");
             continue;
         }
         let (page, of_thread) = (Arc::clone(page), Arc::clone(shared));
@@ -190,24 +180,19 @@ fn serve(mut stream: TcpStream, port: u16, page: &str, shared: &Shared) -> std::
     stream.set_nodelay(true)?;
     stream.set_write_timeout(Some(PATIENCE))?;
     let Some(head) = head(&stream)? else {
-        return answer(stream, "400 Bad Request", "text/plain", "not understood");
+        return refuse(stream, "400 Bad Request", "not understood");
     };
     let names = ["127.0.0.1", "localhost"].map(|name| format!("{name}:{port}"));
     // A page of another site whose name leads here would ask for that name.
     if !head.host.is_some_and(|host| names.contains(&host)) {
-        return answer(
-            stream,
-            "403 Forbidden",
-            "text/plain",
-            "this server answers to its own address alone",
-        );
+        let why = "this server answers to its own address alone";
+        return refuse(stream, "403 Forbidden", why);
     }
     let own = |origin: &str| names.iter().any(|name| origin == format!("http://{name}"));
     if head.origin.as_deref().is_some_and(|origin| !own(origin)) {
-        return answer(
+        return refuse(
             stream,
             "403 Forbidden",
-            "text/plain",
             "pages of other origins may not drive",
         );
     }
@@ -232,12 +217,7 @@ fn serve(mut stream: TcpStream, port: u16, page: &str, shared: &Shared) -> std::
             drain(&mut stream);
             answer(stream, "200 OK", "text/html; charset=utf-8", page)
         }
-        _ => answer(
-            stream,
-            "404 Not Found",
-            "text/plain",
-            "there is nothing here",
-        ),
+        _ => refuse(stream, "404 Not Found", "there is nothing here"),
     }
 }
 
@@ -291,6 +271,10 @@ fn drain(stream: &mut TcpStream) {
     let _ = stream.read(&mut bytes);
 }
 
+fn refuse(stream: TcpStream, status: &str, why: &str) -> std::io::Result<()> {
+    answer(stream, status, "text/plain", why)
+}
+
 fn answer(mut stream: TcpStream, status: &str, kind: &str, body: &str) -> std::io::Result<()> {
     let head = format!(
         "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nCache-Control: no-store\r\nX-Frame-Options: DENY\r\n\
@@ -304,7 +288,8 @@ fn answer(mut stream: TcpStream, status: &str, kind: &str, body: &str) -> std::i
 /// Hears and tells until the client goes.
 fn converse(mut socket: WebSocket<TcpStream>, shared: &Shared) -> std::io::Result<()> {
     socket.get_ref().set_read_timeout(Some(LOOK))?;
-    let (mut frame, mut figures, mut note) = (0, 0, 0);
+    // The numbers of the newest frame, figures and note that this page has.
+    let mut has = [0; 3];
     let mut said: Option<String> = None;
     let mut may_say = Instant::now();
     loop {
@@ -328,28 +313,18 @@ fn converse(mut socket: WebSocket<TcpStream>, shared: &Shared) -> std::io::Resul
             let _ = socket.close(None);
             return Ok(());
         }
-        let (next_frame, next_figures, next_note) = {
+        let newest = {
             let shown = locked(&shared.shown);
-            (
-                shown.frame.clone(),
-                shown.figures.clone(),
-                shown.note.clone(),
-            )
+            [&shown.frame, &shown.figures, &shown.note].map(Newest::clone)
         };
-        let text =
-            |newest: &Newest| Message::text(String::from_utf8_lossy(&newest.bytes).into_owned());
         let mut messages = Vec::new();
-        if next_frame.number != frame {
-            frame = next_frame.number;
-            messages.push(Message::binary(next_frame.bytes.as_ref().clone()));
-        }
-        if next_figures.number != figures {
-            figures = next_figures.number;
-            messages.push(text(&next_figures));
-        }
-        if next_note.number != note {
-            note = next_note.number;
-            messages.push(text(&next_note));
+        for (part, (newest, has)) in newest.iter().zip(&mut has).enumerate() {
+            if std::mem::replace(has, newest.number) != newest.number {
+                messages.push(match part {
+                    0 => Message::binary(newest.bytes.as_ref().clone()),
+                    _ => Message::text(String::from_utf8_lossy(&newest.bytes).into_owned()),
+                });
+            }
         }
         if Instant::now() >= may_say
             && let Some(said) = said.take()

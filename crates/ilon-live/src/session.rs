@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ilon_control::{Gain, Guidance, GuidanceSettings, Priority, Reference, Saturation, Task};
+use ilon_control::{Gain, Guidance, GuidanceSettings, Reference, Saturation, Task};
 use ilon_formats::Loaded;
 use ilon_robot::{Pose, Robot, Twist, VisualMeshes, roll_pitch_yaw};
 use ilon_scene::{Contact, Description, Frame, WheelFrame, shapes_of_bodies};
@@ -14,7 +14,7 @@ use ilon_trace::{Header, Record, WheelSample};
 use serde::Serialize;
 
 use crate::LiveError;
-use crate::control::{self, Command, Controls, Mode, WATCHDOG};
+use crate::control::{Command, Controls, Mode, Priority, WATCHDOG};
 
 /// A robot that is driven while it is simulated.
 pub struct Session {
@@ -31,9 +31,6 @@ pub struct Session {
     section: scenario::Guidance,
     wheel_rate_limit_rad_s: f64,
     reference: Option<Reference>,
-    priority: Priority,
-    position_gain_per_s: f64,
-    heading_gain_per_s: f64,
     friction: f64,
     payload_kg: f64,
     control_dt_s: f64,
@@ -97,13 +94,12 @@ impl Session {
         let resolved = resolve_for(scenario, &robot, Driver::Own)?;
         let scenario = resolved.scenario();
         let section = &scenario.guidance;
-        let priority: Priority = section.priority.into();
         let wheel_rate_limit_rad_s = resolved.wheel_rate_limit_rad_s();
         let by_hand = GuidanceSettings {
             position_gain: Gain::Scalar(section.position_gain_per_s),
             heading_gain: section.heading_gain_per_s,
             wheel_rate_limit_rad_s,
-            saturation: Saturation::Prioritised(priority),
+            saturation: Saturation::Prioritised(section.priority.into()),
         };
         let plant = Plant::new(&resolved, &robot)?;
         let kinematics = plant.kinematics().clone();
@@ -117,9 +113,6 @@ impl Session {
             guidance: guidance(section, kinematics.about(resolved.reference_point_m())?)?,
             by_hand: Guidance::new(kinematics, &by_hand)?,
             reference: resolved.reference().cloned(),
-            priority,
-            position_gain_per_s: section.position_gain_per_s,
-            heading_gain_per_s: section.heading_gain_per_s,
             section: section.clone(),
             wheel_rate_limit_rad_s,
             friction,
@@ -161,16 +154,14 @@ impl Session {
     }
 
     /// Which task of the guidance comes first now.
-    pub fn priority(&self) -> control::Priority {
-        match self.priority {
-            Priority::Position => control::Priority::Position,
-            Priority::Heading => control::Priority::Heading,
-        }
+    pub fn priority(&self) -> Priority {
+        self.section.priority
     }
 
     /// The gains of the guidance's feedback now: of position and of heading, in 1/s.
     pub fn gains_per_s(&self) -> [f64; 2] {
-        [self.position_gain_per_s, self.heading_gain_per_s]
+        let section = &self.section;
+        [section.position_gain_per_s, section.heading_gain_per_s]
     }
 
     /// Simulated time of all drives together, in seconds.
@@ -351,34 +342,25 @@ impl Session {
 
     /// Takes over what was changed.
     fn adopt(&mut self, controls: &Controls) -> Result<(), LiveError> {
-        let wanted = match controls.priority {
-            Some(control::Priority::Position) => Priority::Position,
-            Some(control::Priority::Heading) => Priority::Heading,
-            None => self.priority,
-        };
-        let position = controls
-            .position_gain_per_s
-            .unwrap_or(self.position_gain_per_s);
-        let heading = controls
-            .heading_gain_per_s
-            .unwrap_or(self.heading_gain_per_s);
-        if (wanted, [position, heading]) != (self.priority, self.gains_per_s()) {
-            let section = &mut self.section;
-            if wanted != self.priority {
+        let section = &mut self.section;
+        let (before, gains) = (
+            section.priority,
+            [section.position_gain_per_s, section.heading_gain_per_s],
+        );
+        let wanted = controls.priority.unwrap_or(before);
+        let position = controls.position_gain_per_s.unwrap_or(gains[0]);
+        let heading = controls.heading_gain_per_s.unwrap_or(gains[1]);
+        if (wanted, [position, heading]) != (before, gains) {
+            if wanted != before {
                 // Who goes first is said anew, and with it that the other gives way.
-                section.priority = match wanted {
-                    Priority::Position => scenario::Priority::Position,
-                    Priority::Heading => scenario::Priority::Heading,
-                };
+                section.priority = wanted;
                 section.saturation = scenario::Saturation::Prioritised;
                 section.tasks.clear();
             }
-            if position != self.position_gain_per_s {
+            if position != gains[0] {
                 section.position_gain_matrix_per_s = None;
             }
             (section.position_gain_per_s, section.heading_gain_per_s) = (position, heading);
-            self.priority = wanted;
-            (self.position_gain_per_s, self.heading_gain_per_s) = (position, heading);
             let kinematics = self.guidance.kinematics().clone();
             self.guidance = guidance(&self.section, kinematics)?;
         }

@@ -205,7 +205,8 @@ impl OfWheel {
 
 /// What was gathered from all rows of a run.
 pub(super) struct Accumulated {
-    row_count: usize,
+    /// How many rows the run has.
+    pub row_count: usize,
     /// Whether what the robot takes for its pose is ever another than the real one.
     pub sees_otherwise: bool,
     /// How far the robot is from where a log measured the real one.
@@ -214,14 +215,16 @@ pub(super) struct Accumulated {
     wheels: Vec<OneWheel>,
     ways: [Way; 5],
     grown: Evenly<Grown>,
-    watch: Watch,
+    /// What the story watches.
+    pub watch: Watch,
     integrator: Integrator,
     standings: Evenly<Option<Standing>>,
-    /// Those of the kept standings that there are.
-    stood: Vec<Standing>,
+    /// How the parts of the error stood, at evenly spread instants.
+    pub stood: Vec<Standing>,
     first: Option<Record>,
     last_s: f64,
-    ends_at_m_s: f64,
+    /// The robot's speed at the end, in m/s.
+    pub ends_at_m_s: f64,
 }
 
 /// What was gathered of one wheel.
@@ -330,11 +333,6 @@ impl Accumulated {
         });
     }
 
-    /// How many rows the run has.
-    pub fn row_count(&self) -> usize {
-        self.row_count
-    }
-
     /// The times of the first and the last row, in seconds; none of a run without rows.
     pub fn ends_s(&self) -> impl Iterator<Item = f64> {
         let first = self.first.iter();
@@ -364,21 +362,6 @@ impl Accumulated {
     /// All that happened, in the order of time.
     pub fn events(&self, header: &Header) -> Vec<Event> {
         self.watch.events(header)
-    }
-
-    /// What the story watches.
-    pub fn watch(&self) -> &Watch {
-        &self.watch
-    }
-
-    /// The robot's speed at the end, in m/s.
-    pub fn ends_at_m_s(&self) -> f64 {
-        self.ends_at_m_s
-    }
-
-    /// How the parts of the error stood, at evenly spread instants.
-    pub fn standings(&self) -> &[Standing] {
-        &self.stood
     }
 
     /// How the ledger's terms grew.

@@ -220,6 +220,57 @@ pub fn describe(kind: &str, rate_hz: f64) -> String {
     }
 }
 
+/// What a table shows of a configuration after the errors of its drives.
+pub const CONFIGURATION_COLUMNS: [&str; 5] =
+    ["ripple", "slip", "sim s/CPU s", "steps/CPU s", "spread"];
+
+/// What a table shows of a slide.
+pub const SLIDE_COLUMNS: [&str; 6] = ["x", "y", "apart", "heat", "slip", "unexplained"];
+
+impl Configuration {
+    /// The figures that a table shows of it, each with its decimals: the worst error and that of each drive in %, then
+    /// [`CONFIGURATION_COLUMNS`] in mm, mm/s and %.
+    pub fn figures(&self) -> Vec<(Option<f64>, usize)> {
+        let drives = DRIVES.map(|(name, _)| (self.drives.get(name).map(|d| d.error_pct), 4));
+        let others = [
+            (self.hub_ripple_m.map(|m| 1e3 * m), 4),
+            (self.slip_speed_rms_m_s.map(|v| 1e3 * v), 2),
+            (self.sim_s_per_cpu_s, 1),
+            (self.steps_per_cpu_s, 0),
+            (self.speed_spread_pct, 1),
+        ];
+        let worst = std::iter::once((Some(self.worst_error_pct), 4));
+        worst.chain(drives).chain(others).collect()
+    }
+}
+
+impl Slide {
+    /// The figures of [`SLIDE_COLUMNS`] in mm, J, mm/s and %, each with its decimals.
+    pub fn figures(&self) -> [(Option<f64>, usize); 6] {
+        [
+            (Some(1e3 * self.end_m[0]), 2),
+            (Some(1e3 * self.end_m[1]), 2),
+            (Some(1e3 * self.apart_m), 2),
+            (Some(self.heat_j), 4),
+            (Some(1e3 * self.slip_speed_max_m_s), 1),
+            (Some(100.0 * self.unexplained_share), 3),
+        ]
+    }
+}
+
+impl Throughput {
+    /// The figures that a table shows of it, each with its decimals: simulated seconds a second of wall clock and of the CPU, cores,
+    /// efficiency.
+    pub fn figures(&self) -> [(Option<f64>, usize); 4] {
+        [
+            (Some(self.sim_s_per_wall_s), 1),
+            (self.sim_s_per_cpu_s, 1),
+            (self.cores, 2),
+            (self.efficiency, 2),
+        ]
+    }
+}
+
 impl TreadCost {
     /// The drive that treads cost most.
     pub fn worst(&self) -> Option<(&str, f64)> {

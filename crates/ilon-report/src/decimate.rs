@@ -6,26 +6,11 @@ pub const MAX_POINTS: usize = 2000;
 /// A curve of at most `max_points` points that keeps its outline: of each interval of the input the smallest and the
 /// largest value stay, in their order, and so do the first and the last point.
 pub fn envelope(curve: &[(f64, f64)], max_points: usize) -> Vec<(f64, f64)> {
-    if curve.len() <= max_points.max(4) {
-        return curve.to_vec();
+    let mut outline = Envelope::new(curve.len(), max_points);
+    for point in curve {
+        outline.add(*point);
     }
-    let inner = &curve[1..curve.len() - 1];
-    // Two points an interval, beside the first and the last.
-    let intervals = (max_points.max(4) - 2) / 2;
-    let mut kept = vec![curve[0]];
-    for k in 0..intervals {
-        let from = k * inner.len() / intervals;
-        let to = (k + 1) * inner.len() / intervals;
-        let Some((low, high)) = extremes(&inner[from..to]) else {
-            continue;
-        };
-        kept.push(inner[from + low.min(high)]);
-        if low != high {
-            kept.push(inner[from + low.max(high)]);
-        }
-    }
-    kept.push(curve[curve.len() - 1]);
-    kept
+    outline.kept
 }
 
 /// The outline of a curve whose points come one by one, and whose length is known before: what [`envelope`] makes of it.
@@ -154,13 +139,6 @@ pub fn short(x: f64, digits: usize) -> f64 {
         .unwrap_or(x)
 }
 
-/// Where the smallest and the largest value stand; `None` of nothing.
-fn extremes(curve: &[(f64, f64)]) -> Option<(usize, usize)> {
-    let by_value = |a: &(usize, f64), b: &(usize, f64)| a.1.total_cmp(&b.1);
-    let values = || curve.iter().map(|p| p.1).enumerate();
-    Some((values().min_by(by_value)?.0, values().max_by(by_value)?.0))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -177,6 +155,33 @@ mod tests {
         assert_eq!((thin[0], thin[thin.len() - 1]), (curve[0], curve[99_999]));
         assert!(thin.contains(&(31_337.0, 9.0)) && thin.contains(&(77_777.0, -9.0)));
         assert!(thin.windows(2).all(|pair| pair[0].0 < pair[1].0));
+    }
+
+    /// The first and the last point and, of each interval between them, the smallest and the largest: interval by interval.
+    fn extremes_of_intervals(curve: &[(f64, f64)], max_points: usize) -> Vec<(f64, f64)> {
+        let max_points = max_points.max(4);
+        if curve.len() <= max_points {
+            return curve.to_vec();
+        }
+        let inner = &curve[1..curve.len() - 1];
+        let intervals = (max_points - 2) / 2;
+        let by_value = |a: &(usize, &(f64, f64)), b: &(usize, &(f64, f64))| a.1.1.total_cmp(&b.1.1);
+        let mut kept = vec![curve[0]];
+        for k in 0..intervals {
+            let from = k * inner.len() / intervals;
+            let interval = &inner[from..(k + 1) * inner.len() / intervals];
+            let values = || interval.iter().enumerate();
+            let (Some(low), Some(high)) = (values().min_by(by_value), values().max_by(by_value))
+            else {
+                continue;
+            };
+            kept.push(interval[low.0.min(high.0)]);
+            if low.0 != high.0 {
+                kept.push(interval[low.0.max(high.0)]);
+            }
+        }
+        kept.push(curve[curve.len() - 1]);
+        kept
     }
 
     #[test]
@@ -205,7 +210,7 @@ mod tests {
             let times = |points: Vec<(f64, f64)>| points.iter().map(|p| p.0).collect::<Vec<_>>();
             assert_eq!(
                 times(outline.points().collect()),
-                times(envelope(&curve, max)),
+                times(extremes_of_intervals(&curve, max)),
                 "{count} {max}"
             );
             assert_eq!(spread.kept(), evenly(count, max));

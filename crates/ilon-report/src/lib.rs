@@ -13,6 +13,7 @@ pub mod difference;
 pub mod drawing;
 pub mod figure;
 mod figures;
+mod html_table;
 mod input;
 pub mod page;
 pub mod pages;
@@ -38,7 +39,7 @@ use figure::{dashed, dotted, solid};
 use figures::{balance, contacts, motion, rollers, wheels};
 use input::RunInput;
 pub use page::GENERATOR;
-use page::{Head, Section, card, escape, panels};
+use page::{Head, Section, card, escape, panels, side_by_side};
 pub use provenance::{Expectation, Provenance};
 use story::Story;
 use text::{angle, length};
@@ -63,9 +64,7 @@ pub fn html(trace: &Trace, summary: &Summary) -> String {
 
 /// The report of a run, with what its trace does not carry.
 pub fn html_with(trace: &Trace, summary: &Summary, context: &Context) -> String {
-    let Ok(shown) = RunInput::of(trace);
-    let Ok(scene) = viewer::picture_of(trace, context.robot, context.relief_m.as_deref());
-    page_of(&shown, summary, context, scene.as_ref()).0
+    page_in_memory(trace, summary, context).0
 }
 
 /// Writes the report of a run to a file, whole or not at all.
@@ -87,16 +86,11 @@ pub fn write_recorded(
     summary: &Summary,
     context: &Context,
 ) -> Result<Vec<String>, TraceError> {
-    let relief_m = context.relief_m.as_deref();
     let (page, answer) = match recorded {
-        Recorded::Memory(trace) => {
-            let Ok(shown) = RunInput::of(trace);
-            let Ok(scene) = viewer::picture_of(trace, context.robot, relief_m);
-            page_of(&shown, summary, context, scene.as_ref())
-        }
+        Recorded::Memory(trace) => page_in_memory(trace, summary, context),
         Recorded::File(file) => {
             let shown = RunInput::of_many(file, ROWS_A_GROUP)?;
-            let scene = viewer::picture_of(file, context.robot, relief_m)?;
+            let scene = viewer::picture_of(file, context.robot, context.relief_m.as_deref())?;
             page_of(&shown, summary, context, scene.as_ref())
         }
     };
@@ -122,6 +116,13 @@ pub fn answer(recorded: &Recorded, summary: &Summary) -> Result<Vec<String>, Tra
     Ok(story.plain())
 }
 
+fn page_in_memory(trace: &Trace, summary: &Summary, context: &Context) -> (String, Vec<String>) {
+    let Ok(shown) = RunInput::of(trace);
+    let Ok(scene) = viewer::picture_of(trace, context.robot, context.relief_m.as_deref());
+    page_of(&shown, summary, context, scene.as_ref())
+}
+
+/// The page, and what it answers in plain sentences.
 fn page_of(
     shown: &RunInput,
     summary: &Summary,
@@ -238,23 +239,17 @@ fn motion_section(shown: &RunInput, settings: &Settings) -> Section {
         id: "motion",
         title: "Motion",
         lead: String::new(),
-        body: format!("<div class=\"grid\">\n{cards}{twist}</div>\n"),
+        body: side_by_side(&(cards + &twist)),
     }
 }
 
 /// Where the error came from: at the worst instant of a closed loop, over the run of an open one.
 fn budget_section(shown: &RunInput, summary: &Summary, story: &Story) -> Section {
-    let integral = format!(
-        "<div class=\"grid\">\n{}{}</div>\n",
-        balance::ledger(shown, summary)
-            .iter()
-            .map(card)
-            .collect::<String>(),
-        tables::ledger_table(summary)
-    );
+    let ledger: String = balance::ledger(shown, summary).iter().map(card).collect();
+    let integral = side_by_side(&(ledger + &tables::ledger_table(summary)));
     let body = if shown.trace.header.open_loop {
         let twist = tables::twist_table(&shown.trace, summary);
-        format!("<div class=\"grid\">\n{twist}</div>\n{integral}")
+        side_by_side(&twist) + &integral
     } else {
         let worst = story.budget.as_ref().map_or_else(
             || "<p class=\"lead\">Once at its reference, the robot was never more than a millimetre off.</p>\n".to_owned(),
@@ -304,7 +299,6 @@ fn details_section(
         .chain(wheels::torque_weights(shown))
         .map(|figure| card(&figure))
         .collect();
-    let grid = |content: String| format!("<div class=\"grid\">\n{content}</div>\n");
     let odometry: String = motion::odometry(shown).iter().map(card).collect();
     let energy = card(&balance::energy(shown)) + &tables::energy_table(summary);
     // A summary of numbers and names always serialises.
@@ -322,19 +316,27 @@ fn details_section(
         page::topic(
             "Events",
             &format!("{} found", story.events.len()),
-            &viewer::table(&story.events),
+            &viewer::events_table(&story.events),
         ),
-        page::topic("Wheels", "rates, torques, tasks", &grid(rates + &of_wheels)),
+        page::topic(
+            "Wheels",
+            "rates, torques, tasks",
+            &side_by_side(&(rates + &of_wheels)),
+        ),
         page::topic(
             "Contacts and slip",
             "forces, sliding, rollers",
             &contacts_of(shown, summary),
         ),
-        page::topic("Energy", "where the motors' work went", &grid(energy)),
+        page::topic(
+            "Energy",
+            "where the motors' work went",
+            &side_by_side(&energy),
+        ),
         page::topic(
             "Odometry",
             "what wheel encoders alone would say",
-            &grid(odometry + &tables::odometry_table(summary)),
+            &side_by_side(&(odometry + &tables::odometry_table(summary))),
         ),
         page::topic(
             "The robot from above",
@@ -415,10 +417,7 @@ fn contacts_of(shown: &RunInput, summary: &Summary) -> String {
         &rollers::touching(trace),
     );
     let cards: String = figures.iter().map(card).collect();
-    format!(
-        "{quiet}<div class=\"grid\">\n{cards}{touching}{}</div>\n",
-        tables::wheel_table(summary)
-    )
+    quiet + &side_by_side(&(cards + &touching + &tables::wheel_table(summary)))
 }
 
 fn footer(shown: &RunInput) -> String {
@@ -435,7 +434,7 @@ fn footer(shown: &RunInput) -> String {
          back. A short peak beyond the axis is marked with its value. Equation numbers are those of G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics \
          Analysis and Control”, IEEE Transactions on Robotics 25(1), 2009.</p>",
         decimate::MAX_POINTS,
-        shown.all.row_count()
+        shown.all.row_count
     )
 }
 

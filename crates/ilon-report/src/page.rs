@@ -230,7 +230,11 @@ pub fn topic(title: &str, says: &str, body: &str) -> String {
 
 /// Figures side by side.
 pub fn grid(figures: &[Figure]) -> String {
-    let cards: String = figures.iter().map(card).collect();
+    side_by_side(&figures.iter().map(card).collect::<String>())
+}
+
+/// Cards side by side, as HTML.
+pub fn side_by_side(cards: &str) -> String {
     format!("<div class=\"grid\">\n{cards}</div>\n")
 }
 

@@ -6,7 +6,7 @@
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::decimate::{MAX_POINTS, envelope, short};
 use super::pen::{Pen, solid};
@@ -143,10 +143,6 @@ impl Curve {
     }
 
     fn to_json(&self) -> Value {
-        let mut map = Map::new();
-        let mut put = |key: &str, value: Value| map.insert(key.to_owned(), value);
-        put("name", self.name.clone().into());
-        put("color", self.pen.color.trim_start_matches('@').into());
         let kind = match self.kind {
             CurveKind::Line => "line",
             CurveKind::Steps => "steps",
@@ -155,29 +151,32 @@ impl Curve {
             CurveKind::Area => "area",
             CurveKind::Bars => "bars",
         };
-        put("kind", kind.into());
-        put("width", self.pen.width_px.into());
-        if let Some(dash) = self.pen.dash.name() {
-            put("dash", dash.into());
-        }
-        if matches!(self.kind, CurveKind::Dots | CurveKind::Dotted) {
-            put("size", self.size_px.into());
-        }
-        if self.opacity < 1.0 {
-            put("opacity", self.opacity.into());
-        }
-        if !self.listed {
-            put("unlisted", true.into());
-        }
-        if !self.labels.is_empty() {
-            put("labels", self.labels.clone().into());
-            put("below", self.labels_below.into());
-        }
+        let has_dots = matches!(self.kind, CurveKind::Dots | CurveKind::Dotted);
+        let has_labels = !self.labels.is_empty();
         let (x, y): (Vec<f64>, Vec<f64>) = self.points.iter().copied().unzip();
-        put("x", column(&x, true));
-        put("y", column(&y, false));
-        Value::Object(map)
+        without_nulls(json!({
+            "name": self.name,
+            "color": self.pen.color.trim_start_matches('@'),
+            "kind": kind,
+            "width": self.pen.width_px,
+            "dash": self.pen.dash.name(),
+            "size": has_dots.then_some(self.size_px),
+            "opacity": (self.opacity < 1.0).then_some(self.opacity),
+            "unlisted": (!self.listed).then_some(true),
+            "labels": has_labels.then_some(&self.labels),
+            "below": has_labels.then_some(self.labels_below),
+            "x": column(&x, true),
+            "y": column(&y, false),
+        }))
     }
+}
+
+/// An object without what is not given in it.
+fn without_nulls(mut object: Value) -> Value {
+    if let Some(fields) = object.as_object_mut() {
+        fields.retain(|_, value| !value.is_null());
+    }
+    object
 }
 
 /// A column of numbers. What is no number becomes a gap.
@@ -256,25 +255,14 @@ impl Axis {
     }
 
     fn to_json(&self) -> Value {
-        let mut map = Map::new();
-        let mut put = |key: &str, value: Value| map.insert(key.to_owned(), value);
-        put("title", self.title.clone().into());
-        if self.log {
-            put("log", true.into());
-        }
-        if self.from_zero {
-            put("zero", true.into());
-        }
-        if let Some(range) = self.range {
-            put("range", range.to_vec().into());
-        }
-        if self.least_span > 0.0 {
-            put("least", self.least_span.into());
-        }
-        if !self.names.is_empty() {
-            put("names", self.names.clone().into());
-        }
-        Value::Object(map)
+        without_nulls(json!({
+            "title": self.title,
+            "log": self.log.then_some(true),
+            "zero": self.from_zero.then_some(true),
+            "range": self.range,
+            "least": (self.least_span > 0.0).then_some(self.least_span),
+            "names": (!self.names.is_empty()).then_some(&self.names),
+        }))
     }
 }
 

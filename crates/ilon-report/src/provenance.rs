@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::html_table::{self, wide};
 use super::page::escape;
 
 /// One expectation and what came of it.
@@ -65,26 +66,15 @@ pub fn verdict(expectations: &[Expectation]) -> String {
 impl Provenance {
     /// As HTML; `versions` are those of what made the run, by name.
     pub fn html(&self, versions: &BTreeMap<String, String>) -> String {
-        let row = |name: &str, value: &str| {
-            format!(
-                "<tr><th scope=\"row\">{}</th><td class=\"words\"><code>{}</code></td></tr>",
-                escape(name),
-                escape(value)
-            )
+        let row = |(name, value): (&str, &String)| {
+            let value = format!("<td class=\"words\"><code>{}</code></td>", escape(value));
+            html_table::row(&escape(name), &value)
         };
-        let mut rows = String::new();
-        if let Some(command) = &self.command {
-            rows += &row("command", command);
-        }
-        if let Some(date) = &self.date {
-            rows += &row("made", date);
-        }
-        for (name, version) in versions {
-            rows += &row(name, version);
-        }
-        for (name, hash) in &self.files {
-            rows += &row(name, hash);
-        }
+        let command = self.command.iter().map(|command| ("command", command));
+        let date = self.date.iter().map(|date| ("made", date));
+        let named = versions.iter().chain(&self.files);
+        let named = named.map(|(name, value)| (name.as_str(), value));
+        let rows: String = command.chain(date).chain(named).map(row).collect();
         let remarks: String = self
             .remarks
             .iter()
@@ -95,9 +85,7 @@ impl Provenance {
         } else {
             format!("<h3>Remarks</h3><ul class=\"remarks\">{remarks}</ul>")
         };
-        format!(
-            "<div class=\"card whole scroll\" tabindex=\"0\">{remarks}<table><tbody>{rows}</tbody></table></div>\n"
-        )
+        wide(&format!("{remarks}<table><tbody>{rows}</tbody></table>"))
     }
 }
 

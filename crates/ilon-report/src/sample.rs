@@ -48,50 +48,18 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
             *rate += (target - *rate) * (1.0 - (-DT_S / 0.06_f64).exp());
         }
         let ideal = twist_of(&rates);
-        let phi_rad =
-            |angle: f64| (angle * ROLLERS as f64).rem_euclid(TAU) / ROLLERS as f64 - TAU / 18.0;
-        let ripple = angles.iter().map(|&a| phi_rad(a).cos()).sum::<f64>() / 4.0;
-        let contact = Twist::new(
-            ideal.vx_m_s,
-            ideal.vy_m_s * ripple,
-            ideal.omega_rad_s * (0.5 + 0.5 * ripple),
-        );
-        let real = Twist::new(
-            contact.vx_m_s * 0.999,
-            contact.vy_m_s * 0.997,
-            contact.omega_rad_s * 0.998,
-        );
+        let [contact, real] = contact_and_real(ideal, &angles);
         let wheels: Vec<WheelSample> = (0..4)
-            .map(|j| {
-                let wheel = &trace.header.wheels[j];
-                let torque_n_m = 0.02 * rates[j] + 0.08 * (rates[j] - before[j]) / DT_S;
-                let phi = phi_rad(angles[j]);
-                let slide = 0.004 * phi.abs() / 0.35 * (rates[j].abs() / 5.0).min(1.0)
-                    + 2e-5 * (7.0 * t_s).sin().abs();
-                let force_n = torque_n_m / RADIUS_M;
-                WheelSample {
-                    target_rad_s: targets[j],
-                    rate_rad_s: rates[j],
-                    angle_rad: angles[j],
-                    torque_n_m,
-                    hub_height_m: RADIUS_M + 2e-5 * (9.0 * angles[j]).cos(),
-                    roller: (angles[j].rem_euclid(TAU) / TAU * ROLLERS as f64) as u32,
-                    touching: true,
-                    load_share: if phi.abs() > 0.33 { 0.6 } else { 1.0 },
-                    contact_x_m: wheel.position_m[0],
-                    contact_y_m: wheel.position_m[1] + 0.038 * phi.tan() * wheel.gamma_rad.tan(),
-                    normal_force_n: 28.0 + 2.0 * (9.0 * angles[j]).sin(),
-                    force_x_n: 0.7 * force_n,
-                    force_y_n: 0.7 * force_n * wheel.gamma_rad.signum(),
-                    friction: 0.6,
-                    slip_x_m_s: slide * (phi * 3.0).cos(),
-                    slip_y_m_s: slide * (phi * 3.0).sin(),
-                    slip_energy_j: 0.25 * slip_j,
-                    spin_up_energy_j: 0.0,
-                    roller_spin_rad_s: 8.0 * real.vy_m_s / 0.012 * 0.1
-                        + 3.0 * (-phi.abs() * 30.0).exp(),
-                    roller_spin_ideal_rad_s: 8.0 * real.vy_m_s / 0.012 * 0.1,
-                }
+            .map(|j| WheelSample {
+                target_rad_s: targets[j],
+                slip_energy_j: 0.25 * slip_j,
+                ..sampled(
+                    &trace.header.wheels[j],
+                    [before[j], rates[j]],
+                    angles[j],
+                    t_s,
+                    real,
+                )
             })
             .collect();
         let speed = real.linear_m_s().norm_squared() + 0.05 * real.omega_rad_s.powi(2);
@@ -112,18 +80,15 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
                 truth: Truth {
                     pose,
                     height_m: RADIUS_M,
-                    roll_rad: 0.0,
-                    pitch_rad: 0.0,
                     twist_in_body: real,
+                    ..Truth::default()
                 },
                 twist_ideal: ideal,
                 twist_contact: contact,
                 seen_pose: pose,
                 odometry_ideal: by_ideal,
                 odometry_contact: by_contact,
-                odometry_posed: None,
                 desired,
-                measured: None,
                 command_twist_in_body: command,
                 granted_twist_in_body: granted,
                 twist_target_ideal: granted,
@@ -131,23 +96,15 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
                 torque_weight_position: 1.0,
                 torque_weight_heading: 1.0,
                 slip_energy_j: slip_j,
-                spin_up_energy_j: 0.0,
                 contact_residual_m_s: 1e-9,
-                joints: Default::default(),
-                bodies: Default::default(),
-                imu: None,
-                storage: None,
-                reckoned: None,
                 support: Some(Support {
                     wheels_n: wheels.iter().map(|w| w.normal_force_n).sum(),
                     ..Support::default()
                 }),
                 motor_energy_j: motor_j,
-                outside_energy_j: 0.0,
-                impact_energy_j: 0.0,
                 bearing_energy_j: (motor_j - slip_j - kinetic_j).max(0.0) * 0.97,
                 kinetic_energy_j: kinetic_j,
-                potential_energy_j: 0.0,
+                ..Record::default()
             },
             &wheels,
         );
@@ -159,6 +116,64 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
         }
     }
     trace
+}
+
+/// How far the touching roller's middle is from straight down.
+fn phi_rad(angle_rad: f64) -> f64 {
+    (angle_rad * ROLLERS as f64).rem_euclid(TAU) / ROLLERS as f64 - TAU / 18.0
+}
+
+/// What the rollers make of the ideal twist, and what is left of that by slip.
+fn contact_and_real(ideal: Twist, angles_rad: &[f64; 4]) -> [Twist; 2] {
+    let cosines = angles_rad.iter().map(|&angle| phi_rad(angle).cos());
+    let ripple = cosines.sum::<f64>() / 4.0;
+    let contact = Twist::new(
+        ideal.vx_m_s,
+        ideal.vy_m_s * ripple,
+        ideal.omega_rad_s * (0.5 + 0.5 * ripple),
+    );
+    let real = Twist::new(
+        contact.vx_m_s * 0.999,
+        contact.vy_m_s * 0.997,
+        contact.omega_rad_s * 0.998,
+    );
+    [contact, real]
+}
+
+/// A wheel that turned at one rate and now turns at another: it slides as its roller leans.
+fn sampled(
+    wheel: &WheelHeader,
+    [before_rad_s, rate_rad_s]: [f64; 2],
+    angle_rad: f64,
+    t_s: f64,
+    real: Twist,
+) -> WheelSample {
+    let torque_n_m = 0.02 * rate_rad_s + 0.08 * (rate_rad_s - before_rad_s) / DT_S;
+    let phi = phi_rad(angle_rad);
+    let slide = 0.004 * phi.abs() / 0.35 * (rate_rad_s.abs() / 5.0).min(1.0)
+        + 2e-5 * (7.0 * t_s).sin().abs();
+    let force_n = torque_n_m / RADIUS_M;
+    let spin_rad_s = 8.0 * real.vy_m_s / 0.012 * 0.1;
+    WheelSample {
+        rate_rad_s,
+        angle_rad,
+        torque_n_m,
+        hub_height_m: RADIUS_M + 2e-5 * (9.0 * angle_rad).cos(),
+        roller: (angle_rad.rem_euclid(TAU) / TAU * ROLLERS as f64) as u32,
+        touching: true,
+        load_share: if phi.abs() > 0.33 { 0.6 } else { 1.0 },
+        contact_x_m: wheel.position_m[0],
+        contact_y_m: wheel.position_m[1] + 0.038 * phi.tan() * wheel.gamma_rad.tan(),
+        normal_force_n: 28.0 + 2.0 * (9.0 * angle_rad).sin(),
+        force_x_n: 0.7 * force_n,
+        force_y_n: 0.7 * force_n * wheel.gamma_rad.signum(),
+        friction: 0.6,
+        slip_x_m_s: slide * (phi * 3.0).cos(),
+        slip_y_m_s: slide * (phi * 3.0).sin(),
+        roller_spin_rad_s: spin_rad_s + 3.0 * (-phi.abs() * 30.0).exp(),
+        roller_spin_ideal_rad_s: spin_rad_s,
+        ..WheelSample::default()
+    }
 }
 
 fn header(duration_s: f64, open_loop: bool) -> Header {

@@ -8,9 +8,10 @@ use ilon_trace::{Quantity, Summary, Trace};
 use serde_json::Value;
 
 use super::figures::balance::TERM_COLORS;
+use super::html_table::{cell, number, row, table, wide};
 use super::page::escape;
 use super::provenance::Expectation;
-use super::text::{angle, decimals, energy, length, percent, speed, time};
+use super::text::{angle, energy, length, percent, speed, time};
 
 /// The figures that tiles show: each quantity of the summary by its key, from which magnitude on.
 const TILES: [(&str, f64); 6] = [
@@ -111,80 +112,74 @@ pub(super) fn ledger_table(summary: &Summary) -> String {
             (1e3 * i.path_m, 2),
             (i.turned_rad.to_degrees(), 3),
         ]
-        .map(|(value, places)| number(value, places))
+        .map(|(value, places)| number(Some(value), places))
         .concat()
     };
-    let rows: String = summary
+    let mut rows: String = summary
         .ledger
         .named()
         .iter()
         .zip(TERM_COLORS)
         .zip(causes)
         .map(|(((name, term), color), cause)| {
-            format!(
-                "<tr><th scope=\"row\"><span class=\"swatch\" style=\"background:var(--{})\"></span>{name}</th>{}\
-                 <td style=\"text-align:left\">{cause}</td></tr>",
-                color.trim_start_matches('@'),
-                cells(term)
+            let color = color.trim_start_matches('@');
+            row(
+                &format!(
+                    "<span class=\"swatch\" style=\"background:var(--{color})\"></span>{name}"
+                ),
+                &format!("{}<td style=\"text-align:left\">{cause}</td>", cells(term)),
             )
         })
         .collect();
-    format!(
-        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>Asked minus real motion over the run: net along the world's axes, \
-         and as the length of the path of each term</caption><thead><tr><th>term</th><th>x, mm</th><th>y, mm</th>\
-         <th>heading, deg</th><th>path, mm</th><th>turn, deg</th><th style=\"text-align:left\">because</th></tr></thead>\
-         <tbody>{rows}<tr class=\"total\"><th scope=\"row\">total</th>{}<td></td></tr></tbody></table></div>\n",
+    rows += &format!(
+        "<tr class=\"total\"><th scope=\"row\">total</th>{}<td></td></tr>",
         cells(&summary.ledger.total)
-    )
-}
-
-/// A number in a cell of a table.
-fn number(value: f64, places: usize) -> String {
-    format!("<td>{}</td>", decimals(value, places))
+    );
+    wide(&table(
+        "Asked minus real motion over the run: net along the world's axes, and as the length of the path of each term",
+        "<th>term</th><th>x, mm</th><th>y, mm</th><th>heading, deg</th><th>path, mm</th><th>turn, deg</th>\
+         <th style=\"text-align:left\">because</th>",
+        &rows,
+    ))
 }
 
 /// The mean twist on its way from asked to real, as HTML.
 pub(super) fn twist_table(trace: &Trace, summary: &Summary) -> String {
-    let row = |name: &str, twist: Option<Twist>| {
-        let cells = twist.map_or_else(
-            || "<td class=\"none\">—</td>".repeat(3),
-            |t| {
-                [
-                    number(t.vx_m_s, 5),
-                    number(t.vy_m_s, 5),
-                    number(t.omega_rad_s.to_degrees(), 4),
-                ]
-                .concat()
-            },
-        );
-        format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>")
+    let twist = |name: &str, twist: Option<Twist>| {
+        let cells = [
+            number(twist.map(|t| t.vx_m_s), 5),
+            number(twist.map(|t| t.vy_m_s), 5),
+            number(twist.map(|t| t.omega_rad_s.to_degrees()), 4),
+        ];
+        row(name, &cells.concat())
     };
     let ratio = |name: &str, r: &ilon_trace::metrics::TwistRatio| {
-        let cells: String = [r.vx, r.vy, r.omega]
-            .map(|x| x.map_or("<td class=\"none\">—</td>".to_owned(), |x| number(x, 5)))
-            .concat();
-        format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>")
+        row(name, &[r.vx, r.vy, r.omega].map(|x| number(x, 5)).concat())
     };
-    format!(
-        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>Means from {} to {}, in the body frame; a ratio stands only where \
-         the component is driven</caption><thead><tr><th></th><th>v<sub>x</sub>, m/s</th><th>v<sub>y</sub>, m/s</th>\
-         <th>ω, deg/s</th></tr></thead><tbody>{}{}{}{}{}{}{}</tbody></table></div>\n",
-        time(trace.header.measure_from_s),
-        time(trace.header.measure_to_s),
-        row("asked for", summary.twist_asked_mean),
-        row(
+    let rows = [
+        twist("asked for", summary.twist_asked_mean),
+        twist(
             "ideal: (7) from the real wheel rates",
-            summary.twist_ideal_mean
+            summary.twist_ideal_mean,
         ),
-        row(
+        twist(
             "contact: by the rollers that touch",
-            summary.twist_contact_mean
+            summary.twist_contact_mean,
         ),
-        row("real", summary.twist_mean),
+        twist("real", summary.twist_mean),
         ratio("real over asked for", &summary.twist_ratio_asked),
         ratio("real over ideal", &summary.twist_ratio_ideal),
         ratio("real over contact", &summary.twist_ratio_contact),
-    )
+    ];
+    wide(&table(
+        &format!(
+            "Means from {} to {}, in the body frame; a ratio stands only where the component is driven",
+            time(trace.header.measure_from_s),
+            time(trace.header.measure_to_s)
+        ),
+        "<th></th><th>v<sub>x</sub>, m/s</th><th>v<sub>y</sub>, m/s</th><th>ω, deg/s</th>",
+        &rows.concat(),
+    ))
 }
 
 /// The parts of the energy balance by their keys, what comes in first and then where it went, in the order in which they are shown.
@@ -203,130 +198,105 @@ pub(super) const BALANCE: [&str; 8] = [
 pub(super) fn energy_table(summary: &Summary) -> String {
     let share = summary.energy.unexplained_share.map(percent);
     let row = |quantity: &Quantity| {
-        let cell = quantity.shown(summary).map_or_else(
-            || "<td class=\"none\">—</td>".to_owned(),
-            |j| format!("<td>{j:.*}</td>", quantity.decimals),
-        );
+        let joules = quantity.shown(summary);
         let further = match (quantity.key, &share) {
             ("energy.unexplained_j", Some(share)) => {
                 format!(": {share} of the energy turned over, the solver's own")
             }
             _ => String::new(),
         };
-        format!(
-            "<tr><th scope=\"row\">{}{further}</th>{cell}</tr>",
-            quantity.label
+        row(
+            &format!("{}{further}", quantity.label),
+            &cell(joules.map(|j| format!("{j:.*}", quantity.decimals))),
         )
     };
-    let rows: String = BALANCE
-        .iter()
-        .filter_map(|key| quantities::by_key(key))
-        .map(row)
-        .collect();
-    format!(
-        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>What the motors did and what came from outside, and where it \
-         went: the last six add up to the first two</caption><thead><tr><th></th><th>J</th></tr></thead><tbody>{rows}</tbody></table></div>\n"
-    )
+    let parts = BALANCE.iter().filter_map(|key| quantities::by_key(key));
+    wide(&table(
+        "What the motors did and what came from outside, and where it went: the last six add up to the first two",
+        "<th></th><th>J</th>",
+        &parts.map(row).collect::<String>(),
+    ))
 }
 
 /// How far dead reckoning strayed, by either kinematics, and how many times less by the second; as HTML.
 pub(super) fn odometry_table(summary: &Summary) -> String {
     let (ideal, contact) = (&summary.odometry_ideal, &summary.odometry_contact);
-    let mm = |x: Option<f64>| x.map(|x| 1e3 * x);
-    let deg = |x: Option<f64>| x.map(f64::to_degrees);
+    // The head, SI units to what is shown, decimals, the value.
     type Column = (
         &'static str,
+        fn(f64) -> f64,
         usize,
         fn(&ilon_trace::odometry::Drift) -> Option<f64>,
     );
-    let millimetres: [Column; 3] = [
-        ("at the end,<br>mm", 2, |d| d.final_m),
-        ("at its worst,<br>mm", 2, |d| d.worst_m),
-        ("per metre,<br>mm", 3, |d| d.m_per_m),
+    let mm = |x: f64| 1e3 * x;
+    let columns: [Column; 6] = [
+        ("at the end,<br>mm", mm, 2, |d| d.final_m),
+        ("at its worst,<br>mm", mm, 2, |d| d.worst_m),
+        ("per metre,<br>mm", mm, 3, |d| d.m_per_m),
+        ("heading at the end,<br>deg", f64::to_degrees, 4, |d| {
+            d.final_rad
+        }),
+        ("per metre,<br>deg", f64::to_degrees, 4, |d| d.rad_per_m),
+        ("per full turn,<br>deg", f64::to_degrees, 4, |d| {
+            d.rad_per_turn
+        }),
     ];
-    let degrees: [Column; 3] = [
-        ("heading at the end,<br>deg", 4, |d| d.final_rad),
-        ("per metre,<br>deg", 4, |d| d.rad_per_m),
-        ("per full turn,<br>deg", 4, |d| d.rad_per_turn),
+    let drift = |name: &str, drift: &ilon_trace::odometry::Drift| {
+        let cells = columns.map(|(_, shown, places, of)| {
+            cell(of(drift).map(|value| format!("{:.places$}", shown(value))))
+        });
+        row(name, &cells.concat())
+    };
+    let better = columns.map(|(_, _, _, of)| {
+        let times = of(ideal).zip(of(contact)).map(|(i, c)| (i / c).abs());
+        cell(times.filter(|t| t.is_finite()).map(|t| format!("{t:.1}")))
+    });
+    let rows = [
+        drift("by equation (7)", ideal),
+        drift("by the contact kinematics", contact),
+        format!(
+            "<tr class=\"total\"><th scope=\"row\">times less</th>{}</tr>",
+            better.concat()
+        ),
     ];
-    let cell = |value: Option<String>| {
-        value.map_or("<td class=\"none\">—</td>".to_owned(), |v| {
-            format!("<td>{v}</td>")
-        })
-    };
-    let row = |name: &str, drift: &ilon_trace::odometry::Drift| {
-        let lengths = millimetres
-            .iter()
-            .map(|(_, digits, of)| (mm(of(drift)), *digits));
-        let angles = degrees
-            .iter()
-            .map(|(_, digits, of)| (deg(of(drift)), *digits));
-        let cells: String = lengths
-            .chain(angles)
-            .map(|(value, digits)| cell(value.map(|v| format!("{v:.digits$}"))))
-            .collect();
-        format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>")
-    };
-    let better: String = millimetres
-        .iter()
-        .chain(&degrees)
-        .map(|(_, _, of)| {
-            let times = of(ideal).zip(of(contact)).map(|(i, c)| (i / c).abs());
-            cell(times.filter(|t| t.is_finite()).map(|t| format!("{t:.1}")))
-        })
-        .collect();
-    let heads: String = millimetres
-        .iter()
-        .chain(&degrees)
-        .map(|(head, _, _)| format!("<th>{head}</th>"))
-        .collect();
-    format!(
-        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>Reckoned minus real. A robot of one's own reckons by the contacts \
-         with <code>ilon_control::Odometry</code>: wheel angles in, pose out</caption><thead><tr><th></th>{heads}</tr></thead>\
-         <tbody>{}{}<tr class=\"total\"><th scope=\"row\">times less</th>{better}</tr></tbody></table></div>\n",
-        row("by equation (7)", ideal),
-        row("by the contact kinematics", contact),
-    )
+    let heads = columns.map(|(head, ..)| format!("<th>{head}</th>"));
+    wide(&table(
+        "Reckoned minus real. A robot of one's own reckons by the contacts with <code>ilon_control::Odometry</code>: wheel angles \
+         in, pose out",
+        &format!("<th></th>{}", heads.concat()),
+        &rows.concat(),
+    ))
 }
 
 /// The contacts of each wheel in numbers, as HTML.
 pub(super) fn wheel_table(summary: &Summary) -> String {
-    let cell = |value: Option<String>| {
-        value.map_or("<td class=\"none\">—</td>".to_owned(), |v| {
-            format!("<td>{v}</td>")
-        })
+    let plain = |x: Option<f64>, places: usize| cell(x.map(|x| format!("{x:.places$}")));
+    let milli = |x: Option<f64>, places: usize| plain(x.map(|x| 1e3 * x), places);
+    let wheel = |w: &ilon_trace::slip::WheelSlip| {
+        let cells = [
+            milli(w.speed_rms_m_s, 2),
+            milli(w.speed_max_m_s, 2),
+            cell(w.ratio.map(percent)),
+            milli(w.constraint_residual_rms_m_s, 2),
+            plain(Some(w.energy_j), 3),
+            plain(w.normal_force_mean_n, 2),
+            cell(w.friction_used_max.map(percent)),
+            cell(Some(w.hand_overs.to_string())),
+            cell(w.shared_contact.map(percent)),
+            cell(w.lost_contact.map(percent)),
+            plain(w.roller_spin_error_rms_rad_s, 2),
+            milli(w.hub_ripple_m, 3),
+        ];
+        row(&escape(&w.name), &cells.concat())
     };
-    let mm_s = |x: Option<f64>| cell(x.map(|x| format!("{:.2}", 1e3 * x)));
-    let rows: String = summary
-        .wheels
-        .iter()
-        .map(|w| {
-            format!(
-                "<tr><th scope=\"row\">{}</th>{}{}{}{}<td>{:.3}</td>{}{}<td>{}</td>{}{}{}{}</tr>",
-                escape(&w.name),
-                mm_s(w.speed_rms_m_s),
-                mm_s(w.speed_max_m_s),
-                cell(w.ratio.map(percent)),
-                mm_s(w.constraint_residual_rms_m_s),
-                w.energy_j,
-                cell(w.normal_force_mean_n.map(|n| format!("{n:.2}"))),
-                cell(w.friction_used_max.map(percent)),
-                w.hand_overs,
-                cell(w.shared_contact.map(percent)),
-                cell(w.lost_contact.map(percent)),
-                cell(w.roller_spin_error_rms_rad_s.map(|w| format!("{w:.2}"))),
-                cell(w.hub_ripple_m.map(|m| format!("{:.3}", 1e3 * m))),
-            )
-        })
-        .collect();
-    format!(
-        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>The contacts of each wheel over the run</caption><thead><tr>\
-         <th>wheel</th><th>slip rms,<br>mm/s</th><th>slip max,<br>mm/s</th><th>slip ratio</th>\
+    wide(&table(
+        "The contacts of each wheel over the run",
+        "<th>wheel</th><th>slip rms,<br>mm/s</th><th>slip max,<br>mm/s</th><th>slip ratio</th>\
          <th>residual of (5),<br>mm/s rms</th><th>lost to slip,<br>J</th><th>mean load,<br>N</th>\
          <th>most grip used</th><th>hand-overs</th><th>two rollers<br>at once</th><th>off the floor</th>\
-         <th>spin off ideal,<br>rad/s rms</th><th>ripple,<br>mm</th>\
-         </tr></thead><tbody>{rows}</tbody></table></div>\n"
-    )
+         <th>spin off ideal,<br>rad/s rms</th><th>ripple,<br>mm</th>",
+        &summary.wheels.iter().map(wheel).collect::<String>(),
+    ))
 }
 
 /// Every number of the summary under its own name, as HTML.
@@ -336,8 +306,12 @@ pub(super) fn all_figures(summary: &Summary) -> String {
     let json = serde_json::to_value(summary).unwrap_or_default();
     flatten("", &json, &mut rows);
     format!(
-        "<div class=\"scroll\" tabindex=\"0\"><table><caption>SI units; a dash is a quantity that does not apply</caption><thead><tr>\
-         <th>name</th><th>value</th></tr></thead><tbody>{rows}</tbody></table></div>\n"
+        "<div class=\"scroll\" tabindex=\"0\">{}</div>\n",
+        table(
+            "SI units; a dash is a quantity that does not apply",
+            "<th>name</th><th>value</th>",
+            &rows
+        )
     )
 }
 

@@ -11,6 +11,14 @@ pub(super) fn decimals(x: f64, count: usize) -> String {
     }
 }
 
+/// A text that begins a sentence.
+pub(super) fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
+
 /// A length for reading: metres, or millimetres below one.
 pub(super) fn length(x_m: f64) -> String {
     let size_m = x_m.abs();

@@ -13,6 +13,7 @@ use ilon_trace::{Fault, FaultKind, Header, Rows};
 use serde_json::json;
 
 use super::decimate::short;
+use super::html_table::{table, wide};
 use super::page::{self, Head, Parts, Section, escape, json_in_script};
 use super::story::{Event, EventKind};
 
@@ -194,11 +195,7 @@ pub(crate) fn html(
         scene: picture.map(|picture| picture.json.as_str()),
         remarks: picture.map_or(&[], |picture| &picture.remarks),
         wheels: &wheels,
-        views: &[
-            ("follow", "Follow"),
-            ("whole", "Whole run"),
-            ("top", "From above"),
-        ],
+        views: RUN_VIEWS,
         is_run: true,
         track: track(header, ends_s, events),
         clock: clock(ends_s[0], ends_s[1], events),
@@ -222,10 +219,9 @@ pub fn of_robot(scene: &Scene, turn_s: f64) -> Result<String, serde_json::Error>
         remarks: &scene.description.robot.remarks,
         wheels: &wheels,
         views: &[("follow", "From aside"), ("top", "From above")],
-        is_run: false,
-        track: String::new(),
         clock: clock(0.0, turn_s, &[]),
         help: "The slider turns the wheels in their places, once around. Space plays, arrows step.",
+        ..Viewer::default()
     }))
 }
 
@@ -247,16 +243,10 @@ pub(crate) fn of_runs(runs: &[(&str, String)], ends_s: [f64; 2]) -> String {
     figure(
         &Viewer {
             title: "The runs together",
-            label: "",
-            scene: None,
-            remarks: &[],
-            wheels: &[],
-            views: RUN_VIEWS,
-            is_run: false,
-            track: String::new(),
             clock: clock(ends_s[0], ends_s[1], &[]),
             help: "The slider moves all pictures and the cursor of every figure over time; a click in such a figure goes there. Space \
                    plays, arrows step.",
+            ..Viewer::default()
         },
         &format!("<div class=\"panels scenes\">{pictures}</div>\n"),
         &views(RUN_VIEWS),
@@ -300,6 +290,7 @@ const RUN_LEGEND: &str = "<ul class=\"legend scene-legend\"><li style=\"--c:var(
      <li style=\"--c:var(--scene-slip)\">sliding velocity</li></ul>";
 
 /// What stands on a stage.
+#[derive(Default)]
 struct Viewer<'a> {
     title: &'a str,
     /// What the picture shows, for those who cannot see it.
@@ -411,46 +402,52 @@ fn important(events: &[Event], most: usize) -> Vec<&Event> {
 
 /// A lane for each kind of event that happened.
 fn track(header: &Header, [start_s, end_s]: [f64; 2], events: &[Event]) -> String {
-    let mut lanes: Vec<(String, String, Vec<&Event>)> = Vec::new();
+    struct Lane<'a> {
+        place: usize,
+        name: String,
+        color: String,
+        events: Vec<&'a Event>,
+    }
+    let wheel_lane = |place: usize, wheel: usize, does: &str| {
+        let name = format!("{} {does}", header.wheels[wheel].name);
+        (place + wheel, name, format!("w{}", wheel % 8))
+    };
+    let fixed = |place: usize, name: &str, color: &str| (place, name.to_owned(), color.to_owned());
+    let mut lanes: Vec<Lane> = Vec::new();
     for event in events {
-        let (name, color) = match event.kind {
-            EventKind::Fault => ("faults".to_owned(), "limit".to_owned()),
-            EventKind::Stance(_) => ("posture".to_owned(), "limit".to_owned()),
-            EventKind::Ground => ("ground".to_owned(), "asked".to_owned()),
-            EventKind::Announced => ("announced".to_owned(), "limit".to_owned()),
-            EventKind::Touch => ("bodies".to_owned(), "asked".to_owned()),
+        let (place, name, color) = match event.kind {
+            EventKind::Fault => fixed(0, "faults", "limit"),
+            EventKind::Stance(_) => fixed(1, "posture", "limit"),
+            EventKind::Ground => fixed(2, "ground", "asked"),
+            EventKind::Touch => fixed(3, "bodies", "asked"),
+            EventKind::Announced => fixed(4, "announced", "limit"),
             EventKind::Saturated(task) => {
                 let name = header.task_names.get(task).map_or("task", String::as_str);
-                (format!("saturated: {name}"), "guidance".to_owned())
+                fixed(5 + task, &format!("saturated: {name}"), "guidance")
             }
-            EventKind::Slide(wheel) => (
-                format!("{} slides", header.wheels[wheel].name),
-                format!("w{}", wheel % 8),
-            ),
-            EventKind::Airborne(wheel) => (
-                format!("{} in the air", header.wheels[wheel].name),
-                format!("w{}", wheel % 8),
-            ),
+            EventKind::Slide(wheel) => wheel_lane(100, wheel, "slides"),
+            EventKind::Airborne(wheel) => wheel_lane(10_000, wheel, "in the air"),
         };
-        match lanes.iter_mut().find(|lane| lane.0 == name) {
-            Some(lane) => lane.2.push(event),
-            None => lanes.push((name, color, vec![event])),
+        match lanes.iter_mut().find(|lane| lane.name == name) {
+            Some(lane) => lane.events.push(event),
+            None => lanes.push(Lane {
+                place,
+                name,
+                color,
+                events: vec![event],
+            }),
         }
     }
-    let order = |lane: &(String, String, Vec<&Event>)| match lane.2[0].kind {
-        EventKind::Fault => 0,
-        EventKind::Stance(_) => 1,
-        EventKind::Ground => 2,
-        EventKind::Touch => 3,
-        EventKind::Announced => 4,
-        EventKind::Saturated(task) => 5 + task,
-        EventKind::Slide(wheel) => 100 + wheel,
-        EventKind::Airborne(wheel) => 10_000 + wheel,
-    };
-    lanes.sort_by_key(order);
+    lanes.sort_by_key(|lane| lane.place);
     let span_s = (end_s - start_s).max(1e-9);
     let mut html = String::new();
-    for (name, color, events) in lanes {
+    for Lane {
+        name,
+        color,
+        events,
+        ..
+    } in lanes
+    {
         let owned: Vec<Event> = events.into_iter().cloned().collect();
         let spells: String = important(&owned, MOST_A_LANE)
             .into_iter()
@@ -475,7 +472,7 @@ fn track(header: &Header, [start_s, end_s]: [f64; 2], events: &[Event]) -> Strin
 }
 
 /// All events as a table whose times seek.
-pub(crate) fn table(events: &[Event]) -> String {
+pub(crate) fn events_table(events: &[Event]) -> String {
     if events.is_empty() {
         return "<p class=\"lead\">Nothing stood out: no fault, no slide, no lost contact, no saturation.</p>\n".to_owned();
     }
@@ -496,11 +493,11 @@ pub(crate) fn table(events: &[Event]) -> String {
         0 => String::new(),
         more => format!("; {more} lesser ones are left out"),
     };
-    format!(
-        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>A click on a time goes there{more}</caption><thead><tr>\
-         <th scope=\"col\">from</th><th scope=\"col\">lasts</th><th scope=\"col\" class=\"words\">what</th></tr></thead>\
-         <tbody>{rows}</tbody></table></div>\n"
-    )
+    wide(&table(
+        &format!("A click on a time goes there{more}"),
+        "<th scope=\"col\">from</th><th scope=\"col\">lasts</th><th scope=\"col\" class=\"words\">what</th>",
+        &rows,
+    ))
 }
 
 #[cfg(test)]

@@ -97,7 +97,7 @@ fn axis_of(key: String, value: &Value) -> Result<Axis, Wrong> {
             let written: Written = table.clone().try_into().map_err(|error: toml::de::Error| {
                 wrong(format!("`{name}`: {}", error.message()), FORMS)
             })?;
-            written.values(&name)?
+            written.values(&name, table)?
         }
         _ => {
             return Err(wrong(
@@ -144,26 +144,13 @@ fn is_finite(value: &Value) -> bool {
 }
 
 impl Written {
-    fn values(self, name: &str) -> Result<Values, Wrong> {
-        let stand = [
-            ("values", self.values.is_some()),
-            ("from", self.from.is_some()),
-            ("to", self.to.is_some()),
-            ("steps", self.steps.is_some()),
-            ("scale", self.scale.is_some()),
-            ("whole", self.whole.is_some()),
-            ("mean", self.mean.is_some()),
-            ("sd", self.sd.is_some()),
-            ("min", self.min.is_some()),
-            ("max", self.max.is_some()),
-        ];
+    fn values(self, name: &str, table: &Table) -> Result<Values, Wrong> {
         let only = |form: &str, words: &[&str]| {
-            let other = stand
-                .iter()
-                .find(|(word, stands)| *stands && !words.contains(word));
+            let is_other = |word: &&&str| table.contains_key(**word) && !words.contains(word);
+            let other = WORDS.iter().find(is_other);
             match other {
                 None => Ok(()),
-                Some((word, _)) => Err(wrong(
+                Some(word) => Err(wrong(
                     format!("`{name}` is {form}, which has no `{word}`"),
                     FORMS,
                 )),

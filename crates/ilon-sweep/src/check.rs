@@ -65,16 +65,9 @@ pub(crate) fn parse(text: &str, path: &Path) -> Result<StudyFile, Error> {
 /// The axes of a study, in the order of its text.
 pub(crate) fn axes(text: &str, path: &Path, file: &StudyFile) -> Result<Vec<Axis>, Error> {
     let document = DeTable::parse(text);
-    let found = match document
-        .as_ref()
-        .map(|document| document.get_ref().get("axes"))
-    {
-        Ok(Some(axes)) => match axes.get_ref() {
-            DeValue::Table(table) => axes_of(table, &file.axes),
-            _ => Vec::new(),
-        },
-        _ => Vec::new(),
-    };
+    let written = document.as_ref().ok();
+    let written = written.and_then(|document| document.get_ref().get("axes")?.get_ref().as_table());
+    let found = written.map_or_else(Vec::new, |table| axes_of(table, &file.axes));
     let is_expectation = |key: &&String| key.split('.').next() == Some("expect");
     if let Some(key) = file.axes.keys().find(is_expectation) {
         return Err(fault(
@@ -306,7 +299,6 @@ impl Draft<'_> {
     /// What is asked of a study with or without physics: the quantities of the one the other does not have.
     fn physics(&self) -> Result<(), Error> {
         let file = self.file;
-        let wrong = |keys: &[&str], message: String, help: &str| self.wrong(keys, message, help);
         let find = file.find.iter().map(|find| ("find", &find.quantity));
         let least = file
             .minimise
@@ -327,15 +319,15 @@ impl Draft<'_> {
                     "ask for quantities of designs: `design.condition`, `design.speed_least_m_s`; or leave `physics` out",
                 ),
             };
-            return wrong(&[key], message, help);
+            return self.wrong(&[key], message, help);
         }
         if !file.physics && file.repetitions > 1 {
             let message = "`repetitions` would all be the same with `physics = false`".to_owned();
-            return wrong(&["repetitions"], message, "leave `repetitions` out");
+            return self.wrong(&["repetitions"], message, "leave `repetitions` out");
         }
         if !file.physics && !matches!(file.keep, Keep::None) {
             let message = "there are no traces to keep with `physics = false`".to_owned();
-            return wrong(&["keep"], message, "leave `keep` out");
+            return self.wrong(&["keep"], message, "leave `keep` out");
         }
         Ok(())
     }
@@ -345,21 +337,20 @@ impl Draft<'_> {
         let Self {
             file, axes, bases, ..
         } = *self;
-        let wrong = |keys: &[&str], message: String, help: &str| self.wrong(keys, message, help);
         if let Some(find) = &file.find {
             if file.minimise.is_some() {
                 let message = "`[find]` and `[minimise]` stand in one study".to_owned();
-                return wrong(&["minimise"], message, "make two studies of it");
+                return self.wrong(&["minimise"], message, "make two studies of it");
             }
             if file.method != Method::Grid {
                 let message = format!(
                     "`[find]` searches at each point of a grid, not of `\"{}\"`",
                     file.method.word()
                 );
-                return wrong(&["method"], message, "leave `method` and `points` out");
+                return self.wrong(&["method"], message, "leave `method` and `points` out");
             }
             if let Err(refused) = range("find", find.from, find.to, None, find.scale, false) {
-                return wrong(&["find", "from"], refused.message, &refused.help);
+                return self.wrong(&["find", "from"], refused.message, &refused.help);
             }
             let finest = FINEST * find.from.abs().max(find.to.abs());
             if find.tolerance < finest {
@@ -368,11 +359,11 @@ impl Draft<'_> {
                     find.tolerance
                 );
                 let help = format!("take {finest:e} or more");
-                return wrong(&["find", "tolerance"], message, &help);
+                return self.wrong(&["find", "tolerance"], message, &help);
             }
             if let Some(axis) = axes.iter().find(|axis| overlap(&axis.key, &find.key)) {
                 let message = format!("`{}` is searched over, and an axis too", axis.key);
-                return wrong(&["find", "key"], message, "leave the axis out");
+                return self.wrong(&["find", "key"], message, "leave the axis out");
             }
         }
         if let Some(minimise) = &file.minimise {
@@ -381,25 +372,25 @@ impl Draft<'_> {
                     "`[minimise]` chooses its points itself, not by `\"{}\"`",
                     file.method.word()
                 );
-                return wrong(&["method"], message, "leave `method` and `points` out");
+                return self.wrong(&["method"], message, "leave `method` and `points` out");
             }
             if bases.len() > 1 {
                 let message =
                     "`[minimise]` has several scenarios, and would not know whose minimum is meant"
                         .to_owned();
-                return wrong(&["scenario"], message, "make a study of each");
+                return self.wrong(&["scenario"], message, "make a study of each");
             }
             let is_range = |axis: &Axis| matches!(axis.values, Values::Range { steps: None, .. });
             if let Some(axis) = axes.iter().find(|axis| !is_range(axis)) {
                 let key = &axis.key;
                 let message = format!("`[minimise]` searches ranges, and `axes.{key}` is none");
                 let help = "write it as `{ from = 0.1, to = 0.8 }`, without `steps`";
-                return wrong(&["axes"], message, help);
+                return self.wrong(&["axes"], message, help);
             }
             for (name, bound) in &minimise.subject_to {
                 if let Some(what) = objection_to(&bound.bound()) {
                     let message = format!("`minimise.subject_to.{name}` {what}");
-                    return wrong(&["minimise", "subject_to", name.as_str()], message, BOUNDS);
+                    return self.wrong(&["minimise", "subject_to", name.as_str()], message, BOUNDS);
                 }
             }
         }

@@ -8,7 +8,7 @@ use ilon_trace::file::write_text;
 use rayon::prelude::*;
 use toml::Value;
 
-use crate::evaluate::evaluate;
+use crate::evaluate::{self, evaluate};
 use crate::file::{Find, Keep, Minimise};
 use crate::findings::{Findings, FoundAt, MinimumAt};
 use crate::keep_traces::{keep, kept_folder};
@@ -203,7 +203,7 @@ impl<'s> Sweep<'s> {
             && let (Some(finished), Some(folder)) = (&finished, self.folder)
         {
             // Before its row, so that no row is without its trace.
-            finished.write(&kept_folder(folder, task.run))?;
+            evaluate::write(finished, &kept_folder(folder, task.run))?;
         }
         self.store.put(row.clone())?;
         self.done.fetch_add(1, Ordering::Relaxed);

@@ -17,11 +17,6 @@ use ilon_sim::scenario::{Expect, Scenario};
 use ilon_sim::simulate::design;
 use ilon_sim::{Run, Simulation};
 
-/// What a run wrote down, where it is to be kept.
-pub(crate) struct Finished {
-    pub run: Run<Recorded>,
-}
-
 /// Runs one task; whatever goes wrong with it is in its row.
 ///
 /// # Errors
@@ -30,7 +25,7 @@ pub(crate) fn evaluate(
     study: &Study,
     task: &Task,
     stop: &Stop,
-) -> Result<(Row, Option<Finished>), Error> {
+) -> Result<(Row, Option<Run<Recorded>>), Error> {
     stop.check()?;
     let mut row = Row {
         run: task.run,
@@ -46,8 +41,8 @@ pub(crate) fn evaluate(
     };
     // A fault of ilon's own in one run shall not cost the others.
     let simulated = catch_unwind(AssertUnwindSafe(|| match study.file().physics {
-        true => simulate(study, task, stop, &mut row.key).map(|run| Came::Run(Box::new(run))),
-        false => look_at(study, task, &mut row.key).map(Came::Design),
+        true => simulate(study, task, stop, &mut row.key),
+        false => look_at(study, task, &mut row.key),
     }));
     let simulated = match simulated {
         Ok(Err(Error::Stopped)) => return Err(Error::Stopped),
@@ -56,70 +51,57 @@ pub(crate) fn evaluate(
     };
     if row.key.is_empty() {
         // Of what was asked for, where no scenario came of it.
-        let mut hash = Hash::new();
-        hash.feed(env!("CARGO_PKG_VERSION"));
-        hash.feed(&row.scenario);
-        study
-            .settings(task)
-            .iter()
-            .for_each(|setting| hash.feed(&setting.to_string()));
-        row.key = hash.to_string();
+        let settings = study.settings(task);
+        let settings: Vec<String> = settings.iter().map(ToString::to_string).collect();
+        let asked = [env!("CARGO_PKG_VERSION"), &row.scenario].into_iter();
+        let asked = asked.chain(settings.iter().map(String::as_str));
+        row.key = Hash::of(&asked.collect::<Vec<_>>());
     }
     match simulated {
         Err(error) => {
             row.error = Some(error);
             Ok((row, None))
         }
-        Ok(Came::Design(summary)) => {
+        Ok((figures, run)) => {
             row.status = Status::Done;
-            row.figures = figures_of(&summary);
-            Ok((row, None))
-        }
-        Ok(Came::Run(finished)) => {
-            row.status = Status::Done;
-            row.trace_hash = Some(finished.run.summary.trace_hash.clone());
-            row.figures = figures_of(&finished.run.summary);
-            Ok((row, Some(*finished)))
+            row.figures = figures;
+            row.trace_hash = run.as_ref().map(|run| run.summary.trace_hash.clone());
+            Ok((row, run))
         }
     }
 }
 
-/// What came of a task.
-enum Came {
-    /// A run.
-    Run(Box<Finished>),
-    /// What is known of its robot without one.
-    Design(Box<Summary>),
-}
+/// The figures of a row, and the run that they are of; none of a robot that was only looked at.
+type Came = (Vec<Option<f64>>, Option<Run<Recorded>>);
 
 /// What is known of a task's robot without a run.
-fn look_at(study: &Study, task: &Task, key: &mut String) -> Result<Box<Summary>, Error> {
+fn look_at(study: &Study, task: &Task, key: &mut String) -> Result<Came, Error> {
     let scenario = scenario_of(study, task)?;
-    let (robot, robot_hash) = robots::design(study.robots(), &scenario)?;
-    let mut hash = Hash::new();
-    hash.feed(env!("CARGO_PKG_VERSION"));
-    hash.feed("design");
-    hash.feed(&scenario.to_toml()?);
-    hash.feed(&robot_hash);
-    *key = hash.to_string();
+    let (robot, robot_hash) = robots::design(&study.robots, &scenario)?;
+    *key = Hash::of(&[
+        env!("CARGO_PKG_VERSION"),
+        "design",
+        &scenario.to_toml()?,
+        &robot_hash,
+    ]);
     let mut summary = Box::<Summary>::default();
     summary.design = design(&scenario, &robot)?;
-    Ok(summary)
+    Ok((figures_of(&summary), None))
 }
 
-fn simulate(study: &Study, task: &Task, stop: &Stop, key: &mut String) -> Result<Finished, Error> {
+fn simulate(study: &Study, task: &Task, stop: &Stop, key: &mut String) -> Result<Came, Error> {
     let scenario = scenario_of(study, task)?;
-    let robot = study.robots().of(&scenario)?;
+    let robot = study.robots.of(&scenario)?;
     let simulation = Simulation::with_loaded(&scenario, &robot.loaded)?;
     let header = simulation.trace().header.clone();
-    let mut hash = Hash::new();
-    hash.feed(env!("CARGO_PKG_VERSION"));
-    hash.feed(&header.scenario_toml);
-    hash.feed(&robot.urdf_hash);
-    *key = hash.to_string();
+    *key = Hash::of(&[
+        env!("CARGO_PKG_VERSION"),
+        &header.scenario_toml,
+        &robot.urdf_hash,
+    ]);
     let recording = Recording::temporary(header);
     let run = simulation.run_recorded(recording, |_, _| stop.check())?;
-    Ok(Finished { run })
+    Ok((figures_of(&run.summary), Some(run)))
 }
 
 /// The scenario of a run, with its own expectations left out: they are of the scenario as it stands in its file.
@@ -142,22 +124,20 @@ fn words(error: &Error) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-impl Finished {
-    /// Writes scenario, trace and summary into a folder, the summary last.
-    pub fn write(&self, folder: &Path) -> Result<(), Error> {
-        std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
-        let Run {
-            scenario,
-            trace,
-            summary,
-            ..
-        } = &self.run;
-        let text = scenario.moved_to(folder).to_toml()?;
-        write_text(&folder.join("scenario.toml"), &text)?;
-        trace.write_parquet(&folder.join("trace.parquet"))?;
-        let json = serde_json::to_string_pretty(summary);
-        let json = json.map_err(|error| Error::encode("the summary", &error))?;
-        write_text(&folder.join("summary.json"), &(json + "\n"))?;
-        Ok(())
-    }
+/// Writes scenario, trace and summary into a folder, the summary last.
+pub(crate) fn write(run: &Run<Recorded>, folder: &Path) -> Result<(), Error> {
+    std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
+    let Run {
+        scenario,
+        trace,
+        summary,
+        ..
+    } = run;
+    let text = scenario.moved_to(folder).to_toml()?;
+    write_text(&folder.join("scenario.toml"), &text)?;
+    trace.write_parquet(&folder.join("trace.parquet"))?;
+    let json = serde_json::to_string_pretty(summary);
+    let json = json.map_err(|error| Error::encode("the summary", &error))?;
+    write_text(&folder.join("summary.json"), &(json + "\n"))?;
+    Ok(())
 }

@@ -43,7 +43,7 @@ pub struct StudyFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points: Option<u64>,
     /// How often each point is run, each time with another `sensors.seed`.
-    #[serde(default = "one")]
+    #[serde(default = "number::<1>")]
     #[schemars(range(min = 1))]
     pub repetitions: u32,
     /// The seed of all that is drawn: the same seed gives the same study.
@@ -221,7 +221,7 @@ pub struct Find {
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub tolerance: f64,
     /// Values that are tried first, evenly over the whole range, so that more than one crossing is seen.
-    #[serde(default = "nine")]
+    #[serde(default = "number::<9>")]
     #[schemars(range(min = 2, max = 1000))]
     pub scan: u32,
 }
@@ -233,11 +233,11 @@ pub struct Minimise {
     /// The quantity of the summary; of repetitions their mean counts.
     pub quantity: String,
     /// Places from which the search starts, the first in the middle of all axes.
-    #[serde(default = "four")]
+    #[serde(default = "number::<4>")]
     #[schemars(range(min = 1, max = 1000))]
     pub starts: u32,
     /// Most points that are tried from each start.
-    #[serde(default = "sixty")]
+    #[serde(default = "number::<60>")]
     #[schemars(range(min = 4, max = 100_000))]
     pub evaluations: u32,
     /// How narrowly the place is searched, as a share of each axis.
@@ -352,20 +352,8 @@ fn gather<T: DeserializeOwned>(
     Ok(())
 }
 
-fn one() -> u32 {
-    1
-}
-
-fn four() -> u32 {
-    4
-}
-
-fn nine() -> u32 {
-    9
-}
-
-fn sixty() -> u32 {
-    60
+fn number<const N: u32>() -> u32 {
+    N
 }
 
 fn thousandth() -> f64 {

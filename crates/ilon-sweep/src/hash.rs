@@ -12,16 +12,19 @@ const FNV_PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
 pub(crate) struct Hash(u128);
 
 impl Hash {
+    /// The hash of texts, as text.
+    pub fn of(texts: &[&str]) -> String {
+        let mut hash = Self::new();
+        texts.iter().for_each(|text| hash.feed(text));
+        hash.to_string()
+    }
+
     pub fn new() -> Self {
         Self(FNV_OFFSET)
     }
 
     pub fn feed(&mut self, text: &str) {
-        self.feed_bytes(text.as_bytes());
-    }
-
-    pub fn feed_bytes(&mut self, bytes: &[u8]) {
-        self.add(bytes);
+        self.add(text.as_bytes());
         self.add(&[0xff]);
     }
 

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use ilon_trace::file::write_text;
 use rayon::prelude::*;
 
-use crate::evaluate::{evaluate, scenario_of};
+use crate::evaluate::{self, evaluate, scenario_of};
 use crate::file::Keep;
 use crate::options::{Options, Stop};
-use crate::row::{Row, Status, Task, figure_index};
+use crate::row::{Row, Status, figure_index};
 use crate::shard;
 use crate::store::Store;
 use crate::study::Study;
@@ -41,16 +41,7 @@ pub(crate) fn keep(study: &Study, store: &Store, options: &Options) -> Result<()
 
 /// Runs the task of a row again, and writes what comes of it into a folder.
 fn keep_again(study: &Study, row: &Row, kept: &Path, stop: &Stop) -> Result<(), Error> {
-    let task = Task {
-        run: row.run,
-        scenario: study
-            .scenario_names()
-            .position(|name| name == row.scenario)
-            .unwrap_or(0),
-        point: row.point,
-        repetition: row.repetition,
-        values: row.values.clone(),
-    };
+    let task = study.task_of(row);
     let (again, finished) = evaluate(study, &task, stop)?;
     if again.status != row.status || again.trace_hash != row.trace_hash {
         let why = again
@@ -65,7 +56,7 @@ fn keep_again(study: &Study, row: &Row, kept: &Path, stop: &Stop) -> Result<(), 
         ));
     }
     match finished {
-        Some(finished) => finished.write(kept),
+        Some(finished) => evaluate::write(&finished, kept),
         // Of a run that cannot be simulated its scenario is kept, where it is one.
         None => match scenario_of(study, &task) {
             Ok(scenario) => {

@@ -37,9 +37,8 @@ pub(crate) fn design(robots: &Robots, scenario: &Scenario) -> Result<(Robot, Str
     let described = ilon_formats::described(&path, &options).unwrap_or_default();
     let (mut robot, hash) = match described {
         Some((robot, spec)) => {
-            let mut hash = Hash::new();
-            hash.feed(&format!("{spec:?}"));
-            (robot, hash.to_string())
+            let hash = Hash::of(&[&format!("{spec:?}")]);
+            (robot, hash)
         }
         // What is wrong with it, reading says.
         None => {
@@ -71,9 +70,7 @@ impl Robots {
             return Ok(robot);
         }
         let loaded = load_file(scenario)?;
-        let mut hash = Hash::new();
-        hash.feed(&loaded.urdf);
-        let urdf_hash = hash.to_string();
+        let urdf_hash = Hash::of(&[&loaded.urdf]);
         let robot = Arc::new(Known { loaded, urdf_hash });
         let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         kept.push((source, Arc::clone(&robot)));

@@ -88,20 +88,15 @@ impl Sample {
 
     /// A point of a trajectory: after `moved` of the axes, in an order of its own, have moved by [`morris_step`].
     fn morris(&self, trajectory: u64, moved: u64) -> Vec<f64> {
-        let (start, order, up) = self.trajectory(trajectory);
-        let mut place = start;
-        for axis in order.into_iter().take(moved as usize) {
-            place[axis] += if up[axis] {
-                morris_step()
-            } else {
-                -morris_step()
-            };
+        let (mut place, moves) = self.trajectory(trajectory);
+        for (axis, by) in moves.into_iter().take(moved as usize) {
+            place[axis] += by;
         }
         place
     }
 
-    /// Where a trajectory of Morris begins, in which order its axes move, and which of them upwards.
-    fn trajectory(&self, trajectory: u64) -> (Vec<f64>, Vec<usize>, Vec<bool>) {
+    /// Where a trajectory of Morris begins, and which axis moves by how much, one after the other.
+    fn trajectory(&self, trajectory: u64) -> (Vec<f64>, Vec<(usize, f64)>) {
         let mut rng = generator(self.seed, 1, trajectory);
         let mut order: Vec<usize> = (0..self.axes).collect();
         shuffle(&mut order, &mut rng);
@@ -111,21 +106,20 @@ impl Sample {
             if *up { level } else { level + morris_step() }
         };
         let start = up.iter().map(start).collect();
-        (start, order, up)
-    }
-
-    /// Which axis moves after a point of a trajectory, and by how much.
-    pub fn morris_move(&self, trajectory: u64, moved: u64) -> (usize, f64) {
-        let (_, order, up) = self.trajectory(trajectory);
-        let axis = order[moved as usize];
-        (
-            axis,
+        let step = |axis: usize| {
             if up[axis] {
                 morris_step()
             } else {
                 -morris_step()
-            },
-        )
+            }
+        };
+        let moves = order.into_iter().map(|axis| (axis, step(axis)));
+        (start, moves.collect())
+    }
+
+    /// Which axis moves after a point of a trajectory, and by how much.
+    pub fn morris_move(&self, trajectory: u64, moved: u64) -> (usize, f64) {
+        self.trajectory(trajectory).1[moved as usize]
     }
 }
 

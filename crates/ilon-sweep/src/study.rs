@@ -13,7 +13,7 @@ use crate::base::Base;
 use crate::check::{self, Draft};
 use crate::file::{Find, Method, Minimise, SEED, ShareBound, StudyFile, flat};
 use crate::robots::Robots;
-use crate::row::Task;
+use crate::row::{Row, Task};
 use crate::sample::{Sample, generator, unit};
 use ilon_sim::Error;
 use ilon_sim::scenario::{MAX_BYTES, Scenario, Setting};
@@ -33,7 +33,7 @@ pub struct Study {
     quantities: Vec<String>,
     fingerprint: String,
     files: FileAccess,
-    robots: Robots,
+    pub(crate) robots: Robots,
 }
 
 /// A key that differs between runs.
@@ -46,7 +46,7 @@ pub struct Column {
 }
 
 /// What a study asks.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub enum Question<'s> {
     /// What comes of each of so many runs, which are known beforehand.
     Table {
@@ -57,18 +57,6 @@ pub enum Question<'s> {
     Find(&'s Find),
     /// Where a quantity is least: each run follows from those before it.
     Minimise(&'s Minimise),
-}
-
-impl PartialEq for Find {
-    fn eq(&self, other: &Self) -> bool {
-        std::ptr::eq(self, other)
-    }
-}
-
-impl PartialEq for Minimise {
-    fn eq(&self, other: &Self) -> bool {
-        std::ptr::eq(self, other)
-    }
 }
 
 impl Study {
@@ -291,6 +279,18 @@ impl Study {
         self.task_at(run, scenario, point, repetition, self.values_at(point))
     }
 
+    /// The run of a row of this study, again.
+    pub fn task_of(&self, row: &Row) -> Task {
+        let scenario = self.scenario_names().position(|name| name == row.scenario);
+        Task {
+            run: row.run,
+            scenario: scenario.unwrap_or(0),
+            point: row.point,
+            repetition: row.repetition,
+            values: row.values.clone(),
+        }
+    }
+
     /// A run with these values on the axes, and on the key that is searched over, if one is.
     pub(crate) fn task_at(
         &self,
@@ -356,10 +356,6 @@ impl Study {
 
     pub(crate) fn scenario_name(&self, scenario: usize) -> &str {
         &self.bases[scenario].name
-    }
-
-    pub(crate) fn robots(&self) -> &Robots {
-        &self.robots
     }
 
     /// What is set in a run beyond its scenario's file.

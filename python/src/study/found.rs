@@ -3,17 +3,15 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
-use arrow_schema::{DataType, Field, Schema};
+use arrow_array::{ArrayRef, Float64Array, Int64Array, StringArray};
+use arrow_schema::{DataType, Field};
 use ilon::cli;
-use ilon::scenario::nearest;
 use ilon::sweep::{self, Cells, Findings, Row, Store, columns};
 use numpy::PyArray1;
-use pyo3::exceptions::{PyKeyError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyList};
 
-use crate::trace::ArrowTable;
+use crate::trace::{ArrowTable, no_column};
 use crate::values::as_python;
 
 /// What came of a study: one row a run, and what the rows say.
@@ -36,26 +34,15 @@ impl Sweep {
     }
 
     fn table(&self) -> PyResult<ArrowTable> {
-        let mut fields = Vec::new();
-        let mut arrays: Vec<ArrayRef> = Vec::new();
-        for (name, cells) in columns(&self.study, &self.rows) {
+        let columns = columns(&self.study, &self.rows).into_iter();
+        ArrowTable::of(columns.map(|(name, cells)| {
             let (kind, is_nullable, array): (_, _, ArrayRef) = match cells {
-                Cells::Whole(values) => {
-                    (DataType::Int64, false, Arc::new(Int64Array::from(values)))
-                }
-                Cells::Text(values) => (DataType::Utf8, true, Arc::new(StringArray::from(values))),
-                Cells::Number(values) => (
-                    DataType::Float64,
-                    true,
-                    Arc::new(Float64Array::from(values)),
-                ),
+                Cells::Whole(all) => (DataType::Int64, false, Arc::new(Int64Array::from(all))),
+                Cells::Text(all) => (DataType::Utf8, true, Arc::new(StringArray::from(all))),
+                Cells::Number(all) => (DataType::Float64, true, Arc::new(Float64Array::from(all))),
             };
-            fields.push(Field::new(name, kind, is_nullable));
-            arrays.push(array);
-        }
-        let batch = RecordBatch::try_new(Arc::new(Schema::new(fields)), arrays);
-        let batch = batch.map_err(|fault| PyRuntimeError::new_err(fault.to_string()))?;
-        Ok(ArrowTable::of(batch))
+            (Field::new(name, kind, is_nullable), array)
+        }))
     }
 }
 
@@ -114,11 +101,8 @@ impl Sweep {
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let all = columns(&self.study, &self.rows);
         let Some((_, cells)) = all.iter().find(|(known, _)| known == name) else {
-            let hint = match nearest(name, all.iter().map(|(known, _)| known.as_str())) {
-                Some(near) => format!("; did you mean `{near}`?"),
-                None => "; `columns` has all names".to_owned(),
-            };
-            return Err(PyKeyError::new_err(format!("no column `{name}`{hint}")));
+            let names = all.iter().map(|(known, _)| known.as_str());
+            return Err(no_column(name, names, "columns"));
         };
         Ok(match cells {
             Cells::Whole(values) => PyArray1::from_slice(py, values).into_any(),

@@ -14,15 +14,12 @@ use std::sync::Arc;
 
 use ilon::files::FileAccess;
 use ilon::sweep::{self, Options};
-use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyMapping, PyString};
-use toml::Value;
+use pyo3::types::PyBytes;
 
 use crate::errors::OrRaise;
 use crate::run::until_interrupted;
-use crate::scenario;
-use crate::values::to_toml;
+use crate::scenario::{self, Named};
 
 pub use found::Sweep;
 pub use rows::{Rows, merge_sweeps};
@@ -41,27 +38,12 @@ fn read(
     files: &FileAccess,
 ) -> PyResult<sweep::Study> {
     let py = source.py();
-    if let Ok(mapping) = source.cast::<PyMapping>() {
-        let Value::Table(table) = to_toml(mapping.as_any())? else {
-            return Err(PyTypeError::new_err("a study is a dict or a path"));
-        };
-        let path = folder.unwrap_or_default().join(NAMELESS);
-        return of_text(py, table.to_string(), &path, files);
+    match scenario::named(source, folder, "study", "studies")? {
+        Named::Text(text, folder) => of_text(py, text, &folder.join(NAMELESS), files),
+        Named::File(path) => py
+            .detach(|| sweep::Study::load_within(path, files))
+            .or_raise(py),
     }
-    if !(source.is_instance_of::<PyString>() || source.hasattr("__fspath__")?) {
-        return Err(PyTypeError::new_err(format!(
-            "a study is the path of a file or a dict, not a {}",
-            source.get_type().name()?
-        )));
-    }
-    if folder.is_some() {
-        return Err(PyTypeError::new_err(
-            "`folder` is for studies given as a dict; the paths of a file start from its own folder",
-        ));
-    }
-    let path: PathBuf = source.extract()?;
-    py.detach(|| sweep::Study::load_within(path, files))
-        .or_raise(py)
 }
 
 fn of_text(

@@ -1,7 +1,7 @@
 //! What was run of a study: in a folder that outlives the process, or in memory.
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ilon::cli;
 use ilon::sweep::{self, Options, Progress, Question, Row, Shard, Store};
@@ -27,14 +27,18 @@ pub fn text_of(rows: &[Row]) -> PyResult<Vec<u8>> {
     serde_json::to_vec(rows).map_err(|fault| PyValueError::new_err(fault.to_string()))
 }
 
+fn closed() -> PyErr {
+    PyRuntimeError::new_err("these rows are closed")
+}
+
 impl Rows {
+    fn locked(&self) -> MutexGuard<'_, Option<Store>> {
+        self.store.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// What `work` makes of the rows, unless they are closed.
     fn with<T>(&self, work: impl FnOnce(&Store) -> PyResult<T>) -> PyResult<T> {
-        let store = self.store.lock().unwrap_or_else(PoisonError::into_inner);
-        match &*store {
-            Some(store) => work(store),
-            None => Err(PyRuntimeError::new_err("these rows are closed")),
-        }
+        work(self.locked().as_ref().ok_or_else(closed)?)
     }
 }
 
@@ -133,14 +137,7 @@ impl Rows {
         jobs: Option<usize>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Sweep> {
-        let taken = self
-            .store
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take();
-        let Some(store) = taken else {
-            return Err(PyRuntimeError::new_err("these rows are closed"));
-        };
+        let store = self.locked().take().ok_or_else(closed)?;
         let study = &self.study;
         let findings = until_interrupted(
             py,
@@ -164,10 +161,7 @@ impl Rows {
 
     /// Leaves the rows to others.
     fn close(&self) {
-        self.store
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take();
+        self.locked().take();
     }
 }
 

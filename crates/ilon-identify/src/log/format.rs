@@ -186,27 +186,21 @@ impl Column {
 
 /// Refuses a format that no log of the robot could be read by.
 pub(crate) fn check(format: &Format, robot: &Robot) -> Result<(), Error> {
-    let invalid = |message: String, help: String| Err(Error::invalid(message, help));
     if let Some(Delayed::Known(delay_s)) = format.delay_s
         && (delay_s.is_nan() || delay_s.abs() > 10.0)
     {
         return invalid(
             format!("`log.delay_s` cannot be {delay_s}"),
-            "it is within 10 seconds, or \"fit\"".to_owned(),
+            "it is within 10 seconds, or \"fit\"",
         );
     }
     if format.decimal_comma && format.delimiter == "," {
         return invalid(
-            "`log.decimal_comma` and columns that are parted by commas do not go together"
-                .to_owned(),
-            "say what parts the columns: `log.delimiter = \";\"`".to_owned(),
+            "`log.decimal_comma` and columns that are parted by commas do not go together",
+            "say what parts the columns: `log.delimiter = \";\"`",
         );
     }
-    let wheels: Vec<&str> = robot
-        .wheels
-        .iter()
-        .map(|wheel| wheel.name.as_str())
-        .collect();
+    let wheels = wheel_names(robot);
     let mut columns: Vec<(String, &Column, &[Measure])> = Vec::new();
     for (name, column, measures) in [
         ("time", &format.time, &[Measure::Time] as &[Measure]),
@@ -237,66 +231,7 @@ pub(crate) fn check(format: &Format, robot: &Robot) -> Result<(), Error> {
         }
     }
     for (name, column, measures) in &columns {
-        if column.unit == "ticks" && column.ticks_per_turn.is_none() {
-            return invalid(
-                format!("`log.{name}` counts ticks of which nothing says how many make a turn"),
-                "give it `ticks_per_turn`: those of one turn of the wheel, behind its gear"
-                    .to_owned(),
-            );
-        }
-        match column.si() {
-            Some((measure, factor))
-                if measures.contains(&measure) && factor.is_finite() && factor != 0.0 => {}
-            Some(_) => {
-                return invalid(
-                    format!(
-                        "`log.{name}` cannot be in `{}`, scaled by {}",
-                        column.unit, column.scale
-                    ),
-                    format!(
-                        "it is {}",
-                        measures.iter().map(words).collect::<Vec<_>>().join(" or ")
-                    ),
-                );
-            }
-            None => {
-                return invalid(
-                    format!("`{}` of `log.{name}` is no unit that is known", column.unit),
-                    format!(
-                        "it is {}",
-                        measures.iter().map(words).collect::<Vec<_>>().join(" or ")
-                    ),
-                );
-            }
-        }
-        if matches!(&column.column, ColumnPlace::Number(0)) {
-            return invalid(
-                format!("`log.{name}` is column 0"),
-                "columns count from 1".to_owned(),
-            );
-        }
-        if format.header_line == 0 && matches!(column.column, ColumnPlace::Name(_)) {
-            return invalid(
-                format!(
-                    "`log.{name}` is given by a name, but `log.header_line` = 0 says that there are none"
-                ),
-                "give its place, counted from 1".to_owned(),
-            );
-        }
-        let is_absolute = column.is_angle() && !column.increments && name.starts_with("wheels.");
-        let is_right = is_zero(&column.zero) || (is_absolute && column.zero.is_finite());
-        if !is_right {
-            return invalid(
-                format!("`log.{name}` has the `zero` {}", column.zero),
-                "it is a finite angle of a wheel whose encoder is absolute".to_owned(),
-            );
-        }
-        if column.increments && !column.is_angle() {
-            return invalid(
-                format!("`log.{name}` has `increments`, which angles alone have"),
-                "leave it out".to_owned(),
-            );
-        }
+        check_column(name, column, measures, format.header_line)?;
     }
     for (index, (name, column, _)) in columns.iter().enumerate() {
         if let Some((other, _, _)) = columns[..index]
@@ -305,11 +240,83 @@ pub(crate) fn check(format: &Format, robot: &Robot) -> Result<(), Error> {
         {
             return invalid(
                 format!("`log.{other}` and `log.{name}` are the same column"),
-                "give each its own".to_owned(),
+                "give each its own",
             );
         }
     }
     Ok(())
+}
+
+fn check_column(
+    name: &str,
+    column: &Column,
+    measures: &[Measure],
+    header_line: usize,
+) -> Result<(), Error> {
+    if column.unit == "ticks" && column.ticks_per_turn.is_none() {
+        return invalid(
+            format!("`log.{name}` counts ticks of which nothing says how many make a turn"),
+            "give it `ticks_per_turn`: those of one turn of the wheel, behind its gear",
+        );
+    }
+    let refused = match column.si() {
+        Some((measure, factor))
+            if measures.contains(&measure) && factor.is_finite() && factor != 0.0 =>
+        {
+            None
+        }
+        Some(_) => Some(format!(
+            "`log.{name}` cannot be in `{}`, scaled by {}",
+            column.unit, column.scale
+        )),
+        None => Some(format!(
+            "`{}` of `log.{name}` is no unit that is known",
+            column.unit
+        )),
+    };
+    if let Some(refused) = refused {
+        let units: Vec<&str> = measures.iter().map(words).collect();
+        return invalid(refused, format!("it is {}", units.join(" or ")));
+    }
+    if matches!(&column.column, ColumnPlace::Number(0)) {
+        return invalid(format!("`log.{name}` is column 0"), "columns count from 1");
+    }
+    if header_line == 0 && matches!(column.column, ColumnPlace::Name(_)) {
+        return invalid(
+            format!(
+                "`log.{name}` is given by a name, but `log.header_line` = 0 says that there are none"
+            ),
+            "give its place, counted from 1",
+        );
+    }
+    let is_absolute = column.is_angle() && !column.increments && name.starts_with("wheels.");
+    let is_right = is_zero(&column.zero) || (is_absolute && column.zero.is_finite());
+    if !is_right {
+        return invalid(
+            format!("`log.{name}` has the `zero` {}", column.zero),
+            "it is a finite angle of a wheel whose encoder is absolute",
+        );
+    }
+    if column.increments && !column.is_angle() {
+        return invalid(
+            format!("`log.{name}` has `increments`, which angles alone have"),
+            "leave it out",
+        );
+    }
+    Ok(())
+}
+
+fn invalid(message: impl Into<String>, help: impl Into<String>) -> Result<(), Error> {
+    Err(Error::invalid(message, help))
+}
+
+/// The names of a robot's wheels, in their order.
+pub(crate) fn wheel_names(robot: &Robot) -> Vec<&str> {
+    robot
+        .wheels
+        .iter()
+        .map(|wheel| wheel.name.as_str())
+        .collect()
 }
 
 fn words(measure: &Measure) -> &'static str {

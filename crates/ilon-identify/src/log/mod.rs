@@ -16,8 +16,8 @@ use ilon_sim::Error;
 use self::series::FEWEST_ROWS;
 
 pub use anomalies::{Anomaly, AnomalyKind};
-pub(crate) use format::check;
 pub use format::{Bag, Column, ColumnPlace, Delayed, Fitted, Format};
+pub(crate) use format::{check, wheel_names};
 pub use series::Log;
 pub(crate) use series::middle;
 

@@ -4,7 +4,7 @@ use ilon_robot::Robot;
 use ilon_sim::Error;
 
 use super::config::{Logged, Phases, Simulate};
-use crate::log::Column;
+use crate::log::{Column, wheel_names};
 use crate::study_file::StudyFile;
 
 /// The longest drive that is simulated, in seconds.
@@ -119,15 +119,13 @@ pub(crate) fn check(section: &Simulate, file: &StudyFile, robot: &Robot) -> Resu
             "let it be above 0 and less than `simulate.drive_s`".to_owned(),
         );
     }
-    let wheels = &robot.wheels;
-    for name in ripple.together.iter().flatten() {
-        if !wheels.iter().any(|wheel| wheel.name == *name) {
-            let names: Vec<&str> = wheels.iter().map(|wheel| wheel.name.as_str()).collect();
-            return invalid(
-                format!("`simulate.ripple.together`: the robot has no wheel `{name}`"),
-                format!("its wheels are {}", names.join(", ")),
-            );
-        }
+    let wheels = wheel_names(robot);
+    let mut together = ripple.together.iter().flatten();
+    if let Some(name) = together.find(|name| !wheels.contains(&name.as_str())) {
+        return invalid(
+            format!("`simulate.ripple.together`: the robot has no wheel `{name}`"),
+            format!("its wheels are {}", wheels.join(", ")),
+        );
     }
     Ok(())
 }

@@ -451,10 +451,7 @@ impl<'a> Problem<'a> {
                 ),
                 None => by_runs,
             };
-            Interval {
-                low: value - half,
-                high: value + half,
-            }
+            Interval::around(*value, half)
         };
         Ok(found.values.iter().enumerate().map(one).collect())
     }

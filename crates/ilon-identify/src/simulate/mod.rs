@@ -16,7 +16,7 @@ mod steady_drives;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use ilon_sim::Error;
-use nalgebra::{Matrix3xX, RowDVector};
+use nalgebra::{DMatrix, Matrix3xX};
 
 pub(crate) use self::check::check;
 pub use self::config::{
@@ -77,8 +77,7 @@ pub(crate) fn simulate(
         do_matter,
     } = fit_from_starts(section.phases, problem, &start, &search)?;
     let found = &fit.found;
-    let keys = free.len();
-    let values = shown(&free, &found.values[..keys]);
+    let values = shown(&free, &found.values[..free.len()]);
     let at_bounds = at_bounds(&free, found, &search);
     let Ranges {
         parameters,
@@ -88,14 +87,16 @@ pub(crate) fn simulate(
 
     let every: Vec<usize> = (0..drives.len()).collect();
     let ready = Ready::new(study, &drive::keys(study, &free, &values, &[]))?;
-    let made = rig.drives(&ready, &every, starts)?;
-    let compared = SimulatedLegs::new(study, &legs, &made, &scales, &found.values[keys..]);
+    let compare = |ready: &Ready| -> Result<SimulatedLegs<'_>, Error> {
+        let made = rig.drives(ready, &every, starts)?;
+        let of_series = &found.values[free.len()..];
+        Ok(SimulatedLegs::new(study, &legs, &made, &scales, of_series))
+    };
+    let compared = compare(&ready)?;
     let mut beside = Vec::new();
     for other in &section.beside {
         let keys = drive::keys(study, &free, &values, &flat(&other.set));
-        let made = rig.drives(&Ready::new(study, &keys)?, &every, starts)?;
-        let compared =
-            SimulatedLegs::new(study, &legs, &made, &scales, &found.values[free.len()..]);
+        let compared = compare(&Ready::new(study, &keys)?)?;
         beside.push(Beside {
             name: other.name.clone(),
             fit: compared.misses(false),
@@ -121,19 +122,12 @@ pub(crate) fn simulate(
         simulation: Simulation {
             fit: compared.misses(false),
             held_out: compared.misses(true),
-            scale: compared.scale(),
+            scale: compared.first_scale,
             has_converged: found.has_converged,
             drives_simulated: rig.simulated.load(Ordering::Relaxed),
             phases: starts.count(),
             phases_matter: do_matter,
-            alike: alike(
-                &found
-                    .jacobian
-                    .row_iter()
-                    .map(|row| row.clone_owned())
-                    .collect::<Vec<_>>(),
-                &free,
-            ),
+            alike: alike(&found.jacobian, &free),
             insensitive,
             open,
             cut_off,
@@ -340,9 +334,9 @@ fn refuse_what_cannot_be(study: &Study, free: &[Free]) -> Result<(), Error> {
 }
 
 /// Pairs of keys whose changes look the same to nine parts in ten or more: the log hardly tells them apart.
-fn alike(rows: &[RowDVector<f64>], free: &[Free]) -> Vec<[String; 2]> {
+fn alike(jacobian: &DMatrix<f64>, free: &[Free]) -> Vec<[String; 2]> {
     let mut pairs = Vec::new();
-    let dot = |a: usize, b: usize| rows.iter().map(|row| row[a] * row[b]).sum::<f64>();
+    let dot = |a: usize, b: usize| jacobian.row_iter().map(|row| row[a] * row[b]).sum::<f64>();
     for a in 0..free.len() {
         for b in a + 1..free.len() {
             let sizes = (dot(a, a) * dot(b, b)).sqrt();

@@ -3,7 +3,8 @@
 use nalgebra::Matrix3xX;
 
 use super::drive_result::MeanOverPhases;
-use super::steady_drives::{Course, Leg, asked};
+use super::steady_drives::{Course, Leg};
+use crate::motion::twist_of;
 use crate::outcome::{
     DriveRipple, DriveTorque, Misses, OtherDrive, SimulatedSeries, SteadyDrive, Value,
 };
@@ -63,7 +64,7 @@ impl Scales {
 /// All legs with what was simulated of them.
 pub(super) struct SimulatedLegs<'a> {
     rows: Vec<Row<'a>>,
-    first_scale: f64,
+    pub first_scale: f64,
 }
 
 struct Row<'a> {
@@ -119,11 +120,6 @@ impl<'a> SimulatedLegs<'a> {
             rows,
             first_scale: values.first().copied().unwrap_or(1.0),
         }
-    }
-
-    /// The factor of the first series that was fitted; 1 where none was free.
-    pub fn scale(&self) -> f64 {
-        self.first_scale
     }
 
     /// What is left, root mean square over drives that were fitted or not.
@@ -247,10 +243,7 @@ impl<'a> SimulatedLegs<'a> {
                 let measured = sideways[0] / ahead[0];
                 let half =
                     1.96 * measured * libm::hypot(sideways[1] / sideways[0], ahead[1] / ahead[0]);
-                let interval = Interval {
-                    low: measured - half,
-                    high: measured + half,
-                };
+                let interval = Interval::around(measured, half);
                 found.push(SimulatedSeries {
                     name: run.series.clone(),
                     held_out: run.held_out,
@@ -272,7 +265,7 @@ fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
 
 /// The direction in the body frame in which wheel rates drive the robot, in degrees.
 fn direction_deg(nominal: &Matrix3xX<f64>, rates: &[f64]) -> f64 {
-    let asked = asked(nominal, rates);
+    let asked = twist_of(nominal, rates);
     libm::atan2(asked[1], asked[0])
         .to_degrees()
         .rem_euclid(360.0)

@@ -6,7 +6,7 @@ use super::drive_result::DriveResult;
 use super::observations::Observations;
 use crate::directions::of_body;
 use crate::log::Log;
-use crate::motion::Window;
+use crate::motion::{Window, largest_size, twist_of};
 use crate::ripple::{Ripple, Stretches, ripple};
 use crate::study::{Logged, Phases, Simulate, Study};
 
@@ -114,36 +114,18 @@ pub(super) fn legs(
     let is_begun = section.phases == Some(Phases::Logged(Logged::Log));
     let mut drives: Vec<Course> = Vec::new();
     let mut legs: Vec<Leg> = Vec::new();
-    let rates = |window: &Window| -> Vec<f64> {
-        window
-            .turned_rad
-            .iter()
-            .map(|turned| turned / window_s)
-            .collect()
-    };
-    let apart = |a: &[f64], b: &[f64]| -> bool {
-        let size = b.iter().fold(0.0_f64, |most, rate| most.max(rate.abs()));
-        a.iter().zip(b).any(|(a, b)| (a - b).abs() > ALIKE * size)
-    };
     for run in 0..all.held_out.len() {
-        // Kinds of motion in this run, each with its members.
-        let mut kinds: Vec<Vec<&Window>> = Vec::new();
-        for window in windows.iter().copied().filter(|window| window.run == run) {
-            let own = rates(window);
-            match kinds.iter_mut().find(|kind| !apart(&own, &rates(kind[0]))) {
-                Some(kind) => kind.push(window),
-                None => kinds.push(vec![window]),
-            }
-        }
-        let most = kinds.iter().map(Vec::len).max().unwrap_or(0);
-        for kind in kinds
-            .iter()
-            .filter(|kind| kind.len() >= 3 && 4 * kind.len() >= most)
-        {
+        let of_run = windows.iter().copied().filter(|window| window.run == run);
+        for kind in &kinds(of_run, window_s) {
             let count = kind.len() as f64;
             let wheels = kind[0].turned_rad.len();
             let mean: Vec<f64> = (0..wheels)
-                .map(|wheel| kind.iter().map(|window| rates(window)[wheel]).sum::<f64>() / count)
+                .map(|wheel| {
+                    kind.iter()
+                        .map(|window| rates(window, window_s)[wheel])
+                        .sum::<f64>()
+                        / count
+                })
                 .collect();
             let (mut way, mut along, mut across) = (0.0, 0.0, 0.0);
             let mut ratios = Vec::new();
@@ -160,9 +142,8 @@ pub(super) fn legs(
                 drifts.push((seen[2] - asked[2]) / size);
             }
             // Turns in place make no way.
-            let reach = libm::hypot(asked(nominal, &mean)[0], asked(nominal, &mean)[1]);
-            let turning = asked(nominal, &mean)[2].abs();
-            if reach < 0.02 * turning || way <= 0.0 {
+            let asked = twist_of(nominal, &mean);
+            if libm::hypot(asked[0], asked[1]) < 0.02 * asked[2].abs() || way <= 0.0 {
                 continue;
             }
             let (along, across) = (along / way, across / way);
@@ -201,6 +182,34 @@ pub(super) fn legs(
     (legs, drives)
 }
 
+/// The mean rates of the wheels in a stretch, in rad/s.
+fn rates(window: &Window, window_s: f64) -> Vec<f64> {
+    let turned = window.turned_rad.iter();
+    turned.map(|turned| turned / window_s).collect()
+}
+
+/// Whether wheel rates are those of another kind of motion.
+fn apart(a: &[f64], b: &[f64]) -> bool {
+    let size = largest_size(b);
+    a.iter().zip(b).any(|(a, b)| (a - b).abs() > ALIKE * size)
+}
+
+/// The kinds of motion in a run, each with its stretches; none that is rare.
+fn kinds<'w>(windows: impl Iterator<Item = &'w Window>, window_s: f64) -> Vec<Vec<&'w Window>> {
+    let mut kinds: Vec<Vec<&Window>> = Vec::new();
+    for window in windows {
+        let own = rates(window, window_s);
+        let is_same = |kind: &&mut Vec<&Window>| !apart(&own, &rates(kind[0], window_s));
+        match kinds.iter_mut().find(is_same) {
+            Some(kind) => kind.push(window),
+            None => kinds.push(vec![window]),
+        }
+    }
+    let most = kinds.iter().map(Vec::len).max().unwrap_or(0);
+    kinds.retain(|kind| kind.len() >= 3 && 4 * kind.len() >= most);
+    kinds
+}
+
 /// The angle of each wheel at a time of a log, as its encoders count, in radians.
 fn begun(log: &Log, at_s: f64) -> Vec<f64> {
     let row = log
@@ -209,15 +218,6 @@ fn begun(log: &Log, at_s: f64) -> Vec<f64> {
     let row = row.min(log.len() - 1);
     let angles = log.angles_rad[row].iter().zip(&log.begun_rad);
     angles.map(|(angle, begun)| angle + begun).collect()
-}
-
-/// The twist that wheel rates ask for.
-pub(super) fn asked(nominal: &Matrix3xX<f64>, rates: &[f64]) -> [f64; 3] {
-    let mut twist = [0.0; 3];
-    for (column, rate) in nominal.column_iter().zip(rates) {
-        (0..3).for_each(|axis| twist[axis] += column[axis] * rate);
-    }
-    twist
 }
 
 /// The mean of some values and its standard error, to which that is added in squares below which nothing is believed.
@@ -243,9 +243,7 @@ fn torques(
         return Vec::new();
     };
     let half_s = 0.5 * study.file.window_s;
-    let fastest = rates_rad_s
-        .iter()
-        .fold(0.0_f64, |most, rate| most.max(rate.abs()));
+    let fastest = largest_size(rates_rad_s);
     rates_rad_s
         .iter()
         .enumerate()

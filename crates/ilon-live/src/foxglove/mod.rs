@@ -13,7 +13,7 @@ mod parameters;
 mod playback;
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use foxglove::websocket::{
@@ -31,7 +31,7 @@ use ilon_messages::{CdrError, Message};
 use serde::Deserialize;
 
 use crate::commands::{self, Commanded, Heard};
-use crate::mailbox::Mailbox;
+use crate::mailbox::{Mailbox, locked};
 use crate::observer::{Observer, Status};
 use crate::parameters::Parameters;
 use crate::session::{Row, Session};
@@ -284,12 +284,7 @@ impl Outlet for Channels {
                 bytes: self.bytes.as_slice().into(),
                 time_ns,
             };
-            let mut latched = self
-                .latched
-                .0
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner);
-            latched.insert(topic.to_owned(), kept);
+            locked(&self.latched.0).insert(topic.to_owned(), kept);
         }
         Ok(())
     }
@@ -302,14 +297,6 @@ struct Listener {
     latched: Arc<Latched>,
     playback: Arc<Playback>,
     throttle: Mutex<Throttle>,
-}
-
-impl Listener {
-    /// A note about a message, unless one like it was said shortly before.
-    fn throttled(&self, note: String) -> Option<String> {
-        let mut throttle = self.throttle.lock().unwrap_or_else(PoisonError::into_inner);
-        throttle.pass(note, Instant::now())
-    }
 }
 
 impl ServerListener for Listener {
@@ -329,13 +316,8 @@ impl ServerListener for Listener {
     }
 
     fn on_subscribe(&self, client: Client, channel: ChannelView) {
-        let latched = self
-            .latched
-            .0
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        if let Some(kept) = latched.get(channel.topic()).cloned() {
-            drop(latched);
+        let kept = locked(&self.latched.0).get(channel.topic()).cloned();
+        if let Some(kept) = kept {
             let meta = PartialMetadata {
                 log_time: Some(kept.time_ns),
             };
@@ -346,14 +328,11 @@ impl ServerListener for Listener {
 
     fn on_message_data(&self, client: Client, channel: &ClientChannel, payload: &[u8]) {
         let heard = heard(channel, payload, &self.robot);
-        let note = heard
-            .change
-            .and_then(|change| self.desk.change(&change))
-            .or(heard.note);
+        let note = heard.taken(&self.desk);
         let Some(note) = note else { return };
         // Whoever sent it hears of each, all others now and then.
         client.send_status(Said::warning(note.clone()));
-        if let Some(note) = self.throttled(note) {
+        if let Some(note) = locked(&self.throttle).pass(note, Instant::now()) {
             self.desk.say(note);
         }
     }
@@ -361,40 +340,33 @@ impl ServerListener for Listener {
 
 /// What a client's message asks of the robot.
 fn heard(channel: &ClientChannel, payload: &[u8], robot: &Commanded) -> Heard {
-    let refused = |why: String| Heard {
-        change: None,
-        note: Some(format!(
+    let refused = |why: String| {
+        Heard::refused(format!(
             "a message on {} is not taken: {why}",
             channel.topic
-        )),
+        ))
     };
     let kind = channel.schema_name.replace("/msg/", "/");
-    let taken = match (
-        channel.topic.as_str(),
-        kind.as_str(),
-        channel.encoding.as_str(),
-    ) {
-        ("/cmd_vel" | "cmd_vel", "geometry_msgs/Twist", "cdr") => Twist::decode(payload)
-            .map(|message| commands::twist(&message))
-            .map_err(|fault| fault.to_string()),
+    let topic = channel.topic.as_str();
+    let topic = topic.strip_prefix('/').unwrap_or(topic);
+    let taken = match (topic, kind.as_str(), channel.encoding.as_str()) {
+        ("cmd_vel", "geometry_msgs/Twist", "cdr") => {
+            cdr::<Twist>(payload).map(|message| commands::twist(&message))
+        }
         // Its stamp is of the viewer's clock.
-        ("/cmd_vel" | "cmd_vel", "geometry_msgs/TwistStamped", "cdr") => {
-            TwistStamped::decode(payload)
-                .map(|message| commands::twist(&message.twist))
-                .map_err(|fault| fault.to_string())
+        ("cmd_vel", "geometry_msgs/TwistStamped", "cdr") => {
+            cdr::<TwistStamped>(payload).map(|message| commands::twist(&message.twist))
         }
-        ("/wheel_commands" | "wheel_commands", "std_msgs/Float64MultiArray", "cdr") => {
-            Float64MultiArray::decode(payload)
-                .map(|message| commands::rates(&message, robot))
-                .map_err(|fault| fault.to_string())
+        ("wheel_commands", "std_msgs/Float64MultiArray", "cdr") => {
+            cdr(payload).map(|message| commands::rates(&message, robot))
         }
-        ("/cmd_vel" | "cmd_vel", "geometry_msgs/Twist", "json") => {
+        ("cmd_vel", "geometry_msgs/Twist", "json") => {
             json::<JsonTwist>(payload).map(|message| commands::twist(&message.into()))
         }
-        ("/cmd_vel" | "cmd_vel", "geometry_msgs/TwistStamped", "json") => {
+        ("cmd_vel", "geometry_msgs/TwistStamped", "json") => {
             json::<JsonTwistStamped>(payload).map(|message| commands::twist(&message.twist.into()))
         }
-        ("/wheel_commands" | "wheel_commands", "std_msgs/Float64MultiArray", "json") => {
+        ("wheel_commands", "std_msgs/Float64MultiArray", "json") => {
             json::<JsonArray>(payload).map(|JsonArray { data }| {
                 let message = Float64MultiArray {
                     data,
@@ -408,6 +380,10 @@ fn heard(channel: &ClientChannel, payload: &[u8], robot: &Commanded) -> Heard {
         )),
     };
     taken.unwrap_or_else(refused)
+}
+
+fn cdr<M: Message>(payload: &[u8]) -> Result<M, String> {
+    M::decode(payload).map_err(|fault| fault.to_string())
 }
 
 fn json<M: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<M, String> {

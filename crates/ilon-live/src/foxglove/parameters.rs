@@ -1,6 +1,6 @@
 //! The parameters of a live run, as Foxglove has them.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use foxglove::websocket::{
     AnyClient, GetParametersResponder, Parameter, ParameterHandler, ParameterValue,
@@ -8,7 +8,7 @@ use foxglove::websocket::{
 };
 
 use crate::control::Controls;
-use crate::mailbox::Mailbox;
+use crate::mailbox::{Mailbox, locked};
 use crate::parameters::{Parameters, Value};
 
 /// The parameters, and what was shown of them last.
@@ -37,7 +37,7 @@ impl Panel {
 
     /// Those that have changed since the last time.
     pub fn changed(&self, controls: &Controls) -> Vec<Parameter> {
-        let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut shown = locked(&self.shown);
         let all = self.parameters.all(controls);
         let changed = all.iter().filter(|now| !shown.contains(now)).cloned();
         let changed = changed.map(parameter).collect();

@@ -3,13 +3,13 @@
 //! The protocol means them for a recording, which has a beginning and an end and can be shown from any moment. A simulation lies ahead: its
 //! timeline is the scenario's, from its start over its duration, and the one moment to which it goes back is the start.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 use foxglove::websocket::{PlaybackCommand, PlaybackControlRequest, PlaybackState, PlaybackStatus};
 
 use crate::control::{Change, Controls};
-use crate::mailbox::Mailbox;
+use crate::mailbox::{Mailbox, locked};
 
 /// A seek to a moment that is no later than this in a drive is one to its start, as far as a person can point at it.
 const START_NS: u64 = 500_000_000;
@@ -49,12 +49,12 @@ impl Playback {
 
     /// Somebody comes who knows nothing yet.
     pub fn forget_told(&self) {
-        *self.told.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        *locked(&self.told) = None;
     }
 
     /// What the viewers are to be told, where that has changed.
     pub fn changed(&self, controls: &Controls) -> Option<PlaybackState> {
-        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut told = locked(&self.told);
         let now = Some((controls.paused, controls.speed));
         let is_back = self.is_back.swap(false, Ordering::Relaxed);
         if *told == now && !is_back {

@@ -334,44 +334,24 @@ impl Heart {
             }
         };
         let stepped = RefCell::new(stepped);
-        let throttle = RefCell::new(Throttle::default());
-        let hear = |heard: Heard| {
-            if let Some(note) = heard
-                .change
-                .and_then(|change| desk.change(&change))
-                .or(heard.note)
-                .and_then(|note| throttle.borrow_mut().pass(note, Instant::now()))
-            {
-                desk.say(note);
-            }
+        let ears = Ears {
+            desk: &desk,
+            throttle: RefCell::default(),
         };
         let mut served: Vec<LocalBoxFuture<'_, ()>> = Vec::new();
-        if let Some(twist_stamped) = &twist_stamped {
-            let heard =
-                |message: &TwistStamped| hear(commands::twist_stamped(message, now_s.get()));
-            served.push(listen(twist_stamped, "/cmd_vel", (&desk, &throttle), heard));
+        if let Some(stamped) = &twist_stamped {
+            let heard = |message: &_| commands::twist_stamped(message, now_s.get());
+            served.push(ears.listen(stamped, "/cmd_vel", heard));
         }
         if let Some(twist) = &twist {
-            let heard = |message: &Twist| hear(commands::twist(message));
-            served.push(listen(twist, "/cmd_vel", (&desk, &throttle), heard));
+            served.push(ears.listen(twist, "/cmd_vel", commands::twist));
         }
-        let heard = |message: &JointState| hear(commands::joint_state(message, &robot));
-        served.push(listen(
-            &wheels,
-            "/robot_joint_commands",
-            (&desk, &throttle),
-            heard,
-        ));
-        let heard = |message: &JointState| hear(commands::joint_commands(message, &robot));
-        served.push(listen(
-            &joints,
-            "/joint_commands",
-            (&desk, &throttle),
-            heard,
-        ));
-        let heard = |message: &Float64MultiArray| hear(commands::rates(message, &robot));
-        served.push(listen(&rates, "/wheel_commands", (&desk, &throttle), heard));
-
+        let heard = |message: &_| commands::joint_state(message, &robot);
+        served.push(ears.listen(&wheels, "/robot_joint_commands", heard));
+        let heard = |message: &_| commands::joint_commands(message, &robot);
+        served.push(ears.listen(&joints, "/joint_commands", heard));
+        let heard = |message: &_| commands::rates(message, &robot);
+        served.push(ears.listen(&rates, "/wheel_commands", heard));
         let asked = step.receive_request_stream().for_each(|request| {
             if let Ok((id, request)) = request {
                 let mut stepped = stepped.borrow().clone();
@@ -404,16 +384,7 @@ impl Heart {
             parameters: &parameters,
             desk: &desk,
         };
-        served.push(answer(&asked_for.get, |request| answers.get(&request)));
-        served.push(answer(&asked_for.types, |request| answers.types(&request)));
-        served.push(answer(&asked_for.list, |request| answers.list(&request)));
-        served.push(answer(&asked_for.describe, |request| {
-            answers.describe(&request)
-        }));
-        served.push(answer(&asked_for.set, |request| answers.set(&request)));
-        served.push(answer(&asked_for.set_atomically, |request| {
-            answers.set_atomically(&request)
-        }));
+        served.extend(answers.serve(&asked_for));
         let serve = future::join_all(served);
         let both = future::select(Box::pin(publish), serve);
         futures::executor::block_on(both);
@@ -462,26 +433,49 @@ impl Voice<'_> {
     }
 }
 
-/// Hears what comes over a topic, for as long as it is polled.
-fn listen<'a, M: DeserializeOwned + 'static>(
-    subscription: &'a Subscription<M>,
-    topic: &'a str,
-    (desk, throttle): (&'a Mailbox, &'a RefCell<Throttle>),
-    heard: impl Fn(&M) + 'a,
-) -> LocalBoxFuture<'a, ()> {
-    let each = move |message: Result<(M, ros2_client::MessageInfo), ros2_client::ReadError>| {
-        match message {
-            Ok((message, _)) => heard(&message),
-            Err(fault) => {
-                let note = format!("a message on {topic} cannot be read: {fault}");
-                if let Some(note) = throttle.borrow_mut().pass(note, Instant::now()) {
-                    desk.say(note);
-                }
+/// What hears commands, and says what is wrong with them now and then.
+struct Ears<'d> {
+    desk: &'d Mailbox,
+    throttle: RefCell<Throttle>,
+}
+
+impl Ears<'_> {
+    /// Hears what comes over a topic, for as long as it is polled.
+    fn listen<'a, M: DeserializeOwned + 'static>(
+        &'a self,
+        subscription: &'a Subscription<M>,
+        topic: &'a str,
+        heard: impl Fn(&M) -> Heard + 'a,
+    ) -> LocalBoxFuture<'a, ()> {
+        let each = move |message: Result<(M, ros2_client::MessageInfo), ros2_client::ReadError>| {
+            let note = match message {
+                Ok((message, _)) => heard(&message).taken(self.desk),
+                Err(fault) => Some(format!("a message on {topic} cannot be read: {fault}")),
+            };
+            let note = note.and_then(|note| self.throttle.borrow_mut().pass(note, Instant::now()));
+            if let Some(note) = note {
+                self.desk.say(note);
             }
-        }
-        future::ready(())
-    };
-    subscription.async_stream().for_each(each).boxed_local()
+            future::ready(())
+        };
+        subscription.async_stream().for_each(each).boxed_local()
+    }
+}
+
+impl<'a> Answers<'a> {
+    /// Answers what is asked of parameters.
+    fn serve(&'a self, servers: &'a Servers) -> [LocalBoxFuture<'a, ()>; 6] {
+        [
+            answer(&servers.get, |request| self.get(&request)),
+            answer(&servers.types, |request| self.types(&request)),
+            answer(&servers.list, |request| self.list(&request)),
+            answer(&servers.describe, |request| self.describe(&request)),
+            answer(&servers.set, |request| self.set(&request)),
+            answer(&servers.set_atomically, |request| {
+                self.set_atomically(&request)
+            }),
+        ]
+    }
 }
 
 /// Answers requests, for as long as it is polled.

@@ -40,6 +40,14 @@ fn begins_as_own(path: &Path) -> io::Result<bool> {
     Ok(head.is_empty() || head.starts_with(MAGIC) && library)
 }
 
+/// Removes a file, if there is one.
+pub(super) fn remove_if_there(path: &Path) -> Result<(), BagError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(BagError::io(path)(error)),
+        _ => Ok(()),
+    }
+}
+
 /// Removes a bag that ilon wrote, and its folder. Of any other folder, or none, nothing is touched.
 ///
 /// # Errors
@@ -49,13 +57,7 @@ pub fn remove_own(folder: &Path) -> Result<(), BagError> {
         return Ok(());
     }
     for name in FILES {
-        let path = folder.join(name);
-        match fs::remove_file(&path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                return Err(BagError::io(&path)(error));
-            }
-            _ => {}
-        }
+        remove_if_there(&folder.join(name))?;
     }
     fs::remove_dir(folder).map_err(BagError::io(folder))
 }

@@ -11,6 +11,7 @@ use mcap::{WriteOptions, Writer};
 use crate::Message;
 
 use super::metadata::Metadata;
+use super::own::remove_if_there;
 use super::topic::{self, Topic};
 use super::{BagError, Qos};
 
@@ -62,13 +63,8 @@ impl BagWriter {
         let path = folder.join(FILE);
         let growing = claim(&path)?;
         // They speak of the older bag.
-        for older in [METADATA, UNFINISHED_METADATA].map(|name| folder.join(name)) {
-            match fs::remove_file(&older) {
-                Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                    return Err(BagError::io(&older)(error));
-                }
-                _ => {}
-            }
+        for older in [METADATA, UNFINISHED_METADATA] {
+            remove_if_there(&folder.join(older))?;
         }
         growing.set_len(0).map_err(BagError::io(&path))?;
         let mcap = WriteOptions::new()

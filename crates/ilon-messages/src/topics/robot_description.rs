@@ -159,7 +159,7 @@ fn origin(pose: &Isometry3<f64>) -> String {
 }
 
 /// As the value of an attribute.
-fn quoted(text: &str) -> String {
+pub(super) fn quoted(text: &str) -> String {
     let text = text.replace('&', "&amp;").replace('<', "&lt;");
     format!("\"{}\"", text.replace('"', "&quot;"))
 }

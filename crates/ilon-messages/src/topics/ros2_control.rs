@@ -5,6 +5,8 @@ use std::fmt::Write;
 use ilon_robot::Robot;
 use roxmltree::Document;
 
+use super::robot_description::quoted;
+
 /// A URDF with a `<ros2_control>` block for the wheels, without which no controller manager takes it: commands and states go over the topics
 /// that `joint_state_topic_hardware_interface` and ilon share. One that has a block of its own is left as it is.
 ///
@@ -25,7 +27,7 @@ pub fn with_ros2_control(robot: &Robot, urdf: &str) -> Option<String> {
          <param name=\"joint_commands_topic\">/robot_joint_commands</param>\n      \
          <param name=\"joint_states_topic\">/robot_joint_states</param>\n      \
          <param name=\"trigger_joint_command_threshold\">-1</param>\n    </hardware>\n",
-        attribute(&robot.name)
+        quoted(&robot.name)
     );
     for wheel in &robot.wheels {
         let limit = wheel.motor.velocity_rad_s;
@@ -42,17 +44,11 @@ pub fn with_ros2_control(robot: &Robot, urdf: &str) -> Option<String> {
             block,
             "    <joint name={}>\n      {command}\n      <state_interface name=\"position\"/>\n      <state_interface name=\"velocity\"/>\n      \
              <state_interface name=\"effort\"/>\n    </joint>\n",
-            attribute(&wheel.name)
+            quoted(&wheel.name)
         );
     }
     block.push_str("  </ros2_control>\n");
     Some(format!("{}{block}{}", &urdf[..end], &urdf[end..]))
-}
-
-/// As the value of an attribute.
-fn attribute(text: &str) -> String {
-    let text = text.replace('&', "&amp;").replace('<', "&lt;");
-    format!("\"{}\"", text.replace('"', "&quot;"))
 }
 
 #[cfg(test)]

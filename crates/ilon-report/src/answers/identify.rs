@@ -18,15 +18,10 @@ const TOO_SHORT: f64 = 0.95;
 
 /// What was found, the answer first: what the robot does, what to set, how sure that is, and what to drive to know more.
 pub fn answers(found: &Identified) -> Vec<Answer> {
-    let mut answers: Vec<Answer> = Vec::new();
-    let mut plain = |text: String| answers.push(Answer::plain(text));
-    robot(&found.gains).into_iter().for_each(&mut plain);
-    by_direction(&found.residual)
-        .into_iter()
-        .for_each(&mut plain);
-    set(&found.controller, &found.gains)
-        .into_iter()
-        .for_each(&mut plain);
+    let mut plain = robot(&found.gains);
+    plain.extend(by_direction(&found.residual));
+    plain.extend(set(&found.controller, &found.gains));
+    let mut answers: Vec<Answer> = plain.into_iter().map(Answer::plain).collect();
     let errors = [&found.nominal, &found.held_out];
     answers.push(judged(&found.model, found.judged_by, errors));
     let over_noise = found.held_out.over_noise;

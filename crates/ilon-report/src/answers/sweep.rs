@@ -8,14 +8,13 @@ pub use tables::tables;
 
 use crate::page::Answer;
 use crate::sweep::figure as number;
+use crate::text::capital;
 use ilon_sweep::findings::gaps::Gap;
 use ilon_sweep::findings::grid::{Extreme, RangeOf};
 use ilon_sweep::findings::{EffectsOf, Expectation, FoundAt, IndicesOf, MinimumAt};
 use ilon_sweep::{Find, Findings, Minimise, Question, Study};
 
-use self::phrases::{
-    MOST_POINTS, at, capital, key_words, level, percent, settings, title, value_of,
-};
+use self::phrases::{MOST_POINTS, at, key_words, level, percent, settings, title, value_of};
 
 /// A minimum that lies in this share of an axis at either end is said to lie at its end.
 const AT_THE_END: f64 = 0.01;

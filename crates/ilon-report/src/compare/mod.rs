@@ -13,7 +13,8 @@ mod figures;
 mod page;
 mod ranking;
 
-pub use page::{html, write};
+pub use page::html;
+pub(crate) use page::settings_row;
 
 /// One of the runs that are compared.
 #[derive(Clone, Debug)]
@@ -135,6 +136,13 @@ impl Comparison {
         }
         let differences = differences(&runs);
         Ok(Self { runs, differences })
+    }
+
+    /// The name and the summary of each run, as JSON.
+    pub fn summaries(&self) -> Vec<serde_json::Value> {
+        let of =
+            |run: &ComparedRun| serde_json::json!({ "name": run.name, "summary": run.summary });
+        self.runs.iter().map(of).collect()
     }
 
     /// The main figures that say something of at least one of the runs, in groups with a heading each; what says

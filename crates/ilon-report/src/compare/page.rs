@@ -1,17 +1,14 @@
 //! The page that lays several runs over each other, in the style of the report of one.
 
 use std::fmt::Write;
-use std::path::Path;
-
-use ilon_trace::TraceError;
-use ilon_trace::file::write_text;
 
 use super::figures::{self, run_pen};
 use ilon_trace::Quantity;
 
-use super::Comparison;
 use super::ranking;
-use crate::page::{self, Head, Section, card, escape, grid, panels};
+use super::{Comparison, SettingRow};
+use crate::html_table::{self, cell, row};
+use crate::page::{self, Head, Section, card, escape, grid, panels, side_by_side};
 use crate::text::{angle, length};
 use crate::viewer;
 
@@ -99,14 +96,6 @@ fn scenes(comparison: &Comparison) -> Vec<(&str, String)> {
     shown.collect()
 }
 
-/// Writes the comparison to a file, whole or not at all.
-///
-/// # Errors
-/// [`TraceError::Io`] where the file cannot be written.
-pub fn write(path: &Path, comparison: &Comparison) -> Result<(), TraceError> {
-    write_text(path, &html(comparison))
-}
-
 /// Which curve is which run, and what each run was.
 fn legend(comparison: &Comparison) -> String {
     let mut items = String::new();
@@ -131,23 +120,21 @@ fn settings_table(comparison: &Comparison) -> String {
     if comparison.differences.is_empty() {
         return "<p class=\"lead\">All were run from the same scenario.</p>\n".to_owned();
     }
-    let mut rows = String::new();
-    for row in &comparison.differences {
-        let cells: String = row
-            .values
-            .iter()
-            .map(|value| match value {
-                Some(value) => format!("<td>{}</td>", escape(value)),
-                None => "<td class=\"none\">—</td>".to_owned(),
-            })
-            .collect();
-        let _ = write!(
-            rows,
-            "<tr><th scope=\"row\"><code>{}</code></th>{cells}</tr>",
-            escape(&row.key)
-        );
-    }
-    table("What was set differently", comparison, &rows)
+    let rows = comparison.differences.iter().map(settings_row);
+    table(
+        "What was set differently",
+        comparison,
+        &rows.collect::<String>(),
+    )
+}
+
+/// A setting and its values.
+pub(crate) fn settings_row(setting: &SettingRow) -> String {
+    let values = setting.values.iter();
+    let cells: String = values
+        .map(|value| cell(value.as_deref().map(escape)))
+        .collect();
+    row(&format!("<code>{}</code>", escape(&setting.key)), &cells)
 }
 
 /// The figures in which the runs differ most.
@@ -190,24 +177,19 @@ fn figure_row(comparison: &Comparison, quantity: &Quantity, heading: Option<&str
     let value = |index: usize| quantity.shown(&comparison.runs[index].summary);
     let first = value(0);
     let cells: String = (0..comparison.runs.len())
-        .map(|index| match value(index) {
-            None => "<td class=\"none\">—</td>".to_owned(),
-            Some(x) => {
-                let against = first
-                    .filter(|_| index > 0)
-                    .and_then(|first| against(x, first, quantity.decimals));
+        .map(|index| {
+            cell(value(index).map(|x| {
+                let first = first.filter(|_| index > 0);
+                let against = first.and_then(|first| against(x, first, quantity.decimals));
                 let against =
                     against.map_or_else(String::new, |text| format!(" <small>{text}</small>"));
-                format!("<td>{x:.*}{against}</td>", quantity.decimals)
-            }
+                format!("{x:.*}{against}", quantity.decimals)
+            }))
         })
         .collect();
     let heading = heading.map_or_else(String::new, |heading| format!("{}: ", escape(heading)));
-    format!(
-        "<tr><th scope=\"row\">{heading}{}, {}</th>{cells}</tr>",
-        escape(quantity.label),
-        escape(quantity.unit.symbol)
-    )
+    let [label, unit] = [quantity.label, quantity.unit.symbol].map(escape);
+    row(&format!("{heading}{label}, {unit}"), &cells)
 }
 
 /// A figure against the first run's; `None` where that one is too near to zero to be a measure.
@@ -226,21 +208,13 @@ fn against(x: f64, first: f64, decimals: usize) -> Option<String> {
 
 /// A table with a column a run.
 fn table(caption: &str, comparison: &Comparison, rows: &str) -> String {
-    let heads: String = comparison
-        .runs
-        .iter()
-        .enumerate()
-        .map(|(index, run)| {
-            format!(
-                "<th scope=\"col\">{}{}</th>",
-                page::swatch(run_pen(index)),
-                escape(&run.name)
-            )
-        })
-        .collect();
+    let runs = comparison.runs.iter().enumerate();
+    let heads = html_table::heads(
+        runs.map(|(index, run)| page::swatch(run_pen(index)) + &escape(&run.name)),
+    );
     format!(
-        "<div class=\"card whole scroll of-runs\"><table><caption>{caption}</caption><thead><tr><th></th>{heads}</tr></thead>\
-         <tbody>{rows}</tbody></table></div>\n"
+        "<div class=\"card whole scroll of-runs\">{}</div>\n",
+        html_table::table(caption, &format!("<th></th>{heads}"), rows)
     )
 }
 
@@ -266,16 +240,11 @@ fn motion_section(comparison: &Comparison) -> Section {
         id: "motion",
         title: "Motion",
         lead: "Where the robots went.".to_owned(),
-        body: format!("<div class=\"grid\">\n{cards}</div>\n"),
+        body: side_by_side(&cards),
     }
 }
 
 fn numbers_section(comparison: &Comparison) -> Section {
-    let summaries: Vec<_> = comparison
-        .runs
-        .iter()
-        .map(|run| serde_json::json!({ "name": run.name, "summary": run.summary }))
-        .collect();
     let mut body = String::new();
     for run in &comparison.runs {
         let _ = writeln!(
@@ -285,7 +254,7 @@ fn numbers_section(comparison: &Comparison) -> Section {
             escape(&run.trace.header.scenario_toml)
         );
     }
-    let json = serde_json::Value::from(summaries).to_string();
+    let json = serde_json::Value::from(comparison.summaries()).to_string();
     let _ = writeln!(
         body,
         "<script type=\"application/json\" id=\"summaries\">{}</script>",

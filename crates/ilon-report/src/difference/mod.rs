@@ -2,17 +2,14 @@
 
 mod ranked;
 
-use std::fmt::Write;
-use std::path::Path;
-
-use ilon_trace::file::write_text;
-use ilon_trace::{Difference, Rows, TraceError};
+use ilon_trace::{Difference, Rows};
 
 use crate::compare::{self, SettingRow};
 use crate::figure::{
     Curve, Figure, Pen, axis, curve, dashed, dots, dotted, exact_curve, layout, map_layout, plot,
     solid,
 };
+use crate::html_table::{cell, heads, row, table, wide};
 use crate::page::{self, Head, Section, escape, grid};
 use crate::text::{angle, length, percent, time};
 use crate::viewer;
@@ -32,23 +29,6 @@ const SAME_RAD: f64 = 1e-6;
 
 const RUN: Pen = solid("@real").width(2.2);
 const BASELINE: Pen = dashed("@asked");
-
-/// Writes what `differences` found, the earliest first, to a file, whole or not at all. A few signals at a time are held
-/// in memory.
-///
-/// # Errors
-/// [`TraceError::Io`] where the file cannot be written, and where the rows cannot be read.
-pub fn write<R: Rows>(
-    path: &Path,
-    run: &R,
-    baseline: &R,
-    found: &[Difference],
-) -> Result<(), TraceError>
-where
-    TraceError: From<R::Error>,
-{
-    write_text(path, &html(run, baseline, found)?)
-}
 
 /// The differences between a run and its baseline as one HTML file that needs nothing else.
 ///
@@ -129,7 +109,7 @@ pub fn html<R: Rows>(run: &R, baseline: &R, found: &[Difference]) -> Result<Stri
             body: page::topic(
                 "All signals",
                 &format!("{} of them, what matters most first", found.len()),
-                &table(&ranked),
+                &signals_table(&ranked),
             ),
         },
     ];
@@ -188,24 +168,12 @@ fn settings_table(settings: &[SettingRow]) -> String {
     if settings.is_empty() {
         return "<p class=\"lead\">Both were run from the same scenario.</p>\n".to_owned();
     }
-    let cell = |value: &Option<String>| match value {
-        Some(value) => format!("<td>{}</td>", escape(value)),
-        None => "<td class=\"none\">—</td>".to_owned(),
-    };
-    let rows: String = settings
-        .iter()
-        .map(|row| {
-            let cells: String = row.values.iter().map(cell).collect();
-            format!(
-                "<tr><th scope=\"row\"><code>{}</code></th>{cells}</tr>",
-                escape(&row.key)
-            )
-        })
-        .collect();
-    format!(
-        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>What was set differently</caption><thead><tr><th scope=\"col\">key</th>\
-         <th scope=\"col\">baseline</th><th scope=\"col\">run</th></tr></thead><tbody>{rows}</tbody></table></div>\n"
-    )
+    let rows: String = settings.iter().map(compare::settings_row).collect();
+    wide(&table(
+        "What was set differently",
+        &heads(["key", "baseline", "run"]),
+        &rows,
+    ))
 }
 
 /// How far the robot is from where it was in the baseline, row by row.
@@ -401,33 +369,36 @@ fn paths<R: Rows>(run: &R, baseline: &R) -> Result<Figure, R::Error> {
     .height_px(300))
 }
 
-fn table(ranked: &[Ranked]) -> String {
-    let shown = |signal: &str, x: Option<f64>| match x {
-        Some(x) => format!("<td>{}</td>", escape(&value(signal, x))),
-        None => "<td class=\"none\">—</td>".to_owned(),
+fn signals_table(ranked: &[Ranked]) -> String {
+    let signal = |Ranked { one, share }: &Ranked| {
+        let shown = |x: Option<f64>| cell(x.map(|x| escape(&value(&one.signal, x))));
+        let cells = [
+            cell(Some(percent(*share))),
+            shown(Some(one.worst)),
+            shown(Some(one.tolerance)),
+            shown(one.baseline),
+            shown(one.run),
+            cell(Some(format!("{} s", one.first_s))),
+        ];
+        row(
+            &format!("<code>{}</code>", escape(&one.signal)),
+            &cells.concat(),
+        )
     };
-    let mut rows = String::new();
-    for Ranked { one, share } in ranked {
-        let name = &one.signal;
-        // Writing to a string cannot fail.
-        let _ = write!(
-            rows,
-            "<tr><th scope=\"row\"><code>{}</code></th><td>{}</td>{}{}{}{}<td>{} s</td></tr>",
-            escape(name),
-            percent(*share),
-            shown(name, Some(one.worst)),
-            shown(name, Some(one.tolerance)),
-            shown(name, one.baseline),
-            shown(name, one.run),
-            one.first_s,
-        );
-    }
-    format!(
-        "<div class=\"card whole scroll\" tabindex=\"0\"><table><thead><tr><th scope=\"col\">signal</th>\
-         <th scope=\"col\">of its span</th><th scope=\"col\">largest difference</th><th scope=\"col\">allowed</th>\
-         <th scope=\"col\">baseline at first</th><th scope=\"col\">run at first</th><th scope=\"col\">first at</th></tr></thead>\
-         <tbody>{rows}</tbody></table></div>\n"
-    )
+    let titles = [
+        "signal",
+        "of its span",
+        "largest difference",
+        "allowed",
+        "baseline at first",
+        "run at first",
+        "first at",
+    ];
+    wide(&table(
+        "",
+        &heads(titles),
+        &ranked.iter().map(signal).collect::<String>(),
+    ))
 }
 
 #[cfg(test)]

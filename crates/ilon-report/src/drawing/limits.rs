@@ -6,12 +6,12 @@
 use ilon_sim::inspect::{Inspection, WheelInspection};
 use ilon_sim::simulate::LimitOutline;
 use nalgebra::Vector2;
+use svg::Node;
 use svg::node::element::path::Data;
-use svg::node::element::{Group, Path, Rectangle, Text, Title};
-use svg::{Document, Node};
+use svg::node::element::{Group, Path, Text};
 
-use super::map::{GREY, INK, at, on_page, printable, tenth};
-use super::marks::{arrow, dot, line, on_halo};
+use super::map::{GREY, at, on_page, printable, tenth};
+use super::marks::{arrow, dot, line, on_halo, page};
 
 const SIDE_PX: f64 = 640.0;
 const MIDDLE_PX: Vector2<f64> = Vector2::new(320.0, 340.0);
@@ -33,30 +33,14 @@ pub fn limits(seen: &Inspection) -> Option<String> {
         false => 0.0,
     };
     let title = format!("{}: accelerations without slip", printable(&seen.name));
-    let mut picture = Document::new()
-        .set("viewBox", (0, 0, SIDE_PX, SIDE_PX))
-        .set("width", SIDE_PX)
-        .set("height", SIDE_PX)
-        .set("role", "img")
-        .set("style", "max-width:100%;height:auto")
-        .set("font-family", "system-ui, sans-serif")
-        .set("font-size", 13)
-        .set("fill", INK)
-        .add(Title::new(title.as_str()))
-        .add(
-            Rectangle::new()
-                .set("width", SIDE_PX)
-                .set("height", SIDE_PX)
-                .set("fill", "#ffffff"),
+    let side = Vector2::repeat(SIDE_PX);
+    let mut picture = page(side, &title, words(&title, 32.0)).add(
+        words(
+            "From rest, in the colour of the wheel that gives out first; dashed where its motor does.",
+            54.0,
         )
-        .add(words(&title, 32.0).set("font-size", 18).set("font-weight", 600))
-        .add(
-            words(
-                "From rest, in the colour of the wheel that gives out first; dashed where its motor does.",
-                54.0,
-            )
-            .set("fill", GREY),
-        );
+        .set("fill", GREY),
+    );
     picture.append(rings(largest, px_per_m_s2));
     picture.append(arrow(MIDDLE_PX, on_page(Vector2::x()), 40.0));
     picture.append(words_at("ahead", MIDDLE_PX + Vector2::new(62.0, 5.0)).set("fill", GREY));

@@ -2,11 +2,30 @@
 
 use ilon_trace::Header;
 use nalgebra::Vector2;
-use svg::Node;
 use svg::node::element::path::Data;
-use svg::node::element::{Circle, Group, Path, Rectangle, Text};
+use svg::node::element::{Circle, Group, Path, Rectangle, Text, Title};
+use svg::{Document, Node};
 
 use super::map::*;
+
+/// A white page of a size with a title, and words at its head.
+pub(super) fn page(size_px: Vector2<f64>, title: &str, head: Text) -> Document {
+    let [width, height] = size_px.into();
+    let background = Rectangle::new().set("width", width).set("height", height);
+    Document::new()
+        .set("viewBox", (0, 0, width, height))
+        .set("width", width)
+        .set("height", height)
+        .set("role", "img")
+        // In a page it shrinks with what holds it.
+        .set("style", "max-width:100%;height:auto")
+        .set("font-family", "system-ui, sans-serif")
+        .set("font-size", 13)
+        .set("fill", INK)
+        .add(Title::new(title))
+        .add(background.set("fill", "#ffffff"))
+        .add(head.set("font-size", 18).set("font-weight", 600))
+}
 
 /// A straight line.
 pub(super) fn line(from: Vector2<f64>, to: Vector2<f64>, color: &str, width_px: f64) -> Path {

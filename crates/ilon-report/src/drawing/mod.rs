@@ -7,8 +7,8 @@
 use ilon_robot::Robot;
 use ilon_trace::Header;
 use nalgebra::Vector2;
-use svg::node::element::{Polygon, Rectangle, Text, Title};
-use svg::{Document, Node};
+use svg::Node;
+use svg::node::element::{Polygon, Text};
 
 #[cfg(feature = "studies")]
 mod limits;
@@ -19,7 +19,7 @@ mod wheel;
 #[cfg(feature = "studies")]
 pub use limits::limits;
 use map::*;
-use marks::{axes, diamond, legend, scale_bar};
+use marks::{axes, diamond, legend, page, scale_bar};
 use wheel::{b_h, b_h_name, common_figures, label, roller_axis, wheel_from_above};
 
 /// A robot as an SVG, its joints where a run begins, with the point of the body frame about which position and heading are decoupled, in metres, where
@@ -40,36 +40,10 @@ pub(crate) fn svg_of_trace(header: &Header) -> String {
 
 fn draw(header: &Header, decoupling_point_m: Option<Vector2<f64>>) -> String {
     let map = Map::of(header, decoupling_point_m);
-    let mut picture = Document::new()
-        .set("viewBox", (0, 0, SIZE_PX.x, SIZE_PX.y))
-        .set("width", SIZE_PX.x)
-        .set("height", SIZE_PX.y)
-        .set("role", "img")
-        // In a page it shrinks with what holds it.
-        .set("style", "max-width:100%;height:auto")
-        .set("font-family", "system-ui, sans-serif")
-        .set("font-size", 13)
-        .set("fill", INK)
-        .add(Title::new(format!(
-            "{} from above",
-            printable(&header.robot_name)
-        )))
-        .add(
-            Rectangle::new()
-                .set("width", SIZE_PX.x)
-                .set("height", SIZE_PX.y)
-                .set("fill", "#ffffff"),
-        )
-        .add(
-            Text::new(format!(
-                "{}, seen from above",
-                printable(&header.robot_name)
-            ))
-            .set("x", 40)
-            .set("y", 36)
-            .set("font-size", 18)
-            .set("font-weight", 600),
-        );
+    let name = printable(&header.robot_name);
+    let head = Text::new(format!("{name}, seen from above"));
+    let head = head.set("x", 40).set("y", 36);
+    let mut picture = page(SIZE_PX, &format!("{name} from above"), head);
     if let Some(figures) = common_figures(&header.wheels) {
         picture.append(
             Text::new(figures)

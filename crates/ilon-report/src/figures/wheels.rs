@@ -92,29 +92,20 @@ pub(crate) fn tasks(shown: &RunInput) -> Vec<Figure> {
         return Vec::new();
     }
     let tasks = || names.iter().enumerate().take(ilon_trace::MAX_TASKS);
-    let weights = tasks().map(|(task, name)| {
-        let name = format!("{}. {name}", task + 1);
-        curve(
-            &name,
-            shown.all.robot(OfRobot::TaskWeight(task)),
-            wheel_pen(task),
-        )
-    });
-    let capacities = tasks().map(|(task, name)| {
-        let name = format!("{}. {name}", task + 1);
-        curve(
-            &name,
-            shown.all.robot(OfRobot::TaskCapacity(task)),
-            wheel_pen(task),
-        )
-    });
+    let each = |of: fn(usize) -> OfRobot| -> Vec<Curve> {
+        let one = |(task, name): (usize, &String)| {
+            let name = format!("{}. {name}", task + 1);
+            curve(&name, shown.all.robot(of(task)), wheel_pen(task))
+        };
+        tasks().map(one).collect()
+    };
     vec![
         Figure::over_time(
             "task-weights",
             "Weights of the tasks",
             "The weight of each task, highest priority first (Indiveri 2009, eq. (33)). At 1 the task has all \
              that it asks for; below, saturation holds it back; 0 also where it asks for nothing.",
-            weights.collect(),
+            each(OfRobot::TaskWeight),
             axis("weight").range(-0.03, 1.05),
         )
         .height_px(300),
@@ -122,7 +113,7 @@ pub(crate) fn tasks(shown: &RunInput) -> Vec<Figure> {
             "task-capacities",
             "Capacity for each task",
             "The capacity of each task: the wheel rate that those above it leave (eq. (34)).",
-            capacities.collect(),
+            each(OfRobot::TaskCapacity),
             axis("capacity in rad/s").from_zero(),
         )
         .height_px(300),

@@ -1,15 +1,16 @@
 //! The page of `ilon bench`, in the style of the report of a run: error against cost, and every figure beneath.
 
 use std::fmt::Write;
-use std::path::Path;
 
-use ilon_trace::TraceError;
-use ilon_trace::file::write_text;
-
-use crate::bench::{Bench, Configuration, DRIVES, FLEET_RATE_HZ, Machine, RobotBench, TreadCost};
+use crate::bench::{
+    Bench, CONFIGURATION_COLUMNS, Configuration, DRIVES, FLEET_RATE_HZ, Machine, RobotBench,
+    SLIDE_COLUMNS, TreadCost,
+};
 use crate::figure::{Curve, DashKind, Figure, Layout, Pen, Span, axis, exact_curve, plot, solid};
-use crate::page::{self, Head, Section, card, escape};
+use crate::html_table::{cell, heads, number, row, table, wide};
+use crate::page::{self, Head, Section, card, escape, grid, side_by_side};
 use crate::short;
+use crate::text::capital;
 
 /// Errors below this, in per cent, are drawn at it: a logarithm has no zero.
 const LEAST_ERROR_PCT: f64 = 1e-5;
@@ -28,7 +29,7 @@ pub fn html(bench: &Bench) -> String {
             id: "work-precision",
             title: "Error against cost",
             lead: "Lower is more accurate, left is faster. The figures at the points are physics steps a second.".to_owned(),
-            body: format!("<div class=\"grid\">\n{}</div>\n", card(&work_precision(bench))),
+            body: grid(&[work_precision(bench)]),
         },
         Section {
             id: "configurations",
@@ -44,14 +45,6 @@ pub fn html(bench: &Bench) -> String {
     }
     sections.push(method_section(bench));
     page::page(&head, &sections, &footer(bench), &page::Parts::default())
-}
-
-/// Writes the page to a file, whole or not at all.
-///
-/// # Errors
-/// [`TraceError::Io`] where the file cannot be written.
-pub fn write(path: &Path, bench: &Bench) -> Result<(), TraceError> {
-    write_text(path, &html(bench))
 }
 
 /// Where, when and with what, as HTML.
@@ -237,49 +230,43 @@ fn labelled(name: &str, points: &[(&Configuration, f64)], pen: Pen, below: bool)
 
 fn configurations(bench: &Bench) -> String {
     let tables = bench.robots.iter();
-    let tables: String = tables.map(|(name, robot)| table_of(name, robot)).collect();
-    format!("<div class=\"grid\">\n{tables}</div>\n")
+    side_by_side(
+        &tables
+            .map(|(name, robot)| table_of(name, robot))
+            .collect::<String>(),
+    )
 }
 
 fn table_of(name: &str, robot: &RobotBench) -> String {
-    let drives: String = DRIVES
-        .iter()
-        .map(|(name, _)| format!("<th scope=\"col\">{name}</th>"))
-        .collect();
-    let mut rows = String::new();
-    for c in &robot.configurations {
-        let drives: String = DRIVES
-            .iter()
-            .map(|(name, _)| cell(c.drives.get(*name).map(|d| d.error_pct), 4))
-            .collect();
-        let class = if c.describe() == robot.headline {
-            " class=\"total\""
-        } else {
-            ""
+    let configuration = |c: &Configuration| {
+        let cells = cell(Some(c.rate_hz().to_string())) + &numbers(&c.figures());
+        let class = match c.describe() == robot.headline {
+            true => " class=\"total\"",
+            false => "",
         };
-        let _ = writeln!(
-            rows,
-            "<tr{class}><th scope=\"row\">{}</th><td>{}</td>{}{drives}{}{}{}{}{}</tr>",
-            escape(&c.roller_bodies),
-            c.rate_hz(),
-            cell(Some(c.worst_error_pct), 4),
-            cell(c.hub_ripple_m.map(|m| 1e3 * m), 4),
-            cell(c.slip_speed_rms_m_s.map(|v| 1e3 * v), 2),
-            cell(c.sim_s_per_cpu_s, 1),
-            cell(c.steps_per_cpu_s, 0),
-            cell(c.speed_spread_pct, 1),
-        );
-    }
-    format!(
-        "<div class=\"card whole scroll\" tabindex=\"0\"><h3>{}</h3><table><caption>Errors and spread in %, ripple in mm, slip in \
-         mm/s</caption><thead><tr><th scope=\"col\">rollers</th><th scope=\"col\">steps/s</th>\
-         <th scope=\"col\">worst</th>{drives}<th scope=\"col\">ripple</th><th scope=\"col\">slip</th>\
-         <th scope=\"col\">sim s/CPU s</th><th scope=\"col\">steps/CPU s</th><th scope=\"col\">spread</th></tr></thead>\
-         <tbody>{rows}</tbody></table>{}</div>\n{}",
+        format!(
+            "<tr{class}><th scope=\"row\">{}</th>{cells}</tr>\n",
+            escape(&c.roller_bodies)
+        )
+    };
+    let before = ["rollers", "steps/s", "worst"].into_iter();
+    let drives = DRIVES.map(|(name, _)| name);
+    let titles = before.chain(drives).chain(CONFIGURATION_COLUMNS);
+    let table = table(
+        "Errors and spread in %, ripple in mm, slip in mm/s",
+        &heads(titles),
+        &robot
+            .configurations
+            .iter()
+            .map(configuration)
+            .collect::<String>(),
+    );
+    wide(&format!(
+        "<h3>{}</h3>{table}{}",
         escape(name),
-        sentences(robot),
-        headings_table(name, robot) + &transients_table(name, robot)
-    )
+        sentences(robot)
+    )) + &headings_table(name, robot)
+        + &transients_table(name, robot)
 }
 
 /// Drives in which wheels slide, where they were measured.
@@ -290,43 +277,26 @@ fn transients_table(name: &str, robot: &RobotBench) -> String {
     let mut rows = String::new();
     for transient in &robot.transients {
         for (solver, slide) in transient.rows() {
-            let _ = writeln!(
-                rows,
-                "<tr><th scope=\"row\">{}: {solver}</th>{}{}{}{}{}{}</tr>",
-                escape(&transient.name),
-                cell(Some(1e3 * slide.end_m[0]), 2),
-                cell(Some(1e3 * slide.end_m[1]), 2),
-                cell(Some(1e3 * slide.apart_m), 2),
-                cell(Some(slide.heat_j), 4),
-                cell(Some(1e3 * slide.slip_speed_max_m_s), 1),
-                cell(Some(100.0 * slide.unexplained_share), 3),
-            );
+            let drive = format!("{}: {solver}", escape(&transient.name));
+            rows += &(row(&drive, &numbers(&slide.figures())) + "\n");
         }
     }
-    let columns: String = ["x", "y", "apart", "heat", "slip", "unexplained"]
-        .iter()
-        .map(|column| format!("<th scope=\"col\">{column}</th>"))
-        .collect();
-    format!(
-        "<div class=\"card whole scroll\" tabindex=\"0\"><h3>{}: sliding on friction 0.3</h3><table><caption>Ways in mm, \
-         \"apart\" from ilon's course at steps of 0.25 ms; heat of contacts in J, fastest slip in mm/s, unexplained energy in \
-         %</caption><thead><tr><th scope=\"col\">drive</th>{columns}</tr></thead><tbody>{rows}</tbody></table></div>\n",
+    let table = table(
+        "Ways in mm, \"apart\" from ilon's course at steps of 0.25 ms; heat of contacts in J, fastest slip in mm/s, unexplained \
+         energy in %",
+        &(heads(["drive"]) + &heads(SLIDE_COLUMNS)),
+        &rows,
+    );
+    wide(&format!(
+        "<h3>{}: sliding on friction 0.3</h3>{table}",
         escape(name)
-    )
+    ))
 }
 
 /// What was left out, and what treads cost, where that was timed.
 fn sentences(robot: &RobotBench) -> String {
     let said = robot.tread.as_ref().map(TreadCost::said);
-    let sentence = |said: String| {
-        let mut letters = said.chars();
-        let first: String = letters
-            .next()
-            .into_iter()
-            .flat_map(char::to_uppercase)
-            .collect();
-        format!("<p>{}{}.</p>", first, escape(letters.as_str()))
-    };
+    let sentence = |said: String| format!("<p>{}.</p>", escape(&capital(&said)));
     let remarks = robot.remarks.iter().cloned();
     remarks.chain(said).map(sentence).collect()
 }
@@ -343,81 +313,70 @@ fn headings_table(name: &str, robot: &RobotBench) -> String {
     if first.headings.len() < 2 {
         return String::new();
     }
-    let heads: String = first
-        .headings
-        .iter()
-        .flat_map(|h| DRIVES.iter().map(move |(name, _)| (name, h.heading_deg)))
-        .map(|(name, deg)| format!("<th scope=\"col\">{name}, {deg}°</th>"))
-        .collect();
-    let mut rows = String::new();
-    for c in &robot.configurations {
-        let cells: String = (0..first.headings.len())
-            .flat_map(|index| DRIVES.iter().map(move |(name, _)| (index, *name)))
-            .map(|(index, name)| {
-                let heading = c.drives.get(name).and_then(|d| d.headings.get(index));
-                cell(heading.map(|h| h.error_pct), 4)
-            })
-            .collect();
-        let _ = write!(
-            rows,
-            "<tr><th scope=\"row\">{}, {}</th>{cells}</tr>",
-            escape(&c.roller_bodies),
-            c.rate_hz()
-        );
-    }
+    let columns = || (0..first.headings.len()).flat_map(|k| DRIVES.map(|(name, _)| (k, name)));
+    let titles = columns().map(|(k, name)| format!("{name}, {}°", first.headings[k].heading_deg));
+    let configuration = |c: &Configuration| {
+        let error = |(k, name): (usize, &str)| {
+            let heading = c.drives.get(name).and_then(|d| d.headings.get(k));
+            number(heading.map(|h| h.error_pct), 4)
+        };
+        let head = format!("{}, {}", escape(&c.roller_bodies), c.rate_hz());
+        row(&head, &columns().map(error).collect::<String>())
+    };
+    let table = table(
+        "Errors in %",
+        &(heads(["rollers, steps/s"]) + &heads(titles)),
+        &robot
+            .configurations
+            .iter()
+            .map(configuration)
+            .collect::<String>(),
+    );
     format!(
-        "<details class=\"whole\"><summary>{}, heading by heading</summary><div class=\"scroll\" tabindex=\"0\"><table><caption>Errors in \
-         %</caption><thead><tr><th scope=\"col\">rollers, steps/s</th>{heads}</tr></thead><tbody>{rows}</tbody></table></div>\
+        "<details class=\"whole\"><summary>{}, heading by heading</summary><div class=\"scroll\" tabindex=\"0\">{table}</div>\
          </details>\n",
         escape(name)
     )
 }
 
-fn cell(value: Option<f64>, decimals: usize) -> String {
-    match value {
-        Some(x) => {
-            // What rounds to nothing has no sign.
-            let text = format!("{x:.decimals$}");
-            let is_zero = text.parse() == Ok(0.0);
-            let shown = if is_zero {
-                text.trim_start_matches('-')
-            } else {
-                &text
-            };
-            format!("<td>{shown}</td>")
-        }
-        None => "<td class=\"none\">—</td>".to_owned(),
-    }
+/// Cells with numbers and their decimals.
+fn numbers(figures: &[(Option<f64>, usize)]) -> String {
+    let cells = figures
+        .iter()
+        .map(|(value, places)| number(*value, *places));
+    cells.collect()
 }
 
 fn fleet_section(bench: &Bench) -> Section {
-    let mut rows = String::new();
-    for t in &bench.throughput {
-        let _ = write!(
-            rows,
-            "<tr><th scope=\"row\">{}</th><td>{}</td>{}{}{}{}</tr>",
-            t.robots,
-            t.threads,
-            cell(Some(t.sim_s_per_wall_s), 1),
-            cell(t.sim_s_per_cpu_s, 1),
-            cell(t.cores, 2),
-            cell(t.efficiency, 2),
-        );
-    }
+    let speeds = bench.throughput.iter().map(|t| {
+        let threads = cell(Some(t.threads.to_string()));
+        row(&t.robots.to_string(), &(threads + &numbers(&t.figures())))
+    });
+    let titles = [
+        "robots",
+        "threads",
+        "sim s a wall s",
+        "sim s a CPU s",
+        "cores",
+        "efficiency",
+    ];
     let robot = bench.throughput.first().map_or("", |t| t.robot.as_str());
-    let table = format!(
-        "<div class=\"card scroll\" tabindex=\"0\"><table><caption>{}, contact window, {FLEET_RATE_HZ} steps a second</caption><thead><tr>\
-         <th scope=\"col\">robots</th><th scope=\"col\">threads</th><th scope=\"col\">sim s a wall s</th>\
-         <th scope=\"col\">sim s a CPU s</th><th scope=\"col\">cores</th><th scope=\"col\">efficiency</th></tr></thead><tbody>{rows}</tbody></table></div>\n",
-        escape(robot)
+    let table = table(
+        &format!(
+            "{}, contact window, {FLEET_RATE_HZ} steps a second",
+            escape(robot)
+        ),
+        &heads(titles),
+        &speeds.collect::<String>(),
     );
+    let table = format!("<div class=\"card scroll\" tabindex=\"0\">{table}</div>\n");
     Section {
         id: "many",
         title: "Many robots in one process",
         lead: "Robots are independent of each other, and stepped from outside: each by 50 ms at a time, without a record. Efficiency is the speed over that of the same robots on one thread, by \
                the number of threads. Cores is how many the threads really had: CPU time over wall clock."
             .to_owned(),
-        body: format!("<div class=\"grid\">\n{}{table}</div>\n", card(&fleet(bench))),
+        body: side_by_side(&(card(&fleet(bench)) + &table)),
     }
 }
 

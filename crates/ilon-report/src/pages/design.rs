@@ -24,7 +24,7 @@ use ilon_trace::TraceError;
 use ilon_trace::file::write_text;
 
 use crate::figure::{Figure, Layout, Span, axis, exact_curve, layout, plot, wheel_pen};
-use crate::page::{self, Head, Section, escape, panels};
+use crate::page::{self, Head, Section, escape, panels, side_by_side};
 
 /// What an arrangement of wheels is good for. A number that does not apply, of a robot that Lemma 1 refuses, is not a
 /// number.
@@ -198,10 +198,7 @@ pub(super) fn reach_section(reaches: &[Reach]) -> Section {
         lead: "The twists within the wheels' rates are a polytope; each outline is a cut through it at one yaw rate. What a \
                robot can do in a direction is the way from the middle to the outline."
             .to_owned(),
-        body: format!(
-            "<div class=\"grid\">\n{}</div>\n",
-            panels("Velocity in the body frame", "", &legend, &figures)
-        ),
+        body: side_by_side(&panels("Velocity in the body frame", "", &legend, &figures)),
     }
 }
 
@@ -281,10 +278,7 @@ fn section(study: &Study) -> Section {
         id: study.id,
         title: study.title,
         lead: escape(&study.lead),
-        body: format!(
-            "<div class=\"grid\">\n{}</div>\n",
-            panels(&study.x_title, "", &legend, &figures)
-        ),
+        body: side_by_side(&panels(&study.x_title, "", &legend, &figures)),
     }
 }
 

@@ -1,13 +1,10 @@
 //! A page with several robots side by side: each from above, with what it can do; and why a file is none.
 
-use std::path::Path;
-
 use ilon_robot::Robot;
-use ilon_trace::TraceError;
-use ilon_trace::file::write_text;
 
 use crate::drawing;
-use crate::page::{self, Head, Section, escape};
+use crate::html_table::{cell, row};
+use crate::page::{self, Head, Section, escape, side_by_side};
 use ilon_sim::inspect::Inspection;
 
 /// A robot's file, and what became of it.
@@ -78,8 +75,7 @@ pub fn html(title: &str, exhibits: &[Exhibit]) -> String {
         body: if kind == FileKind::Refused {
             of(kind).map(refusal).collect()
         } else {
-            let cards: String = of(kind).map(card).collect();
-            format!("<div class=\"grid\">\n{cards}</div>\n")
+            side_by_side(&of(kind).map(card).collect::<String>())
         },
     };
     let there = kinds.into_iter().filter(|(kind, ..)| of(*kind).count() > 0);
@@ -90,24 +86,13 @@ pub fn html(title: &str, exhibits: &[Exhibit]) -> String {
     page::page(&head, &sections, footer, &page::Parts::default())
 }
 
-/// Writes the robots to a file, whole or not at all.
-///
-/// # Errors
-/// [`TraceError::Io`] where the file cannot be written.
-pub fn write(path: &Path, title: &str, exhibits: &[Exhibit]) -> Result<(), TraceError> {
-    write_text(path, &html(title, exhibits))
-}
-
 fn card(exhibit: &Exhibit) -> String {
     let Some((robot, seen)) = &exhibit.robot else {
         return String::new();
     };
     let rows: String = figures(seen)
         .into_iter()
-        .map(|(name, value)| {
-            let value = escape(&value);
-            format!("<tr><th scope=\"row\">{name}</th><td>{value}</td></tr>")
-        })
+        .map(|(name, value)| row(name, &cell(Some(escape(&value)))))
         .collect();
     let trouble = if exhibit.faults.is_empty() {
         String::new()

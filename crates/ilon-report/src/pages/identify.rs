@@ -4,26 +4,14 @@
 mod direction;
 mod simulation;
 
-use std::path::Path;
-
 use crate::figure::{Figure, Layout, Span, axis, bars, dots, dotted, exact_curve, plot, solid};
-use crate::page::{self, Head, Section, card, escape};
+use crate::page::{self, Head, Section, escape, grid};
 use crate::sweep::figure as number;
 use ilon_identify::Identified;
 use ilon_identify::outcome::Direction;
-use ilon_trace::TraceError;
-use ilon_trace::file::write_text;
 
 use self::direction::{by_direction, turn};
 use crate::answers::identify::{answers, tables};
-
-/// Writes the page to a file, whole or not at all.
-///
-/// # Errors
-/// [`TraceError::Io`] where the file cannot be written.
-pub fn write(path: &Path, found: &Identified) -> Result<(), TraceError> {
-    write_text(path, &html(found))
-}
 
 /// The page as one HTML file that needs nothing else.
 pub fn html(found: &Identified) -> String {
@@ -44,13 +32,11 @@ pub fn html(found: &Identified) -> String {
             id: "directions",
             title: "By direction of motion",
             lead: "The way made over the way that the wheels ask for, by the kinematics of the robot as it was known.".to_owned(),
-            body: format!(
-                "<div class=\"grid\">\n{}{}{}</div>\n{}",
-                card(&along(&found.residual)),
-                card(&across(&found.residual)),
-                card(&left(&found.residual)),
-                page::table(&tables::directions(&found.residual))
-            ),
+            body: grid(&[
+                along(&found.residual),
+                across(&found.residual),
+                left(&found.residual),
+            ]) + &page::table(&tables::directions(&found.residual)),
         });
     }
     sections.extend(found.simulation.as_ref().map(simulation::section));

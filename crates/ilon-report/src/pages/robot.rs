@@ -1,9 +1,9 @@
 //! A page with one robot: in three dimensions with its wheels turning, from above, and what its wheels are good for.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use std::path::Path;
 
 use crate::figure::{Figure, Layout, axis, exact_curve, plot, wheel_pen};
+use crate::html_table::{cell, heads, row, table, wide};
 use crate::page::{Head, Section, card, escape};
 use crate::{drawing, viewer};
 use ilon_control::{ContactKinematics, Kinematics, SpeedLimits};
@@ -11,8 +11,6 @@ use ilon_formats::Loaded;
 use ilon_robot::Robot;
 use ilon_scene::{Contact, Description, Frame, Frames, Scene, WheelFrame};
 use ilon_sim::inspect::Inspection;
-use ilon_trace::TraceError;
-use ilon_trace::file::write_text;
 
 use super::design::{self, Reach};
 use super::gallery;
@@ -23,14 +21,6 @@ const TURN_S: f64 = 8.0;
 
 /// Pictures of one turn of the wheels: thirty a second.
 const PICTURES: usize = 240;
-
-/// Writes the page of a robot to a file, whole or not at all.
-///
-/// # Errors
-/// [`TraceError::Io`] where the file cannot be written.
-pub fn write(path: &Path, loaded: &Loaded, seen: &Inspection) -> Result<(), TraceError> {
-    write_text(path, &html(loaded, seen))
-}
 
 /// The page of a robot as one HTML file that needs nothing else. `seen` is [`Inspection::of_loaded`] of it.
 pub fn html(loaded: &Loaded, seen: &Inspection) -> String {
@@ -219,14 +209,14 @@ fn wheels_section(seen: &Inspection) -> Section {
                 optional(wheel.effort_n_m),
                 optional(wheel.velocity_rad_s),
             ];
-            let cells: String = values.iter().map(|v| format!("<td>{v}</td>")).collect();
-            format!(
-                "<tr><th scope=\"row\">{}</th>{cells}</tr>",
-                escape(&wheel.name)
+            row(
+                &escape(&wheel.name),
+                &values.map(|v| cell(Some(v))).concat(),
             )
         })
         .collect();
     let titles = [
+        "wheel",
         "x / m",
         "y / m",
         "z / m",
@@ -239,17 +229,10 @@ fn wheels_section(seen: &Inspection) -> Section {
         "torque / N m",
         "rate / rad/s",
     ];
-    let titles: String = titles
-        .iter()
-        .map(|title| format!("<th scope=\"col\">{title}</th>"))
-        .collect();
     Section {
         id: "wheels",
         title: "The wheels",
         lead: "Places in the body frame: x ahead, y to the left, z up. Torque and rate are the motors' limits.".to_owned(),
-        body: format!(
-            "<div class=\"card whole scroll\" tabindex=\"0\"><table><thead><tr><th scope=\"col\">wheel</th>{titles}</tr></thead>\
-             <tbody>{rows}</tbody></table></div>\n"
-        ),
+        body: wide(&table("", &heads(titles), &rows)),
     }
 }

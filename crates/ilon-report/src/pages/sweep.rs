@@ -1,10 +1,9 @@
 //! The page of a study: its rows and findings as [`crate::sweep`] shows them.
 
-use std::path::Path;
-
 use crate::sweep::{self, Quantity, Run, Sensitivity, StudyInput, Varied};
-use ilon_sweep::{Findings, Question, Row, Scale, Status, Study, Values, number_of, text_of};
-use ilon_trace::TraceError;
+use ilon_sweep::{
+    Column, Findings, Question, Row, Scale, Status, Study, Values, number_of, text_of,
+};
 
 use crate::answers::sweep::{answers, tables, words};
 
@@ -18,112 +17,72 @@ pub fn html(
     sweep::html(&shown(study, rows, findings), command)
 }
 
-/// Writes the page to a file, whole or not at all.
-///
-/// # Errors
-/// [`TraceError::Io`] where the file cannot be written.
-pub fn write(
-    path: &Path,
-    study: &Study,
-    rows: &[Row],
-    findings: &Findings,
-    command: &dyn Fn(u64) -> String,
-) -> Result<(), TraceError> {
-    sweep::write(path, &shown(study, rows, findings), command)
-}
-
 fn shown(study: &Study, rows: &[Row], findings: &Findings) -> StudyInput {
-    let scenarios: Vec<&str> = study.scenario_names().collect();
-    let varied = study.columns().iter().enumerate().map(|(index, column)| {
-        let axis = study.axes().iter().find(|axis| axis.key == column.key);
-        let find = study
-            .file()
-            .find
-            .as_ref()
-            .filter(|find| find.key == column.key);
-        let is_log = find.map(|find| find.scale) == Some(Scale::Log)
-            || axis.is_some_and(|axis| {
-                matches!(
-                    axis.values,
-                    Values::Range {
-                        scale: Scale::Log,
-                        ..
-                    }
-                )
-            });
-        let mut words: Vec<String> = Vec::new();
-        if !column.is_numeric {
-            for row in rows {
-                let word = row.values.get(index).map(text_of).unwrap_or_default();
-                if !words.contains(&word) {
-                    words.push(word);
-                }
-            }
-        }
-        Varied {
-            key: column.key.clone(),
-            words,
-            is_log,
-        }
-    });
-    let varied: Vec<Varied> = varied.collect();
-    let quantities: Vec<Quantity> = study
-        .quantities()
-        .iter()
-        .map(|name| Quantity {
-            name: match ilon_trace::quantities::si_unit(name) {
-                "" => words(name),
-                unit => format!("{}, in {unit}", words(name)),
-            },
-            bound: bound(study, name),
-        })
+    let columns = study.columns().iter().enumerate();
+    let varied: Vec<Varied> = columns
+        .map(|(index, column)| varied(study, rows, index, column))
         .collect();
-    let indices: Vec<Option<usize>> = study
-        .quantities()
-        .iter()
-        .map(|name| ilon_sweep::figure_index(name))
-        .collect();
-    let runs = rows.iter().map(|row| Run {
-        run: row.run,
-        scenario: scenarios
-            .iter()
-            .position(|name| *name == row.scenario)
-            .unwrap_or(0),
-        values: row
-            .values
-            .iter()
-            .zip(&varied)
-            .map(|(value, varied)| {
-                let place = || {
-                    varied
-                        .words
-                        .iter()
-                        .position(|word| *word == text_of(value))
-                        .unwrap_or(0) as f64
-                };
-                number_of(value)
-                    .filter(|_| varied.words.is_empty())
-                    .unwrap_or_else(place)
-            })
-            .collect(),
-        figures: indices
-            .iter()
-            .map(|index| index.and_then(|index| row.figure(index)))
-            .collect(),
-        has_failed: row.status == Status::Failed,
+    let quantities = study.quantities().iter().map(|name| Quantity {
+        name: match ilon_trace::quantities::si_unit(name) {
+            "" => words(name),
+            unit => format!("{}, in {unit}", words(name)),
+        },
+        bound: bound(study, name),
     });
-    let runs = runs.collect();
+    let file = study.file();
     StudyInput {
         name: study.name().to_owned(),
         facts: facts(study, findings),
         answers: answers(study, findings),
-        quantities,
-        runs,
+        quantities: quantities.collect(),
+        runs: rows.iter().map(|row| run(study, row, &varied)).collect(),
         varied,
         sensitivity: sensitivity(findings),
         tables: tables(study, findings),
-        is_sample: study.file().method != ilon_sweep::Method::Grid
-            || study.file().minimise.is_some(),
+        is_sample: file.method != ilon_sweep::Method::Grid || file.minimise.is_some(),
+    }
+}
+
+/// What was varied below a column, which is `index` of them.
+fn varied(study: &Study, rows: &[Row], index: usize, column: &Column) -> Varied {
+    let find = study.file().find.as_ref();
+    let find = find.filter(|find| find.key == column.key);
+    let axis = study.axes().iter().find(|axis| axis.key == column.key);
+    let scale = match (find, axis.map(|axis| &axis.values)) {
+        (Some(find), _) => find.scale,
+        (None, Some(Values::Range { scale, .. })) => *scale,
+        _ => Scale::Linear,
+    };
+    let mut words: Vec<String> = Vec::new();
+    if !column.is_numeric {
+        for row in rows {
+            let word = row.values.get(index).map(text_of).unwrap_or_default();
+            if !words.contains(&word) {
+                words.push(word);
+            }
+        }
+    }
+    Varied {
+        key: column.key.clone(),
+        words,
+        is_log: scale == Scale::Log,
+    }
+}
+
+/// A row as it is shown: what is no number by its place among the words of its column.
+fn run(study: &Study, row: &Row, varied: &[Varied]) -> Run {
+    let place = |(value, varied): (&toml::Value, &Varied)| {
+        let among = || varied.words.iter().position(|word| *word == text_of(value));
+        let number = number_of(value).filter(|_| varied.words.is_empty());
+        number.unwrap_or_else(|| among().unwrap_or(0) as f64)
+    };
+    let figure = |name: &String| row.figure(ilon_sweep::figure_index(name)?);
+    Run {
+        run: row.run,
+        scenario: study.task_of(row).scenario,
+        values: row.values.iter().zip(varied).map(place).collect(),
+        figures: study.quantities().iter().map(figure).collect(),
+        has_failed: row.status == Status::Failed,
     }
 }
 

@@ -161,37 +161,18 @@ impl Watch {
 
     /// All that happened, in the order of time.
     pub fn events(&self, header: &Header) -> Vec<Event> {
-        let mut events = Vec::new();
-        let mut outside = |kind, from_s, until_s, text| {
-            events.push(Event {
-                from_s,
-                until_s,
-                kind,
-                text,
-                slid_m: 0.0,
-                lost_j: 0.0,
-            });
-        };
-        for trouble in self.faults.troubles(header) {
-            outside(
-                EventKind::Fault,
-                trouble.from_s,
-                trouble.until_s,
-                trouble.text,
-            );
-        }
-        for episode in self.posture.episodes() {
+        let troubles = self.faults.troubles(header).into_iter();
+        let troubles = troubles.map(|t| Event::of(EventKind::Fault, [t.from_s, t.until_s], t.text));
+        let stances = self.posture.episodes().into_iter().map(|episode| {
             let kind = EventKind::Stance(episode.stance);
-            outside(kind, episode.from_s, episode.until_s, episode.text());
-        }
+            Event::of(kind, [episode.from_s, episode.until_s], episode.text())
+        });
+        let mut events: Vec<Event> = troubles.chain(stances).collect();
         let mut push = |kind, spell: &Spell, text: String, slid_m: f64| {
             events.push(Event {
-                from_s: spell.from_s,
-                until_s: spell.until_s,
-                kind,
-                text,
                 slid_m,
                 lost_j: (spell.energy_j[1] - spell.energy_j[0]).max(0.0),
+                ..Event::of(kind, [spell.from_s, spell.until_s], text)
             });
         };
         for (spell, text) in self.touches.episodes(header) {
@@ -245,14 +226,8 @@ impl Watch {
         }
         if let Some(announced) = &header.announced {
             let text = against_seen(header, announced, &events);
-            events.push(Event {
-                from_s: announced.from_s,
-                until_s: announced.most_at_s,
-                kind: EventKind::Announced,
-                text,
-                slid_m: 0.0,
-                lost_j: 0.0,
-            });
+            let window_s = [announced.from_s, announced.most_at_s];
+            events.push(Event::of(EventKind::Announced, window_s, text));
         }
         events.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
         events
@@ -322,6 +297,18 @@ pub(super) fn when(from_s: f64, until_s: f64) -> String {
 }
 
 impl Event {
+    /// One that slid nowhere and lost nothing.
+    fn of(kind: EventKind, [from_s, until_s]: [f64; 2], text: String) -> Self {
+        Self {
+            from_s,
+            until_s,
+            kind,
+            text,
+            slid_m: 0.0,
+            lost_j: 0.0,
+        }
+    }
+
     /// Its times in words.
     pub fn when(&self) -> String {
         when(self.from_s, self.until_s)

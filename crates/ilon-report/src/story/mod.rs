@@ -23,9 +23,9 @@ pub(crate) use measured::{Measured, apart};
 use crate::accumulate::OfRobot;
 use crate::input::RunInput;
 use crate::page::escape;
-use crate::text::{angle, length, time};
+use crate::text::{angle, capital, length, time};
 use faults::Trouble;
-use phrases::{capital, span};
+use phrases::span;
 use posture::{Posture, Stance};
 
 /// The answer goes on with what things cost until it has as many sentences.
@@ -51,27 +51,27 @@ pub(crate) struct Story {
 impl Story {
     pub fn of(shown: &RunInput, summary: &Summary, settings: &Settings) -> Self {
         let header = &shown.trace.header;
-        let watch = shown.all.watch();
+        let watch = &shown.all.watch;
         let posture = &watch.posture;
         let events = shown.all.events(header);
         let troubles = watch.faults.troubles(header);
         let errors: Vec<(f64, f64)> = shown.all.robot(OfRobot::PositionError).collect();
         let start = Start::of(&errors, settings);
-        let budget = budget::at_the_worst(shown.all.standings(), start.settled_s);
+        let budget = budget::at_the_worst(&shown.all.stood, start.settled_s);
         let budget = budget.filter(|b| b.error_m > UNREMARKABLE_M);
 
         // First what makes all else meaningless.
         let instability = header.guidance.as_ref();
         let instability = instability.and_then(|guidance| unstable(guidance, header.control_dt_s));
         let stood = posture.episodes();
-        let sentences = stood.iter().map(|e| e.sentence(header, posture.end_s()));
+        let sentences = stood.iter().map(|e| e.sentence(header, posture.end_s));
         let spoilt = posture.spoils(header.measure_from_s, header.measure_to_s);
         let mut lines: Vec<String> = instability.into_iter().collect();
         lines.extend(sentences.take(MOST_OF_A_KIND));
         lines.extend(shown.all.measured.sentence());
         lines.extend(watch.touches.sentence(header));
 
-        let ends_at_m_s = shown.all.ends_at_m_s();
+        let ends_at_m_s = shown.all.ends_at_m_s;
         let slope = slope::sentence(header, summary, &events, ends_at_m_s);
         let (slope_first, slope) = match slope {
             Some((line, true)) => (Some(line), None),
@@ -240,8 +240,8 @@ fn went_wrong(troubles: &[Trouble], posture: &Posture, explained: Option<&str>) 
         .take(MOST_OF_A_KIND)
         .map(|trouble| {
             let when =
-                match trouble.until_s >= posture.end_s().max(trouble.from_s + events::INSTANT_S) {
-                    true => span(trouble.from_s, trouble.until_s, posture.end_s(), 0.0),
+                match trouble.until_s >= posture.end_s.max(trouble.from_s + events::INSTANT_S) {
+                    true => span(trouble.from_s, trouble.until_s, posture.end_s, 0.0),
                     false => events::when(trouble.from_s, trouble.until_s),
                 };
             format!(

@@ -5,9 +5,9 @@
 
 use ilon_trace::{GroundBox, Header, Record, WheelSample};
 
-use super::phrases::{capital, span};
+use super::phrases::span;
 use super::spells::GAP_S;
-use crate::text::{angle, energy, force, length, percent, speed};
+use crate::text::{angle, capital, energy, force, length, percent, speed};
 
 /// A robot that leans more than this against the floor's normal has tipped over, in radians: a right angle's half.
 const TIPPED_RAD: f64 = std::f64::consts::FRAC_PI_4;
@@ -79,7 +79,8 @@ pub(crate) struct Posture {
     episodes: Vec<Episode>,
     height_before_m: f64,
     hits_before_j: f64,
-    end_s: f64,
+    /// When the run ends, in seconds.
+    pub end_s: f64,
 }
 
 /// The lean of the body against the floor's normal in radians, and what it lies on.
@@ -255,11 +256,6 @@ impl Posture {
         let spoilt_s: f64 = self.episodes().into_iter().map(overlap_s).sum();
         // A run that ends before its means begin has none that could be spoilt.
         spoilt_s > MOST_SPOILT * (until_s - from_s).max(0.0)
-    }
-
-    /// When the run ends, in seconds.
-    pub fn end_s(&self) -> f64 {
-        self.end_s
     }
 }
 

@@ -4,7 +4,7 @@ use ilon_robot::Twist;
 use ilon_trace::ledger::Terms;
 use ilon_trace::{FaultKind, Header, Record, Summary, WheelHeader, WheelSample};
 
-use super::phrases::capital;
+use crate::text::capital;
 use crate::text::{percent, time};
 
 /// Wheels that turn the robot by less, in m/s or rad/s, stand: a robot that moves all the same was carried.

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::input::{Sensitivity, figure};
-use super::shape::{Content, Figure, Scale};
+use super::shape::{Content, Figure, Scale, ascending};
 use crate::page::escape;
 use crate::short;
 
@@ -130,7 +130,7 @@ fn svg_of(label: &str, height: f64, content: &str) -> String {
 }
 
 fn x_axis(scale: &Scale, place: &Placement, svg: &mut String) {
-    let (left, right, top, bottom) = AREA;
+    let (_, _, top, bottom) = AREA;
     let words = scale
         .words
         .iter()
@@ -141,23 +141,29 @@ fn x_axis(scale: &Scale, place: &Placement, svg: &mut String) {
     } else {
         words.collect()
     };
-    for (x, text) in ticks {
+    for (x, word) in ticks {
         let x = place.at(x);
         let _ = write!(
             svg,
-            "<line x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"{top}\" y2=\"{bottom}\" stroke=\"var(--grid)\"/>\
-             <text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-            bottom + 15.0,
-            escape(&text)
+            "<line x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"{top}\" y2=\"{bottom}\" stroke=\"var(--grid)\"/>{}",
+            text(x, bottom + 15.0, "middle", &word)
         );
     }
-    let _ = write!(
-        svg,
-        "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-        (left + right) / 2.0,
-        bottom + 34.0,
-        escape(&scale.name)
-    );
+    *svg += &x_title(scale);
+}
+
+/// Words in a figure, at their "start", "middle" or "end".
+fn text(x: f64, y: f64, anchor: &str, words: &str) -> String {
+    format!(
+        "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{}</text>",
+        escape(words)
+    )
+}
+
+/// What stands below a figure: the name of what it is over.
+fn x_title(scale: &Scale) -> String {
+    let (left, right, _, bottom) = AREA;
+    text((left + right) / 2.0, bottom + 34.0, "middle", &scale.name)
 }
 
 fn y_axis(place: &Placement, svg: &mut String) {
@@ -166,11 +172,8 @@ fn y_axis(place: &Placement, svg: &mut String) {
         let y = place.at(value);
         let _ = write!(
             svg,
-            "<line x1=\"{left}\" x2=\"{right}\" y1=\"{y:.1}\" y2=\"{y:.1}\" stroke=\"var(--grid)\"/>\
-             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
-            left - 6.0,
-            y + 4.0,
-            figure(value)
+            "<line x1=\"{left}\" x2=\"{right}\" y1=\"{y:.1}\" y2=\"{y:.1}\" stroke=\"var(--grid)\"/>{}",
+            text(left - 6.0, y + 4.0, "end", &figure(value))
         );
     }
 }
@@ -217,25 +220,17 @@ fn lines(drawn: &Figure) -> String {
         Content::Curves(curves) => {
             for (index, curve) in curves.iter().enumerate() {
                 let color = format!("var(--w{})", index % 8);
-                let path = |of: &dyn Fn(&super::shape::Point) -> f64,
-                            points: &[super::shape::Point]|
-                 -> String {
-                    points
-                        .iter()
-                        .map(|point| format!("{:.1},{:.1} ", x.at(point.x), y.at(of(point))))
-                        .collect()
-                };
+                let place = |at: f64, value: f64| format!("{:.1},{:.1} ", x.at(at), y.at(value));
                 if curve.points.iter().any(|point| point.largest > point.least) {
-                    let mut back = curve.points.clone();
-                    back.reverse();
-                    let band = path(&|point| point.largest, &curve.points)
-                        + &path(&|point| point.least, &back);
+                    let there = curve.points.iter().map(|p| place(p.x, p.largest));
+                    let back = curve.points.iter().rev().map(|p| place(p.x, p.least));
+                    let band: String = there.chain(back).collect();
                     let _ = write!(
                         content,
                         "<polygon points=\"{band}\" fill=\"{color}\" opacity=\"0.15\"/>"
                     );
                 }
-                let line = path(&|point| point.mean, &curve.points);
+                let line: String = curve.points.iter().map(|p| place(p.x, p.mean)).collect();
                 if words == 0 {
                     let _ = write!(
                         content,
@@ -280,17 +275,19 @@ fn legend(drawn: &Figure) -> String {
     if curves.len() < 2 {
         return String::new();
     }
-    let items: String = curves
-        .iter()
-        .enumerate()
-        .map(|(index, curve)| {
-            format!(
-                "<li><span class=\"swatch\" style=\"background:var(--w{})\"></span>{}</li>",
-                index % 8,
-                escape(&curve.name)
-            )
-        })
-        .collect();
+    legend_of(curves.iter().map(|curve| curve.name.as_str()))
+}
+
+/// Names in the colours of wheels, in their order.
+fn legend_of<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let item = |(index, name)| {
+        format!(
+            "<li><span class=\"swatch\" style=\"background:var(--w{})\"></span>{}</li>",
+            index % 8,
+            escape(name)
+        )
+    };
+    let items: String = names.enumerate().map(item).collect();
     format!("<ul class=\"legend\">{items}</ul>")
 }
 
@@ -302,12 +299,7 @@ fn heat(drawn: &Figure, fields: &[(f64, f64, Option<f64>)]) -> String {
         values().fold(f64::INFINITY, f64::min),
         values().fold(f64::NEG_INFINITY, f64::max),
     );
-    let ordered = |of: fn(&(f64, f64, Option<f64>)) -> f64| {
-        let mut all: Vec<f64> = fields.iter().map(of).collect();
-        all.sort_by(f64::total_cmp);
-        all.dedup();
-        all
-    };
+    let ordered = |of: fn(&(f64, f64, Option<f64>)) -> f64| ascending(fields.iter().map(of));
     let (xs, ys) = (ordered(|field| field.0), ordered(|field| field.1));
     let (width, height) = (
         (right - left) / xs.len() as f64,
@@ -350,32 +342,16 @@ fn heat(drawn: &Figure, fields: &[(f64, f64, Option<f64>)]) -> String {
     };
     let every = xs.len().div_ceil(8);
     for (at, x) in xs.iter().enumerate().step_by(every) {
-        let _ = write!(
-            content,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-            left + (at as f64 + 0.5) * width,
-            bottom + 15.0,
-            escape(&label(&drawn.x, *x))
-        );
+        let middle = left + (at as f64 + 0.5) * width;
+        content += &text(middle, bottom + 15.0, "middle", &label(&drawn.x, *x));
     }
     if let Some(scale) = &drawn.y {
         let every = ys.len().div_ceil(9);
         for (at, y) in ys.iter().enumerate().step_by(every) {
-            let _ = write!(
-                content,
-                "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
-                left - 6.0,
-                bottom - (at as f64 + 0.5) * height + 4.0,
-                escape(&label(scale, *y))
-            );
+            let middle = bottom - (at as f64 + 0.5) * height + 4.0;
+            content += &text(left - 6.0, middle, "end", &label(scale, *y));
         }
-        let _ = write!(
-            content,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-            (left + right) / 2.0,
-            bottom + 34.0,
-            escape(&drawn.x.name)
-        );
+        content += &x_title(&drawn.x);
     }
     svg(&drawn.title, &content)
 }
@@ -396,22 +372,14 @@ pub(super) fn bars(sensitivity: &Sensitivity) -> String {
         let at = x.at(tick);
         let _ = write!(
             content,
-            "<line x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"4\" y2=\"{:.1}\" stroke=\"var(--grid)\"/>\
-             <text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+            "<line x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"4\" y2=\"{:.1}\" stroke=\"var(--grid)\"/>{}",
             height - 20.0,
-            height - 6.0,
-            figure(tick)
+            text(at, height - 6.0, "middle", &figure(tick))
         );
     }
     for (row, (key, bars)) in sensitivity.bars.iter().enumerate() {
         let y = 8.0 + 34.0 * row as f64;
-        let _ = write!(
-            content,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
-            left - 8.0,
-            y + 16.0,
-            escape(key)
-        );
+        content += &text(left - 8.0, y + 16.0, "end", key);
         for (which, (value, interval)) in bars.iter().enumerate() {
             let top = y + 13.0 * which as f64;
             let (from, to) = (x.at(0.0).min(x.at(*value)), x.at(0.0).max(x.at(*value)));
@@ -434,23 +402,9 @@ pub(super) fn bars(sensitivity: &Sensitivity) -> String {
             }
         }
     }
-    let legend: String = sensitivity
-        .names
-        .iter()
-        .enumerate()
-        .map(|(which, name)| {
-            format!(
-                "<li><span class=\"swatch\" style=\"background:var(--w{which})\"></span>{}</li>",
-                escape(name)
-            )
-        })
-        .collect();
+    let legend = legend_of(sensitivity.names.iter().map(String::as_str));
     let drawn = svg_of(&sensitivity.title, height, &content);
-    framed(
-        &sensitivity.title,
-        &sensitivity.caption,
-        &format!("<ul class=\"legend\">{legend}</ul>{drawn}"),
-    )
+    framed(&sensitivity.title, &sensitivity.caption, &(legend + &drawn))
 }
 
 #[cfg(test)]

@@ -9,13 +9,9 @@ mod parallel;
 mod shape;
 
 use std::fmt::Write;
-use std::path::Path;
-
-use ilon_trace::TraceError;
-use ilon_trace::file::write_text;
 
 pub use self::input::{Bar, Quantity, Run, Sensitivity, StudyInput, Varied, figure};
-use crate::page::{self, Head, Section, answers, escape, table};
+use crate::page::{self, Head, Section, answers, escape, side_by_side, table};
 
 /// Runs that are listed at each end of a quantity.
 const LISTED: usize = 5;
@@ -38,10 +34,7 @@ pub fn html(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
             id: "curves",
             title: "What follows from what",
             lead: "Each quantity over what was varied. A dashed line is its bound.".to_owned(),
-            body: format!(
-                "<div class=\"grid\">\n{}</div>\n",
-                figures.iter().map(chart::card).collect::<String>()
-            ),
+            body: side_by_side(&figures.iter().map(chart::card).collect::<String>()),
         });
     }
     if !shown.sensitivity.is_empty() {
@@ -50,7 +43,7 @@ pub fn html(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
             id: "sensitivity",
             title: "What matters",
             lead: String::new(),
-            body: format!("<div class=\"grid\">\n{bars}</div>\n"),
+            body: side_by_side(&bars),
         });
     }
     if shown.varied.len() > 1 && shown.runs.len() > 1 {
@@ -85,18 +78,6 @@ pub fn html(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
         ..page::Parts::default()
     };
     page::page(&head, &sections, footer, &parts)
-}
-
-/// Writes the page to a file, whole or not at all.
-///
-/// # Errors
-/// [`TraceError::Io`] where the file cannot be written.
-pub fn write(
-    path: &Path,
-    shown: &StudyInput,
-    command: &dyn Fn(u64) -> String,
-) -> Result<(), TraceError> {
-    write_text(path, &html(shown, command))
 }
 
 /// The runs at both ends of each quantity, and those that failed first.

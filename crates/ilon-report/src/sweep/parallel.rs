@@ -2,7 +2,7 @@
 
 use super::chart::Placement;
 use super::input::{Run, StudyInput};
-use super::shape::distinct;
+use super::shape::varying;
 use crate::page::json_in_script;
 use crate::short;
 
@@ -16,9 +16,7 @@ const MOST_NUMBERS: usize = 200_000;
 
 /// All runs as parallel coordinates: the place of the drawing, and its data.
 pub(super) fn parallel(shown: &StudyInput) -> String {
-    let keys: Vec<usize> = (0..shown.varied.len())
-        .filter(|key| shown.varied[*key].key != "sensors.seed" && distinct(shown, *key).len() > 1)
-        .collect();
+    let keys = varying(shown);
     let quantities: Vec<usize> = (0..shown.quantities.len())
         .filter(|quantity| {
             shown

@@ -9,6 +9,9 @@ const MOST_POINTS: usize = 1500;
 /// Most values of an axis that a heat map has fields for.
 const MOST_FIELDS: usize = 60;
 
+/// The key under which runs are repeated.
+const SEED: &str = "sensors.seed";
+
 /// A figure of one quantity.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Figure {
@@ -61,10 +64,7 @@ pub(super) struct Point {
 /// The figures of a study.
 pub(super) fn figures(shown: &StudyInput, most_quantities: usize) -> Vec<Figure> {
     let mut figures = Vec::new();
-    // A seed orders nothing.
-    let keys: Vec<usize> = (0..shown.varied.len())
-        .filter(|key| shown.varied[*key].key != "sensors.seed" && distinct(shown, *key).len() > 1)
-        .collect();
+    let keys = varying(shown);
     for quantity in 0..shown.quantities.len().min(most_quantities) {
         if shown.runs.iter().all(|run| run.figures[quantity].is_none()) {
             continue;
@@ -79,28 +79,19 @@ pub(super) fn figures(shown: &StudyInput, most_quantities: usize) -> Vec<Figure>
             );
             continue;
         }
-        let numeric = keys
-            .iter()
-            .copied()
-            .find(|key| shown.varied[*key].words.is_empty());
-        let widest = keys
-            .iter()
-            .copied()
-            .max_by_key(|key| distinct(shown, *key).len());
-        match (keys.as_slice(), numeric.or(widest)) {
+        let widest = |keys: &mut dyn Iterator<Item = usize>| {
+            keys.max_by_key(|key| distinct(shown, *key).len())
+        };
+        let numeric = keys.iter().copied();
+        let mut numeric = numeric.filter(|key| shown.varied[*key].words.is_empty());
+        let drawn_over = widest(&mut numeric).or_else(|| widest(&mut keys.iter().copied()));
+        match (keys.as_slice(), drawn_over) {
             ([], _) | (_, None) => {}
             ([a, b], _) if is_fields(shown, *a, *b) => {
                 figures.push(curves(shown, quantity, wider(shown, *a, *b)));
                 figures.push(heat(shown, quantity, *a, *b));
             }
             (_, Some(key)) => {
-                let best = keys
-                    .iter()
-                    .copied()
-                    .filter(|key| shown.varied[*key].words.is_empty());
-                let key = best
-                    .max_by_key(|key| distinct(shown, *key).len())
-                    .unwrap_or(key);
                 let drawn = curves(shown, quantity, key);
                 match &drawn.content {
                     Content::Curves(curves) if curves.len() > MOST_CURVES => {
@@ -114,13 +105,21 @@ pub(super) fn figures(shown: &StudyInput, most_quantities: usize) -> Vec<Figure>
     figures
 }
 
+/// The keys of which several values were run. A seed is none: it orders nothing.
+pub(super) fn varying(shown: &StudyInput) -> Vec<usize> {
+    let varies = |key: &usize| shown.varied[*key].key != SEED && distinct(shown, *key).len() > 1;
+    (0..shown.varied.len()).filter(varies).collect()
+}
+
 /// The values of a key, in ascending order.
 pub(super) fn distinct(shown: &StudyInput, key: usize) -> Vec<f64> {
-    let mut values: Vec<f64> = shown
-        .runs
-        .iter()
-        .filter_map(|run| run.values.get(key).copied())
-        .collect();
+    let runs = shown.runs.iter();
+    ascending(runs.filter_map(|run| run.values.get(key).copied()))
+}
+
+/// Values in ascending order, each once.
+pub(super) fn ascending(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
     values.dedup();
     values
@@ -160,25 +159,32 @@ fn cloud(shown: &StudyInput, quantity: usize, key: usize) -> Figure {
         1 => String::new(),
         every => format!("One of {every} runs is shown."),
     };
+    let content = Content::Cloud(all.into_iter().step_by(every).collect());
+    over(shown, quantity, key, caption, content)
+}
+
+/// A figure of a quantity over a key.
+fn over(
+    shown: &StudyInput,
+    quantity: usize,
+    key: usize,
+    caption: String,
+    content: Content,
+) -> Figure {
     let named = &shown.quantities[quantity];
     Figure {
         title: format!("{} over {}", named.name, shown.varied[key].key),
         caption,
         x: scale(shown, key),
         y: None,
-        content: Content::Cloud(all.into_iter().step_by(every).collect()),
+        content,
         bound: named.bound,
     }
 }
 
 fn curves(shown: &StudyInput, quantity: usize, key: usize) -> Figure {
-    let others: Vec<usize> = (0..shown.varied.len())
-        .filter(|other| {
-            *other != key
-                && shown.varied[*other].key != "sensors.seed"
-                && distinct(shown, *other).len() > 1
-        })
-        .collect();
+    let mut others = varying(shown);
+    others.retain(|other| *other != key);
     let several_scenarios = shown.runs.iter().any(|run| run.scenario != 0);
     let name = |run: &Run| {
         let values = others.iter().map(|other| {
@@ -211,23 +217,12 @@ fn curves(shown: &StudyInput, quantity: usize, key: usize) -> Figure {
         name,
         points: gathered(points),
     });
-    let repeated = shown
-        .varied
-        .iter()
-        .any(|varied| varied.key == "sensors.seed");
-    let named = &shown.quantities[quantity];
-    Figure {
-        title: format!("{} over {}", named.name, shown.varied[key].key),
-        caption: if repeated {
-            "Means; a band reaches from the least to the largest of the repetitions.".to_owned()
-        } else {
-            String::new()
-        },
-        x: scale(shown, key),
-        y: None,
-        content: Content::Curves(curves.collect()),
-        bound: named.bound,
-    }
+    let caption = match shown.varied.iter().any(|varied| varied.key == SEED) {
+        true => "Means; a band reaches from the least to the largest of the repetitions.",
+        false => "",
+    };
+    let content = Content::Curves(curves.collect());
+    over(shown, quantity, key, caption.to_owned(), content)
 }
 
 /// Points of one x as one, in the order of x.
@@ -287,14 +282,10 @@ fn heat(shown: &StudyInput, quantity: usize, a: usize, b: usize) -> Figure {
         figure(means().fold(f64::INFINITY, f64::min)),
         figure(means().fold(f64::NEG_INFINITY, f64::max))
     );
-    let named = &shown.quantities[quantity];
     Figure {
-        title: format!("{} over both", named.name),
-        caption,
-        x: scale(shown, a),
+        title: format!("{} over both", shown.quantities[quantity].name),
         y: Some(scale(shown, b)),
-        content: Content::Heat(fields.collect()),
-        bound: named.bound,
+        ..over(shown, quantity, a, caption, Content::Heat(fields.collect()))
     }
 }
 

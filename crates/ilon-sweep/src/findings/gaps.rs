@@ -29,15 +29,27 @@ pub(super) fn absent(
 ) -> Option<Gap> {
     let done = || rows.iter().filter(|row| row.status == Status::Done);
     let absent = done().filter(|row| figure(row).is_none()).count() as u64;
-    (absent > 0).then(|| Gap {
-        quantity: quantity.to_owned(),
-        scenario: scenario.to_owned(),
-        absent,
-        runs: done().count() as u64,
-        why: needs(quantity)
-            .unwrap_or("it does not apply to these runs; name another quantity")
-            .to_owned(),
+    (absent > 0).then(|| {
+        let why = needs(quantity);
+        let why = why.unwrap_or("it does not apply to these runs; name another quantity");
+        Gap {
+            absent,
+            ..Gap::of(quantity, scenario, done().count() as u64, why.to_owned())
+        }
     })
+}
+
+impl Gap {
+    /// One of a quantity that no run lacks.
+    fn of(quantity: &str, scenario: &str, runs: u64, why: String) -> Self {
+        Self {
+            quantity: quantity.to_owned(),
+            scenario: scenario.to_owned(),
+            absent: 0,
+            runs,
+            why,
+        }
+    }
 }
 
 /// The quantities that a run has under a condition, by how their names begin, the longer beginning first; and that condition.
@@ -127,30 +139,20 @@ fn needs(quantity: &str) -> Option<&'static str> {
 
 /// The gap of a quantity that no axis changes, of which there are no shares.
 pub(super) fn constant(quantity: &str, scenario: &str, runs: u64, value: f64) -> Gap {
-    Gap {
-        quantity: quantity.to_owned(),
-        scenario: scenario.to_owned(),
-        absent: 0,
-        runs,
-        why: format!(
-            "it is {} in all runs, so that there is nothing to share out; vary something that changes it",
-            ilon_trace::number(value)
-        ),
-    }
+    let why = format!(
+        "it is {} in all runs, so that there is nothing to share out; vary something that changes it",
+        ilon_trace::number(value)
+    );
+    Gap::of(quantity, scenario, runs, why)
 }
 
 /// The gap of a quantity of which too few base points, or moves, are whole.
 pub(super) fn broken(quantity: &str, scenario: &str, runs: u64, whole: u64, each: usize) -> Gap {
-    Gap {
-        quantity: quantity.to_owned(),
-        scenario: scenario.to_owned(),
-        absent: 0,
-        runs,
-        why: format!(
-            "of {whole} points alone all {each} runs came to their end and have it, where two are needed; see why the others failed, or \
-             take more `points`"
-        ),
-    }
+    let why = format!(
+        "of {whole} points alone all {each} runs came to their end and have it, where two are needed; see why the others failed, or \
+         take more `points`"
+    );
+    Gap::of(quantity, scenario, runs, why)
 }
 
 #[cfg(test)]

@@ -24,7 +24,7 @@ use crate::threshold::SearchOutcome;
 const SHARES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
 /// What a study found.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Findings {
     /// The study's name.
@@ -193,14 +193,8 @@ impl Findings {
                 .filter(|row| row.status == Status::Failed)
                 .count() as u64,
             failures: failures(rows),
-            gaps: Vec::new(),
-            ranges: Vec::new(),
-            found: Vec::new(),
-            minimum: None,
-            distributions: Vec::new(),
-            indices: Vec::new(),
-            effects: Vec::new(),
             expectations: expectations(study, rows),
+            ..Self::default()
         };
         let quantities = study.quantities().iter();
         let quantities: Vec<(&String, usize)> = quantities

@@ -26,7 +26,8 @@ pub(super) struct Log {
     length: u64,
     /// Whether a line could not be written: none is written after it.
     is_broken: bool,
-    damaged: usize,
+    /// How many lines could not be read.
+    pub damaged: usize,
     synced: Instant,
 }
 
@@ -66,11 +67,6 @@ impl Log {
             synced: Instant::now(),
         };
         Ok((log, rows))
-    }
-
-    /// How many lines are not what was written.
-    pub fn damaged(&self) -> usize {
-        self.damaged
     }
 
     /// Adds a row.
@@ -155,9 +151,7 @@ fn row(line: &[u8]) -> Option<Row> {
 }
 
 fn checksum(json: &str) -> String {
-    let mut hash = Hash::new();
-    hash.feed(json);
-    let mut digits = hash.to_string();
+    let mut digits = Hash::of(&[json]);
     digits.truncate(DIGITS);
     digits
 }
@@ -221,7 +215,7 @@ mod tests {
         for cut in 0..whole.len() {
             std::fs::write(&path, &whole[..cut]).unwrap();
             let (mut log, rows) = Log::open(&path).unwrap();
-            assert_eq!((rows.len(), log.damaged()), (cut / line, 0), "cut at {cut}");
+            assert_eq!((rows.len(), log.damaged), (cut / line, 0), "cut at {cut}");
             log.append(&row(7)).unwrap();
             let (_, rows) = Log::open(&path).unwrap();
             assert_eq!(rows.last(), Some(&row(7)));
@@ -257,10 +251,10 @@ mod tests {
         bytes[middle] ^= 1;
         std::fs::write(&path, &bytes).unwrap();
         let (mut log, rows) = Log::open(&path).unwrap();
-        assert_eq!((log.damaged(), rows), (1, vec![row(0), row(2)]));
+        assert_eq!((log.damaged, rows), (1, vec![row(0), row(2)]));
         log.append(&row(1)).unwrap();
         drop(log);
         let (log, rows) = Log::open(&path).unwrap();
-        assert_eq!((log.damaged(), rows), (0, vec![row(0), row(2), row(1)]));
+        assert_eq!((log.damaged, rows), (0, vec![row(0), row(2), row(1)]));
     }
 }

@@ -78,7 +78,7 @@ impl Store {
             None => Manifest::of(study).write(&own)?,
         }
         let (log, mut read) = Log::open(&own.join(LOG))?;
-        let mut damaged = log.damaged();
+        let mut damaged = log.damaged;
         if shard.is_none() {
             for part in shard::folders_in(folder)? {
                 let Some(known) = Manifest::read(&part)? else {

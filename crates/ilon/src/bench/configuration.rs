@@ -192,9 +192,7 @@ impl Timing {
             }
         }
     }
-}
 
-impl Timing {
     /// CPU seconds that a simulated second of each drive costs in its best stretch; `None` where the system tells no CPU time.
     pub fn cpu_s_per_sim_s(self) -> Option<Vec<f64>> {
         let speeds = self.drives.into_iter().map(HeldRun::speed);

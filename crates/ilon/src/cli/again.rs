@@ -1,6 +1,6 @@
 //! The command that runs a run of a study again.
 
-use ilon_sweep::{Row, Study, Task};
+use ilon_sweep::{Row, Study};
 
 use super::flags::shell;
 
@@ -13,22 +13,12 @@ pub fn command(study: &Study, rows: &[Row], run: u64) -> String {
     else {
         return String::new();
     };
-    let scenario = study
-        .scenario_names()
-        .position(|name| name == row.scenario)
-        .unwrap_or(0);
-    let task = Task {
-        run,
-        scenario,
-        point: row.point,
-        repetition: row.repetition,
-        values: row.values.clone(),
-    };
+    let task = study.task_of(row);
     let settings: String = study
         .settings(&task)
         .iter()
         .map(|setting| format!(" --set {}", shell(&setting.to_string())))
         .collect();
-    let path = study.scenario_path(scenario).display().to_string();
+    let path = study.scenario_path(task.scenario).display().to_string();
     format!("ilon run {}{settings}", shell(&path))
 }

@@ -7,13 +7,16 @@ use ilon_robot::Robot;
 use ilon_trace::file::write_text;
 
 use super::escape::one_line;
+use super::json::pretty;
 use super::outcome::Outcome;
+use super::output::remove;
 use super::robot::Sources;
 use super::table::Table;
 use super::{console, open, reserve};
-use crate::bench::{Bench, Configuration, ContactMode, DRIVES, Options, ROBOTS, RobotBench};
+use crate::bench::{Bench, ContactMode, DRIVES, Options, ROBOTS, RobotBench};
 use crate::cli::failure::Failure;
 use crate::pages;
+use ilon_report::bench::{CONFIGURATION_COLUMNS, SLIDE_COLUMNS};
 
 /// The files that `--out` writes; the one that stands for both is written last.
 const RESULTS: [&str; 2] = ["bench.json", "bench.html"];
@@ -104,9 +107,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         console::note("note: this is a build for debugging; its speeds tell nothing");
     }
     let bench = crate::bench::measure(&options, |what| console::note(&one_line(what)))?;
-    let json = serde_json::to_string_pretty(&bench)
-        .map_err(|error| Failure::encode("the measurements", &error))?
-        + "\n";
+    let json = pretty("the measurements", &bench)?;
     if let Some(folder) = &arguments.out {
         write(folder, &bench, &json)?;
     }
@@ -251,12 +252,8 @@ fn at_least_one(text: &str) -> Result<usize, String> {
 /// Writes both files, each whole or not at all. An older JSON goes first: where there is one, the page beside it is its own.
 fn write(folder: &Path, bench: &Bench, json: &str) -> Result<(), Failure> {
     let [json_path, page_path] = RESULTS.map(|name| folder.join(name));
-    if let Err(error) = std::fs::remove_file(&json_path)
-        && error.kind() != std::io::ErrorKind::NotFound
-    {
-        return Err(Failure::write(&json_path, &error));
-    }
-    pages::bench::write(&page_path, bench)?;
+    remove(&json_path)?;
+    write_text(&page_path, &pages::bench::html(bench))?;
     Ok(write_text(&json_path, json)?)
 }
 
@@ -292,27 +289,16 @@ fn robot_table(name: &str, robot: &RobotBench, headings: &str) -> Table {
     ));
     let mut columns = vec!["steps/s".to_owned(), "worst".to_owned()];
     columns.extend(DRIVES.map(|(drive, _)| drive.to_owned()));
-    let others = ["ripple", "slip", "sim s/CPU s", "steps/CPU s", "spread %"];
+    let [others @ .., spread] = CONFIGURATION_COLUMNS;
     columns.extend(others.map(str::to_owned));
+    columns.push(format!("{spread} %"));
     table.words("rollers", &columns);
     for c in &robot.configurations {
-        table.words(&c.roller_bodies, &cells(c));
+        let mut cells = vec![c.rate_hz().to_string()];
+        cells.extend(dashes(&c.figures()));
+        table.words(&c.roller_bodies, &cells);
     }
     table
-}
-
-fn cells(c: &Configuration) -> Vec<String> {
-    let error = |pct: f64| format!("{pct:.4}");
-    let mut cells = vec![format!("{}", c.rate_hz()), error(c.worst_error_pct)];
-    cells.extend(DRIVES.map(|(name, _)| dash(c.drives.get(name).map(|d| d.error_pct), 4)));
-    cells.extend([
-        dash(c.hub_ripple_m.map(|m| 1e3 * m), 4),
-        dash(c.slip_speed_rms_m_s.map(|v| 1e3 * v), 2),
-        dash(c.sim_s_per_cpu_s, 1),
-        dash(c.steps_per_cpu_s, 0),
-        dash(c.speed_spread_pct, 1),
-    ]);
-    cells
 }
 
 fn transients_table(name: &str, robot: &RobotBench) -> Table {
@@ -320,19 +306,11 @@ fn transients_table(name: &str, robot: &RobotBench) -> Table {
     table.heading(&format!(
         "{name}: sliding on friction 0.3, ways in mm, heat in J, slip in mm/s, unexplained energy in %"
     ));
-    let columns = ["x", "y", "apart", "heat", "slip", "unexplained"].map(str::to_owned);
-    table.words("", &columns);
+    table.words("", &SLIDE_COLUMNS.map(str::to_owned));
     for transient in &robot.transients {
         for (solver, slide) in transient.rows() {
-            let cells = [
-                format!("{:.2}", 1e3 * slide.end_m[0]),
-                format!("{:.2}", 1e3 * slide.end_m[1]),
-                format!("{:.2}", 1e3 * slide.apart_m),
-                format!("{:.4}", slide.heat_j),
-                format!("{:.1}", 1e3 * slide.slip_speed_max_m_s),
-                format!("{:.3}", 100.0 * slide.unexplained_share),
-            ];
-            table.words(&format!("{}: {solver}", transient.name), &cells);
+            let drive = format!("{}: {solver}", transient.name);
+            table.words(&drive, &dashes(&slide.figures()));
         }
     }
     table
@@ -354,18 +332,17 @@ fn fleet_table(bench: &Bench) -> Table {
     ];
     table.words("robots", &columns.map(str::to_owned));
     for t in &bench.throughput {
-        let cells = [
-            t.threads.to_string(),
-            format!("{:.1}", t.sim_s_per_wall_s),
-            dash(t.sim_s_per_cpu_s, 1),
-            dash(t.cores, 2),
-            dash(t.efficiency, 2),
-        ];
+        let mut cells = vec![t.threads.to_string()];
+        cells.extend(dashes(&t.figures()));
         table.words(&t.robots.to_string(), &cells);
     }
     table
 }
 
-fn dash(value: Option<f64>, decimals: usize) -> String {
-    value.map_or("-".to_owned(), |value| format!("{value:.decimals$}"))
+/// Numbers with their decimals as words; dashes for those that there are not.
+fn dashes(figures: &[(Option<f64>, usize)]) -> Vec<String> {
+    let shown = |(value, decimals): &(Option<f64>, usize)| {
+        value.map_or("-".to_owned(), |value| format!("{value:.decimals$}"))
+    };
+    figures.iter().map(shown).collect()
 }

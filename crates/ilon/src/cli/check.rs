@@ -351,10 +351,8 @@ fn run_and_judge_study(
     let findings = ilon_sweep::sweep(&study, &Store::in_memory(), &Options::default(), &|_| ())?;
     Ok(Judged {
         verdicts: verdicts(&findings),
-        differences: None,
-        drawn: None,
-        update: None,
         is_study: true,
+        ..Judged::default()
     })
 }
 
@@ -377,7 +375,8 @@ fn against(
     std::fs::create_dir_all(&kept).map_err(|source| Failure::write(&kept, &source))?;
     file::clear_unfinished(&kept)?;
     let drawn = kept.join("difference.html");
-    difference::write(&drawn, &run.trace, baseline, &found)?;
+    let page = difference::html(&run.trace, baseline, &found)?;
+    file::write_text(&drawn, &page)?;
     Ok((found, Some(drawn)))
 }
 

@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
+use ilon_trace::file::write_text;
 
-use super::escape::one_line;
+use super::escape::path_in_line;
+use super::json::pretty;
 use super::options::Sandbox;
 use super::outcome::Outcome;
 use super::progress::Bar;
@@ -57,14 +59,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let runs = arguments.runs.iter().map(|path| load(path, &files));
     let comparison =
         Comparison::of(runs.collect::<Result<_, Failure>>()?, &arguments.runs).map_err(refused)?;
-    report::compare::write(out, &comparison)?;
+    write_text(out, &report::compare::html(&comparison))?;
     if arguments.json {
         console::data(&json(&comparison)?)?;
     } else {
         console::lines(&format!(
             "{}\nwritten to {}\n",
             table(&comparison),
-            one_line(&out.display().to_string())
+            path_in_line(out)
         ))?;
     }
     if arguments.open {
@@ -137,13 +139,6 @@ fn table(comparison: &Comparison) -> Table {
 }
 
 fn json(comparison: &Comparison) -> Result<String, Failure> {
-    let runs: Vec<_> = comparison
-        .runs
-        .iter()
-        .map(|run| serde_json::json!({ "name": run.name, "summary": run.summary }))
-        .collect();
-    let all = serde_json::json!({ "runs": runs, "differences": comparison.differences });
-    let text = serde_json::to_string_pretty(&all)
-        .map_err(|error| Failure::encode("the comparison", &error))?;
-    Ok(text + "\n")
+    let all = serde_json::json!({ "runs": comparison.summaries(), "differences": comparison.differences });
+    pretty("the comparison", &all)
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::escape::one_line;
+use super::escape::{one_line, path_in_line};
 use super::outcome::Outcome;
 use super::{console, flags};
 use crate::bench::ROBOTS;
@@ -64,7 +64,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         "{} robots and {} scenarios written to {}\n\n",
         ROBOTS.len(),
         SCENARIOS.len(),
-        one_line(&folder.display().to_string())
+        path_in_line(folder)
     );
     for (name, shows, _) in SCENARIOS {
         let path = folder.join(format!("scenarios/{name}.toml"));

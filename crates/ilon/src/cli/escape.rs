@@ -4,6 +4,7 @@
 //! `::error::` at the beginning of a line, and `##[error]` anywhere in it, for its own). All of them are shown, none acts.
 
 use std::borrow::Cow;
+use std::path::Path;
 
 /// How commands to machines that read logs begin, wherever in a line.
 const COMMANDS: [&str; 2] = ["##[", "##vso["];
@@ -26,6 +27,11 @@ pub(super) fn one_line(text: &str) -> Cow<'_, str> {
     } else {
         cut
     }
+}
+
+/// A path for a place in a line.
+pub(super) fn path_in_line(path: &Path) -> String {
+    one_line(&path.display().to_string()).into_owned()
 }
 
 /// Whole lines for a person: line breaks stay, nothing else acts.

@@ -3,19 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use ilon_fmi::package::platform;
-use ilon_formats::LoadRobot;
-use ilon_robot::Robot;
 
-use super::escape::one_line;
-use super::flags::{Flags, shell};
+use super::escape::{one_line, path_in_line};
 use super::options::{Sandbox, Settings};
 use super::outcome::Outcome;
-use super::robot::{Reading, robot_of_scenario};
+use super::robot::{Reading, load, not_scenario};
 use super::{console, reserve};
 use crate::cli::failure::Failure;
 use crate::inspect::conditions;
 use crate::planar;
-use crate::sim::remedy;
 
 /// Arguments of `ilon export`.
 #[derive(Debug, clap::Args)]
@@ -65,30 +61,15 @@ fn named_after(path: &Path, ending: &str) -> PathBuf {
 fn planar_base(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut options = arguments.reading.options();
     options.files = arguments.sandbox.files()?;
-    if let Some(robot) = robot_of_scenario(path, &options.files) {
-        return Err(Failure::usage(
-            format!("`{}` is a scenario, not a robot", path.display()),
-            format!(
-                "export its robot, `ilon export --planar {}`, and give keys with --set",
-                shell(&robot)
-            ),
-        ));
-    }
+    not_scenario(path, &options.files, |robot| {
+        format!("export its robot, `ilon export --planar {robot}`, and give keys with --set")
+    })?;
     let out = arguments
         .out
         .clone()
         .unwrap_or_else(|| named_after(path, "_planar"));
     let _claim = reserve::folder(&out, "--out")?;
-    let robot = Robot::load_with(path, &options)
-        .map_err(|fault| {
-            let command = format!(
-                "ilon export --planar {}{}",
-                shell(&path.display().to_string()),
-                arguments.sandbox.words()
-            );
-            remedy::diagnosed(fault, path, &options, &Flags { command })
-        })?
-        .robot;
+    let robot = load(path, &options, "ilon export --planar", &arguments.sandbox)?.robot;
     let settings = &arguments.settings.settings;
     let (scenario, robot) = conditions(settings, &robot, &options.files)?;
     let (base, judges, dt_s) = planar::fit(&scenario, &robot)?;
@@ -99,7 +80,7 @@ fn planar_base(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
     console::lines(&format!(
         "a planar base of `{}`: {}\non {} drives of {:.1} s that it has not seen it ends off by {:.2} % of the path, its base on joints by {:.2} %, ideal kinematics by {:.2} %\n",
         one_line(&base.robot),
-        one_line(&out.display().to_string()),
+        path_in_line(&out),
         off.drives,
         off.duration_s,
         1e2 * off.model.position_over_path,

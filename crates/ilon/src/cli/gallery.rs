@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 
 use ilon_formats::{LoadOptions, LoadRobot, RobotError};
 use ilon_robot::Robot;
+use ilon_trace::file::write_text;
 
 use super::console;
-use super::escape::one_line;
+use super::escape::{one_line, path_in_line};
 use super::flags::{Flags, shell};
 use crate::cli::failure::Failure;
 use crate::control::Kinematics;
@@ -36,7 +37,7 @@ pub(super) fn run(
         .as_deref()
         .and_then(Path::file_name)
         .unwrap_or(place.as_os_str());
-    gallery::write(html, &title.to_string_lossy(), &exhibits)?;
+    write_text(html, &gallery::html(&title.to_string_lossy(), &exhibits))?;
     let mut text = String::new();
     for exhibit in &exhibits {
         let became = match (&exhibit.robot, exhibit.faults.first()) {
@@ -49,8 +50,7 @@ pub(super) fn run(
         };
         text += &format!("{}: {}\n", one_line(&exhibit.file), one_line(&became));
     }
-    let html = html.display().to_string();
-    console::lines(&format!("{text}\nside by side in {}\n", one_line(&html)))
+    console::lines(&format!("{text}\nside by side in {}\n", path_in_line(html)))
 }
 
 /// What becomes of a file.

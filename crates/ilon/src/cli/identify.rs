@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use ilon_identify::{Progress, Study, identify};
 use ilon_trace::file::write_text;
 
-use super::escape::one_line;
+use super::escape::{one_line, path_in_line};
+use super::json::pretty;
 use super::options::{Detail, Open, Out, Printing, Sandbox};
 use super::outcome::Outcome;
 use super::progress::Bar;
@@ -77,7 +78,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         format!(
             "{}\nwritten to {}: {}\n",
             answer::of_identification(&found, arguments.detail.table),
-            one_line(&out.display().to_string()),
+            path_in_line(&out),
             written.join(", ")
         )
     })?;
@@ -102,8 +103,7 @@ fn plan(arguments: &Arguments) -> Result<Outcome, Failure> {
         reserve::not_an_input(&out.join(name), "--out", std::slice::from_ref(path))?;
     }
     let _claim = reserve::folder(&out, "--out")?;
-    let json = serde_json::to_string_pretty(&course);
-    let json = json.map_err(|error| Failure::encode("the course", &error))? + "\n";
+    let json = pretty("the course", &course)?;
     write_text(&out.join("wheel_rates.csv"), &course.wheel_rates_csv)?;
     write_text(&out.join("waypoints.csv"), &course.waypoints_csv)?;
     write_text(&out.join("course.json"), &json)?;
@@ -111,7 +111,7 @@ fn plan(arguments: &Arguments) -> Result<Outcome, Failure> {
         format!(
             "{}\nwritten to {}: wheel_rates.csv, waypoints.csv, course.json\n",
             answer::course(&course),
-            one_line(&out.display().to_string())
+            path_in_line(&out)
         )
     })?;
     Ok(Outcome::Done)

@@ -3,21 +3,24 @@
 use std::path::PathBuf;
 
 use ilon_control::Kinematics;
-use ilon_formats::LoadRobot;
-use ilon_robot::Robot;
+use ilon_files::FileAccess;
+use ilon_formats::{LoadOptions, Loaded, WheelOutline};
+use ilon_trace::file::write_text;
 
-use super::escape::one_line;
-use super::flags::{Flags, shell};
+use super::escape::{one_line, path_in_line};
 use super::options::Sandbox;
 use super::outcome::Outcome;
-use super::robot::{Reading, robot_of_scenario};
+use super::robot::{Reading, load, not_scenario};
 use super::table::Table;
 use super::{console, gallery, limits, open, planners, reserve, ros2};
 use crate::cli::failure::Failure;
+use crate::cli::json::pretty;
 use crate::drawing;
-use crate::inspect::{Inspection, TreadInspection, WheelInspection};
+use crate::inspect::{
+    Inspection, JointInspection, MadeInspection, SurfaceInspection, TreadInspection,
+    WheelInspection,
+};
 use crate::pages;
-use crate::sim::remedy;
 
 /// Arguments of `ilon inspect`.
 #[derive(Debug, clap::Args)]
@@ -78,85 +81,32 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let _control = claimed(&arguments.ros2_control, "--ros2-control")?;
     let _html = claimed(&arguments.html, "--html")?;
     let _planners = arguments.planners.claim(path)?;
-    if let Some(robot) = robot_of_scenario(path, &options.files) {
-        return Err(Failure::usage(
-            format!("`{}` is a scenario, not a robot", path.display()),
-            format!(
-                "inspect its robot, `ilon inspect {}`, or run it",
-                shell(&robot)
-            ),
-        ));
-    }
+    not_scenario(path, &options.files, |robot| {
+        format!("inspect its robot, `ilon inspect {robot}`, or run it")
+    })?;
     if path.is_dir() {
-        let one_only = arguments.json
-            || arguments.limits.limits
-            || [
-                &arguments.svg,
-                &arguments.urdf,
-                &arguments.ros2_controllers,
-                &arguments.ros2_control,
-            ]
-            .iter()
-            .any(|out| out.is_some());
-        if let Some(html) = arguments.html.as_ref().filter(|_| !one_only) {
-            gallery::run(path, &options, &arguments.sandbox.words(), html)?;
-            if arguments.open {
-                open::page(html);
-            }
-            return Ok(Outcome::Done);
-        }
-        return Err(Failure::usage(
-            format!("`{}` is a folder", path.display()),
-            "name the file of a robot, or see all of the folder side by side with `--html FILE`",
-        ));
+        return folder(arguments, &options);
     }
     let scenario = arguments.limits.scenario(&options.files)?;
     options.joints = scenario
         .robot
         .load_options(&scenario.folder, &options.files)
         .joints;
-    let loaded = Robot::load_with(path, &options).map_err(|fault| {
-        let robot = shell(&path.display().to_string());
-        let command = format!("ilon inspect {robot}{}", arguments.sandbox.words());
-        remedy::diagnosed(fault, path, &options, &Flags { command })
-    })?;
+    let loaded = load(path, &options, "ilon inspect", &arguments.sandbox)?;
     let inspection = Inspection::of_standing(&loaded, &scenario)?;
     let inspection = arguments
         .limits
         .add_to(inspection, &loaded.robot, &options.files)?;
-    if let Some(svg) = &arguments.svg {
-        let from_above =
-            || drawing::svg(&loaded.robot, inspection.decoupling_point_m.map(Into::into));
-        let picture = drawing::limits(&inspection).unwrap_or_else(from_above);
-        ilon_trace::file::write_text(svg, &picture)?;
-    }
-    if let Some(html) = &arguments.html {
-        pages::robot::write(html, &loaded, &inspection)?;
-    }
-    if let Some(urdf) = &arguments.urdf {
-        ilon_trace::file::write_text(urdf, &loaded.urdf)?;
-    }
-    ros2::write(
-        &loaded,
-        inspection.limits.as_ref(),
-        arguments.ros2_controllers.as_deref(),
-        arguments.ros2_control.as_deref(),
-    )?;
-    arguments
-        .planners
-        .write(&loaded, &inspection, &arguments.limits, &options.files)?;
+    write(arguments, &options.files, &loaded, &inspection)?;
     if arguments.json {
-        let json = serde_json::to_string_pretty(&inspection)
-            .map_err(|error| Failure::encode("the inspection", &error))?;
-        console::data(&(json + "\n"))?;
+        console::data(&pretty("the inspection", &inspection)?)?;
     } else {
         match &inspection.limits {
             Some(limits) => console::lines(&limits::text(&inspection.name, limits))?,
             None => console::lines(&text(&inspection))?,
         }
         for path in [&arguments.svg, &arguments.html].into_iter().flatten() {
-            let path = path.display().to_string();
-            console::lines(&format!("\ndrawn in {}\n", one_line(&path)))?;
+            console::lines(&format!("\ndrawn in {}\n", path_in_line(path)))?;
         }
     }
     if let Some(html) = arguments.html.as_ref().filter(|_| arguments.open) {
@@ -164,6 +114,58 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     Kinematics::new(&loaded.robot)?;
     Ok(Outcome::Done)
+}
+
+/// The robots of a folder side by side, if nothing was asked for that is of one robot.
+fn folder(arguments: &Arguments, options: &LoadOptions) -> Result<Outcome, Failure> {
+    let of_one = [
+        &arguments.svg,
+        &arguments.urdf,
+        &arguments.ros2_controllers,
+        &arguments.ros2_control,
+    ];
+    let of_one = of_one.iter().any(|out| out.is_some());
+    let html = arguments.html.as_ref();
+    let Some(html) = html.filter(|_| !(arguments.json || arguments.limits.limits || of_one)) else {
+        return Err(Failure::usage(
+            format!("`{}` is a folder", arguments.robot.display()),
+            "name the file of a robot, or see all of the folder side by side with `--html FILE`",
+        ));
+    };
+    gallery::run(&arguments.robot, options, &arguments.sandbox.words(), html)?;
+    if arguments.open {
+        open::page(html);
+    }
+    Ok(Outcome::Done)
+}
+
+/// Writes the files that were asked for.
+fn write(
+    arguments: &Arguments,
+    files: &FileAccess,
+    loaded: &Loaded,
+    inspection: &Inspection,
+) -> Result<(), Failure> {
+    if let Some(svg) = &arguments.svg {
+        let from_above =
+            || drawing::svg(&loaded.robot, inspection.decoupling_point_m.map(Into::into));
+        let picture = drawing::limits(inspection).unwrap_or_else(from_above);
+        write_text(svg, &picture)?;
+    }
+    if let Some(html) = &arguments.html {
+        write_text(html, &pages::robot::html(loaded, inspection))?;
+    }
+    if let Some(urdf) = &arguments.urdf {
+        write_text(urdf, &loaded.urdf)?;
+    }
+    ros2::write(
+        loaded,
+        inspection.limits.as_ref(),
+        arguments.ros2_controllers.as_deref(),
+        arguments.ros2_control.as_deref(),
+    )?;
+    let (planners, limits) = (&arguments.planners, &arguments.limits);
+    planners.write(loaded, inspection, limits, files)
 }
 
 /// The wheels as the file's own collision geometry would roll.
@@ -174,32 +176,23 @@ fn as_modelled(robot: &Inspection) -> Table {
          a turn on bridges between rollers, and how deep it is below them; overlap of rollers in % of a turn, and how deep it is. \
          Lengths in mm, shares in %",
     );
-    columns(
-        &mut table,
+    let mm = |metres: f64, decimals: usize| format!("{:.decimals$}", 1e3 * metres);
+    let percent = |share: f64| format!("{:.1}", 1e2 * share);
+    table.columns::<&WheelOutline>(
         &[
-            "fitted", "mean", "rolling", "peak", "error", "ripple", "bridged", "hollow", "overlap",
-            "depth",
+            ("fitted", &|of| mm(of.fitted_radius_m, 2)),
+            ("mean", &|of| mm(of.mean_radius_m, 2)),
+            ("rolling", &|of| mm(of.rolling_radius_m, 2)),
+            ("peak", &|of| mm(of.peak_radius_m, 2)),
+            ("error", &|of| mm(of.outline_error_m, 3)),
+            ("ripple", &|of| mm(of.ripple_m, 3)),
+            ("bridged", &|of| percent(of.gap_share)),
+            ("hollow", &|of| mm(of.gap_depth_m, 2)),
+            ("overlap", &|of| percent(of.overlap_share)),
+            ("depth", &|of| mm(of.overlap_depth_m, 2)),
         ],
+        robot.outlines.iter().map(|of| (of.wheel.as_str(), of)),
     );
-    for outline in &robot.outlines {
-        let mm = |metres: f64, decimals: usize| format!("{:.decimals$}", 1e3 * metres);
-        let percent = |share: f64| format!("{:.1}", 1e2 * share);
-        table.words(
-            &outline.wheel,
-            &[
-                mm(outline.fitted_radius_m, 2),
-                mm(outline.mean_radius_m, 2),
-                mm(outline.rolling_radius_m, 2),
-                mm(outline.peak_radius_m, 2),
-                mm(outline.outline_error_m, 3),
-                mm(outline.ripple_m, 3),
-                percent(outline.gap_share),
-                mm(outline.gap_depth_m, 2),
-                percent(outline.overlap_share),
-                mm(outline.overlap_depth_m, 2),
-            ],
-        );
-    }
     table
 }
 
@@ -223,35 +216,39 @@ fn surfaces(robot: &Inspection) -> Table {
         "treads: stiffness in N/mm and damping in N s/m, along the ground's normal and across it; sag under a wheel's share of \
          the weight and the way over which sheared tread is renewed in mm; drag per load of rolling; play along the rollers' axles in mm; most torque of friction on them under that share in mN m",
     );
-    columns(
-        &mut table,
+    type Seen<'s> = &'s SurfaceInspection;
+    let of_tread = |of: Seen, value: fn(&TreadInspection) -> Option<f64>, decimals: usize| {
+        or_dash(of.tread.as_ref().and_then(value), decimals)
+    };
+    let surfaces = robot.wheels.iter();
+    let surfaces =
+        surfaces.filter_map(|wheel| Some((wheel.name.as_str(), wheel.surface.as_ref()?)));
+    table.columns::<Seen>(
         &[
-            "along", "across", "damped", "across", "sag", "renewed", "drag", "play", "axle",
+            ("along", &|of| {
+                of_tread(of, |tread| Some(1e-3 * tread.stiffness_n_m), 1)
+            }),
+            ("across", &|of| {
+                of_tread(of, |tread| Some(1e-3 * tread.shear_stiffness_n_m), 1)
+            }),
+            ("damped", &|of| {
+                of_tread(of, |tread| Some(tread.damping_n_s_m), 1)
+            }),
+            ("across", &|of| {
+                of_tread(of, |tread| Some(tread.shear_damping_n_s_m), 1)
+            }),
+            ("sag", &|of| {
+                of_tread(of, |tread| Some(1e3 * tread.sag_m), 3)
+            }),
+            ("renewed", &|of| {
+                of_tread(of, |tread| Some(1e3 * tread.relaxation_length_m?), 1)
+            }),
+            ("drag", &|of| format!("{:.3}", of.rolling_resistance)),
+            ("play", &|of| format!("{:.3}", 1e3 * of.axial_play_m)),
+            ("axle", &|of| format!("{:.2}", 1e3 * of.axle_drag_n_m)),
         ],
+        surfaces,
     );
-    for wheel in &robot.wheels {
-        let Some(surface) = &wheel.surface else {
-            continue;
-        };
-        let of_tread = |value: fn(&TreadInspection) -> Option<f64>, decimals: usize| {
-            let value = surface.tread.as_ref().and_then(value);
-            value.map_or("-".to_owned(), |value| format!("{value:.decimals$}"))
-        };
-        table.words(
-            &wheel.name,
-            &[
-                of_tread(|tread| Some(1e-3 * tread.stiffness_n_m), 1),
-                of_tread(|tread| Some(1e-3 * tread.shear_stiffness_n_m), 1),
-                of_tread(|tread| Some(tread.damping_n_s_m), 1),
-                of_tread(|tread| Some(tread.shear_damping_n_s_m), 1),
-                of_tread(|tread| Some(1e3 * tread.sag_m), 3),
-                of_tread(|tread| Some(1e3 * tread.relaxation_length_m?), 1),
-                format!("{:.3}", surface.rolling_resistance),
-                format!("{:.3}", 1e3 * surface.axial_play_m),
-                format!("{:.2}", 1e3 * surface.axle_drag_n_m),
-            ],
-        );
-    }
     table
 }
 
@@ -262,38 +259,27 @@ fn made(robot: &Inspection) -> Table {
         "rollers as made: curvature along the roller over the ideal barrel's, its radius, least and largest radius of the rollers, \
          travel of the hub in a turn and its mean height; lengths in mm",
     );
-    columns(
-        &mut table,
+    let made = robot.wheels.iter();
+    let made = made.filter_map(|wheel| Some((wheel.name.as_str(), wheel.made?)));
+    table.columns::<MadeInspection>(
         &[
-            "crown",
-            "its radius",
-            "least",
-            "largest",
-            "travel",
-            "height",
+            ("crown", &|of| or_dash(of.crown, 3)),
+            ("its radius", &|of| {
+                or_dash(of.crown_radius_m.map(|m| 1e3 * m), 2)
+            }),
+            ("least", &|of| format!("{:.3}", 1e3 * of.least_radius_m)),
+            ("largest", &|of| format!("{:.3}", 1e3 * of.largest_radius_m)),
+            ("travel", &|of| format!("{:.3}", 1e3 * of.hub_travel_m)),
+            ("height", &|of| format!("{:.3}", 1e3 * of.mean_height_m)),
         ],
+        made,
     );
-    let or_none = |value: Option<f64>, decimals: usize| {
-        value.map_or("-".to_owned(), |value| format!("{value:.decimals$}"))
-    };
-    for (name, made) in robot
-        .wheels
-        .iter()
-        .filter_map(|wheel| Some((&wheel.name, wheel.made?)))
-    {
-        table.words(
-            name,
-            &[
-                or_none(made.crown, 3),
-                or_none(made.crown_radius_m.map(|m| 1e3 * m), 2),
-                or_none(Some(1e3 * made.least_radius_m), 3),
-                or_none(Some(1e3 * made.largest_radius_m), 3),
-                or_none(Some(1e3 * made.hub_travel_m), 3),
-                or_none(Some(1e3 * made.mean_height_m), 3),
-            ],
-        );
-    }
     table
+}
+
+/// A number; a dash where there is none.
+fn or_dash(value: Option<f64>, decimals: usize) -> String {
+    value.map_or("-".to_owned(), |value| format!("{value:.decimals$}"))
 }
 
 /// The joints between bodies that move.
@@ -302,29 +288,27 @@ fn joints(robot: &Inspection) -> Table {
     table.heading(
         "joints: role; where they stand and how far they go, in deg or mm, of which M, loads and limits are; the wheels that they move",
     );
-    columns(
-        &mut table,
-        &["moves", "role", "stands", "from", "to", "wheels"],
-    );
-    for joint in &robot.joints {
+    let shown = |joint: &JointInspection, value: Option<f64>| {
         let unit = match joint.moves {
             "turns" => 1_f64.to_degrees(),
             _ => 1e3,
         };
-        let number = |value: f64| format!("{:.2}", unit * value);
-        let limit = |value: Option<f64>| value.map_or("-".to_owned(), number);
-        table.words(
-            &joint.name,
-            &[
-                joint.moves.to_owned(),
-                joint.role.to_owned(),
-                number(joint.position),
-                limit(joint.limits[0]),
-                limit(joint.limits[1]),
-                joint.moves_wheels.len().to_string(),
-            ],
-        );
-    }
+        or_dash(value.map(|value| unit * value), 2)
+    };
+    table.columns::<&JointInspection>(
+        &[
+            ("moves", &|joint| joint.moves.to_owned()),
+            ("role", &|joint| joint.role.to_owned()),
+            ("stands", &|joint| shown(joint, Some(joint.position))),
+            ("from", &|joint| shown(joint, joint.limits[0])),
+            ("to", &|joint| shown(joint, joint.limits[1])),
+            ("wheels", &|joint| joint.moves_wheels.len().to_string()),
+        ],
+        robot
+            .joints
+            .iter()
+            .map(|joint| (joint.name.as_str(), joint)),
+    );
     table
 }
 
@@ -338,10 +322,12 @@ fn loads(robot: &Inspection) -> Table {
     table
 }
 
-/// A row of names for the columns below it.
-fn columns(table: &mut Table, names: &[&str]) {
-    let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
-    table.words("", &names);
+/// The wheels by their names.
+fn by_name(robot: &Inspection) -> impl Iterator<Item = (&str, &WheelInspection)> {
+    robot
+        .wheels
+        .iter()
+        .map(|wheel| (wheel.name.as_str(), wheel))
 }
 
 fn text(robot: &Inspection) -> String {
@@ -387,26 +373,21 @@ fn wheels(robot: &Inspection) -> Table {
     table.row("mass", Some(robot.mass_kg), 3, "kg");
     table.row("wheels", Some(robot.wheels.len() as f64), 0, "");
     table.heading("wheels: place in m, radius in mm, gamma in deg, limits of torque in N m and of rate in rad/s");
-    columns(
-        &mut table,
-        &["x", "y", "z", "radius", "gamma", "torque", "rate"],
+    let place = |wheel: &WheelInspection, axis: usize| format!("{:.3}", wheel.position_m[axis]);
+    table.columns::<&WheelInspection>(
+        &[
+            ("x", &|wheel| place(wheel, 0)),
+            ("y", &|wheel| place(wheel, 1)),
+            ("z", &|wheel| place(wheel, 2)),
+            ("radius", &|wheel| format!("{:.1}", 1e3 * wheel.radius_m)),
+            ("gamma", &|wheel| {
+                format!("{:.1}", wheel.gamma_rad.to_degrees())
+            }),
+            ("torque", &|wheel| or_dash(wheel.effort_n_m, 2)),
+            ("rate", &|wheel| or_dash(wheel.velocity_rad_s, 2)),
+        ],
+        by_name(robot),
     );
-    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
-    for wheel in &robot.wheels {
-        let [x, y, z] = wheel.position_m;
-        table.words(
-            &wheel.name,
-            &[
-                format!("{x:.3}"),
-                format!("{y:.3}"),
-                format!("{z:.3}"),
-                format!("{:.1}", 1e3 * wheel.radius_m),
-                format!("{:.1}", wheel.gamma_rad.to_degrees()),
-                number(wheel.effort_n_m),
-                number(wheel.velocity_rad_s),
-            ],
-        );
-    }
     table
 }
 
@@ -423,17 +404,18 @@ fn rollers(robot: &Inspection) -> Table {
              nearly have and bushings do not"
         }
     });
-    columns(&mut table, &["count", "radius", "length"]);
-    for wheel in &robot.wheels {
-        table.words(
-            &wheel.name,
-            &[
-                wheel.rollers.to_string(),
-                format!("{:.2}", 1e3 * wheel.roller_radius_m),
-                format!("{:.2}", 1e3 * wheel.roller_length_m),
-            ],
-        );
-    }
+    table.columns::<&WheelInspection>(
+        &[
+            ("count", &|wheel| wheel.rollers.to_string()),
+            ("radius", &|wheel| {
+                format!("{:.2}", 1e3 * wheel.roller_radius_m)
+            }),
+            ("length", &|wheel| {
+                format!("{:.2}", 1e3 * wheel.roller_length_m)
+            }),
+        ],
+        by_name(robot),
+    );
     table
 }
 

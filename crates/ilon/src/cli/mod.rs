@@ -31,6 +31,7 @@ mod generate;
 mod identify;
 #[cfg(feature = "command")]
 mod inspect;
+mod json;
 #[cfg(feature = "command")]
 mod limits;
 #[cfg(all(feature = "command", feature = "live"))]

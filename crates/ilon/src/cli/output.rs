@@ -11,6 +11,7 @@ use ilon_files::FileAccess;
 use ilon_trace::{Recorded, Recording, Summary, TraceError};
 
 use super::context;
+use super::json::pretty;
 use super::reserve::{self, ReservedOutput};
 use crate::cli::failure::Failure;
 use crate::judge::Verdict;
@@ -156,7 +157,7 @@ impl OutputFolder {
             self.path.join(GROWING),
         )?;
         for name in RESULTS {
-            self.remove(&self.path.join(name))?;
+            remove(&self.path.join(name))?;
         }
         self.write_scenario(simulation.scenario())?;
         Ok(recording)
@@ -189,7 +190,7 @@ impl OutputFolder {
     /// Writes all results of a run that was recorded elsewhere.
     pub fn write_all(&self, run: &Run<Recorded>, verdicts: &[Verdict]) -> Result<(), Failure> {
         // An older summary would make the new files look complete before they are.
-        self.remove(&self.path.join("summary.json"))?;
+        remove(&self.path.join("summary.json"))?;
         self.write_scenario(&run.scenario)?;
         run.trace.write_parquet(&self.path.join(TRACE))?;
         self.write(run, verdicts, Report::Written).map(|_| ())
@@ -198,9 +199,7 @@ impl OutputFolder {
     /// The content of `summary.json`.
     pub fn summary_json(&self, run: &Run<Recorded>) -> Result<String, Failure> {
         check_finite(&run.summary)?;
-        let json = serde_json::to_string_pretty(&run.summary)
-            .map_err(|error| Failure::encode("the summary", &error))?;
-        Ok(json + "\n")
+        pretty("the summary", &run.summary)
     }
 
     fn write_scenario(&self, scenario: &Scenario) -> Result<(), Failure> {
@@ -211,15 +210,15 @@ impl OutputFolder {
     fn write_text(&self, name: &str, text: &str) -> Result<(), Failure> {
         Ok(ilon_trace::file::write_text(&self.path.join(name), text)?)
     }
+}
 
-    /// Removes a file if it is there.
-    fn remove(&self, path: &Path) -> Result<(), Failure> {
-        match fs::remove_file(path) {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                Err(Failure::write(path, &error))
-            }
-            _ => Ok(()),
+/// Removes a file, if there is one.
+pub(super) fn remove(path: &Path) -> Result<(), Failure> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(Failure::write(path, &error))
         }
+        _ => Ok(()),
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use ilon_trace::{Recorded, Settings, Summary};
 
-use super::escape::one_line;
+use super::escape::{one_line, path_in_line};
 use super::outcome::Outcome;
 use super::{console, context, open, reserve};
 use crate::Scenario;
@@ -62,10 +62,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .iter()
         .map(|line| format!("{}\n", one_line(line)))
         .collect();
-    console::lines(&format!(
-        "{lines}\nwritten to {}\n",
-        one_line(&out.display().to_string())
-    ))?;
+    console::lines(&format!("{lines}\nwritten to {}\n", path_in_line(&out)))?;
     if arguments.open {
         open::page(&out);
     }

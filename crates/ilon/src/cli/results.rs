@@ -8,6 +8,7 @@ use ilon_sweep::{Findings, Store, Study};
 use ilon_trace::file::write_text;
 
 use super::failure::Failure;
+use super::json::pretty;
 use super::{again, reserve};
 
 /// Refuses a folder, which an option names, in which results would replace what the study is made from.
@@ -33,7 +34,8 @@ pub(super) fn write_study(
     if let Some(folder) = store.folder() {
         let rows = store.rows();
         let again = |run| again::command(study, &rows, run);
-        pages::sweep::write(&folder.join("report.html"), study, &rows, findings, &again)?;
+        let page = pages::sweep::html(study, &rows, findings, &again);
+        write_text(&folder.join("report.html"), &page)?;
     }
     Ok(())
 }
@@ -68,12 +70,11 @@ pub(super) fn write_identified(
     found: &Identified,
     out: &Path,
 ) -> Result<String, Failure> {
-    let json = serde_json::to_string_pretty(found);
-    let json = json.map_err(|error| Failure::encode("what was found", &error))? + "\n";
+    let json = pretty("what was found", found)?;
     for (name, text) in ilon_identify::files(study, found)? {
         write_text(&out.join(name), &text)?;
     }
-    pages::identify::write(&out.join("report.html"), found)?;
+    write_text(&out.join("report.html"), &pages::identify::html(found))?;
     write_text(&out.join("identified.json"), &json)?;
     Ok(json)
 }

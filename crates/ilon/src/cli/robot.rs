@@ -3,7 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
-use ilon_formats::{Handedness, LoadOptions, Package, RollerForms, WheelOptions};
+use ilon_formats::{
+    Handedness, LoadOptions, LoadRobot, Loaded, Package, RollerForms, WheelOptions,
+};
+use ilon_robot::Robot;
+
+use super::failure::Failure;
+use super::flags::{Flags, shell};
+use super::options::Sandbox;
+use crate::sim::remedy;
 
 /// Options of reading a robot's file.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -124,8 +132,37 @@ impl Wheels {
     }
 }
 
+/// The robot of a file. `command` is that which reads it, for the refusal of one that needs options.
+pub(super) fn load(
+    path: &Path,
+    options: &LoadOptions,
+    command: &str,
+    sandbox: &Sandbox,
+) -> Result<Loaded, Failure> {
+    Ok(Robot::load_with(path, options).map_err(|fault| {
+        let robot = shell(&path.display().to_string());
+        let command = format!("{command} {robot}{}", sandbox.words());
+        remedy::diagnosed(fault, path, options, &Flags { command })
+    })?)
+}
+
+/// Refuses a scenario in place of a robot; `help` says what to do with the robot that it names.
+pub(super) fn not_scenario(
+    path: &Path,
+    files: &FileAccess,
+    help: impl FnOnce(&str) -> String,
+) -> Result<(), Failure> {
+    match robot_of_scenario(path, files) {
+        Some(robot) => Err(Failure::usage(
+            format!("`{}` is a scenario, not a robot", path.display()),
+            help(&shell(&robot)),
+        )),
+        None => Ok(()),
+    }
+}
+
 /// The robot that a file names, where it is a scenario.
-pub(super) fn robot_of_scenario(path: &Path, files: &FileAccess) -> Option<String> {
+fn robot_of_scenario(path: &Path, files: &FileAccess) -> Option<String> {
     /// No scenario is longer.
     const MOST_BYTES: u64 = 16 << 20;
     path.extension().filter(|ending| *ending == "toml")?;

@@ -8,7 +8,7 @@ use ilon_trace::quantities::{self, GROUPS};
 use ilon_trace::{Quantity, Sink, Summary};
 
 use super::bag::Bag;
-use super::escape::one_line;
+use super::escape::{one_line, path_in_line};
 use super::options::{Detail, Sandbox, Settings};
 use super::outcome::Outcome;
 use super::output::{self, KeepingUp, OutputFolder, Report};
@@ -152,7 +152,7 @@ fn one(
             } else {
                 headlines(&run.summary)
             },
-            one_line(&folder.path().display().to_string()),
+            path_in_line(folder.path()),
             if arguments.mcap { ", bag/" } else { "" },
         ))?;
     }

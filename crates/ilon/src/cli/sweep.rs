@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use ilon_sweep::{Findings, Options, Progress, Shard, Store, Study};
 
-use super::escape::one_line;
+use super::escape::{one_line, path_in_line};
+use super::json::pretty;
 use super::options::{Open, Out, Printing, Sandbox};
 use super::outcome::Outcome;
 use super::progress::Bar;
@@ -114,8 +115,7 @@ fn show(
     out: &Path,
 ) -> Result<Outcome, Failure> {
     results::write_study(study, store, findings)?;
-    let json = serde_json::to_string_pretty(findings);
-    let json = json.map_err(|error| Failure::encode("the findings", &error))? + "\n";
+    let json = pretty("the findings", findings)?;
     arguments.printing.answer(&json, || {
         let kept = if out.join("kept").is_dir() {
             ", kept/"
@@ -125,7 +125,7 @@ fn show(
         format!(
             "{}\nwritten to {}: report.html, runs.parquet, findings.json{kept}\n",
             answer::of_study(study, findings),
-            one_line(&out.display().to_string())
+            path_in_line(out)
         )
     })?;
     for expectation in findings

@@ -22,6 +22,9 @@ enum Line {
     },
 }
 
+/// A column: its name, and what stands in it for one thing.
+pub(super) type Column<'c, T> = (&'c str, &'c dyn Fn(&T) -> String);
+
 impl Table {
     pub fn new() -> Self {
         Self::default()
@@ -40,6 +43,20 @@ impl Table {
             if let Some((name, words)) = row.split_first() {
                 self.words(name, words);
             }
+        }
+    }
+
+    /// The names of columns, and a row of what stands in each of them for each of some things by their names.
+    pub fn columns<'n, T>(
+        &mut self,
+        columns: &[Column<'_, T>],
+        things: impl IntoIterator<Item = (&'n str, T)>,
+    ) {
+        let names: Vec<String> = columns.iter().map(|(name, _)| (*name).to_owned()).collect();
+        self.words("", &names);
+        for (name, thing) in things {
+            let cells: Vec<String> = columns.iter().map(|(_, cell)| cell(&thing)).collect();
+            self.words(name, &cells);
         }
     }
 

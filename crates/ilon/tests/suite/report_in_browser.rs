@@ -193,7 +193,7 @@ fn every_figure_of_a_comparison_is_drawn_and_the_console_shows_no_fault() {
     .expect("two runs");
     let folder = tempfile::tempdir().expect("a folder to write to");
     let page = folder.path().join("compare.html");
-    ilon::report::compare::write(&page, &comparison).expect("the page is written");
+    std::fs::write(&page, ilon::report::compare::html(&comparison)).expect("the page is written");
     assert_all_is_drawn(&browser, &page, folder.path(), 14);
 }
 
@@ -213,6 +213,6 @@ fn every_figure_of_a_bench_is_drawn_and_the_console_shows_no_fault() {
     let bench = ilon::bench::measure(&options, |_| ()).expect("they drive");
     let folder = tempfile::tempdir().expect("a folder to write to");
     let page = folder.path().join("bench.html");
-    ilon::pages::bench::write(&page, &bench).expect("the page is written");
+    std::fs::write(&page, ilon::pages::bench::html(&bench)).expect("the page is written");
     assert_all_is_drawn(&browser, &page, folder.path(), 2);
 }

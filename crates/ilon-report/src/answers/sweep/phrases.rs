@@ -91,13 +91,6 @@ pub(super) fn title(quantity: &str, scenario: &str, study: &Study) -> String {
     }
 }
 
-pub(super) fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| {
-        first.to_uppercase().chain(letters).collect()
-    })
-}
-
 /// A share in percent, to two digits.
 pub(super) fn percent(share: f64) -> String {
     format!("{} %", ilon_trace::number(crate::short(100.0 * share, 2)))

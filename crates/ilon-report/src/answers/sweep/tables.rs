@@ -7,7 +7,8 @@ use ilon_sweep::findings::sensitivity::{Effects, Indices, Interval};
 use ilon_sweep::findings::{Distribution, EffectsOf, FoundAt, IndicesOf};
 use ilon_sweep::{Findings, Study};
 
-use super::phrases::{MOST_POINTS, at, capital, percent, shown, title, value_of};
+use super::phrases::{MOST_POINTS, at, percent, shown, title, value_of};
+use crate::text::capital;
 
 /// What the sentences leave out.
 pub fn tables(study: &Study, findings: &Findings) -> Vec<Table> {

@@ -1,7 +1,7 @@
 //! What simulating found, on the page of an identification.
 
 use crate::figure::{Figure, Layout, Span, axis, dots, plot};
-use crate::page::{self, Section, card};
+use crate::page::{self, Section, grid};
 use ilon_identify::outcome::{DriveTorque, Simulation, SteadyDrive};
 
 use super::direction::{by_direction, turn};
@@ -9,19 +9,16 @@ use crate::answers::identify::tables;
 
 /// The section of the page.
 pub(super) fn section(simulation: &Simulation) -> Section {
+    let mut figures = vec![left(&simulation.drives), drift(simulation)];
+    figures.extend(pull(simulation));
     Section {
         id: "simulation",
         title: "By simulating",
         lead:
             "Each steady drive of the logs, driven by the simulated robot at the same wheel rates."
                 .to_owned(),
-        body: format!(
-            "<div class=\"grid\">\n{}{}{}</div>\n{}",
-            card(&left(&simulation.drives)),
-            card(&drift(simulation)),
-            pull(simulation).map_or(String::new(), |figure| card(&figure)),
-            (tables::of_simulation(simulation).iter().map(page::table)).collect::<String>()
-        ),
+        body: grid(&figures)
+            + &(tables::of_simulation(simulation).iter().map(page::table)).collect::<String>(),
     }
 }
 

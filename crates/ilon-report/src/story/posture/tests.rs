@@ -22,7 +22,7 @@ fn said(row: impl Fn(f64) -> (Record, WheelSample)) -> Vec<String> {
         posture.add(&header, &Record { t_s, ..record }, &[sample]);
     }
     let told = posture.episodes().into_iter();
-    told.map(|episode| episode.sentence(&header, posture.end_s()))
+    told.map(|episode| episode.sentence(&header, posture.end_s))
         .collect()
 }
 

@@ -6,6 +6,7 @@ use std::time::Duration;
 use super::update::Update;
 use crate::cli::escape::one_line;
 use crate::cli::failure::Failure;
+use crate::cli::json::pretty;
 use crate::cli::table::Table;
 use crate::judge::{Difference, Verdict};
 
@@ -29,6 +30,7 @@ pub(super) enum Ended {
 }
 
 /// What was found of a scenario that ran.
+#[derive(Default)]
 pub(super) struct Judged {
     pub verdicts: Vec<Verdict>,
     /// Where it leaves its baseline; `None` where it was held against none.
@@ -53,6 +55,16 @@ pub(super) enum Count {
     Refused,
     Skipped,
 }
+
+/// What came of scenarios, in words.
+const WORDS: [(Count, &str); 6] = [
+    (Count::Held, "held"),
+    (Count::Failed, "failed"),
+    (Count::Updated, "updated"),
+    (Count::NothingExpected, "nothing expected"),
+    (Count::Refused, "could not run"),
+    (Count::Skipped, "skipped"),
+];
 
 /// What is said of a scenario that expects nothing.
 pub(super) const NOTHING_EXPECTED: &str = "nothing is expected of it: it can only fail to run";
@@ -112,14 +124,8 @@ impl Checked {
 
     /// Its outcome and its bounds; `error` where it could not run.
     fn json(&self) -> serde_json::Value {
-        let outcome = match self.count() {
-            Count::Held => "held",
-            Count::Failed => "failed",
-            Count::Updated => "updated",
-            Count::NothingExpected => "nothing expected",
-            Count::Refused => "could not run",
-            Count::Skipped => "skipped",
-        };
+        let count = self.count();
+        let outcome = WORDS.iter().find(|(known, _)| *known == count);
         let (bounds, failures, error) = match &self.result {
             Ended::Judged(judged) => (judged.verdicts.as_slice(), judged.failures(), None),
             Ended::Refused(error) => ([].as_slice(), Vec::new(), Some(error.to_string())),
@@ -128,7 +134,7 @@ impl Checked {
         serde_json::json!({
             "scenario": self.label,
             "file": self.path,
-            "outcome": outcome,
+            "outcome": outcome.map(|(_, word)| word),
             "took_s": self.took.as_secs_f64(),
             "bounds": bounds,
             "failures": failures,
@@ -165,10 +171,7 @@ impl Checked {
             }
             Count::Updated => {
                 let changes = judged.changes();
-                let bounds = match changes.lines().count() {
-                    1 => "1 bound".to_owned(),
-                    count => format!("{count} bounds"),
-                };
+                let bounds = bounds(changes.lines().count());
                 format!(
                     "UPDATED {label} ({took_s:.1} s): {bounds} rewritten around what was measured\n{changes}"
                 )
@@ -187,8 +190,7 @@ impl Checked {
             _ => {
                 let expected = match judged.verdicts.len() {
                     0 => "its baseline".to_owned(),
-                    1 => "1 bound".to_owned(),
-                    count => format!("{count} bounds"),
+                    count => bounds(count),
                 };
                 let changes = judged.changes();
                 format!("held   {label} ({took_s:.1} s, {expected})\n{changes}")
@@ -200,27 +202,28 @@ impl Checked {
 /// What came of each scenario, as `ilon check --json` prints it.
 pub(super) fn json(checked: &[Checked]) -> Result<String, Failure> {
     let scenarios: Vec<_> = checked.iter().map(Checked::json).collect();
-    let text = serde_json::to_string_pretty(&serde_json::json!({ "scenarios": scenarios }))
-        .map_err(|error| Failure::encode("the results", &error))?;
-    Ok(text + "\n")
+    pretty(
+        "the results",
+        &serde_json::json!({ "scenarios": scenarios }),
+    )
 }
 
 /// How many scenarios came to what.
 pub(super) fn totals(checked: &[Checked]) -> Table {
     let mut table = Table::new();
     table.heading("all scenarios");
-    for (name, count) in [
-        ("held", Count::Held),
-        ("failed", Count::Failed),
-        ("updated", Count::Updated),
-        ("nothing expected", Count::NothingExpected),
-        ("could not run", Count::Refused),
-        ("skipped", Count::Skipped),
-    ] {
+    for (count, name) in WORDS {
         let of_kind = checked.iter().filter(|one| one.count() == count).count();
         table.row(name, Some(of_kind as f64), 0, "");
     }
     table
+}
+
+fn bounds(count: usize) -> String {
+    match count {
+        1 => "1 bound".to_owned(),
+        count => format!("{count} bounds"),
+    }
 }
 
 fn shown(text: &str) -> String {

@@ -1,0 +1,41 @@
+//! Tables as HTML, of parts that are HTML.
+
+use super::text::decimals;
+
+/// A cell; a dash where there is nothing.
+pub(crate) fn cell(content: Option<String>) -> String {
+    match content {
+        Some(content) => format!("<td>{content}</td>"),
+        None => "<td class=\"none\">—</td>".to_owned(),
+    }
+}
+
+/// A cell with a number.
+pub(crate) fn number(value: Option<f64>, places: usize) -> String {
+    cell(value.map(|x| decimals(x, places)))
+}
+
+/// A row under its head.
+pub(crate) fn row(head: &str, cells: &str) -> String {
+    format!("<tr><th scope=\"row\">{head}</th>{cells}</tr>")
+}
+
+/// The heads of columns.
+pub(crate) fn heads<T: std::fmt::Display>(titles: impl IntoIterator<Item = T>) -> String {
+    let head = |title| format!("<th scope=\"col\">{title}</th>");
+    titles.into_iter().map(head).collect()
+}
+
+/// A table; an empty caption is none.
+pub(crate) fn table(caption: &str, heads: &str, rows: &str) -> String {
+    let caption = match caption {
+        "" => String::new(),
+        words => format!("<caption>{words}</caption>"),
+    };
+    format!("<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>")
+}
+
+/// What may be wider than the page, on a card over all of its width.
+pub(crate) fn wide(content: &str) -> String {
+    format!("<div class=\"card whole scroll\" tabindex=\"0\">{content}</div>\n")
+}
