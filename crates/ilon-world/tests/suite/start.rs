@@ -275,3 +275,30 @@ fn a_robot_without_wheels_or_a_wheel_without_rollers_is_refused() {
     let refused = begin(&robot, &Floor::default(), Pose::default());
     assert!(matches!(refused, Err(WorldError::NoWheels)));
 }
+
+/// Boxes of the ground without a size, or with one that is not a number, are refused, and so are ramps beyond upright.
+#[test]
+fn boxes_that_are_none_are_refused() {
+    let refused = |change: &dyn Fn(&mut GroundBox)| {
+        let mut solid = GroundBox {
+            center_m: Vector3::new(3.0, 0.0, 0.1),
+            half_sides_m: Vector3::repeat(0.1),
+            heading_rad: 0.0,
+            pitch_rad: 0.0,
+        };
+        change(&mut solid);
+        let floor = Floor {
+            boxes: vec![solid],
+            ..Floor::default()
+        };
+        let built = World::new(&mecanum4(), &floor, Pose::default(), &Settings::default());
+        built.err().map(|error| error.to_string())
+    };
+    assert_eq!(refused(&|_| ()), None);
+    for bad in [0.0, -0.1, f64::NAN, f64::INFINITY] {
+        let text = refused(&|solid| solid.half_sides_m.y = bad).expect("no size");
+        assert!(text.contains("half_sides_m"), "{text}");
+    }
+    let text = refused(&|solid| solid.pitch_rad = -1.6).expect("beyond upright");
+    assert!(text.contains("pitch_rad"), "{text}");
+}
