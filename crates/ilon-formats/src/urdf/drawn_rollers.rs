@@ -256,22 +256,26 @@ fn form(piece: &[Point3<f64>]) -> Option<Form> {
         return None;
     }
     let axis = Unit::new_normalize(eigen.eigenvectors.column(along).into_owned());
+    // The middle of what it spans: that of its corners lies off it where they are more on one side.
+    let span = |i: usize| {
+        let direction = eigen.eigenvectors.column(i).into_owned();
+        let places = piece.iter().map(|p| (p - middle).dot(&direction));
+        let (from, to) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), t| {
+            (t.min(from), t.max(to))
+        });
+        (direction * (0.5 * (from + to)), 0.5 * (to - from))
+    };
+    let spans = [span(0), span(1), span(2)];
+    let middle = middle + spans.iter().map(|(off, _)| off).sum::<Vector3<f64>>();
     let skew = skew(&middle, &axis)?;
     if skew.gamma_rad.abs() > MOST_GAMMA_RAD {
         return None;
     }
-    let mut radius_m = 0.0_f64;
-    let (mut from_m, mut to_m) = (f64::INFINITY, f64::NEG_INFINITY);
-    for point in piece {
-        let from_middle = point - middle;
-        let t = from_middle.dot(&axis);
-        radius_m = radius_m.max((from_middle - axis.into_inner() * t).norm());
-        (from_m, to_m) = (from_m.min(t), to_m.max(t));
-    }
+    let from_axis_m = |p: &Point3<f64>| (p - middle).cross(&axis).norm();
+    let radius_m = piece.iter().map(from_axis_m).fold(0.0, f64::max);
     Some(Form {
         radius_m,
-        // Not from the middle of the corners, which lies off that of the roller where one end has more of them.
-        half_length_m: 0.5 * (to_m - from_m),
+        half_length_m: spans[along].1,
         ring_radius_m: skew.ring_radius_m,
         gamma_rad: skew.gamma_rad,
         place_rad: libm::atan2(skew.foot.y, skew.foot.x),
