@@ -729,6 +729,40 @@ fn steered_wheels_of_a_robot_that_is_called_omnidirectional_are_given_no_rollers
     assert_eq!(diagnosis.proposal, None);
 }
 
+/// Joints that move a whole base over the plane, as learners write them above robots whose wheels do not turn, steer none of its wheels: those of a fork
+/// for each do.
+#[test_case(false; "one for the base")]
+#[test_case(true; "one for each wheel")]
+fn a_joint_that_turns_the_whole_base_steers_no_wheel(are_forks: bool) {
+    let upright = |name: &str, parent: &str, child: &str, [x, y]: [f64; 2]| {
+        format!(
+            r#"<link name="{child}">{MASS}</link><joint name="{name}" type="continuous"><parent link="{parent}"/><child link="{child}"/>
+            <origin xyz="{x} {y} 0"/><axis xyz="0 0 1"/></joint>"#
+        )
+    };
+    let each = PLACES.iter().map(|(name, x, y)| {
+        let (above, [at_x, at_y]) = match are_forks {
+            true => (format!("{name}_fork"), [0.0, 0.0]),
+            false => ("turned".to_owned(), [*x, *y]),
+        };
+        let fork = upright(&format!("{name}_steer"), "base_link", &above, [*x, *y]);
+        let fork = if are_forks { fork } else { String::new() };
+        let wheel = format!("wheel_{name}");
+        let joint = joint(&wheel, "fixed", [at_x, at_y, 0.0], 0.0, ABOUT_Y);
+        let hangs = format!("<parent link=\"{above}\"/>");
+        fork + &link(&wheel, DISC) + &joint.replace(r#"<parent link="base_link"/>"#, &hangs)
+    });
+    let base = match are_forks {
+        true => String::new(),
+        false => upright("yaw", "base_link", "turned", [0.0, 0.0]),
+    };
+    let text = robot(&format!("{BODY}{base}{}", each.collect::<String>()));
+    let folder = tempfile::tempdir().unwrap();
+    let (_, diagnosis) = diagnosed(folder.path(), "r.urdf", &text);
+    let is_steered = matches!(diagnosis.faults[0].fault(), Fault::Steered { .. });
+    assert_eq!(is_steered, are_forks, "{:?}", diagnosis.faults[0].fault());
+}
+
 /// Of four parallel wheels of a robot that is called omnidirectional mecanum rollers are proposed, for no others let it move sideways: not where it is
 /// driven as one of plain wheels, and never silently.
 #[test_case("omni_bot", "", Some(45.0); "omni")]
