@@ -787,6 +787,33 @@ fn a_robot_that_is_called_omnidirectional(name: &str, plugin: &str, gamma_deg: O
     assert_eq!(help.contains(&words), gamma_deg.is_some(), "{help}");
 }
 
+/// A comment that stands above wheels as their heading says what they are, to be confirmed: not one that tells a story, and not of wheels that are driven as
+/// plain ones.
+#[test_case("===== MECANUM WHEELS =====", "", true; "a heading")]
+#[test_case("the base once had mecanum wheels, and was slow, so they were replaced", "", false; "a story")]
+#[test_case("<mecanum/>", "", false; "what is commented out")]
+#[test_case("MECANUM WHEELS", "libgazebo_ros_diff_drive.so", false; "driven by two sides")]
+fn a_heading_says_what_wheels_are(comment: &str, plugin: &str, does: bool) {
+    let folder = tempfile::tempdir().unwrap();
+    let plugin = format!("<gazebo><plugin filename=\"{plugin}\" name=\"p\"/></gazebo>");
+    let text = robot(&format!(
+        "{BODY}<!-- {comment} -->{}{plugin}",
+        wheels(0.0, DISC)
+    ));
+    let (path, diagnosis) = diagnosed(folder.path(), "r.urdf", &text);
+    assert!(Robot::load(&path).is_err());
+    let gamma = diagnosis
+        .proposal
+        .map(|proposal| proposal.wheels.expect("rollers").gamma);
+    assert_eq!(gamma, does.then_some(Handedness::XDeg(45.0)));
+    let help = diagnosis.faults[0].help();
+    assert_eq!(
+        help.contains("the comment `MECANUM WHEELS`"),
+        does,
+        "{help}"
+    );
+}
+
 /// A number of rollers that nothing shows is said to be assumed, where it is proposed.
 #[test]
 fn what_is_assumed_of_a_proposal_is_said() {
