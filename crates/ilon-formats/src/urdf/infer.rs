@@ -123,7 +123,7 @@ pub(super) fn fitting(
             return (Proposed::Contradiction, Some(out_of_x(&what, left_out)));
         }
         (in_x(), what)
-    } else if let Some(words) = heading(source)
+    } else if let Some(words) = heading(source, tree, &wheels)
         .filter(|_| !are_steered && stand_in_x(&wheels) && !is_driven_as_plain(source))
     {
         (in_x(), format!("the comment `{words}`"))
@@ -171,11 +171,11 @@ fn speaks_of_mecanum(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Opti
 
 /// A comment that speaks of mecanum wheels as a heading does, without the lines that are drawn around it: enough to propose them, and too little to
 /// take them. Longer ones tell what the robot was or may become.
-fn heading(source: &Source) -> Option<String> {
+fn heading(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> {
     /// Longest heading, in bytes.
     const LONGEST: usize = 60;
-    let comments = source.robot().descendants().filter(Node::is_comment);
-    let mut headings = comments.filter_map(|n| n.text()).filter_map(|text| {
+    let comments = names::comments_beside(source, &tree.joints[wheels.first()?.joint].name);
+    let mut headings = comments.into_iter().filter_map(|text| {
         let words = text.trim_matches(|c: char| !c.is_alphanumeric());
         let is_heading = words.len() <= LONGEST && !text.contains('<') && !words.contains('\n');
         is_heading.then(|| words.to_owned())
