@@ -58,15 +58,15 @@ pub(super) fn even_out(
         if grown_m <= 0.0 {
             continue;
         }
-        remarks.push(Remark::new(
-            format!("wheel `{}`", wheel.name),
-            format!(
-                "its meshes make a radius of {:.3} mm, those of an equal wheel {:.3} mm: the facets explain it, and both \
-                 are taken to have the larger",
-                1e3 * wheel.radius_m,
-                1e3 * radius_m
-            ),
-        ));
+        let [own_mm, equal_mm] = [wheel.radius_m, radius_m].map(|m| format!("{:.3}", 1e3 * m));
+        // What no digit shows is a rounding.
+        if own_mm != equal_mm {
+            let words = format!(
+                "its meshes make a radius of {own_mm} mm, those of an equal wheel {equal_mm} mm: the facets explain it, and both are \
+                 taken to have the larger"
+            );
+            remarks.push(Remark::new(format!("wheel `{}`", wheel.name), words));
+        }
         wheel.radius_m = radius_m;
         for roller in &mut wheel.rollers {
             roller.radius_m += grown_m;
