@@ -239,12 +239,8 @@ fn lean_deg(joint: &TreeJoint) -> f64 {
 /// The joint that steers a wheel: the next turning one above it, or one that turns upright within limits, unless that carries the whole
 /// robot, as one of a planar base does.
 fn steering_above(tree: &Tree, j: usize) -> Option<usize> {
-    /// Fewest wheels that make a robot.
-    const ROBOT: usize = 3;
-    let level = || tree.moving(Motion::Turning).filter(|&k| tree.is_level(k));
     if let Some(above) = tree.turning_above(j) {
-        let ends = level().filter(|&k| tree.turning_above(k) == Some(above));
-        return (ends.count() < ROBOT).then_some(above);
+        return (!carries_robot(tree, j, above, |k| tree.turning_above(k))).then_some(above);
     }
     // Arms swivel too, and carry round parts that do not turn.
     let may_roll = match tree.joints[j].motion {
@@ -253,8 +249,24 @@ fn steering_above(tree: &Tree, j: usize) -> Option<usize> {
         Motion::Swinging | Motion::Other => false,
     };
     let above = tree.swivel_above(j).filter(|_| may_roll)?;
-    let ends = level().filter(|&k| tree.swivel_above(k) == Some(above));
-    (ends.count() < ROBOT).then_some(above)
+    (!carries_robot(tree, j, above, |k| tree.swivel_above(k))).then_some(above)
+}
+
+/// Whether a joint above another carries a whole robot: three wheels, or where the other does not turn, three and all of those that are called wheels.
+fn carries_robot(
+    tree: &Tree,
+    j: usize,
+    above: usize,
+    next_above: impl Fn(usize) -> Option<usize>,
+) -> bool {
+    /// Fewest wheels that make a robot.
+    const ROBOT: usize = 3;
+    let is_below = |k: &usize| next_above(*k) == Some(above);
+    let level = |motion| tree.moving(motion).filter(|&k| tree.is_level(k));
+    let turning = level(Motion::Turning).filter(is_below).count();
+    let does_turn = tree.joints[j].motion != Motion::Fixed;
+    let called = || level(Motion::Fixed).filter(|&k| is_called_wheel(tree, k));
+    turning >= ROBOT || !does_turn && called().count() >= ROBOT && called().all(|k| is_below(&k))
 }
 
 impl WheelLike {

@@ -6,6 +6,7 @@ use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 use urdf_rs::Geometry;
 
 use super::body::RigidBody;
+use super::drawn_rollers;
 use super::geometry::mesh_points;
 use super::mesh::Meshes;
 use super::tree::PlacedShape;
@@ -170,7 +171,11 @@ fn of_shape(
         Geometry::Mesh { filename, scale } => {
             let points =
                 mesh_points(meshes, filename, *scale, &from_shape).map_err(NoDisc::Unreadable)?;
-            of_points(&points)
+            let (radius_m, middle_m) = of_points(&points)?;
+            // Corners of rollers' ends and of a rim reach farther than what rolls, on one wheel more than on its mirror image.
+            let drawn = drawn_rollers::of_mesh(filename, *scale, &from_shape, meshes);
+            let radius_m = drawn.map_or(radius_m, |drawn| drawn.wheel_radius_m);
+            Ok((radius_m, middle_m))
         }
     }
 }

@@ -41,7 +41,8 @@ pub(super) struct Drawn {
     pub(super) gamma_rad: f64,
     /// A roller's largest radius, in metres.
     pub(super) roller_radius_m: f64,
-    /// The wheel's radius, in metres.
+    /// The wheel's radius, in metres: that of its rollers' middles, on which barrels roll, for their ends reach farther where they are drawn thick. Of a
+    /// mesh that was stretched, how far they reach.
     pub(super) wheel_radius_m: f64,
     /// Whether the rollers are round as made ones are: those of a mesh that was stretched are not, and lie at another angle.
     pub(super) are_round: bool,
@@ -73,19 +74,29 @@ pub(super) fn of_wheel(
         let Geometry::Mesh { filename, scale } = &shape.geometry else {
             return None;
         };
-        let path = meshes.find(filename).ok()?;
-        let triangles = mesh_triangles(&path, meshes.files()).ok()?;
-        if triangles.len() > MOST_TRIANGLES {
-            return None;
-        }
-        let scale = scale.map_or(Vector3::repeat(1.0), |s| Vector3::from(*s));
         let hub_from_shape = body_from_hub.inverse() * shape.body_from_shape;
-        let place = |[x, y, z]: [f32; 3]| {
-            let v = Vector3::new(x, y, z).cast::<f64>().component_mul(&scale);
-            hub_from_shape * Point3::from(v)
-        };
-        of_pieces(&pieces(&triangles, place))
+        of_mesh(filename, *scale, &hub_from_shape, meshes)
     })
+}
+
+/// The same of one mesh.
+pub(super) fn of_mesh(
+    filename: &str,
+    scale: Option<urdf_rs::Vec3>,
+    hub_from_shape: &Isometry3<f64>,
+    meshes: &Meshes,
+) -> Option<Drawn> {
+    let path = meshes.find(filename).ok()?;
+    let triangles = mesh_triangles(&path, meshes.files()).ok()?;
+    if triangles.len() > MOST_TRIANGLES {
+        return None;
+    }
+    let scale = scale.map_or(Vector3::repeat(1.0), |s| Vector3::from(*s));
+    let place = |[x, y, z]: [f32; 3]| {
+        let v = Vector3::new(x, y, z).cast::<f64>().component_mul(&scale);
+        hub_from_shape * Point3::from(v)
+    };
+    of_pieces(&pieces(&triangles, place))
 }
 
 /// The corners of a mesh by what hangs together.
@@ -189,12 +200,17 @@ fn of_pieces(pieces: &[Vec<Point3<f64>>]) -> Option<Drawn> {
     let rollers = rings.max_by(|p, q| farthest(p).total_cmp(&farthest(q)))?;
     let count = rollers.len();
     let mean = |of: fn(&Form) -> f64| rollers.iter().map(of).sum::<f64>() / count as f64;
+    let are_round = rollers.iter().all(|form| form.out_of_round < MADE_ROUND);
+    let roller_radius_m = mean(|form| form.radius_m);
     are_even(&rollers).then(|| Drawn {
         count,
         gamma_rad: mean(|form| form.gamma_rad),
-        roller_radius_m: mean(|form| form.radius_m),
-        wheel_radius_m: mean(|form| form.reach_m),
-        are_round: rollers.iter().all(|form| form.out_of_round < MADE_ROUND),
+        roller_radius_m,
+        wheel_radius_m: match are_round {
+            true => mean(|form| form.ring_radius_m) + roller_radius_m,
+            false => mean(|form| form.reach_m),
+        },
+        are_round,
     })
 }
 
@@ -240,20 +256,26 @@ fn form(piece: &[Point3<f64>]) -> Option<Form> {
         return None;
     }
     let axis = Unit::new_normalize(eigen.eigenvectors.column(along).into_owned());
+    // The middle of what it spans: that of its corners lies off it where they are more on one side.
+    let span = |i: usize| {
+        let direction = eigen.eigenvectors.column(i).into_owned();
+        let places = piece.iter().map(|p| (p - middle).dot(&direction));
+        let (from, to) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), t| {
+            (t.min(from), t.max(to))
+        });
+        (direction * (0.5 * (from + to)), 0.5 * (to - from))
+    };
+    let spans = [span(0), span(1), span(2)];
+    let middle = middle + spans.iter().map(|(off, _)| off).sum::<Vector3<f64>>();
     let skew = skew(&middle, &axis)?;
     if skew.gamma_rad.abs() > MOST_GAMMA_RAD {
         return None;
     }
-    let (mut radius_m, mut half_length_m) = (0.0_f64, 0.0_f64);
-    for point in piece {
-        let from_middle = point - middle;
-        let t = from_middle.dot(&axis);
-        radius_m = radius_m.max((from_middle - axis.into_inner() * t).norm());
-        half_length_m = half_length_m.max(t.abs());
-    }
+    let from_axis_m = |p: &Point3<f64>| (p - middle).cross(&axis).norm();
+    let radius_m = piece.iter().map(from_axis_m).fold(0.0, f64::max);
     Some(Form {
         radius_m,
-        half_length_m,
+        half_length_m: spans[along].1,
         ring_radius_m: skew.ring_radius_m,
         gamma_rad: skew.gamma_rad,
         place_rad: libm::atan2(skew.foot.y, skew.foot.x),

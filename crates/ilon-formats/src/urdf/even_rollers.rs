@@ -6,7 +6,7 @@
 use urdf_rs::Geometry;
 
 use super::recognise::Candidate;
-use super::tree::Tree;
+use super::tree::{PlacedShape, Tree};
 use crate::model::{Remark, Wheel};
 
 /// Radii this share apart may come of facets.
@@ -16,7 +16,7 @@ const SAME_RING: f64 = 2e-3;
 /// Equal wheels have the same angle of their rollers, but for its sign, within this.
 const SAME_GAMMA_RAD: f64 = 0.01;
 
-/// Gives wheels with rollers of meshes that are equal but for their facets one radius, the largest: corners of facets lie on the
+/// Gives wheels of meshes that are equal but for their facets one radius, the largest: corners of facets lie on the
 /// surface that they stand for, and their middles below it.
 pub(super) fn even_out(
     tree: &Tree,
@@ -24,12 +24,20 @@ pub(super) fn even_out(
     wheels: &mut [(usize, Wheel)],
     remarks: &mut Vec<Remark>,
 ) {
+    let is_mesh = |shape: &PlacedShape| matches!(shape.geometry, Geometry::Mesh { .. });
     let is_of_meshes = |joint: usize| {
-        let candidate = candidates.iter().find(|candidate| candidate.hub == joint);
-        let rollers = candidate.map_or(&[][..], |candidate| &candidate.rollers);
-        let links = rollers.iter().map(|&j| &tree.links[tree.joints[j].child]);
+        let Some(candidate) = candidates.iter().find(|candidate| candidate.hub == joint) else {
+            // A wheel without rollers is measured by what touches, or else by what is shown.
+            let body = tree.lone_body(tree.joints[joint].child);
+            let measured = [&body.shapes, &body.visuals]
+                .into_iter()
+                .find(|of| !of.is_empty());
+            return measured.is_some_and(|shapes| shapes.iter().any(is_mesh));
+        };
+        let links = candidate.rollers.iter();
+        let links = links.map(|&j| &tree.links[tree.joints[j].child]);
         let mut shapes = links.flat_map(|link| link.shapes.iter().chain(&link.visuals));
-        shapes.any(|shape| matches!(shape.geometry, Geometry::Mesh { .. }))
+        shapes.any(is_mesh)
     };
     let all: Vec<usize> = (0..wheels.len())
         .filter(|&i| is_of_meshes(wheels[i].0))
@@ -50,15 +58,15 @@ pub(super) fn even_out(
         if grown_m <= 0.0 {
             continue;
         }
-        remarks.push(Remark::new(
-            format!("wheel `{}`", wheel.name),
-            format!(
-                "its rollers' meshes make a radius of {:.3} mm, those of an equal wheel {:.3} mm: the facets explain it, and both \
-                 are taken to have the larger",
-                1e3 * wheel.radius_m,
-                1e3 * radius_m
-            ),
-        ));
+        let [own_mm, equal_mm] = [wheel.radius_m, radius_m].map(|m| format!("{:.3}", 1e3 * m));
+        // What no digit shows is a rounding.
+        if own_mm != equal_mm {
+            let words = format!(
+                "its meshes make a radius of {own_mm} mm, those of an equal wheel {equal_mm} mm: the facets explain it, and both are \
+                 taken to have the larger"
+            );
+            remarks.push(Remark::new(format!("wheel `{}`", wheel.name), words));
+        }
         wheel.radius_m = radius_m;
         for roller in &mut wheel.rollers {
             roller.radius_m += grown_m;

@@ -123,6 +123,10 @@ pub(super) fn fitting(
             return (Proposed::Contradiction, Some(out_of_x(&what, left_out)));
         }
         (in_x(), what)
+    } else if let Some(words) = heading(source, tree, &wheels)
+        .filter(|_| !are_steered && stand_in_x(&wheels) && !is_driven_as_plain(source))
+    {
+        (in_x(), format!("the comment `{words}`"))
     } else if let Some(name) = free_name(source, tree, &wheels)
         .filter(|_| !are_steered && stand_in_x(&wheels) && !is_driven_as_plain(source))
     {
@@ -163,6 +167,20 @@ fn speaks_of_mecanum(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Opti
     let name = called(source, tree, wheels).or_else(|| in_short().filter(|_| !is_plain));
     let name = name.map(|name| format!("the name `{name}`"));
     name.or_else(|| plugin(source).map(|plugin| format!("the plug-in `{plugin}`")))
+}
+
+/// A comment that speaks of mecanum wheels as a heading does, without the lines that are drawn around it: enough to propose them, and too little to
+/// take them. Longer ones tell what the robot was or may become.
+fn heading(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> {
+    /// Longest heading, in bytes.
+    const LONGEST: usize = 60;
+    let comments = names::comments_beside(source, &tree.joints[wheels.first()?.joint].name);
+    let mut headings = comments.into_iter().filter_map(|text| {
+        let words = text.trim_matches(|c: char| !c.is_alphanumeric());
+        let is_heading = words.len() <= LONGEST && !text.contains('<') && !words.contains('\n');
+        is_heading.then(|| words.to_owned())
+    });
+    headings.find(|words| is_mecanum(words))
 }
 
 /// Why mecanum wheels cannot stand as these do, in words, with the joints that may be missing among them.

@@ -58,6 +58,8 @@ impl Meshes {
 
     /// The file that a mesh's name stands for.
     pub(crate) fn find(&self, mesh: &str) -> Result<PathBuf, Fault> {
+        // Files of Windows name folders so, and MuJoCo reads them everywhere.
+        let mesh = &mesh.replace('\\', "/");
         let bare = mesh.strip_prefix("file://").unwrap_or(mesh);
         // `model://` is how SDF names packages; `$(find NAME)` is what is left of a package that xacro did not find.
         let in_package = ["package://", "model://", "$(find "]
@@ -82,7 +84,7 @@ impl Meshes {
             Some(folder) => Ok(folder.join(path)),
             None => Err(Fault::PackageUnknown {
                 package: name.to_owned(),
-                mesh: mesh.to_owned(),
+                mesh: mesh.clone(),
             }),
         }
     }

@@ -117,6 +117,20 @@ fn makers(source: &Source, joint: &str) -> (Vec<String>, Option<String>) {
     (macros.collect(), file)
 }
 
+/// The comments of the file in which a joint is written, and of what it was expanded to.
+pub(super) fn comments_beside(source: &Source, joint: &str) -> Vec<String> {
+    let of = |node: roxmltree::Node| {
+        let comments = node.descendants().filter(roxmltree::Node::is_comment);
+        let texts = comments.filter_map(|n| n.text().map(str::to_owned));
+        texts.collect::<Vec<_>>()
+    };
+    let joint = source.named("joint", joint);
+    let origin = joint.and_then(|node| source.prepared.origin(node.range().start));
+    let written = origin.and_then(|origin| roxmltree::Document::parse(&origin.text).ok());
+    let written = written.map_or_else(Vec::new, |document| of(document.root()));
+    [of(source.robot()), written].concat()
+}
+
 /// What a mesh is called in the file: in a package, its path; otherwise its last part, for folders are called as they like.
 fn own_name(mesh: &str) -> String {
     if mesh.starts_with("package://") || mesh.starts_with("model://") {

@@ -535,44 +535,94 @@ fn of_the_bodies_of_an_mjcf_the_one_with_wheels_is_the_robot() {
     );
 }
 
-/// A wheel as one mesh in the frame of its link, whose axis is y: a spindle for each of its rollers, and a hub.
-fn drawn(wheel: &ilon_robot::Wheel) -> String {
+/// A wheel as one mesh in the frame of its link, whose axis is y: a spindle for each of its rollers, whose ends have a share of its radius, and a hub. Of
+/// every third roller the facets may lie closer together towards one end.
+fn drawn(wheel: &ilon_robot::Wheel, ends: f64, is_uneven: bool) -> String {
     const AROUND: usize = 24;
     const ALONG: usize = 8;
     let (mut vertices, mut faces, mut count) = (String::new(), String::new(), 0);
-    let mut spindle = |center: Vector3<f64>, axis: Vector3<f64>, radii_m: [f64; 2], length_m| {
-        let across = axis.cross(&Vector3::new(0.3, -0.5, 0.8)).normalize();
-        let third = axis.cross(&across);
-        for i in 0..=ALONG {
-            let t = 2.0 * i as f64 / ALONG as f64 - 1.0;
-            let r = radii_m[0] + (radii_m[1] - radii_m[0]) * t * t;
-            for j in 0..AROUND {
-                let (sin, cos) = (TAU * j as f64 / AROUND as f64).sin_cos();
-                let p = center + axis * (0.5 * length_m * t) + (across * cos + third * sin) * r;
-                let p: Vector3<f64> = wheel.body_from_hub.rotation * p;
-                vertices.push_str(&format!("v {} {} {}\n", p.x, p.y, p.z));
+    let mut spindle =
+        |center: Vector3<f64>, axis: Vector3<f64>, radii_m: [f64; 2], length_m, closer: i32| {
+            let across = axis.cross(&Vector3::new(0.3, -0.5, 0.8)).normalize();
+            let third = axis.cross(&across);
+            for i in 0..=ALONG {
+                let t = 2.0 * (i as f64 / ALONG as f64).powi(closer) - 1.0;
+                let r = radii_m[0] + (radii_m[1] - radii_m[0]) * t * t;
+                for j in 0..AROUND {
+                    let (sin, cos) = (TAU * j as f64 / AROUND as f64).sin_cos();
+                    let p = center + axis * (0.5 * length_m * t) + (across * cos + third * sin) * r;
+                    let p: Vector3<f64> = wheel.body_from_hub.rotation * p;
+                    vertices.push_str(&format!("v {} {} {}\n", p.x, p.y, p.z));
+                }
             }
-        }
-        for i in 0..ALONG {
-            for j in 0..AROUND {
-                let [a, b] = [j, (j + 1) % AROUND].map(|j| count + 1 + i * AROUND + j);
-                faces.push_str(&format!(
-                    "f {a} {b} {}\nf {b} {} {}\n",
-                    a + AROUND,
-                    b + AROUND,
-                    a + AROUND
-                ));
+            for i in 0..ALONG {
+                for j in 0..AROUND {
+                    let [a, b] = [j, (j + 1) % AROUND].map(|j| count + 1 + i * AROUND + j);
+                    faces.push_str(&format!(
+                        "f {a} {b} {}\nf {b} {} {}\n",
+                        a + AROUND,
+                        b + AROUND,
+                        a + AROUND
+                    ));
+                }
             }
-        }
-        count += (ALONG + 1) * AROUND;
-    };
-    for roller in &wheel.rollers {
+            count += (ALONG + 1) * AROUND;
+        };
+    for (i, roller) in wheel.rollers.iter().enumerate() {
         let axis = roller.axis_in_hub.into_inner();
-        let radii_m = [roller.radius_m, 0.6 * roller.radius_m];
-        spindle(roller.center_in_hub_m, axis, radii_m, roller.length_m);
+        let radii_m = [roller.radius_m, ends * roller.radius_m];
+        let closer = if is_uneven && i % 3 == 0 { 2 } else { 1 };
+        spindle(
+            roller.center_in_hub_m,
+            axis,
+            radii_m,
+            roller.length_m,
+            closer,
+        );
     }
-    spindle(Vector3::zeros(), Vector3::z(), [0.025, 0.025], 0.04);
+    spindle(Vector3::zeros(), Vector3::z(), [0.025, 0.025], 0.04, 1);
     format!("o wheel\n{vertices}{faces}")
+}
+
+fn shipped() -> Robot {
+    let file = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../assets/robots/mecanum4.urdf"
+    );
+    Robot::load(file).expect("the shipped robot")
+}
+
+/// A wheel rolls on its rollers' middles: the ends of those that are drawn as cylinders reach farther, and count no more than how many facets are drawn
+/// where. Ring and roller of a wheel of 50 mm make 50 mm; coordinates are read in f32.
+#[test_case(0.6, false; "barrels")]
+#[test_case(1.0, false; "cylinders")]
+#[test_case(1.0, true; "cylinders of other facets")]
+fn a_mesh_of_rollers_is_as_large_as_they_are_in_their_middles(ends: f64, is_uneven: bool) {
+    let shipped = shipped();
+    let folder = tempfile::tempdir().unwrap();
+    let mut inside = BODY.to_owned();
+    for (name, x, y) in PLACES {
+        let mesh = format!("{name}.obj");
+        let wheel = shipped
+            .wheels
+            .iter()
+            .find(|wheel| wheel.name.contains(name));
+        let text = drawn(wheel.expect("a wheel"), ends, is_uneven);
+        std::fs::write(folder.path().join(&mesh), text).unwrap();
+        inside += &link(name, &MESH.replace("MESH", &mesh));
+        inside += &joint(name, "continuous", [x, y, 0.0], 0.0, ABOUT_Y);
+    }
+    let path = folder.path().join("base.urdf");
+    std::fs::write(&path, robot(&inside)).unwrap();
+    let loaded = Robot::load_with(&path, &LoadOptions::default()).expect("it is read");
+    assert_eq!(loaded.inferred.expect("rollers").rollers, 9);
+    let radii_m: Vec<f64> = loaded.robot.wheels.iter().map(|w| w.radius_m).collect();
+    assert!(
+        radii_m.iter().all(|m| (m - 0.05).abs() < 1e-7),
+        "{radii_m:?}"
+    );
+    // To the last bit: a rigid robot stands on three of four wheels that are not.
+    assert!(radii_m.iter().all(|m| *m == radii_m[0]), "{radii_m:?}");
 }
 
 /// Four wheels that nobody calls anything are read as their meshes draw them: so many rollers, so thick, at that angle, and handed as they stand. Where
@@ -581,11 +631,7 @@ fn drawn(wheel: &ilon_robot::Wheel) -> String {
 #[test_case(|i| i, "", Some(0.055); "what touches is larger than what is shown")]
 #[test_case(|_| 0, " (handed otherwise than in the usual X, in which they stand)", None; "one mesh on all")]
 fn rollers_that_a_mesh_shows_are_taken(of: fn(usize) -> usize, but: &str, touches_m: Option<f64>) {
-    let shipped = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../assets/robots/mecanum4.urdf"
-    );
-    let shipped = Robot::load(shipped).expect("the shipped robot");
+    let shipped = shipped();
     let folder = tempfile::tempdir().unwrap();
     let mut inside = BODY.to_owned();
     for (i, (name, x, y)) in PLACES.iter().enumerate() {
@@ -594,7 +640,11 @@ fn rollers_that_a_mesh_shows_are_taken(of: fn(usize) -> usize, but: &str, touche
             .wheels
             .iter()
             .find(|wheel| wheel.name.contains(PLACES[of(i)].0));
-        std::fs::write(folder.path().join(&mesh), drawn(of.expect("a wheel"))).unwrap();
+        std::fs::write(
+            folder.path().join(&mesh),
+            drawn(of.expect("a wheel"), 0.6, false),
+        )
+        .unwrap();
         let shown = MESH.replace("collision", "visual").replace("MESH", &mesh);
         let touches = touches_m.map(|m| DISC.replace("0.05\"", &format!("{m}\"")));
         inside += &link(name, &(shown + &touches.unwrap_or_default()));
@@ -683,6 +733,40 @@ fn steered_wheels_of_a_robot_that_is_called_omnidirectional_are_given_no_rollers
     assert_eq!(diagnosis.proposal, None);
 }
 
+/// Joints that move a whole base over the plane, as learners write them above robots whose wheels do not turn, steer none of its wheels: those of a fork
+/// for each do.
+#[test_case(false; "one for the base")]
+#[test_case(true; "one for each wheel")]
+fn a_joint_that_turns_the_whole_base_steers_no_wheel(are_forks: bool) {
+    let upright = |name: &str, parent: &str, child: &str, [x, y]: [f64; 2]| {
+        format!(
+            r#"<link name="{child}">{MASS}</link><joint name="{name}" type="continuous"><parent link="{parent}"/><child link="{child}"/>
+            <origin xyz="{x} {y} 0"/><axis xyz="0 0 1"/></joint>"#
+        )
+    };
+    let each = PLACES.iter().map(|(name, x, y)| {
+        let (above, [at_x, at_y]) = match are_forks {
+            true => (format!("{name}_fork"), [0.0, 0.0]),
+            false => ("turned".to_owned(), [*x, *y]),
+        };
+        let fork = upright(&format!("{name}_steer"), "base_link", &above, [*x, *y]);
+        let fork = if are_forks { fork } else { String::new() };
+        let wheel = format!("wheel_{name}");
+        let joint = joint(&wheel, "fixed", [at_x, at_y, 0.0], 0.0, ABOUT_Y);
+        let hangs = format!("<parent link=\"{above}\"/>");
+        fork + &link(&wheel, DISC) + &joint.replace(r#"<parent link="base_link"/>"#, &hangs)
+    });
+    let base = match are_forks {
+        true => String::new(),
+        false => upright("yaw", "base_link", "turned", [0.0, 0.0]),
+    };
+    let text = robot(&format!("{BODY}{base}{}", each.collect::<String>()));
+    let folder = tempfile::tempdir().unwrap();
+    let (_, diagnosis) = diagnosed(folder.path(), "r.urdf", &text);
+    let is_steered = matches!(diagnosis.faults[0].fault(), Fault::Steered { .. });
+    assert_eq!(is_steered, are_forks, "{:?}", diagnosis.faults[0].fault());
+}
+
 /// Of four parallel wheels of a robot that is called omnidirectional mecanum rollers are proposed, for no others let it move sideways: not where it is
 /// driven as one of plain wheels, and never silently.
 #[test_case("omni_bot", "", Some(45.0); "omni")]
@@ -705,6 +789,33 @@ fn a_robot_that_is_called_omnidirectional(name: &str, plugin: &str, gamma_deg: O
     let help = diagnosis.faults[0].help();
     let words = format!("the name `{name}`");
     assert_eq!(help.contains(&words), gamma_deg.is_some(), "{help}");
+}
+
+/// A comment that stands above wheels as their heading says what they are, to be confirmed: not one that tells a story, and not of wheels that are driven as
+/// plain ones.
+#[test_case("===== MECANUM WHEELS =====", "", true; "a heading")]
+#[test_case("the base once had mecanum wheels, and was slow, so they were replaced", "", false; "a story")]
+#[test_case("<mecanum/>", "", false; "what is commented out")]
+#[test_case("MECANUM WHEELS", "libgazebo_ros_diff_drive.so", false; "driven by two sides")]
+fn a_heading_says_what_wheels_are(comment: &str, plugin: &str, does: bool) {
+    let folder = tempfile::tempdir().unwrap();
+    let plugin = format!("<gazebo><plugin filename=\"{plugin}\" name=\"p\"/></gazebo>");
+    let text = robot(&format!(
+        "{BODY}<!-- {comment} -->{}{plugin}",
+        wheels(0.0, DISC)
+    ));
+    let (path, diagnosis) = diagnosed(folder.path(), "r.urdf", &text);
+    assert!(Robot::load(&path).is_err());
+    let gamma = diagnosis
+        .proposal
+        .map(|proposal| proposal.wheels.expect("rollers").gamma);
+    assert_eq!(gamma, does.then_some(Handedness::XDeg(45.0)));
+    let help = diagnosis.faults[0].help();
+    assert_eq!(
+        help.contains("the comment `MECANUM WHEELS`"),
+        does,
+        "{help}"
+    );
 }
 
 /// A number of rollers that nothing shows is said to be assumed, where it is proposed.
@@ -776,11 +887,7 @@ fn the_wrists_of_two_arms_are_no_steered_wheels() {
 /// How thick a mesh shows rollers says nothing for a wheel whose radius is still to be said.
 #[test]
 fn rollers_of_a_wheel_of_unknown_size_are_asked_for_without_their_thickness() {
-    let shipped = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../assets/robots/mecanum4.urdf"
-    );
-    let shipped = Robot::load(shipped).expect("the shipped robot");
+    let shipped = shipped();
     let folder = tempfile::tempdir().unwrap();
     let mut inside = BODY.to_owned();
     // What touches is larger than what is shown, and lies across the axis.
@@ -788,7 +895,7 @@ fn rollers_of_a_wheel_of_unknown_size_are_asked_for_without_their_thickness() {
         r#"<collision><geometry><cylinder radius="0.07" length="0.04"/></geometry></collision>"#;
     for ((name, x, y), wheel) in PLACES.iter().zip(&shipped.wheels) {
         let mesh = format!("{name}.obj");
-        std::fs::write(folder.path().join(&mesh), drawn(wheel)).unwrap();
+        std::fs::write(folder.path().join(&mesh), drawn(wheel, 0.6, false)).unwrap();
         let shown = MESH.replace("collision", "visual").replace("MESH", &mesh);
         inside += &link(name, &(shown + across));
         inside += &joint(name, "continuous", [*x, *y, 0.0], 0.0, ABOUT_Y);

@@ -312,6 +312,26 @@ fn a_place_alone_is_a_pose_in_sdf() {
     assert_eq!(read(""), read(" 0 0 0"));
 }
 
+/// Files that were written under Windows name folders by backslashes. MuJoCo reads them everywhere.
+#[test]
+fn a_mesh_is_found_by_a_path_of_windows() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("meshes")).unwrap();
+    let tetrahedron =
+        "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    std::fs::write(folder.path().join("meshes/top.obj"), tetrahedron).unwrap();
+    let read = |mesh: &str| {
+        let text = format!(
+            r#"<mujoco><asset><mesh name="top" file="{mesh}"/></asset><worldbody><body name="base"><freejoint/><geom type="mesh" mesh="top"/>{}</body></worldbody></mujoco>"#,
+            mecanum_bodies()
+        );
+        let path = folder.path().join("r.xml");
+        std::fs::write(&path, text).unwrap();
+        Robot::load(&path).unwrap_or_else(|e| panic!("{e}"))
+    };
+    assert_eq!(read(r"meshes\top.obj"), read("meshes/top.obj"));
+}
+
 /// A body of MJCF whose mesh alone says what it weighs: the twelve triangles of a box weigh what MuJoCo's box does, 1000 kg/m^3.
 #[test]
 fn a_body_of_an_mjcf_weighs_what_its_mesh_does() {

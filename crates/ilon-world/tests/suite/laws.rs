@@ -259,7 +259,7 @@ fn a_step_in_parts_goes_as_steps_of_that_length() {
     assert!(off.abs() < 0.02, "{off}");
 }
 
-/// What each wheel loses in a step adds up to what the robot loses, also where a wheel stands on several rollers and where steps are taken in parts.
+/// What slides under each wheel and spins its rollers up in a step adds up to what the robot loses by it, also where steps are taken in parts.
 #[test]
 fn what_wheels_lose_adds_up() {
     let robot = mecanum4();
@@ -275,8 +275,7 @@ fn what_wheels_lose_adds_up() {
         };
         let mut world = World::new(&robot, &floor, Pose::default(), &settings).expect("valid");
         let rates = ideal_rates(&robot, Twist::new(0.6, 0.5, 3.0));
-        let mut sums_j = [0.0; 3];
-        let (mut several, mut steps) = (0, 0);
+        let mut sums_j = [0.0; 2];
         while world.time_s() < 1.5 {
             let now = world.robot().wheel_rates_rad_s().iter();
             let motors: Vec<_> = rates
@@ -286,21 +285,14 @@ fn what_wheels_lose_adds_up() {
                 .collect();
             world.robot_mut().drive(&motors);
             world.step();
-            steps += 1;
             for of in world.robot().contacts() {
                 sums_j[0] += of.slip_power_w * dt_s;
                 sums_j[1] += of.spin_up_power_w * dt_s;
-                sums_j[2] += of.impact_power_w * dt_s;
-                several += usize::from(of.touching_rollers > 1);
             }
         }
-        let whole_j = [
-            world.slip_energy_j(),
-            world.spin_up_energy_j(),
-            world.impact_energy_j(),
-        ];
-        println!("{steps} steps, {several} on several: {sums_j:?} of {whole_j:?}");
-        assert!(several > 0 && whole_j[0] > 0.1 && whole_j[1] > 1e-4);
+        let whole_j = [world.slip_energy_j(), world.spin_up_energy_j()];
+        println!("{sums_j:?} of {whole_j:?}");
+        assert!(whole_j[0] > 0.1 && whole_j[1] > 1e-4);
         for (sum_j, whole_j) in sums_j.iter().zip(whole_j) {
             // Sums of thousands in f64.
             assert!((sum_j - whole_j).abs() < 1e-9, "{sum_j} {whole_j}");

@@ -102,7 +102,12 @@ impl Expander<'_> {
         let is_old = match name {
             "if" | "unless" => element.attribute("value").is_some(),
             "insert_block" => true,
-            _ => is_old_definition(element) || around.macros.resolve(name).is_some(),
+            // Elements of other programs have names of macros too: `<sensor type="ray">`.
+            _ => {
+                let called = || around.macros.resolve(name);
+                is_old_definition(element)
+                    || called().is_some_and(|(found, ..)| fits(element, &found))
+            }
         };
         if !is_old {
             return None;
@@ -272,6 +277,17 @@ fn is_old_definition(element: &Element) -> bool {
         "include" => has("filename"),
         _ => false,
     }
+}
+
+/// Whether an element can be a call of a macro: it gives its parameters, and nothing else.
+fn fits(element: &Element, called: &Macro) -> bool {
+    let is_given = |p: &Parameter| element.attribute(&p.name).is_some();
+    let may_be_left_out =
+        |p: &Parameter| p.name.starts_with('*') || p.forwarded || p.default.is_some();
+    let parameters = &called.parameters;
+    let mut attributes = element.attributes.iter();
+    attributes.all(|a| parameters.iter().any(|p| p.name == a.name))
+        && parameters.iter().all(|p| is_given(p) || may_be_left_out(p))
 }
 
 /// The scope of whoever called a macro: around it, namespaces left aside.

@@ -472,4 +472,16 @@ fn elements_without_a_prefix_are_read_as_until_2014_where_that_is_asked_for() {
     let meant = text(new, false).unwrap();
     assert_eq!(shape(&read.text), shape(&meant.text));
     assert!(read.text.contains(r#"at="0.1""#), "{}", read.text);
+    // An element of another program that has the name of a macro is no call of it: it gives something else, or too little.
+    for other in [
+        r#"<ball type="ray"/>"#,
+        "<ball/>",
+        r#"<ball at="1" type="ray"/>"#,
+    ] {
+        let beside =
+            |file: &str| file.replace("</robot>", &format!("<gazebo>{other}</gazebo></robot>"));
+        let read = text(&beside(old), true).unwrap();
+        let meant = text(&beside(new), false).unwrap();
+        assert_eq!(shape(&read.text), shape(&meant.text));
+    }
 }
