@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 use serde::Serialize;
 
 use crate::Error;
-use crate::roller_drag;
+use crate::bearing_drag;
 use crate::scenario::{Floor, Scenario, Setting};
 use crate::simulate::{Limits, start_positions};
 
@@ -350,7 +350,7 @@ impl Inspection {
                 .remarks
                 .iter()
                 .map(ToString::to_string)
-                .chain(roller_drag::remarks(
+                .chain(bearing_drag::remarks(
                     robot,
                     Floor::default().friction(),
                     STANDARD_GRAVITY_M_S2,

@@ -24,12 +24,12 @@
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
+mod bearing_drag;
 mod error;
 pub mod foreign;
 pub mod inspect;
 pub mod judge;
 pub mod remedy;
-mod roller_drag;
 pub mod scenario;
 pub mod simulate;
 

@@ -57,7 +57,7 @@ pub struct DynamicModel {
     /// Dry friction of the wheels' joints, in N m.
     friction_n_m: Vec<f64>,
     /// D.
-    roller_drag: DMatrix<f64>,
+    bearing_drag: DMatrix<f64>,
     /// t_h P, N x N: the touching rollers' spins from the wheel rates.
     roller_spins: DMatrix<f64>,
     /// Dry friction of the touching rollers' joints, in N m.
@@ -89,14 +89,14 @@ impl DynamicModel {
         let coriolis = p.transpose() * body.s * p;
         let roller_spins =
             MatrixXx3::from_rows(&spins.iter().map(|spin| spin.roller).collect::<Vec<_>>()) * p;
-        let mut roller_drag = DMatrix::zeros(n, n);
+        let mut bearing_drag = DMatrix::zeros(n, n);
         for (h, spin) in spins.iter().enumerate() {
             let against_hub = roller_spins.row(h);
             let mut in_space = against_hub.clone_owned();
             in_space[h] += spin.roller_on_axis;
             inertia[(h, h)] += spin.wheel_inertia_kg_m2;
             inertia += in_space.transpose() * &in_space * spin.roller_inertia_kg_m2;
-            roller_drag += against_hub.transpose() * against_hub * spin.roller_damping_n_m_s;
+            bearing_drag += against_hub.transpose() * against_hub * spin.roller_damping_n_m_s;
         }
         let r = kinematics.rate_matrix();
         let body_inertia: Matrix3<f64> = (r.transpose() * &inertia * r)
@@ -115,7 +115,7 @@ impl DynamicModel {
             coriolis,
             damping_n_m_s: robot.wheels.iter().map(|w| w.joint.damping_n_m_s).collect(),
             friction_n_m: robot.wheels.iter().map(Wheel::dry_friction_n_m).collect(),
-            roller_drag,
+            bearing_drag,
             roller_spins,
             roller_friction_n_m: spins.iter().map(|spin| spin.roller_friction_n_m).collect(),
             body_inertia,
@@ -146,8 +146,8 @@ impl DynamicModel {
 
     /// D, N x N, in N m s/rad: the viscous damping of the touching rollers' bearings as the wheels feel it; symmetric
     /// positive semidefinite.
-    pub fn roller_drag(&self) -> &DMatrix<f64> {
-        &self.roller_drag
+    pub fn bearing_drag(&self) -> &DMatrix<f64> {
+        &self.bearing_drag
     }
 
     /// The largest inertia that a wheel's loop can feel, in kg m^2: the largest eigenvalue of I.
@@ -199,7 +199,7 @@ impl DynamicModel {
             *out = omega * dot(self.coriolis.row(h).iter(), rates_rad_s)
                 + self.damping_n_m_s[h] * rate
                 + self.friction_n_m[h] * sign(*towards)
-                + dot(self.roller_drag.row(h).iter(), rates_rad_s);
+                + dot(self.bearing_drag.row(h).iter(), rates_rad_s);
         }
         for (spin_row, friction_n_m) in self.roller_spins.row_iter().zip(&self.roller_friction_n_m)
         {

@@ -13,7 +13,7 @@ use super::playback::{self, Log, Played};
 use super::stability::Stability;
 use super::{defaults, floor, limits, reference, warnings, wheel_loop};
 use crate::Error;
-use crate::roller_drag;
+use crate::bearing_drag;
 use crate::scenario::{Contacts, Drives, RollerBodies, Scenario, Step};
 
 /// A scenario that leaves nothing open: every default and everything chosen by the program is spelled out in it.
@@ -212,7 +212,7 @@ fn of_scenario(scenario: &Scenario, robot: &Robot, of_ground: Vec<String>) -> Ve
     let mut remarks = Vec::new();
     if !world.floor.is_of_material() {
         let (friction, gravity_m_s2) = (world.floor.friction(), world.gravity_m_s2);
-        remarks.extend(roller_drag::remarks(robot, friction, gravity_m_s2));
+        remarks.extend(bearing_drag::remarks(robot, friction, gravity_m_s2));
     }
     remarks.extend(of_ground);
     remarks.extend(warnings::of_friction(scenario));

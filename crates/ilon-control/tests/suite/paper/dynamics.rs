@@ -54,7 +54,7 @@ fn eq_11_inertia_is_positive_definite_coriolis_skew_and_linear_friction_diagonal
         assert!(c.norm() > 0.0 && (&c + c.transpose()).norm() < 1e-15);
         assert!((model.coriolis(2.1) - c * 3.0).norm() < 1e-15);
         assert!(model.damping_n_m_s().iter().all(|d| *d >= 0.0));
-        assert!(model.roller_drag().symmetric_eigenvalues().min() > -1e-15);
+        assert!(model.bearing_drag().symmetric_eigenvalues().min() > -1e-15);
     }
 }
 
@@ -148,7 +148,7 @@ fn eq_11_power_of_the_torques_is_energy_gained_and_energy_lost() {
         // d/dt (q'^T I q' / 2) = q'^T I q''; C is skew and does no work.
         let i_acceleration = model.inertia() * nalgebra::DVector::from_vec(acceleration);
         let gained = product(&rates, i_acceleration.as_slice());
-        let drag = model.roller_drag() * nalgebra::DVector::from_vec(rates.clone());
+        let drag = model.bearing_drag() * nalgebra::DVector::from_vec(rates.clone());
         let damping: f64 = rates
             .iter()
             .zip(model.damping_n_m_s())

@@ -1,8 +1,10 @@
-//! Whether the floor can turn a robot's rollers against the drag of their bearings.
+//! Whether a robot's rollers and wheels turn against the drag of their bearings.
 //!
 //! Under its share N of the weight a wheel's roller of radius r is turned by friction mu with a torque of at most mu N r. Its bearing
 //! holds it with dry friction, of which that on the axle follows N, and with damping times its rate: v / (r cos gamma) where the
-//! robot moves sideways at v. Where the bearing takes all of it, the roller stands and the wheel slides.
+//! robot moves sideways at v. Where the bearing takes all of it, the roller stands and the wheel slides. A wheel of radius rho is held by the dry
+//! friction of its own bearing and gear: where that is more than the mu N rho with which the floor can turn it, or than its motor gives, a robot that
+//! should roll stands.
 
 use ilon_robot::{Robot, Wheel};
 
@@ -11,17 +13,45 @@ const SPEED_M_S: f64 = 0.5;
 /// Drag below this share of what the floor can give is what bearings have.
 const WORTH_A_WORD: f64 = 0.05;
 
-/// What is to be said of the drag of a robot's rollers on a floor of some friction.
+/// What is to be said of the drag in the bearings of a robot's rollers and wheels on a floor of some friction.
 pub(crate) fn remarks(robot: &Robot, friction: f64, gravity_m_s2: f64) -> Vec<String> {
     let load_n = robot.mass_kg() * gravity_m_s2 / robot.wheels.len().max(1) as f64;
     let of_wheel = |wheel: &Wheel| {
-        let words = words(wheel, friction, load_n)?;
-        Some(format!("wheel `{}`: {words}", wheel.name))
+        let words = [
+            of_rollers(wheel, friction, load_n),
+            of_bearing(wheel, friction, load_n),
+        ];
+        let name = wheel.name.clone();
+        let said = words.into_iter().flatten();
+        said.map(move |words| format!("wheel `{name}`: {words}"))
     };
-    robot.wheels.iter().filter_map(of_wheel).collect()
+    robot.wheels.iter().flat_map(of_wheel).collect()
 }
 
-fn words(wheel: &Wheel, friction: f64, load_n: f64) -> Option<String> {
+/// Of a wheel that its own bearing and gear hold.
+fn of_bearing(wheel: &Wheel, friction: f64, load_n: f64) -> Option<String> {
+    let dry_n_m = wheel.dry_friction_n_m();
+    let effort_n_m = wheel.motor.effort_n_m;
+    if dry_n_m >= effort_n_m {
+        return Some(format!(
+            "its motor never turns it: the dry friction of its bearing and gear is {} mN m, and its motor gives {} mN m",
+            millis(dry_n_m),
+            millis(effort_n_m)
+        ));
+    }
+    let turning_n_m = friction * load_n * wheel.radius_m;
+    (turning_n_m > 0.0 && dry_n_m >= turning_n_m).then(|| {
+        format!(
+            "the dry friction of its bearing and gear, {} mN m, is more than a floor of friction {friction} can turn it with, {} mN m: it stands \
+             wherever its motor gives less, and a wheel loop that is tuned for its inertia may never start it",
+            millis(dry_n_m),
+            millis(turning_n_m)
+        )
+    })
+}
+
+/// Of a wheel whose rollers drag.
+fn of_rollers(wheel: &Wheel, friction: f64, load_n: f64) -> Option<String> {
     let dry_n_m = |roller: &ilon_robot::Roller| {
         roller.joint.friction_n_m + wheel.surface.axle_drag_n_m(load_n)
     };
@@ -90,6 +120,31 @@ mod tests {
     use ilon_robot::Robot;
 
     use super::*;
+
+    /// 5.84 kg on three wheels of 50 mm: 19.0968 N each, and 0.6 of it turn a wheel with 573 mN m. Its motors give 1 N m.
+    #[test]
+    fn friction_that_holds_wheels_is_named() {
+        let held = |friction_n_m: f64| {
+            let mut robot = robot(0.0, 0.0);
+            robot.wheels[1].joint.friction_n_m = friction_n_m;
+            remarks(&robot, 0.6, 9.81)
+        };
+        assert_eq!(held(0.5), Vec::<String>::new());
+        let [stands] = &held(0.7)[..] else {
+            panic!("one wheel");
+        };
+        assert!(
+            stands.contains("700 mN m") && stands.contains("573 mN m"),
+            "{stands}"
+        );
+        let [never] = &held(1.5)[..] else {
+            panic!("one wheel");
+        };
+        assert!(
+            never.contains("never turns it") && never.contains("1500 mN m"),
+            "{never}"
+        );
+    }
 
     fn robot(damping: f64, friction: f64) -> Robot {
         let spec = format!(
