@@ -45,9 +45,11 @@
 
 mod build;
 mod convert;
+mod diagnosis;
 mod error;
 mod generate;
 mod load;
+mod loaded;
 mod options;
 mod packages;
 mod prepare;
@@ -59,11 +61,13 @@ use ilon_robot as model;
 use xacro_expand::xml;
 
 pub use build::{build, described};
+pub use diagnosis::{Diagnosis, Question};
 pub use error::{
     Clue, ClueKind, Clues, Fault, Looked, MissingFile, Proposed, Remedy, RobotError, TextPlace,
 };
 pub use generate::generate;
-pub use load::{Diagnosis, LoadRobot, Loaded, Question};
+pub use load::LoadRobot;
+pub use loaded::Loaded;
 pub use options::{Handedness, JointOptions, LoadOptions, RoleOption, RollerForms, WheelOptions};
 pub use packages::Package;
 pub use prepare::urdf_text;

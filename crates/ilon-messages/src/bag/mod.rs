@@ -17,6 +17,7 @@
 //! ```
 
 mod error;
+mod files;
 mod metadata;
 mod own;
 mod qos;

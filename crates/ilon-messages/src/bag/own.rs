@@ -5,7 +5,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use super::BagError;
-use super::writer::{FILE, METADATA, UNFINISHED_METADATA};
+use super::files::{FILE, METADATA, UNFINISHED_METADATA, remove_if_there};
 
 /// What a bag of ilon consists of, finished or not.
 const FILES: [&str; 3] = [FILE, METADATA, UNFINISHED_METADATA];
@@ -38,14 +38,6 @@ fn begins_as_own(path: &Path) -> io::Result<bool> {
     // Magic, then a record: one byte of kind, eight of length, profile and library behind their lengths of four bytes.
     let library = head.windows(LIBRARY.len()).any(|bytes| bytes == LIBRARY);
     Ok(head.is_empty() || head.starts_with(MAGIC) && library)
-}
-
-/// Removes a file, if there is one.
-pub(super) fn remove_if_there(path: &Path) -> Result<(), BagError> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(BagError::io(path)(error)),
-        _ => Ok(()),
-    }
 }
 
 /// Removes a bag that ilon wrote, and its folder. Of any other folder, or none, nothing is touched.

@@ -10,8 +10,8 @@ use mcap::{WriteOptions, Writer};
 
 use crate::Message;
 
+use super::files::{FILE, METADATA, UNFINISHED_METADATA, remove_if_there};
 use super::metadata::Metadata;
-use super::own::remove_if_there;
 use super::topic::{self, Topic};
 use super::{BagError, Qos};
 
@@ -20,10 +20,6 @@ use super::{BagError, Qos};
 const CHUNK_BYTES: usize = 1 << 20;
 const CHUNK_NANOSECONDS: u64 = 1_000_000_000;
 
-/// The files of a bag in its folder.
-pub(super) const FILE: &str = "bag_0.mcap";
-pub(super) const METADATA: &str = "metadata.yaml";
-pub(super) const UNFINISHED_METADATA: &str = ".metadata.yaml.ilon-partial";
 /// What wrote them.
 pub(super) const LIBRARY: &str = concat!("ilon ", env!("CARGO_PKG_VERSION"));
 

@@ -1,0 +1,403 @@
+//! What is wrong with a file that cannot be read, and which options would do.
+
+use crate::error::{Remedy, RobotError};
+use crate::loaded::{self, Loaded};
+use crate::model::Robot;
+use crate::options::LoadOptions;
+use crate::prepare::{prepare, read_text};
+use std::path::Path;
+
+/// Most options that are tried, one upon the other, to find some that work.
+const MOST_TRIES: usize = 8;
+
+/// Why a file cannot be read as it is, and what would do.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Diagnosis {
+    /// All faults that were found, those too that show only once others are out of the way.
+    pub faults: Vec<RobotError>,
+    /// Options with which the file was read, where any were found.
+    pub proposal: Option<LoadOptions>,
+    /// What was read with them.
+    pub loaded: Option<Box<Loaded>>,
+    /// What only a person can say, where no options were found.
+    pub question: Option<Question>,
+}
+
+/// What only a person can say of a file, all of it at once, and what else it takes to read it.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Question {
+    /// What is asked: the remedies that no machine can choose.
+    pub asked: Vec<Remedy>,
+    /// The other options that it takes. What is asked is not in them.
+    pub options: LoadOptions,
+}
+
+/// Looks for everything that is wrong with a file, and for options with which it can be read.
+pub(crate) fn diagnose(
+    path: &Path,
+    options: &LoadOptions,
+    works: impl Fn(&Robot) -> bool,
+) -> Diagnosis {
+    let mut first = course(path, options, RobotError::remedies);
+    if let Some(other) = whatever_the_arguments(path, options, &first, &works) {
+        first = other;
+    }
+    if let Some(other) = by_argument(path, options, &first, &works) {
+        first = other;
+    }
+    let mut needed = first.applied.clone();
+    let works_with = |remedies: &[Remedy]| {
+        let loaded = loaded::read_file(path, &with(options, remedies));
+        loaded.is_ok_and(|loaded| works(&loaded.robot))
+    };
+    let mut course_of_needed = first;
+    if course_of_needed.reaches(&works) && needed.len() > 1 {
+        for remedy in course_of_needed.applied.clone() {
+            let rest: Vec<Remedy> = needed.iter().filter(|r| **r != remedy).cloned().collect();
+            if rest.len() < needed.len() && works_with(&rest) {
+                needed = rest;
+            }
+        }
+        // What goes wrong only on the way of a remedy that is not needed is no fault of the file.
+        let argument = |remedy: &&Remedy| matches!(remedy, Remedy::Argument { .. });
+        if !needed.iter().any(|remedy| argument(&remedy)) {
+            let shorter = course(path, options, |_| needed.clone());
+            if shorter.reaches(&works) {
+                course_of_needed = shorter;
+            }
+        }
+        course_of_needed.applied = needed;
+    }
+    let works = course_of_needed.reaches(&works);
+    let question = match works {
+        true => None,
+        false => question(path, options, &mut course_of_needed),
+    };
+    let Course {
+        faults,
+        applied,
+        loaded,
+    } = course_of_needed;
+    Diagnosis {
+        faults,
+        question,
+        proposal: (works && !applied.is_empty()).then(|| with(options, &applied)),
+        loaded: loaded.filter(|_| works).map(Box::new),
+    }
+}
+
+/// What was met on the way from some options to others with which a file can be read.
+struct Course {
+    faults: Vec<RobotError>,
+    applied: Vec<Remedy>,
+    loaded: Option<Loaded>,
+}
+
+impl Course {
+    /// Keeps faults that are not known yet.
+    fn meets<'a>(&mut self, errors: impl IntoIterator<Item = &'a RobotError>) {
+        for new in errors {
+            let is_known = |known: &RobotError| known.to_string() == new.to_string();
+            if !self.faults.iter().any(is_known) {
+                self.faults.push(new.clone());
+            }
+        }
+    }
+
+    /// Whether it led to the robot that another way led to, whatever is said of either.
+    fn is_same_robot(&self, other: &Self) -> bool {
+        let robot = |course: &Self| {
+            let mut robot = course.loaded.as_ref()?.robot.clone();
+            robot.remarks.clear();
+            Some(robot)
+        };
+        robot(self).is_some_and(|own| robot(other) == Some(own))
+    }
+
+    /// The arguments that were given a value.
+    fn given_arguments(&self) -> impl Iterator<Item = &str> {
+        self.applied.iter().filter_map(|remedy| match remedy {
+            Remedy::Argument { name, .. } => Some(name.as_str()),
+            _ => None,
+        })
+    }
+
+    fn reaches(&self, works: impl Fn(&Robot) -> bool) -> bool {
+        self.loaded
+            .as_ref()
+            .is_some_and(|loaded| works(&loaded.robot))
+    }
+}
+
+/// The way by another value of one of the file's own arguments, where that models what otherwise must be guessed at; with the faults
+/// that were met without it.
+fn by_argument(
+    path: &Path,
+    options: &LoadOptions,
+    first: &Course,
+    works: impl Fn(&Robot) -> bool,
+) -> Option<Course> {
+    /// Most values that are tried.
+    const MOST: usize = 16;
+    let is_guessed = first.applied.iter().any(Remedy::is_guess);
+    if first.reaches(&works) && !is_guessed {
+        return None;
+    }
+    let safe: Vec<Remedy> = first
+        .applied
+        .iter()
+        .filter(|r| !r.is_guess())
+        .cloned()
+        .collect();
+    let file = path.display().to_string();
+    let reading = with(options, &safe);
+    let text = read_text(path, &file, &reading).ok()?;
+    let choices = prepare(&text, &file, &reading).ok()?.choices;
+    let each = choices.into_iter().flat_map(|(name, values)| {
+        let of_name = move |value| Remedy::Argument {
+            name: name.clone(),
+            value: Some(value),
+        };
+        values.into_iter().map(of_name)
+    });
+    each.take(MOST).find_map(|argument| {
+        let tried = argument.apply(options)?;
+        let without_guess = |error: &RobotError| {
+            let mut remedies = error.remedies();
+            remedies.retain(|remedy| !remedy.is_guess());
+            remedies
+        };
+        let mut found = course(path, &tried, without_guess);
+        let models = found.loaded.as_ref().is_some_and(|l| l.inferred.is_none());
+        (models && found.reaches(&works)).then(|| {
+            found.applied.insert(0, argument);
+            found.faults = first.faults.clone();
+            found
+        })
+    })
+}
+
+/// The way by any value of arguments that have none, where the robot is the same whatever they are: such as say what a simulator starts, or
+/// where.
+fn whatever_the_arguments(
+    path: &Path,
+    options: &LoadOptions,
+    first: &Course,
+    works: impl Fn(&Robot) -> bool,
+) -> Option<Course> {
+    /// Values that stand for all: numbers, which are truth values too, on both sides of what files measure by; and truth values, which are no
+    /// numbers.
+    const STAND_INS: [&[&str]; 2] = [&["0", "1", "-7", "1000"], &["false", "true"]];
+    let is_open = |remedy: &Remedy| matches!(remedy, Remedy::Argument { value: None, .. });
+    let mut remedies = first.faults.iter().flat_map(RobotError::remedies);
+    if !remedies.any(|remedy| is_open(&remedy)) {
+        return None;
+    }
+    let with_all = |value: &str| {
+        let given = |remedy: Remedy| match remedy {
+            Remedy::Argument { name, value: None } => Remedy::Argument {
+                name,
+                value: Some(value.to_owned()),
+            },
+            other => other,
+        };
+        course(path, options, |error| {
+            error.remedies().into_iter().map(given).collect()
+        })
+    };
+    // What may be numbers is judged by numbers: as truth values all of them look alike.
+    let reached = STAND_INS.iter().find_map(|values| {
+        let courses: Vec<Course> = values.iter().map(|value| with_all(value)).collect();
+        let reach = courses.iter().all(|course| course.reaches(&works));
+        reach.then_some(courses)
+    });
+    let same = reached.and_then(|courses| {
+        let mut courses = courses.into_iter();
+        let mut one = courses.next()?;
+        let same = courses.all(|other| one.is_same_robot(&other));
+        if !same || compares_with_texts(path, options, &one) {
+            return None;
+        }
+        for fault in &mut one.faults {
+            fault.say_that_any_value_does();
+        }
+        Some(one)
+    });
+    same.or_else(|| {
+        // Of truth values, the one with which the file says what it does not with the other.
+        let [no, yes] = ["false", "true"].map(with_all);
+        let (reaches, misses) = match (no.reaches(&works), yes.reaches(&works)) {
+            (true, false) => (no, yes),
+            (false, true) => (yes, no),
+            _ => return None,
+        };
+        let is_read = [&reaches, &misses]
+            .iter()
+            .all(|course| are_truth_values(path, options, course));
+        is_read.then_some(reaches)
+    })
+}
+
+/// Of the arguments that were given on a way, those that conditions look at, with the values that they could have instead.
+fn looked_at(path: &Path, options: &LoadOptions, course: &Course) -> Vec<(String, Vec<String>)> {
+    let file = path.display().to_string();
+    let reading = with(options, &course.applied);
+    let prepared =
+        read_text(path, &file, &reading).and_then(|text| prepare(&text, &file, &reading));
+    let mut choices = prepared.map_or_else(|_| Vec::new(), |prepared| prepared.choices);
+    let given: Vec<&str> = course.given_arguments().collect();
+    choices.retain(|(name, _)| given.contains(&name.as_str()));
+    choices
+}
+
+/// Whether a file holds one of the arguments that were given on a way against texts: then it has a value of its own.
+fn compares_with_texts(path: &Path, options: &LoadOptions, course: &Course) -> bool {
+    let choices = looked_at(path, options, course);
+    choices
+        .iter()
+        .any(|(_, values)| !values.iter().all(|value| is_truth_value(value)))
+}
+
+/// Whether all arguments that were given on a way, but for names, are truth values that conditions look at.
+fn are_truth_values(path: &Path, options: &LoadOptions, course: &Course) -> bool {
+    let choices = looked_at(path, options, course);
+    let is_one = |name: &str| {
+        let mut of_name = choices.iter().filter(|(of, _)| of == name);
+        of_name.any(|(_, values)| values.iter().all(|value| is_truth_value(value)))
+    };
+    let mut given = course.applied.iter().filter_map(|remedy| match remedy {
+        Remedy::Argument {
+            name,
+            value: Some(value),
+        } if is_truth_value(value) => Some(name),
+        _ => None,
+    });
+    given.all(|name| is_one(name))
+}
+
+fn is_truth_value(text: &str) -> bool {
+    ["0", "1", "true", "false", "True", "False"].contains(&text)
+}
+
+/// Reads a file again and again, each time with the first of the remedies for its faults that changes anything.
+fn course(
+    path: &Path,
+    options: &LoadOptions,
+    remedies: impl Fn(&RobotError) -> Vec<Remedy>,
+) -> Course {
+    let mut course = Course {
+        faults: Vec::new(),
+        applied: Vec::new(),
+        loaded: None,
+    };
+    let mut tried = options.clone();
+    for _ in 0..MOST_TRIES {
+        let error = match loaded::read_file(path, &tried) {
+            Ok(loaded) => {
+                course.loaded = Some(loaded);
+                break;
+            }
+            Err(error) => error,
+        };
+        let all = || std::iter::once(&error).chain(error.others());
+        course.meets(all());
+        let next = all()
+            .flat_map(&remedies)
+            .find_map(|remedy| Some((remedy.apply(&tried)?, remedy)));
+        match next {
+            Some((next, remedy)) => {
+                tried = next;
+                course.applied.push(remedy);
+            }
+            None => break,
+        }
+    }
+    course
+}
+
+/// What only a person can say, asked for all at once: what is known so far is given stand-ins, behind which more may show that is to be
+/// asked or repaired. What shows there is a fault of the file too, unless it comes of a stand-in for a size.
+fn question(path: &Path, options: &LoadOptions, course: &mut Course) -> Option<Question> {
+    let mut inquiry = Inquiry {
+        asked: Vec::new(),
+        applied: course.applied.clone(),
+        tried: with(options, &course.applied),
+    };
+    let mut errors = course.faults.clone();
+    for _ in 0..MOST_TRIES {
+        if !(inquiry.asks(&errors) || inquiry.repairs(&errors)) {
+            break;
+        }
+        let Err(error) = loaded::read_file(path, &inquiry.tried) else {
+            break;
+        };
+        let all = std::iter::once(&error).chain(error.others());
+        errors = all.cloned().collect();
+        let sizes_are_open = inquiry.sizes_are_open();
+        let of_the_file = |new: &&RobotError| !(sizes_are_open && new.fault().is_of_sizes());
+        course.meets(errors.iter().filter(of_the_file));
+    }
+    let mut known = with(options, &inquiry.applied);
+    // How thick a mesh shows rollers is nothing for a wheel of another size.
+    if inquiry.sizes_are_open()
+        && options.wheels.is_none()
+        && let Some(wheels) = &mut known.wheels
+    {
+        wheels.roller_radius_m = None;
+    }
+    (!inquiry.asked.is_empty()).then_some(Question {
+        options: known,
+        asked: inquiry.asked,
+    })
+}
+
+/// A question that is being put together.
+struct Inquiry {
+    asked: Vec<Remedy>,
+    applied: Vec<Remedy>,
+    /// Options with all that was applied, and stand-ins for what is asked.
+    tried: LoadOptions,
+}
+
+impl Inquiry {
+    /// Asks for what only a person knows of some faults; whether there was something new.
+    fn asks(&mut self, errors: &[RobotError]) -> bool {
+        let known = self.asked.len();
+        for error in errors {
+            let is_new = |remedy: &Remedy| remedy.is_asked() && !self.asked.contains(remedy);
+            if let Some(remedy) = error.remedies().into_iter().find(is_new) {
+                self.asked.push(remedy);
+                let stood_in = error.fault().stood_in(&self.tried);
+                self.tried = stood_in.unwrap_or_else(|| self.tried.clone());
+            }
+        }
+        self.asked.len() > known
+    }
+
+    /// Applies the first remedy for some faults that changes anything and invents nothing; whether there was one.
+    fn repairs(&mut self, errors: &[RobotError]) -> bool {
+        let remedies = errors.iter().flat_map(RobotError::remedies);
+        let mut safe = remedies.filter(|remedy| !remedy.is_guess());
+        let next = safe.find_map(|remedy| Some((remedy.apply(&self.tried)?, remedy)));
+        let Some((next, remedy)) = next else {
+            return false;
+        };
+        self.applied.push(remedy);
+        self.tried = next;
+        true
+    }
+
+    fn sizes_are_open(&self) -> bool {
+        let is_size = |remedy: &Remedy| matches!(remedy, Remedy::WheelRadius { .. });
+        self.asked.iter().any(is_size)
+    }
+}
+
+/// Options with remedies, one upon the other.
+fn with(options: &LoadOptions, remedies: &[Remedy]) -> LoadOptions {
+    remedies.iter().fold(options.clone(), |options, remedy| {
+        remedy.apply(&options).unwrap_or(options)
+    })
+}

@@ -1,0 +1,140 @@
+//! How wheels stand, and which way their rollers lie by joints and by directions of friction.
+
+use crate::urdf::candidates::{WheelLike, in_place_of_rollers};
+use crate::urdf::source::{Source, child};
+use crate::urdf::tree::Tree;
+use nalgebra::{Unit, Vector3};
+
+/// Whether all axes are parallel, within a few degrees.
+pub(super) fn are_parallel(wheels: &[WheelLike]) -> bool {
+    wheels
+        .windows(2)
+        .all(|pair| are_aligned(&pair[0].axis, &pair[1].axis))
+}
+
+pub(super) fn are_aligned(p: &Unit<Vector3<f64>>, q: &Unit<Vector3<f64>>) -> bool {
+    p.dot(q).abs() > 0.99
+}
+
+/// Whether parallel wheels stand on both sides of the middle, and ahead of it and behind.
+pub(super) fn stand_in_x(wheels: &[WheelLike]) -> bool {
+    let Some(first) = wheels.first().filter(|_| are_parallel(wheels)) else {
+        return false;
+    };
+    let middle: Vector3<f64> =
+        wheels.iter().map(|w| w.origin.coords).sum::<Vector3<f64>>() / wheels.len() as f64;
+    let left = first.axis.into_inner();
+    let ahead = left.cross(&Vector3::z());
+    let both = |direction: &Vector3<f64>| {
+        let places = || {
+            wheels
+                .iter()
+                .map(|w| (w.origin.coords - middle).dot(direction))
+        };
+        places().any(|place| place > 1e-3) && places().any(|place| place < -1e-3)
+    };
+    wheels.len() >= 4 && both(&left) && both(&ahead)
+}
+
+/// gamma of each wheel in degrees, where below each one joint turns in place of its rollers, about the axis of the one on the ground.
+pub(super) fn by_joints(tree: &Tree, wheels: &[WheelLike]) -> Option<Vec<f64>> {
+    let of_wheel = |wheel: &WheelLike| {
+        let roller = in_place_of_rollers(tree, wheel.joint)?;
+        gamma_deg(&wheel.axis, &tree.joints[roller].axis)
+    };
+    let each = wheels.iter().map(of_wheel).collect::<Option<Vec<f64>>>()?;
+    // To a tenth: joints are placed by hand.
+    Some(each.iter().map(|deg| (10.0 * deg).round() / 10.0).collect())
+}
+
+/// gamma of each wheel in degrees, where the file gives each a direction in which it grips and one in which it does not: that
+/// direction is the axis of the roller on the ground.
+pub(super) fn by_friction(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Vec<f64>> {
+    wheels
+        .iter()
+        .map(|wheel| {
+            let body = tree.lone_body(tree.joints[wheel.joint].child);
+            let link = &tree.links[body.link].name;
+            let grip = friction_direction(source, tree, link)?;
+            gamma_deg(&wheel.axis, &grip)
+        })
+        .collect()
+}
+
+/// The direction in which a link grips, in the body frame.
+fn friction_direction(source: &Source, tree: &Tree, link: &str) -> Option<Vector3<f64>> {
+    let settings = source
+        .robot()
+        .children()
+        .filter(|n| n.has_tag_name("gazebo") && n.attribute("reference") == Some(link));
+    let ode = settings
+        .flat_map(|n| n.descendants())
+        .find(|n| child(*n, "fdir1").is_some())?;
+    let number = |tag: &str| child(ode, tag)?.text()?.trim().parse::<f64>().ok();
+    let along = number("mu").or_else(|| number("mu1")).unwrap_or(1.0);
+    let across = number("mu2")?;
+    if across > 0.1 * along {
+        return None;
+    }
+    let fdir1 = child(ode, "fdir1")?;
+    // In the wheel's own frame, which turns with it, the direction would mean nothing.
+    let frame = fdir1
+        .attributes()
+        .find(|a| a.name() == "expressed_in")?
+        .value();
+    let numbers: Vec<f64> = fdir1
+        .text()?
+        .split_whitespace()
+        .filter_map(|word| word.parse().ok())
+        .collect();
+    let [x, y, z] = numbers[..] else { return None };
+    let frame = tree.links.iter().find(|l| l.name == frame)?;
+    Some(frame.body_from_link.rotation * Vector3::new(x, y, z))
+}
+
+/// gamma of a wheel whose roller on the ground has its axis along `grip`: the rolling direction is across it, and gamma the angle
+/// to it from the hub axis.
+fn gamma_deg(hub: &Unit<Vector3<f64>>, grip: &Vector3<f64>) -> Option<f64> {
+    let rolling = grip.xy();
+    let rolling = nalgebra::Vector2::new(rolling.y, -rolling.x).try_normalize(1e-6)?;
+    let n = hub.xy().try_normalize(1e-6)?;
+    let (sin, cos) = (n.perp(&rolling), n.dot(&rolling));
+    // A direction and its opposite are one.
+    let gamma_rad = if cos < 0.0 {
+        libm::atan2(-sin, -cos)
+    } else {
+        libm::atan2(sin, cos)
+    };
+    let gamma_deg = gamma_rad.to_degrees();
+    // Nearer to 90 degrees the roller would turn with the hub: that is a plain wheel's direction.
+    (gamma_deg.abs() < 80.0).then_some(gamma_deg)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_axis_of_the_roller_on_the_ground_gives_gamma() {
+        // At the front left of the usual X the roller on the ground lies along (1, -1): gamma = -45 deg (see `from_options`).
+        let left = Vector3::y_axis();
+        for (grip, gamma) in [
+            ([1.0, -1.0], Some(-45.0)),
+            ([-1.0, 1.0], Some(-45.0)),
+            ([1.0, 1.0], Some(45.0)),
+            // A wheel that grips where it drives and slides sideways is an omni wheel.
+            ([1.0, 0.0], Some(0.0)),
+            // One that grips along its axis is none at all.
+            ([0.0, 1.0], None),
+        ] {
+            let found = gamma_deg(&left, &Vector3::new(grip[0], grip[1], 0.0));
+            match (found, gamma) {
+                (Some(found), Some(gamma)) => {
+                    let found: f64 = found;
+                    assert!((found - gamma).abs() < 1e-12, "{found}");
+                }
+                (found, gamma) => assert_eq!(found, gamma),
+            }
+        }
+    }
+}
