@@ -9,7 +9,7 @@ use crate::support;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use ilon_robot::{Pose, Robot, Tread, Twist, Wheel, wrap_angle};
-use ilon_world::{Floor, Settings, World, WorldError};
+use ilon_world::{Floor, MotorTorque, Push, Settings, World, WorldError};
 use nalgebra::{Isometry3, Matrix2, Vector2, Vector3};
 use support::rig::{G, follow};
 use support::{mecanum4, volksbot};
@@ -260,4 +260,58 @@ fn axles_that_are_none_are_refused() {
             "{friction} {axle_m}: {fault}"
         );
     }
+}
+
+/// In the air the dry friction f of its bearing slows a roller by f / I, and damping c by exp(-c t / I), until it stands.
+#[test]
+fn rollers_in_the_air_are_slowed_by_their_bearings() {
+    let (friction_n_m, damping_n_m_s) = (6e-6, 4e-7);
+    let mut robot = volksbot();
+    for roller in robot.wheels.iter_mut().flat_map(|wheel| &mut wheel.rollers) {
+        (roller.joint.friction_n_m, roller.joint.damping_n_m_s) = (friction_n_m, damping_n_m_s);
+    }
+    let inertia_kg_m2 = robot.wheels[0].rollers[0].axial_inertia_kg_m2;
+    let settings = Settings {
+        dt_s: 1e-3,
+        ..Settings::default()
+    };
+    let mut world =
+        World::new(&robot, &Floor::default(), Pose::default(), &settings).expect("it stands");
+    let push = |world: &mut World, force_n: Vector3<f64>| {
+        let brake = |rate: &f64| MotorTorque::with_droop(-20.0 * rate, 20.0);
+        let rates = world.robot().wheel_rates_rad_s().to_vec();
+        let motors: Vec<_> = rates.iter().map(brake).collect();
+        world.robot_mut().drive(&motors);
+        world.robot_mut().push(&Push {
+            force_in_world_n: force_n,
+            place_in_body_m: robot.center_of_mass_m(),
+        });
+        world.step();
+    };
+    let weight_n = robot.mass_kg() * 9.81;
+    // Along the first wheel's axis, where its rollers roll and the others drag; then up, and into flight.
+    (0..200).for_each(|_| push(&mut world, Vector3::x() * 1.2 * weight_n));
+    (0..40).for_each(|_| push(&mut world, Vector3::z() * 6.0 * weight_n));
+    (0..10).for_each(|_| push(&mut world, Vector3::zeros()));
+    assert!(world.robot().contacts().iter().all(|of| !of.touching));
+    let spins = world.robot().roller_spins_rad_s(0);
+    const STEPS: usize = 60;
+    (0..STEPS).for_each(|_| push(&mut world, Vector3::zeros()));
+    assert!(world.robot().contacts().iter().all(|of| !of.touching));
+    let later = world.robot().roller_spins_rad_s(0);
+    let time_s = 1e-3 * STEPS as f64;
+    let mut spun = 0;
+    for (before, after) in spins.iter().zip(&later) {
+        // d|w|/dt = -(c |w| + f) / I.
+        let (leaves, stop) = (
+            (-damping_n_m_s * time_s / inertia_kg_m2).exp(),
+            friction_n_m / damping_n_m_s,
+        );
+        let expected = ((before.abs() + stop) * leaves - stop).max(0.0);
+        println!("{before} {after} {expected}");
+        // Within each step friction and damping follow one another: of first order in c dt / I = 1e-3.
+        assert!((after.abs() - expected).abs() < 2e-3 * before.abs() + 1e-6);
+        spun += usize::from(expected > 1.0);
+    }
+    assert!(spun > 0, "{spins:?}");
 }
