@@ -324,3 +324,37 @@ fn the_curve_is_the_drives_own_law_at_every_rate() {
         }
     }
 }
+
+/// At its rate limit a motor gives T. The rotor takes J / dt of each rate that the step gained, the gear passes on eta of what drives and takes
+/// 1 / (2 - 1 / eta) where the wheel does, and the bearing keeps its friction: from what the wheel got, T is found again, whichever way it turns.
+#[test]
+fn at_its_rate_limit_a_motor_gives_what_the_wheel_takes() {
+    let (eta, friction_n_m, dt_s, limit_rad_s) = (0.8, 0.02, 1e-3, 10.0);
+    let rotor_kg_m2 = 4e-4;
+    let wheel = Turning::new(eta, rotor_kg_m2, friction_n_m).wheel;
+    let reflected_kg_m2 = wheel.drive.reflected_inertia_kg_m2();
+    for way in [1.0, -1.0] {
+        for (gained_rad_s, torque_n_m) in [(0.0, 0.1), (0.5, 0.25), (0.5, 0.1), (0.2, 0.0)] {
+            let motor = MotorTorque {
+                rate_limit_rad_s: limit_rad_s,
+                ..MotorTorque::constant(way * STALL_N_M)
+            };
+            let before_rad_s = way * (limit_rad_s - gained_rad_s);
+            let drive = WheelDrive::new(&motor, &wheel, before_rad_s, dt_s);
+            let rotor_n_m = reflected_kg_m2 * gained_rad_s / dt_s;
+            let geared_n_m = torque_n_m - rotor_n_m;
+            let passed_n_m = if geared_n_m > 0.0 {
+                eta * geared_n_m
+            } else {
+                geared_n_m / (2.0 - 1.0 / eta)
+            };
+            let on_wheel_n_m = passed_n_m - friction_n_m + rotor_n_m;
+            let found_n_m = drive.motor_n_m(way * limit_rad_s, way * on_wheel_n_m);
+            // A few sums in f64.
+            assert!(
+                (found_n_m - way * torque_n_m).abs() < 1e-14,
+                "{found_n_m} of {torque_n_m} at {gained_rad_s} rad/s gained"
+            );
+        }
+    }
+}
