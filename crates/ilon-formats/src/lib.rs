@@ -63,7 +63,8 @@ use xacro_expand::xml;
 pub use build::{build, described};
 pub use diagnosis::{Diagnosis, Question};
 pub use error::{
-    Clue, ClueKind, Clues, Fault, Looked, MissingFile, Proposed, Remedy, RobotError, TextPlace,
+    CandidateJoint, Clue, ClueKind, Clues, Fault, MissingFile, Proposed, Remedy, RobotError,
+    TextPlace,
 };
 pub use generate::generate;
 pub use load::LoadRobot;

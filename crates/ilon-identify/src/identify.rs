@@ -60,16 +60,16 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
 }
 
 /// A model of the kinematics as fitted, with its errors on what it was fitted to and on what was kept back.
-type Fit = (Fitted, Errors, Errors);
+type FittedModel = (Fitted, Errors, Errors);
 
 /// The models of the kinematics that were tried, and how each does.
 struct Candidates {
     files: Vec<ModelFile>,
-    fits: Vec<Fit>,
+    fits: Vec<FittedModel>,
     /// Which of them is chosen.
     chosen: usize,
     /// The robot as it is known.
-    nominal: Fit,
+    nominal: FittedModel,
     judged_by: JudgedBy,
 }
 
@@ -101,7 +101,7 @@ impl Candidates {
         })
     }
 
-    fn chosen(&self) -> &Fit {
+    fn chosen(&self) -> &FittedModel {
         &self.fits[self.chosen]
     }
 }

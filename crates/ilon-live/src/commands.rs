@@ -12,12 +12,12 @@ const AHEAD_S: f64 = 1.0;
 
 /// What comes of a message: a change, if it is one, and what there is to say.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Heard {
+pub(crate) struct Received {
     pub change: Option<Change>,
     pub note: Option<String>,
 }
 
-impl Heard {
+impl Received {
     fn of(change: Change) -> Self {
         Self {
             change: Some(change),
@@ -60,10 +60,10 @@ impl Commanded {
 }
 
 /// A twist, in the robot's own frame whatever frame it names.
-pub(crate) fn twist(message: &Twist) -> Heard {
+pub(crate) fn twist(message: &Twist) -> Received {
     let Twist { linear, angular } = message;
     let idle = [linear.z, angular.x, angular.y];
-    Heard {
+    Received {
         change: Some(Change {
             twist: Some([linear.x, linear.y, angular.z]),
             ..Change::default()
@@ -77,12 +77,12 @@ pub(crate) fn twist(message: &Twist) -> Heard {
 
 /// A twist with a stamp, at a simulated time in seconds. One that is older than the watchdog's patience counts no more; a stamp of zero,
 /// or of another clock than the simulated one, is not looked at.
-pub(crate) fn twist_stamped(message: &TwistStamped, now_s: f64) -> Heard {
+pub(crate) fn twist_stamped(message: &TwistStamped, now_s: f64) -> Received {
     let stamp = message.header.stamp;
     let stamp_s = f64::from(stamp.sec) + 1e-9 * f64::from(stamp.nanosec);
     let age_s = now_s - stamp_s;
     if stamp_s > 0.0 && age_s > WATCHDOG.as_secs_f64() {
-        return Heard::refused(format!(
+        return Received::refused(format!(
             "a command on /cmd_vel is not taken: its stamp is {age_s:.1} s old"
         ));
     }
@@ -97,10 +97,10 @@ pub(crate) fn twist_stamped(message: &TwistStamped, now_s: f64) -> Heard {
 }
 
 /// Rates for wheels by name. Wheels that are not named, or whose rate is no number, stand: so a controller says that it commands nothing.
-pub(crate) fn joint_state(message: &JointState, robot: &Commanded) -> Heard {
+pub(crate) fn joint_state(message: &JointState, robot: &Commanded) -> Received {
     let (names, rates) = (&message.name, &message.velocity);
     if names.len() != rates.len() {
-        return Heard::refused(format!(
+        return Received::refused(format!(
             "a command on /robot_joint_commands is not taken: it has {} names and {} velocities; give the wheels' joints a velocity command interface, and no other joint beside them",
             names.len(),
             rates.len()
@@ -112,7 +112,7 @@ pub(crate) fn joint_state(message: &JointState, robot: &Commanded) -> Heard {
     };
     let found: Vec<Option<f64>> = robot.wheels.iter().map(rate_of).collect();
     if found.iter().all(Option::is_none) {
-        return Heard::refused(format!(
+        return Received::refused(format!(
             "a command on /robot_joint_commands is not taken: it names no wheel of the robot, which are {}",
             robot.wheels.join(", ")
         ));
@@ -132,21 +132,21 @@ pub(crate) fn joint_state(message: &JointState, robot: &Commanded) -> Heard {
         wheels: Some(rates.collect()),
         ..Change::default()
     };
-    Heard {
+    Received {
         note,
-        ..Heard::of(change)
+        ..Received::of(change)
     }
 }
 
 /// Positions for joints between bodies, by name; without positions rates, and without those efforts. Those that are not named go on as they were told.
-pub(crate) fn joint_commands(message: &JointState, robot: &Commanded) -> Heard {
+pub(crate) fn joint_commands(message: &JointState, robot: &Commanded) -> Received {
     let names = &message.name;
     let all = [&message.position, &message.velocity, &message.effort];
     let said = all.iter().position(|numbers| !numbers.is_empty());
     let numbers = said.map_or(&message.position, |said| all[said]);
     if names.len() != numbers.len() {
         let what = ["positions", "velocities", "efforts"][said.unwrap_or(0)];
-        return Heard::refused(format!(
+        return Received::refused(format!(
             "a command on /joint_commands is not taken: it has {} names and {} {what}; give each joint that it names a position, in rad or m, or each a velocity, \
              or each an effort",
             names.len(),
@@ -159,7 +159,7 @@ pub(crate) fn joint_commands(message: &JointState, robot: &Commanded) -> Heard {
             true => "it has none: give one the role `driven` in [robot.joints.NAME]".to_owned(),
             false => format!("they are {}", robot.joints.join(", ")),
         };
-        return Heard::refused(format!(
+        return Received::refused(format!(
             "a command on /joint_commands is not taken: `{unknown}` is no joint of the robot that a servo drives; {known}"
         ));
     }
@@ -171,22 +171,22 @@ pub(crate) fn joint_commands(message: &JointState, robot: &Commanded) -> Heard {
         Some(2) => change.joint_efforts = joints,
         _ => change.joints = joints,
     }
-    Heard::of(change)
+    Received::of(change)
 }
 
 /// Rates for all wheels, in the robot's order.
-pub(crate) fn rates(message: &Float64MultiArray, robot: &Commanded) -> Heard {
+pub(crate) fn rates(message: &Float64MultiArray, robot: &Commanded) -> Received {
     let skipped = message.layout.data_offset as usize;
     let data = message.data.get(skipped..).unwrap_or_default();
     if data.len() != robot.wheels.len() {
-        return Heard::refused(format!(
+        return Received::refused(format!(
             "a command on /wheel_commands is not taken: it has {} numbers for the {} wheels {}",
             data.len(),
             robot.wheels.len(),
             robot.wheels.join(", ")
         ));
     }
-    Heard::of(Change {
+    Received::of(Change {
         wheels: Some(data.to_vec()),
         ..Change::default()
     })

@@ -32,7 +32,7 @@ impl Description {
 }
 
 fn robot_shape(robot: &Robot, visuals: &Visuals, looks: &VisualMeshes) -> RobotShape {
-    let mut drawn = Drawn {
+    let mut drawn = SharedShapes {
         looks,
         remarks: looks.remarks.clone(),
         left_out: visuals.meshes,
@@ -83,7 +83,7 @@ fn span_of_wheels_m(robot: &Robot) -> f64 {
 }
 
 /// What a robot's shapes share, and what was left out of them.
-struct Drawn<'a> {
+struct SharedShapes<'a> {
     looks: &'a VisualMeshes,
     remarks: Vec<String>,
     left_out: usize,
@@ -91,7 +91,7 @@ struct Drawn<'a> {
     lathes: Vec<Vec<[f32; 2]>>,
 }
 
-impl Drawn<'_> {
+impl SharedShapes<'_> {
     /// Whether a shape is kept. A mesh is not, where there is a reason not to draw it.
     fn keeps(&mut self, shape: &Shape, why: Option<String>) -> bool {
         let Some((Geometry::Mesh(placed), why)) = Some(shape.form).zip(why) else {
@@ -117,7 +117,7 @@ impl Drawn<'_> {
 }
 
 /// The chassis as its file shows it, or else by its collision shapes, or by a plate.
-fn chassis_shapes(robot: &Robot, visuals: &Visuals, drawn: &mut Drawn<'_>) -> Vec<Shape> {
+fn chassis_shapes(robot: &Robot, visuals: &Visuals, drawn: &mut SharedShapes<'_>) -> Vec<Shape> {
     let span_m = span_of_wheels_m(robot);
     let mut shown = visuals.chassis.clone();
     shown.retain(|shape| {
@@ -137,7 +137,7 @@ fn chassis_shapes(robot: &Robot, visuals: &Visuals, drawn: &mut Drawn<'_>) -> Ve
 }
 
 /// A wheel with its rollers by their exact outlines, and its hub as its file shows it.
-fn wheel_shape(wheel: &Wheel, mut shown: Vec<Shape>, drawn: &mut Drawn<'_>) -> WheelShape {
+fn wheel_shape(wheel: &Wheel, mut shown: Vec<Shape>, drawn: &mut SharedShapes<'_>) -> WheelShape {
     let rollers = wheel.rollers.iter().map(|roller| {
         let outline = match &roller.form {
             RollerForm::Barrel | RollerForm::Made(_) => outline::of_barrel(&wheel.barrel(roller)),

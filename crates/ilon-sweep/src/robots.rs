@@ -15,11 +15,11 @@ const ROBOTS_KEPT: usize = 32;
 
 /// Robots that were read, the last used last, each under what it was read from.
 #[derive(Debug, Default)]
-pub(crate) struct Robots(Mutex<Vec<(String, Arc<Known>)>>);
+pub(crate) struct Robots(Mutex<Vec<(String, Arc<LoadedRobot>)>>);
 
 /// A robot that was read, and the hash of what it was read from.
 #[derive(Debug)]
-pub(crate) struct Known {
+pub(crate) struct LoadedRobot {
     pub loaded: Loaded,
     pub urdf_hash: String,
 }
@@ -53,7 +53,7 @@ pub(crate) fn design(robots: &Robots, scenario: &Scenario) -> Result<(Robot, Str
 
 impl Robots {
     /// The robot of a scenario, which is read unless one of the last runs had the same.
-    pub fn of(&self, scenario: &Scenario) -> Result<Arc<Known>, Error> {
+    pub fn of(&self, scenario: &Scenario) -> Result<Arc<LoadedRobot>, Error> {
         let options = scenario
             .robot
             .load_options(&scenario.folder, &scenario.files);
@@ -71,7 +71,7 @@ impl Robots {
         }
         let loaded = load_file(scenario)?;
         let urdf_hash = Hash::of(&[&loaded.urdf]);
-        let robot = Arc::new(Known { loaded, urdf_hash });
+        let robot = Arc::new(LoadedRobot { loaded, urdf_hash });
         let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         kept.push((source, Arc::clone(&robot)));
         if kept.len() > ROBOTS_KEPT {

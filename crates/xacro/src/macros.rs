@@ -35,12 +35,12 @@ impl Parameter {
 /// A set of macros within another, and namespaces of more.
 #[derive(Debug)]
 pub(super) struct Macros {
-    entries: RefCell<HashMap<String, Known>>,
+    entries: RefCell<HashMap<String, Entry>>,
     parent: Option<Rc<Macros>>,
 }
 
 #[derive(Clone, Debug)]
-enum Known {
+enum Entry {
     Macro(Rc<Macro>),
     Namespace(Rc<Macros>),
 }
@@ -55,21 +55,21 @@ impl Macros {
 
     pub(super) fn define(&self, definition: Macro) {
         let name = definition.name.clone();
-        self.put(name, Known::Macro(Rc::new(definition)));
+        self.put(name, Entry::Macro(Rc::new(definition)));
     }
 
     /// A namespace of that name, empty.
     pub(super) fn add_namespace(&self, name: &str) -> Rc<Macros> {
         let namespace = Macros::new(None);
-        self.put(name.to_owned(), Known::Namespace(Rc::clone(&namespace)));
+        self.put(name.to_owned(), Entry::Namespace(Rc::clone(&namespace)));
         namespace
     }
 
-    fn put(&self, name: String, known: Known) {
+    fn put(&self, name: String, known: Entry) {
         self.entries.borrow_mut().insert(name, known);
     }
 
-    fn find(&self, name: &str) -> Option<Known> {
+    fn find(&self, name: &str) -> Option<Entry> {
         let own = self.entries.borrow().get(name).cloned();
         own.or_else(|| self.parent.as_ref()?.find(name))
     }
@@ -79,7 +79,7 @@ impl Macros {
         self: &Rc<Self>,
         name: &'n str,
     ) -> Option<(Rc<Macro>, Rc<Macros>, Vec<&'n str>)> {
-        if let Some(Known::Macro(found)) = self.find(name) {
+        if let Some(Entry::Macro(found)) = self.find(name) {
             return Some((found, Rc::clone(self), Vec::new()));
         }
         let mut namespaces: Vec<&str> = name.split('.').collect();
@@ -87,13 +87,13 @@ impl Macros {
         let mut around = Rc::clone(self);
         for namespace in &namespaces {
             match around.find(namespace)? {
-                Known::Namespace(inner) => around = inner,
-                Known::Macro(_) => return None,
+                Entry::Namespace(inner) => around = inner,
+                Entry::Macro(_) => return None,
             }
         }
         match around.find(last)? {
-            Known::Macro(found) => Some((found, around, namespaces)),
-            Known::Namespace(_) => None,
+            Entry::Macro(found) => Some((found, around, namespaces)),
+            Entry::Namespace(_) => None,
         }
     }
 
@@ -102,8 +102,8 @@ impl Macros {
         let mut names: Vec<String> = Vec::new();
         for (name, known) in self.entries.borrow().iter() {
             match known {
-                Known::Macro(_) => names.push(name.clone()),
-                Known::Namespace(inner) => {
+                Entry::Macro(_) => names.push(name.clone()),
+                Entry::Namespace(inner) => {
                     names.extend(inner.names().iter().map(|n| format!("{name}.{n}")));
                 }
             }

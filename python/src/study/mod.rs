@@ -6,7 +6,7 @@
 //! | `Rows` | what was run of a study, in a folder or in memory, for this process alone |
 //! | `Sweep` | what came of it |
 
-mod found;
+mod results;
 mod rows;
 
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ use crate::errors::OrRaise;
 use crate::run::until_interrupted;
 use crate::scenario::{self, Named};
 
-pub use found::Sweep;
+pub use results::Sweep;
 pub use rows::{Rows, merge_sweeps};
 
 /// What a study that is no file is called.

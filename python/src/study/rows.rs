@@ -9,7 +9,7 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
 use super::Study;
-use super::found::Sweep;
+use super::results::Sweep;
 use crate::errors::{OrRaise, explained, refused};
 use crate::run::until_interrupted;
 

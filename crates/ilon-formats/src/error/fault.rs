@@ -2,7 +2,7 @@
 
 use super::clue::Clues;
 use super::lists::{counted, listed, looked_at, missing};
-use super::named::{Looked, MissingFile};
+use super::named::{CandidateJoint, MissingFile};
 use crate::options::WheelOptions;
 
 /// What is wrong with a robot's description.
@@ -261,7 +261,7 @@ pub enum Fault {
         /// The joints of the wheels that were found.
         wheels: Vec<String>,
         /// The joints that were looked at, and why they are no wheels.
-        looked: Vec<Looked>,
+        looked: Vec<CandidateJoint>,
         /// What a file without a single wheel has, in words.
         has: String,
     },
@@ -351,7 +351,7 @@ pub enum Fault {
         /// The joints that could be wheels.
         likely: Vec<String>,
         /// The joints that were looked at, and why they are no wheels.
-        looked: Vec<Looked>,
+        looked: Vec<CandidateJoint>,
     },
     /// A joint that should be a wheel cannot be one.
     #[error("it cannot be taken for a wheel: {reason}")]

@@ -1,6 +1,6 @@
 //! What faults are about, in words.
 
-use super::named::{Looked, MissingFile};
+use super::named::{CandidateJoint, MissingFile};
 
 /// The files that are missing, each with where it is named.
 pub(super) fn missing(files: &[MissingFile]) -> String {
@@ -28,7 +28,7 @@ pub(super) fn missing(files: &[MissingFile]) -> String {
 }
 
 /// The joints that were looked at for wheels, and why they are none.
-pub(super) fn looked_at(looked: &[Looked]) -> String {
+pub(super) fn looked_at(looked: &[CandidateJoint]) -> String {
     const SHOWN: usize = 6;
     if looked.is_empty() {
         return String::new();
@@ -42,7 +42,7 @@ pub(super) fn looked_at(looked: &[Looked]) -> String {
         0 => String::new(),
         rest => format!("; and {rest} more"),
     };
-    format!(". Looked at: {}{rest}", shown.join("; "))
+    format!(". CandidateJoint at: {}{rest}", shown.join("; "))
 }
 
 /// `no wheels`, `1 wheel`, `2 wheels`.

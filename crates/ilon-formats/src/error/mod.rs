@@ -17,7 +17,7 @@ use std::sync::Arc;
 pub use clue::{Clue, ClueKind, Clues};
 pub use fault::{Fault, Proposed};
 pub(crate) use help::{NOT_SET, is_zero_size};
-pub use named::{Looked, MissingFile};
+pub use named::{CandidateJoint, MissingFile};
 pub use remedy::Remedy;
 
 /// Where in a text a fault sits.

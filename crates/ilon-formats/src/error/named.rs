@@ -20,7 +20,7 @@ pub struct MissingFile {
 
 /// A joint that was looked at for a wheel.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Looked {
+pub struct CandidateJoint {
     /// Its name.
     pub joint: String,
     /// Why it is none.

@@ -13,7 +13,7 @@ use super::mesh::Meshes;
 use super::names;
 use super::recognise::Candidate;
 use super::tree::{Motion, PlacedShape, Tree, TreeJoint};
-use crate::error::Looked;
+use crate::error::CandidateJoint;
 
 /// A wheel stands on the floor of the others where it ends no higher above it than this share of its radius.
 const ON_THE_FLOOR: f64 = 0.3;
@@ -42,7 +42,7 @@ pub(super) struct Survey {
     /// Joints that hang by upright ones and would be wheels without them.
     pub(super) steered: Vec<WheelLike>,
     /// Why the other joints are no wheels.
-    pub(super) looked: Vec<Looked>,
+    pub(super) looked: Vec<CandidateJoint>,
 }
 
 /// Looks at all joints but the wheels that have rollers, and their rollers.
@@ -62,7 +62,7 @@ pub(super) fn survey(tree: &Tree, candidates: &[Candidate], meshes: &Meshes) -> 
             }
             // An arm's joints turn within limits too, and its segments are round.
             Ok(_) if joint.motion == Motion::Swinging && !is_called_wheel(tree, j) => {
-                survey.looked.push(Looked {
+                survey.looked.push(CandidateJoint {
                     joint: joint.name.clone(),
                     reason: "turns within limits, and is not called a wheel".to_owned(),
                     is_too_high: false,
@@ -71,7 +71,7 @@ pub(super) fn survey(tree: &Tree, candidates: &[Candidate], meshes: &Meshes) -> 
             Ok(like) => survey.others.push(like),
             // Of what does not move, hardly anything is meant for a wheel, but what cannot be read may be.
             Err(reason) if joint.motion == Motion::Fixed && !reason.contains("mesh `") => {}
-            Err(reason) => survey.looked.push(Looked {
+            Err(reason) => survey.looked.push(CandidateJoint {
                 joint: joint.name.clone(),
                 reason,
                 is_too_high: false,
@@ -276,7 +276,7 @@ impl WheelLike {
     }
 
     /// How high it stands above a floor, where that is too high for a wheel, in metres.
-    fn too_high_m(&self, floor: &Floor) -> Option<f64> {
+    fn too_high_m(&self, floor: &CommonFloor) -> Option<f64> {
         let (above_m, most_m) = match (self.bottom_m(), self.disc) {
             (Some(bottom_m), Some(disc)) => {
                 (bottom_m - floor.bottom_m?, ON_THE_FLOOR * disc.radius_m)
@@ -292,7 +292,7 @@ impl WheelLike {
 
 /// The floor that the lowest wheels stand on.
 #[derive(Clone, Copy, Debug, Default)]
-struct Floor {
+struct CommonFloor {
     /// Its height in the body frame, where the size of a wheel is known.
     bottom_m: Option<f64>,
     /// The height of the lowest axis.
@@ -300,7 +300,7 @@ struct Floor {
     radius_m: f64,
 }
 
-impl Floor {
+impl CommonFloor {
     fn under(likes: &[WheelLike]) -> Self {
         let lowest = |heights: &mut dyn Iterator<Item = f64>| heights.reduce(f64::min);
         Self {
@@ -317,15 +317,15 @@ impl Floor {
 impl Survey {
     /// Leaves out what hangs above the floor of the others: arms, lidars, casings.
     fn keep_on_the_floor(&mut self, tree: &Tree, candidates: &[Candidate]) {
-        let mut floor = Floor::under(&self.turning);
+        let mut floor = CommonFloor::under(&self.turning);
         // Beside wheels that have rollers, or turn, what does not turn is no wheel unless it reaches as low.
         if candidates.is_empty() && self.turning.is_empty() {
-            floor = Floor::under(&self.others);
+            floor = CommonFloor::under(&self.others);
         }
         // What stands higher than the lowest of the wheels, steered or not, is no wheel beside them.
         let mut lowest = self.steered.clone();
         lowest.extend(self.turning.iter().cloned());
-        let lowest = Floor::under(&lowest);
+        let lowest = CommonFloor::under(&lowest);
         self.steered
             .retain(|like| like.too_high_m(&lowest).is_none());
         let looked = &mut self.looked;
@@ -335,7 +335,7 @@ impl Survey {
                 Some(above_m) => {
                     let joint = &tree.joints[like.joint];
                     if joint.motion != Motion::Fixed {
-                        looked.push(Looked {
+                        looked.push(CandidateJoint {
                             joint: joint.name.clone(),
                             reason: format!(
                                 "stands {:.0} mm above the floor that the lowest of them reach",

@@ -11,7 +11,7 @@ use super::recognise::{Candidate, fixed_hubs};
 use super::source::Source;
 use super::tree::{Motion, PlacedShape, Tree};
 use super::{infer, plausibility, schema, wheel_size};
-use crate::error::{Fault, Looked, RobotError};
+use crate::error::{CandidateJoint, Fault, RobotError};
 use crate::model::{Chassis, Collision, MassProperties, Remark, Robot, StandingPose, Wheel};
 
 /// Fewest wheels that hold all three freedoms of the plane.
@@ -137,8 +137,8 @@ fn inventory(tree: &Tree) -> String {
 }
 
 /// Why each joint is no wheel, those that could be one included.
-fn looked(loading: &Loading, survey: &Survey) -> Vec<Looked> {
-    let of = |like: &WheelLike, reason: &str| Looked {
+fn looked(loading: &Loading, survey: &Survey) -> Vec<CandidateJoint> {
+    let of = |like: &WheelLike, reason: &str| CandidateJoint {
         joint: loading.tree.joints[like.joint].name.clone(),
         reason: reason.to_owned(),
         is_too_high: false,

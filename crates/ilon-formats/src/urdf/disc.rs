@@ -6,9 +6,9 @@ use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 use urdf_rs::Geometry;
 
 use super::body::RigidBody;
-use super::drawn_rollers;
 use super::geometry::mesh_points;
 use super::mesh::Meshes;
+use super::mesh_rollers;
 use super::tree::PlacedShape;
 use crate::error::Fault;
 
@@ -173,7 +173,7 @@ fn of_shape(
                 mesh_points(meshes, filename, *scale, &from_shape).map_err(NoDisc::Unreadable)?;
             let (radius_m, middle_m) = of_points(&points)?;
             // Corners of rollers' ends and of a rim reach farther than what rolls, on one wheel more than on its mirror image.
-            let drawn = drawn_rollers::of_mesh(filename, *scale, &from_shape, meshes);
+            let drawn = mesh_rollers::of_mesh(filename, *scale, &from_shape, meshes);
             let radius_m = drawn.map_or(radius_m, |drawn| drawn.wheel_radius_m);
             Ok((radius_m, middle_m))
         }

@@ -5,9 +5,9 @@ use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use super::body::RigidBody;
 use super::candidates::WheelLike;
 use super::disc::{self, NoDisc};
-use super::drawn_rollers;
 use super::hub::hub_frame;
 use super::loading::Loading;
+use super::mesh_rollers;
 use super::names;
 use super::source::Source;
 use super::tree::{Motion, Tree};
@@ -111,7 +111,7 @@ impl Unsized<'_> {
                 }
             }
         }
-        if let Some(drawn) = drawn_rollers::of_wheel(self.body, &frame, &loading.meshes) {
+        if let Some(drawn) = mesh_rollers::of_wheel(self.body, &frame, &loading.meshes) {
             let what = "the rollers that its mesh shows".to_owned();
             let clue = Clue::new(ClueKind::Shape, what, drawn.wheel_radius_m);
             clues.clues.push(clue);

@@ -30,7 +30,7 @@ use ilon_messages::topics::Outlet;
 use ilon_messages::{CdrError, Message};
 use serde::Deserialize;
 
-use crate::commands::{self, Commanded, Heard};
+use crate::commands::{self, Commanded, Received};
 use crate::mailbox::{Mailbox, locked};
 use crate::observer::{Observer, Status};
 use crate::parameters::Parameters;
@@ -339,9 +339,9 @@ impl ServerListener for Listener {
 }
 
 /// What a client's message asks of the robot.
-fn heard(channel: &ClientChannel, payload: &[u8], robot: &Commanded) -> Heard {
+fn heard(channel: &ClientChannel, payload: &[u8], robot: &Commanded) -> Received {
     let refused = |why: String| {
-        Heard::refused(format!(
+        Received::refused(format!(
             "a message on {} is not taken: {why}",
             channel.topic
         ))

@@ -25,7 +25,7 @@ use super::outlet::{Topics, profile};
 use super::parameters::{Answers, Servers};
 use super::services::{self, Answer, Features, IsState, Nothing, Outcome};
 use super::{Network, Options, Ros2Error};
-use crate::commands::{self, Commanded, Heard};
+use crate::commands::{self, Commanded, Received};
 use crate::mailbox::Mailbox;
 use crate::observer::{Observer, Status};
 use crate::parameters::Parameters;
@@ -445,7 +445,7 @@ impl Ears<'_> {
         &'a self,
         subscription: &'a Subscription<M>,
         topic: &'a str,
-        heard: impl Fn(&M) -> Heard + 'a,
+        heard: impl Fn(&M) -> Received + 'a,
     ) -> LocalBoxFuture<'a, ()> {
         let each = move |message: Result<(M, ros2_client::MessageInfo), ros2_client::ReadError>| {
             let note = match message {

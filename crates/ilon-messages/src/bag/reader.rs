@@ -151,7 +151,7 @@ fn read_file(
         .with_skip_end_magic(true)
         .with_record_length_limit(RECORD_BYTES);
     let mut reader = LinearReader::new_with_options(options);
-    let mut known = Known::default();
+    let mut known = Channels::default();
     while let Some(event) = reader.next_event() {
         match event {
             Ok(LinearReadEvent::ReadRequest(bytes)) => {
@@ -181,12 +181,12 @@ fn read_file(
 
 /// What a file has said of its channels.
 #[derive(Default)]
-struct Known {
+struct Channels {
     schemas: HashMap<u16, String>,
     channels: HashMap<u16, Channel>,
 }
 
-impl Known {
+impl Channels {
     /// Takes a record; whether to go on.
     fn record(
         &mut self,

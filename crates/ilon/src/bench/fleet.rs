@@ -58,14 +58,14 @@ struct Cost {
 }
 
 /// What one thread did in each stretch.
-type Stretch = (Instant, Instant, Option<f64>);
+type Span = (Instant, Instant, Option<f64>);
 
 /// The best stretch, by wall clock. Every thread sets up its share of the robots, and they begin each stretch together.
 fn best_of(stretches: usize, robot: &Robot, robots: usize, threads: usize) -> Result<Cost, Error> {
     let fleet = Fleet::of(robot)?;
     let barrier = Barrier::new(threads);
     let stretch_s = (ROBOT_SECONDS / robots as f64).max(1.0).round();
-    let shares: Vec<Vec<Stretch>> = std::thread::scope(|scope| {
+    let shares: Vec<Vec<Span>> = std::thread::scope(|scope| {
         let started: Vec<_> = (0..threads)
             .map(|thread| {
                 let (barrier, fleet) = (&barrier, &fleet);
@@ -143,7 +143,7 @@ impl Fleet {
         stretches: usize,
         stretch_s: f64,
         barrier: &Barrier,
-    ) -> Result<Vec<Stretch>, Error> {
+    ) -> Result<Vec<Span>, Error> {
         let periods = (stretch_s / PERIOD_S).round() as usize;
         let (mut plants, mut fault) = match plants {
             Ok(plants) => (plants, None),

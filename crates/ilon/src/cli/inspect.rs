@@ -216,14 +216,14 @@ fn surfaces(robot: &Inspection) -> Table {
         "treads: stiffness in N/mm and damping in N s/m, along the ground's normal and across it; sag under a wheel's share of \
          the weight and the way over which sheared tread is renewed in mm; drag per load of rolling; play along the rollers' axles in mm; most torque of friction on them under that share in mN m",
     );
-    type Seen<'s> = &'s SurfaceInspection;
-    let of_tread = |of: Seen, value: fn(&TreadInspection) -> Option<f64>, decimals: usize| {
+    type Surface<'s> = &'s SurfaceInspection;
+    let of_tread = |of: Surface, value: fn(&TreadInspection) -> Option<f64>, decimals: usize| {
         or_dash(of.tread.as_ref().and_then(value), decimals)
     };
     let surfaces = robot.wheels.iter();
     let surfaces =
         surfaces.filter_map(|wheel| Some((wheel.name.as_str(), wheel.surface.as_ref()?)));
-    table.columns::<Seen>(
+    table.columns::<Surface>(
         &[
             ("along", &|of| {
                 of_tread(of, |tread| Some(1e-3 * tread.stiffness_n_m), 1)

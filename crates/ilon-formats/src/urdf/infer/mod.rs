@@ -9,14 +9,14 @@ mod axes;
 mod called;
 
 use super::candidates::{Survey, WheelLike};
-use super::drawn_rollers::{self, Drawn};
 use super::from_options;
 use super::hub::hub_frame;
 use super::loading::Loading;
+use super::mesh_rollers::{self, MeshRollers};
 use super::names::{self, is_mecanum, is_omni};
 use super::source::Source;
 use super::tree::{Motion, Tree};
-use crate::error::{Looked, Proposed};
+use crate::error::{CandidateJoint, Proposed};
 use crate::options::{Handedness, WheelOptions};
 use axes::{are_aligned, are_parallel, by_friction, by_joints, stand_in_x};
 use called::{
@@ -113,7 +113,7 @@ pub(super) fn fitting(
     loading: &Loading,
     wheels: &[&WheelLike],
     are_steered: bool,
-    left_out: &[Looked],
+    left_out: &[CandidateJoint],
 ) -> (Proposed, Option<String>) {
     let (source, tree) = (loading.source, loading.tree);
     let wheels: Vec<WheelLike> = wheels.iter().map(|w| (*w).clone()).collect();
@@ -164,7 +164,7 @@ pub(super) fn fitting(
 }
 
 /// Why mecanum wheels cannot stand as these do, in words, with the joints that may be missing among them.
-fn out_of_x(what: &str, left_out: &[Looked]) -> String {
+fn out_of_x(what: &str, left_out: &[CandidateJoint]) -> String {
     let beside = left_out.iter().filter(|of| of.is_too_high);
     let beside: Vec<String> = beside
         .map(|of| format!("; `{}` {}", of.joint, of.reason))
@@ -185,14 +185,14 @@ fn are_turning(tree: &Tree, wheels: &[WheelLike]) -> bool {
 fn rollers(
     tree: &Tree,
     wheels: &[WheelLike],
-    drawn: &Option<Vec<Drawn>>,
+    drawn: &Option<Vec<MeshRollers>>,
     gamma: Handedness,
 ) -> WheelOptions {
     let joints = wheels.iter().map(|w| tree.joints[w.joint].name.clone());
     let drawn = drawn.as_ref().map(|drawn| drawn[0]);
     let count = drawn.map_or(ROLLERS, |drawn| drawn.count);
     let mut rollers = WheelOptions::new(count, gamma).on(joints.collect());
-    rollers.roller_radius_m = drawn.filter(Drawn::hands_over).map(|drawn| {
+    rollers.roller_radius_m = drawn.filter(MeshRollers::hands_over).map(|drawn| {
         // What touches may be of another size than what is shown.
         let disc_m = wheels[0].disc.map(|disc| disc.radius_m);
         let scale = disc_m.map_or(1.0, |disc_m| disc_m / drawn.wheel_radius_m);
@@ -202,21 +202,21 @@ fn rollers(
 }
 
 /// The rollers that the meshes of all wheels show; `None` where one shows none, or others than the first does.
-fn drawn(loading: &Loading, wheels: &[WheelLike]) -> Option<Vec<Drawn>> {
+fn drawn(loading: &Loading, wheels: &[WheelLike]) -> Option<Vec<MeshRollers>> {
     let tree = loading.tree;
     let of_wheel = |like: &WheelLike| {
         let body = tree.lone_body(tree.joints[like.joint].child);
         let frame = hub_frame(&like.origin, &like.axis);
-        drawn_rollers::of_wheel(&body, &frame, &loading.meshes)
+        mesh_rollers::of_wheel(&body, &frame, &loading.meshes)
     };
-    let drawn: Vec<Drawn> = wheels.iter().map(of_wheel).collect::<Option<_>>()?;
+    let drawn: Vec<MeshRollers> = wheels.iter().map(of_wheel).collect::<Option<_>>()?;
     let are_equal = drawn.windows(2).all(|pair| pair[0].is_like(&pair[1]));
     are_equal.then_some(drawn)
 }
 
 /// gamma as the wheels' meshes show it, with what is said of that. Where wheels stand in an X they are handed by that: many files draw one mesh on all
 /// of them, with which they could not drive. `None` of rollers with which wheels that stand so could not drive at all.
-fn by_drawing(drawn: &[Drawn], wheels: &[WheelLike]) -> Option<(Handedness, String)> {
+fn by_drawing(drawn: &[MeshRollers], wheels: &[WheelLike]) -> Option<(Handedness, String)> {
     let mean_rad = drawn.iter().map(|of| of.gamma_rad.abs()).sum::<f64>() / drawn.len() as f64;
     let shown_deg = (10.0 * mean_rad.to_degrees()).round() / 10.0;
     let mean_deg = usual_deg(shown_deg, drawn.iter().all(|of| of.are_round))?;

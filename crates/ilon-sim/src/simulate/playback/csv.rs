@@ -51,7 +51,7 @@ struct Columns {
 
 impl Columns {
     fn find(wanted: &Wanted<'_>, table: &Table<'_>) -> Result<Self, Error> {
-        let known = Known { wanted, table };
+        let known = NamedColumns { wanted, table };
         Ok(Self {
             time: known.column(&TIMES.map(owned))?,
             driving: known.driving()?,
@@ -101,7 +101,7 @@ fn numbers(row: &Table<'_>, columns: &[Column]) -> Result<Option<Vec<f64>>, Erro
 }
 
 /// The columns of a table under the names that the scenario gives them.
-struct Known<'a> {
+struct NamedColumns<'a> {
     wanted: &'a Wanted<'a>,
     table: &'a Table<'a>,
 }
@@ -113,7 +113,7 @@ fn owned((name, factor): (&str, f64)) -> Name {
     (name.to_owned(), factor)
 }
 
-impl Known<'_> {
+impl NamedColumns<'_> {
     /// The one column that is called by any of these names, if there is one.
     fn find(&self, names: &[Name]) -> Result<Option<Column>, Error> {
         let mut found = None;

@@ -35,7 +35,7 @@ const OFF_AXIS: f64 = 0.05;
 
 /// The rollers of a wheel as its mesh shows them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Drawn {
+pub(super) struct MeshRollers {
     pub(super) count: usize,
     /// The paper's gamma, signed, in the hub's frame.
     pub(super) gamma_rad: f64,
@@ -48,7 +48,7 @@ pub(super) struct Drawn {
     pub(super) are_round: bool,
 }
 
-impl Drawn {
+impl MeshRollers {
     /// Whether a wheel is as another, but for its hand.
     pub(super) fn is_like(&self, other: &Self) -> bool {
         self.count == other.count
@@ -68,7 +68,7 @@ pub(super) fn of_wheel(
     body: &RigidBody,
     body_from_hub: &Isometry3<f64>,
     meshes: &Meshes,
-) -> Option<Drawn> {
+) -> Option<MeshRollers> {
     let mut shapes = body.visuals.iter().chain(&body.shapes);
     shapes.find_map(|shape| {
         let Geometry::Mesh { filename, scale } = &shape.geometry else {
@@ -85,7 +85,7 @@ pub(super) fn of_mesh(
     scale: Option<urdf_rs::Vec3>,
     hub_from_shape: &Isometry3<f64>,
     meshes: &Meshes,
-) -> Option<Drawn> {
+) -> Option<MeshRollers> {
     let path = meshes.find(filename).ok()?;
     let triangles = mesh_triangles(&path, meshes.files()).ok()?;
     if triangles.len() > MOST_TRIANGLES {
@@ -148,7 +148,7 @@ fn led_by(leader: &mut [usize], mut of: usize) -> usize {
 
 /// A piece as a roller.
 #[derive(Clone, Copy, Debug)]
-struct Form {
+struct RollerPiece {
     radius_m: f64,
     half_length_m: f64,
     ring_radius_m: f64,
@@ -161,7 +161,7 @@ struct Form {
     out_of_round: f64,
 }
 
-impl Form {
+impl RollerPiece {
     fn is_like(&self, other: &Self) -> bool {
         are_alike(self.radius_m, other.radius_m)
             && are_alike(self.half_length_m, other.half_length_m)
@@ -179,12 +179,12 @@ fn are_within(share: f64, p: f64, q: f64) -> bool {
 }
 
 /// The rollers among the pieces of a wheel, in its hub's frame.
-fn of_pieces(pieces: &[Vec<Point3<f64>>]) -> Option<Drawn> {
+fn of_pieces(pieces: &[Vec<Point3<f64>>]) -> Option<MeshRollers> {
     let farthest_m = pieces
         .iter()
         .map(|piece| reach_m(piece))
         .fold(0.0, f64::max);
-    let mut kinds: Vec<Vec<Form>> = Vec::new();
+    let mut kinds: Vec<Vec<RollerPiece>> = Vec::new();
     for form in pieces.iter().filter_map(|piece| form(piece)) {
         if form.reach_m < REACHES * farthest_m {
             continue;
@@ -195,14 +195,15 @@ fn of_pieces(pieces: &[Vec<Point3<f64>>]) -> Option<Drawn> {
         }
     }
     // Pins and caps stand as evenly as the rollers that they hold, and reach less far.
-    let farthest = |kind: &Vec<Form>| kind.iter().map(|form| form.reach_m).fold(0.0, f64::max);
+    let farthest =
+        |kind: &Vec<RollerPiece>| kind.iter().map(|form| form.reach_m).fold(0.0, f64::max);
     let rings = kinds.into_iter().filter(|kind| kind.len() >= LEAST);
     let rollers = rings.max_by(|p, q| farthest(p).total_cmp(&farthest(q)))?;
     let count = rollers.len();
-    let mean = |of: fn(&Form) -> f64| rollers.iter().map(of).sum::<f64>() / count as f64;
+    let mean = |of: fn(&RollerPiece) -> f64| rollers.iter().map(of).sum::<f64>() / count as f64;
     let are_round = rollers.iter().all(|form| form.out_of_round < MADE_ROUND);
     let roller_radius_m = mean(|form| form.radius_m);
-    are_even(&rollers).then(|| Drawn {
+    are_even(&rollers).then(|| MeshRollers {
         count,
         gamma_rad: mean(|form| form.gamma_rad),
         roller_radius_m,
@@ -215,7 +216,7 @@ fn of_pieces(pieces: &[Vec<Point3<f64>>]) -> Option<Drawn> {
 }
 
 /// Whether rollers stand evenly around the wheel.
-fn are_even(rollers: &[Form]) -> bool {
+fn are_even(rollers: &[RollerPiece]) -> bool {
     let mut places_rad: Vec<f64> = rollers.iter().map(|form| form.place_rad).collect();
     places_rad.sort_by(f64::total_cmp);
     let apart_rad = TAU / places_rad.len() as f64;
@@ -231,7 +232,7 @@ fn reach_m(piece: &[Point3<f64>]) -> f64 {
 }
 
 /// A piece as a roller, where it is round about an axis of its own that is no spoke's and no bolt's.
-fn form(piece: &[Point3<f64>]) -> Option<Form> {
+fn form(piece: &[Point3<f64>]) -> Option<RollerPiece> {
     /// Fewest corners of something round.
     const LEAST_CORNERS: usize = 12;
     /// The spreads across a round piece's axis differ by less than this share.
@@ -273,7 +274,7 @@ fn form(piece: &[Point3<f64>]) -> Option<Form> {
     }
     let from_axis_m = |p: &Point3<f64>| (p - middle).cross(&axis).norm();
     let radius_m = piece.iter().map(from_axis_m).fold(0.0, f64::max);
-    Some(Form {
+    Some(RollerPiece {
         radius_m,
         half_length_m: spans[along].1,
         ring_radius_m: skew.ring_radius_m,
@@ -344,7 +345,7 @@ mod tests {
         triangles.into_iter().map(as_read).collect()
     }
 
-    fn drawn(triangles: &[Triangle]) -> Option<Drawn> {
+    fn drawn(triangles: &[Triangle]) -> Option<MeshRollers> {
         of_pieces(&pieces(triangles, |[x, y, z]| {
             Point3::new(x, y, z).cast::<f64>()
         }))
