@@ -241,6 +241,15 @@ impl ImpulseProblem {
         self.laws.iter().any(is)
     }
 
+    /// Lets all contacts give so many times as much along their normals.
+    pub(super) fn scale_compliance(&mut self, times: f64) {
+        for (_, law) in &mut self.laws {
+            if let Law::Contact { compliance, .. } = law {
+                *compliance *= times;
+            }
+        }
+    }
+
     /// Whether a contact gives across its normal.
     pub(super) fn is_compliant(&self) -> bool {
         self.softness.iter().any(|softness| *softness > 0.0)
