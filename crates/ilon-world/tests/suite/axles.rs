@@ -9,10 +9,10 @@ use crate::support;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use ilon_robot::{Pose, Robot, Tread, Twist, Wheel, wrap_angle};
-use ilon_world::{Floor, MotorTorque, Push, Settings, World, WorldError};
+use ilon_world::{Floor, Push, Settings, World, WorldError};
 use nalgebra::{Isometry3, Matrix2, Vector2, Vector3};
 use support::rig::{G, follow};
-use support::{mecanum4, volksbot};
+use support::{brake, mecanum4, volksbot};
 
 const FRICTION: f64 = 0.2;
 const AXLE_M: f64 = 2e-3;
@@ -278,10 +278,7 @@ fn rollers_in_the_air_are_slowed_by_their_bearings() {
     let mut world =
         World::new(&robot, &Floor::default(), Pose::default(), &settings).expect("it stands");
     let push = |world: &mut World, force_n: Vector3<f64>| {
-        let brake = |rate: &f64| MotorTorque::with_droop(-20.0 * rate, 20.0);
-        let rates = world.robot().wheel_rates_rad_s().to_vec();
-        let motors: Vec<_> = rates.iter().map(brake).collect();
-        world.robot_mut().drive(&motors);
+        brake(world);
         world.robot_mut().push(&Push {
             force_in_world_n: force_n,
             place_in_body_m: robot.center_of_mass_m(),

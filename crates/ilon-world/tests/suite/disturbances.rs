@@ -4,11 +4,9 @@
 use crate::support;
 
 use ilon_robot::{Pose, Robot, Twist};
-use ilon_world::{
-    Floor, FloorSurface, MotorTorque, Patch, Payload, Push, RollerBodies, Settings, World,
-};
+use ilon_world::{Floor, FloorSurface, Patch, Payload, Push, RollerBodies, Settings, World};
 use nalgebra::{Vector2, Vector3};
-use support::{ideal_rates, mecanum4, volksbot};
+use support::{brake, ideal_rates, mecanum4, seize_all, volksbot};
 use test_case::test_case;
 
 const G: f64 = 9.81;
@@ -68,14 +66,6 @@ fn yaw_inertia_kg_m2(robot: &Robot) -> f64 {
         }
     }
     sum
-}
-
-fn seize_all(world: &mut World, robot: &Robot) {
-    for (wheel, of) in robot.wheels.iter().enumerate() {
-        for roller in 0..of.rollers.len() {
-            world.robot_mut().seize_roller(wheel, roller, true);
-        }
-    }
 }
 
 /// On a floor without friction nothing but the push acts in the plane: m v = J, I omega = x J, and the work done is the
@@ -419,10 +409,7 @@ fn the_ground_holds_a_pushed_robot_by_the_opposite_force() {
         let mut world = World::new(&robot, &floor, start, &Settings::default()).expect("valid");
         let push_n = Vector3::new(8.0, -5.0, 0.0);
         for _ in 0..500 {
-            let rates = world.robot().wheel_rates_rad_s().to_vec();
-            let brake = |rate: &f64| MotorTorque::with_droop(-20.0 * rate, 20.0);
-            let motors: Vec<_> = rates.iter().map(brake).collect();
-            world.robot_mut().drive(&motors);
+            brake(&mut world);
             world.robot_mut().push(&Push {
                 force_in_world_n: push_n,
                 place_in_body_m: Vector3::new(0.0, 0.0, 0.06),

@@ -5,10 +5,10 @@ use crate::support;
 use std::f64::consts::FRAC_PI_2;
 
 use ilon_robot::{Collision, CollisionShape, JointKind, JointRole, JointServo, Pose, Robot};
-use ilon_world::{Floor, FreeBody, FreeShape, GroundBox, MotorTorque, Settings, World, WorldError};
+use ilon_world::{Floor, FreeBody, FreeShape, GroundBox, Settings, World, WorldError};
 use nalgebra::{Isometry3, Vector3};
 use support::linked::{X_M, joint};
-use support::mecanum4;
+use support::{brake, mecanum4};
 
 const G: f64 = 9.81;
 const ARM_KG: f64 = 1.0;
@@ -53,10 +53,7 @@ fn world(robot: &Robot) -> World {
 
 /// Steps with wheels that are braked.
 fn step(world: &mut World) {
-    let rates = world.robot().wheel_rates_rad_s().to_vec();
-    let hold = |rate: &f64| MotorTorque::with_droop(-20.0 * rate, 20.0);
-    let motors: Vec<MotorTorque> = rates.iter().map(hold).collect();
-    world.robot_mut().drive(&motors);
+    brake(world);
     world.step();
 }
 

@@ -11,7 +11,7 @@ use ilon_world::{
     Settings, World,
 };
 use nalgebra::{Vector2, Vector3};
-use support::{DRIVES, Drive, drive, ideal_rates, mecanum4, volksbot};
+use support::{DRIVES, Drive, brake, drive, ideal_rates, mecanum4, seize_all, volksbot};
 
 const G: f64 = 9.81;
 
@@ -452,16 +452,9 @@ fn a_held_robot_slides_to_rest_in_rapier() {
     };
     let settings = by(ContactSolver::Rapier, 1000.0);
     let mut world = World::new(&robot, &floor, Pose::default(), &settings).expect("valid");
-    for (wheel, of) in robot.wheels.iter().enumerate() {
-        for roller in 0..of.rollers.len() {
-            world.robot_mut().seize_roller(wheel, roller, true);
-        }
-    }
+    seize_all(&mut world, &robot);
     let step = |world: &mut World, force_n: f64| {
-        let rates = world.robot().wheel_rates_rad_s().to_vec();
-        let brake = |rate: &f64| MotorTorque::with_droop(-20.0 * rate, 20.0);
-        let motors: Vec<_> = rates.iter().map(brake).collect();
-        world.robot_mut().drive(&motors);
+        brake(world);
         world.robot_mut().push(&Push {
             force_in_world_n: Vector3::x() * force_n,
             place_in_body_m: robot.center_of_mass_m(),
@@ -513,16 +506,9 @@ fn relief_that_leans_carries_a_robot_as_under_ilons_solver() {
             heading_rad: 0.4,
         };
         let mut world = World::new(&robot, &floor, start, &by(contacts, 1000.0)).expect("valid");
-        for (wheel, of) in robot.wheels.iter().enumerate() {
-            for roller in 0..of.rollers.len() {
-                world.robot_mut().seize_roller(wheel, roller, true);
-            }
-        }
+        seize_all(&mut world, &robot);
         for _ in 0..600 {
-            let rates = world.robot().wheel_rates_rad_s().to_vec();
-            let brake = |rate: &f64| MotorTorque::with_droop(-20.0 * rate, 20.0);
-            let motors: Vec<_> = rates.iter().map(brake).collect();
-            world.robot_mut().drive(&motors);
+            brake(&mut world);
             world.step();
         }
         let state = world.robot().state();

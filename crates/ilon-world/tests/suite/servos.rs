@@ -8,7 +8,7 @@ use ilon_robot::{JointKind, JointRole, JointServo, Pose, Robot};
 use ilon_world::{Floor, MotorTorque, Push, Settings, World};
 use nalgebra::{Point3, Vector3};
 use support::linked::joint;
-use support::mecanum4;
+use support::{brake, mecanum4};
 
 const G: f64 = 9.81;
 /// The arm's mass, and its middle from its axis.
@@ -63,10 +63,7 @@ fn ice() -> Floor {
 
 /// Steps with wheels that are held.
 fn step(world: &mut World) {
-    let rates = world.robot().wheel_rates_rad_s().to_vec();
-    let hold = |rate: &f64| MotorTorque::with_droop(-20.0 * rate, 20.0);
-    let motors: Vec<MotorTorque> = rates.iter().map(hold).collect();
-    world.robot_mut().drive(&motors);
+    brake(world);
     world.step();
 }
 

@@ -288,17 +288,15 @@ fn each_wheel_counts_for_what_motors_feel() {
     }
 }
 
+fn standing(robot: &Robot, settings: &Settings) -> World {
+    World::new(robot, &Floor::default(), PlanarPose::default(), settings).expect("it stands")
+}
+
 /// Motors feel what the chassis carries and what it bears of another engine's, both together.
 #[test]
 fn motors_feel_payloads_and_what_is_attached() {
     let robot = shipped("mecanum4");
-    let mut world = World::new(
-        &robot,
-        &Floor::default(),
-        PlanarPose::default(),
-        &Settings::default(),
-    )
-    .expect("it stands");
+    let mut world = standing(&robot, &Settings::default());
     let carried = crate::Payload::new(3.0, Vector3::new(0.0, 0.0, 0.1)).expect("a payload");
     world.robot_mut().carry(&[carried]);
     let attached = nalgebra::Matrix6::from_diagonal_element(5.0);
@@ -311,13 +309,7 @@ fn motors_feel_payloads_and_what_is_attached() {
 #[test]
 fn the_furthest_way_of_a_chassis_is_that_of_its_corner() {
     let robot = shipped("mecanum4");
-    let mut world = World::new(
-        &robot,
-        &Floor::default(),
-        PlanarPose::default(),
-        &Settings::default(),
-    )
-    .expect("it stands");
+    let mut world = standing(&robot, &Settings::default());
     let body = &mut world.bodies[0];
     let center_m = body.state.center_m();
     let corner_m = solids(body, &body.state)
@@ -351,7 +343,7 @@ fn what_is_attached_weighs_as_a_payload_does() {
             gravity_m_s2: 0.0,
             ..Settings::default()
         };
-        World::new(&robot, &Floor::default(), PlanarPose::default(), &settings).expect("it floats")
+        standing(&robot, &settings)
     };
     let pushed = |world: &mut World| {
         world.robot_mut().push(&Push {

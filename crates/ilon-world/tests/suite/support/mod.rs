@@ -358,3 +358,22 @@ pub fn drive(
         cpu_s,
     }
 }
+
+/// Brakes all wheels for the coming step, 20 N m for each rad/s.
+pub fn brake(world: &mut World) {
+    const GAIN_N_M_S: f64 = 20.0;
+    let rates = world.robot().wheel_rates_rad_s().iter();
+    let motors: Vec<_> = rates
+        .map(|rate| MotorTorque::with_droop(-GAIN_N_M_S * rate, GAIN_N_M_S))
+        .collect();
+    world.robot_mut().drive(&motors);
+}
+
+/// Lets all rollers of a robot seize.
+pub fn seize_all(world: &mut World, robot: &Robot) {
+    for (wheel, of) in robot.wheels.iter().enumerate() {
+        for roller in 0..of.rollers.len() {
+            world.robot_mut().seize_roller(wheel, roller, true);
+        }
+    }
+}
