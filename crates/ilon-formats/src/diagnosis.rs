@@ -1,11 +1,12 @@
 //! What is wrong with a file that cannot be read, and which options would do.
 
+use std::path::Path;
+
 use crate::error::{Remedy, RobotError};
 use crate::loaded::{self, Loaded};
 use crate::model::Robot;
 use crate::options::LoadOptions;
 use crate::prepare::{prepare, read_text};
-use std::path::Path;
 
 /// Most options that are tried, one upon the other, to find some that work.
 const MOST_TRIES: usize = 8;

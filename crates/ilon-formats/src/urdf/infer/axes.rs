@@ -1,9 +1,10 @@
 //! How wheels stand, and which way their rollers lie by joints and by directions of friction.
 
+use nalgebra::{Unit, Vector3};
+
 use crate::urdf::candidates::{WheelLike, in_place_of_rollers};
 use crate::urdf::source::{Source, child};
 use crate::urdf::tree::Tree;
-use nalgebra::{Unit, Vector3};
 
 /// Whether all axes are parallel, within a few degrees.
 pub(super) fn are_parallel(wheels: &[WheelLike]) -> bool {

@@ -1,10 +1,11 @@
 //! What a file calls a robot and its wheels, and what drives it: plug-ins, controllers, comments.
 
+use roxmltree::Node;
+
 use crate::urdf::candidates::WheelLike;
 use crate::urdf::names::{self, is_mec, is_mecanum, is_omni};
 use crate::urdf::source::Source;
 use crate::urdf::tree::Tree;
-use roxmltree::Node;
 
 /// What speaks of mecanum wheels, in words: a name or a plug-in.
 pub(super) fn speaks_of_mecanum(
