@@ -26,4 +26,6 @@ pub use model::{
     RollerForm, RollerSurface, RollersAsMade, Scale, SolidOfRevolution, StandingPose, Tread, Twist,
     VisualMeshes, Wheel, mean_of_gain, wrap_angle,
 };
-pub use model::{barrel, mass, profile, rollers_as_made, solid_of_revolution, tread};
+pub use model::{
+    barrel_profile, mass, modelled_profile, rollers_as_made, solid_of_revolution, tread,
+};

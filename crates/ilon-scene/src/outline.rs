@@ -12,7 +12,7 @@ const DIRECTIONS: usize = 64;
 /// The exact barrel: the envelope of its spheres, as far as they touch the ground.
 ///
 /// The sphere at t with radius s(t) touches the envelope where the direction's component along the axis is w = -s'(t) =
-/// k^2 t / hypot(a, k t), with k = sin delta: at z = t + s w, r = s sqrt(1 - w^2) (see [`ilon_robot::barrel`]).
+/// k^2 t / hypot(a, k t), with k = sin delta: at z = t + s w, r = s sqrt(1 - w^2) (see [`ilon_robot::barrel_profile`]).
 pub fn of_barrel(barrel: &Barrel) -> Vec<[f32; 2]> {
     let k = barrel.sin_delta;
     let surface = (0..=PLACES).map(|i| {

@@ -11,9 +11,9 @@ use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 use parry3d::shape::{Shape, Triangle as ParryTriangle};
 use rapier3d::prelude::*;
 
-use crate::contact::bounds::Bounds;
-use crate::contact::nearest::{Piece, SolidBox};
-use crate::contact::solid::Solid as ContactSolid;
+use crate::contact::search::bounds::Bounds;
+use crate::contact::search::nearest::{Piece, SolidBox};
+use crate::contact::search::solid::Solid as ContactSolid;
 use crate::engine::convert;
 
 pub(crate) use anchor::{Anchor, Grip};

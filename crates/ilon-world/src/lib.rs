@@ -8,11 +8,11 @@
 //!
 //! ```text
 //! world/advance.rs              poses move on by half a step; there all of this is computed
-//! contact/candidate_search.rs   the rollers and chassis points that may touch (nearest.rs: the exact barrel, in f64)
+//! contact/search/on_ground.rs   the rollers and chassis points that may touch (nearest.rs: the exact barrel, in f64)
 //! dynamics/                     mass matrix L^T L along the branches, forces of turning frames, rates without contact
 //! contact/reactions/assembly.rs which laws hold: contacts, dry bearings, motors at their bounds
-//! contact/response.rs           how the bodies answer: W = Z Z^T, a row z = L^-T J^T as sparse as its way to the root
-//! contact/problem/              the impulses that hold all laws at once: Newton, then sweeps (solver.rs); split.rs
+//! contact/reactions/response.rs how the bodies answer: W = Z Z^T, a row z = L^-T J^T as sparse as its way to the root
+//! contact/law/                  the impulses that hold all laws at once: Newton, then sweeps (solver.rs); split.rs
 //! world/advance.rs              rates take the impulses, work is counted, poses move on with the mean of the rates
 //! world/own.rs                  rapier takes the same step with bodies of a program's own, if there are any
 //! ```
@@ -22,18 +22,18 @@
 //! | you look for | it is in |
 //! |---|---|
 //! | how a robot moves by itself | `dynamics/` |
-//! | the law of contact and dry friction | `contact/problem.rs`; where its rows come from: `contact/reactions/` |
-//! | where a roller is nearest to the ground | `contact/nearest.rs`; rollers by numbers: `contact/turned_profile.rs` |
-//! | treads, creep, rolling resistance | `contact/tread.rs`, `contact/reactions/{compliance,rolling}.rs` |
-//! | the hand-over from roller to roller | `contact/handover.rs`, its work: `contact/handover_impulse.rs` |
+//! | the law of contact and dry friction | `contact/law.rs`; where its rows come from: `contact/reactions/` |
+//! | where a roller is nearest to the ground | `contact/search/nearest.rs`; rollers by numbers: `contact/search/turned_profile.rs` |
+//! | treads, creep, rolling resistance | `contact/law/tread.rs`, `contact/reactions/{compliance,rolling}.rs` |
+//! | the hand-over from roller to roller | `contact/search/handover.rs`, its work: `contact/reactions/handover_impulse.rs` |
 //! | rollers with play along their axles | `robot/axial_play.rs` |
 //! | floors: friction, nap, boxes, heights | `ground/` |
 //! | springs, dampers and servos of joints | `robot/joints.rs`, `robot/servo.rs`; stops and couplings: `contact/reactions/joints.rs` |
-//! | motor and gear on a wheel, within a step | `motor_torque.rs`, `robot/drive.rs`, `contact/problem/curve.rs` |
+//! | motor and gear on a wheel, within a step | `motor_torque.rs`, `robot/drive.rs`, `contact/law/curve.rs` |
 //! | pushes, payloads, seized rollers | `world/disturbance.rs` |
-//! | boxes, cylinders and spheres that can be pushed | `free.rs`, `world/free/`; where they touch: `contact/{free_body_search,solid}.rs` |
+//! | boxes, cylinders and spheres that can be pushed | `free.rs`, `world/free/`; where they touch: `contact/search/{free_bodies,solid}.rs` |
 //! | bodies of a program's own, moved by rapier | `world/own/` |
-//! | what of a robot parry finds near the ground | `robot/shapes.rs`; places of two robots: `contact/chassis_search.rs` |
+//! | what of a robot parry finds near the ground | `robot/shapes.rs`; places of two robots: `contact/search/between_chassis.rs` |
 //! | what worlds of one robot share | `robot/shared_robot.rs` |
 //! | rapier moving everything, as a cross-check | `reference/` |
 //!
@@ -69,8 +69,8 @@ mod robot;
 mod settings;
 mod world;
 
-pub use contact::support::Support;
-pub use contact::wheel_contact::WheelContact;
+pub use contact::reactions::support::Support;
+pub use contact::reactions::wheel_contact::WheelContact;
 pub use error::WorldError;
 pub use free::{FreeBody, FreeBodyId, FreeShape};
 pub use ground::{ContactSurface, Floor, FloorSurface, GroundBox, Nap, Patch, Relief, Stribeck};

@@ -20,7 +20,7 @@ use ilon_robot::Pose as PlanarPose;
 use nalgebra::Vector3;
 
 use crate::contact::reactions::Reactions;
-use crate::contact::support::Support;
+use crate::contact::reactions::support::Support;
 use crate::ground::Ground;
 use crate::reference::Reference;
 use crate::robot::articulated::{Articulated, WheelCounts};

@@ -1,6 +1,6 @@
 //! A roller's size and place from its joint and its collision geometry.
 //!
-//! Symbols as in [`crate::barrel`]: a the distance between hub axis and roller axis, k = sin delta = cos gamma, t a place
+//! Symbols as in [`ilon_robot::barrel_profile`]: a the distance between hub axis and roller axis, k = sin delta = cos gamma, t a place
 //! along the roller's axis from the point nearest to the hub axis.
 
 use nalgebra::{Point3, Unit, Vector3};

@@ -1,6 +1,6 @@
 //! Rollers as they are made, against what geometry says of them on paper.
 //!
-//! Symbols as in `ilon_robot::barrel`: rho the wheel's radius, a the ring's, k = cos gamma, phi the angle of a roller from
+//! Symbols as in `ilon_robot::barrel_profile`: rho the wheel's radius, a the ring's, k = cos gamma, phi the angle of a roller from
 //! straight down. The roller's axis then has the component w = k sin(phi) along "down", and a roller reaches
 //! a cos(phi) + h(w), h its own reach along w.
 

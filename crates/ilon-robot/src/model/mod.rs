@@ -1,14 +1,14 @@
 //! The robot as the rest of the project sees it, whatever file it came from.
 
-pub mod barrel;
+pub mod barrel_profile;
 mod collision;
 mod droop;
 mod joint;
 mod linkage;
 pub mod mass;
+pub mod modelled_profile;
 mod planar;
 mod posed;
-pub mod profile;
 mod remark;
 mod robot;
 mod roller;
@@ -21,14 +21,14 @@ mod visual_meshes;
 mod wheel;
 mod wheel_as_made;
 
-pub use barrel::Barrel;
+pub use barrel_profile::Barrel;
 pub use collision::{Collision, CollisionShape};
 pub use droop::mean_of_gain;
 pub use joint::{DriveTrain, Joint, MotorLimits};
 pub use linkage::{Body, BodyJoint, Coupling, JointKind, JointRole, JointServo, JointSpring};
 pub use mass::MassProperties;
+pub use modelled_profile::{Profile, ProfilePart};
 pub use planar::{Pose, Twist, wrap_angle};
-pub use profile::{Profile, ProfilePart};
 pub use remark::Remark;
 pub use robot::{Chassis, Robot};
 pub use roller::{ModelledRoller, Roller, RollerForm};

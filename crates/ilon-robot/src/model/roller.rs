@@ -16,7 +16,7 @@ pub struct Roller {
     /// The largest radius, at the roller's middle, in metres.
     pub radius_m: f64,
     /// Length along its axis, between the centres of the outermost spheres of the barrel
-    /// (see [`crate::barrel`]), in metres.
+    /// (see [`crate::barrel_profile`]), in metres.
     pub length_m: f64,
     /// Mass in kg.
     pub mass_kg: f64,
@@ -33,7 +33,7 @@ pub struct Roller {
 /// What a roller touches the world with.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum RollerForm {
-    /// The exact barrel of its figures (see [`crate::barrel`]).
+    /// The exact barrel of its figures (see [`crate::barrel_profile`]).
     #[default]
     Barrel,
     /// A barrel of figures of its own: that of another wheel's circle (see [`crate::rollers_as_made`]). Its `wheel_radius_m` and

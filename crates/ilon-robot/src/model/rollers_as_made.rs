@@ -1,7 +1,7 @@
 //! Rollers as they are made: barrels that are flatter, rounder, shorter or longer than the ideal one, of unequal radius, or
 //! turned to a profile by numbers.
 //!
-//! **Crown.** The ideal barrel is s(t) = rho - sqrt(a^2 + k^2 t^2) (see [`super::barrel`]). Its outline has the radius of
+//! **Crown.** The ideal barrel is s(t) = rho - sqrt(a^2 + k^2 t^2) (see [`super::barrel_profile`]). Its outline has the radius of
 //! curvature r + a / k^2 at the middle. A crown c makes that radius (r + a / k^2) / c and leaves the middle where it is: the
 //! roller is then the barrel of another circle, s(t) = R - sqrt(A^2 + k^2 t^2) with R - A = r and r + A / k^2 = (r + a / k^2) / c.
 //! At c = 1 it is the ideal barrel, towards c = 0 a cylinder with round ends; above 1 it is rounder. For gamma = 0 the outline is

@@ -345,7 +345,7 @@ mod tests {
     #[test]
     fn a_sampled_barrel_nears_the_barrel_with_the_square_of_the_spacing() {
         let barrel = super::super::Barrel::handing_over(0.05, 0.012, PI / 4.0, 9);
-        // A place of the barrel's surface for every sphere: see `ilon_robot::barrel`.
+        // A place of the barrel's surface for every sphere: see `ilon_robot::barrel_profile`.
         let surface = |t: f64| {
             let k = barrel.sin_delta;
             let w = k * k * t / libm::hypot(barrel.ring_radius_m, k * t);

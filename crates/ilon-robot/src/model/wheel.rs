@@ -113,7 +113,7 @@ impl Wheel {
         self.joint.friction_n_m + self.drive.gear_friction_n_m
     }
 
-    /// The exact barrel of one of this wheel's rollers (see [`crate::barrel`]); of one that is no barrel, the ideal one.
+    /// The exact barrel of one of this wheel's rollers (see [`crate::barrel_profile`]); of one that is no barrel, the ideal one.
     pub fn barrel(&self, roller: &Roller) -> Barrel {
         match &roller.form {
             RollerForm::Made(barrel) => *barrel,

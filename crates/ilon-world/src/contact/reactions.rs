@@ -19,7 +19,7 @@
 //! over anywhere within half a step of the start, and on average at it: its tangents' rows are J_0, and b is all after it.
 //!
 //! **The work.** An impulse takes its product with the mean of the velocities before and after it, which is exact for a
-//! step of constant inertia; where rollers come down, [`crate::contact::handover_impulse`] says of which velocities.
+//! step of constant inertia; where rollers come down, [`crate::contact::reactions::handover_impulse`] says of which velocities.
 //!
 //! **The compliance.** Every contact of a robot is a spring of the same stiffness k with a damper k tau beside it, which only pushes:
 //! p / dt = -k g_1 - k tau u_1, with g_1 = g_0 + dt u_1 the gap to come. As a law between p and u_1:
@@ -28,23 +28,30 @@
 mod assembly;
 mod compliance;
 mod grouping;
+pub(crate) mod handover_impulse;
 mod joints;
 mod nonlinear_drives;
+pub(crate) mod potential;
+pub(crate) mod reaction;
+pub(crate) mod response;
 mod rolling;
+pub(crate) mod row;
+pub(crate) mod support;
+pub(crate) mod wheel_contact;
 
 use std::mem::swap;
 
 use nalgebra::Vector3;
 
-use crate::contact::candidate::Candidate;
-use crate::contact::candidate_search::Workspace;
-use crate::contact::handover_impulse::{BodyResponse, HandoverImpulse};
-use crate::contact::potential::{Axle, PotentialContact};
-use crate::contact::problem::{Curve, ImpulseProblem, Solver};
-use crate::contact::reaction::{Member, Part, Partner, Reaction};
-use crate::contact::response::Responses;
-use crate::contact::row::Row;
+use crate::contact::law::{Curve, ImpulseProblem, Solver};
+use crate::contact::reactions::handover_impulse::{BodyResponse, HandoverImpulse};
+use crate::contact::reactions::potential::{Axle, PotentialContact};
+use crate::contact::reactions::reaction::{Member, Part, Partner, Reaction};
+use crate::contact::reactions::response::Responses;
+use crate::contact::reactions::row::Row;
 use crate::contact::scene::Scenes;
+use crate::contact::search::candidate::Candidate;
+use crate::contact::search::on_ground::Workspace;
 use crate::robot::articulated::Articulated;
 use crate::settings::ContactSpring;
 

@@ -3,7 +3,7 @@
 use ilon_robot::{Robot, Scale};
 use nalgebra::Vector3;
 
-use crate::contact::row::Side;
+use crate::contact::reactions::row::Side;
 use crate::dynamics::{Factors, Motion, Path, Tree};
 use crate::ground::Ground;
 use crate::robot::articulated::Articulated;

@@ -6,8 +6,8 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::Relief;
-use crate::contact::bounds::Bounds;
-use crate::contact::nearest::Triangle;
+use crate::contact::search::bounds::Bounds;
+use crate::contact::search::nearest::Triangle;
 
 /// Cells along a side of a block.
 const BLOCK: usize = 8;
@@ -214,7 +214,7 @@ mod tests {
     use ilon_robot::Barrel;
 
     use super::*;
-    use crate::contact::nearest::{Piece, PlacedBarrel};
+    use crate::contact::search::nearest::{Piece, PlacedBarrel};
 
     /// Numbers from 0 to 1, by a multiplicative generator (Lehmer 1951).
     struct Numbers(u64);

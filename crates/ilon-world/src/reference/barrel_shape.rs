@@ -1,6 +1,6 @@
 //! The exact roller as a parry shape, for contacts that rapier solves.
 //!
-//! The barrel is the envelope of spheres centred on the roller's axis (see [`ilon_robot::barrel`]). Its frame has the
+//! The barrel is the envelope of spheres centred on the roller's axis (see [`ilon_robot::barrel_profile`]). Its frame has the
 //! origin at the roller's centre and z along the roller's axis. parry works in f32; the profile does too.
 
 use ilon_robot::Barrel;

@@ -9,7 +9,7 @@ use super::engine::Engine;
 use super::multibody::Reference;
 use crate::MotorTorque;
 use crate::contact::frame::{along_frame, frame};
-use crate::contact::reaction::{Member, Part, Partner, Reaction};
+use crate::contact::reactions::reaction::{Member, Part, Partner, Reaction};
 use crate::engine::convert;
 use crate::ground::{Anchor, Grip, Ground};
 use crate::robot::articulated::Articulated;

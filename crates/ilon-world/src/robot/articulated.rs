@@ -5,8 +5,8 @@ use std::sync::Arc;
 use ilon_robot::{MassProperties, Robot, Scale, Wheel};
 use nalgebra::{Isometry3, Vector3};
 
-use crate::contact::support::Support;
-use crate::contact::wheel_contact::{Taken, WheelContact};
+use crate::contact::reactions::support::Support;
+use crate::contact::reactions::wheel_contact::{Taken, WheelContact};
 use crate::dynamics::{Loads, Mechanics, ROOT_DOFS, Tree};
 use crate::free::Free;
 use crate::motor_torque::WheelInertia;

@@ -5,7 +5,7 @@
 //!
 //! **On the ground** its rate q' is a degree of freedom of the contact problem, with the roller's mass m. The ground holds the roller,
 //! and the hub slides along the axle, until a stop that is reached within the step holds on
-//! ([`Law::Slide`](crate::contact::problem::Law)). What the ground puts on the roller along its axle, of the friction and of the load where
+//! ([`Law::Slide`](crate::contact::law::Law)). What the ground puts on the roller along its axle, of the friction and of the load where
 //! the axle leans, only stops hand on to the hub: a roller that spins uses up its bearing's friction across the axle, and what little acts
 //! along it is left out. The hub carries the roller's mass along the axle too,
 //! as it does where there is no play: while the axle slides under a roller, robot and wheel are heavier along it by up to 2 m.

@@ -18,7 +18,7 @@
 use ilon_robot::Wheel;
 
 use crate::MotorTorque;
-use crate::contact::problem::Curve;
+use crate::contact::law::Curve;
 
 /// How the drive of a wheel acts in a step.
 #[derive(Clone, Copy, Debug)]

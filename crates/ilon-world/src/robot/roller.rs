@@ -11,8 +11,8 @@ use ilon_robot::{Barrel, Roller, RollerForm, SolidOfRevolution, Wheel};
 use nalgebra::{Isometry3, Vector3};
 use parry3d::shape::SharedShape;
 
-use crate::contact::nearest::PlacedBarrel;
-use crate::contact::turned_profile::PlacedProfile;
+use crate::contact::search::nearest::PlacedBarrel;
+use crate::contact::search::turned_profile::PlacedProfile;
 use crate::dynamics::LinkPose;
 use crate::engine::shapes::shape_of_roller;
 use crate::robot::axial_play::{AxleSlide, Slide};

@@ -8,7 +8,7 @@
 
 use ilon_robot::{BodyJoint, JointServo, mean_of_gain};
 
-use crate::contact::problem::Curve;
+use crate::contact::law::Curve;
 use crate::{MotorTorque, TorqueBounds};
 
 /// The servo of a joint, or what there is in its place where a joint has none.

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
 use crate::ContactSolver;
-use crate::contact::solid::Solid;
+use crate::contact::search::solid::Solid;
 use crate::engine::{convert, groups};
 use crate::ground::{Anchor, Ground};
 use crate::robot::shared_robot::SharedRobot;

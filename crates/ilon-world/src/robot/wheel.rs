@@ -6,7 +6,7 @@
 use ilon_robot::{MassProperties, RollerSurface, Scale, Tread, Wheel};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::contact::tread::{Spring, TreadLaw};
+use crate::contact::law::tread::{Spring, TreadLaw};
 use crate::robot::roller::RollerState;
 
 /// The hub of a wheel and its rollers.

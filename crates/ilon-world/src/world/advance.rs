@@ -6,10 +6,10 @@ use nalgebra::Vector3;
 
 use super::{Energies, World};
 use crate::ContactSolver;
-use crate::contact::reaction::Part;
 use crate::contact::reactions::Reactions;
+use crate::contact::reactions::reaction::Part;
+use crate::contact::reactions::wheel_contact::{Taken, WheelContact};
 use crate::contact::scene::Scenes;
-use crate::contact::wheel_contact::{Taken, WheelContact};
 use crate::dynamics::ROOT_DOFS;
 use crate::ground::Ground;
 use crate::robot::articulated::Articulated;

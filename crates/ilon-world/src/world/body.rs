@@ -5,8 +5,8 @@ use ilon_robot::{BodyJoint, Pose as PlanarPose, Twist, roll_pitch_yaw};
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 
 use super::World;
-use crate::contact::support::Support;
-use crate::contact::wheel_contact::WheelContact;
+use crate::contact::reactions::support::Support;
+use crate::contact::reactions::wheel_contact::WheelContact;
 use crate::robot::articulated::Articulated;
 use crate::{BodyId, MotorTorque, WorldError};
 

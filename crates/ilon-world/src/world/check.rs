@@ -3,8 +3,8 @@
 use ilon_robot::{Robot, Roller, RollerForm, Wheel};
 
 use super::check_joints::check_joints;
-use crate::contact::free_body_search::parts;
 use crate::contact::scene::Scenes;
+use crate::contact::search::free_bodies::parts;
 use crate::engine::shapes::shape_of_roller;
 use crate::ground::Ground;
 use crate::robot::articulated::Articulated;

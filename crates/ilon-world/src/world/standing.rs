@@ -4,9 +4,9 @@ use ilon_robot::{Barrel, Pose as PlanarPose, Robot, RollerForm, SolidOfRevolutio
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::SharedShape;
 
-use crate::contact::bounds::Bounds;
-use crate::contact::nearest::{Piece, PlacedBarrel};
-use crate::contact::turned_profile::PlacedProfile;
+use crate::contact::search::bounds::Bounds;
+use crate::contact::search::nearest::{Piece, PlacedBarrel};
+use crate::contact::search::turned_profile::PlacedProfile;
 use crate::engine::convert;
 use crate::engine::shapes::{shape_of, shape_of_roller};
 use crate::ground::Ground;

@@ -4,14 +4,14 @@ use nalgebra::{Vector2, Vector3};
 
 use super::compliance::stays_open;
 use super::{Reactions, spring_between};
-use crate::contact::candidate::Candidate;
 use crate::contact::frame::along_frame;
-use crate::contact::potential::{Axle, PotentialContact};
-use crate::contact::problem::Law;
-use crate::contact::reaction::{Member, Part, Partner, Reaction};
-use crate::contact::row::{Row, Side};
+use crate::contact::law::Law;
+use crate::contact::law::tread::Press;
+use crate::contact::reactions::potential::{Axle, PotentialContact};
+use crate::contact::reactions::reaction::{Member, Part, Partner, Reaction};
+use crate::contact::reactions::row::{Row, Side};
 use crate::contact::scene::{Scene, Scenes};
-use crate::contact::tread::Press;
+use crate::contact::search::candidate::Candidate;
 use crate::dynamics::Path;
 use crate::ground::{FloorSurface, Nap};
 

@@ -4,12 +4,12 @@ use ilon_robot::Scale;
 use nalgebra::{Vector2, Vector3};
 
 use super::Reactions;
-use crate::contact::candidate::Candidate;
-use crate::contact::potential::PotentialContact;
-use crate::contact::reaction::{Part, TangentCompliance, Tread, turned_to};
-use crate::contact::row::Row;
+use crate::contact::law::tread::{Press, Softness, TreadLaw};
+use crate::contact::reactions::potential::PotentialContact;
+use crate::contact::reactions::reaction::{Part, TangentCompliance, Tread, turned_to};
+use crate::contact::reactions::row::Row;
 use crate::contact::scene::Scene;
-use crate::contact::tread::{Press, Softness, TreadLaw};
+use crate::contact::search::candidate::Candidate;
 use crate::ground::FloorSurface;
 
 /// A tread that would still be this far from the ground after a step is none of its contacts, in wheel radii.

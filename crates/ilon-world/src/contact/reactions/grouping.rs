@@ -1,7 +1,7 @@
 //! Reactions of the last step when bodies come together in one problem, or part: each goes on where it acted.
 
 use super::Reactions;
-use crate::contact::reaction::{Part, Partner, Reaction};
+use crate::contact::reactions::reaction::{Part, Partner, Reaction};
 
 impl Reactions {
     /// Adds those of other bodies, which now stand behind so many.
@@ -76,7 +76,7 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::contact::reaction::Member;
+    use crate::contact::reactions::reaction::Member;
 
     /// Who touches whom, by their numbers; none is the ground.
     fn pairs(reactions: &Reactions) -> Vec<(usize, Option<usize>)> {

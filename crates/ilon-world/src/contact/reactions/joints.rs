@@ -4,10 +4,10 @@ use ilon_robot::{BodyJoint, Coupling};
 use nalgebra::Vector3;
 
 use super::Reactions;
-use crate::contact::potential::Axle;
-use crate::contact::problem::Law;
-use crate::contact::reaction::{Part, Reaction};
-use crate::contact::row::Row;
+use crate::contact::law::Law;
+use crate::contact::reactions::potential::Axle;
+use crate::contact::reactions::reaction::{Part, Reaction};
+use crate::contact::reactions::row::Row;
 use crate::contact::scene::Scene;
 use crate::dynamics::ROOT_DOFS;
 

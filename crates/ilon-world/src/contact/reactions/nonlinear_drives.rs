@@ -2,8 +2,8 @@
 
 use super::Reactions;
 use crate::MotorTorque;
-use crate::contact::problem::Law;
-use crate::contact::reaction::Part;
+use crate::contact::law::Law;
+use crate::contact::reactions::reaction::Part;
 use crate::contact::scene::{Scene, Scenes};
 use crate::dynamics::ROOT_DOFS;
 use crate::robot::drive::WheelDrive;

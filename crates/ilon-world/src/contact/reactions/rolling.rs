@@ -21,12 +21,12 @@
 use nalgebra::{Matrix2, SymmetricEigen, Vector2, Vector3};
 
 use super::Reactions;
-use crate::contact::candidate::Candidate;
-use crate::contact::potential::{Axle, PotentialContact};
-use crate::contact::problem::Law;
-use crate::contact::reaction::{Part, Partner, Reaction, turned_to};
-use crate::contact::row::{Row, Side};
+use crate::contact::law::Law;
+use crate::contact::reactions::potential::{Axle, PotentialContact};
+use crate::contact::reactions::reaction::{Part, Partner, Reaction, turned_to};
+use crate::contact::reactions::row::{Row, Side};
 use crate::contact::scene::Scene;
+use crate::contact::search::candidate::Candidate;
 use crate::ground::FloorSurface;
 
 /// An edge that is sharper than this share of the wheel's radius rolls as one of so much.

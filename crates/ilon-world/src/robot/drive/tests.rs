@@ -6,7 +6,7 @@ use ilon_robot::{
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::*;
-use crate::contact::problem::{ImpulseProblem, Law, Solver};
+use crate::contact::law::{ImpulseProblem, Law, Solver};
 use crate::motor_torque::WheelInertia;
 use crate::{MotorTorque, TorqueBounds};
 

@@ -3,7 +3,7 @@
 use std::mem::{swap, take};
 
 use super::islands::{Island, absorb, meet, near, rounded};
-use crate::contact::bounds::Bounds;
+use crate::contact::search::bounds::Bounds;
 use crate::free::FreeBodyId;
 use crate::robot::articulated::Articulated;
 use crate::world::{ROOM, World};

@@ -9,9 +9,9 @@ use std::collections::BTreeMap;
 use parry3d::bounding_volume::Aabb;
 use parry3d::partitioning::Bvh;
 
-use crate::contact::bounds::Bounds;
-use crate::contact::free_body_search::{solids, travel_m};
 use crate::contact::reactions::Reactions;
+use crate::contact::search::bounds::Bounds;
+use crate::contact::search::free_bodies::{solids, travel_m};
 use crate::engine::convert;
 use crate::free::FreeBodyId;
 use crate::robot::articulated::Articulated;

@@ -3,10 +3,10 @@
 use nalgebra::Vector3;
 
 use crate::WorldError;
-use crate::contact::bounds::Bounds;
-use crate::contact::free_body_search::solids;
-use crate::contact::nearest::Piece;
-use crate::contact::solid::Solid;
+use crate::contact::search::bounds::Bounds;
+use crate::contact::search::free_bodies::solids;
+use crate::contact::search::nearest::Piece;
+use crate::contact::search::solid::Solid;
 use crate::free::FreeBody;
 use crate::robot::articulated::Articulated;
 use crate::world::World;

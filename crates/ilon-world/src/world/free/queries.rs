@@ -6,8 +6,8 @@ use parry3d::query::Ray;
 use rapier3d::prelude::*;
 
 use super::islands::id_of;
-use crate::contact::free_body_search::solids;
-use crate::contact::solid::Solid;
+use crate::contact::search::free_bodies::solids;
+use crate::contact::search::solid::Solid;
 use crate::engine::convert;
 use crate::robot::articulated::Articulated;
 use crate::world::World;

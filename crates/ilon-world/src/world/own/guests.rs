@@ -8,8 +8,8 @@ use nalgebra::{Isometry3, Matrix3, Matrix6, Point3, Vector3, Vector6};
 use rapier3d::prelude::*;
 
 use super::rapier_world::{GuestContact, InRapier, Met, Twin, Who};
-use crate::contact::bounds::Bounds;
-use crate::contact::reaction::Partner;
+use crate::contact::reactions::reaction::Partner;
+use crate::contact::search::bounds::Bounds;
 use crate::dynamics::Attached;
 use crate::engine::convert;
 use crate::free::{Free, FreeBodyId, Guest, LEAST_GRAVITY_M_S2, RapierObject, RawHandle, Rest};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use rapier3d::prelude::*;
 
-use crate::contact::reaction::Reaction;
+use crate::contact::reactions::reaction::Reaction;
 use crate::free::{RapierObject, RawHandle};
 use crate::{FreeBodyId, WorldObject};
 

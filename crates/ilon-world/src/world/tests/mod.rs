@@ -9,10 +9,10 @@ use ilon_robot::{Pose as PlanarPose, Robot};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 
 use super::{ROOM, World};
-use crate::contact::candidate_search::Workspace;
-use crate::contact::free_body_search::{solids, travel_m};
-use crate::contact::reaction::Part;
+use crate::contact::reactions::reaction::Part;
 use crate::contact::scene::Scenes;
+use crate::contact::search::free_bodies::{solids, travel_m};
+use crate::contact::search::on_ground::Workspace;
 use crate::robot::articulated::{Articulated, wheel_inertia};
 use crate::{Floor, GroundBox, MotorTorque, Push, RollerBodies, Settings};
 

@@ -4,7 +4,7 @@ use ilon_robot::{Collision, CollisionShape, Pose as PlanarPose, Robot, Scale};
 use nalgebra::{Isometry3, Vector3};
 
 use super::{World, angular_momentum, shipped};
-use crate::contact::reaction::Partner;
+use crate::contact::reactions::reaction::Partner;
 use crate::robot::articulated::Articulated;
 use crate::robot::shared_robot::SharedRobot;
 use crate::{Floor, Settings};

@@ -8,7 +8,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::law::Law;
+use super::kinds::Law;
 use super::newton::Newton;
 use super::one_contact::contact_impulse;
 use super::split::Split;

@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Point3};
 
-use crate::contact::candidate::Candidate;
-use crate::contact::reaction::Part;
+use crate::contact::reactions::reaction::Part;
+use crate::contact::search::candidate::Candidate;
 
 /// What more places than this are thinned: more than boxes on kerbs make.
 const MANY: usize = 64;
@@ -57,8 +57,8 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::contact::candidate::Turning;
-    use crate::contact::reaction::{Member, Partner};
+    use crate::contact::reactions::reaction::{Member, Partner};
+    use crate::contact::search::candidate::Turning;
 
     fn place(part: Part, x_m: f64, gap_m: f64) -> Candidate {
         Candidate {

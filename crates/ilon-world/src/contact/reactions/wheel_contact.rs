@@ -2,7 +2,7 @@
 
 use nalgebra::{Translation3, Vector2, Vector3};
 
-use crate::contact::reaction::{Part, Reaction};
+use crate::contact::reactions::reaction::{Part, Reaction};
 use crate::robot::state::State;
 use crate::robot::wheel::WheelBody;
 

@@ -2,11 +2,11 @@
 
 use nalgebra::Vector3;
 
-use crate::contact::candidate::Candidate;
 use crate::contact::frame::frame;
-use crate::contact::reaction::{Member, Part, Partner};
-use crate::contact::row::{Row, Side};
+use crate::contact::reactions::reaction::{Member, Part, Partner};
+use crate::contact::reactions::row::{Row, Side};
 use crate::contact::scene::{Scene, Scenes};
+use crate::contact::search::candidate::Candidate;
 use crate::robot::axial_play::AxleSlide;
 use crate::robot::state::State;
 

@@ -1,7 +1,7 @@
 //! How the bodies answer to impulses, as they are held in the step.
 
-use crate::contact::potential::Axle;
-use crate::contact::row::{Row, Side};
+use crate::contact::reactions::potential::Axle;
+use crate::contact::reactions::row::{Row, Side};
 use crate::contact::scene::Scenes;
 
 /// How bodies answer to each row, and to each of their joints: solved halfway.

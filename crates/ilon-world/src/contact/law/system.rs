@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::anisotropy::Anisotropies;
 use super::curve::{Curve, Curves, Meeting};
-use super::law::{Law, Sliding};
+use super::kinds::{Law, Sliding};
 
 /// The impulses of a step. It is cleared and filled again in every step and allocates only while it grows.
 #[derive(Clone, Debug, Default)]

@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::curve::Meeting;
-use super::law::{Law, Sliding};
+use super::kinds::{Law, Sliding};
 use super::system::{ImpulseProblem, TOLERANCE, pair};
 use crate::contact::linear::solve_in_place;
 

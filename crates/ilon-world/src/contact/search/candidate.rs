@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::contact::reaction::{Member, Partner};
+use crate::contact::reactions::reaction::{Member, Partner};
 
 /// A hub whose axis leaves a plane by less than this, as the sine of an angle, turns as a round wheel on it.
 ///

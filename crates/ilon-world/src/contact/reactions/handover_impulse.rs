@@ -20,11 +20,11 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 
+use crate::contact::law::ImpulseProblem;
 use crate::contact::linear::{solve_for_all, solve_in_place};
-use crate::contact::problem::ImpulseProblem;
-use crate::contact::reaction::Reaction;
-use crate::contact::response::{Responses, of_axles};
-use crate::contact::row::Row;
+use crate::contact::reactions::reaction::Reaction;
+use crate::contact::reactions::response::{Responses, of_axles};
+use crate::contact::reactions::row::Row;
 use crate::robot::articulated::Articulated;
 
 /// A contact that comes in faster, in its robot's unit of speed, hits: what happens then takes the whole step. 1 cm/s for wheels of 50 mm.

@@ -2,14 +2,14 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::contact::bounds::Bounds;
-use crate::contact::candidate::{Candidate, Turning};
-use crate::contact::candidate_search::Workspace;
 use crate::contact::frame::{along_frame, frame};
-use crate::contact::reaction::{Part, Partner};
+use crate::contact::reactions::reaction::{Part, Partner};
 use crate::contact::scene::{Scene, Scenes};
-use crate::contact::solid::{Near, Solid};
-use crate::contact::thinning::thin;
+use crate::contact::search::bounds::Bounds;
+use crate::contact::search::candidate::{Candidate, Turning};
+use crate::contact::search::on_ground::Workspace;
+use crate::contact::search::solid::{Near, Solid};
+use crate::contact::search::thinning::thin;
 use crate::robot::articulated::Articulated;
 use crate::robot::state::State;
 use crate::settings::NEAR;

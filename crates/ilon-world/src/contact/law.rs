@@ -15,11 +15,11 @@
 //! - *slide*, between two stops: least <= u <= most, and p = 0 but at a stop, from which it pushes;
 //! - *curve*: (u, p) lies on a curve of straight pieces along which velocity grows: a motor at its bounds with its gear.
 //!
-//! `law` has the laws, `system` the numbers that they hold between, `solver` what finds the impulses.
+//! `kinds` has the laws, `system` the numbers that they hold between, `solver` what finds the impulses.
 
 mod anisotropy;
 mod curve;
-mod law;
+mod kinds;
 mod newton;
 mod one_contact;
 mod solver;
@@ -27,8 +27,9 @@ mod split;
 mod system;
 #[cfg(test)]
 mod tests;
+pub(crate) mod tread;
 
 pub(crate) use curve::Curve;
-pub(crate) use law::Law;
+pub(crate) use kinds::Law;
 pub(crate) use solver::Solver;
 pub(crate) use system::ImpulseProblem;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::contact::reaction::{Part, Partner, Reaction};
+use crate::contact::reactions::reaction::{Part, Partner, Reaction};
 
 /// What the ground did to a robot during the last step: means over it, in the world frame, in N.
 ///

@@ -15,7 +15,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::law::{Law, Sliding};
+use super::kinds::{Law, Sliding};
 use super::system::ImpulseProblem;
 use crate::contact::linear::{factorise, solve_factorised};
 

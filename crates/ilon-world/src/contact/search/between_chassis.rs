@@ -4,10 +4,10 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use parry3d::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
 use rapier3d::prelude::*;
 
-use crate::contact::candidate::{Candidate, Turning};
-use crate::contact::free_body_search::fastest_link_m_s;
-use crate::contact::reaction::{Part, Partner};
+use crate::contact::reactions::reaction::{Part, Partner};
 use crate::contact::scene::{Scene, Scenes};
+use crate::contact::search::candidate::{Candidate, Turning};
+use crate::contact::search::free_bodies::fastest_link_m_s;
 use crate::engine::convert;
 use crate::settings::NEAR;
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 
-use crate::contact::tread::{Press, Shear, Softness};
+use crate::contact::law::tread::{Press, Shear, Softness};
 
 /// A part of an articulated body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -4,7 +4,7 @@ use ilon_robot::SolidOfRevolution;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::PlacedProfile;
-use crate::contact::nearest::{Nearest, Piece, SolidBox, Triangle};
+use crate::contact::search::nearest::{Nearest, Piece, SolidBox, Triangle};
 
 /// The least of a convex function over an interval, by thirds.
 fn least(low: f64, high: f64, of: impl Fn(f64) -> f64) -> f64 {

@@ -14,8 +14,8 @@ mod tests;
 use ilon_robot::Barrel;
 use nalgebra::{Isometry3, Point3, Vector2, Vector3};
 
-use crate::contact::ball_and_cylinder::{SolidBall, SolidCylinder};
-use crate::contact::bounds::Bounds;
+use crate::contact::search::ball_and_cylinder::{SolidBall, SolidCylinder};
+use crate::contact::search::bounds::Bounds;
 
 /// The search along a roller's axis is over within this, in metres.
 const SETTLED_M: f64 = 1e-13;

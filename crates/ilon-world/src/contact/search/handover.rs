@@ -3,8 +3,8 @@
 use ilon_robot::Scale;
 use nalgebra::Vector3;
 
-use crate::contact::candidate::{Candidate, UPRIGHT};
-use crate::contact::reaction::Part;
+use crate::contact::reactions::reaction::Part;
+use crate::contact::search::candidate::{Candidate, UPRIGHT};
 use crate::dynamics::LinkPose;
 use crate::robot::roller::RollerState;
 
@@ -110,8 +110,8 @@ mod tests {
     use nalgebra::Matrix3;
 
     use super::*;
-    use crate::contact::candidate::Turning;
-    use crate::contact::reaction::{Member, Partner};
+    use crate::contact::reactions::reaction::{Member, Partner};
+    use crate::contact::search::candidate::Turning;
     use crate::robot::roller::FixedRoller;
 
     const SCALE: Scale = Scale {

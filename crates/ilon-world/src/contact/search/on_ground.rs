@@ -3,15 +3,15 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::RollerBodies;
-use crate::contact::bounds::Bounds;
-use crate::contact::candidate::{Candidate, Turning, UPRIGHT};
 use crate::contact::frame::{along_frame, frame};
-use crate::contact::handover::{leave_out_handed_over, leave_out_higher};
-use crate::contact::nearest::{Nearest, Piece, PlacedBarrel, keep_nearest_of_surface};
-use crate::contact::reaction::{Member, Part, Partner};
+use crate::contact::reactions::reaction::{Member, Part, Partner};
 use crate::contact::scene::Scene;
-use crate::contact::thinning::thin;
-use crate::contact::turned_profile::PlacedProfile;
+use crate::contact::search::bounds::Bounds;
+use crate::contact::search::candidate::{Candidate, Turning, UPRIGHT};
+use crate::contact::search::handover::{leave_out_handed_over, leave_out_higher};
+use crate::contact::search::nearest::{Nearest, Piece, PlacedBarrel, keep_nearest_of_surface};
+use crate::contact::search::thinning::thin;
+use crate::contact::search::turned_profile::PlacedProfile;
 use crate::ground::HeightField;
 use crate::robot::roller::RollerState;
 use crate::robot::state::State;

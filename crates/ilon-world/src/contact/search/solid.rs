@@ -9,9 +9,9 @@ use parry3d::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDis
 use parry3d::shape::Shape;
 use rapier3d::prelude::*;
 
-use crate::contact::ball_and_cylinder::{SolidBall, SolidCylinder};
-use crate::contact::bounds::Bounds;
-use crate::contact::nearest::{Piece, SolidBox};
+use crate::contact::search::ball_and_cylinder::{SolidBall, SolidCylinder};
+use crate::contact::search::bounds::Bounds;
+use crate::contact::search::nearest::{Piece, SolidBox};
 use crate::engine::convert;
 
 /// A shape where it stands, in the floor's frame.

@@ -1,0 +1,13 @@
+//! Where bodies are near the ground and one another: the places that may touch in a step.
+
+pub(crate) mod ball_and_cylinder;
+pub(crate) mod between_chassis;
+pub(crate) mod bounds;
+pub(crate) mod candidate;
+pub(crate) mod free_bodies;
+pub(crate) mod handover;
+pub(crate) mod nearest;
+pub(crate) mod on_ground;
+pub(crate) mod solid;
+pub(crate) mod thinning;
+pub(crate) mod turned_profile;
