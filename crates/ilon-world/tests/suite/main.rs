@@ -4,6 +4,7 @@ mod axles;
 mod bodies;
 mod chassis_on_relief;
 mod disturbances;
+mod fast;
 mod free;
 mod free_world;
 mod in_turn;

@@ -4,7 +4,7 @@ use crate::support;
 
 use std::f64::consts::FRAC_PI_2;
 
-use ilon_robot::{Collision, CollisionShape, Pose, Robot};
+use ilon_robot::{Collision, CollisionShape, Pose, Robot, RollersAsMade};
 use ilon_world::{Floor, GroundBox, Relief, Settings, World, WorldError};
 use nalgebra::{Isometry3, Vector3};
 use support::mecanum4;
@@ -116,6 +116,29 @@ fn on_bumps_the_first_wheel_touches_and_none_is_inside() {
         };
         let mut world = begin(&robot, &floor, start).expect("a place to stand");
         assert!(world.robot().penetration_m() < 1e-8);
+        let (rise_m, _) = rises(&mut world);
+        assert!(rise_m < 1e-5, "rose {rise_m:.1e} m");
+    }
+}
+
+/// A peg that only the far end of one wheel reaches is stood on, too, and nothing begins in it.
+#[test]
+fn on_a_peg_under_the_far_end_of_a_wheel_it_begins_on_top() {
+    let mut turned = mecanum4();
+    let made = RollersAsMade {
+        profile_m: Some(vec![[-0.016, 0.012], [0.016, 0.012]]),
+        ..RollersAsMade::default()
+    };
+    for wheel in &mut turned.wheels {
+        wheel.make_rollers(made.clone(), None).expect("rollers");
+    }
+    for robot in [mecanum4(), turned] {
+        // Beneath the wheel's front, 6 mm off its middle.
+        let floor = floor(vec![solid([0.194, 0.206], [0.166, 0.178], 0.035)]);
+        let mut world = begin(&robot, &floor, Pose::default()).expect("a place to stand");
+        let raised_m = world.robot().hub_height_m(0) - 0.05;
+        // A circle of 50 mm over an edge 44 mm ahead has its hub at 35 + sqrt(50^2 - 44^2) = 58.7 mm; rollers leave some of it free.
+        assert!(raised_m > 1e-3 && raised_m < 0.009, "{raised_m}");
         let (rise_m, _) = rises(&mut world);
         assert!(rise_m < 1e-5, "rose {rise_m:.1e} m");
     }

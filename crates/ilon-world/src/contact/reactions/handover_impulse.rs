@@ -310,3 +310,48 @@ fn share(reactions: &[Reaction], jump: &[f64]) -> f64 {
     }
     if weights > 0.0 { shares / weights } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::reactions::reaction::{Member, Part, Partner};
+
+    /// A roller that came down and slid along its first tangent.
+    fn came_down(friction: f64, impulse: Vector3<f64>) -> Reaction {
+        Reaction {
+            a: Member {
+                body: 0,
+                part: Part::Roller(0, 0),
+            },
+            b: Partner::Ground,
+            at_m: Vector3::zeros(),
+            frame: [Vector3::z(), Vector3::x(), Vector3::y()],
+            friction,
+            nap: None,
+            impulse,
+            velocity_before: Vector3::new(0.0, 0.2, 0.0),
+            velocity_after: Vector3::zeros(),
+            taken_j: Vector3::zeros(),
+            came_down: true,
+            rolling_radius_m: 0.0,
+            compliance: None,
+        }
+    }
+
+    /// Friction at its limit gives mu p_n over a whole step. To stop what slides it must give the jump and, for as long as it takes, what the rest of the
+    /// step asks of it: mu p_n s = -(p_j + s p_r) along the sliding.
+    #[test]
+    fn friction_stops_what_slides_in_the_part_of_a_step_in_which_it_can() {
+        let (friction, normal_n_s) = (0.5, 0.04);
+        for (jump_n_s, rest_n_s) in [(-0.004, 0.0), (-0.004, 0.006), (-0.004, -0.006)] {
+            let whole = Vector3::new(normal_n_s, jump_n_s + rest_n_s, 0.0);
+            let part = share(&[came_down(friction, whole)], &[0.0, jump_n_s, 0.0]);
+            let left_n_s = friction * normal_n_s * part + (jump_n_s + part * rest_n_s);
+            // A handful of roundings.
+            assert!(left_n_s.abs() < 1e-17, "{rest_n_s}: {left_n_s:e}");
+        }
+        // Where friction cannot, it takes all of the step.
+        let weak = came_down(0.05, Vector3::new(normal_n_s, -0.004, 0.0));
+        assert_eq!(share(&[weak], &[0.0, -0.004, 0.0]), 1.0);
+    }
+}

@@ -171,6 +171,35 @@ mod tests {
         }
     }
 
+    /// A wheel that stands on the floor and at a wall touches both, whichever of its rollers is nearer to what it touches.
+    #[test]
+    fn rollers_on_the_floor_and_at_a_wall_both_stay() {
+        let wheel = wheel();
+        let fixed = wheel
+            .rollers
+            .iter()
+            .map(|roller| RollerState::at_rest(Arc::new(FixedRoller::new(&wheel, roller))));
+        let rollers: Vec<RollerState> = fixed.collect();
+        let hub = LinkPose {
+            center_m: Vector3::new(0.0, 0.0, 0.05),
+            rotation: Matrix3::from_columns(&[-Vector3::z(), Vector3::x(), -Vector3::y()]),
+        };
+        for (on_floor_m, at_wall_m) in [(1e-6, 2e-6), (2e-6, 1e-6), (0.0, 0.0)] {
+            let places = || {
+                vec![
+                    place(0, Vector3::zeros(), Vector3::z(), on_floor_m),
+                    place(2, Vector3::new(0.05, 0.0, 0.05), -Vector3::x(), at_wall_m),
+                ]
+            };
+            let mut found = places();
+            leave_out_higher(&mut found, &hub, (&rollers, &SCALE));
+            assert_eq!(found.len(), 2, "{on_floor_m} {at_wall_m}");
+            let mut found = places();
+            leave_out_handed_over(&mut found, &Vector3::y(), &SCALE);
+            assert_eq!(found.len(), 2, "{on_floor_m} {at_wall_m}");
+        }
+    }
+
     /// Of two rollers that are equally near to the ground the one that is nearer to straight down stays, wherever in the world the robot
     /// stands: on a ground that bends by half a milliradian, too, whose normals differ by half a metre a kilometre from the origin.
     #[test]

@@ -100,6 +100,31 @@ fn nearest_places_are_those_of_a_search_over_the_whole_body() {
     }
 }
 
+/// A box around a body holds it, and reaches no further along each axis than its further end: the third of these is thicker at one end by up to 1 mm.
+#[test]
+fn the_box_around_a_roller_holds_it_and_touches_it_along_each_axis() {
+    for body in bodies() {
+        for i in 0..6 {
+            let s = f64::from(i);
+            let axis = Vector3::new((1.3 * s).cos(), (1.3 * s).sin(), 0.6 * (0.7 * s).sin());
+            let placed = PlacedProfile {
+                turned: &body,
+                center_m: Vector3::new(0.06 * s, -0.05 * s, 0.03),
+                axis: axis.normalize(),
+            };
+            let bounds = placed.bounds();
+            for side in 0..3 {
+                let towards = Vector3::ith(side, 1.0);
+                let over_m = bounds.most_m[side] - placed.support(&-towards, None)[side];
+                let under_m = placed.support(&towards, None)[side] - bounds.least_m[side];
+                // The box is as wide both ways as the further of the two; a handful of roundings of decimetres.
+                assert!(over_m.min(under_m).abs() < 1e-15, "{i} {side}");
+                assert!(over_m.max(under_m) < 2e-3, "{i} {side}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_roller_that_reaches_into_an_edge_is_pushed_out_over_it() {
     // A cylinder along y whose side lies over the straight edge of a box along x = 0, at 45 degrees to both faces.
