@@ -318,6 +318,7 @@ fn run_and_judge(
     };
     let judged = Judged {
         verdicts,
+        trace_hash: Some(run.summary.trace_hash.clone()),
         differences,
         drawn,
         update,

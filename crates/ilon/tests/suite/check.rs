@@ -54,6 +54,24 @@ fn what_expects_nothing_counts_apart_and_is_skipped_in_junit() {
     );
 }
 
+/// What a run is to the bit is the same in both commands, and a changed scenario has another.
+#[test]
+fn a_check_tells_the_trace_hash_of_its_run() {
+    let folder = Folder::new();
+    let hash = |set: &[&str]| {
+        let printed = folder.ilon(&[&["check", "good.toml", "--json"], set].concat());
+        let told: serde_json::Value = serde_json::from_slice(&printed.stdout).expect("JSON");
+        told["scenarios"][0]["trace_hash"].clone()
+    };
+    ended_with(0, &folder.ilon(&["run", "good.toml", "--out", "run"]));
+    let summary = folder.read("run/summary.json");
+    let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+    let of_run = summary["trace_hash"].clone();
+    assert!(of_run.is_string());
+    assert_eq!(hash(&[]), of_run);
+    assert_ne!(hash(&["--set", "run.duration_s=0.1"]), of_run);
+}
+
 #[test]
 fn a_bound_that_cannot_fail_is_refused_where_it_stands() {
     let folder = Folder::new();

@@ -33,6 +33,8 @@ pub(super) enum Ended {
 #[derive(Default)]
 pub(super) struct Judged {
     pub verdicts: Vec<Verdict>,
+    /// The fingerprint of all signals of the run; a study of many has none.
+    pub trace_hash: Option<String>,
     /// Where it leaves its baseline; `None` where it was held against none.
     pub differences: Option<Vec<Difference>>,
     /// Where the differences are drawn, if there are any.
@@ -126,18 +128,19 @@ impl Checked {
     fn json(&self) -> serde_json::Value {
         let count = self.count();
         let outcome = WORDS.iter().find(|(known, _)| *known == count);
-        let (bounds, failures, error) = match &self.result {
-            Ended::Judged(judged) => (judged.verdicts.as_slice(), judged.failures(), None),
-            Ended::Refused(error) => ([].as_slice(), Vec::new(), Some(error.to_string())),
-            Ended::Skipped => ([].as_slice(), Vec::new(), None),
+        let (judged, error) = match &self.result {
+            Ended::Judged(judged) => (judged, None),
+            Ended::Refused(error) => (&Judged::default(), Some(error.to_string())),
+            Ended::Skipped => (&Judged::default(), None),
         };
         serde_json::json!({
             "scenario": self.label,
             "file": self.path,
             "outcome": outcome.map(|(_, word)| word),
             "took_s": self.took.as_secs_f64(),
-            "bounds": bounds,
-            "failures": failures,
+            "trace_hash": judged.trace_hash,
+            "bounds": judged.verdicts,
+            "failures": judged.failures(),
             "error": error,
         })
     }
