@@ -74,10 +74,7 @@ impl Parameter {
     /// Its value before the fit.
     pub fn nominal(&self, robot: &Robot) -> f64 {
         match self {
-            Self::Radius => {
-                robot.wheels.iter().map(|wheel| wheel.radius_m).sum::<f64>()
-                    / robot.wheels.len() as f64
-            }
+            Self::Radius => robot.mean_wheel_radius_m(),
             Self::WheelRadius(wheel) => robot.wheels[*wheel].radius_m,
             Self::Lever => lever_m(robot),
             Self::Gamma => gamma_rad(robot).to_degrees(),

@@ -36,6 +36,12 @@ pub struct Chassis {
 }
 
 impl Robot {
+    /// Mean radius of its wheels, in metres; of at least one.
+    pub fn mean_wheel_radius_m(&self) -> f64 {
+        let radii_m = self.wheels.iter().map(|wheel| wheel.radius_m);
+        radii_m.sum::<f64>() / self.wheels.len() as f64
+    }
+
     /// Mass of the whole robot, in kg.
     pub fn mass_kg(&self) -> f64 {
         let wheel_kg = |w: &Wheel| w.hub.mass_kg + w.rollers.iter().map(|r| r.mass_kg).sum::<f64>();
@@ -197,9 +203,8 @@ impl Scale {
     /// Of a robot with one wheel at least, in a gravity in m/s^2.
     pub fn of(robot: &Robot, gravity_m_s2: f64) -> Self {
         let count = robot.wheels.len() as f64;
-        let radii_m = robot.wheels.iter().map(|wheel| wheel.radius_m);
         Self {
-            length_m: radii_m.sum::<f64>() / count,
+            length_m: robot.mean_wheel_radius_m(),
             load_kg: robot.mass_kg() / count,
             gravity_m_s2: gravity_m_s2.max(LEAST_GRAVITY_M_S2),
         }

@@ -50,8 +50,7 @@ impl Track {
         let resolved = resolve_for(scenario, robot, Driver::Own)?;
         let fresh = Plant::new(&resolved, robot)?;
         let kinematics = fresh.kinematics().clone();
-        let radii = robot.wheels.iter().map(|wheel| wheel.radius_m);
-        let radius_m = radii.sum::<f64>() / robot.wheels.len() as f64;
+        let radius_m = robot.mean_wheel_radius_m();
         let unit_s = libm::sqrt(radius_m / scenario.world.gravity_m_s2.max(1e-3));
         let limit_rad_s = resolved.wheel_rate_limit_rad_s();
         let wheel_rate_rad_s = (SHARE_OF_LIMIT * limit_rad_s).min(FASTEST / unit_s);

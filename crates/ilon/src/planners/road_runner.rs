@@ -74,7 +74,7 @@ impl Feedforward {
             .sum::<f64>()
             / n as f64;
         let of_torque = |torque_n_m: f64| torque_n_m / (efficiency * dc.stall_torque_n_m);
-        let radius_m = robot.wheels.iter().map(|w| w.radius_m).sum::<f64>() / n as f64;
+        let radius_m = robot.mean_wheel_radius_m();
         // Of the wheel's rim where the robot moves at the direction's speed.
         let rim_m_s = radius_m * rate_sum / n as f64;
         Ok(Self {

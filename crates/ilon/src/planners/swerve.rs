@@ -83,8 +83,7 @@ impl Swerve {
             return Err(NoSwerve::NoRateLimit);
         }
         let force_n = SHARE * force_within_n(&modules_m, (whole.mass_kg, inertia_kg_m2), polytope);
-        let wheels = robot.wheels.len() as f64;
-        let wheel_radius_m = robot.wheels.iter().map(|w| w.radius_m).sum::<f64>() / wheels;
+        let wheel_radius_m = robot.mean_wheel_radius_m();
         Ok(Self {
             name: robot.name.clone(),
             mass_kg: whole.mass_kg,

@@ -87,8 +87,7 @@ impl DriveParameters {
     pub fn of(robot: &Robot) -> Result<Result<Self, Unsuitable>, ControlError> {
         let kinematics = Kinematics::new(robot)?;
         let contact = ContactKinematics::new(robot)?;
-        let radius_m = robot.wheels.iter().map(|wheel| wheel.radius_m).sum::<f64>()
-            / robot.wheels.len() as f64;
+        let radius_m = robot.mean_wheel_radius_m();
         let form = match suits(mecanum(&robot.wheels), &kinematics, radius_m) {
             Ok(form) => form,
             Err(mecanum) => match suits(omni(&robot.wheels), &kinematics, radius_m) {
