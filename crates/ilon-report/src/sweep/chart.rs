@@ -181,18 +181,12 @@ fn y_axis(place: &Placement, svg: &mut String) {
 /// Curves or a cloud, over one axis.
 fn lines(drawn: &Figure) -> String {
     let (left, right, top, bottom) = AREA;
-    let (xs, ys): (Vec<f64>, Vec<f64>) = match &drawn.content {
+    let xs: Vec<f64> = match &drawn.content {
         Content::Curves(curves) => {
-            let points = || curves.iter().flat_map(|curve| &curve.points);
-            let xs = points().map(|point| point.x).collect();
-            (
-                xs,
-                points()
-                    .flat_map(|point| [point.least, point.largest])
-                    .collect(),
-            )
+            let points = curves.iter().flat_map(|curve| &curve.points);
+            points.map(|point| point.x).collect()
         }
-        Content::Cloud(points) => points.iter().copied().unzip(),
+        Content::Cloud(points) => points.iter().map(|(x, _)| *x).collect(),
         Content::Heat(_) => return String::new(),
     };
     let words = drawn.x.words.len();
@@ -204,7 +198,8 @@ fn lines(drawn: &Figure) -> String {
         right,
         if words > 0 { 0.1 } else { 0.02 },
     );
-    let y = Placement::of(ys.into_iter().chain(drawn.bound), false, bottom, top, 0.05);
+    let ys = drawn.content.values().into_iter();
+    let y = Placement::of(ys.chain(drawn.bound), false, bottom, top, 0.05);
     let mut content = String::new();
     x_axis(&drawn.x, &x, &mut content);
     y_axis(&y, &mut content);

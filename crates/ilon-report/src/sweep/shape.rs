@@ -61,6 +61,32 @@ pub(super) struct Point {
     pub largest: f64,
 }
 
+impl Content {
+    /// What is drawn along the quantity's own axis; nothing where it is drawn in colours.
+    pub fn values(&self) -> Vec<f64> {
+        match self {
+            Self::Curves(curves) => {
+                let points = curves.iter().flat_map(|curve| &curve.points);
+                points.flat_map(|at| [at.least, at.largest]).collect()
+            }
+            Self::Cloud(points) => points.iter().map(|(_, value)| *value).collect(),
+            Self::Heat(_) => Vec::new(),
+        }
+    }
+}
+
+/// Whether values can still be told apart beside a bound on one axis: they then take a quarter of it at least.
+fn is_in_sight(values: &[f64], bound: f64) -> bool {
+    let Some(&first) = values.first() else {
+        return true;
+    };
+    let range = |from: f64| {
+        let least = values.iter().copied().fold(from, f64::min);
+        values.iter().copied().fold(from, f64::max) - least
+    };
+    range(first) == 0.0 || range(first) >= 0.25 * range(bound)
+}
+
 /// The figures of a study.
 pub(super) fn figures(shown: &StudyInput, most_quantities: usize) -> Vec<Figure> {
     let mut figures = Vec::new();
@@ -168,17 +194,24 @@ fn over(
     shown: &StudyInput,
     quantity: usize,
     key: usize,
-    caption: String,
+    mut caption: String,
     content: Content,
 ) -> Figure {
     let named = &shown.quantities[quantity];
+    let values = content.values();
+    let far = named.bound.filter(|bound| !is_in_sight(&values, *bound));
+    if let Some(bound) = far {
+        let lies_above = values.iter().all(|value| *value < bound);
+        let way = if lies_above { "above" } else { "below" };
+        caption += &format!(" Its bound, {}, is far {way}.", figure(bound));
+    }
     Figure {
         title: format!("{} over {}", named.name, shown.varied[key].key),
-        caption,
+        caption: caption.trim_start().to_owned(),
         x: scale(shown, key),
         y: None,
         content,
-        bound: named.bound,
+        bound: named.bound.filter(|_| far.is_none()),
     }
 }
 
@@ -357,6 +390,26 @@ mod tests {
             curves[0].points,
             (0..5).map(|x| expected(f64::from(x))).collect::<Vec<_>>()
         );
+    }
+
+    /// Values from 0 to 1 take a quarter of what reaches from 0 to a bound of 4; a bound of 4.1 would flatten them, and of equal values there is nothing to see.
+    #[test]
+    fn a_bound_that_would_flatten_what_is_drawn_is_told_and_not_drawn() {
+        let values = [0.5, 0.0, 1.0];
+        assert!([4.0, -1.0, 0.5, -3.0].map(|bound| is_in_sight(&values, bound)) == [true; 4]);
+        assert!([4.1, -3.1].map(|bound| is_in_sight(&values, bound)) == [false; 2]);
+        assert!(is_in_sight(&[2.0, 2.0], 1e6) && is_in_sight(&[], 1.0));
+        // From 0 to 4.
+        let mut shown = study(&[5], 1);
+        let mut drawn = |bound| {
+            shown.quantities[0].bound = Some(bound);
+            let figure = figures(&shown, 1).remove(0);
+            (figure.bound, figure.caption)
+        };
+        assert_eq!(drawn(16.0), (Some(16.0), String::new()));
+        let told = |way: &str| (None, format!("Its bound, {way}."));
+        assert_eq!(drawn(17.0), told("17, is far above"));
+        assert_eq!(drawn(-13.0), told("-13, is far below"));
     }
 
     #[test]
