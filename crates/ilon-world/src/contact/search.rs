@@ -9,5 +9,6 @@ pub(crate) mod handover;
 pub(crate) mod nearest;
 pub(crate) mod on_ground;
 pub(crate) mod solid;
+mod straight_sides;
 pub(crate) mod thinning;
 pub(crate) mod turned_profile;

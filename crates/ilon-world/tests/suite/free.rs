@@ -475,3 +475,38 @@ fn bodies_turn_with_the_inertia_of_their_shapes() {
         }
     }
 }
+
+/// A can between a robot, whose wheels spin at the limit of their grip, and a box that is too heavy: it hands on the force. A wheel's rollers turn freely
+/// across their axes, so that its grip mu N pulls along them, at 45 degrees: F = mu (m g + F_z) / sqrt(2), with F_z by which the can's side rubs on the
+/// robot. It is near each of its neighbours along a line whose two ends carry it, and no step is left unsolved.
+#[test]
+fn a_can_hands_on_the_force_to_a_box_that_is_too_heavy() {
+    const FRICTION: f64 = 0.6;
+    let floor = Floor {
+        friction: FRICTION,
+        ..Floor::default()
+    };
+    let mut world = world(&floor, 1e-3);
+    let shape = FreeShape::Cylinder {
+        radius_m: 0.05,
+        length_m: 0.15,
+    };
+    let can = FreeBody::new("can", shape, 0.5, Vector2::new(0.3, 0.0));
+    let can = world.add_body(&can).expect("room");
+    let heavy = cube("heavy", 0.3, 60.0, 0.55, 0.0);
+    world.add_body(&heavy).expect("room");
+    let mut residual_m_s = 0.0_f64;
+    for _ in 0..1000 {
+        hold(&mut world, 8.0);
+        world.step();
+        residual_m_s = residual_m_s.max(world.contact_residual_m_s());
+    }
+    let can = world.free_body(can).expect("it is there");
+    assert!(can.velocity_m_s.norm() < 1e-6, "{}", can.velocity_m_s);
+    let push_n = can.force_from_robots_n;
+    let grip_n = FRICTION * (robot().mass_kg() * G + push_n.z) / f64::sqrt(2.0);
+    // Rollers' bearings and the wheels' turning take less than a thousandth.
+    assert!((push_n.x / grip_n - 1.0).abs() < 1e-3, "{push_n} {grip_n}");
+    // All laws hold to what counts as solved.
+    assert!(residual_m_s <= 1e-8, "{residual_m_s:e}");
+}

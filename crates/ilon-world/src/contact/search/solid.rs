@@ -1,6 +1,7 @@
 //! Where two solids are near each other, and where one is near the floor's plane.
 //!
-//! A box, a sphere and a cylinder meet the plane, and a sphere meets all three, in f64 by closed forms. For all other pairs parry says in f32 which
+//! A box, a sphere and a cylinder meet the plane, a sphere meets all three, and the side of a cylinder boxes and sides, in f64 by closed forms. For all other
+//! pairs parry says in f32 which
 //! faces, edges and corners are near. Places on a box's surface are then put exactly on it, and normals of faces exactly along its axes: so
 //! a gap is as fine as f64 wherever faces and corners meet, which a contact's stiff spring needs.
 
@@ -12,6 +13,7 @@ use rapier3d::prelude::*;
 use crate::contact::search::ball_and_cylinder::{SolidBall, SolidCylinder};
 use crate::contact::search::bounds::Bounds;
 use crate::contact::search::nearest::{Piece, SolidBox};
+use crate::contact::search::straight_sides::SidePlace;
 use crate::engine::convert;
 
 /// A shape where it stands, in the floor's frame.
@@ -133,8 +135,45 @@ impl Solid<'_> {
             let foot = piece.foot(&ball.center_m);
             let place_m = ball.center_m - ball.radius_m * foot.normal;
             offer(place_m, -foot.normal, foot.distance_m - ball.radius_m);
+        } else if let (Some(Piece::Cylinder(own)), Some(piece)) = (self.piece(), other.piece()) {
+            let found = match piece {
+                Piece::Box(solid) => own.near_box(&solid),
+                Piece::Cylinder(cylinder) => own.near_cylinder(&cylinder),
+                _ => Vec::new(),
+            };
+            self.show_sides(other, within_m, (found, false), show);
+        } else if let (Some(Piece::Box(solid)), Some(Piece::Cylinder(cylinder))) =
+            (self.piece(), other.piece())
+        {
+            self.show_sides(other, within_m, (cylinder.near_box(&solid), true), show);
         } else {
             self.near_by_features(other, within_m, show);
+        }
+    }
+
+    /// Shows the places where a side of a cylinder is near, which is the other one's where that is said; where there are none, what parry finds.
+    fn show_sides(
+        &self,
+        other: &Solid<'_>,
+        within_m: f64,
+        (found, is_others): (Vec<SidePlace>, bool),
+        mut show: impl FnMut(Near),
+    ) {
+        if found.is_empty() {
+            return self.near_by_features(other, within_m, show);
+        }
+        for place in found.iter().filter(|place| place.gap_m < within_m) {
+            let (place_m, normal) = if is_others {
+                (place.on_cylinder_m, -place.normal)
+            } else {
+                (place.on_other_m, place.normal)
+            };
+            show(Near {
+                place_m,
+                normal,
+                gap_m: place.gap_m,
+                is_corner: place.is_corner,
+            });
         }
     }
 
@@ -192,7 +231,7 @@ impl Solid<'_> {
 
 impl SolidCylinder {
     /// Offers its lowest place at each end and, of an end that nearly lies on the plane, a ring of fixed ones.
-    fn offer_lowest(&self, mut offer: impl FnMut(Vector3<f64>, bool)) {
+    pub(super) fn offer_lowest(&self, mut offer: impl FnMut(Vector3<f64>, bool)) {
         /// A cylinder that stands more upright than this, as the cosine of its lean, stands on an end.
         const STANDS: f64 = 0.9;
         /// Places on the ring: it tips over a side of that polygon, 4 % nearer to the middle than the rim.

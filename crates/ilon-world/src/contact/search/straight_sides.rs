@@ -1,0 +1,471 @@
+//! Where the straight side of a cylinder is near a box or another cylinder, and where one of its ends stands on a face of a box, in f64.
+//!
+//! parry finds such places in f32, normals to some 1e-4 and gaps to micrometres, which a stiff contact makes thousands of newtons of. Here a side and a
+//! face, or two sides, that are nearly parallel are near each other at both ends of what they have in common, each with its own gap; where they cross, at one
+//! place. What is near the rim of an end alone is left to parry.
+
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+
+use crate::contact::search::ball_and_cylinder::SolidCylinder;
+use crate::contact::search::nearest::SolidBox;
+
+/// Straight lines whose directions differ by less than this, as a sine, are near each other along their common length.
+const PARALLEL: f64 = 0.1;
+
+/// A place where a cylinder is near another solid.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SidePlace {
+    pub on_cylinder_m: Vector3<f64>,
+    pub on_other_m: Vector3<f64>,
+    /// Unit vector out of the other one.
+    pub normal: Vector3<f64>,
+    pub gap_m: f64,
+    /// Whether it is always the same place of the cylinder while that turns.
+    pub is_corner: bool,
+}
+
+/// A straight line of a length, which a radius makes a cylinder without ends.
+#[derive(Clone, Copy)]
+struct Rod {
+    center_m: Vector3<f64>,
+    along: Vector3<f64>,
+    half_length_m: f64,
+    radius_m: f64,
+}
+
+impl Rod {
+    fn at(&self, t_m: f64) -> Vector3<f64> {
+        self.center_m + t_m * self.along
+    }
+
+    /// The place of its surface beside a place of its axis that reaches furthest in a direction across it.
+    fn side(&self, t_m: f64, towards: &Vector3<f64>) -> Option<Vector3<f64>> {
+        let across = towards - self.along * self.along.dot(towards);
+        let across = across.try_normalize(1e-6)?;
+        Some(self.at(t_m) + self.radius_m * across)
+    }
+
+    /// Where it is near another one's side, in the frame of both; none where only an end is.
+    fn near(&self, other: &Self) -> Vec<SidePlace> {
+        let place = |own_m: f64, other_m: f64| {
+            let normal = (self.at(own_m) - other.at(other_m)).try_normalize(1e-9)?;
+            let on_cylinder_m = self.side(own_m, &-normal)?;
+            let on_other_m = other.side(other_m, &normal)?;
+            Some(SidePlace {
+                on_cylinder_m,
+                on_other_m,
+                normal,
+                gap_m: normal.dot(&(on_cylinder_m - on_other_m)),
+                is_corner: false,
+            })
+        };
+        let off_m = self.center_m - other.center_m;
+        let (cos, of_own, of_other) = (
+            self.along.dot(&other.along),
+            self.along.dot(&off_m),
+            other.along.dot(&off_m),
+        );
+        let sin2 = 1.0 - cos * cos;
+        if sin2 >= PARALLEL * PARALLEL {
+            let own_m = (cos * of_other - of_own) / sin2;
+            let other_m = of_other + cos * own_m;
+            let is_beside =
+                own_m.abs() <= self.half_length_m && other_m.abs() <= other.half_length_m;
+            return is_beside
+                .then(|| place(own_m, other_m))
+                .flatten()
+                .into_iter()
+                .collect();
+        }
+        let common = clip(
+            of_other,
+            cos,
+            other.half_length_m,
+            (-self.half_length_m, self.half_length_m),
+        );
+        ends(common)
+            .filter_map(|t_m| place(t_m, of_other + cos * t_m))
+            .collect()
+    }
+}
+
+/// The part of a range of t in which |from + by t| is at most so much.
+fn clip(from: f64, by: f64, most: f64, (low, high): (f64, f64)) -> (f64, f64) {
+    if by == 0.0 {
+        return if from.abs() <= most {
+            (low, high)
+        } else {
+            (0.0, -1.0)
+        };
+    }
+    let (one, other) = ((-most - from) / by, (most - from) / by);
+    (low.max(one.min(other)), high.min(one.max(other)))
+}
+
+/// Both ends of a range, one of what has no length, and none of what is empty.
+fn ends((low, high): (f64, f64)) -> impl Iterator<Item = f64> {
+    /// Two places nearer than this carry a load as one, in metres.
+    const ONE_PLACE_M: f64 = 1e-6;
+    let second = (high - low > ONE_PLACE_M).then_some(high);
+    (low <= high)
+        .then_some(low)
+        .into_iter()
+        .chain(second.filter(|_| low <= high))
+}
+
+impl SolidCylinder {
+    fn rod(&self, frame_from_floor: &Isometry3<f64>) -> Rod {
+        let pose = frame_from_floor * self.floor_from_cylinder;
+        Rod {
+            center_m: pose.translation.vector,
+            along: pose.rotation * Vector3::y(),
+            half_length_m: self.half_length_m,
+            radius_m: self.radius_m,
+        }
+    }
+
+    /// Where its side is near another cylinder's side; none where only an end of one of them is.
+    pub(super) fn near_cylinder(&self, other: &Self) -> Vec<SidePlace> {
+        let frame = Isometry3::identity();
+        self.rod(&frame).near(&other.rod(&frame))
+    }
+
+    /// Where its side or one of its ends is near a box; none where that is left to parry.
+    pub(super) fn near_box(&self, solid: &SolidBox) -> Vec<SidePlace> {
+        let rod = self.rod(&solid.floor_from_box.inverse());
+        let half_sides_m = &solid.half_sides_m;
+        let mut found = match Facing::of(&rod, half_sides_m) {
+            Some(facing) if rod.along[facing.axis].abs() < PARALLEL => {
+                facing.side(&rod, half_sides_m)
+            }
+            Some(facing) => facing.end(self, solid),
+            None => return Vec::new(),
+        };
+        if found.is_empty() {
+            found = near_edge(&rod, half_sides_m);
+        }
+        for place in &mut found {
+            let to_floor =
+                |place_m: Vector3<f64>| (solid.floor_from_box * Point3::from(place_m)).coords;
+            place.on_cylinder_m = to_floor(place.on_cylinder_m);
+            place.on_other_m = to_floor(place.on_other_m);
+            place.normal = solid.floor_from_box.rotation * place.normal;
+        }
+        found
+    }
+}
+
+/// The face of a box that a cylinder is most in front of.
+struct Facing {
+    axis: usize,
+    /// Which of the two faces across that axis.
+    sign: f64,
+}
+
+impl Facing {
+    /// None where the box is more in front of an end of the cylinder than the cylinder of any face.
+    fn of(rod: &Rod, half_sides_m: &Vector3<f64>) -> Option<Self> {
+        let apart_m = |axis: usize| {
+            let across = (1.0 - rod.along[axis].powi(2)).max(0.0).sqrt();
+            let reach_m = rod.half_length_m * rod.along[axis].abs() + rod.radius_m * across;
+            rod.center_m[axis].abs() - reach_m - half_sides_m[axis]
+        };
+        let axis = (0..3).max_by(|a, b| apart_m(*a).total_cmp(&apart_m(*b)))?;
+        let before_end_m = rod.center_m.dot(&rod.along).abs()
+            - rod.half_length_m
+            - half_sides_m.dot(&rod.along.abs());
+        // An end that lies on a face is as far from it as the face from the end, but for how far they lean.
+        let is_end = rod.along[axis].abs() >= PARALLEL;
+        (is_end || before_end_m < apart_m(axis)).then(|| Self {
+            axis,
+            sign: 1.0_f64.copysign(rod.center_m[axis]),
+        })
+    }
+
+    fn normal(&self) -> Vector3<f64> {
+        Vector3::ith(self.axis, self.sign)
+    }
+
+    fn place(&self, on_cylinder_m: Vector3<f64>, half_m: f64, is_corner: bool) -> SidePlace {
+        let mut on_other_m = on_cylinder_m;
+        on_other_m[self.axis] = self.sign * half_m;
+        SidePlace {
+            on_cylinder_m,
+            on_other_m,
+            normal: self.normal(),
+            gap_m: self.sign * on_cylinder_m[self.axis] - half_m,
+            is_corner,
+        }
+    }
+
+    /// Where the line of the side that is nearest to the face lies over it.
+    fn side(&self, rod: &Rod, half_sides_m: &Vector3<f64>) -> Vec<SidePlace> {
+        let Some(middle_m) = rod.side(0.0, &-self.normal()) else {
+            return Vec::new();
+        };
+        let mut common = (-rod.half_length_m, rod.half_length_m);
+        for axis in (0..3).filter(|axis| *axis != self.axis) {
+            common = clip(middle_m[axis], rod.along[axis], half_sides_m[axis], common);
+        }
+        ends(common)
+            .map(|t_m| self.place(middle_m + t_m * rod.along, half_sides_m[self.axis], false))
+            .collect()
+    }
+
+    /// Where an end stands on the face; none where it reaches over an edge.
+    fn end(&self, cylinder: &SolidCylinder, solid: &SolidBox) -> Vec<SidePlace> {
+        let half_sides_m = &solid.half_sides_m;
+        // The face as a plane z = 0.
+        let up = UnitQuaternion::rotation_between(&self.normal(), &Vector3::z());
+        let up = up.unwrap_or_else(|| {
+            UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
+        });
+        let half_m = half_sides_m[self.axis];
+        let standing = SolidCylinder {
+            floor_from_cylinder: Isometry3::translation(0.0, 0.0, -half_m)
+                * up
+                * solid.floor_from_box.inverse()
+                * cylinder.floor_from_cylinder,
+            ..*cylinder
+        };
+        let mut found = Vec::new();
+        let mut reaches_over = false;
+        standing.offer_lowest(|place_m, is_corner| {
+            let in_box_m = up.inverse() * (place_m + Vector3::z() * half_m);
+            let is_over =
+                |axis: usize| axis == self.axis || in_box_m[axis].abs() <= half_sides_m[axis];
+            reaches_over |= !(0..3).all(is_over);
+            found.push(self.place(in_box_m, half_m, is_corner));
+        });
+        if reaches_over {
+            found.clear();
+        }
+        found
+    }
+}
+
+/// Where a side is near an edge of a box.
+fn near_edge(rod: &Rod, half_sides_m: &Vector3<f64>) -> Vec<SidePlace> {
+    let mut best: Option<(f64, Vec<SidePlace>)> = None;
+    for axis in 0..3 {
+        let (second, third) = ((axis + 1) % 3, (axis + 2) % 3);
+        for corner in 0..4 {
+            let sign = |of: usize| if corner >> of & 1 == 0 { -1.0 } else { 1.0 };
+            let mut center_m = Vector3::zeros();
+            center_m[second] = sign(0) * half_sides_m[second];
+            center_m[third] = sign(1) * half_sides_m[third];
+            let edge = Rod {
+                center_m,
+                along: Vector3::ith(axis, 1.0),
+                half_length_m: half_sides_m[axis],
+                radius_m: 0.0,
+            };
+            let mut found = rod.near(&edge);
+            // Only away from both of its faces an edge is what is nearest.
+            found.retain(|place| {
+                place.normal[second] * sign(0) > 0.0 && place.normal[third] * sign(1) > 0.0
+            });
+            let gap_m = found
+                .iter()
+                .map(|place| place.gap_m)
+                .fold(f64::INFINITY, f64::min);
+            if best.as_ref().is_none_or(|(least_m, _)| gap_m < *least_m) {
+                best = Some((gap_m, found));
+            }
+        }
+    }
+    best.map_or_else(Vec::new, |(_, found)| found)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use nalgebra::{Translation3, UnitQuaternion};
+
+    use super::*;
+
+    const SOLID: Vector3<f64> = Vector3::new(0.3, 0.2, 0.1);
+
+    /// Frames in which a pair stands: where nothing is rounded, and anywhere.
+    fn frames() -> [Isometry3<f64>; 2] {
+        let turned = UnitQuaternion::from_euler_angles(0.3, -0.7, 1.9);
+        [
+            Isometry3::identity(),
+            Isometry3::from_parts(Translation3::new(2.0, -3.0, 0.4), turned),
+        ]
+    }
+
+    /// A cylinder of radius 50 mm and length 0.3 m, upright before it is turned, at a place beside a box of 0.6 x 0.4 x 0.2 m, in a frame.
+    fn pair(
+        frame: &Isometry3<f64>,
+        place_m: [f64; 3],
+        turned: UnitQuaternion<f64>,
+    ) -> (SolidCylinder, SolidBox) {
+        let upright = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2);
+        let cylinder = SolidCylinder {
+            floor_from_cylinder: frame
+                * Isometry3::from_parts(Vector3::from(place_m).into(), turned * upright),
+            radius_m: 0.05,
+            half_length_m: 0.15,
+        };
+        let solid = SolidBox {
+            floor_from_box: *frame,
+            half_sides_m: SOLID,
+        };
+        (cylinder, solid)
+    }
+
+    /// What is found in the box's own frame, ordered by height.
+    fn found(
+        frame: &Isometry3<f64>,
+        place_m: [f64; 3],
+        turned: UnitQuaternion<f64>,
+    ) -> Vec<SidePlace> {
+        let (cylinder, solid) = pair(frame, place_m, turned);
+        let mut found = cylinder.near_box(&solid);
+        for place in &mut found {
+            let back = |m: Vector3<f64>| frame.inverse_transform_point(&Point3::from(m)).coords;
+            place.on_cylinder_m = back(place.on_cylinder_m);
+            place.on_other_m = back(place.on_other_m);
+            place.normal = frame.rotation.inverse() * place.normal;
+        }
+        found.sort_by(|a, b| a.on_other_m.z.total_cmp(&b.on_other_m.z));
+        found
+    }
+
+    /// Sums of a few metres in f64.
+    const ROUNDED_M: f64 = 2e-15;
+
+    /// 10 mm before the face at x = 0.3 m, from 0.05 m above its middle on: what they have in common reaches from the cylinder's lower end at z = -0.05 to
+    /// the box's upper edge at 0.1.
+    #[test]
+    fn an_upright_side_is_near_a_face_where_their_heights_meet() {
+        for frame in frames() {
+            let [low, high] = found(&frame, [0.36, 0.07, 0.1], UnitQuaternion::identity())[..]
+            else {
+                panic!("two ends");
+            };
+            for (place, z_m) in [(low, -0.05), (high, 0.1)] {
+                assert!((place.on_other_m - Vector3::new(0.3, 0.07, z_m)).norm() < ROUNDED_M);
+                assert!((place.on_cylinder_m - Vector3::new(0.31, 0.07, z_m)).norm() < ROUNDED_M);
+                assert!((place.normal - Vector3::x()).norm() < ROUNDED_M);
+                assert!((place.gap_m - 0.01).abs() < ROUNDED_M, "{}", place.gap_m);
+            }
+        }
+    }
+
+    /// It leans towards the face by an angle: its lowest rim comes nearer by the lever times the sine, and by the radius times one less the cosine it is
+    /// further. A billionth of a radian is seen.
+    #[test]
+    fn a_side_that_leans_is_nearer_with_one_end() {
+        for frame in frames() {
+            for lean_rad in [0.0, 1e-9, 1e-4, 0.05] {
+                let turned = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -lean_rad);
+                let found = found(&frame, [0.36, 0.0, 0.0], turned);
+                let [low, high] = found[..] else {
+                    panic!("{found:?}");
+                };
+                // Clipped by the box's edges at 0.1 m above and below its middle.
+                let side_m = 0.06 - 0.05 / lean_rad.cos();
+                for (place, z_m) in [(low, -0.1), (high, 0.1)] {
+                    let gap_m = side_m - z_m * lean_rad.tan();
+                    assert!(
+                        (place.gap_m - gap_m).abs() < 1e-14,
+                        "{lean_rad}: {} {gap_m}",
+                        place.gap_m
+                    );
+                }
+            }
+        }
+    }
+
+    /// Beside the upright edge at (0.3, 0.2) m, 0.08 and 0.06 m off it: 0.1 m, less the radius, along the diagonal of three to four.
+    #[test]
+    fn an_upright_side_is_near_an_edge_beside_it() {
+        for frame in frames() {
+            let found = found(&frame, [0.38, 0.26, 0.0], UnitQuaternion::identity());
+            let [low, high] = found[..] else {
+                panic!("{found:?}");
+            };
+            for (place, z_m) in [(low, -0.1), (high, 0.1)] {
+                assert!((place.on_other_m - Vector3::new(0.3, 0.2, z_m)).norm() < ROUNDED_M);
+                assert!((place.normal - Vector3::new(0.8, 0.6, 0.0)).norm() < 2e-14);
+                assert!((place.gap_m - 0.05).abs() < ROUNDED_M);
+            }
+        }
+    }
+
+    /// It lies across the upper edge along x, leaning by 45 degrees over it: near it at one place, in the middle of its length.
+    #[test]
+    fn a_side_that_crosses_an_edge_is_near_it_at_one_place() {
+        for frame in frames() {
+            let turned =
+                UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_4);
+            let far_m = 0.06 * std::f64::consts::FRAC_1_SQRT_2;
+            let found = found(&frame, [0.1, 0.2 + far_m, 0.1 + far_m], turned);
+            let [place] = found[..] else {
+                panic!("{found:?}");
+            };
+            assert!((place.on_other_m - Vector3::new(0.1, 0.2, 0.1)).norm() < 1e-14);
+            assert!((place.gap_m - 0.01).abs() < 1e-14);
+        }
+    }
+
+    /// On top of the box it stands on twelve places of its rim, all as high; where its end reaches over an edge, and where an end alone is beside the box,
+    /// it is left to parry.
+    #[test]
+    fn an_end_stands_on_a_face_with_its_ring() {
+        for frame in frames() {
+            let on_top = found(
+                &frame,
+                [0.1, 0.05, 0.1 + 0.15 + 0.001],
+                UnitQuaternion::identity(),
+            );
+            let of_ring = on_top.iter().filter(|place| place.is_corner);
+            assert_eq!(of_ring.count(), 12);
+            for place in &on_top {
+                assert!((place.gap_m - 0.001).abs() < ROUNDED_M);
+                let out_m = (place.on_cylinder_m.xy() - nalgebra::Vector2::new(0.1, 0.05)).norm();
+                assert!((out_m - 0.05).abs() < ROUNDED_M);
+                assert!((place.normal - Vector3::z()).norm() < ROUNDED_M);
+            }
+            assert!(found(&frame, [0.28, 0.0, 0.251], UnitQuaternion::identity()).is_empty());
+        }
+    }
+
+    /// Two upright cylinders, one 30 mm higher: along what they have in common, their axes' distance less both radii apart. Crossed at right angles they
+    /// meet at one place.
+    #[test]
+    fn two_sides_are_near_along_what_they_have_in_common() {
+        let upright = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2);
+        let other_at = |place_m: Vector3<f64>, turned: UnitQuaternion<f64>| SolidCylinder {
+            floor_from_cylinder: Isometry3::from_parts(place_m.into(), turned * upright),
+            radius_m: 0.03,
+            half_length_m: 0.1,
+        };
+        let (own, _) = pair(&Isometry3::identity(), [0.0; 3], UnitQuaternion::identity());
+        let beside = own.near_cylinder(&other_at(
+            Vector3::new(0.06, 0.08, 0.08),
+            UnitQuaternion::identity(),
+        ));
+        let heights: Vec<f64> = beside.iter().map(|place| place.on_other_m.z).collect();
+        assert!(
+            (heights[0].min(heights[1]) + 0.02).abs() < ROUNDED_M,
+            "{heights:?}"
+        );
+        assert!(
+            (heights[0].max(heights[1]) - 0.15).abs() < ROUNDED_M,
+            "{heights:?}"
+        );
+        for place in &beside {
+            assert!((place.gap_m - 0.02).abs() < ROUNDED_M);
+            assert!((place.normal + Vector3::new(0.6, 0.8, 0.0)).norm() < 1e-14);
+        }
+        let across = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2);
+        let crossed = own.near_cylinder(&other_at(Vector3::new(0.1, 0.02, 0.07), across));
+        assert_eq!(crossed.len(), 1);
+        assert!((crossed[0].on_other_m - Vector3::new(0.07, 0.0, 0.07)).norm() < ROUNDED_M);
+        assert!((crossed[0].gap_m - 0.02).abs() < ROUNDED_M);
+    }
+}
