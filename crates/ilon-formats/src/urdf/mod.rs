@@ -1,6 +1,6 @@
 //! Makes a robot of the text of a URDF.
 //!
-//! In this order: the text is held against the form of URDF ([`source`], [`form`], [`numbers`]), urdf-rs reads what is read of it
+//! In this order: the text is held against the form of URDF ([`source`], [`schema`], [`numbers`]), urdf-rs reads what is read of it
 //! ([`normalise`]), its links and joints become a tree placed in the body frame ([`tree`], [`body`]), wheels and rollers are
 //! recognised ([`recognise`]) and measured ([`wheel_dimensions`], [`from_rollers`] with [`geometry`], [`roller_dimensions`], [`mesh`] and [`dae`], [`roller_gaps`],
 //! [`outline`]), wheels without rollers are looked for ([`candidates`], [`disc`]) and given some ([`from_options`]) where a person or the file

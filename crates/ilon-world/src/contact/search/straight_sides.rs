@@ -12,6 +12,12 @@ use crate::contact::search::nearest::SolidBox;
 /// Straight lines whose directions differ by less than this, as a sine, are near each other along their common length.
 const PARALLEL: f64 = 0.1;
 
+/// Lines that cross by less than this, as a sine, are as near along their common length as where they cross, to a ten-millionth of it.
+const CROSSES: f64 = 1e-3;
+
+/// Two places nearer than this carry a load as one, in metres.
+const ONE_PLACE_M: f64 = 1e-6;
+
 /// A place where a cylinder is near another solid.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SidePlace {
@@ -45,47 +51,53 @@ impl Rod {
         Some(self.at(t_m) + self.radius_m * across)
     }
 
+    /// Where its side is near another one's beside a place of either's axis.
+    fn place(&self, other: &Self, (own_m, other_m): (f64, f64)) -> Option<SidePlace> {
+        let normal = (self.at(own_m) - other.at(other_m)).try_normalize(1e-9)?;
+        let on_cylinder_m = self.side(own_m, &-normal)?;
+        let on_other_m = other.side(other_m, &normal)?;
+        Some(SidePlace {
+            on_cylinder_m,
+            on_other_m,
+            normal,
+            gap_m: normal.dot(&(on_cylinder_m - on_other_m)),
+            is_corner: false,
+        })
+    }
+
+    /// The cosine between it and another one, and where the middle of the other one is beside it, and its own beside the other one.
+    fn beside(&self, other: &Self) -> (f64, f64, f64) {
+        let off_m = other.center_m - self.center_m;
+        let (own, others) = (self.along.dot(&off_m), -other.along.dot(&off_m));
+        (self.along.dot(&other.along), own, others)
+    }
+
+    /// The places of both where they cross, wherever they end; none where they are parallel.
+    fn crossing(&self, other: &Self) -> Option<(f64, f64)> {
+        let (cos, own_m, other_m) = self.beside(other);
+        let sin2 = 1.0 - cos * cos;
+        let at_m = (own_m + cos * other_m) / sin2;
+        (sin2 > CROSSES * CROSSES).then_some((at_m, other_m + cos * at_m))
+    }
+
     /// Where it is near another one's side, in the frame of both; none where only an end is.
     fn near(&self, other: &Self) -> Vec<SidePlace> {
-        let place = |own_m: f64, other_m: f64| {
-            let normal = (self.at(own_m) - other.at(other_m)).try_normalize(1e-9)?;
-            let on_cylinder_m = self.side(own_m, &-normal)?;
-            let on_other_m = other.side(other_m, &normal)?;
-            Some(SidePlace {
-                on_cylinder_m,
-                on_other_m,
-                normal,
-                gap_m: normal.dot(&(on_cylinder_m - on_other_m)),
-                is_corner: false,
-            })
-        };
-        let off_m = self.center_m - other.center_m;
-        let (cos, of_own, of_other) = (
-            self.along.dot(&other.along),
-            self.along.dot(&off_m),
-            other.along.dot(&off_m),
-        );
-        let sin2 = 1.0 - cos * cos;
-        if sin2 >= PARALLEL * PARALLEL {
-            let own_m = (cos * of_other - of_own) / sin2;
-            let other_m = of_other + cos * own_m;
-            let is_beside =
-                own_m.abs() <= self.half_length_m && other_m.abs() <= other.half_length_m;
-            return is_beside
-                .then(|| place(own_m, other_m))
-                .flatten()
-                .into_iter()
-                .collect();
+        let (cos, own_m, other_m) = self.beside(other);
+        let mut places: Vec<(f64, f64)> = self.crossing(other).into_iter().collect();
+        if 1.0 - cos * cos < PARALLEL * PARALLEL {
+            // What they have in common ends where either ends.
+            let own_ends = [-self.half_length_m, self.half_length_m];
+            let other_ends = [-other.half_length_m, other.half_length_m];
+            places.extend(own_ends.map(|at_m| (at_m, other_m + cos * at_m)));
+            places.extend(other_ends.map(|at_m| (own_m + cos * at_m, at_m)));
         }
-        let common = clip(
-            of_other,
-            cos,
-            other.half_length_m,
-            (-self.half_length_m, self.half_length_m),
-        );
-        ends(common)
-            .filter_map(|t_m| place(t_m, of_other + cos * t_m))
-            .collect()
+        places.retain(|(own_m, other_m)| {
+            own_m.abs() <= self.half_length_m && other_m.abs() <= other.half_length_m
+        });
+        places.sort_by(|one, other| one.0.total_cmp(&other.0));
+        places.dedup_by(|one, other| (one.0 - other.0).abs() < ONE_PLACE_M);
+        let places = places.into_iter();
+        places.filter_map(|at| self.place(other, at)).collect()
     }
 }
 
@@ -104,8 +116,6 @@ fn clip(from: f64, by: f64, most: f64, (low, high): (f64, f64)) -> (f64, f64) {
 
 /// Both ends of a range, one of what has no length, and none of what is empty.
 fn ends((low, high): (f64, f64)) -> impl Iterator<Item = f64> {
-    /// Two places nearer than this carry a load as one, in metres.
-    const ONE_PLACE_M: f64 = 1e-6;
     let second = (high - low > ONE_PLACE_M).then_some(high);
     (low <= high)
         .then_some(low)
@@ -198,18 +208,51 @@ impl Facing {
         }
     }
 
-    /// Where the line of the side that is nearest to the face lies over it.
+    /// Where the line of the side that is nearest to the face lies over it. Where an edge cuts it off and it comes nearer beyond, it is near the edge.
     fn side(&self, rod: &Rod, half_sides_m: &Vector3<f64>) -> Vec<SidePlace> {
         let Some(middle_m) = rod.side(0.0, &-self.normal()) else {
             return Vec::new();
         };
         let mut common = (-rod.half_length_m, rod.half_length_m);
+        let mut cut_by = [None; 2];
         for axis in (0..3).filter(|axis| *axis != self.axis) {
+            let before = common;
             common = clip(middle_m[axis], rod.along[axis], half_sides_m[axis], common);
+            for (by, moved) in cut_by
+                .iter_mut()
+                .zip([before.0 != common.0, before.1 != common.1])
+            {
+                *by = if moved { Some(axis) } else { *by };
+            }
         }
-        ends(common)
-            .map(|t_m| self.place(middle_m + t_m * rod.along, half_sides_m[self.axis], false))
-            .collect()
+        let at = |(index, t_m): (usize, f64)| {
+            let on_line_m = middle_m + t_m * rod.along;
+            let on_face = self.place(on_line_m, half_sides_m[self.axis], false);
+            let of_edge = cut_by[index].and_then(|cut| {
+                let mut center_m = Vector3::zeros();
+                center_m[self.axis] = self.sign * half_sides_m[self.axis];
+                center_m[cut] = half_sides_m[cut].copysign(on_line_m[cut]);
+                let edge = 3 - self.axis - cut;
+                let outwards = Vector3::ith(cut, 1.0_f64.copysign(on_line_m[cut]));
+                let edge = Rod {
+                    center_m,
+                    along: Vector3::ith(edge, 1.0),
+                    half_length_m: half_sides_m[edge],
+                    radius_m: 0.0,
+                };
+                let (_, along_edge_m) = rod.crossing(&edge)?;
+                let on_edge_m = along_edge_m.clamp(-edge.half_length_m, edge.half_length_m);
+                let on_axis_m = rod.along.dot(&(edge.at(on_edge_m) - rod.center_m));
+                let crossing = rod.place(&edge, (on_axis_m, on_edge_m))?;
+                let is_beside = on_axis_m.abs() <= rod.half_length_m;
+                (is_beside
+                    && crossing.normal.dot(&outwards) > 0.0
+                    && crossing.gap_m < on_face.gap_m)
+                    .then_some(crossing)
+            });
+            of_edge.unwrap_or(on_face)
+        };
+        ends(common).enumerate().map(at).collect()
     }
 
     /// Where an end stands on the face; none where it reaches over an edge.
@@ -369,7 +412,10 @@ mod tests {
                 // Clipped by the box's edges at 0.1 m above and below its middle.
                 let side_m = 0.06 - 0.05 / lean_rad.cos();
                 for (place, z_m) in [(low, -0.1), (high, 0.1)] {
-                    let gap_m = side_m - z_m * lean_rad.tan();
+                    // Beyond the edge it comes nearer still, and is near the edge across its side.
+                    let is_near_edge = z_m > 0.0;
+                    let across = if is_near_edge { lean_rad.cos() } else { 1.0 };
+                    let gap_m = (side_m - z_m * lean_rad.tan()) * across;
                     assert!(
                         (place.gap_m - gap_m).abs() < 1e-14,
                         "{lean_rad}: {} {gap_m}",
