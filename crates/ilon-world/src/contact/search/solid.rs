@@ -111,7 +111,7 @@ impl Solid<'_> {
                 }
             }
             Some(Piece::Ball(ball)) => offer(ball.center_m - Vector3::z() * ball.radius_m, false),
-            Some(Piece::Cylinder(cylinder)) => cylinder.offer_lowest(offer),
+            Some(Piece::Cylinder(cylinder)) => cylinder.offer_lowest(RING, offer),
             _ => {}
         }
     }
@@ -229,13 +229,14 @@ impl Solid<'_> {
     }
 }
 
+/// Places on the ring of an end that stands on the ground: it tips over a side of that polygon, 4 % nearer to the middle than the rim.
+const RING: usize = 12;
+
 impl SolidCylinder {
     /// Offers its lowest place at each end and, of an end that nearly lies on the plane, a ring of fixed ones.
-    pub(super) fn offer_lowest(&self, mut offer: impl FnMut(Vector3<f64>, bool)) {
+    pub(super) fn offer_lowest(&self, ring: usize, mut offer: impl FnMut(Vector3<f64>, bool)) {
         /// A cylinder that stands more upright than this, as the cosine of its lean, stands on an end.
         const STANDS: f64 = 0.9;
-        /// Places on the ring: it tips over a side of that polygon, 4 % nearer to the middle than the rim.
-        const RING: usize = 12;
         let pose = &self.floor_from_cylinder;
         let axis = pose.rotation * Vector3::y();
         let down = -Vector3::z() + axis.z * axis;
@@ -250,8 +251,8 @@ impl SolidCylinder {
             return;
         }
         let lower_m = end_m(-1.0_f64.copysign(axis.z));
-        for index in 0..RING {
-            let angle = std::f64::consts::TAU * index as f64 / RING as f64;
+        for index in 0..ring {
+            let angle = std::f64::consts::TAU * index as f64 / ring as f64;
             let (sin, cos) = libm::sincos(angle);
             let out = pose.rotation * Vector3::new(cos, 0.0, sin);
             offer(lower_m + self.radius_m * out, true);

@@ -18,6 +18,9 @@ const CROSSES: f64 = 1e-3;
 /// Two places nearer than this carry a load as one, in metres.
 const ONE_PLACE_M: f64 = 1e-6;
 
+/// Places on the ring of an end that stands on a face: it tips over a side of that hexagon, 13 % nearer to the middle than the rim.
+const RING: usize = 6;
+
 /// A place where a cylinder is near another solid.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SidePlace {
@@ -80,24 +83,45 @@ impl Rod {
         (sin2 > CROSSES * CROSSES).then_some((at_m, other_m + cos * at_m))
     }
 
-    /// Where it is near another one's side, in the frame of both; none where only an end is.
+    /// Where it is near another one's side, in the frame of both; none where only an end is, as of one that stands on the other and gives by a micrometre:
+    /// what is deeper in the other one across their sides than along them.
     fn near(&self, other: &Self) -> Vec<SidePlace> {
         let (cos, own_m, other_m) = self.beside(other);
-        let mut places: Vec<(f64, f64)> = self.crossing(other).into_iter().collect();
-        if 1.0 - cos * cos < PARALLEL * PARALLEL {
-            // What they have in common ends where either ends.
-            let own_ends = [-self.half_length_m, self.half_length_m];
-            let other_ends = [-other.half_length_m, other.half_length_m];
-            places.extend(own_ends.map(|at_m| (at_m, other_m + cos * at_m)));
-            places.extend(other_ends.map(|at_m| (own_m + cos * at_m, at_m)));
-        }
-        places.retain(|(own_m, other_m)| {
+        let is_on_both = |(own_m, other_m): &(f64, f64)| {
             own_m.abs() <= self.half_length_m && other_m.abs() <= other.half_length_m
-        });
+        };
+        let mut found = Vec::new();
+        if let Some(at) = self.crossing(other).filter(is_on_both)
+            && let Some(place) = self.place(other, at)
+        {
+            let to_end_m = (self.half_length_m - at.0.abs()).min(other.half_length_m - at.1.abs());
+            if place.gap_m >= -to_end_m {
+                found.push(place);
+            }
+        }
+        if 1.0 - cos * cos >= PARALLEL * PARALLEL {
+            return found;
+        }
+        // What they have in common ends where either ends.
+        let own_ends = [-self.half_length_m, self.half_length_m];
+        let other_ends = [-other.half_length_m, other.half_length_m];
+        let of_own = own_ends.map(|at_m| (at_m, other_m + cos * at_m));
+        let of_other = other_ends.map(|at_m| (own_m + cos * at_m, at_m));
+        let mut places: Vec<(f64, f64)> = of_own.into_iter().chain(of_other).collect();
+        places.retain(is_on_both);
         places.sort_by(|one, other| one.0.total_cmp(&other.0));
         places.dedup_by(|one, other| (one.0 - other.0).abs() < ONE_PLACE_M);
-        let places = places.into_iter();
-        places.filter_map(|at| self.place(other, at)).collect()
+        let [first, .., last] = places[..] else {
+            return found;
+        };
+        let ends: Vec<SidePlace> = [first, last]
+            .into_iter()
+            .filter_map(|at| self.place(other, at))
+            .collect();
+        if ends.iter().all(|place| place.gap_m >= first.0 - last.0) {
+            found.extend(ends);
+        }
+        found
     }
 }
 
@@ -244,7 +268,7 @@ impl Facing {
                 let on_edge_m = along_edge_m.clamp(-edge.half_length_m, edge.half_length_m);
                 let on_axis_m = rod.along.dot(&(edge.at(on_edge_m) - rod.center_m));
                 let crossing = rod.place(&edge, (on_axis_m, on_edge_m))?;
-                let is_beside = on_axis_m.abs() <= rod.half_length_m;
+                let is_beside = rod.half_length_m - on_axis_m.abs() >= (-crossing.gap_m).max(0.0);
                 (is_beside
                     && crossing.normal.dot(&outwards) > 0.0
                     && crossing.gap_m < on_face.gap_m)
@@ -273,7 +297,7 @@ impl Facing {
         };
         let mut found = Vec::new();
         let mut reaches_over = false;
-        standing.offer_lowest(|place_m, is_corner| {
+        standing.offer_lowest(RING, |place_m, is_corner| {
             let in_box_m = up.inverse() * (place_m + Vector3::z() * half_m);
             let is_over =
                 |axis: usize| axis == self.axis || in_box_m[axis].abs() <= half_sides_m[axis];
@@ -458,7 +482,7 @@ mod tests {
         }
     }
 
-    /// On top of the box it stands on twelve places of its rim, all as high; where its end reaches over an edge, and where an end alone is beside the box,
+    /// On top of the box it stands on places of its rim all around, all as high; where its end reaches over an edge, and where an end alone is beside the box,
     /// it is left to parry.
     #[test]
     fn an_end_stands_on_a_face_with_its_ring() {
@@ -469,7 +493,7 @@ mod tests {
                 UnitQuaternion::identity(),
             );
             let of_ring = on_top.iter().filter(|place| place.is_corner);
-            assert_eq!(of_ring.count(), 12);
+            assert_eq!(of_ring.count(), RING);
             for place in &on_top {
                 assert!((place.gap_m - 0.001).abs() < ROUNDED_M);
                 let out_m = (place.on_cylinder_m.xy() - nalgebra::Vector2::new(0.1, 0.05)).norm();
@@ -477,6 +501,32 @@ mod tests {
                 assert!((place.normal - Vector3::z()).norm() < ROUNDED_M);
             }
             assert!(found(&frame, [0.28, 0.0, 0.251], UnitQuaternion::identity()).is_empty());
+        }
+    }
+
+    /// What stands on something gives by a micrometre: neither a can on a box, wherever it reaches over an edge or a corner, nor one on another is found to be
+    /// deep in it across its side.
+    #[test]
+    fn what_stands_on_another_is_not_deep_in_it() {
+        for frame in frames() {
+            for x_m in [0.24, 0.27, 0.299, 0.3, 0.301, 0.33] {
+                for y_m in [0.0, 0.17, 0.199, 0.2, 0.201, 0.22] {
+                    for lean_rad in [0.0, 1e-9, 1e-6] {
+                        let turned = UnitQuaternion::from_scaled_axis(
+                            Vector3::new(0.6, 0.8, 0.3) * lean_rad,
+                        );
+                        for place in found(&frame, [x_m, y_m, 0.1 + 0.15 - 1e-6], turned) {
+                            assert!(place.gap_m > -2e-6, "{x_m} {y_m}: {place:?}");
+                        }
+                    }
+                }
+            }
+            let upright = UnitQuaternion::identity();
+            let (own, _) = pair(&frame, [0.0, 0.0, 0.3 - 1e-6], upright);
+            for x_m in [0.0, 1e-6, 0.02, 0.07] {
+                let (below, _) = pair(&frame, [x_m, 0.0, 0.0], upright);
+                assert!(own.near_cylinder(&below).is_empty(), "{x_m}");
+            }
         }
     }
 
