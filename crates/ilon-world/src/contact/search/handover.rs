@@ -151,6 +151,11 @@ mod tests {
         robot.wheels[0].clone()
     }
 
+    fn at_rest(wheel: &Wheel) -> Vec<RollerState> {
+        let fixed = wheel.rollers.iter().map(|of| FixedRoller::new(wheel, of));
+        fixed.map(|of| RollerState::at_rest(Arc::new(of))).collect()
+    }
+
     /// A plane is one plane at any height: the lower of two rollers carries the wheel. On the two sides of a step of a millimetre
     /// either may carry it, and both stay.
     #[test]
@@ -175,11 +180,7 @@ mod tests {
     #[test]
     fn rollers_on_the_floor_and_at_a_wall_both_stay() {
         let wheel = wheel();
-        let fixed = wheel
-            .rollers
-            .iter()
-            .map(|roller| RollerState::at_rest(Arc::new(FixedRoller::new(&wheel, roller))));
-        let rollers: Vec<RollerState> = fixed.collect();
+        let rollers = at_rest(&wheel);
         let hub = LinkPose {
             center_m: Vector3::new(0.0, 0.0, 0.05),
             rotation: Matrix3::from_columns(&[-Vector3::z(), Vector3::x(), -Vector3::y()]),
@@ -205,11 +206,7 @@ mod tests {
     #[test]
     fn which_of_two_equal_rollers_carries_does_not_depend_on_where_the_robot_is() {
         let wheel = wheel();
-        let fixed = wheel
-            .rollers
-            .iter()
-            .map(|roller| RollerState::at_rest(Arc::new(FixedRoller::new(&wheel, roller))));
-        let rollers: Vec<RollerState> = fixed.collect();
+        let rollers = at_rest(&wheel);
         // The hub's axis lies along y; its own x points down.
         let rotation = Matrix3::from_columns(&[-Vector3::z(), Vector3::x(), -Vector3::y()]);
         let mut by_height: Vec<usize> = (0..rollers.len()).collect();
