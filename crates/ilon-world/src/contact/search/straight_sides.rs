@@ -141,10 +141,7 @@ fn clip(from: f64, by: f64, most: f64, (low, high): (f64, f64)) -> (f64, f64) {
 /// Both ends of a range, one of what has no length, and none of what is empty.
 fn ends((low, high): (f64, f64)) -> impl Iterator<Item = f64> {
     let second = (high - low > ONE_PLACE_M).then_some(high);
-    (low <= high)
-        .then_some(low)
-        .into_iter()
-        .chain(second.filter(|_| low <= high))
+    (low <= high).then_some(low).into_iter().chain(second)
 }
 
 impl SolidCylinder {
@@ -164,19 +161,20 @@ impl SolidCylinder {
         self.rod(&frame).near(&other.rod(&frame))
     }
 
-    /// Where its side or one of its ends is near a box; none where that is left to parry.
-    pub(super) fn near_box(&self, solid: &SolidBox) -> Vec<SidePlace> {
+    /// Where its side or one of its ends is near a box, and whether the rim of an end may be nearer; none where that is left to parry.
+    pub(super) fn near_box(&self, solid: &SolidBox) -> (Vec<SidePlace>, bool) {
         let rod = self.rod(&solid.floor_from_box.inverse());
         let half_sides_m = &solid.half_sides_m;
-        let mut found = match Facing::of(&rod, half_sides_m) {
+        let (mut found, is_cut) = match Facing::of(&rod, half_sides_m) {
             Some(facing) if rod.along[facing.axis].abs() < PARALLEL => {
                 facing.side(&rod, half_sides_m)
             }
-            Some(facing) => facing.end(self, solid),
-            None => return Vec::new(),
+            Some(facing) => (facing.end(self, solid), false),
+            None => return (Vec::new(), true),
         };
-        if found.is_empty() {
-            found = near_edge(&rod, half_sides_m);
+        let is_beside = found.is_empty();
+        if is_beside {
+            found = near_edges(&rod, half_sides_m);
         }
         for place in &mut found {
             let to_floor =
@@ -185,7 +183,7 @@ impl SolidCylinder {
             place.on_other_m = to_floor(place.on_other_m);
             place.normal = solid.floor_from_box.rotation * place.normal;
         }
-        found
+        (found, is_cut || is_beside)
     }
 }
 
@@ -232,51 +230,36 @@ impl Facing {
         }
     }
 
-    /// Where the line of the side that is nearest to the face lies over it. Where an edge cuts it off and it comes nearer beyond, it is near the edge.
-    fn side(&self, rod: &Rod, half_sides_m: &Vector3<f64>) -> Vec<SidePlace> {
+    /// Where the line of the side that is nearest to the face lies over it. Where an edge cuts it off it may be nearer beyond, to edges and corners:
+    /// whether it is cut off stands behind.
+    fn side(&self, rod: &Rod, half_sides_m: &Vector3<f64>) -> (Vec<SidePlace>, bool) {
         let Some(middle_m) = rod.side(0.0, &-self.normal()) else {
-            return Vec::new();
+            return (Vec::new(), true);
         };
-        let mut common = (-rod.half_length_m, rod.half_length_m);
-        let mut cut_by = [None; 2];
+        let whole = (-rod.half_length_m, rod.half_length_m);
+        let mut common = whole;
         for axis in (0..3).filter(|axis| *axis != self.axis) {
-            let before = common;
             common = clip(middle_m[axis], rod.along[axis], half_sides_m[axis], common);
-            for (by, moved) in cut_by
-                .iter_mut()
-                .zip([before.0 != common.0, before.1 != common.1])
-            {
-                *by = if moved { Some(axis) } else { *by };
-            }
         }
-        let at = |(index, t_m): (usize, f64)| {
-            let on_line_m = middle_m + t_m * rod.along;
-            let on_face = self.place(on_line_m, half_sides_m[self.axis], false);
-            let of_edge = cut_by[index].and_then(|cut| {
-                let mut center_m = Vector3::zeros();
-                center_m[self.axis] = self.sign * half_sides_m[self.axis];
-                center_m[cut] = half_sides_m[cut].copysign(on_line_m[cut]);
-                let edge = 3 - self.axis - cut;
-                let outwards = Vector3::ith(cut, 1.0_f64.copysign(on_line_m[cut]));
-                let edge = Rod {
-                    center_m,
-                    along: Vector3::ith(edge, 1.0),
-                    half_length_m: half_sides_m[edge],
-                    radius_m: 0.0,
-                };
-                let (_, along_edge_m) = rod.crossing(&edge)?;
-                let on_edge_m = along_edge_m.clamp(-edge.half_length_m, edge.half_length_m);
-                let on_axis_m = rod.along.dot(&(edge.at(on_edge_m) - rod.center_m));
-                let crossing = rod.place(&edge, (on_axis_m, on_edge_m))?;
-                let is_beside = rod.half_length_m - on_axis_m.abs() >= (-crossing.gap_m).max(0.0);
-                (is_beside
-                    && crossing.normal.dot(&outwards) > 0.0
-                    && crossing.gap_m < on_face.gap_m)
-                    .then_some(crossing)
-            });
-            of_edge.unwrap_or(on_face)
-        };
-        ends(common).enumerate().map(at).collect()
+        let at = |t_m: f64| self.place(middle_m + t_m * rod.along, half_sides_m[self.axis], false);
+        let mut found: Vec<SidePlace> = ends(common).map(at).collect();
+        /// Where the face ends and its edge is near are one place, of the radius: two so near would take each other's load in turn.
+        const TOLD: f64 = 0.1;
+        let is_cut = common != whole;
+        if is_cut {
+            let mut beyond = near_edges(rod, half_sides_m);
+            let told = |one: &SidePlace, other: &SidePlace| {
+                (one.on_other_m - other.on_other_m).norm() < TOLD * rod.radius_m
+            };
+            let nearer = |one: &SidePlace, other: &SidePlace| one.gap_m < other.gap_m;
+            beyond.retain(|edge| !found.iter().any(|at| told(at, edge) && !nearer(edge, at)));
+            found.retain(|at| !beyond.iter().any(|edge| told(at, edge)));
+            found.extend(beyond);
+            // In one order whichever of them are edges: a step's impulses begin from those of the last.
+            let along_m = |place: &SidePlace| rod.along.dot(&place.on_cylinder_m);
+            found.sort_by(|one, other| along_m(one).total_cmp(&along_m(other)));
+        }
+        (found, is_cut)
     }
 
     /// Where an end stands on the face; none where it reaches over an edge.
@@ -311,37 +294,42 @@ impl Facing {
     }
 }
 
-/// Where a side is near an edge of a box.
-fn near_edge(rod: &Rod, half_sides_m: &Vector3<f64>) -> Vec<SidePlace> {
-    let mut best: Option<(f64, Vec<SidePlace>)> = None;
-    for axis in 0..3 {
-        let (second, third) = ((axis + 1) % 3, (axis + 2) % 3);
-        for corner in 0..4 {
-            let sign = |of: usize| if corner >> of & 1 == 0 { -1.0 } else { 1.0 };
-            let mut center_m = Vector3::zeros();
-            center_m[second] = sign(0) * half_sides_m[second];
-            center_m[third] = sign(1) * half_sides_m[third];
+/// Where a side is near edges and corners of a box: away from all of their faces.
+fn near_edges(rod: &Rod, half_sides_m: &Vector3<f64>) -> Vec<SidePlace> {
+    let mut found = Vec::new();
+    for corner in 0..8 {
+        let sign = Vector3::from_fn(|axis, _| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 });
+        let corner_m = sign.component_mul(half_sides_m);
+        // Along a face a normal is rounded to either side.
+        let is_away = |place: &SidePlace, axis: usize| place.normal[axis] * sign[axis] > 1e-9;
+        let point = Rod {
+            center_m: corner_m,
+            along: Vector3::zeros(),
+            half_length_m: 0.0,
+            radius_m: 0.0,
+        };
+        let beside_m = rod.along.dot(&(corner_m - rod.center_m));
+        let to_end_m = rod.half_length_m - beside_m.abs();
+        let place = rod.place(&point, (beside_m, 0.0));
+        found.extend(place.filter(|place| {
+            to_end_m >= (-place.gap_m).max(0.0) && (0..3).all(|axis| is_away(place, axis))
+        }));
+        // Each edge from one of its two corners.
+        for axis in (0..3).filter(|axis| sign[*axis] > 0.0) {
+            let mut center_m = corner_m;
+            center_m[axis] = 0.0;
             let edge = Rod {
                 center_m,
                 along: Vector3::ith(axis, 1.0),
                 half_length_m: half_sides_m[axis],
                 radius_m: 0.0,
             };
-            let mut found = rod.near(&edge);
-            // Only away from both of its faces an edge is what is nearest.
-            found.retain(|place| {
-                place.normal[second] * sign(0) > 0.0 && place.normal[third] * sign(1) > 0.0
-            });
-            let gap_m = found
-                .iter()
-                .map(|place| place.gap_m)
-                .fold(f64::INFINITY, f64::min);
-            if best.as_ref().is_none_or(|(least_m, _)| gap_m < *least_m) {
-                best = Some((gap_m, found));
-            }
+            let mut places = rod.near(&edge);
+            places.retain(|place| (0..3).all(|of| of == axis || is_away(place, of)));
+            found.extend(places);
         }
     }
-    best.map_or_else(Vec::new, |(_, found)| found)
+    found
 }
 
 #[cfg(test)]
@@ -390,7 +378,7 @@ mod tests {
         turned: UnitQuaternion<f64>,
     ) -> Vec<SidePlace> {
         let (cylinder, solid) = pair(frame, place_m, turned);
-        let mut found = cylinder.near_box(&solid);
+        let (mut found, _) = cylinder.near_box(&solid);
         for place in &mut found {
             let back = |m: Vector3<f64>| frame.inverse_transform_point(&Point3::from(m)).coords;
             place.on_cylinder_m = back(place.on_cylinder_m);
