@@ -17,6 +17,8 @@ pub(crate) struct Tree {
     pub root: MassProperties,
     /// Parents stand before their children.
     joints: Vec<Joint>,
+    /// Of each joint the rotation of its link's frame in its parent's while it stands at zero.
+    rotations: Vec<Matrix3<f64>>,
     /// Of each joint those on the way from the root to it, one joint after the other.
     ancestors: Vec<u16>,
     /// Where each joint's begin there, and where the last one's end.
@@ -79,8 +81,13 @@ impl Tree {
             }
             starts.push(ancestors.len() as u32);
         }
+        let rotation = |joint: &Joint| joint.parent_from_link.rotation.to_rotation_matrix();
         Self {
             root,
+            rotations: joints
+                .iter()
+                .map(|joint| rotation(joint).into_inner())
+                .collect(),
             joints,
             ancestors,
             starts,
@@ -125,11 +132,11 @@ impl Tree {
 
     /// Places all links, given where the root is and how far each joint has moved, in rad or m.
     pub fn place(&self, root: &LinkPose, moved: &[f64], links: &mut [LinkPose]) {
-        for (index, (joint, moved)) in self.joints.iter().zip(moved).enumerate() {
+        let joints = self.joints.iter().zip(&self.rotations).zip(moved);
+        for (index, ((joint, at_zero), moved)) in joints.enumerate() {
             let parent = joint.parent.map_or(root, |parent| &links[parent]);
-            let at_zero = &joint.parent_from_link;
-            let center_m = parent.place_m(&at_zero.translation.vector);
-            let rotation = parent.rotation * at_zero.rotation.to_rotation_matrix().into_inner();
+            let center_m = parent.place_m(&joint.parent_from_link.translation.vector);
+            let rotation = parent.rotation * at_zero;
             let axis = rotation.column(2).into_owned();
             links[index] = match joint.motion {
                 Motion::Turns => {

@@ -106,6 +106,8 @@ pub(crate) struct RollerState {
     hub_carries_rad_s: f64,
     /// What its bearing was expected to put on the hub in the step, in N m.
     expected_n_m: f64,
+    /// Whether that is of a roller in the air.
+    was_in_the_air: bool,
     /// Whether the ground touched it in the last step.
     pub touched: bool,
     /// Whether the ground pressed on it in the last step.
@@ -141,6 +143,7 @@ impl RollerState {
             mean_rate_rad_s: 0.0,
             hub_carries_rad_s: 0.0,
             expected_n_m: 0.0,
+            was_in_the_air: false,
             touched: false,
             pressed: false,
             spin_up_left_j: 0.0,
@@ -150,7 +153,14 @@ impl RollerState {
         }
     }
 
+    /// How high the roller's middle is on a hub, in the floor's frame, in metres.
+    #[inline]
+    pub fn height_m(&self, hub: &LinkPose) -> f64 {
+        self.center_m(hub).z
+    }
+
     /// The roller's middle on a hub, in the floor's frame, in metres.
+    #[inline]
     pub fn center_m(&self, hub: &LinkPose) -> Vector3<f64> {
         let in_hub_m = &self.hub_from_roller.translation.vector;
         match self.place_m() {
@@ -276,6 +286,7 @@ impl RollerState {
         if let Some(slide) = &mut self.slide {
             slide.begin_step(dt_s);
         }
+        self.was_in_the_air = !self.touched;
         self.expected_n_m = if self.seized {
             0.0
         } else if self.touched {
@@ -310,7 +321,11 @@ impl RollerState {
             let torque_n_m = self.damping_n_m_s * (self.axial_rate_rad_s - self.hub_carries_rad_s);
             (torque_n_m, self.mean_rate_rad_s)
         } else {
-            let torque_n_m = self.coasting_torque_n_m(dt_s);
+            let torque_n_m = if self.was_in_the_air {
+                self.expected_n_m
+            } else {
+                self.coasting_torque_n_m(dt_s)
+            };
             let before_rad_s = self.axial_rate_rad_s;
             self.axial_rate_rad_s -= torque_n_m * dt_s / self.axial_inertia_kg_m2;
             (torque_n_m, 0.5 * (before_rad_s + self.axial_rate_rad_s))

@@ -125,7 +125,8 @@ impl Scenes<'_> {
                     of_side(side, scene, &contact.axles[1])
                 })
             };
-            Vector3::from(contact.rows.each_ref().map(of))
+            let [normal, along, across] = &contact.rows;
+            Vector3::new(of(normal), of(along), of(across))
         };
         let tangential = |v: &Vector3<f64>| Vector3::new(0.0, v.y, v.z);
         let turning = &place.turning;

@@ -19,11 +19,21 @@ use crate::settings::NEAR;
 
 /// How a roller stands on the ground in some pose.
 struct Touch {
+    /// The roller's middle and its axis.
+    center_m: Vector3<f64>,
+    axis: Vector3<f64>,
     place_m: Vector3<f64>,
     /// Whether that is on one of its end spheres.
     on_its_end: bool,
     /// The ground's normal and two tangents.
     axes: [Vector3<f64>; 3],
+}
+
+impl Touch {
+    /// What the place gets of velocity for each rad/s of the roller's spin, in m.
+    fn per_spin_m(&self) -> Vector3<f64> {
+        self.axis.cross(&(self.place_m - self.center_m))
+    }
 }
 
 /// Room for what is looked through on the way.
@@ -210,15 +220,20 @@ impl Scene<'_> {
         };
         // On a plane an upright wheel touches where it is lowest, and nowhere else.
         let mut lowest: Option<(usize, Nearest)> = None;
+        let only_near = self.settings.roller_bodies == RollerBodies::Near;
         for (index, roller) in body.rollers.iter().enumerate() {
+            let lowest_m = lowest.map_or(f64::INFINITY, |(_, nearest)| nearest.gap_m);
+            let within_m = roller.bounding_radius_m + prediction_m.min(lowest_m);
+            // Of most rollers no more than this is looked at.
+            if on_plane && only_near && roller.height_m(hub) > within_m {
+                continue;
+            }
             let Some(placed) = roller.placed_barrel(hub) else {
                 continue;
             };
-            let lowest_m = lowest.map_or(f64::INFINITY, |(_, nearest)| nearest.gap_m);
-            let within_m = roller.bounding_radius_m + prediction_m.min(lowest_m);
             let out_of_reach = |piece: &Piece| piece.foot(&placed.center_m).distance_m > within_m;
-            if around.is_above_relief(&placed.center_m, within_m)
-                && self.settings.roller_bodies == RollerBodies::Near
+            if only_near
+                && around.is_above_relief(&placed.center_m, within_m)
                 && room.pieces.iter().all(out_of_reach)
             {
                 continue;
@@ -350,15 +365,19 @@ impl Scene<'_> {
         let touches = |state: &State| {
             let hub = &state.hubs()[wheel];
             let axis = hub.rotation * roller.axis_in_hub;
-            let (place_m, on_its_end) = support(roller.center_m(hub), axis);
+            let center_m = roller.center_m(hub);
+            let (place_m, on_its_end) = support(center_m, axis);
             Touch {
+                center_m,
+                axis,
                 place_m,
                 on_its_end,
                 axes: frame(nearest.normal, axis),
             }
         };
         let velocity = |state: &State, touch: &Touch, more_spin_rad_s: f64| {
-            let (carried, per_spin) = self.roller_velocity((wheel, roller), state, &touch.place_m);
+            let carried = state.hub_velocity_m_s(wheel, &touch.place_m);
+            let per_spin = touch.per_spin_m();
             let spin_rad_s = roller.spin_rad_s(&state.hub_rate_in_hub(wheel)) + more_spin_rad_s;
             along_frame(&touch.axes, &(carried + spin_rad_s * per_spin))
         };
@@ -371,8 +390,7 @@ impl Scene<'_> {
             Turning::NONE
         } else if came_down {
             // It takes over when the step begins, as near as can be said, and from then on it rolls.
-            let (_, per_spin) = self.roller_velocity((wheel, roller), self.before, &before.place_m);
-            let radius_m = along_frame(&before.axes, &per_spin).z;
+            let radius_m = along_frame(&before.axes, &before.per_spin_m()).z;
             let missing_rad_s = -velocity(self.before, &before, 0.0).z / radius_m;
             let from_m_s = velocity(self.ahead, &ahead, missing_rad_s)
                 - velocity(self.before, &before, missing_rad_s);
