@@ -99,16 +99,29 @@ impl Newton {
     /// Goes steps of Newton's method from an error, as far as the one that comes nearest to the solution; stays where none comes
     /// nearer. Gives the error that is left.
     ///
+    /// Whole steps may go round between two sets of contacts that stick, slide and are open, where motors reach their rate limits too. With `halves`
+    /// it goes on from the nearest then with half steps, which mostly lead out of that.
+    ///
     /// What a step does to the error does not say whether it is right. Contacts on a stiff floor share a load in ways that hardly
     /// change any velocity: an error of 1e-6 m/s may stand for a hundredth of a load. A step goes all the way there, what slides
     /// turns meanwhile by the square of it, and the next step repairs that.
-    pub fn steps(&mut self, problem: &mut ImpulseProblem, error: f64) -> f64 {
+    pub fn steps(&mut self, problem: &mut ImpulseProblem, error: f64, halves: bool) -> f64 {
         /// From where they lead anywhere the error falls by squares.
-        const STEPS: usize = 8;
+        const WHOLE: [f64; 8] = [1.0; 8];
+        const HALVES: [f64; 6] = [0.5, 0.5, 0.5, 0.5, 1.0, 1.0];
         self.keep(problem);
+        let best = self.go_steps(problem, error, &WHOLE);
+        if halves && best > TOLERANCE {
+            return self.go_steps(problem, best, &HALVES);
+        }
+        best
+    }
+
+    /// Goes steps, of each a share, and back to the nearest of all so far, whose error is given. Gives the error that is left.
+    fn go_steps(&mut self, problem: &mut ImpulseProblem, error: f64, shares: &[f64]) -> f64 {
         let mut best = error;
-        for _ in 0..STEPS {
-            if !self.go_a_step(problem) {
+        for share in shares {
+            if !self.go_a_step(problem, *share) {
                 break;
             }
             let reached = problem.error();
@@ -137,8 +150,8 @@ impl Newton {
         }
     }
 
-    /// Goes one step of Newton's method, put back into the laws' bounds. Says whether there is one.
-    fn go_a_step(&mut self, problem: &mut ImpulseProblem) -> bool {
+    /// Goes a share of one step of Newton's method, put back into the laws' bounds. Says whether there is one.
+    fn go_a_step(&mut self, problem: &mut ImpulseProblem, share: f64) -> bool {
         self.linearise(problem);
         if !solve_in_place(&mut self.matrix, &mut self.step) {
             return false;
@@ -146,7 +159,7 @@ impl Newton {
         for law in 0..problem.laws.len() {
             let (at, kind) = problem.laws[law];
             // No other law's step changes its impulses.
-            let there = |k: usize| problem.impulses[at + k] + self.step[at + k];
+            let there = |k: usize| problem.impulses[at + k] + share * self.step[at + k];
             let asked = match kind {
                 Law::Joint { .. } | Law::Slide { .. } | Law::Curve { .. } => {
                     Vector3::new(there(0), 0.0, 0.0)
@@ -313,7 +326,7 @@ mod tests {
     fn one_step_reaches_what_bearings_do_that_turn_or_hold_already() {
         for start in [[0.0, 0.0], [0.06, -0.3], [-0.1, 0.4]] {
             let mut axle = bearings([0.1, 9.0], [2.5, 0.5, 0.5, 2.0], start);
-            assert!(Newton::default().go_a_step(&mut axle));
+            assert!(Newton::default().go_a_step(&mut axle, 1.0));
             let [turns, holds] = [axle.impulses[0], axle.impulses[1]];
             assert!((turns + 0.1).abs() < 1e-15, "{turns}");
             // The least softness takes a millionth of what the step adds.
@@ -326,7 +339,7 @@ mod tests {
     #[test]
     fn what_can_be_shared_in_any_way_is_shared_by_a_softness() {
         let mut axle = bearings([9.0; 2], [2.0; 4], [0.0; 2]);
-        assert!(Newton::default().go_a_step(&mut axle));
+        assert!(Newton::default().go_a_step(&mut axle, 1.0));
         let [first, second] = [axle.impulses[0], axle.impulses[1]];
         // What rounding leaves of W, 1e-16, over the softness.
         assert!((first + 0.125).abs() < 1e-6 && (first - second).abs() < 1e-9);
@@ -349,7 +362,7 @@ mod tests {
         sliding.set_delassus(|row, w| w.copy_from_slice(&response[3 * row..][..=row]));
         let mut newton = Newton::default();
         for _ in 0..20 {
-            newton.go_a_step(&mut sliding);
+            newton.go_a_step(&mut sliding, 1.0);
         }
         assert!(sliding.error() <= TOLERANCE, "{}", sliding.error());
         let solution = sliding.contact_impulse(0);
@@ -360,7 +373,7 @@ mod tests {
         for row in 0..3 {
             sliding.set(row, solution[row] + off[row]);
         }
-        newton.go_a_step(&mut sliding);
+        newton.go_a_step(&mut sliding, 1.0);
         let left = (sliding.contact_impulse(0) - solution).norm() / solution.x;
         assert!(left < 1e-5, "{left:e}");
     }

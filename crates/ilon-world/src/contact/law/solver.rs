@@ -23,13 +23,32 @@ pub(crate) struct Solver {
     best: Vec<f64>,
 }
 
-/// Rounds of Newton steps and sweeps at most. Nearly every step is done after one; where many contacts say nearly the same
-/// (rough ground, a chassis that lies on its side) some need dozens, and a few never get to the last digits.
-const ROUNDS: usize = 64;
+/// How long is tried.
+struct Patience {
+    /// Rounds of Newton steps and sweeps at most.
+    rounds: usize,
+    /// Whether half of Newton's steps are tried where whole ones go round.
+    halves: bool,
+    /// Sweeps in the first round.
+    first_sweeps: usize,
+}
 
-/// The same where free bodies lie about: in a heap a load is shared in so many ways that few steps get to the last digits, and each round takes
-/// long.
-const ROUNDS_OF_HEAPS: usize = 8;
+impl Patience {
+    /// Of robots alone. Nearly every step is done after one round; where many contacts say nearly the same (rough ground, a chassis that lies on
+    /// its side) some need dozens, and a few never get to the last digits. Where wheels spin in long steps, a few sweeps do.
+    const OF_ROBOTS: Self = Self {
+        rounds: 64,
+        halves: true,
+        first_sweeps: 4,
+    };
+
+    /// Where free bodies lie about: in a heap a load is shared in so many ways that few steps get to the last digits, and each round takes long.
+    const OF_HEAPS: Self = Self {
+        rounds: 8,
+        halves: false,
+        first_sweeps: SWEEPS_A_ROUND,
+    };
+}
 
 /// After so many rounds sweeps go half as far: contacts that press one another down would swing to and fro for ever.
 const ROUNDS_A_SHARE: usize = 8;
@@ -51,12 +70,12 @@ impl Solver {
     /// Solves for the impulses, from those that are supposed; `with_free_bodies` where free bodies lie about. Gives back by how much the laws
     /// are broken in the end, in m/s or rad/s.
     pub fn solve(&mut self, problem: &mut ImpulseProblem, with_free_bodies: bool) -> f64 {
-        let rounds = if with_free_bodies {
-            ROUNDS_OF_HEAPS
+        let patience = if with_free_bodies {
+            Patience::OF_HEAPS
         } else {
-            ROUNDS
+            Patience::OF_ROBOTS
         };
-        let error = self.solve_in_discs(problem, rounds);
+        let error = self.solve_in_discs(problem, &patience);
         problem.take_back();
         error
     }
@@ -67,7 +86,7 @@ impl Solver {
         self.newton.room()
     }
 
-    fn solve_in_discs(&mut self, problem: &mut ImpulseProblem, rounds: usize) -> f64 {
+    fn solve_in_discs(&mut self, problem: &mut ImpulseProblem, patience: &Patience) -> f64 {
         let in_turn = problem.has_rollers_of_several_laws();
         let is_compliant = problem.is_compliant();
         let mut error = problem.error();
@@ -76,9 +95,9 @@ impl Solver {
         }
         let mut least = f64::INFINITY;
         self.best.clear();
-        for round in 0..rounds {
+        for round in 0..patience.rounds {
             let share = 0.5_f64.powi((round / ROUNDS_A_SHARE) as i32);
-            error = self.newton.steps(problem, error);
+            error = self.newton.steps(problem, error, patience.halves);
             if error <= TOLERANCE {
                 return error;
             }
@@ -89,6 +108,8 @@ impl Solver {
             }
             let sweeps = if is_compliant && round < SOFT_ROUNDS {
                 SOFT_SWEEPS_A_ROUND
+            } else if round == 0 {
+                patience.first_sweeps
             } else {
                 SWEEPS_A_ROUND
             };
@@ -103,7 +124,7 @@ impl Solver {
             self.take_best(problem);
             error = least;
         }
-        if in_turn || rounds < ROUNDS {
+        if in_turn || patience.rounds < Patience::OF_ROBOTS.rounds {
             return error;
         }
         self.solve_from_softer(problem, error)
@@ -120,7 +141,7 @@ impl Solver {
             for _ in 0..ROUNDS_A_SHARE {
                 sweep(problem, SWEEPS_A_ROUND, 1.0);
                 let left = problem.error();
-                if self.newton.steps(problem, left) <= TOLERANCE {
+                if self.newton.steps(problem, left, false) <= TOLERANCE {
                     break;
                 }
             }

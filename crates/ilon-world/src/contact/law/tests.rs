@@ -5,6 +5,7 @@ mod play;
 
 use nalgebra::{Vector2, Vector3};
 
+use super::newton::Newton;
 use super::one_contact::friction_impulse;
 use super::system::TOLERANCE;
 use super::{ImpulseProblem, Law, Solver};
@@ -316,6 +317,34 @@ fn random_problems_are_solved_to_the_end() {
     assert!(unsolved <= 25, "{unsolved} of 500");
 }
 
+/// Where whole steps of Newton's method go round between sets of contacts that stick and slide, half steps may lead out: of random problems, which are
+/// no robots, they leave a quarter fewer unsolved, and never a greater error.
+#[test]
+fn half_steps_lead_out_of_where_whole_ones_go_round() {
+    let mut draw = Draw(3);
+    let (mut left_by_whole, mut left_by_halves) = (0, 0);
+    for _ in 0..1000 {
+        let mut laws = vec![contact(0.6 * draw.next().abs()); 4];
+        laws.extend([bearing(0.3 * draw.next().abs()); 3]);
+        let free: Vec<f64> = (0..15).map(|_| draw.next()).collect();
+        let response = draw.response(15, 12, 1e-3);
+        let left = |halves: bool| {
+            let mut random = problem(&laws, &free, &response);
+            let error = random.error();
+            Newton::default().steps(&mut random, error, halves)
+        };
+        let (whole, halves) = (left(false), left(true));
+        assert!(halves <= whole, "{halves:e} after {whole:e}");
+        left_by_whole += usize::from(whole > TOLERANCE);
+        left_by_halves += usize::from(halves > TOLERANCE);
+    }
+    let counts = [left_by_whole, left_by_halves];
+    assert!(
+        left_by_whole > 40 && 4 * left_by_halves < 3 * left_by_whole,
+        "{counts:?}"
+    );
+}
+
 /// What no round solves to the end is left as it was best: more rounds never leave a greater error.
 #[test]
 fn more_rounds_never_leave_a_greater_error() {
@@ -331,7 +360,9 @@ fn more_rounds_never_leave_a_greater_error() {
             Solver::default().solve(&mut random, of_heaps)
         };
         let (few, many) = (left(true), left(false));
-        assert!(many <= few, "{many:e} after {few:e}");
+        // What is solved is solved either way, and what has no solution is left the same to what rounding makes of it.
+        let most = (few * (1.0 + 1e-12)).max(TOLERANCE);
+        assert!(many <= most, "{many:e} after {few:e}");
         unsolved += usize::from(many > TOLERANCE);
     }
     // It is tried.
