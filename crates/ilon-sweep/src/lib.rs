@@ -48,6 +48,7 @@ mod store;
 mod study;
 mod table;
 mod threshold;
+mod value_names;
 
 pub use axis::{Axis, Values, number_of};
 pub use engine::{findings, keep_traces, sweep, write_results};

@@ -8,13 +8,15 @@ use ilon_files::FileAccess;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use crate::axis::{Axis, grid_points};
+use crate::axis::{Axis, Values, grid_points};
 use crate::base::Base;
 use crate::check::{self, Draft};
 use crate::file::{Find, Method, Minimise, SEED, ShareBound, StudyFile, flat};
 use crate::robots::Robots;
 use crate::row::{Row, Task};
 use crate::sample::{Sample, generator, unit};
+use crate::table::text_of;
+use crate::value_names;
 use ilon_sim::Error;
 use ilon_sim::scenario::{MAX_BYTES, Scenario, Setting};
 
@@ -215,6 +217,20 @@ impl Study {
     /// What is varied.
     pub fn axes(&self) -> &[Axis] {
         &self.axes
+    }
+
+    /// What a value of a key is called: of a table what tells it from the others of its axis, of all else the text of it.
+    pub fn name_of(&self, key: &str, value: &Value) -> String {
+        let axis = self.axes.iter().find(|axis| axis.key == key);
+        let (Value::Table(_), Some(Values::List(values))) = (value, axis.map(|axis| &axis.values))
+        else {
+            return text_of(value);
+        };
+        let place = values.iter().position(|other| other == value);
+        place.map_or_else(
+            || text_of(value),
+            |place| value_names::names(values).swap_remove(place),
+        )
     }
 
     /// The keys that differ between runs: the axes, what `[find]` searches over, and `sensors.seed` where each run has its own.

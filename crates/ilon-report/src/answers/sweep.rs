@@ -137,9 +137,9 @@ fn range(one: &RangeOf, study: &Study) -> String {
         Some(format!(
             "{name}{share} (mean {} at {}, {} at {})",
             value(least),
-            level(least_at, unit),
+            level((&axis.key, unit), least_at, study),
             value(largest),
-            level(largest_at, unit)
+            level((&axis.key, unit), largest_at, study)
         ))
     });
     let effects: Vec<String> = effects.collect();

@@ -36,7 +36,7 @@ fn shown(study: &Study, rows: &[Row], findings: &Findings) -> StudyInput {
         answers: answers(study, findings),
         quantities: quantities.collect(),
         runs: rows.iter().map(|row| run(study, row, &varied)).collect(),
-        varied,
+        varied: varied.into_iter().map(|of| named(study, of)).collect(),
         sensitivity: sensitivity(findings),
         tables: tables(study, findings),
         is_sample: file.method != ilon_sweep::Method::Grid || file.minimise.is_some(),
@@ -67,6 +67,19 @@ fn varied(study: &Study, rows: &[Row], index: usize, column: &Column) -> Varied 
         words,
         is_log: scale == Scale::Log,
     }
+}
+
+/// With the words of a column as a person tells them apart.
+fn named(study: &Study, mut varied: Varied) -> Varied {
+    let axis = study.axes().iter().find(|axis| axis.key == varied.key);
+    if let Some(Values::List(values)) = axis.map(|axis| &axis.values) {
+        for word in &mut varied.words {
+            if let Some(value) = values.iter().find(|value| text_of(value) == *word) {
+                *word = study.name_of(&varied.key, value);
+            }
+        }
+    }
+    varied
 }
 
 /// A row as it is shown: what is no number by its place among the words of its column.

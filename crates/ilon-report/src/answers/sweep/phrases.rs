@@ -31,8 +31,8 @@ pub(super) fn value_of(quantity: &str, value: f64) -> String {
 }
 
 /// A value of a key as a person reads it.
-pub(super) fn shown(value: &Value) -> String {
-    number_of(value).map_or_else(|| text_of(value), number)
+pub(super) fn shown(key: &str, value: &Value, study: &Study) -> String {
+    number_of(value).map_or_else(|| study.name_of(key, value), number)
 }
 
 /// A key in words by its last part, or all of it where another of the study ends so, and the unit that it is in: `period` and `s` of
@@ -62,14 +62,15 @@ pub(super) fn key_words(key: &str, study: &Study) -> (String, &'static str) {
 }
 
 /// A value of a key with its unit.
-pub(super) fn level(value: &Value, unit: &str) -> String {
-    format!("{} {unit}", shown(value)).trim_end().to_owned()
+pub(super) fn level((key, unit): (&str, &str), value: &Value, study: &Study) -> String {
+    let text = format!("{} {unit}", shown(key, value, study));
+    text.trim_end().to_owned()
 }
 
 /// A key with its value, such as `period 12 s` for `reference.figure_eight.period_s = 12`.
 pub(super) fn setting(key: &str, value: &Value, study: &Study) -> String {
     let (name, unit) = key_words(key, study);
-    format!("{name} {}", level(value, unit))
+    format!("{name} {}", level((key, unit), value, study))
 }
 
 pub(super) fn settings(values: &BTreeMap<String, Value>, study: &Study) -> String {
@@ -79,7 +80,10 @@ pub(super) fn settings(values: &BTreeMap<String, Value>, study: &Study) -> Strin
 
 /// Values of keys, `key = value` each, as a scenario has them.
 pub(super) fn at(values: &BTreeMap<String, Value>) -> String {
-    let one = |(key, value): (&String, &Value)| format!("{key} = {}", shown(value));
+    let one = |(key, value): (&String, &Value)| {
+        let value = number_of(value).map_or_else(|| text_of(value), number);
+        format!("{key} = {value}")
+    };
     values.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 

@@ -76,7 +76,8 @@ fn means(study: &Study, scenario: &str, ranges: &[&RangeOf]) -> Vec<Table> {
         };
         let row = |(level, of): (usize, &Level)| {
             let means = ranges.iter().map(|one| mean(one, level));
-            std::iter::once(shown(&of.value)).chain(means).collect()
+            let name = shown(&axis.key, &of.value, study);
+            std::iter::once(name).chain(means).collect()
         };
         let heads = ranges.iter();
         let heads = heads.map(|one| title(&one.quantity, scenario, study));
