@@ -128,6 +128,14 @@ impl Axis {
     }
 }
 
+/// A value as a text: one that is a text by itself, all others as TOML.
+pub fn text_of(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    }
+}
+
 /// A value that is a number.
 pub fn number_of(value: &Value) -> Option<f64> {
     match value {

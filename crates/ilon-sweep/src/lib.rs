@@ -50,7 +50,7 @@ mod table;
 mod threshold;
 mod value_names;
 
-pub use axis::{Axis, Values, number_of};
+pub use axis::{Axis, Values, number_of, text_of};
 pub use engine::{findings, keep_traces, sweep, write_results};
 pub use file::{Find, Keep, Method, Minimise, OneBound, OneOrMany, Scale, ShareBound, StudyFile};
 pub use findings::Findings;
@@ -60,5 +60,5 @@ pub use row::{Row, Status, Task, figure_index, figure_names};
 pub use shard::Shard;
 pub use store::Store;
 pub use study::{Column, Question, Study, is_study};
-pub use table::{Cells, columns, text_of, write_runs};
+pub use table::{Cells, columns, write_runs};
 pub use threshold::{Crossing, SearchOutcome};

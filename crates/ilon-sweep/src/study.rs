@@ -8,14 +8,13 @@ use ilon_files::FileAccess;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use crate::axis::{Axis, Values, grid_points};
+use crate::axis::{Axis, Values, grid_points, text_of};
 use crate::base::Base;
 use crate::check::{self, Draft};
 use crate::file::{Find, Method, Minimise, SEED, ShareBound, StudyFile, flat};
 use crate::robots::Robots;
 use crate::row::{Row, Task};
 use crate::sample::{Sample, generator, unit};
-use crate::table::text_of;
 use crate::value_names;
 use ilon_sim::Error;
 use ilon_sim::scenario::{MAX_BYTES, Scenario, Setting};

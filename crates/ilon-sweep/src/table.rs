@@ -13,9 +13,8 @@ use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
-use toml::Value;
 
-use crate::axis::number_of;
+use crate::axis::{number_of, text_of};
 use crate::row::{Row, figure_names};
 use crate::study::Study;
 
@@ -84,14 +83,6 @@ pub fn columns(study: &Study, rows: &[Row]) -> Vec<(String, Cells)> {
     }
     let named = |(name, cells): (&str, Cells)| (name.to_owned(), cells);
     columns.into_iter().map(named).collect()
-}
-
-/// A value as a text: one that is a text by itself, all others as TOML.
-pub fn text_of(value: &Value) -> String {
-    match value {
-        Value::String(text) => text.clone(),
-        other => other.to_string(),
-    }
 }
 
 fn write(file: File, study: &Study, rows: &[Row]) -> Result<(), ParquetError> {

@@ -2,7 +2,7 @@
 
 use toml::{Table, Value};
 
-use crate::text_of;
+use crate::axis::text_of;
 
 /// The names of all values of an axis, each another. Tables are called by what only they have, or have otherwise; files by their names without folders.
 pub(crate) fn names(values: &[Value]) -> Vec<String> {

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
+use crate::axis::text_of;
 use crate::row::Row;
 use crate::study::Study;
-use crate::table::text_of;
 
 /// The range of a quantity over a grid, and the main effects of its axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
