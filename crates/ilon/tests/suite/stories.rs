@@ -430,9 +430,11 @@ fn a_robot_that_drives_off_the_ground_fell() {
     );
 }
 
-/// A wall is higher than a wheel's radius; a kerb is not, and yet too high for these motors.
+/// A wall is higher than a wheel's radius; a kerb is not, and yet too high for these motors. The chassis stands out before the wheels: level with
+/// them it would share the wall with their rollers, in any of many ways.
 #[test]
 fn a_robot_at_a_wall_or_a_kerb_is_told_to_stand_there_and_not_to_cross_it() {
+    let longer = |shipped: String| shipped.replace("size_m = [0.40,", "size_m = [0.42,");
     for (height_m, words) in [
         (
             0.3,
@@ -443,11 +445,12 @@ fn a_robot_at_a_wall_or_a_kerb_is_told_to_stand_there_and_not_to_cross_it() {
             "the robot was caught at a kerb, a box 30.00 mm high: of ",
         ),
     ] {
-        let told = Told::shipped(&format!(
+        let text = format!(
             "[twist]\nvx_m_s = 0.3\nrest_s = 0\nramp_s = 0.2\nsettle_s = 1\n[run]\nduration_s = 2.5\n\
              [motors.dc]\nstall_torque_n_m = 0.2\nno_load_rate_rad_s = 20\n\
              [[world.floor.boxes]]\nx_m = 0.8\ny_m = 0\nlength_x_m = 0.8\nlength_y_m = 2\nheight_m = {height_m}\n"
-        ));
+        );
+        let told = Told::of(longer, &text);
         let line = told.line(words);
         assert!(line.contains("300 mm/s asked for it did "), "{line}");
         let from_s = number(line, "From", "s to the end");
