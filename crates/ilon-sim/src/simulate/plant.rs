@@ -59,8 +59,8 @@ pub struct Outcome {
 ///
 /// A fleet is a list of copies: they share scenario, robot and rollers' shapes, and [`Plant::reset`] puts each where it begins. A
 /// thread goes through many plants fastest where it advances each by a control period at a time, for then what a plant needs is
-/// fetched into the processor's cache once a period, and not once a step. A plant of a robot of 36 rollers holds 21 kB:
-/// 10,000 of them 210 MB.
+/// fetched into the processor's cache once a period, and not once a step. A plant of a robot of 36 rollers holds 20 kB:
+/// 10,000 of them 200 MB.
 #[derive(Clone)]
 pub struct Plant {
     /// What stays as it is, shared by all copies.

@@ -179,7 +179,7 @@ impl Reactions {
             taken_j: Vector3::zeros(),
             came_down: place.came_down,
             rolling_radius_m: contact.rows[2].a.axle.map_or(0.0, |(_, radius_m)| radius_m),
-            compliance: tangents,
+            compliance: tangents.map(Box::new),
         };
         let mut free = contact.free;
         if let Some(tangents) = &tangents {

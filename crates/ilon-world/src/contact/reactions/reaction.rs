@@ -92,7 +92,7 @@ impl Partner {
 ///
 /// Its three numbers are a contact's normal and two tangents; a bearing has only the first, and rolling the first two: along the roller and
 /// across it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Reaction {
     pub a: Member,
     pub b: Partner,
@@ -117,8 +117,8 @@ pub(crate) struct Reaction {
     pub came_down: bool,
     /// By how much the second tangent's velocity grows with the roller's rate about its axis, in m.
     pub rolling_radius_m: f64,
-    /// How the contact gives, if it does.
-    pub compliance: Option<TangentCompliance>,
+    /// How the contact gives, if it does. Most do not, and it is as large as all else.
+    pub compliance: Option<Box<TangentCompliance>>,
 }
 
 /// How a contact gives in a step.
