@@ -422,6 +422,28 @@ fn an_arm_sags_as_a_slide_does() {
     assert_near(turned, expected, 0.05, "turned");
 }
 
+/// A joint whose spring swings what it moves once in less than 1.5 steps is refused; one that does so in more is not, and its robot stands.
+#[test]
+fn a_spring_that_no_step_can_follow_is_refused_and_another_is_not() {
+    const STEP_S: f64 = 1e-3;
+    let stands = |steps: f64| {
+        let mut robot = on_springs(0.0);
+        robot.wheels[0].carrier = None;
+        let omega_rad_s = std::f64::consts::TAU / (steps * STEP_S);
+        robot.joints[0].role = sprung(robot.inertia_on_joint(0) * omega_rad_s.powi(2));
+        World::new(
+            &robot,
+            &Floor::default(),
+            Pose::default(),
+            &settings(STEP_S),
+        )
+        .map(|_| ())
+    };
+    let error = stands(1.49).expect_err("it swings too fast").to_string();
+    assert!(error.contains("within 1.5 steps of 1.000 ms"), "{error}");
+    assert!(stands(1.51).is_ok(), "{:?}", stands(1.51));
+}
+
 /// Trees that are none, and numbers that no step can follow, are refused with the joint's name and what to do.
 #[test]
 fn hostile_trees_are_refused_in_words() {
@@ -443,7 +465,7 @@ fn hostile_trees_are_refused_in_words() {
             robot.joints[0].damping = -1.0
         }),
         ("hangs by itself", |robot| robot.joints[0].parent = Some(0)),
-        ("within a step", |robot| {
+        ("within 1.5 steps", |robot| {
             // A gram on a spring of 1e9 N/m swings once in 6 us.
             robot.wheels[0].carrier = None;
             robot.joints[0].body.mass.mass_kg = 1e-3;
