@@ -31,6 +31,8 @@ struct Patience {
     halves: bool,
     /// Sweeps in the first round.
     first_sweeps: usize,
+    /// Whether what no round solves is solved by way of softer contacts.
+    softens: bool,
 }
 
 impl Patience {
@@ -40,6 +42,7 @@ impl Patience {
         rounds: 64,
         halves: true,
         first_sweeps: 4,
+        softens: true,
     };
 
     /// Where free bodies lie about: in a heap a load is shared in so many ways that few steps get to the last digits, and each round takes long.
@@ -47,6 +50,7 @@ impl Patience {
         rounds: 8,
         halves: false,
         first_sweeps: SWEEPS_A_ROUND,
+        softens: false,
     };
 }
 
@@ -124,7 +128,7 @@ impl Solver {
             self.take_best(problem);
             error = least;
         }
-        if in_turn || patience.rounds < Patience::OF_ROBOTS.rounds {
+        if in_turn || !patience.softens {
             return error;
         }
         self.solve_from_softer(problem, error)
