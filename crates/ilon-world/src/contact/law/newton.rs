@@ -100,7 +100,7 @@ impl Newton {
     /// nearer. Gives the error that is left.
     ///
     /// Whole steps may go round between two sets of contacts that stick, slide and are open, where motors reach their rate limits too. With `halves`
-    /// it goes on from the nearest then with half steps, which mostly lead out of that.
+    /// it goes on from the nearest then with half steps, which lead out of two in five of such steps where wheels spin.
     ///
     /// What a step does to the error does not say whether it is right. Contacts on a stiff floor share a load in ways that hardly
     /// change any velocity: an error of 1e-6 m/s may stand for a hundredth of a load. A step goes all the way there, what slides

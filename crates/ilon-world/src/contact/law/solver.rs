@@ -1,7 +1,7 @@
 //! How the laws of a step are solved all at once.
 //!
 //! Newton's method takes all laws at once, differentiated where they stand (Alart and Curnier 1991). A robot that rolls needs one
-//! step of it. Where some steps lead nowhere, half steps often do; and where these do not, block Gauss-Seidel sweeps, which solve one law exactly for
+//! step of it. Where some steps lead nowhere, half steps may do; and where these do not, block Gauss-Seidel sweeps, which solve one law exactly for
 //! the others as they are, find out roughly what sticks and what slides, and it begins again from there. Where that leads nowhere either (once in
 //! some ten thousand steps on bumps), it goes by way of softer contacts. Rollers that slide along their axles or
 //! that rolling costs something have another way to find that out: `split`.

@@ -317,31 +317,32 @@ fn random_problems_are_solved_to_the_end() {
     assert!(unsolved <= 25, "{unsolved} of 500");
 }
 
-/// Where whole steps of Newton's method go round between sets of contacts that stick and slide, half steps may lead out: of random problems, which are
-/// no robots, they leave a quarter fewer unsolved, and never a greater error.
+/// Where whole steps of Newton's method go round for ever between sets of contacts that stick and slide, half steps may lead out: of random problems
+/// that twenty-four whole steps leave, eight whole ones and then half steps solve more than a fifth. More whole ones would solve none.
 #[test]
 fn half_steps_lead_out_of_where_whole_ones_go_round() {
     let mut draw = Draw(3);
-    let (mut left_by_whole, mut left_by_halves) = (0, 0);
-    for _ in 0..1000 {
+    let (mut go_round, mut solved) = (0, 0);
+    for _ in 0..3000 {
         let mut laws = vec![contact(0.6 * draw.next().abs()); 4];
         laws.extend([bearing(0.3 * draw.next().abs()); 3]);
         let free: Vec<f64> = (0..15).map(|_| draw.next()).collect();
         let response = draw.response(15, 12, 1e-3);
-        let left = |halves: bool| {
+        let left = |rounds: usize, halves: bool| {
             let mut random = problem(&laws, &free, &response);
-            let error = random.error();
-            Newton::default().steps(&mut random, error, halves)
+            let mut newton = Newton::default();
+            (0..rounds).fold(random.error(), |error, _| {
+                newton.steps(&mut random, error, halves)
+            })
         };
-        let (whole, halves) = (left(false), left(true));
-        assert!(halves <= whole, "{halves:e} after {whole:e}");
-        left_by_whole += usize::from(whole > TOLERANCE);
-        left_by_halves += usize::from(halves > TOLERANCE);
+        if left(3, false) > TOLERANCE {
+            go_round += 1;
+            solved += usize::from(left(1, true) <= TOLERANCE);
+        }
     }
-    let counts = [left_by_whole, left_by_halves];
     assert!(
-        left_by_whole > 40 && 4 * left_by_halves < 3 * left_by_whole,
-        "{counts:?}"
+        go_round > 10 && 5 * solved > go_round,
+        "{solved} of {go_round}"
     );
 }
 
