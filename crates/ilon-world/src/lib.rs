@@ -84,4 +84,5 @@ pub use settings::{
 };
 pub use world::{
     Body, BodyMut, BodyState, FreeBodyState, Payload, PlaceMotion, Push, RayHit, World,
+    longest_step_of_springs_s,
 };

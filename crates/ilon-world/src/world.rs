@@ -28,6 +28,7 @@ pub use crate::robot::payload::Payload;
 use crate::robot::shared_robot::SharedRobot;
 use crate::{ContactSolver, Floor, MotorTorque, Settings, WorldError};
 pub use body::{Body, BodyMut, BodyState, PlaceMotion};
+pub use check_joints::longest_step_of_springs_s;
 pub use disturbance::Push;
 use free::islands::Islands;
 pub use free::{FreeBodyState, RayHit};

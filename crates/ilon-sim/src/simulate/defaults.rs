@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use ilon_control::DynamicModel;
 use ilon_robot::{Robot, Scale, Wheel};
+use ilon_world::longest_step_of_springs_s;
 
 use crate::Error;
 use crate::scenario::{Contacts, LoopTiming, Passive, Rollers, Scenario, WheelLaw};
@@ -107,6 +108,7 @@ pub(super) fn physics_dt_s(
         landing_need(scenario, robot, &scale),
         solver_need(scenario),
         tread_need(robot, &scale),
+        spring_need(robot),
         loop_need(scenario, model, &scale),
         pose_need(scenario),
     ];
@@ -211,6 +213,25 @@ fn tread_need(robot: &Robot, scale: &Scale) -> Need {
             .map_or(f64::INFINITY, |seen_s| seen_s.max(shortest_s)),
         because: String::new(),
         help: "",
+    }
+}
+
+/// What the springs and servos of joints need: a step that can follow them. Their accuracy asks for no more, as they stay stiff in longer ones.
+fn spring_need(robot: &Robot) -> Need {
+    let (longest_s, because) = match longest_step_of_springs_s(robot) {
+        Some((longest_s, joint)) => {
+            let name = &robot.joints[joint].name;
+            (
+                longest_s,
+                format!("the joint `{name}` is held by as stiff a spring or servo"),
+            )
+        }
+        None => (f64::INFINITY, String::new()),
+    };
+    Need {
+        longest_s,
+        because,
+        help: "give it less stiffness, or hold the joint",
     }
 }
 
@@ -414,6 +435,53 @@ mod tests {
         // 11.36 kg on four wheels of 1e5 N/m: 0.5 sqrt(2.84 / 1e5) = 2.66 ms; near to rigid ones of 1e8 N/m a millisecond.
         assert!((longest_s(&mut robot, 1e5) - 2.66e-3).abs() < 1e-5);
         assert!((longest_s(&mut robot, 1e8) - 1e-3).abs() < 1e-5);
+    }
+
+    #[test]
+    fn stiff_springs_get_a_step_in_which_the_world_takes_them() {
+        let text = include_str!("../../../../assets/robots/mecanum4_sprung.urdf");
+        let mut options = ilon_formats::LoadOptions::default();
+        options.joints = ["front_left", "front_right", "rear_left", "rear_right"]
+            .map(|wheel| {
+                let free = ilon_formats::JointOptions {
+                    role: Some(ilon_formats::RoleOption::Free),
+                    ..ilon_formats::JointOptions::default()
+                };
+                (format!("{wheel}_spring"), free)
+            })
+            .into();
+        let mut robot = Robot::from_urdf_str_with(text, "sprung.urdf", &options)
+            .unwrap()
+            .robot;
+        let stiff = |robot: &mut Robot, stiffness: f64| {
+            robot.joints[2].role = ilon_robot::JointRole::Sprung(ilon_robot::JointSpring {
+                stiffness,
+                rest: 0.0,
+                preload: 0.0,
+            });
+            let need = spring_need(robot);
+            let takes = |dt_s: f64| {
+                let settings = ilon_world::Settings {
+                    dt_s,
+                    ..ilon_world::Settings::default()
+                };
+                let start = ilon_robot::Pose::default();
+                let floor = ilon_world::Floor::default();
+                ilon_world::World::new(&*robot, &floor, start, &settings).is_ok()
+            };
+            assert!(takes(0.999 * need.longest_s) && !takes(1.001 * need.longest_s));
+            need
+        };
+        for stiffness in [1e5, 1e6, 1e7] {
+            // The slide moves a carrier of 0.1 kg and a wheel of 0.34 kg with 9 rollers; a spring swings that in 2 pi sqrt(m / k).
+            let mass_kg = robot.inertia_on_joint(2);
+            let swing_s = TAU * (mass_kg / stiffness).sqrt();
+            let need = stiff(&mut robot, stiffness);
+            assert!((need.longest_s - swing_s / 1.5).abs() < 1e-12);
+        }
+        // A spring beyond all that is chosen is refused with its name.
+        let need = stiff(&mut robot, 1e12);
+        assert!(need.longest_s < SHORTEST_S && need.because.contains(&robot.joints[2].name));
     }
 
     #[test]

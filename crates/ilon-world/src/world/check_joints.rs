@@ -138,6 +138,23 @@ fn check_servo(joint: &BodyJoint) -> Result<(), WorldError> {
 /// in 1.35 it does not.
 const STEPS_A_SWING: f64 = 1.5;
 
+/// The longest step in which the springs and servos of a robot's joints can be simulated, in seconds, and the place of the joint that
+/// asks for it; `None` where no joint has one. [`World::new`](crate::World::new) refuses longer ones: [`WorldError::Joint`].
+pub fn longest_step_of_springs_s(robot: &Robot) -> Option<(f64, usize)> {
+    let joints = robot.joints.iter().enumerate();
+    let springs = joints.filter_map(|(index, joint)| Some((index, joint.gives_by()?)));
+    let steps = springs.map(|(index, spring)| {
+        let swings_s = swing_s(robot.inertia_on_joint(index), spring.stiffness);
+        (swings_s / STEPS_A_SWING, index)
+    });
+    steps.min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// How long a spring takes to swing an inertia once, in seconds.
+fn swing_s(inertia: f64, stiffness: f64) -> f64 {
+    TAU * (inertia / stiffness).sqrt()
+}
+
 /// Refuses a spring or a servo that swings what it moves in too few steps.
 fn check_spring(robot: &Robot, index: usize, settings: &Settings) -> Result<(), WorldError> {
     let joint = &robot.joints[index];
@@ -145,7 +162,7 @@ fn check_spring(robot: &Robot, index: usize, settings: &Settings) -> Result<(), 
         return Ok(());
     };
     let inertia = robot.inertia_on_joint(index);
-    let swings_s = TAU * (inertia / spring.stiffness).sqrt();
+    let swings_s = swing_s(inertia, spring.stiffness);
     let least_s = STEPS_A_SWING * settings.dt_s;
     if swings_s >= least_s {
         return Ok(());
