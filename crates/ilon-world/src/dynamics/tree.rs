@@ -140,7 +140,7 @@ impl Tree {
             let axis = rotation.column(2).into_owned();
             links[index] = match joint.motion {
                 Motion::Turns => {
-                    let (sin, cos) = (libm::sin(*moved), libm::cos(*moved));
+                    let (sin, cos) = libm::sincos(*moved);
                     let (x, y) = (rotation.column(0), rotation.column(1));
                     let turned = [cos * x + sin * y, cos * y - sin * x, axis];
                     LinkPose {

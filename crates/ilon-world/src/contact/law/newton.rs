@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::curve::Meeting;
 use super::kinds::{Law, Sliding};
-use super::system::{ImpulseProblem, TOLERANCE, pair};
+use super::system::{ImpulseProblem, Kept, TOLERANCE, pair};
 use crate::contact::linear::solve_in_place;
 
 /// What a law does as things stand.
@@ -36,7 +36,7 @@ enum Regime {
 pub(super) struct Newton {
     matrix: Vec<f64>,
     step: Vec<f64>,
-    kept: Vec<f64>,
+    kept: Kept,
 }
 
 impl Regime {
@@ -109,7 +109,7 @@ impl Newton {
         /// From where they lead anywhere the error falls by squares.
         const WHOLE: [f64; 8] = [1.0; 8];
         const HALVES: [f64; 6] = [0.5, 0.5, 0.5, 0.5, 1.0, 1.0];
-        self.keep(problem);
+        problem.keep(&mut self.kept);
         let best = self.go_steps(problem, error, &WHOLE);
         if halves && best > TOLERANCE {
             return self.go_steps(problem, best, &HALVES);
@@ -125,29 +125,20 @@ impl Newton {
                 break;
             }
             let reached = problem.error();
+            // From nowhere no step leads back.
+            if reached == f64::INFINITY {
+                break;
+            }
             if reached < best {
                 best = reached;
                 if best <= TOLERANCE {
                     return best;
                 }
-                self.keep(problem);
+                problem.keep(&mut self.kept);
             }
         }
-        self.go_back(problem);
+        problem.go_back(&self.kept);
         best
-    }
-
-    /// Remembers the impulses as they are.
-    fn keep(&mut self, problem: &ImpulseProblem) {
-        self.kept.clear();
-        self.kept.extend_from_slice(&problem.impulses);
-    }
-
-    /// Goes back to the impulses that are remembered.
-    fn go_back(&self, problem: &mut ImpulseProblem) {
-        for (row, kept) in self.kept.iter().enumerate() {
-            problem.set(row, *kept);
-        }
     }
 
     /// Goes a share of one step of Newton's method, put back into the laws' bounds. Says whether there is one.

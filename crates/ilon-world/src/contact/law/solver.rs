@@ -12,7 +12,7 @@ use super::kinds::Law;
 use super::newton::Newton;
 use super::one_contact::contact_impulse;
 use super::split::Split;
-use super::system::{ImpulseProblem, TOLERANCE};
+use super::system::{ImpulseProblem, Kept, TOLERANCE};
 
 /// What solves the laws of a step. It allocates only while it grows.
 #[derive(Clone, Debug, Default)]
@@ -20,7 +20,7 @@ pub(crate) struct Solver {
     newton: Newton,
     split: Split,
     /// The impulses that broke the laws least so far.
-    best: Vec<f64>,
+    best: Kept,
 }
 
 /// How long is tried.
@@ -97,8 +97,8 @@ impl Solver {
         if error <= TOLERANCE {
             return error;
         }
-        let mut least = f64::INFINITY;
-        self.best.clear();
+        let mut least = error;
+        problem.keep(&mut self.best);
         for round in 0..patience.rounds {
             let share = 0.5_f64.powi((round / ROUNDS_A_SHARE) as i32);
             error = self.newton.steps(problem, error, patience.halves);
@@ -107,8 +107,7 @@ impl Solver {
             }
             if error < least {
                 least = error;
-                self.best.clear();
-                self.best.extend_from_slice(&problem.impulses);
+                problem.keep(&mut self.best);
             }
             let sweeps = if is_compliant && round < SOFT_ROUNDS {
                 SOFT_SWEEPS_A_ROUND
@@ -122,10 +121,10 @@ impl Solver {
             } else {
                 sweep(problem, sweeps, share);
             }
-            error = problem.error();
+            error = self.error_in_reach(problem);
         }
         if error >= least {
-            self.take_best(problem);
+            problem.go_back(&self.best);
             error = least;
         }
         if in_turn || !patience.softens {
@@ -137,14 +136,13 @@ impl Solver {
     /// Solves what no round has solved by way of softer contacts, which share a load in one way only: from much softer ones on to those that are
     /// meant, each from where the one before ended. Leaves the impulses as they were where that breaks the laws no less.
     fn solve_from_softer(&mut self, problem: &mut ImpulseProblem, error: f64) -> f64 {
-        self.best.clear();
-        self.best.extend_from_slice(&problem.impulses);
+        problem.keep(&mut self.best);
         for halvings in (0..=SOFTENINGS).rev() {
             let times = 2.0_f64.powi(halvings);
             problem.scale_compliance(times);
             for _ in 0..ROUNDS_A_SHARE {
                 sweep(problem, SWEEPS_A_ROUND, 1.0);
-                let left = problem.error();
+                let left = self.error_in_reach(problem);
                 if self.newton.steps(problem, left, false) <= TOLERANCE {
                     break;
                 }
@@ -155,14 +153,20 @@ impl Solver {
         if found < error {
             return found;
         }
-        self.take_best(problem);
+        problem.go_back(&self.best);
         error
     }
 
-    fn take_best(&self, problem: &mut ImpulseProblem) {
-        for (row, best) in self.best.iter().enumerate() {
-            problem.set(row, *best);
+    /// By how much the laws are broken after sweeps; where these have led beyond all bounds, by the impulses that broke them least so far, to which it
+    /// goes back.
+    fn error_in_reach(&self, problem: &mut ImpulseProblem) -> f64 {
+        problem.follow_impulses();
+        let error = problem.error();
+        if error < f64::INFINITY {
+            return error;
         }
+        problem.go_back(&self.best);
+        problem.error()
     }
 }
 

@@ -15,6 +15,8 @@ pub(crate) struct ImpulseProblem {
     pub(super) impulses: Vec<f64>,
     /// u, in m/s or rad/s.
     pub(super) velocities: Vec<f64>,
+    /// u_free, those without any impulse.
+    free: Vec<f64>,
     /// What stands on W's diagonal beside the robot's response, in m/s per N s: contacts that give across their normal.
     softness: Vec<f64>,
     /// W, row by row.
@@ -28,6 +30,16 @@ pub(crate) struct ImpulseProblem {
 
 /// Solved, when no law is broken by more than this, in m/s or rad/s: what f32 resolves of a slow robot's rates.
 pub(super) const TOLERANCE: f64 = 1e-8;
+
+/// Beyond this velocity, in m/s or rad/s, rounding hides the tolerance: an f64 of that size is known to 1.2e-10, and sums of dozens to less.
+const FARTHEST: f64 = 1e6;
+
+/// Impulses, and the velocities that follow, as they once were.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Kept {
+    impulses: Vec<f64>,
+    velocities: Vec<f64>,
+}
 
 impl ImpulseProblem {
     /// Forgets everything.
@@ -85,6 +97,7 @@ impl ImpulseProblem {
     /// Sets W once all laws are there. `fill` takes a row's place, and room for what it has on and before the diagonal.
     pub fn set_delassus(&mut self, fill: impl Fn(usize, &mut [f64])) {
         let rows = self.rows();
+        self.free.clone_from(&self.velocities);
         self.delassus.clear();
         self.delassus.resize(rows * rows, 0.0);
         for row in 0..rows {
@@ -155,6 +168,27 @@ impl ImpulseProblem {
                 *velocity += w * by;
             }
         }
+    }
+
+    /// Remembers the impulses as they are.
+    pub(super) fn keep(&self, kept: &mut Kept) {
+        kept.impulses.clone_from(&self.impulses);
+        kept.velocities.clone_from(&self.velocities);
+    }
+
+    /// Takes the velocities anew from the impulses, u = u_free + W p, without the rounding of the way to them.
+    pub(super) fn follow_impulses(&mut self) {
+        let rows = self.delassus.chunks_exact(self.free.len().max(1));
+        for ((velocity, free), w) in self.velocities.iter_mut().zip(&self.free).zip(rows) {
+            let of_impulses = w.iter().zip(&self.impulses).map(|(w, p)| w * p);
+            *velocity = free + of_impulses.sum::<f64>();
+        }
+    }
+
+    /// Goes back to impulses that are remembered, to the bit: from where [`Self::set`] would leave the rounding of the way there in the velocities.
+    pub(super) fn go_back(&mut self, kept: &Kept) {
+        self.impulses.clone_from(&kept.impulses);
+        self.velocities.clone_from(&kept.velocities);
     }
 
     /// Whether friction holds a contact or a bearing, as the impulses are now: within its limit.
@@ -256,8 +290,13 @@ impl ImpulseProblem {
     }
 
     /// By how much the laws are broken, in m/s or rad/s: the most of all. An impulse beyond what friction can do counts by
-    /// the velocity that the excess makes where it acts.
+    /// the velocity that the excess makes where it acts. Infinite where the impulses make velocities that are none, or of which rounding is all that
+    /// could be told.
     pub(super) fn error(&self) -> f64 {
+        // Not a number is not below it either.
+        if !self.velocities.iter().all(|u| u.abs() < FARTHEST) {
+            return f64::INFINITY;
+        }
         let of = |&(at, law): &(usize, Law)| match law {
             Law::Joint {
                 least_n_m_s,

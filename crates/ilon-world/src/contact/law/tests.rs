@@ -346,6 +346,39 @@ fn half_steps_lead_out_of_where_whole_ones_go_round() {
     );
 }
 
+/// Contacts that friction beyond 1 couples strongly may have no solution, and sweeps over them grow without end. The impulses that are left are numbers
+/// all the same, no worse than those it began with, and the velocities are those that follow from them: u = u_free + W p.
+#[test]
+fn where_sweeps_grow_without_end_the_best_is_kept_with_its_velocities() {
+    let mut draw = Draw(12);
+    for case in 0..400 {
+        let friction = 1.0 + 0.5 * draw.next().abs();
+        let laws = [contact(friction); 5];
+        let rows = 3 * laws.len();
+        let response = draw.response(rows, 6, 0.0);
+        let free: Vec<f64> = (0..rows).map(|_| draw.next()).collect();
+        let mut jam = problem(&laws, &free, &response);
+        let begun = jam.error();
+        let error = solve(&mut jam);
+        assert!(error <= begun, "case {case}: {error:e}");
+        let left = jam.error();
+        assert!(
+            (left - error).abs() <= 1e-3 * error,
+            "case {case}: {left:e}"
+        );
+        let most = jam.impulses.iter().fold(1.0, |most, p| p.abs().max(most));
+        for (row, w) in response.chunks_exact(rows).enumerate() {
+            let follows: f64 = w.iter().zip(&jam.impulses).map(|(w, p)| w * p).sum();
+            // Rounding of all the steps on the way.
+            let off_m_s = (free[row] + follows - jam.velocities[row]).abs();
+            assert!(
+                off_m_s < 1e-9 * most,
+                "case {case}: {off_m_s:e} in row {row}"
+            );
+        }
+    }
+}
+
 /// What no round solves to the end is left as it was best: more rounds never leave a greater error.
 #[test]
 fn more_rounds_never_leave_a_greater_error() {
