@@ -19,6 +19,7 @@
 
 mod anisotropy;
 mod curve;
+mod descent;
 mod kinds;
 mod newton;
 mod one_contact;

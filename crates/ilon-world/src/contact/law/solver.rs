@@ -8,6 +8,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::descent::Descent;
 use super::kinds::Law;
 use super::newton::Newton;
 use super::one_contact::contact_impulse;
@@ -19,46 +20,56 @@ use super::system::{ImpulseProblem, Kept, TOLERANCE};
 pub(crate) struct Solver {
     newton: Newton,
     split: Split,
+    descent: Descent,
     /// The impulses that broke the laws least so far.
     best: Kept,
+    /// Those that the solution was begun from.
+    begun: Kept,
 }
 
 /// How long is tried.
 struct Patience {
     /// Rounds of Newton steps and sweeps at most.
     rounds: usize,
+    /// The same of those of `split`.
+    split_rounds: usize,
     /// Whether half of Newton's steps are tried where whole ones go round.
     halves: bool,
     /// Sweeps in the first round.
     first_sweeps: usize,
-    /// Whether what no round solves is solved by way of softer contacts.
-    softens: bool,
 }
 
 impl Patience {
     /// Of robots alone. Nearly every step is done after one round; where many contacts say nearly the same (rough ground, a chassis that lies on
     /// its side) some need dozens, and a few never get to the last digits. Where wheels spin in long steps, a few sweeps do.
     const OF_ROBOTS: Self = Self {
-        rounds: 64,
+        rounds: 8,
+        split_rounds: 64,
         halves: true,
         first_sweeps: 4,
-        softens: true,
     };
 
     /// Where free bodies lie about: in a heap a load is shared in so many ways that few steps get to the last digits, and each round takes long.
     const OF_HEAPS: Self = Self {
         rounds: 8,
+        split_rounds: 8,
         halves: false,
         first_sweeps: SWEEPS_A_ROUND,
-        softens: false,
     };
 }
 
 /// After so many rounds sweeps go half as far: contacts that press one another down would swing to and fro for ever.
 const ROUNDS_A_SHARE: usize = 8;
 
-/// Contacts that no round has solved are softened 2^12 times, and then half as much each time: powers of two, which take back themselves to the bit.
-const SOFTENINGS: i32 = 12;
+/// Jams of more rows than this are left: a heap of some fifty contacts, of which a search would take a second and more.
+const LARGEST_JAM: usize = 150;
+
+/// By which easier contacts what no round has solved is solved, each from where the one before ended, and the first from no impulse: how many times
+/// the friction, and how many times as soft. Powers of two, which take back themselves to the bit.
+const WAYS: [&[(f64, f64)]; 2] = [
+    &[(1.0 / 1048576.0, 1.0), (0.5, 1.0), (1.0, 1.0)],
+    &[(1.0, 64.0), (1.0, 8.0), (1.0, 1.0)],
+];
 
 /// Sweeps where Newton's method needs a better start.
 const SWEEPS_A_ROUND: usize = 50;
@@ -99,7 +110,13 @@ impl Solver {
         }
         let mut least = error;
         problem.keep(&mut self.best);
-        for round in 0..patience.rounds {
+        problem.keep(&mut self.begun);
+        let rounds = if in_turn {
+            patience.split_rounds
+        } else {
+            patience.rounds
+        };
+        for round in 0..rounds {
             let share = 0.5_f64.powi((round / ROUNDS_A_SHARE) as i32);
             error = self.newton.steps(problem, error, patience.halves);
             if error <= TOLERANCE {
@@ -127,34 +144,53 @@ impl Solver {
             problem.go_back(&self.best);
             error = least;
         }
-        if in_turn || !patience.softens {
+        if in_turn || problem.rows() > LARGEST_JAM {
             return error;
         }
-        self.solve_from_softer(problem, error)
+        self.solve_jam(problem, error)
     }
 
-    /// Solves what no round has solved by way of softer contacts, which share a load in one way only: from much softer ones on to those that are
-    /// meant, each from where the one before ended. Leaves the impulses as they were where that breaks the laws no less.
-    fn solve_from_softer(&mut self, problem: &mut ImpulseProblem, error: f64) -> f64 {
+    /// Solves what no round has solved, contacts that jam: from the impulses that were supposed, from none, and by way of easier contacts. Leaves the
+    /// impulses as they were where none of these breaks the laws less.
+    fn solve_jam(&mut self, problem: &mut ImpulseProblem, mut error: f64) -> f64 {
         problem.keep(&mut self.best);
-        for halvings in (0..=SOFTENINGS).rev() {
-            let times = 2.0_f64.powi(halvings);
-            problem.scale_compliance(times);
-            for _ in 0..ROUNDS_A_SHARE {
-                sweep(problem, SWEEPS_A_ROUND, 1.0);
-                let left = self.error_in_reach(problem);
-                if self.newton.steps(problem, left, false) <= TOLERANCE {
-                    break;
-                }
+        let nothing = problem.without_impulses();
+        for start in [&self.begun.clone(), &nothing] {
+            problem.go_back(start);
+            if self.descend(problem, &mut error) {
+                return error;
             }
-            problem.scale_compliance(1.0 / times);
         }
-        let found = problem.error();
-        if found < error {
-            return found;
+        for way in WAYS {
+            problem.go_back(&nothing);
+            for &(friction, softness) in way {
+                problem.scale_friction(friction);
+                problem.scale_compliance(softness);
+                if (friction, softness) == (1.0, 1.0) {
+                    if self.descend(problem, &mut error) {
+                        return error;
+                    }
+                } else {
+                    self.descent.steps(problem, self.newton.room());
+                }
+                problem.scale_friction(1.0 / friction);
+                problem.scale_compliance(1.0 / softness);
+            }
         }
         problem.go_back(&self.best);
         error
+    }
+
+    /// Searches on from the impulses as they are, and keeps where that leads where it breaks the laws less than so far. Says whether that is the
+    /// solution.
+    fn descend(&mut self, problem: &mut ImpulseProblem, least: &mut f64) -> bool {
+        let near = self.descent.steps(problem, self.newton.room());
+        let left = self.newton.steps(problem, near, false);
+        if left < *least {
+            *least = left;
+            problem.keep(&mut self.best);
+        }
+        left <= TOLERANCE
     }
 
     /// By how much the laws are broken after sweeps; where these have led beyond all bounds, by the impulses that broke them least so far, to which it

@@ -146,6 +146,20 @@ impl ImpulseProblem {
         }
     }
 
+    /// The same from the impulse that it has.
+    pub(super) fn bring_back(&mut self, law: usize) {
+        let (at, kind) = self.laws[law];
+        let has = |k: usize| {
+            if k < kind.rows() {
+                self.impulses[at + k]
+            } else {
+                0.0
+            }
+        };
+        let asked = Vector3::new(has(0), has(1), has(2));
+        self.bring(law, asked);
+    }
+
     /// Sets two impulses to the nearest in a disc.
     fn set_within(&mut self, at: usize, mut asked: Vector2<f64>, limit: f64) {
         let size = asked.norm();
@@ -174,6 +188,14 @@ impl ImpulseProblem {
     pub(super) fn keep(&self, kept: &mut Kept) {
         kept.impulses.clone_from(&self.impulses);
         kept.velocities.clone_from(&self.velocities);
+    }
+
+    /// No impulses, and the velocities that there are then.
+    pub(super) fn without_impulses(&self) -> Kept {
+        Kept {
+            impulses: vec![0.0; self.rows()],
+            velocities: self.free.clone(),
+        }
     }
 
     /// Takes the velocities anew from the impulses, u = u_free + W p, without the rounding of the way to them.
@@ -280,6 +302,15 @@ impl ImpulseProblem {
         for (_, law) in &mut self.laws {
             if let Law::Contact { compliance, .. } = law {
                 *compliance *= times;
+            }
+        }
+    }
+
+    /// Lets all contacts hold so many times as much along their tangents.
+    pub(super) fn scale_friction(&mut self, times: f64) {
+        for (_, law) in &mut self.laws {
+            if let Law::Contact { friction, .. } = law {
+                *friction *= times;
             }
         }
     }

@@ -352,7 +352,7 @@ fn half_steps_lead_out_of_where_whole_ones_go_round() {
 fn where_sweeps_grow_without_end_the_best_is_kept_with_its_velocities() {
     let mut draw = Draw(12);
     for case in 0..400 {
-        let friction = 1.0 + 0.5 * draw.next().abs();
+        let friction = 1.0 + 4.0 * draw.next().abs();
         let laws = [contact(friction); 5];
         let rows = 3 * laws.len();
         let response = draw.response(rows, 6, 0.0);
@@ -369,35 +369,42 @@ fn where_sweeps_grow_without_end_the_best_is_kept_with_its_velocities() {
         let most = jam.impulses.iter().fold(1.0, |most, p| p.abs().max(most));
         for (row, w) in response.chunks_exact(rows).enumerate() {
             let follows: f64 = w.iter().zip(&jam.impulses).map(|(w, p)| w * p).sum();
-            // Rounding of all the steps on the way.
+            // What Newton's method leaves of rounding, from velocities of 1e6 m/s at most.
             let off_m_s = (free[row] + follows - jam.velocities[row]).abs();
             assert!(
-                off_m_s < 1e-9 * most,
+                off_m_s < TOLERANCE * most,
                 "case {case}: {off_m_s:e} in row {row}"
             );
         }
     }
 }
 
-/// What no round solves to the end is left as it was best: more rounds never leave a greater error.
+/// What cannot be solved to the end is left as it was best: solved on from there it never ends with a greater error.
 #[test]
-fn more_rounds_never_leave_a_greater_error() {
+fn what_is_solved_on_never_ends_with_a_greater_error() {
     let mut draw = Draw(2);
     let mut unsolved = 0;
-    for _ in 0..500 {
+    for _ in 0..200 {
         // So rough that some have no solution.
         let mu = 5.0 * draw.next().abs();
         let free: Vec<f64> = (0..15).map(|_| draw.next()).collect();
         let response = draw.response(15, 10, 1e-3);
-        let left = |of_heaps: bool| {
+        let left_from = |impulses: &[f64], of_heaps: bool| {
             let mut random = problem(&[contact(mu); 5], &free, &response);
-            Solver::default().solve(&mut random, of_heaps)
+            for (law, start) in impulses.chunks_exact(3).enumerate() {
+                random.warm_start(law, Vector3::from_row_slice(start));
+            }
+            let error = Solver::default().solve(&mut random, of_heaps);
+            (error, random.impulses)
         };
-        let (few, many) = (left(true), left(false));
-        // What is solved is solved either way, and what has no solution is left the same to what rounding makes of it.
-        let most = (few * (1.0 + 1e-12)).max(TOLERANCE);
-        assert!(many <= most, "{many:e} after {few:e}");
-        unsolved += usize::from(many > TOLERANCE);
+        let (first, impulses) = left_from(&[], false);
+        for of_heaps in [false, true] {
+            let (then, _) = left_from(&impulses, of_heaps);
+            // To what rounding makes of it.
+            let most = (first * (1.0 + 1e-9)).max(TOLERANCE);
+            assert!(then <= most, "{then:e} after {first:e}");
+        }
+        unsolved += usize::from(first > TOLERANCE);
     }
     // It is tried.
     assert!(unsolved > 0);
