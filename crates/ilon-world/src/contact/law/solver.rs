@@ -3,7 +3,7 @@
 //! Newton's method takes all laws at once, differentiated where they stand (Alart and Curnier 1991). A robot that rolls needs one
 //! step of it. Where some steps lead nowhere, half steps may do; and where these do not, block Gauss-Seidel sweeps, which solve one law exactly for
 //! the others as they are, find out roughly what sticks and what slides, and it begins again from there. Where that leads nowhere either (once in
-//! some ten thousand steps on bumps), it goes by way of softer contacts. Rollers that slide along their axles or
+//! some ten thousand steps on bumps, and in jams), `descent` searches along each step. Rollers that slide along their axles or
 //! that rolling costs something have another way to find that out: `split`.
 
 use nalgebra::{Matrix3, Vector3};
@@ -29,9 +29,7 @@ pub(crate) struct Solver {
 
 /// How long is tried.
 struct Patience {
-    /// Rounds of Newton steps and sweeps at most.
-    rounds: usize,
-    /// The same of those of `split`.
+    /// Rounds at most of what `split` solves.
     split_rounds: usize,
     /// Whether half of Newton's steps are tried where whole ones go round.
     halves: bool,
@@ -40,33 +38,31 @@ struct Patience {
 }
 
 impl Patience {
-    /// Of robots alone. Nearly every step is done after one round; where many contacts say nearly the same (rough ground, a chassis that lies on
-    /// its side) some need dozens, and a few never get to the last digits. Where wheels spin in long steps, a few sweeps do.
+    /// Of robots alone. Nearly every step is done after one round. Where wheels spin in long steps, a few sweeps do.
     const OF_ROBOTS: Self = Self {
-        rounds: 8,
         split_rounds: 64,
         halves: true,
         first_sweeps: 4,
     };
 
-    /// Where free bodies lie about: in a heap a load is shared in so many ways that few steps get to the last digits, and each round takes long.
+    /// Where free bodies lie about: in a heap a load is shared in so many ways that half steps rarely help, and each round takes long.
     const OF_HEAPS: Self = Self {
-        rounds: 8,
         split_rounds: 8,
         halves: false,
         first_sweeps: SWEEPS_A_ROUND,
     };
 }
 
-/// After so many rounds sweeps go half as far: contacts that press one another down would swing to and fro for ever.
-const ROUNDS_A_SHARE: usize = 8;
+/// Rounds of Newton steps and sweeps, before steps are searched along.
+const ROUNDS: usize = 8;
 
 /// Jams of more rows than this are left: a heap of some fifty contacts, of which a search would take a second and more.
 const LARGEST_JAM: usize = 150;
 
-/// By which easier contacts what no round has solved is solved, each from where the one before ended, and the first from no impulse: how many times
+/// By which contacts what no round has solved is solved, each from where the one before ended, and the first from no impulse: how many times
 /// the friction, and how many times as soft. Powers of two, which take back themselves to the bit.
-const WAYS: [&[(f64, f64)]; 2] = [
+const WAYS: [&[(f64, f64)]; 3] = [
+    &[(1.0, 1.0)],
     &[(1.0 / 1048576.0, 1.0), (0.5, 1.0), (1.0, 1.0)],
     &[(1.0, 64.0), (1.0, 8.0), (1.0, 1.0)],
 ];
@@ -74,12 +70,8 @@ const WAYS: [&[(f64, f64)]; 2] = [
 /// Sweeps where Newton's method needs a better start.
 const SWEEPS_A_ROUND: usize = 50;
 
-/// The same where contacts give: their springs couple them less, and what is missing is mostly which of them slides. Where so few do
-/// not lead anywhere in some rounds, more is missing.
+/// The same where contacts give: their springs couple them less, and what is missing is mostly which of them slides.
 const SOFT_SWEEPS_A_ROUND: usize = 2;
-
-/// Rounds of so few sweeps.
-const SOFT_ROUNDS: usize = 8;
 
 impl Solver {
     /// Solves for the impulses, from those that are supposed; `with_free_bodies` where free bodies lie about. Gives back by how much the laws
@@ -114,10 +106,9 @@ impl Solver {
         let rounds = if in_turn {
             patience.split_rounds
         } else {
-            patience.rounds
+            ROUNDS
         };
         for round in 0..rounds {
-            let share = 0.5_f64.powi((round / ROUNDS_A_SHARE) as i32);
             error = self.newton.steps(problem, error, patience.halves);
             if error <= TOLERANCE {
                 return error;
@@ -126,7 +117,7 @@ impl Solver {
                 least = error;
                 problem.keep(&mut self.best);
             }
-            let sweeps = if is_compliant && round < SOFT_ROUNDS {
+            let sweeps = if is_compliant {
                 SOFT_SWEEPS_A_ROUND
             } else if round == 0 {
                 patience.first_sweeps
@@ -136,7 +127,7 @@ impl Solver {
             if in_turn {
                 self.split.steps(problem, self.newton.room(), round);
             } else {
-                sweep(problem, sweeps, share);
+                sweep(problem, sweeps);
             }
             error = self.error_in_reach(problem);
         }
@@ -154,15 +145,12 @@ impl Solver {
     /// impulses as they were where none of these breaks the laws less.
     fn solve_jam(&mut self, problem: &mut ImpulseProblem, mut error: f64) -> f64 {
         problem.keep(&mut self.best);
-        let nothing = problem.without_impulses();
-        for start in [&self.begun.clone(), &nothing] {
-            problem.go_back(start);
-            if self.descend(problem, &mut error) {
-                return error;
-            }
+        problem.go_back(&self.begun);
+        if self.descend(problem, &mut error) {
+            return error;
         }
         for way in WAYS {
-            problem.go_back(&nothing);
+            problem.forget_impulses();
             for &(friction, softness) in way {
                 problem.scale_friction(friction);
                 problem.scale_compliance(softness);
@@ -206,26 +194,26 @@ impl Solver {
     }
 }
 
-/// Goes a share of the way to where each law is solved for the others as they are, one after the other, over and over.
-fn sweep(problem: &mut ImpulseProblem, sweeps: usize, share: f64) {
+/// Solves each law for the others as they are, one after the other, over and over.
+fn sweep(problem: &mut ImpulseProblem, sweeps: usize) {
     for _ in 0..sweeps {
         for law in 0..problem.laws.len() {
-            solve_one(problem, law, share);
+            solve_one(problem, law);
         }
     }
 }
 
-/// Goes a share of the way to where one law is solved for the others as they are.
-fn solve_one(problem: &mut ImpulseProblem, index: usize, share: f64) {
+/// Solves one law for the others as they are.
+fn solve_one(problem: &mut ImpulseProblem, index: usize) {
     let (at, law) = problem.laws[index];
     match law {
         Law::Joint { .. } => {
-            let impulse = problem.impulses[at] - share * problem.velocities[at] / problem.w(at, at);
+            let impulse = problem.impulses[at] - problem.velocities[at] / problem.w(at, at);
             problem.bring(index, Vector3::new(impulse, 0.0, 0.0));
         }
         Law::Curve { place } => {
-            let by = problem.on_curve(at, place).impulse - problem.impulses[at];
-            problem.set(at, problem.impulses[at] + share * by);
+            let impulse = problem.on_curve(at, place).impulse;
+            problem.set(at, impulse);
         }
         // Beside these no sweeps are gone: `split`.
         Law::Slide { .. } | Law::Disc { .. } => {}
@@ -239,8 +227,7 @@ fn solve_one(problem: &mut ImpulseProblem, index: usize, share: f64) {
             let give = (approach_m_s, compliance);
             let impulse = contact_impulse(&own, &free, friction, give);
             for k in 0..3 {
-                let now = problem.impulses[at + k];
-                problem.set(at + k, now + share * (impulse[k] - now));
+                problem.set(at + k, impulse[k]);
             }
         }
     }

@@ -190,12 +190,10 @@ impl ImpulseProblem {
         kept.velocities.clone_from(&self.velocities);
     }
 
-    /// No impulses, and the velocities that there are then.
-    pub(super) fn without_impulses(&self) -> Kept {
-        Kept {
-            impulses: vec![0.0; self.rows()],
-            velocities: self.free.clone(),
-        }
+    /// Goes back to no impulses.
+    pub(super) fn forget_impulses(&mut self) {
+        self.impulses.fill(0.0);
+        self.velocities.clone_from(&self.free);
     }
 
     /// Takes the velocities anew from the impulses, u = u_free + W p, without the rounding of the way to them.
