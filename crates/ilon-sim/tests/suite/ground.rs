@@ -231,3 +231,35 @@ fn on_bumps_every_step_is_solved() {
     let residual_m_s = run.summary.contact_residual_max_m_s.expect("it touches");
     assert!(residual_m_s < 1e-7, "{residual_m_s:e} m/s");
 }
+
+/// Wheels that are driven into the corner between a floor and a kerb that both grip as well as they press: what sticks and what slides hang on one
+/// another there. Each step is solved all the same, to a millionth of a walking pace, whichever wheels and however they come.
+#[test]
+fn wheels_that_jam_at_a_kerb_are_solved_in_every_step() {
+    let frame = "[world.floor]\nfriction = 1.0\nboxes = [
+        { x_m = 0.5, y_m = 0, length_x_m = 0.1, length_y_m = 2, height_m = 0.02 },
+        { x_m = -0.5, y_m = 0, length_x_m = 0.1, length_y_m = 2, height_m = 0.02 },
+        { x_m = 0, y_m = 0.5, length_x_m = 2, length_y_m = 0.1, height_m = 0.02 },
+        { x_m = 0, y_m = -0.5, length_x_m = 2, length_y_m = 0.1, height_m = 0.02 },
+    ]\n";
+    for (robot, twist) in [
+        (
+            "volksbot",
+            "vx_m_s = 0.07\nvy_m_s = -0.3\nomega_rad_s = 0.83",
+        ),
+        (
+            "mecanum4",
+            "vx_m_s = -0.18\nvy_m_s = 0.02\nomega_rad_s = -0.3",
+        ),
+    ] {
+        let text = format!(
+            "[robot]\nfile = '{robot}.urdf'\n[run]\nduration_s = 4\nphysics_dt_s = 0.002\n[twist]\n{twist}\n{frame}"
+        );
+        let scenario = Scenario::from_toml(&text, "jam", ROBOTS).unwrap();
+        let run = Simulation::new(&scenario).unwrap().run();
+        let records = run.trace.records();
+        let error_m_s = records.iter().map(|of| of.contact_residual_m_s);
+        let error_m_s = error_m_s.fold(0.0, f64::max);
+        assert!(error_m_s < 1e-6, "{robot}: {error_m_s:e}");
+    }
+}

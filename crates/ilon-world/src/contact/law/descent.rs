@@ -13,7 +13,7 @@ use super::system::{ImpulseProblem, TOLERANCE, pair};
 use crate::contact::linear::solve_in_place;
 
 /// Steps at most.
-const STEPS: usize = 30;
+const STEPS: usize = 60;
 
 /// Halvings of a step at most: where none of its parts leads down, the last is gone, which seldom leads far and often on.
 const HALVINGS: usize = 14;

@@ -54,7 +54,7 @@ impl Patience {
 }
 
 /// Rounds of Newton steps and sweeps, before steps are searched along.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 2;
 
 /// Jams of more rows than this are left: a heap of some fifty contacts, of which a search would take a second and more.
 const LARGEST_JAM: usize = 150;
