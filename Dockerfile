@@ -2,7 +2,7 @@
 FROM rust:1-slim-bookworm AS build
 WORKDIR /ilon
 COPY . .
-RUN cargo build --profile dist --locked -p ilon
+RUN rustup component add llvm-tools && .ci/dist
 
 FROM debian:bookworm-slim
 COPY --from=build /ilon/target/dist/ilon /usr/local/bin/ilon

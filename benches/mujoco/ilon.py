@@ -13,7 +13,7 @@ from robot import Robot
 SCENARIOS = {"D1": "forward", "D2": "lateral", "D3": "yaw", "D4": "diagonal", "D5": "arc"}
 # Steps a second with all rollers' shapes in the world, and in the contact window.
 ALL_RATES_HZ = (1000, 500, 250, 125, 60, 30, 20, 15, 12, 10)
-NEAR_RATES_HZ = (1000, 500, 250, 125, 60, 40, 30, 20, 15, 12, 10)
+NEAR_RATES_HZ = (1000, 500, 250, 125, 110, 100, 90, 80, 75, 70, 65, 60, 40, 30, 20, 15, 12, 10)
 # Bandwidths of the wheel loop: None is ilon's own, 60 rad/s.
 LOOPS_RAD_S = (None, 10.0, 4.0)
 
