@@ -205,3 +205,105 @@ impl Equations<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::super::Curve;
+    use super::*;
+
+    /// Two contacts, a dry joint, a disc and a curve, of which each moves all others.
+    fn problem(friction: f64, free: &[f64]) -> ImpulseProblem {
+        let mut problem = ImpulseProblem::default();
+        let contact = Law::Contact {
+            friction,
+            approach_m_s: 0.01,
+            compliance: 0.2,
+        };
+        problem.push(contact, &free[..3]);
+        problem.push(contact, &free[3..6]);
+        let joint = Law::Joint {
+            least_n_m_s: -0.3,
+            most_n_m_s: 0.2,
+        };
+        problem.push(joint, &free[6..7]);
+        problem.push(Law::Disc { most_n_s: 0.4 }, &free[7..9]);
+        let place = problem.add_curve(&Curve {
+            points: vec![[0.0, 0.0], [1.0, -0.3]],
+            ends: [[1.0, 0.1], [1.0, -0.2]],
+        });
+        problem.push(Law::Curve { place }, &free[9..10]);
+        problem.set_delassus(|row, w| {
+            for (column, w) in w.iter_mut().enumerate() {
+                let apart = (row - column) as f64;
+                *w = if row == column {
+                    2.0 + 0.1 * apart
+                } else {
+                    0.3 / (1.0 + apart)
+                };
+            }
+        });
+        problem
+    }
+
+    /// The derivative of F is that of differences over 2e-6 N s, wherever F has one: F is made of pieces that bend by less than 1e3 per N s, so that these
+    /// are right to 1e-5, and a place that falls on a seam within 1e-6 is none of so few.
+    #[test]
+    fn the_derivative_is_that_of_differences() {
+        let mut descent = Descent::default();
+        for case in 0..40 {
+            let number = |of: usize| (1.7 * (case * 31 + of) as f64).sin();
+            let free: Vec<f64> = (0..10).map(number).collect();
+            let mut problem = problem(0.3 + 0.02 * case as f64, &free);
+            let rows = problem.rows();
+            let at: Vec<f64> = (0..rows).map(|row| 0.5 * number(row + 77)).collect();
+            let mut missing = |impulses: &[f64], matrix: Option<&mut Vec<f64>>| {
+                problem.impulses.copy_from_slice(impulses);
+                problem.follow_impulses();
+                descent.missing.resize(rows, 0.0);
+                descent.write_down(&problem, matrix);
+                descent.missing.clone()
+            };
+            let mut matrix = vec![0.0; rows * rows];
+            missing(&at, Some(&mut matrix));
+            for column in 0..rows {
+                const BY: f64 = 1e-6;
+                let [before, after] = [-BY, BY].map(|by| {
+                    let mut there = at.clone();
+                    there[column] += by;
+                    missing(&there, None)
+                });
+                for row in 0..rows {
+                    let expected = (after[row] - before[row]) / (2.0 * BY);
+                    let got = matrix[row * rows + column];
+                    assert!(
+                        (got - expected).abs() < 1e-5,
+                        "case {case}, row {row}, column {column}: {got} {expected}"
+                    );
+                }
+            }
+        }
+    }
+
+    /// Friction from 1 to 3, which couples what presses and what slides as it does in jams: of forty draws no more than two are left, and no impulse pulls.
+    #[test]
+    fn from_no_impulse_the_search_ends_where_all_laws_hold() {
+        let mut solved = 0;
+        for case in 0..40 {
+            let number = |of: usize| (2.3 * (case * 17 + of) as f64).sin();
+            let free: Vec<f64> = (0..10).map(number).collect();
+            let mut problem = problem(1.0 + 0.05 * case as f64, &free);
+            let mut room = Vec::new();
+            let error = Descent::default().steps(&mut problem, &mut room);
+            if error <= TOLERANCE {
+                solved += 1;
+                for at in [0, 3] {
+                    let p = Vector3::from_row_slice(&problem.impulses[at..at + 3]);
+                    assert!(p.x >= 0.0);
+                }
+            }
+        }
+        assert!(solved >= 38, "{solved} of 40");
+    }
+}

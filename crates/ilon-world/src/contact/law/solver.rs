@@ -56,7 +56,7 @@ impl Patience {
 /// Rounds of Newton steps and sweeps, before steps are searched along.
 const ROUNDS: usize = 2;
 
-/// Jams of more rows than this are left: a heap of some fifty contacts, of which a search would take a second and more.
+/// Jams of more rows than this are left: heaps of some fifty contacts, over which a search would take half a second.
 const LARGEST_JAM: usize = 150;
 
 /// By which contacts what no round has solved is solved, each from where the one before ended, and the first from no impulse: how many times
