@@ -35,6 +35,8 @@ struct Patience {
     halves: bool,
     /// Sweeps in the first round.
     first_sweeps: usize,
+    /// Jams of more rows than this are not searched along.
+    largest_jam: usize,
 }
 
 impl Patience {
@@ -43,21 +45,24 @@ impl Patience {
         split_rounds: 64,
         halves: true,
         first_sweeps: 4,
+        largest_jam: usize::MAX,
     };
 
-    /// Where free bodies lie about: in a heap a load is shared in so many ways that half steps rarely help, and each round takes long.
+    /// Where free bodies lie about: in a heap a load is shared in so many ways that half steps rarely help, and each round takes long. Over one of fifty
+    /// contacts a search would take half a second.
     const OF_HEAPS: Self = Self {
         split_rounds: 8,
         halves: false,
         first_sweeps: SWEEPS_A_ROUND,
+        largest_jam: 150,
     };
 }
 
 /// Rounds of Newton steps and sweeps, before steps are searched along.
 const ROUNDS: usize = 2;
 
-/// Jams of more rows than this are left: heaps of some fifty contacts, over which a search would take half a second.
-const LARGEST_JAM: usize = 150;
+/// The same where they are not.
+const ROUNDS_OF_LARGE: usize = 8;
 
 /// By which contacts what no round has solved is solved, each from where the one before ended, and the first from no impulse: how many times
 /// the friction, and how many times as soft. Powers of two, which take back themselves to the bit.
@@ -103,10 +108,11 @@ impl Solver {
         let mut least = error;
         problem.keep(&mut self.best);
         problem.keep(&mut self.begun);
-        let rounds = if in_turn {
-            patience.split_rounds
-        } else {
-            ROUNDS
+        let is_large = problem.rows() > patience.largest_jam;
+        let rounds = match (in_turn, is_large) {
+            (true, _) => patience.split_rounds,
+            (false, true) => ROUNDS_OF_LARGE,
+            (false, false) => ROUNDS,
         };
         for round in 0..rounds {
             error = self.newton.steps(problem, error, patience.halves);
@@ -135,7 +141,7 @@ impl Solver {
             problem.go_back(&self.best);
             error = least;
         }
-        if in_turn || problem.rows() > LARGEST_JAM {
+        if in_turn || is_large {
             return error;
         }
         self.solve_jam(problem, error)
