@@ -9,6 +9,7 @@
 use nalgebra::Matrix2;
 
 use super::kinds::Law;
+use super::newton::RIDGE;
 use super::system::{ImpulseProblem, TOLERANCE, pair};
 use crate::contact::linear::solve_in_place;
 
@@ -20,9 +21,6 @@ const HALVINGS: usize = 14;
 
 /// Of the fall that a step promises, so much is asked for.
 const FALL: f64 = 1e-3;
-
-/// Redundant contacts can share a load in many ways: the least softness picks one.
-const RIDGE: f64 = 1e-9;
 
 /// Room for the search.
 #[derive(Clone, Debug, Default)]

@@ -7,6 +7,9 @@ use super::kinds::{Law, Sliding};
 use super::system::{ImpulseProblem, Kept, TOLERANCE, pair};
 use crate::contact::linear::solve_in_place;
 
+/// Redundant contacts can share a load in many ways: the least softness picks one, and the same one whichever way it is found, or loads at rest would leap.
+pub(super) const RIDGE: f64 = 1e-6;
+
 /// What a law does as things stand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Regime {
@@ -280,8 +283,6 @@ impl Newton {
 
     /// A row whose velocity shall vanish: W dp = -u.
     fn stop(&mut self, row: usize, problem: &ImpulseProblem) {
-        // Redundant contacts can share a load in many ways: the least softness picks one.
-        const RIDGE: f64 = 1e-6;
         let rows = self.step.len();
         let line = &mut self.matrix[row * rows..][..rows];
         line.copy_from_slice(&problem.delassus[row * rows..][..rows]);
