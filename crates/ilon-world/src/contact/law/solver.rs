@@ -29,6 +29,8 @@ pub(crate) struct Solver {
 
 /// How long is tried.
 struct Patience {
+    /// Rounds of Newton steps and sweeps, before steps are searched along.
+    rounds: usize,
     /// Rounds at most of what `split` solves.
     split_rounds: usize,
     /// Whether half of Newton's steps are tried where whole ones go round.
@@ -42,6 +44,7 @@ struct Patience {
 impl Patience {
     /// Of robots alone. Nearly every step is done after one round. Where wheels spin in long steps, a few sweeps do.
     const OF_ROBOTS: Self = Self {
+        rounds: 2,
         split_rounds: 64,
         halves: true,
         first_sweeps: 4,
@@ -51,18 +54,13 @@ impl Patience {
     /// Where free bodies lie about: in a heap a load is shared in so many ways that half steps rarely help, and each round takes long. Over one of fifty
     /// contacts a search would take half a second.
     const OF_HEAPS: Self = Self {
+        rounds: 8,
         split_rounds: 8,
         halves: false,
         first_sweeps: SWEEPS_A_ROUND,
         largest_jam: 150,
     };
 }
-
-/// Rounds of Newton steps and sweeps, before steps are searched along.
-const ROUNDS: usize = 2;
-
-/// The same where they are not.
-const ROUNDS_OF_LARGE: usize = 8;
 
 /// By which contacts what no round has solved is solved, each from where the one before ended, and the first from no impulse: how many times
 /// the friction, and how many times as soft. Powers of two, which take back themselves to the bit.
@@ -108,11 +106,10 @@ impl Solver {
         let mut least = error;
         problem.keep(&mut self.best);
         problem.keep(&mut self.begun);
-        let is_large = problem.rows() > patience.largest_jam;
-        let rounds = match (in_turn, is_large) {
-            (true, _) => patience.split_rounds,
-            (false, true) => ROUNDS_OF_LARGE,
-            (false, false) => ROUNDS,
+        let rounds = if in_turn {
+            patience.split_rounds
+        } else {
+            patience.rounds
         };
         for round in 0..rounds {
             error = self.newton.steps(problem, error, patience.halves);
@@ -141,7 +138,7 @@ impl Solver {
             problem.go_back(&self.best);
             error = least;
         }
-        if in_turn || is_large {
+        if in_turn || problem.rows() > patience.largest_jam {
             return error;
         }
         self.solve_jam(problem, error)
