@@ -349,6 +349,18 @@ impl Header {
         every.min(to_the_last).max(1.0)
     }
 
+    /// How many control instants there are after the row before that of an instant and up to it; 1 of the first row.
+    pub(crate) fn periods_up_to(&self, t_s: f64) -> f64 {
+        let every = self.periods_a_row();
+        let instant = (t_s / self.control_dt_s).round();
+        let beyond = instant.rem_euclid(every);
+        match (instant > 0.0, beyond > 0.0) {
+            (true, true) => beyond,
+            (true, false) => every,
+            (false, _) => 1.0,
+        }
+    }
+
     fn periods_a_row(&self) -> f64 {
         f64::from(self.record_every.max(1))
     }

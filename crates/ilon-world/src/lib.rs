@@ -71,6 +71,7 @@ mod world;
 
 pub use contact::reactions::support::Support;
 pub use contact::reactions::wheel_contact::WheelContact;
+pub use contact::reactions::wheel_tally::WheelTally;
 pub use error::WorldError;
 pub use free::{FreeBody, FreeBodyId, FreeShape};
 pub use ground::{ContactSurface, Floor, FloorSurface, GroundBox, Nap, Patch, Relief, Stribeck};

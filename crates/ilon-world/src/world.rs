@@ -176,6 +176,7 @@ impl World {
             self.reactions.swap_room(room);
             for _ in 0..parts {
                 self.advance(part_s);
+                self.tally(part_s);
             }
             self.reactions.swap_room(room);
         });
@@ -185,9 +186,15 @@ impl World {
             if let Some(free) = &mut body.free {
                 free.from_robots /= dt_s;
             }
-            for (index, counts) in body.counts.iter().enumerate() {
+            for (index, counts) in body.counts.iter_mut().enumerate() {
+                counts
+                    .tally
+                    .end_step(body.state.hubs()[index].center_m.z);
                 body.acted_n_m[index] = counts.torque_n_m_s / dt_s;
                 let contact = &mut body.contacts[index];
+                if parts > 1 {
+                    counts.tally.put_means_into(contact);
+                }
                 contact.slip_power_w = counts.taken.slip_j / dt_s;
                 contact.spin_up_power_w = counts.taken.spin_up_j / dt_s;
                 contact.impact_power_w = counts.taken.impact_j / dt_s;
@@ -198,6 +205,16 @@ impl World {
             body.motors.fill(MotorTorque::constant(0.0));
         }
         self.dismiss_guests(hosts);
+    }
+
+    /// Counts what the wheels did in a part of the step.
+    fn tally(&mut self, part_s: f64) {
+        for body in &mut self.bodies {
+            let wheels = body.counts.iter_mut().zip(&body.contacts);
+            for ((counts, contact), torque_n_m) in wheels.zip(&body.acted_n_m) {
+                counts.tally.add_part(contact, *torque_n_m, part_s);
+            }
+        }
     }
 
     /// In how many parts the coming step is taken.

@@ -108,7 +108,7 @@ impl Watch {
                 .friction_used()
                 .is_some_and(|used| used >= SLIDING_SHARE);
             // On ice the limit is near zero, and so is all that tells the force from it.
-            if sample.touching && slip_m_s > SLIDING_M_S && (at_limit || sample.friction == 0.0) {
+            if sample.touched() && slip_m_s > SLIDING_M_S && (at_limit || sample.friction == 0.0) {
                 // A row may catch a roller that is spun up within a part of it, whose energy is not that of sliding: friction took what slid.
                 let force_n = sample.force_x_n.hypot(sample.force_y_n);
                 let slid_m_s = match force_n > 0.0 {
@@ -117,10 +117,10 @@ impl Watch {
                 };
                 self.slides[index].add(t_s, dt_s, slid_m_s, [before_j, energy_j]);
             }
-            if !sample.touching && t_s > 0.0 {
+            if !sample.touched() && t_s > 0.0 {
                 self.flights[index].add(t_s, dt_s, 1.0, [0.0; 2]);
             }
-            if sample.touching {
+            if sample.touched() {
                 self.on_ground(header, record, sample);
             }
         }

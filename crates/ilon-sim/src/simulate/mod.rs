@@ -1,6 +1,7 @@
 //! The loop: a plant, what drives it, and what records it.
 
 mod bodies;
+mod budget;
 mod clock;
 mod command;
 mod defaults;
@@ -20,6 +21,7 @@ mod limits;
 mod load;
 mod motors;
 mod noise;
+mod period;
 mod pilot;
 mod plant;
 mod playback;

@@ -212,9 +212,13 @@ impl Simulation {
             self.recorder.reckon(&seen.wheel_angles_rad);
         }
         self.plant.actuate(self.pilot.command());
-        if clock.record_is_due() {
+        if clock.control_is_due() {
             let decided = self.pilot.decided(t_s, self.plant.truth().pose);
-            self.recorder.record(t_s, &self.plant, &decided);
+            if clock.record_is_due() {
+                self.recorder.record(t_s, &self.plant, &decided);
+            } else {
+                self.recorder.hold(&self.plant, &decided);
+            }
         }
         self.plant.step();
         self.recorder

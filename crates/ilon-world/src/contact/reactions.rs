@@ -38,6 +38,7 @@ mod rolling;
 pub(crate) mod row;
 pub(crate) mod support;
 pub(crate) mod wheel_contact;
+pub(crate) mod wheel_tally;
 
 use std::mem::swap;
 

@@ -7,6 +7,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use crate::contact::reactions::support::Support;
 use crate::contact::reactions::wheel_contact::{Taken, WheelContact};
+use crate::contact::reactions::wheel_tally::WheelTally;
 use crate::dynamics::{Loads, Mechanics, ROOT_DOFS, Tree};
 use crate::free::Free;
 use crate::motor_torque::WheelInertia;
@@ -97,6 +98,8 @@ pub(crate) struct WheelCounts {
     /// Angular impulse of the motor, in N m s.
     pub torque_n_m_s: f64,
     pub taken: Taken,
+    /// Of the contact and the motor.
+    pub tally: WheelTally,
 }
 
 impl Articulated {

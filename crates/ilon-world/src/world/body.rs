@@ -7,6 +7,7 @@ use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use super::World;
 use crate::contact::reactions::support::Support;
 use crate::contact::reactions::wheel_contact::WheelContact;
+use crate::contact::reactions::wheel_tally::WheelTally;
 use crate::robot::articulated::Articulated;
 use crate::{BodyId, MotorTorque, WorldError};
 
@@ -196,6 +197,11 @@ impl<'a> Body<'a> {
     /// Torques that the motors put on the wheels during the last step, in N m.
     pub fn motor_torques_n_m(&self) -> &'a [f64] {
         &self.articulated().acted_n_m
+    }
+
+    /// What each wheel, its motor and its contact did over the last step: means, and the least and largest.
+    pub fn wheel_tallies(&self) -> impl Iterator<Item = &'a WheelTally> + use<'a> {
+        self.articulated().counts.iter().map(|counts| &counts.tally)
     }
 
     /// Height of a wheel's centre above the floor's plane, level or not, in metres.

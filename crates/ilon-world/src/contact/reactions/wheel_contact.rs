@@ -8,7 +8,8 @@ use crate::robot::wheel::WheelBody;
 
 /// The contact of one wheel with the ground during the last step: the sum over its touching rollers.
 ///
-/// Forces are means over the step, and stand where they acted, in the middle of the step. Velocities are those at its end.
+/// Forces are means over the step, and stand where they acted, in the middle of the step. Velocities are those at its end. Of a step that was
+/// split, forces, sliding and place are means over its parts, and all else is of the last part.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct WheelContact {
