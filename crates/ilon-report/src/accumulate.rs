@@ -388,7 +388,8 @@ impl OneWheel {
             return;
         }
         let turns = sample.angle_rad.rem_euclid(TAU) / TAU;
-        self.slip_around.add(turns, sample.slip_speed_rms_m_s.powi(2));
+        self.slip_around
+            .add(turns, sample.slip_speed_rms_m_s.powi(2));
         let rollers = wheel.roller_count.max(1) as f64;
         let pitches = (sample.angle_rad * rollers / TAU).rem_euclid(1.0);
         self.load_in_pitch.add(pitches, sample.load_share);
@@ -448,7 +449,8 @@ mod tests {
                 load_share,
                 touching,
                 ..WheelSample::default()
-            };
+            }
+            .steady();
             trace.push(Record::default(), &[sample]);
         }
         let Ok(gathered) = Accumulated::of(&trace);

@@ -189,12 +189,9 @@ impl Accumulator {
 
     fn add_record(&mut self, header: &Header, record: &Record) {
         let off = error(header, record);
-        let most = record.desired.map(|desired| {
-            [
-                desired.position_error_max_m,
-                desired.heading_error_max_rad,
-            ]
-        });
+        let most = record
+            .desired
+            .map(|desired| [desired.position_error_max_m, desired.heading_error_max_rad]);
         let errors = off.zip(most).map(|((off_m, off_rad), [most_m, most_rad])| {
             ((off_m, most_m.max(off_m)), (off_rad, most_rad.max(off_rad)))
         });
@@ -245,7 +242,8 @@ impl Accumulator {
         let terms = Terms::between(before, record);
         let contact = real + terms.slip.scaled(span_s);
         self.twist.add(real, span_s);
-        self.twist_asked.add(real + terms.total.scaled(span_s), span_s);
+        self.twist_asked
+            .add(real + terms.total.scaled(span_s), span_s);
         self.twist_contact.add(contact, span_s);
         self.twist_ideal
             .add(contact + terms.geometry.scaled(span_s), span_s);

@@ -56,6 +56,18 @@ pub struct Chain {
 }
 
 impl Chain {
+    /// The chain of a robot that moves for a time in seconds as it does at the instant of a row.
+    pub fn held(record: &Record, time_s: f64) -> Self {
+        Self {
+            asked: record.command_twist_in_body.scaled(time_s),
+            granted: record.granted_twist_in_body.scaled(time_s),
+            ideal_of_targets: record.twist_target_ideal.scaled(time_s),
+            ideal: record.twist_ideal.scaled(time_s),
+            contact: record.twist_contact.scaled(time_s),
+            real: record.truth.twist_in_body.scaled(time_s),
+        }
+    }
+
     /// The differences from link to link.
     pub fn terms(&self) -> Terms {
         Terms {
@@ -290,7 +302,7 @@ mod tests {
         after.truth.pose.heading_rad = wrap_angle(at(20));
         let terms = Terms::between(&before, &after);
         // It turns by 15 mrad: of second order are 15e-3^2 / 24 of it, 1e-5.
-        let near = |a: f64, b: f64| (a - b).abs() < 1e-6;
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-5 * b.abs().max(0.1);
         assert!(near(terms.slip.vy_m_s, 0.03) && near(terms.slip.vx_m_s, 0.0));
         assert!(near(terms.total.vy_m_s, 0.34) && near(terms.total.omega_rad_s, -0.34));
         assert_eq!(Terms::between(&after, &after), Terms::default());

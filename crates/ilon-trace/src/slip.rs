@@ -349,7 +349,10 @@ mod tests {
                 ..sample
             },
         );
-        assert_eq!((lifted.friction_used(), on_ice.friction_used()), (None, None));
+        assert_eq!(
+            (lifted.friction_used(), on_ice.friction_used()),
+            (None, None)
+        );
     }
 
     #[test]

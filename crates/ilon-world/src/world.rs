@@ -187,9 +187,7 @@ impl World {
                 free.from_robots /= dt_s;
             }
             for (index, counts) in body.counts.iter_mut().enumerate() {
-                counts
-                    .tally
-                    .end_step(body.state.hubs()[index].center_m.z);
+                counts.tally.end_step(body.state.hubs()[index].center_m.z);
                 body.acted_n_m[index] = counts.torque_n_m_s / dt_s;
                 let contact = &mut body.contacts[index];
                 if parts > 1 {

@@ -136,13 +136,20 @@ class Wheels:
         """Rates about the wheels' axes, in rad/s."""
     @property
     def loads_n(self) -> _Floats:
-        """The ground's normal forces in N, in the last physics step."""
+        """The ground's normal forces in N: means over the last advance."""
+    @property
+    def friction_used_max(self) -> _Floats:
+        """The largest share of its friction limit that each wheel used in the last advance; 1 where it slid."""
+    @property
+    def slip_speed_max_m_s(self) -> _Floats:
+        """The largest sliding speed of each wheel in the last advance, in m/s."""
     @property
     def forces_in_body_n(self) -> _Floats:
-        """The ground's tangential forces: a row of x and y in the body frame for each wheel, in N."""
+        """The ground's tangential forces: a row of x and y in the body frame for each wheel, in N: means over the last advance."""
     @property
     def slip_in_body_m_s(self) -> _Floats:
-        """Velocities of the rollers' surfaces over the ground: a row of x and y in the body frame for each wheel, in m/s."""
+        """Velocities of the rollers' surfaces over the ground: a row of x and y in the body frame for each wheel, in m/s: means
+        over the time of the last advance in which the wheel touched."""
 
 @final
 class FreeBody:

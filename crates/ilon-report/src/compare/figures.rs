@@ -305,7 +305,10 @@ pub(super) fn torque(comparison: &Comparison) -> Figure {
         "Wheel torque",
         "What the motor that works hardest gives, as a magnitude.",
         over_wheels(comparison, |wheels| {
-            wheels.iter().map(WheelSample::torque_peak_n_m).reduce(f64::max)
+            wheels
+                .iter()
+                .map(WheelSample::torque_peak_n_m)
+                .reduce(f64::max)
         }),
         axis("torque in N m").from_zero(),
     )

@@ -87,7 +87,11 @@ impl Integrator {
             ]
         };
         let grown = record.ledger.since(&before.ledger);
-        let place = |record: &Record| record.desired.map_or([0.0; 2], |of| [of.pose.x_m, of.pose.y_m]);
+        let place = |record: &Record| {
+            record
+                .desired
+                .map_or([0.0; 2], |of| [of.pose.x_m, of.pose.y_m])
+        };
         let real = |record: &Record| {
             let point = header.reference_point_at(record.truth.pose);
             [point.x_m, point.y_m]
@@ -164,8 +168,9 @@ pub(crate) fn at_the_worst(standings: &[Standing], after_s: f64) -> Option<Budge
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ilon_robot::Pose;
+    use ilon_robot::{Pose, Twist};
     use ilon_trace::Desired;
+    use ilon_trace::ledger::Chain;
 
     /// A point (0.3, 0.2) off the body's origin goes round as the body turns: what is lost at 1 rad/s is lost at (-0.2, 0.3) m/s there.
     #[test]
@@ -176,20 +181,23 @@ mod tests {
             ..Header::default()
         };
         let mut sum = Integrator::default();
+        let mut ledger = ilon_trace::Ledger::default();
         for row in 0..=100 {
             let record = Record {
                 t_s: 0.01 * f64::from(row),
+                ledger,
                 desired: Some(Desired::default()),
                 // Asked to turn to make up for nothing: the point is taken away at (-0.2, 0.3) m/s.
                 command_twist_in_body: Twist::new(0.0, 0.0, 1.0),
                 ..Record::default()
             };
             sum.add(&header, &record);
+            ledger.count(&Chain::held(&record, 0.01), [0.0; 2]);
         }
-        // The correction is what the reference wants, nothing, less what is asked; a second of it, give or take a row.
+        // The correction is what the reference wants, nothing, less what is asked; a second of it.
         let [x_m, y_m] = sum.parts_m[0];
-        assert!((x_m - 0.2).abs() < 0.2 * 0.011, "{x_m}");
-        assert!((y_m + 0.3).abs() < 0.3 * 0.011, "{y_m}");
+        assert!((x_m - 0.2).abs() < 1e-12, "{x_m}");
+        assert!((y_m + 0.3).abs() < 1e-12, "{y_m}");
     }
 
     /// The reference goes ahead at 1 m/s. From 1 to 2 s the robot's contacts slide by 0.4 m/s sideways, and the guidance asks 0.1 m/s
@@ -203,6 +211,7 @@ mod tests {
         let mut sum = Integrator::default();
         let mut standings = Vec::new();
         let mut y_m = 0.0;
+        let mut ledger = ilon_trace::Ledger::default();
         for row in 0..=300 {
             let t_s = 0.01 * f64::from(row);
             let sliding = (0.995..1.995).contains(&t_s);
@@ -216,8 +225,9 @@ mod tests {
                         x_m: t_s,
                         ..Pose::default()
                     },
-                    velocity_in_world: Twist::new(1.0, 0.0, 0.0),
+                    ..Desired::default()
                 }),
+                ledger,
                 command_twist_in_body: ahead,
                 granted_twist_in_body: ahead,
                 twist_target_ideal: ahead,
@@ -235,6 +245,7 @@ mod tests {
                 ..Record::default()
             };
             standings.extend(sum.add(&header, &record));
+            ledger.count(&Chain::held(&record, 0.01), [0.0; 2]);
             y_m += 0.01 * real_y;
         }
         let budget = at_the_worst(&standings, 0.0).expect("it was off");

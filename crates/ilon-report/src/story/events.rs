@@ -403,7 +403,8 @@ mod tests {
                 slip_y_m_s: if is_caught { 0.5 } else { 0.0 },
                 spin_up_energy_j: if row >= 50 { 3e-4 } else { 0.0 },
                 ..WheelSample::default()
-            };
+            }
+            .steady();
             let record = Record {
                 t_s: 0.01 * f64::from(row),
                 ..Record::default()
@@ -439,7 +440,8 @@ mod tests {
                 force_x_n: if sliding { 6.0 } else { 1.0 },
                 slip_x_m_s: if sliding { 0.1 } else { 0.001 },
                 ..WheelSample::default()
-            };
+            }
+            .steady();
             watch.add(header, &record, &[sample]);
         }
         watch.events(header)
@@ -533,7 +535,8 @@ mod tests {
                 contact_x_m: 0.3,
                 contact_y_m: 0.1,
                 ..WheelSample::default()
-            };
+            }
+            .steady();
             watch.add(&header, &record, &[sample]);
         }
         let events = watch.events(&header);

@@ -290,7 +290,7 @@ mod tests {
         };
         let means = Means {
             servo: Twist::new(asked - ideal, 0.0, 0.0),
-            periods: 1.0,
+            time_s: 1.0,
             samples: 4,
             at_limit: 4,
             ..Means::default()
@@ -356,7 +356,8 @@ mod tests {
                 rate_rad_s: 5.0,
                 torque_n_m,
                 ..WheelSample::default()
-            };
+            }
+            .steady();
             is_at_limit(&Header::default(), &wheel, &sample, 1.0)
         };
         assert!(at_limit(6.0, 2.0));

@@ -43,7 +43,7 @@ mod warnings;
 mod waypoints;
 mod wheel_loop;
 
-pub use ilon_world::WheelContact;
+pub use ilon_world::{WheelContact, WheelTally};
 
 pub use clock::CpuTime;
 pub use command::{Commanded, Decided, JointCommand, WheelCommand};

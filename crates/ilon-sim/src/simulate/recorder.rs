@@ -249,7 +249,8 @@ impl Recorder {
             command_twist_in_body: decided.command_twist_in_body,
             granted_twist_in_body: decided.granted_twist_in_body,
             twist_target_ideal: self.kinematics.twist(decided.wheel_rates_rad_s),
-            saturated_share: f64::from(self.decisions.saturated) / f64::from(self.decisions.instants),
+            saturated_share: f64::from(self.decisions.saturated)
+                / f64::from(self.decisions.instants),
             tasks,
             joints: self.period.joints(world),
             bodies: self.period.bodies(world),

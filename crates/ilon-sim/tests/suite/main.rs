@@ -15,6 +15,7 @@ mod playback;
 mod playback_bag;
 mod record;
 mod ridgeback;
+mod rows;
 mod similarity;
 mod spheres;
 mod spin;

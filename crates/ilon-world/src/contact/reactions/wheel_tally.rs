@@ -18,9 +18,12 @@ pub struct WheelTally {
     torque_n_m_s: f64,
     normal_n_s: f64,
     force_n_s: Vector2<f64>,
-    /// Places and coefficients of friction, weighted by the normal impulse.
+    /// Places, weighted by the normal impulse.
     place_n_m_s: Vector2<f64>,
-    friction_n_s: f64,
+    /// The first coefficient of friction, and what others differ by from it, weighted by the normal impulse: where it does not change, the mean
+    /// is it to the last bit.
+    friction: f64,
+    friction_off_n_s: f64,
     slid_m: Vector2<f64>,
     slid_m2_s: f64,
     /// The least and the largest motor torque, in N m.
@@ -48,7 +51,8 @@ impl Default for WheelTally {
             normal_n_s: 0.0,
             force_n_s: Vector2::zeros(),
             place_n_m_s: Vector2::zeros(),
-            friction_n_s: 0.0,
+            friction: 0.0,
+            friction_off_n_s: 0.0,
             slid_m: Vector2::zeros(),
             slid_m2_s: 0.0,
             torque_n_m: NONE,
@@ -75,11 +79,11 @@ impl WheelTally {
         }
         let normal_n_s = contact.normal_force_n * dt_s;
         let sliding_m_s = contact.sliding_in_body_m_s;
+        self.count_friction(contact.friction, 0.0, normal_n_s);
         self.touching_s += dt_s;
         self.normal_n_s += normal_n_s;
         self.force_n_s += contact.force_in_body_n * dt_s;
         self.place_n_m_s += contact.place_in_body_m.xy() * normal_n_s;
-        self.friction_n_s += contact.friction * normal_n_s;
         self.slid_m += sliding_m_s * dt_s;
         self.slid_m2_s += sliding_m_s.norm_squared() * dt_s;
         self.sliding_max_m_s = self.sliding_max_m_s.max(sliding_m_s.norm());
@@ -88,6 +92,14 @@ impl WheelTally {
             let used = contact.force_in_body_n.norm() / limit_n;
             self.friction_used_max = self.friction_used_max.max(used);
         }
+    }
+
+    /// Counts a coefficient of friction, and what is known to differ from it, under a normal impulse, before that impulse itself is counted.
+    fn count_friction(&mut self, friction: f64, off_n_s: f64, normal_n_s: f64) {
+        if self.normal_n_s <= 0.0 {
+            self.friction = friction;
+        }
+        self.friction_off_n_s += off_n_s + (friction - self.friction) * normal_n_s;
     }
 
     /// Ends a step whose parts were added, with the height of the wheel's centre at its end, in metres.
@@ -108,13 +120,13 @@ impl WheelTally {
 
     /// Adds what came after.
     pub fn add(&mut self, after: &Self) {
+        self.count_friction(after.friction, after.friction_off_n_s, after.normal_n_s);
         self.time_s += after.time_s;
         self.touching_s += after.touching_s;
         self.torque_n_m_s += after.torque_n_m_s;
         self.normal_n_s += after.normal_n_s;
         self.force_n_s += after.force_n_s;
         self.place_n_m_s += after.place_n_m_s;
-        self.friction_n_s += after.friction_n_s;
         self.slid_m += after.slid_m;
         self.slid_m2_s += after.slid_m2_s;
         self.torque_n_m = around(self.torque_n_m, after.torque_n_m);
@@ -156,7 +168,7 @@ impl WheelTally {
 
     /// Coulomb's coefficient of friction: the mean weighted by the normal force.
     pub fn friction_mean(&self) -> f64 {
-        over(self.friction_n_s, self.normal_n_s)
+        self.friction + over(self.friction_off_n_s, self.normal_n_s)
     }
 
     /// Mean sliding velocity of the rollers' surface over the ground while it touched, in the body frame's x and y, in m/s.
