@@ -24,7 +24,7 @@ pub struct Run {
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub control_dt_s: f64,
     /// Control periods per row of the trace: more than 1 thins the record of a long run, of which the last control instant is always
-    /// recorded. Largest values between rows are then not seen.
+    /// recorded. A row still has the means and extremes of all that happened since the row before.
     #[serde(default = "one")]
     #[schemars(range(min = 1))]
     pub record_every: u32,
