@@ -5,9 +5,12 @@
 
 use crate::metrics::Summary;
 
+mod accuracy;
 mod quantity;
 mod table;
 
+pub(crate) use accuracy::Scales;
+pub use accuracy::{Accuracy, Measure, accuracy};
 pub use quantity::{Group, Quantity, Unit};
 pub use table::GROUPS;
 
@@ -27,6 +30,11 @@ impl Quantity {
 /// All quantities, in the order of [`GROUPS`].
 pub fn all() -> impl Iterator<Item = &'static Quantity> {
     GROUPS.iter().flat_map(|group| group.quantities)
+}
+
+/// The quantities of which an accuracy is stated, with it, in the order of [`GROUPS`].
+pub fn stated() -> impl Iterator<Item = (&'static Quantity, Accuracy)> {
+    all().filter_map(|quantity| Some((quantity, accuracy(quantity.key)?)))
 }
 
 /// The figures of a run that a person looks at first, the most telling first: of those below the ones that apply, ten at most. Of a robot

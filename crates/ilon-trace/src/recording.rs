@@ -7,6 +7,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::convergence::Twin;
 use crate::error::TraceError;
 use crate::file::{ROWS_A_GROUP, TraceFile, TraceWriter, io_error, write_atomically};
 use crate::finite::Watched;
@@ -97,6 +98,11 @@ impl Recording {
         Ok(())
     }
 
+    /// Adds to the header what became of the run's twins: it is written when the recording is finished.
+    pub fn add_twins(&mut self, twins: Vec<Twin>) {
+        self.recent.header.twins.extend(twins);
+    }
+
     /// Writes the rows that have come since the last time as a part, if the recording has parts.
     ///
     /// # Errors
@@ -131,7 +137,7 @@ impl Recording {
             return Ok(Recorded::Memory(recent));
         };
         writer.write_group(&recent, 0..recent.row_count())?;
-        let file = writer.end()?;
+        let file = writer.end(&recent.header)?;
         Ok(Recorded::File(match place {
             RowStore::Kept { path, parts } => {
                 parts.remove()?;
