@@ -2,7 +2,6 @@
 
 use ilon_robot::{Pose, Twist, wrap_angle};
 
-use crate::convergence::Convergence;
 use crate::design::Design;
 use crate::fold::{Largest, Mean, Rms};
 use crate::header::Header;
@@ -15,6 +14,7 @@ use crate::record::Record;
 use crate::rows::Rows;
 use crate::slip::WheelAccumulator;
 use crate::trace::Trace;
+use crate::twin::Convergence;
 
 impl Summary {
     /// The figures of a run whose rows need not lie in memory.

@@ -3,38 +3,12 @@
 //! A *twin* is the same run, with the same seeds, with one thing changed. Only its figures are kept. The header of a trace carries them, so
 //! that what is said of them can be said again without physics.
 
-use std::collections::BTreeMap;
-
 use ilon_robot::wrap_angle;
-use serde::{Deserialize, Serialize};
 
 use crate::header::Header;
 use crate::metrics::Summary;
 use crate::quantities::{self, Quantity, Scales};
-
-/// What a twin has otherwise than the run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum Change {
-    /// Half the physics step; wheel loops keep their period.
-    HalfStep,
-    /// Half the parts into which steps are split while a roller is about to slide.
-    HalfSplit,
-}
-
-/// What a run came to with one thing changed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Twin {
-    /// What was changed.
-    pub change: Change,
-    /// Its figures by their keys, in SI units: those of which an accuracy is stated, as far as they apply.
-    #[serde(default)]
-    pub figures: BTreeMap<String, f64>,
-    /// Why it has no figures.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub error: Option<String>,
-}
+pub use crate::twin::{Change, Convergence, Moved, Twin};
 
 impl Twin {
     /// A twin that came to these figures, or could not be run.
@@ -51,30 +25,6 @@ impl Twin {
         }
     }
 }
-
-/// A figure of a run at its own step and at half of it, in SI units.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct Moved {
-    /// In the run as it is; `None` where it does not apply.
-    pub value: Option<f64>,
-    /// At half the physics step.
-    pub half_step: Option<f64>,
-    /// With half the parts into which steps are split; `None` too where no step is split.
-    pub half_split: Option<f64>,
-    /// By how much it moved at most.
-    pub moved: f64,
-    /// The same as a share of what the figure is measured against: of a place the way, of all but places and headings the figure itself. 0
-    /// where it moved by no more than rounding.
-    pub share: f64,
-    /// Whether that is more than the accuracy that `docs/measured.md` states.
-    pub exceeds: bool,
-}
-
-/// How far the figures of a run move at half its step, by their keys; empty where it was not repeated.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct Convergence(BTreeMap<String, Moved>);
 
 impl Convergence {
     /// That of a run whose header has its twins.
@@ -110,17 +60,10 @@ impl Convergence {
                 },
             ))
         };
-        Self(quantities::stated().filter_map(moved).collect())
-    }
-
-    /// Whether the run was not repeated, or could not be.
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
-    /// A figure by its key; `None` where it does not apply.
-    pub fn get(&self, key: &str) -> Option<&Moved> {
-        self.0.get(key)
+        let stated = quantities::stated();
+        let stated =
+            stated.filter(|(quantity, _)| quantities::says_something(quantity.key, summary));
+        Self(stated.filter_map(moved).collect())
     }
 
     /// The figures that moved by more than their stated accuracy, in the order of [`quantities::all`].
@@ -177,7 +120,6 @@ mod tests {
     fn converged(changed: &[(&str, f64)]) -> Summary {
         let mut trace = made_up_trace(1, 40, true);
         trace.header.wheels[0].position_m = [0.0, 0.4];
-        trace.header.mass_kg = 10.0;
         let alone = Summary::of(&trace, &Settings::default());
         assert!(alone.converge.is_empty());
         let mut twin = Twin::new(Change::HalfStep, Ok(alone));

@@ -6,8 +6,8 @@ use ilon_robot::{BodyJoint, CollisionShape, JointKind, Pose, Robot, VisualMeshes
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::convergence::Twin;
 use crate::fault::Fault;
+use crate::twin::Twin;
 
 /// What a run was: everything a report needs beside the records.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

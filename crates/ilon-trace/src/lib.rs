@@ -52,6 +52,7 @@ pub mod sink;
 pub mod slip;
 
 pub mod trace;
+mod twin;
 
 pub use columns::{ColumnType, Signal};
 pub use convergence::{Convergence, Twin};

@@ -3,7 +3,6 @@
 use ilon_robot::{Twist, wrap_angle};
 use serde::{Deserialize, Serialize};
 
-use crate::convergence::Convergence;
 use crate::design::Design;
 use crate::header::Header;
 use crate::ledger::Ledger;
@@ -11,6 +10,7 @@ use crate::odometry::Drift;
 use crate::record::Record;
 use crate::slip::WheelSlip;
 use crate::trace::Trace;
+use crate::twin::Convergence;
 
 /// Thresholds of the metrics.
 #[derive(Clone, Copy, Debug, PartialEq)]

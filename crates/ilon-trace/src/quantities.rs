@@ -10,7 +10,7 @@ mod quantity;
 mod table;
 
 pub(crate) use accuracy::Scales;
-pub use accuracy::{Accuracy, Measure, accuracy};
+pub use accuracy::{Accuracy, Measure, accuracy, stated};
 pub use quantity::{Group, Quantity, Unit};
 pub use table::GROUPS;
 
@@ -32,24 +32,22 @@ pub fn all() -> impl Iterator<Item = &'static Quantity> {
     GROUPS.iter().flat_map(|group| group.quantities)
 }
 
-/// The quantities of which an accuracy is stated, with it, in the order of [`GROUPS`].
-pub fn stated() -> impl Iterator<Item = (&'static Quantity, Accuracy)> {
-    all().filter_map(|quantity| Some((quantity, accuracy(quantity.key)?)))
-}
-
 /// The figures of a run that a person looks at first, the most telling first: of those below the ones that apply, ten at most. Of a robot
 /// that tracks a path none of [`Group::open_loop_only`].
 pub fn headlines(summary: &Summary) -> Vec<&'static Quantity> {
     const MOST: usize = 10;
-    let tracks = summary.position_error_final_m.is_some();
-    let says_nothing = |key: &str| {
-        let mut open_loop = GROUPS.iter().filter(|group| group.open_loop_only);
-        tracks && open_loop.any(|group| group.quantities.iter().any(|one| one.key == key))
+    let known = HEADLINES.iter().filter_map(|key| by_key(key));
+    let applies = |quantity: &&Quantity| {
+        says_something(quantity.key, summary) && quantity.value(summary).is_some()
     };
-    let known = HEADLINES.iter().filter(|key| !says_nothing(key));
-    let known = known.filter_map(|key| by_key(key));
-    let applies = |quantity: &&Quantity| quantity.value(summary).is_some();
     known.filter(applies).take(MOST).collect()
+}
+
+/// Whether a figure says something of a run: of a robot that tracks a path none of [`Group::open_loop_only`].
+pub(crate) fn says_something(key: &str, summary: &Summary) -> bool {
+    let tracks = summary.position_error_final_m.is_some();
+    let mut open_loop = GROUPS.iter().filter(|group| group.open_loop_only);
+    !(tracks && open_loop.any(|group| group.quantities.iter().any(|one| one.key == key)))
 }
 
 /// The keys of [`headlines`]: what became of the twist or of the path, and then what it took.

@@ -7,7 +7,6 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::convergence::Twin;
 use crate::error::TraceError;
 use crate::file::{ROWS_A_GROUP, TraceFile, TraceWriter, io_error, write_atomically};
 use crate::finite::Watched;
@@ -16,6 +15,7 @@ use crate::parts::Parts;
 use crate::projection::Projection;
 use crate::rows::Rows;
 use crate::trace::Trace;
+use crate::twin::Twin;
 
 /// The rows of a run under way.
 #[derive(Debug)]

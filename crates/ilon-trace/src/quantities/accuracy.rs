@@ -1,7 +1,7 @@
 //! How accurate the figures of a run are at the step that the program chooses, as `docs/measured.md` states it.
 
 use super::quantity::Quantity;
-use super::si_unit;
+use super::{all, si_unit};
 use crate::header::Header;
 use crate::metrics::Summary;
 
@@ -11,7 +11,7 @@ use crate::metrics::Summary;
 pub enum Measure {
     /// The figure itself.
     Itself,
-    /// Of a length: the way of the farthest wheel, travelled or turned, in metres.
+    /// Of a length: the way of the farthest wheel, travelled or turned, and at least that wheel's distance from the body's origin, in metres.
     Way,
     /// Of an angle: that way over the wheel's distance from the body's origin, in radians.
     Turn,
@@ -75,6 +75,11 @@ pub fn accuracy(key: &str) -> Option<Accuracy> {
     stated.map(|(_, accuracy)| *accuracy)
 }
 
+/// The quantities of which an accuracy is stated, with it, in the order of [`all`].
+pub fn stated() -> impl Iterator<Item = (&'static Quantity, Accuracy)> {
+    all().filter_map(|quantity| Some((quantity, accuracy(quantity.key)?)))
+}
+
 /// What figures of a run are measured against.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scales {
@@ -114,7 +119,7 @@ impl Scales {
         let lost_j: f64 = lost_j.map(joules).iter().sum();
         let given_j = joules(energy.motor_j) + joules(energy.outside_j);
         Self {
-            way_m: summary.travelled_m.max(arm_m * summary.turned_rad),
+            way_m: (summary.travelled_m.max(arm_m * summary.turned_rad)).max(arm_m),
             arm_m,
             turned_over_j: given_j.max(lost_j),
             weight_n_m: header.mass_kg * GRAVITY_M_S2 * radius_m,
@@ -146,7 +151,7 @@ impl Scales {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{all, by_key};
+    use super::super::by_key;
     use super::*;
 
     #[test]
