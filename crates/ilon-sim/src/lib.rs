@@ -25,6 +25,7 @@
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
 mod bearing_drag;
+mod causes;
 mod error;
 pub mod foreign;
 pub mod inspect;

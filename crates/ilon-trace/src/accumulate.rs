@@ -14,6 +14,7 @@ use crate::record::Record;
 use crate::rows::Rows;
 use crate::slip::WheelAccumulator;
 use crate::trace::Trace;
+use crate::twin::Convergence;
 
 impl Summary {
     /// The figures of a run whose rows need not lie in memory.
@@ -53,7 +54,7 @@ impl Summary {
         let wheels: Vec<_> = slips
             .map(|(wheel, accumulator)| accumulator.finish(wheel))
             .collect();
-        Ok(Self {
+        let mut summary = Self {
             scenario: header.scenario_name.clone(),
             robot: header.robot_name.clone(),
             duration_s,
@@ -109,16 +110,22 @@ impl Summary {
                 .iter()
                 .filter_map(|wheel| wheel.hub_ripple_m)
                 .reduce(f64::max),
+            end_x_m: run.last.map(|last| last.truth.pose.x_m),
+            end_y_m: run.last.map(|last| last.truth.pose.y_m),
+            end_heading_rad: run.last.map(|last| last.truth.pose.heading_rad),
             travelled_m: reckoning.travelled_m,
             turned_rad: reckoning.turned_rad,
             odometry_ideal: reckoning.ideal,
             odometry_contact: reckoning.contact,
             ledger: run.last.map_or_else(Ledger::default, |last| last.ledger),
             energy: energy(header, run.first.as_ref(), run.last.as_ref()),
+            converge: Convergence::default(),
             design: Design::default(),
             wheels,
             joints: run.joints.travels(header),
-        })
+        };
+        summary.converge = Convergence::of(&summary, header);
+        Ok(summary)
     }
 }
 
@@ -151,7 +158,6 @@ struct Accumulator {
 
 impl Accumulator {
     fn new(header: &Header, settings: &Settings) -> Self {
-        let positions = header.wheels.iter().map(|wheel| wheel.position_m);
         Self {
             position: ErrorAccumulator::new(settings.position_threshold_m),
             heading: ErrorAccumulator::new(settings.heading_threshold_rad),
@@ -162,9 +168,7 @@ impl Accumulator {
             twist_asked: MeanTwist::default(),
             twist_ideal: MeanTwist::default(),
             twist_contact: MeanTwist::default(),
-            arm_m: positions
-                .map(|[x_m, y_m]| libm::hypot(x_m, y_m))
-                .fold(0.0, f64::max),
+            arm_m: header.arm_m(),
             ideal_speed_m_s: Rms::default(),
             reckoning: odometry::Accumulator::default(),
             residual_m_s: Largest::default(),

@@ -10,6 +10,7 @@ use crate::odometry::Drift;
 use crate::record::Record;
 use crate::slip::WheelSlip;
 use crate::trace::Trace;
+use crate::twin::Convergence;
 
 /// Thresholds of the metrics.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -148,6 +149,15 @@ pub struct Summary {
     /// The largest peak-to-peak change of any hub's height within the window of the means, in metres.
     pub hub_ripple_m: Option<f64>,
 
+    /// Where the body frame's origin was at the last row, along the world's x axis, in metres.
+    #[serde(default)]
+    pub end_x_m: Option<f64>,
+    /// The same along the world's y axis, in metres.
+    #[serde(default)]
+    pub end_y_m: Option<f64>,
+    /// The heading at the last row, in radians.
+    #[serde(default)]
+    pub end_heading_rad: Option<f64>,
     /// Length of the way travelled, in metres.
     pub travelled_m: f64,
     /// How much the robot turned, back and forth both counted, in radians.
@@ -160,6 +170,9 @@ pub struct Summary {
     pub ledger: Ledger,
     /// Where the motors' work went.
     pub energy: Energy,
+    /// How far the figures move at half the step, where the run was repeated at it.
+    #[serde(default, skip_serializing_if = "Convergence::is_empty")]
+    pub converge: Convergence,
     /// What is known of the robot without a run, where there was none.
     #[serde(default, skip_serializing_if = "Design::is_unknown")]
     pub design: Design,

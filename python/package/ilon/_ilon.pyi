@@ -531,6 +531,7 @@ def run(
     controller: Callable[[Observation, Desired | None], npt.ArrayLike | Torques] | None = None,
     folder: str | os.PathLike[str] | None = None,
     sandbox: _Sandbox | None = None,
+    converge: bool = False,
 ) -> Run: ...
 def identify(
     study: str | os.PathLike[str], *, out: str | os.PathLike[str] | None = None, sandbox: _Sandbox | None = None

@@ -115,10 +115,10 @@ pub(super) fn physics_dt_s(
     let shortest = needs
         .into_iter()
         .min_by(|a, b| a.longest_s.total_cmp(&b.longest_s));
-    let control_dt_s = scenario.run.control_dt_s;
-    let longest_s = shortest
-        .as_ref()
-        .map_or(control_dt_s, |need| need.longest_s);
+    // A whole part of the control period, and of a wheel loop's own, which is a whole part of that.
+    let period_s = scenario.wheel_loop.period_s;
+    let period_s = period_s.unwrap_or(scenario.run.control_dt_s);
+    let longest_s = shortest.as_ref().map_or(period_s, |need| need.longest_s);
     if let Some(need) = shortest.filter(|need| need.longest_s < SHORTEST_S) {
         return Err(Error::invalid(
             format!(
@@ -129,8 +129,8 @@ pub(super) fn physics_dt_s(
         ));
     }
     // A part in 10^9 keeps a period that is a whole number of steps but for rounding from taking one more.
-    let steps = (control_dt_s / longest_s - 1e-9).ceil().max(1.0);
-    Ok(control_dt_s / steps)
+    let steps = (period_s / longest_s - 1e-9).ceil().max(1.0);
+    Ok(period_s / steps)
 }
 
 /// What the contacts allow: what edges do, and longer steps for exact rollers on an open plane where the
@@ -269,6 +269,8 @@ fn loop_need(scenario: &Scenario, model: &DynamicModel, scale: &Scale) -> Need {
     let wheel_loop = &scenario.wheel_loop;
     let longest_s = match (wheel_loop.law, wheel_loop.timing) {
         (WheelLaw::Pid, LoopTiming::Continuous) => f64::INFINITY,
+        // Its period is given, whatever the step.
+        _ if wheel_loop.period_s.is_some() => f64::INFINITY,
         (WheelLaw::Pid, LoopTiming::Sampled) => {
             let asked_n_m_s = model.ground_inertia_kg_m2() * wheel_loop.bandwidth_rad_s;
             let proportional_n_m_s = wheel_loop.proportional_n_m_s.unwrap_or(asked_n_m_s);

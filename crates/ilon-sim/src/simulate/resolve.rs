@@ -112,7 +112,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     let model = wheel_loop::dynamic_model(&standing)?;
     let physics_dt_s = choose_step(&mut scenario, robot, (&model, &pilot))?;
     choose_contacts(&mut scenario, robot);
-    wheel_loop::choose_gains(&mut scenario.wheel_loop, &model, physics_dt_s)?;
+    let loop_period_s = wheel_loop::choose_gains(&mut scenario.wheel_loop, &model, physics_dt_s)?;
 
     let mut warnings: Vec<String> = robot.remarks.iter().map(ToString::to_string).collect();
     if let (Some((path, share)), Some(fastest)) = (&timed, &reference)
@@ -133,7 +133,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     match pilot.feasibility(scenario.run.duration_s) {
         Some(feasibility) => {
             warnings.extend(warnings::of_feasibility(&feasibility, robot));
-            stability = Stability::of(&scenario, &model, physics_dt_s);
+            stability = Stability::of(&scenario, &model, loop_period_s);
             if let Some(stability) = &stability {
                 warnings.extend(stability.remark(&scenario)?);
             }
@@ -227,7 +227,22 @@ impl Resolved {
         &self.scenario
     }
 
-    /// The step of physics and wheel loops, in seconds.
+    /// The same run with keys of its scenario changed. All that was chosen stays, such as gains and the path in time; keys of robot, ground and
+    /// motion, which choices were made by, have no effect.
+    ///
+    /// # Errors
+    /// Where the scenario asks for something that cannot be then.
+    pub(crate) fn with(&self, change: impl FnOnce(&mut Scenario)) -> Result<Self, Error> {
+        let mut changed = self.clone();
+        change(&mut changed.scenario);
+        changed.scenario.validate()?;
+        if let Step::Seconds(dt_s) = changed.scenario.run.physics_dt_s {
+            changed.physics_dt_s = dt_s;
+        }
+        Ok(changed)
+    }
+
+    /// The step of physics, in seconds.
     pub fn physics_dt_s(&self) -> f64 {
         self.physics_dt_s
     }

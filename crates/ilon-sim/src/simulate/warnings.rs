@@ -1,7 +1,7 @@
 //! What a person should know of a run although it could be run: before it, of what was asked for, and after it, of what came.
 
 use ilon_robot::{BodyJoint, JointKind, Robot};
-use ilon_trace::Summary;
+use ilon_trace::{Convergence, Quantity, Summary, Twin};
 
 use super::pilot::FeasibilityInTime;
 use crate::scenario::Scenario;
@@ -153,6 +153,26 @@ pub(super) fn of_summary(summary: &Summary) -> Vec<String> {
              happened, or the wheel loops are stiffer than can be computed with; shorten `run.physics_dt_s` or lower \
              `wheel_loop.bandwidth_rad_s`",
             100.0 * share
+        ));
+    }
+    remarks
+}
+
+/// Of figures that move at half the step by more than their stated accuracy, and of a run that could not be repeated at it.
+pub(super) fn of_convergence(converge: &Convergence, twins: &[Twin]) -> Vec<String> {
+    let failed = twins.iter().filter_map(|twin| twin.error.as_ref());
+    let mut remarks: Vec<String> = failed
+        .map(|error| format!("the run could not be repeated at half its step: {error}"))
+        .collect();
+    let words = |(quantity, moved): (&Quantity, &ilon_trace::convergence::Moved)| {
+        format!("{} by {:.2} %", quantity.words(), 100.0 * moved.share)
+    };
+    let beyond: Vec<String> = converge.beyond().map(words).collect();
+    if !beyond.is_empty() {
+        remarks.push(format!(
+            "at half the step figures move by more than their stated accuracy: {}; a shorter `run.physics_dt_s`, or a shorter \
+             `world.solver.split_dt_s`, brings them closer",
+            beyond.join(", ")
         ));
     }
     remarks

@@ -2,6 +2,7 @@
 
 mod attached;
 mod contest;
+mod converge;
 mod drives;
 mod extending;
 mod ground;

@@ -249,6 +249,9 @@ pub static GROUPS: &[Group] = &[
         heading: "way",
         open_loop_only: false,
         quantities: &[
+            detail!(end_x_m, "x at the end", METRE, 4),
+            detail!(end_y_m, "y at the end", METRE, 4),
+            detail!(end_heading_rad, "heading at the end", DEGREE, 3),
             detail!(travelled_m, "length of the way", METRE, 3),
             detail!(turned_rad, "turned, back and forth", DEGREE, 1),
             detail!(odometry_drift_m_per_m, "odometry drift", MILLIMETRE_A_METRE, 2),
