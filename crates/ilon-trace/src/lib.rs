@@ -23,6 +23,7 @@
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
 mod accumulate;
+mod balance;
 mod columns;
 mod design;
 pub mod difference;
