@@ -18,6 +18,7 @@ mod imu;
 mod joint_targets;
 mod limits;
 mod load;
+mod loop_stability;
 mod motors;
 mod noise;
 mod pilot;

@@ -343,7 +343,9 @@ impl Simulation {
     }
 
     fn finish<T>(mut self, trace: T, mut summary: Summary, cpu_s: Option<f64>) -> Run<T> {
-        self.warnings.extend(warnings::of_summary(&summary));
+        let resolved = self.plant.resolved();
+        let remarks = warnings::of_summary(&summary, resolved.has_unstable_loops());
+        self.warnings.extend(remarks);
         summary.sim_seconds_per_cpu_second = cpu_s
             .filter(|cpu_s| *cpu_s > 0.0)
             .map(|cpu_s| summary.duration_s / cpu_s);
