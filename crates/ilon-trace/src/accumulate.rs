@@ -2,12 +2,13 @@
 
 use ilon_robot::{Twist, wrap_angle};
 
+use crate::balance::Balance;
 use crate::design::Design;
-use crate::fold::{Largest, Mean, Rms};
+use crate::fold::{Largest, Mean, Rms, finite};
 use crate::header::Header;
 use crate::joint_travel::JointAccumulator;
 use crate::ledger::{Ledger, Terms};
-use crate::metrics::{Energy, Settings, Summary, TwistRatio, error};
+use crate::metrics::{Settings, Summary, TwistRatio, error};
 use crate::odometry;
 use crate::projection::Projection;
 use crate::record::Record;
@@ -118,7 +119,7 @@ impl Summary {
             odometry_ideal: reckoning.ideal,
             odometry_contact: reckoning.contact,
             ledger: run.last.map_or_else(Ledger::default, |last| last.ledger),
-            energy: energy(header, run.first.as_ref(), run.last.as_ref()),
+            energy: run.balance.finish(header),
             converge: Convergence::default(),
             design: Design::default(),
             wheels,
@@ -146,11 +147,11 @@ struct Accumulator {
     reckoning: odometry::Accumulator,
     residual_m_s: Largest,
     storage_rise_j: Largest,
+    balance: Balance,
     /// What the wheels and the chassis carried, over time, in N s.
     carried_n_s: [f64; 2],
     /// The last row within the window of the means.
     measured: Option<Record>,
-    first: Option<Record>,
     last: Option<Record>,
     wheels: Vec<WheelAccumulator>,
     joints: JointAccumulator,
@@ -173,9 +174,9 @@ impl Accumulator {
             reckoning: odometry::Accumulator::default(),
             residual_m_s: Largest::default(),
             storage_rise_j: Largest::default(),
+            balance: Balance::default(),
             carried_n_s: [0.0; 2],
             measured: None,
-            first: None,
             last: None,
             wheels: WheelAccumulator::of_each(header),
             joints: JointAccumulator::default(),
@@ -235,7 +236,7 @@ impl Accumulator {
             self.carried_n_s[0] += support.wheels_n * since_s;
             self.carried_n_s[1] += support.chassis_n * since_s;
         }
-        self.first.get_or_insert(*record);
+        self.balance.add(record);
         self.last = Some(*record);
     }
 
@@ -415,51 +416,4 @@ fn ratio(real: Option<Twist>, modelled: Option<Twist>, driven: [bool; 3]) -> Twi
         vy: of(driven[1], real.vy_m_s, modelled.vy_m_s),
         omega: of(driven[2], real.omega_rad_s, modelled.omega_rad_s),
     }
-}
-
-/// Below the energy that lifts the robot by this share of its largest wheel's radius, a share of what was turned over says nothing: the
-/// poses of the world, of single precision, leave about a hundredth of it open.
-const LEAST_LIFT: f64 = 1e-4;
-
-/// The weight of a mass at rest on the ground, in N/kg.
-const GRAVITY_M_S2: f64 = 9.81;
-
-/// The energy turned over from which on a share of it says something, in J.
-fn least_turned_over_j(header: &Header) -> f64 {
-    let radii = header.wheels.iter().map(|wheel| wheel.radius_m);
-    LEAST_LIFT * header.mass_kg * GRAVITY_M_S2 * radii.fold(0.0, f64::max)
-}
-
-/// The energy balance between the first and the last record.
-fn energy(header: &Header, first: Option<&Record>, last: Option<&Record>) -> Energy {
-    let (Some(first), Some(last)) = (first, last) else {
-        return Energy::default();
-    };
-    let gain = |f: fn(&Record) -> f64| f(last) - f(first);
-    let motor_j = gain(|r| r.motor_energy_j);
-    let outside_j = gain(|r| r.outside_energy_j);
-    let stored_j = gain(|r| r.kinetic_energy_j + r.potential_energy_j);
-    let slip_j = gain(|r| r.slip_energy_j);
-    let spin_up_j = gain(|r| r.spin_up_energy_j);
-    let bearing_j = gain(|r| r.bearing_energy_j);
-    let impact_j = gain(|r| r.impact_energy_j);
-    let lost_j = slip_j + spin_up_j + bearing_j + impact_j;
-    let unexplained_j = motor_j + outside_j - stored_j - lost_j;
-    let turned_over_j = (motor_j + outside_j).max(lost_j);
-    Energy {
-        motor_j: finite(motor_j),
-        outside_j: finite(outside_j),
-        stored_j: finite(stored_j),
-        slip_j: finite(slip_j),
-        spin_up_j: finite(spin_up_j),
-        bearing_j: finite(bearing_j),
-        impact_j: finite(impact_j),
-        unexplained_j: finite(unexplained_j),
-        unexplained_share: finite(unexplained_j / turned_over_j)
-            .filter(|_| turned_over_j >= least_turned_over_j(header)),
-    }
-}
-
-fn finite(x: f64) -> Option<f64> {
-    x.is_finite().then_some(x)
 }

@@ -33,6 +33,9 @@ pub(crate) struct Column<T: 'static> {
 /// The signal that says when a row is.
 const TIME: &str = "t_s";
 
+/// The signal of the motors' positive work.
+const MOTOR_POSITIVE: &str = "motor_positive_energy_j";
+
 macro_rules! reals {
     ($t:ty; $($name:literal => $($path:ident).+ $([$at:literal])?,)*) => {
         [$(Column::<$t> {
@@ -44,7 +47,7 @@ macro_rules! reals {
     };
 }
 
-static RECORD: [Column<Record>; 76] = reals! { Record;
+static RECORD: [Column<Record>; 77] = reals! { Record;
     "t_s" => t_s,
     "truth_x_m" => truth.pose.x_m,
     "truth_y_m" => truth.pose.y_m,
@@ -85,6 +88,7 @@ static RECORD: [Column<Record>; 76] = reals! { Record;
     "slip_energy_j" => slip_energy_j,
     "spin_up_energy_j" => spin_up_energy_j,
     "motor_energy_j" => motor_energy_j,
+    "motor_positive_energy_j" => motor_positive_energy_j,
     "bearing_energy_j" => bearing_energy_j,
     "impact_energy_j" => impact_energy_j,
     "outside_energy_j" => outside_energy_j,
@@ -330,7 +334,11 @@ impl Signal {
 
     /// Whether a file may lack it: traces have had it only since some version.
     pub(crate) fn is_newer(&self) -> bool {
-        matches!(self.source, Source::Support(_) | Source::Posed(_))
+        match &self.source {
+            Source::Support(_) | Source::Posed(_) => true,
+            Source::Record(column) => column.name == MOTOR_POSITIVE,
+            _ => false,
+        }
     }
 
     /// Puts a value read from a file into a row.

@@ -74,3 +74,7 @@ impl Extent {
         self.0.map(|(low, high)| high - low)
     }
 }
+/// A number, unless it is none.
+pub(crate) fn finite(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}

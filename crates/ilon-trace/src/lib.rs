@@ -24,6 +24,7 @@
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
 mod accumulate;
+mod balance;
 mod columns;
 pub mod convergence;
 mod design;

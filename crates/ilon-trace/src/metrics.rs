@@ -218,6 +218,9 @@ pub struct TwistRatio {
 pub struct Energy {
     /// Work of all motors.
     pub motor_j: Option<f64>,
+    /// Of that, the work done while they drove: what braking took back is not subtracted.
+    #[serde(default)]
+    pub motor_positive_j: Option<f64>,
     /// Brought by pushes and payloads.
     pub outside_j: Option<f64>,
     /// Gain of kinetic and potential energy.
@@ -233,8 +236,8 @@ pub struct Energy {
     pub impact_j: Option<f64>,
     /// What is left: the solver's own loss or gain.
     pub unexplained_j: Option<f64>,
-    /// What is left, as a share of the energy turned over: of what motors and pushes put in, or of what was lost,
-    /// whichever is more. `None` where less than a millijoule was.
+    /// What is left, as a share of the energy turned over: of what motors, pushes, payloads and a fall put in, or of what brakes, losses and
+    /// stores took out, whichever is more. Nothing is set off against anything. `None` where nothing moved.
     #[serde(default)]
     pub unexplained_share: Option<f64>,
 }

@@ -124,6 +124,9 @@ pub struct Record {
     pub spin_up_energy_j: f64,
     /// Work done by all motors since the start, in J.
     pub motor_energy_j: f64,
+    /// The positive part of that work since the start, in J: what motors put in while they drove, without what they took out while
+    /// they braked. It never falls. 0 in traces that were recorded before it was counted.
+    pub motor_positive_energy_j: f64,
     /// Energy lost in the bearings of wheels and rollers and in the gears since the start, in J.
     pub bearing_energy_j: f64,
     /// Energy that hits have taken since the start, in J: what the contacts took besides sliding, less what their springs

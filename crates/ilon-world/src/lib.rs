@@ -62,6 +62,7 @@ mod engine;
 mod error;
 mod free;
 mod ground;
+mod loss;
 mod motor_torque;
 mod objects;
 mod reference;

@@ -73,12 +73,22 @@ struct Energies {
     spin_up_j: f64,
     impact_j: f64,
     motor_j: f64,
+    /// The positive part of that, motor by motor and step by step.
+    motor_positive_j: f64,
     bearing_j: f64,
     outside_j: f64,
     /// In the springs of rigid contacts now.
     springs_j: f64,
     /// In the treads of rollers now.
     treads_j: f64,
+}
+
+impl Energies {
+    /// Counts the work of one motor in a step, in J.
+    fn count_motor(&mut self, work_j: f64) {
+        self.motor_j += work_j;
+        self.motor_positive_j += work_j.max(0.0);
+    }
 }
 
 impl World {

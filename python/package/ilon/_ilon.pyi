@@ -300,8 +300,8 @@ class Simulation:
     def free_bodies(self) -> dict[str, FreeBody]:
         """The scenario's `[[world.bodies]]` by their names, as they really are."""
     def energies(self) -> dict[str, float]:
-        """Where energy is and where it went since the start, in J: `kinetic_j` and `potential_j` now; the work of the motors `motor_j` and
-        of wrenches, payloads and leaning ground `outside_j`; and what went into `slip_j`, `spin_up_j` of rollers that came down, `bearing_j`
+        """Where energy is and where it went since the start, in J: `kinetic_j` and `potential_j` now; the work of the motors `motor_j`, what
+        they did of it while they drove `motor_positive_j`, and that of wrenches, payloads and leaning ground `outside_j`; and what went into `slip_j`, `spin_up_j` of rollers that came down, `bearing_j`
         and `impact_j`."""
     def desired(self, t_s: float | None = None) -> Desired | None:
         """Where the scenario's `[reference]` wants the robot at a time in seconds, by default now; None without a reference."""

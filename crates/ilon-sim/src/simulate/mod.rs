@@ -19,6 +19,7 @@ mod imu;
 mod joint_targets;
 mod limits;
 mod load;
+mod loop_stability;
 mod motors;
 mod noise;
 mod period;

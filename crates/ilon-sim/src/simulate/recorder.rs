@@ -260,6 +260,7 @@ impl Recorder {
             slip_energy_j: world.slip_energy_j(),
             spin_up_energy_j: world.spin_up_energy_j(),
             motor_energy_j: world.motor_energy_j(),
+            motor_positive_energy_j: world.motor_positive_energy_j(),
             bearing_energy_j: world.bearing_energy_j(),
             impact_energy_j: world.impact_energy_j(),
             outside_energy_j: world.outside_energy_j(),

@@ -11,7 +11,7 @@ use super::joint_targets::JointTargets;
 use super::pilot::{Idle, Pilot};
 use super::playback::{self, Log, Played};
 use super::stability::Stability;
-use super::{defaults, floor, limits, reference, warnings, wheel_loop};
+use super::{defaults, floor, limits, loop_stability, reference, warnings, wheel_loop};
 use crate::Error;
 use crate::bearing_drag;
 use crate::scenario::{Contacts, Drives, RollerBodies, Scenario, Step};
@@ -30,6 +30,7 @@ pub struct Resolved {
     reference_point_m: Vector2<f64>,
     announced: Option<Announced>,
     stability: Option<Stability>,
+    has_unstable_loops: bool,
     warnings: Vec<String>,
 }
 
@@ -124,6 +125,8 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         pilot = pilot_of(&scenario, &reference)?;
     }
     warnings.extend(of_scenario(&scenario, robot, of_ground));
+    let unstable_loops = loop_stability::remark(&scenario, &model, physics_dt_s)?;
+    warnings.extend(unstable_loops.clone());
     let beyond = match driver {
         Driver::Guidance => limits::beyond(&scenario, (robot, &joint_targets), &pilot),
         Driver::Own => None,
@@ -154,6 +157,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         reference_point_m: pilot.reference_point_m(),
         announced: beyond.map(|beyond| beyond.announced),
         stability,
+        has_unstable_loops: unstable_loops.is_some(),
         warnings,
     })
 }
@@ -285,6 +289,11 @@ impl Resolved {
     /// What the guidance's gains can be, where it follows a reference and that is known.
     pub(super) fn stability(&self) -> Option<&Stability> {
         self.stability.as_ref()
+    }
+
+    /// Whether the wheel loops cannot settle at the physics step, see [`super::loop_stability`].
+    pub(super) fn has_unstable_loops(&self) -> bool {
+        self.has_unstable_loops
     }
 
     /// The point of the body frame that follows the reference, in metres.

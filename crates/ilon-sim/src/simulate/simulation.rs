@@ -337,7 +337,9 @@ impl Simulation {
     }
 
     fn finish<T: Rows>(mut self, trace: T, mut summary: Summary, cpu_s: Option<f64>) -> Run<T> {
-        self.warnings.extend(warnings::of_summary(&summary));
+        let resolved = self.run.plant.resolved();
+        let remarks = warnings::of_summary(&summary, resolved.has_unstable_loops());
+        self.warnings.extend(remarks);
         let twins = &trace.header().twins;
         self.warnings
             .extend(warnings::of_convergence(&summary.converge, twins));

@@ -9,6 +9,7 @@ mod ground;
 mod joint_logs;
 mod joints;
 mod limits;
+mod losses;
 mod materials;
 mod passive;
 mod plant;

@@ -235,6 +235,7 @@ pub static GROUPS: &[Group] = &[
         open_loop_only: false,
         quantities: &[
             main!(energy.motor_j, "work of the motors", JOULE, 3),
+            detail!(energy.motor_positive_j, "work of the motors while they drove", JOULE, 3),
             detail!(energy.outside_j, "brought from outside", JOULE, 3),
             detail!(energy.stored_j, "gain of kinetic and potential energy", JOULE, 3),
             detail!(energy.slip_j, "lost to sliding", JOULE, 4),

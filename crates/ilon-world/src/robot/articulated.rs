@@ -10,6 +10,7 @@ use crate::contact::reactions::wheel_contact::{Taken, WheelContact};
 use crate::contact::reactions::wheel_tally::WheelTally;
 use crate::dynamics::{Loads, Mechanics, ROOT_DOFS, Tree};
 use crate::free::Free;
+use crate::loss::Owed;
 use crate::motor_torque::WheelInertia;
 use crate::robot::energy::{kinetic_j, potential_j};
 use crate::robot::payload::{ActingPush, Payload};
@@ -66,6 +67,9 @@ pub(crate) struct Articulated {
     pub forces: Vec<f64>,
     /// Whether something pressed on it in the last step.
     pub is_touched: bool,
+    /// What the friction of its contacts, and that of its bearings and gears, gave in steps in which a motion turned around, and still owes.
+    pub friction_owes: Owed,
+    pub bearings_owe: Owed,
     /// What acted in each joint between bodies in the last step, in N m or N; within a step the impulses so far.
     pub joint_forces: Vec<f64>,
     /// The servos in these joints; of one that nothing drives it does nothing.
@@ -138,6 +142,8 @@ impl Articulated {
             rates_free: vec![0.0; dofs],
             forces: vec![0.0; dofs],
             is_touched: false,
+            friction_owes: Owed::default(),
+            bearings_owe: Owed::default(),
             held_n_m_s2: vec![0.0; tree.joints().len()],
             gained: vec![0.0; dofs],
             sets_out: false,

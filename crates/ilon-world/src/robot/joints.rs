@@ -106,21 +106,8 @@ impl Articulated {
             // The loads are those with which the step was solved.
             let lost = self.held_n_m_s2[index] * (after - before);
             self.joint_forces[index] += self.loads.in_joints[index] * dt_s - lost;
+            self.servos[index].count_straight(after - before, dt_s);
         }
-    }
-
-    /// Work of the servos in a step as far as they are straight, in J.
-    pub fn servos_did_j(&self, dt_s: f64) -> f64 {
-        let rates = self.before.joint_rates().iter();
-        let rates = rates.zip(self.state.joint_rates());
-        let servos = self.servos.iter().zip(rates);
-        let means = self.middle.joint_rates();
-        servos
-            .zip(means)
-            .map(|((servo, (before, after)), mean)| {
-                servo.straight_impulse(after - before, dt_s) * mean
-            })
-            .sum()
     }
 
     /// Energy that the dampers of the joints took in a step, in J.

@@ -26,6 +26,8 @@ pub(crate) struct Servo {
     pub law: MotorTorque,
     /// The same as far as it is straight, which is solved with the masses.
     pub straight: MotorTorque,
+    /// Its impulse over the last step, in N m s or N s.
+    pub impulse: f64,
 }
 
 impl Servo {
@@ -39,6 +41,7 @@ impl Servo {
             inertia,
             law: MotorTorque::constant(0.0),
             straight: MotorTorque::constant(0.0),
+            impulse: 0.0,
         }
     }
 
@@ -106,8 +109,8 @@ impl Servo {
         curve.ends = [[1.0, dt_s * straight.droop_n_m_s]; 2];
     }
 
-    /// Its impulse over a step in which the joint gained a rate, as far as it is straight, in N m s or N s.
-    pub fn straight_impulse(&self, gained: f64, dt_s: f64) -> f64 {
-        (self.straight.torque_n_m - self.straight.droop_n_m_s * gained) * dt_s
+    /// Takes up its impulse over a step in which the joint gained a rate, as far as it is straight.
+    pub fn count_straight(&mut self, gained: f64, dt_s: f64) {
+        self.impulse = (self.straight.torque_n_m - self.straight.droop_n_m_s * gained) * dt_s;
     }
 }

@@ -59,8 +59,8 @@ impl World {
         self.count_guests();
         self.read_contacts(dt_s);
         for (index, body) in self.bodies.iter_mut().enumerate() {
-            let lost_j = body.run_bearings(&gravity, dt_s) + self.reactions.bearings_took_j(index);
-            self.energies.bearing_j += lost_j;
+            let took_j = body.run_bearings(&gravity, dt_s) + self.reactions.bearings_took_j(index);
+            self.energies.bearing_j += body.bearings_owe.lost_j(took_j);
             // What guests have is not this world's energy.
             if !body.is_guest() {
                 self.energies.outside_j += body.pushes_did_j(dt_s) - body.attached_took_j(dt_s);
@@ -82,7 +82,8 @@ impl World {
             match reaction.a.part {
                 Part::RateLimit(wheel) => body.acted_n_m[wheel] += reaction.impulse.x / dt_s,
                 Part::Drive(wheel) => {
-                    self.energies.bearing_j += body.count_drive(wheel, reaction.impulse.x, dt_s);
+                    let took_j = body.count_drive(wheel, reaction.impulse.x, dt_s);
+                    self.energies.bearing_j += body.bearings_owe.lost_j(took_j);
                 }
                 _ => {}
             }
@@ -90,7 +91,8 @@ impl World {
         for body in &mut self.bodies {
             for (index, acted_n_m) in body.acted_n_m.iter().enumerate() {
                 let impulse_n_m_s = acted_n_m * dt_s;
-                self.energies.motor_j += impulse_n_m_s * body.middle.wheel_rates_rad_s()[index];
+                let turned_rad_s = body.middle.wheel_rates_rad_s()[index];
+                self.energies.count_motor(impulse_n_m_s * turned_rad_s);
                 body.counts[index].torque_n_m_s += impulse_n_m_s;
             }
         }
@@ -100,20 +102,23 @@ impl World {
     fn count_joints(&mut self, dt_s: f64) {
         for body in &mut self.bodies {
             body.count_springs(dt_s);
-            self.energies.motor_j += body.servos_did_j(dt_s);
         }
         for reaction in self.reactions.all() {
             let body = &mut self.bodies[reaction.a.body];
             match reaction.a.part {
                 Part::Servo(joint) => {
-                    let mean = body.middle.joint_rates()[joint];
-                    self.energies.motor_j += reaction.impulse.x * mean;
+                    body.servos[joint].impulse += reaction.impulse.x;
                     body.joint_forces[joint] += reaction.impulse.x;
                 }
                 Part::Friction(joint) | Part::Stop(joint, _) => {
                     body.joint_forces[joint] += reaction.impulse.x;
                 }
                 _ => {}
+            }
+        }
+        for body in &self.bodies {
+            for (servo, mean) in body.servos.iter().zip(body.middle.joint_rates()) {
+                self.energies.count_motor(servo.impulse * mean);
             }
         }
     }
@@ -150,7 +155,10 @@ impl World {
                     self.energies.impact_j -= reaction.impulse.x * mean;
                     continue;
                 }
-                Part::Chassis | Part::Link(_) => Taken::of(reaction, &mut 0.0),
+                Part::Chassis | Part::Link(_) => {
+                    let body = &mut self.bodies[reaction.a.body];
+                    Taken::of(reaction, &mut 0.0, &mut body.friction_owes)
+                }
                 Part::Roller(wheel, roller) => {
                     let body = &mut self.bodies[reaction.a.body];
                     let roller = &mut body.wheels[wheel].rollers[roller];
@@ -158,7 +166,11 @@ impl World {
                         let missing_rad_s = reaction.velocity_before.z / reaction.rolling_radius_m;
                         roller.spin_up_left_j = roller.spin_up_j(missing_rad_s);
                     }
-                    let taken = Taken::of(reaction, &mut roller.spin_up_left_j);
+                    let taken = Taken::of(
+                        reaction,
+                        &mut roller.spin_up_left_j,
+                        &mut body.friction_owes,
+                    );
                     body.counts[wheel].taken.add(&taken);
                     taken
                 }

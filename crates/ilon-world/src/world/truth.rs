@@ -44,6 +44,12 @@ impl World {
         self.energies.motor_j
     }
 
+    /// The positive part of the motors' work since the start, in J: what they put in while they drove, without what they took while they braked. It
+    /// never falls.
+    pub fn motor_positive_energy_j(&self) -> f64 {
+        self.energies.motor_positive_j
+    }
+
     /// Energy that the bearings of wheels and rollers, and the gears, have turned into heat since the start, in J.
     pub fn bearing_energy_j(&self) -> f64 {
         self.energies.bearing_j

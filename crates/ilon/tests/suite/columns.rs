@@ -63,6 +63,7 @@ struct Seen {
     slip_j: f64,
     spin_up_j: f64,
     motor_j: f64,
+    motor_positive_j: f64,
     bearing_j: f64,
     impact_j: f64,
     residual_m_s: f64,
@@ -90,6 +91,7 @@ fn look(simulation: &Simulation) -> Seen {
         slip_j: world.slip_energy_j(),
         spin_up_j: world.spin_up_energy_j(),
         motor_j: world.motor_energy_j(),
+        motor_positive_j: world.motor_positive_energy_j(),
         bearing_j: world.bearing_energy_j(),
         impact_j: world.impact_energy_j(),
         residual_m_s: world.contact_residual_m_s(),
@@ -160,6 +162,7 @@ fn every_signal_of_the_robot_is_what_happened() {
             slip_energy_j,
             spin_up_energy_j,
             motor_energy_j,
+            motor_positive_energy_j,
             bearing_energy_j,
             impact_energy_j,
             outside_energy_j,
@@ -345,6 +348,7 @@ fn every_signal_of_the_robot_is_what_happened() {
                 slip_energy_j,
                 spin_up_energy_j,
                 motor_energy_j,
+                motor_positive_energy_j,
                 bearing_energy_j,
                 impact_energy_j
             ),
@@ -352,6 +356,7 @@ fn every_signal_of_the_robot_is_what_happened() {
                 now.slip_j,
                 now.spin_up_j,
                 now.motor_j,
+                now.motor_positive_j,
                 now.bearing_j,
                 now.impact_j
             )
@@ -401,17 +406,26 @@ fn every_signal_of_the_robot_is_what_happened() {
 #[test]
 fn torque_times_rate_is_the_work_of_the_motors() {
     let (_, trace, _) = run();
-    let mut work_j = 0.0;
+    let (mut work_j, mut positive_j) = (0.0, 0.0_f64);
     for step in 1..trace.records().len() {
         let (before, now) = (trace.wheels_at(step - 1), trace.wheels_at(step));
         for (before, now) in before.iter().zip(now) {
             let mean_rad_s = 0.5 * (now.rate_rad_s + before.rate_rad_s);
-            work_j += now.torque_n_m * mean_rad_s * 0.002;
+            let did_j = now.torque_n_m * mean_rad_s * 0.002;
+            work_j += did_j;
+            positive_j += did_j.max(0.0);
         }
     }
     let counted_j = trace.records().last().expect("rows").motor_energy_j;
     assert!(counted_j > 1.0, "{counted_j} J");
     assert_relative_eq!(work_j, counted_j, max_relative = 1e-3);
+    // Work of either sign adds up to the same, wheel by wheel and row by row: rows here are steps.
+    let drove_j = trace
+        .records()
+        .last()
+        .expect("rows")
+        .motor_positive_energy_j;
+    assert_relative_eq!(positive_j, drove_j, max_relative = 1e-3);
 }
 
 #[test]
