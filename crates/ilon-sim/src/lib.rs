@@ -33,6 +33,7 @@ pub mod judge;
 pub mod remedy;
 pub mod scenario;
 pub mod simulate;
+mod wheels_to_spare;
 
 pub use ilon_control as control;
 pub use ilon_files as files;

@@ -14,7 +14,8 @@ use super::stability::Stability;
 use super::{defaults, floor, limits, loop_stability, reference, warnings, wheel_loop};
 use crate::Error;
 use crate::bearing_drag;
-use crate::scenario::{Contacts, Drives, RollerBodies, Scenario, Step};
+use crate::scenario::{Contacts, Drives, RollerBodies, Rollers, Scenario, Step};
+use crate::wheels_to_spare;
 
 /// A scenario that leaves nothing open: every default and everything chosen by the program is spelled out in it.
 #[derive(Clone, Debug)]
@@ -217,6 +218,15 @@ fn of_scenario(scenario: &Scenario, robot: &Robot, of_ground: Vec<String>) -> Ve
     if !world.floor.is_of_material() {
         let (friction, gravity_m_s2) = (world.floor.friction(), world.gravity_m_s2);
         remarks.extend(bearing_drag::remarks(robot, friction, gravity_m_s2));
+    }
+    let barrels = scenario.robot.rollers == Rollers::Barrel;
+    if barrels && world.floor.is_plane() && world.solver.contacts == Contacts::Ilon {
+        let stiffness_n_m = world.solver.contact_stiffness_n_m;
+        remarks.extend(wheels_to_spare::remark(
+            robot,
+            stiffness_n_m,
+            world.gravity_m_s2,
+        ));
     }
     remarks.extend(of_ground);
     remarks.extend(warnings::of_friction(scenario));

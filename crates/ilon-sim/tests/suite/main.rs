@@ -24,3 +24,4 @@ mod spin;
 mod stability;
 mod support;
 mod suspensions;
+mod wheels_to_spare;
