@@ -5,6 +5,7 @@ mod contest;
 mod drives;
 mod extending;
 mod ground;
+mod jams;
 mod joint_logs;
 mod joints;
 mod limits;
