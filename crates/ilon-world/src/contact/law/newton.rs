@@ -120,7 +120,7 @@ impl Newton {
         for (row, step) in self.coupled.iter().zip(&self.solution) {
             self.step[*row] = *step;
         }
-        is_found
+        is_found && self.step.iter().all(|step| step.is_finite())
     }
 
     /// Takes the rows out of the system whose impulse a law gives whatever the others do, as those of open contacts: of many bodies they are most. The
