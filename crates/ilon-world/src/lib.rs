@@ -12,8 +12,8 @@
 //! dynamics/                     mass matrix L^T L along the branches, forces of turning frames, rates without contact
 //! contact/reactions/assembly.rs which laws hold: contacts, dry bearings, motors at their bounds
 //! contact/reactions/response.rs how the bodies answer: W = Z Z^T, a row z = L^-T J^T as sparse as its way to the root
-//! contact/law/                  the impulses that hold all laws at once: Newton, then sweeps (solver.rs); split.rs
-//! world/advance.rs              rates take the impulses, work is counted, poses move on with the mean of the rates
+//! contact/law/                  the impulses that hold all laws at once (solver.rs: Newton's method, newton.rs; better starts, splitting.rs)
+//! world/advance.rs              a step whose laws could not be held is given up here, and taken in halves; else rates take the impulses, work is counted, poses move on with the mean of the rates
 //! world/own.rs                  rapier takes the same step with bodies of a program's own, if there are any
 //! ```
 //!
@@ -85,6 +85,6 @@ pub use settings::{
     ContactSolver, RollerBodies, Settings, contact_relaxation_s, contact_stiffness_n_m,
 };
 pub use world::{
-    Body, BodyMut, BodyState, FreeBodyState, Payload, PlaceMotion, Push, RayHit, World,
-    longest_step_of_springs_s,
+    Body, BodyMut, BodyState, ContactSolution, FreeBodyState, Payload, PlaceMotion, Push, RayHit,
+    World, longest_step_of_springs_s,
 };

@@ -92,7 +92,8 @@ pub struct Settings {
     pub dt_s: f64,
     /// Steps in which a roller uses more than half of its grip and holds, or has just begun to slide, are taken in parts of
     /// about this length, in seconds, > 0; `None` takes every step whole. How far a roller slides before the next one takes
-    /// over, and what that costs, is decided within milliseconds.
+    /// over, and what that costs, is decided within milliseconds. A step whose contacts cannot be solved is halved, down to this or to a sixteenth of
+    /// `dt_s`, whichever is shorter.
     pub split_dt_s: Option<f64>,
     /// Who solves the contacts with the ground.
     pub contacts: ContactSolver,

@@ -19,6 +19,7 @@ use std::cell::RefCell;
 use ilon_robot::Pose as PlanarPose;
 use nalgebra::Vector3;
 
+use crate::contact::law::SolverEffort;
 use crate::contact::reactions::Reactions;
 use crate::contact::reactions::support::Support;
 use crate::ground::Ground;
@@ -55,8 +56,8 @@ pub struct World {
     /// Bodies of a program's own, in rapier, where it has asked for them.
     rapier: Option<Box<InRapier>>,
     energies: Energies,
-    /// By how much the laws of contact were broken in the step.
-    residual_m_s: f64,
+    /// How the laws of contact were solved in the step.
+    solution: ContactSolution,
     steps: u64,
 }
 
@@ -64,6 +65,27 @@ thread_local! {
     /// Where the worlds of a thread work their reactions out, one after the other: so they are smaller, and what they all write to
     /// stays in the processor's cache.
     static ROOM: RefCell<Reactions> = RefCell::default();
+}
+
+/// How the laws of contact were solved in a step, of all bodies.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct ContactSolution {
+    /// By how much the laws are broken where they are broken most, in m/s or rad/s.
+    pub residual_m_s: f64,
+    /// Steps of Newton's method.
+    pub newton_steps: u32,
+    /// How often Newton's method needed another start.
+    pub restarts: u32,
+    /// How often a part of the step was given up and taken in halves.
+    pub halvings: u32,
+}
+
+impl ContactSolution {
+    fn add(&mut self, effort: SolverEffort) {
+        self.newton_steps += effort.newton_steps;
+        self.restarts += effort.restarts;
+    }
 }
 
 /// What has gone where since the start, in J.
@@ -147,7 +169,7 @@ impl World {
             reactions: Reactions::default(),
             rapier: None,
             energies: Energies::default(),
-            residual_m_s: 0.0,
+            solution: ContactSolution::default(),
             steps: 0,
         };
         world.find_equilibrium();
@@ -158,7 +180,7 @@ impl World {
     pub fn step(&mut self) {
         self.look_in_rapier();
         self.regroup();
-        self.residual_m_s = 0.0;
+        self.solution = ContactSolution::default();
         self.step_together();
         self.step_islands();
         self.step_in_rapier();
@@ -186,7 +208,6 @@ impl World {
             self.reactions.swap_room(room);
             for _ in 0..parts {
                 self.advance(part_s);
-                self.tally(part_s);
             }
             self.reactions.swap_room(room);
         });
@@ -200,7 +221,7 @@ impl World {
                 counts.tally.end_step(body.state.hubs()[index].center_m.z);
                 body.acted_n_m[index] = counts.torque_n_m_s / dt_s;
                 let contact = &mut body.contacts[index];
-                if parts > 1 {
+                if parts > 1 || self.solution.halvings > 0 {
                     counts.tally.put_means_into(contact);
                 }
                 contact.slip_power_w = counts.taken.slip_j / dt_s;

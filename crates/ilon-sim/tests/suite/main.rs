@@ -6,6 +6,7 @@ mod converge;
 mod drives;
 mod extending;
 mod ground;
+mod jams;
 mod joint_logs;
 mod joints;
 mod limits;

@@ -44,7 +44,7 @@ use std::mem::swap;
 
 use nalgebra::Vector3;
 
-use crate::contact::law::{Curve, ImpulseProblem, Solver};
+use crate::contact::law::{Curve, ImpulseProblem, Solver, SolverEffort};
 use crate::contact::reactions::handover_impulse::{BodyResponse, HandoverImpulse};
 use crate::contact::reactions::potential::{Axle, PotentialContact};
 use crate::contact::reactions::reaction::{Member, Part, Partner, Reaction};
@@ -181,6 +181,13 @@ impl Reactions {
             self.find_handover_impulse(scenes);
         }
         self.count_work();
+    }
+
+    /// Forgets the reactions of the step that was solved last, which is not taken, and goes back to those of the step before.
+    pub fn give_up(&mut self) {
+        self.all.clear();
+        self.all.append(&mut self.before);
+        self.dt_s = self.before_dt_s;
     }
 
     /// Separates the jump of rollers that came down from the rest of the step.
@@ -339,6 +346,11 @@ impl Reactions {
         self.error
     }
 
+    /// What solving took since this was asked for last.
+    pub fn take_effort(&mut self) -> SolverEffort {
+        self.solver.take_effort()
+    }
+
     /// Energy in the treads of rollers, in J.
     pub fn treads_j(&self) -> f64 {
         self.all.iter().map(Reaction::tread_j).sum()
@@ -419,9 +431,7 @@ impl Reactions {
                 self.problem.warm_start(law, before.impulse);
             }
         }
-        let last = scenes.bodies.last();
-        let with_free_bodies = last.is_some_and(|body| body.free.is_some());
-        self.error = self.solver.solve(&mut self.problem, with_free_bodies);
+        self.error = self.solver.solve(&mut self.problem);
         self.take_solution();
         self.responses.complete(scenes, &mut self.change);
     }

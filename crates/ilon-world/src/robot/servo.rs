@@ -18,6 +18,8 @@ pub(crate) struct Servo {
     pub aim: [f64; 2],
     /// Where it is, and how fast it moves.
     pub target: [f64; 2],
+    /// The same when the last step began.
+    began: [f64; 2],
     /// What it acts with in place of going there, in N m or N.
     pub effort: Option<f64>,
     /// What the joint moves by itself, in kg m^2 or kg.
@@ -37,6 +39,7 @@ impl Servo {
         Self {
             aim: [at, 0.0],
             target: [at, 0.0],
+            began: [at, 0.0],
             effort: None,
             inertia,
             law: MotorTorque::constant(0.0),
@@ -47,6 +50,7 @@ impl Servo {
 
     /// Moves the target on for a step, no faster than the servo lets it.
     pub fn follow(&mut self, servo: &JointServo, dt_s: f64) {
+        self.began = self.target;
         let by = self.aim[0] - self.target[0];
         let most = servo.rate_limit * dt_s;
         self.target = if by.abs() <= most {
@@ -58,6 +62,11 @@ impl Servo {
                 servo.rate_limit.copysign(by),
             ]
         };
+    }
+
+    /// Goes back to where the target was when the last step began, to take the step anew.
+    pub fn begin_again(&mut self) {
+        self.target = self.began;
     }
 
     /// Takes what the servo does in a step of a joint at a position with a rate.

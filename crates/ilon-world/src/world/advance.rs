@@ -14,6 +14,7 @@ use crate::dynamics::ROOT_DOFS;
 use crate::ground::Ground;
 use crate::robot::articulated::Articulated;
 use crate::robot::drive::WheelDrive;
+use crate::robot::servo::Servo;
 use crate::robot::shapes::Placed;
 use crate::settings::NEAR;
 
@@ -21,21 +22,58 @@ use crate::settings::NEAR;
 /// wheel radii. Where one would be deeper, it has landed, and the step moves on with the rates after it. 5 um for wheels of 50 mm.
 const SINKS: f64 = 1e-4;
 
+/// A part of a step whose contacts break their laws by more than this, in m/s or rad/s, is given up and taken in halves: contacts that jam in a long
+/// step can mostly be solved in a shorter one.
+const UNSOLVED_M_S: f64 = 1e-6;
+
+/// The shortest part of a step that is halved, of the step.
+const SHORTEST_PART: f64 = 1.0 / 16.0;
+
 impl World {
-    /// Advances the world by a time.
+    /// Advances the world by a time: in one part, or in halves where its contacts cannot be solved.
     ///
-    /// The poses move on by half of it with the rates of its beginning; contacts and accelerations are found there,
-    /// and the reactions follow; with the mean of the rates before and after the poses move on to its end. That is of
-    /// second order in the time where nothing lands.
+    /// The reactions of a part are found before anything has moved, so that a part that is given up has left nothing behind.
     pub(super) fn advance(&mut self, dt_s: f64) {
-        for body in &mut self.bodies {
-            body.ask_motors(dt_s);
-        }
         if self.settings.contacts == ContactSolver::Rapier {
-            return self.advance_in_rapier(dt_s);
+            self.bodies
+                .iter_mut()
+                .for_each(|body| body.ask_motors(dt_s));
+            self.advance_in_rapier(dt_s);
+            return self.tally(dt_s);
         }
+        self.find_reactions(dt_s);
+        let half_s = 0.5 * dt_s;
+        if self.reactions.error() <= UNSOLVED_M_S || half_s < self.shortest_part_s() {
+            self.move_on(dt_s);
+            return self.tally(dt_s);
+        }
+        self.give_up();
+        self.advance(half_s);
+        self.advance(half_s);
+    }
+
+    /// Gives up a part of a step whose reactions have been found, and goes back to where it began.
+    pub(super) fn give_up(&mut self) {
+        self.solution.halvings += 1;
+        self.reactions.give_up();
+        self.bodies.iter_mut().for_each(Articulated::begin_again);
+    }
+
+    /// No part of a step that is halved is shorter than this, in seconds.
+    fn shortest_part_s(&self) -> f64 {
+        let shortest_s = SHORTEST_PART * self.settings.dt_s;
+        self.settings
+            .split_dt_s
+            .map_or(shortest_s, |split_s| split_s.min(shortest_s))
+    }
+
+    /// Finds the reactions of a part of a step, without moving anything.
+    ///
+    /// The poses are taken on by half of it with the rates of its beginning; contacts and accelerations are found there, and the reactions follow.
+    pub(super) fn find_reactions(&mut self, dt_s: f64) {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         for body in &mut self.bodies {
+            body.ask_motors(dt_s);
             let gravity = body.pulled_by(&gravity);
             body.move_freely(&gravity, dt_s);
             body.find_shapes(&self.ground);
@@ -46,6 +84,14 @@ impl World {
             dt_s,
             bodies: &self.bodies,
         });
+        self.solution.add(self.reactions.take_effort());
+    }
+
+    /// Moves everything on to the end of a part of a step whose reactions have been found, and counts what they did.
+    ///
+    /// The poses move on with the mean of the rates before and after. That is of second order in the time where nothing lands.
+    pub(super) fn move_on(&mut self, dt_s: f64) {
+        let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         for (index, body) in self.bodies.iter_mut().enumerate() {
             body.take_reactions(index, &self.reactions, dt_s);
             let lands = self.reactions.sinks_m(index, dt_s) > SINKS * body.scale.length_m;
@@ -125,7 +171,8 @@ impl World {
 
     /// Reads the contacts and counts the energy that they took, the chassis's too where it scrapes along.
     pub(super) fn read_contacts(&mut self, dt_s: f64) {
-        self.residual_m_s = self.residual_m_s.max(self.reactions.error());
+        let residual_m_s = &mut self.solution.residual_m_s;
+        *residual_m_s = residual_m_s.max(self.reactions.error());
         let springs_j = match self.settings.contacts {
             ContactSolver::Ilon => self.reactions.spring_energy_j(&self.bodies, dt_s),
             // What rapier's soft contacts store goes with the hits.
@@ -261,6 +308,15 @@ impl Articulated {
             }
             self.accelerate(gravity, dt_s);
         }
+    }
+
+    /// Goes back to where [`Self::move_freely`] began, to take a part of a step anew: all else that it changed it finds anew.
+    fn begin_again(&mut self) {
+        self.servos.iter_mut().for_each(Servo::begin_again);
+        let rollers = self.wheels.iter_mut().flat_map(|wheel| &mut wheel.rollers);
+        rollers
+            .filter_map(|roller| roller.slide.as_mut())
+            .for_each(|slide| slide.begin_again());
     }
 
     /// Says what motors, bearings and springs lose as their joints gain rate.

@@ -94,7 +94,7 @@ impl Turning {
         let place = problem.add_curve(&curve);
         problem.push(Law::Curve { place }, &[free_rad_s]);
         problem.set_delassus(|_, w| w[0] = own);
-        let error = Solver::default().solve(&mut problem, false);
+        let error = Solver::default().solve(&mut problem);
         assert!(error < 1e-8, "{error}");
 
         self.rate_rad_s = problem.velocities()[0];
@@ -261,7 +261,8 @@ fn no_drive_gives_energy_that_its_motor_does_not() {
         wheel.step(&motor, 2.0 * (draw() - 0.5), dt_s);
         assert!((wheel.balance_j() + before_j).abs() < 1e-9);
         assert!(wheel.motor_n_m.abs() <= motor.bounds.limit_n_m + 1e-12);
-        if before_rad_s * wheel.rate_rad_s > 0.0 {
+        // A wheel that the step has stopped ends within what the solver leaves of a rate.
+        if before_rad_s * wheel.rate_rad_s > 0.0 && wheel.rate_rad_s.abs() > 1e-8 {
             // The solver ends within 1e-8 rad/s, a droop and a rotor over the step make up to 3e-6 N m of it, and a step turns 0.2 rad.
             assert!(wheel.lost_j > -6e-7, "{} J", wheel.lost_j);
         }

@@ -1,5 +1,6 @@
 //! What only the inside of a world shows.
 
+mod given_up;
 mod off_the_flat;
 mod own;
 mod two_bodies;
