@@ -39,8 +39,7 @@
 //!
 //! # Decisions
 //!
-//! - **f64, and f32 only for shapes**, which rapier and parry see counted from an anchor near the robot: a kilometre from the origin it
-//!   drives as at home.
+//! - **f64 everywhere**, in rapier and parry too: a kilometre from the origin a robot drives as at home.
 //! - **A slope is gravity that leans**: the world's frame is the floor's, and z = 0 its plane.
 //! - **A roller is a flywheel on its hub**: it is round, so its mass and the inertia across its axis move with the hub, and its rate is one
 //!   number. That is exact, and takes 36 bodies off a robot with 36 rollers.

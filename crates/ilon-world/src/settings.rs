@@ -47,6 +47,15 @@ impl ContactSpring {
         }
     }
 
+    /// Of a free body with these units: a heavy one is as hard for its weight as any robot, and does not sink into the floor.
+    pub fn of_body(settings: &Settings, scale: &Scale) -> Self {
+        let of_robot = Self::of(settings, scale);
+        Self {
+            stiffness_n_m: of_robot.stiffness_n_m.max(contact_stiffness_n_m(scale)),
+            ..of_robot
+        }
+    }
+
     /// The softer of two.
     pub fn softer(self, other: Self) -> Self {
         if other.stiffness_n_m < self.stiffness_n_m {

@@ -148,8 +148,7 @@ impl World {
         let mut bodies = Vec::with_capacity(1);
         for (robot, start) in robots {
             check::check(&robot, floor, settings)?;
-            let start_m = Vector3::new(start.x_m, start.y_m, 0.0);
-            let stands = standing::standing(&robot, floor, (&ground, &start_m), start)?;
+            let stands = standing::standing(&robot, floor, &ground, start)?;
             bodies.push(Articulated::build(robot, &stands, settings));
         }
         check::check_together(&bodies, &ground, settings)?;

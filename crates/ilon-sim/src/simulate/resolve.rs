@@ -114,6 +114,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     let model = wheel_loop::dynamic_model(&standing)?;
     let physics_dt_s = choose_step(&mut scenario, robot, (&model, &pilot))?;
     choose_contacts(&mut scenario, robot);
+    let of_contacts = scenario.check_contacts(robot)?;
     let loop_period_s = wheel_loop::choose_gains(&mut scenario.wheel_loop, &model, physics_dt_s)?;
 
     let mut warnings: Vec<String> = robot.remarks.iter().map(ToString::to_string).collect();
@@ -128,6 +129,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     warnings.extend(of_scenario(&scenario, robot, of_ground));
     let unstable_loops = loop_stability::remark(&scenario, &model, physics_dt_s)?;
     warnings.extend(unstable_loops.clone());
+    warnings.extend(of_contacts);
     let beyond = match driver {
         Driver::Guidance => limits::beyond(&scenario, (robot, &joint_targets), &pilot),
         Driver::Own => None,
@@ -182,6 +184,7 @@ fn choose_step(
     robot: &Robot,
     (model, pilot): (&DynamicModel, &Pilot),
 ) -> Result<f64, Error> {
+    let radius_m = defaults::scale_of(scenario, robot).length_m;
     let physics_dt_s = match scenario.run.physics_dt_s {
         Step::Seconds(dt_s) => dt_s,
         Step::Auto(_) => {
@@ -189,11 +192,19 @@ fn choose_step(
             let solver = &mut scenario.world.solver;
             solver.split_dt_s = solver.split_dt_s.or(split_dt_s);
             let asked_rad_s = pilot.fastest_rate_asked_rad_s(scenario);
-            defaults::physics_dt_s(scenario, robot, model, asked_rad_s)?
+            let dt_s = defaults::physics_dt_s(scenario, robot, model, asked_rad_s)?;
+            match scenario.longest_step_of_bodies(radius_m) {
+                Some((_, longest_s)) if dt_s > longest_s => {
+                    let control_dt_s = scenario.run.control_dt_s;
+                    control_dt_s / (control_dt_s / longest_s).ceil()
+                }
+                _ => dt_s,
+            }
         }
     };
     scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);
     scenario.check_step(physics_dt_s)?;
+    scenario.check_bodies(physics_dt_s, radius_m)?;
     Ok(physics_dt_s)
 }
 

@@ -247,8 +247,7 @@ fn an_arm_that_begins_in_the_ground_is_refused() {
 }
 
 /// Two robots touch each other by an arm as by their chassis: on ice what one gains the other loses. Whichever of them stands first in the world, they go
-/// the same way: places of contact are found in the frame of the first, in f32, which rounds half a metre to 3e-8 m, and in the step of 1 ms in which they
-/// meet that is 3e-5 m/s; in half a second 1.5e-5 m.
+/// the same way: places of contact are found in the frame of the first, to rounding.
 #[test]
 fn an_arm_pushes_another_robot() {
     let servo = JointServo {

@@ -2,7 +2,7 @@
 
 use std::mem::{swap, take};
 
-use super::islands::{Island, absorb, meet, near, rounded};
+use super::islands::{Island, aabb, absorb, meet, near};
 use crate::contact::search::bounds::Bounds;
 use crate::free::FreeBodyId;
 use crate::robot::articulated::Articulated;
@@ -150,7 +150,7 @@ impl World {
             return woken;
         }
         for bounds in awake.flatten() {
-            let around = rounded(bounds);
+            let around = aabb(bounds);
             for home in self.islands.tree.intersect_aabb(&around) {
                 let island = &self.islands.asleep[&home];
                 let asleep = near(&island.bodies, self.settings.dt_s, 1.0);
