@@ -124,6 +124,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         pilot = pilot_of(&scenario, &reference)?;
     }
     warnings.extend(of_scenario(&scenario, robot, of_ground));
+    warnings.extend(joint_targets.beyond_rate_limits(robot));
     let beyond = match driver {
         Driver::Guidance => limits::beyond(&scenario, (robot, &joint_targets), &pilot),
         Driver::Own => None,
