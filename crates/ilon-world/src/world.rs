@@ -197,16 +197,23 @@ impl World {
             body.asked.copy_from_slice(&body.motors);
             body.rates_asked_rad_s
                 .copy_from_slice(body.state.wheel_rates_rad_s());
+            body.from_middle_s = -0.5 * self.settings.dt_s;
             body.counts.fill(WheelCounts::default());
             body.support = Support::default();
             body.joint_forces.fill(0.0);
         }
-        let parts = self.parts();
-        let part_s = self.settings.dt_s / f64::from(parts);
+        let mut taken = 0;
         ROOM.with_borrow_mut(|room| {
             self.reactions.swap_room(room);
-            for _ in 0..parts {
-                self.advance(part_s);
+            let mut left_s = self.settings.dt_s;
+            while left_s > 0.0 {
+                let span_s = self.span_s(left_s);
+                let parts = self.parts(span_s);
+                for _ in 0..parts {
+                    self.advance(span_s / f64::from(parts));
+                }
+                left_s -= span_s;
+                taken += parts;
             }
             self.reactions.swap_room(room);
         });
@@ -220,7 +227,7 @@ impl World {
                 counts.tally.end_step(body.state.hubs()[index].center_m.z);
                 body.acted_n_m[index] = counts.torque_n_m_s / dt_s;
                 let contact = &mut body.contacts[index];
-                if parts > 1 || self.solution.halvings > 0 {
+                if taken > 1 || self.solution.halvings > 0 {
                     counts.tally.put_means_into(contact);
                 }
                 contact.slip_power_w = counts.taken.slip_j / dt_s;
@@ -245,11 +252,25 @@ impl World {
         }
     }
 
-    /// In how many parts the coming step is taken.
-    fn parts(&self) -> u32 {
+    /// How much of what is left of a step goes by before a servo's target comes to its aim: its rate jumps there.
+    fn span_s(&self, left_s: f64) -> f64 {
+        /// What is shorter, or leaves less, as a share of the step, is no part of its own.
+        const LEAST: f64 = 1e-3;
+        let catches_up = self.bodies.iter().map(Articulated::catches_up_s);
+        let span_s = catches_up.fold(f64::INFINITY, f64::min);
+        let least_s = LEAST * self.settings.dt_s;
+        if (least_s..left_s - least_s).contains(&span_s) {
+            span_s
+        } else {
+            left_s
+        }
+    }
+
+    /// In how many parts a span of a step is taken.
+    fn parts(&self, span_s: f64) -> u32 {
         match self.settings.split_dt_s {
             Some(part_s) if self.reactions.about_to_slide(&self.bodies) => {
-                (self.settings.dt_s / part_s).ceil().max(1.0) as u32
+                (span_s / part_s).ceil().max(1.0) as u32
             }
             _ => 1,
         }

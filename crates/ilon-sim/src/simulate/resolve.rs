@@ -130,6 +130,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     let unstable_loops = loop_stability::remark(&scenario, &model, physics_dt_s)?;
     warnings.extend(unstable_loops.clone());
     warnings.extend(of_contacts);
+    warnings.extend(joint_targets.beyond_rate_limits(robot));
     let beyond = match driver {
         Driver::Guidance => limits::beyond(&scenario, (robot, &joint_targets), &pilot),
         Driver::Own => None,

@@ -166,6 +166,13 @@ impl Reactions {
         self.before_dt_s = self.dt_s;
         self.dt_s = scenes.dt_s;
         self.find(scenes);
+        self.react_again(scenes);
+    }
+
+    /// The same once more, of bodies that come together where they did but with other rates.
+    pub fn react_again(&mut self, scenes: Scenes<'_>) {
+        self.forget_laws();
+        self.driven.clear();
         // Which motors reach a bound is known when the step is solved; few do, and no step finds more than once that one does.
         loop {
             self.assemble(scenes);
@@ -388,9 +395,7 @@ impl Reactions {
         // Copied, so that neither list takes the room that the other has grown.
         self.before.clear();
         self.before.append(&mut self.all);
-        self.driven.clear();
         self.nearby.clear();
-        self.forget_laws();
     }
 
     /// Forgets the laws of the step, but not where bodies are near the ground and one another.

@@ -88,6 +88,8 @@ pub(crate) struct Articulated {
     /// What the motors were asked for when the step began, and the wheels' rates then, in rad/s.
     pub asked: Vec<MotorTorque>,
     pub rates_asked_rad_s: Vec<f64>,
+    /// When the coming part of the step begins, counted from the middle of the step, in seconds: what is a function of time goes by it.
+    pub from_middle_s: f64,
     /// What each wheel did over the step.
     pub counts: Vec<WheelCounts>,
     /// What its wheels set against their motors.
@@ -154,6 +156,7 @@ impl Articulated {
             pushes: Vec::new(),
             asked: vec![MotorTorque::constant(0.0); count],
             rates_asked_rad_s: vec![0.0; count],
+            from_middle_s: 0.0,
             counts: vec![WheelCounts::default(); count],
             wheel_inertia: wheel_inertia(&robot, 0.0),
             scale,

@@ -78,12 +78,21 @@ impl World {
             body.move_freely(&gravity, dt_s);
             body.find_shapes(&self.ground);
         }
-        self.reactions.react(Scenes {
+        let scenes = Scenes {
             ground: &self.ground,
             settings: &self.settings,
             dt_s,
             bodies: &self.bodies,
-        });
+        };
+        self.reactions.react(scenes);
+        if self.turn_with_jumps(&gravity, dt_s) {
+            self.reactions.react_again(Scenes {
+                bodies: &self.bodies,
+                ground: &self.ground,
+                settings: &self.settings,
+                dt_s,
+            });
+        }
         self.solution.add(self.reactions.take_effort());
     }
 
@@ -93,11 +102,11 @@ impl World {
     pub(super) fn move_on(&mut self, dt_s: f64) {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         for (index, body) in self.bodies.iter_mut().enumerate() {
+            let lands = body.sets_out || body.lands(index, &self.reactions, dt_s);
             body.take_reactions(index, &self.reactions, dt_s);
-            let lands = self.reactions.sinks_m(index, dt_s) > SINKS * body.scale.length_m;
-            let lands = lands || body.sets_out || body.passes_stops(dt_s);
             let gravity = body.pulled_by(&gravity);
             body.move_on(lands, &gravity, dt_s, &mut self.energies);
+            body.from_middle_s += dt_s;
         }
         self.count_motors(dt_s);
         self.count_joints(dt_s);
@@ -112,6 +121,20 @@ impl World {
                 self.energies.outside_j += body.pushes_did_j(dt_s) - body.attached_took_j(dt_s);
             }
         }
+    }
+
+    /// Takes what turning frames ask of bodies with joints that are stopped within the step as their rates jump; says whether there are any.
+    fn turn_with_jumps(&mut self, gravity: &Vector3<f64>, dt_s: f64) -> bool {
+        let mut any = false;
+        for (index, body) in self.bodies.iter_mut().enumerate() {
+            let jumps = !body.robot.joints.is_empty() && !body.sets_out;
+            if jumps && body.lands(index, &self.reactions, dt_s) {
+                let gravity = body.pulled_by(gravity);
+                body.accelerate_in_jump(self.reactions.change(index), &gravity, dt_s);
+                any = true;
+            }
+        }
+        any
     }
 
     /// Counts what the motors did.
@@ -345,7 +368,40 @@ impl Articulated {
 
     /// Takes the rates at the end of the step without reactions from those with which the body turns in it, which stand in their place.
     fn accelerate(&mut self, gravity: &Vector3<f64>, dt_s: f64) {
-        let rates = &self.rates_free;
+        let rates = std::mem::take(&mut self.rates_free);
+        self.find_forces(&rates, gravity);
+        self.rates_free = rates;
+        self.mechanics.factors().solve(&self.tree, &mut self.forces);
+        let rates = self.rates_free.iter_mut().zip(&self.rates_before);
+        for ((free, before), gains) in rates.zip(&self.forces) {
+            *free = before + dt_s * gains;
+        }
+    }
+
+    /// Takes the same once more of a body whose rates jump within the step by reactions that change them so, and which moves on with the rates
+    /// after them.
+    ///
+    /// With A the rows of its momentum, u_0 and u_1 its rates and q_m = q_0 + dt u_0 / 2, q_1 = q_0 + dt u_1 its poses in the middle and at the
+    /// end, A(q_1) u_1 - A(q_0) u_0 is A(q_m) (u_1 - u_0) and, to first order, what turning frames ask for: dt c with, for it is quadratic in
+    /// the rates, c = 5/4 c(u_1) + 3/4 c(u_0) - c((u_0 + u_1) / 2).
+    fn accelerate_in_jump(&mut self, change: &[f64], gravity: &Vector3<f64>, dt_s: f64) {
+        let after = self.rates_free.iter().zip(change);
+        let after: Vec<f64> = after.map(|(free, change)| free + change).collect();
+        let mean = self.rates_before.iter().zip(&after);
+        let mean: Vec<f64> = mean.map(|(before, after)| 0.5 * (before + after)).collect();
+        let before = self.rates_before.clone();
+        self.rates_free.copy_from_slice(&before);
+        for (share, rates) in [(1.25, &after), (0.75, &before), (-1.0, &mean)] {
+            self.find_forces(rates, gravity);
+            self.mechanics.factors().solve(&self.tree, &mut self.forces);
+            for (free, gains) in self.rates_free.iter_mut().zip(&self.forces) {
+                *free += share * dt_s * gains;
+            }
+        }
+    }
+
+    /// Finds the generalised forces that are left for accelerations of a body that turns with these rates.
+    fn find_forces(&mut self, rates: &[f64], gravity: &Vector3<f64>) {
         let angular_rad_s = Vector3::new(rates[3], rates[4], rates[5]);
         for (index, (wheel, hub)) in self.wheels.iter().zip(self.middle.hubs()).enumerate() {
             let spins_rad_s = rates[ROOT_DOFS + wheel.joint];
@@ -358,11 +414,19 @@ impl Articulated {
         let acting = (&self.loads, gravity);
         self.mechanics
             .forces(&self.tree, rates, acting, &mut self.forces);
-        self.mechanics.factors().solve(&self.tree, &mut self.forces);
-        let rates = self.rates_free.iter_mut().zip(&self.rates_before);
-        for ((free, before), gains) in rates.zip(&self.forces) {
-            *free = before + dt_s * gains;
-        }
+    }
+
+    /// Whether something of the body was stopped within the step, so that it cannot move on with the mean of the rates before and after: a contact would
+    /// end deep in the ground, or a joint beyond its stop.
+    fn lands(&self, index: usize, reactions: &Reactions, dt_s: f64) -> bool {
+        let change = reactions.change(index);
+        let mean = |dof: usize| {
+            let start_change = reactions.start_change(index).nth(dof).unwrap_or(0.0);
+            let start = self.rates_before[dof] + start_change;
+            0.5 * (start + (self.rates_free[dof] + change[dof]))
+        };
+        reactions.sinks_m(index, dt_s) > SINKS * self.scale.length_m
+            || self.passes_stops(mean, dt_s)
     }
 
     /// Finds where what touches as parry finds it is near the ground, in the middle of the step.

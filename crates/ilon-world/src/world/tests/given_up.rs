@@ -51,7 +51,7 @@ fn shown(world: &World) -> Vec<u64> {
     let poses = body.state.links().iter().map(|link| link.center_m.norm());
     let rollers = body.wheels.iter().flat_map(|wheel| &wheel.rollers);
     let rollers = rollers.flat_map(|roller| [roller.axial_rate_rad_s, roller.place_m()]);
-    let servos = body.servos.iter().flat_map(|servo| servo.target);
+    let servos = body.servos.iter().map(|servo| servo.target);
     let counted = [
         energies.slip_j,
         energies.spin_up_j,
