@@ -84,7 +84,6 @@ pub use dynamics::acceleration_limits::{
     AccelerationLimit, AccelerationLimits, AccelerationPolytope, AccelerationRange,
     AccelerationUse, LimitCause, LimitSettings, LimitedBy, PushSharing,
 };
-pub use dynamics::contact_dynamics::{AtGrip, ContactDynamics};
 pub use dynamics::loads::WheelLoads;
 pub use dynamics::model::DynamicModel;
 pub use error::ControlError;

@@ -14,7 +14,8 @@ use super::load::{load, load_robot};
 use super::pilot::{Controller, Pilot};
 use super::plant::Plant;
 use super::recorder::Recorder;
-use super::resolve::{Driver, Resolved, resolve, resolve_for};
+use super::fastest::{resolve, resolve_for};
+use super::resolve::{Driver, Resolved};
 use super::run::{Progress, Run};
 use super::warnings;
 use crate::scenario::{self, Scenario};
@@ -169,13 +170,7 @@ impl Simulation {
         let standing = resolved.joint_targets().standing(robot);
         let kinematics = Kinematics::new(&standing)?;
         let contact_kinematics = ContactKinematics::new(&standing)?;
-        let pilot = Pilot::new(
-            scenario,
-            (resolved.reference().cloned(), resolved.log()),
-            (kinematics.clone(), contact_kinematics.clone()),
-            robot,
-            controller,
-        )?;
+        let pilot = resolved.pilot(robot, controller)?;
         let plant = Plant::new(resolved, robot)?;
         let header = header(resolved, robot, seen, &pilot)?;
         let expect = &scenario.expect;
