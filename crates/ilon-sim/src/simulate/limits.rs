@@ -97,7 +97,9 @@ pub struct Limit {
     pub wheel: String,
     /// `"grip"`, `"motor"` or `"tipping"`.
     pub cause: &'static str,
-    /// Of what statics allow, the share that it is: less than 1 where the simulated robot slides at more.
+    /// What statics allow, in the same unit.
+    pub by_statics: f64,
+    /// The share of it that the limit is: less than 1 where the simulated robot slides at more.
     pub share_held: f64,
 }
 
@@ -108,6 +110,7 @@ impl LimitRow {
             largest: share,
             wheel: String::new(),
             cause: "grip",
+            by_statics: 1.0,
             share_held: share,
         };
         Self {
@@ -434,6 +437,7 @@ impl Limiter {
         let found = self.along(direction, twist)?;
         Ok(Limit {
             largest: found.largest,
+            by_statics: found.largest,
             share_held: 1.0,
             wheel: self.robot.wheels[found.wheel].name.clone(),
             cause: match found.cause {

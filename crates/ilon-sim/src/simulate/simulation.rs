@@ -9,12 +9,12 @@ use ilon_trace::{Recorded, Recording, Sink, Summary, Trace, TraceError};
 use ilon_world::World;
 
 use super::clock::CpuTime;
+use super::fastest::{resolve, resolve_for};
 use super::header::{Appearance, header};
 use super::load::{load, load_robot};
 use super::pilot::{Controller, Pilot};
 use super::plant::Plant;
 use super::recorder::Recorder;
-use super::fastest::{resolve, resolve_for};
 use super::resolve::{Driver, Resolved};
 use super::run::{Progress, Run};
 use super::warnings;

@@ -32,8 +32,8 @@ impl Limits {
     /// Like [`Limits::of`], but lowered where the simulated robot loses more than 0.5 % of its motors' work to sliding: with its rollers, springs and joints, under
     /// the scenario's wheel loops and targets once a control period. [`Limit::share_held`] says by how much.
     ///
-    /// Outlines are lowered as the directions of the table are on both sides of theirs, and the polytope as much as the worst of the table at rest and of the
-    /// corners of the box.
+    /// Outlines are lowered as the directions of the table are on both sides of theirs, and polytope and box as much as the worst of the table at rest and of
+    /// the corners of the box.
     ///
     /// # Errors
     /// Like [`Limits::of`], and where the scenario cannot be simulated.
@@ -52,10 +52,11 @@ impl Limits {
         let least = at_rest
             .map(|row| row.speeding_up.share_held)
             .fold(1.0, f64::min);
-        let of_box = sprinter.box_held(limits.acceleration_box)?;
-        limits.acceleration_box = limits.acceleration_box.map(|side| of_box * side);
+        // The box stays as far inside of the polytope.
+        let held = least.min(sprinter.box_held(limits.acceleration_box)?);
+        limits.acceleration_box = limits.acceleration_box.map(|side| held * side);
         if let Some(polytope) = &mut limits.polytope {
-            polytope.scale(least.min(of_box));
+            polytope.scale(held);
         }
         limits.lower_outlines();
         Ok(limits)
@@ -89,17 +90,17 @@ impl Limits {
 impl Limit {
     /// Lowers it to a share.
     fn lower(&mut self, share: f64) {
-        self.largest *= share;
         self.share_held *= share;
+        self.largest = self.share_held * self.by_statics;
     }
 
     /// Lowers it so that less slides, where too much did; says whether it is to be tried again.
     fn learn(&mut self, slid: Slid) -> bool {
-        /// What slides grows at least so fast with an acceleration near the edge of the grip: as this power of it.
-        const POWER: f64 = 10.0;
+        /// What slides grows with an acceleration near the edge of the grip about as this power of it.
+        const POWER: f64 = 6.0;
         /// What is aimed at, of what may slide; the largest step; and the share from which on it is not the acceleration that slides.
         const AIM: f64 = 0.7;
-        const MOST: f64 = 0.8;
+        const MOST: f64 = 0.7;
         const LEAST: f64 = 0.3;
         let share = slid.share();
         if share <= MAY_SLIDE || self.share_held <= LEAST {
@@ -219,7 +220,11 @@ impl Sprinter {
                 since_s += self.period_s;
                 let now = self.advance(&mut plant, direction.scaled(speed))?;
                 let of_row = &mut slid[nearest];
-                let account = if is_up { &mut of_row.up } else { &mut of_row.down };
+                let account = if is_up {
+                    &mut of_row.up
+                } else {
+                    &mut of_row.down
+                };
                 account.slip_j += now.slip_j;
                 account.work_j += now.work_j;
             }
@@ -263,7 +268,10 @@ fn largest(rows: &[LimitRow], speed: f64, is_up: bool) -> f64 {
         false => row.slowing_down.largest,
     };
     let after = rows.partition_point(|row| row.speed <= speed);
-    match (after.checked_sub(1).map(|before| &rows[before]), rows.get(after)) {
+    match (
+        after.checked_sub(1).map(|before| &rows[before]),
+        rows.get(after),
+    ) {
         (Some(before), Some(after)) => {
             let part = (speed - before.speed) / (after.speed - before.speed);
             of(before) + part * (of(after) - of(before))

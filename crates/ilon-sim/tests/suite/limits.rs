@@ -2,9 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use ilon_sim::control::{
-    AccelerationLimits, LimitSettings, Motor, MotorCurve, PushSharing,
-};
+use ilon_sim::control::{AccelerationLimits, LimitSettings, Motor, MotorCurve, PushSharing};
 use ilon_sim::formats::{LoadRobot, Spec, build, generate};
 use ilon_sim::robot::{Robot, Twist};
 use ilon_sim::simulate::{Commanded, Controller, Limits, Moment};
@@ -727,7 +725,7 @@ fn a_reference_that_takes_the_wheels_rates_is_remarked_with_its_times() {
     assert_eq!(said(4.0 * most), "");
 }
 
-/// What is announced is in the trace, and seen in it: a start with 8 m/s^2 slides on the wheel and from the time that were said.
+/// What is announced is in the trace, and seen in it: a start with 8 m/s^2 slides on the wheel that was said, as soon as its loops ask for it.
 #[test]
 fn what_is_announced_stands_in_the_trace_and_is_seen_there() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
@@ -763,8 +761,9 @@ fn what_is_announced_stands_in_the_trace_and_is_seen_there() {
         .clone()
         .find(|row| (0..4).any(|wheel| slides(*row, wheel)));
     let first_s = records[first.expect("it slides")].t_s;
-    // What the wheel loops take to ask for it is foreseen; rows are 10 ms apart.
-    assert!((first_s - announced.from_s).abs() < 0.015, "{first_s}");
+    // The next target comes up to 10 ms later, loops of 60 rad/s answer it within 17 ms, and rows are 10 ms apart.
+    let late_s = first_s - announced.from_s;
+    assert!((0.0..0.037).contains(&late_s), "{first_s}: {announced:?}");
     let mut soon = rows.filter(|row| (first_s..first_s + 0.02).contains(&records[*row].t_s));
     assert!(soon.any(|row| slides(row, announced.wheel)));
 }
@@ -777,7 +776,9 @@ fn slid_share(scenario: &Scenario, robot: &Robot) -> f64 {
         simulation.step();
         let wheels = simulation.world().robot();
         let rates = wheels.wheel_rates_rad_s().iter();
-        let powers_w = rates.zip(wheels.motor_torques_n_m()).map(|(q, tau)| q * tau);
+        let powers_w = rates
+            .zip(wheels.motor_torques_n_m())
+            .map(|(q, tau)| q * tau);
         let dt_s = simulation.plant().resolved().physics_dt_s();
         work_j += dt_s * powers_w.map(|power_w| power_w.max(0.0)).sum::<f64>();
     }
@@ -803,10 +804,20 @@ fn takes_what_it_may(what: &str, scenario: &Scenario, robot: &Robot) -> f64 {
     let slid = slid_share(resolved.scenario(), robot);
     let more = (share * 1.03_f64.powi(2)).min(0.9);
     let slid_more = slid_share(&with_share(resolved.scenario(), more), robot);
-    println!("{what}: {share:.4} of grip, {:.3} % slides, at {more:.4} {:.3} %", 100.0 * slid, 100.0 * slid_more);
+    println!(
+        "{what}: {share:.4} of grip, {:.3} % slides, at {more:.4} {:.3} %",
+        100.0 * slid,
+        100.0 * slid_more
+    );
     assert!(slid <= MAY_SLIDE, "{what}: {slid}");
-    assert!(share == 0.9 || slid_more > MAY_SLIDE, "{what}: {share} {slid_more}");
-    let slower = |said: &[String]| said.iter().any(|line| line.contains("would be lost to sliding"));
+    assert!(
+        share == 0.9 || slid_more > MAY_SLIDE,
+        "{what}: {share} {slid_more}"
+    );
+    let slower = |said: &[String]| {
+        said.iter()
+            .any(|line| line.contains("would be lost to sliding"))
+    };
     assert_eq!(slower(resolved.warnings()), share < 0.9, "{what}");
     share
 }
@@ -824,7 +835,11 @@ fn a_path_as_fast_as_grip_allows_does_not_slide() {
         );
         let scenario = Scenario::from_toml(&text, "limits", folder).expect("a scenario");
         let robot = ilon_sim::load_robot(&scenario).expect("a shipped robot");
-        let share = takes_what_it_may(&format!("{half_width_m} m on {friction}"), &scenario, &robot);
+        let share = takes_what_it_may(
+            &format!("{half_width_m} m on {friction}"),
+            &scenario,
+            &robot,
+        );
         assert!(share > 0.3, "{share}");
     }
 }
@@ -835,7 +850,7 @@ fn strangers_as_fast_as_grip_allows_do_not_slide() {
     for seed in 0..6 {
         let case = stranger(seed);
         let text = format!(
-            "robot = {{ file = \"\", roller_bodies = \"near\" }}\nrun.duration_s = 6\n\
+            "robot = {{ file = \"\", heading_deg = 45, roller_bodies = \"near\" }}\nrun.duration_s = 6\n\
              world.floor = {{ slope_deg = {}, friction = {} }}\nreference.timing = \"as fast as grip allows\"\n\
              reference.figure_eight = {{ half_width_m = 0.6, period_s = 8, heading = \"along_path\" }}\n",
             case.slope_deg, case.friction
@@ -858,7 +873,10 @@ fn a_path_is_timed_without_what_goes_wrong() {
     };
     let free = path("");
     assert_eq!(path("sensors.pose.position_noise_m = 0.01\n"), free);
-    assert_eq!(path("[[faults]]\nfriction_changed = { friction = 0.1, from_s = 1 }\n"), free);
+    assert_eq!(
+        path("[[faults]]\nfriction_changed = { friction = 0.1, from_s = 1 }\n"),
+        free
+    );
 }
 
 /// A lap time follows the square root of the friction, but for the wheels' rates: of a tenth of it 3.2 times as long, at one share of grip.
@@ -895,6 +913,44 @@ fn limits_of_a() -> Limits {
     let scenario = Scenario::from_toml(text, "limits", folder).expect("a scenario");
     let robot = ilon_sim::load_robot(&scenario).expect("a shipped robot");
     Limits::of(&scenario, &robot).expect("it stands")
+}
+
+/// What is printed is what statics allow, or less where the simulated robot slides at it: an eighth to a third less from rest, where targets come every 10 ms. A box
+/// lies as far inside of its polytope as by statics.
+#[test]
+fn what_is_printed_is_tried_by_the_robot() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
+    let text = "robot.file = \"mecanum4.urdf\"\ntwist.vx_m_s = 0.1\nrun.duration_s = 1\n";
+    let scenario = Scenario::from_toml(text, "limits", folder).expect("a scenario");
+    let robot = ilon_sim::load_robot(&scenario).expect("a shipped robot");
+    let (statics, held) = (
+        limits_of_a(),
+        Limits::held(&scenario, &robot).expect("it stands"),
+    );
+    for (of, tried) in statics.rows.iter().zip(&held.rows) {
+        for (of, tried) in [
+            (&of.speeding_up, &tried.speeding_up),
+            (&of.slowing_down, &tried.slowing_down),
+        ] {
+            assert_eq!(tried.by_statics, of.largest);
+            assert_eq!(tried.largest, tried.share_held * of.largest);
+            assert!((0.2..=1.0).contains(&tried.share_held), "{tried:?}");
+        }
+    }
+    let ahead = held.rows[0].speeding_up.share_held;
+    assert!((0.65..0.9).contains(&ahead), "{ahead}");
+    let share = |limits: &Limits| {
+        let [x, y, z] = limits.acceleration_box;
+        limits
+            .polytope
+            .as_ref()
+            .expect("a polytope")
+            .share(Twist::new(x, y, z))
+    };
+    assert!((share(&held) / share(&statics) - 1.0).abs() < 1e-9);
+    // Points of an outline in the directions of the table are those of the table.
+    let at_45 = &held.outlines[0].points[9].limit;
+    assert_eq!(at_45.largest, held.rows[3].speeding_up.largest);
 }
 
 /// Wheels of 50 mm at 30 rad/s go 1.5 m/s ahead and sideways. At 45 degrees two of them stand still and two turn for ahead and sideways together, sqrt 2 times as
