@@ -3,7 +3,7 @@
 use ilon::robot::{Pose, Twist};
 use ilon::simulate::{Measurements, Plant};
 use ilon::trace;
-use ilon::world::{BodyState, FreeBodyState, WheelContact};
+use ilon::world::{BodyState, FreeBodyState, WheelTally};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
@@ -227,7 +227,7 @@ impl Body {
 pub struct Wheels {
     angles_rad: Vec<f64>,
     rates_rad_s: Vec<f64>,
-    contacts: Vec<WheelContact>,
+    over: Vec<WheelTally>,
 }
 
 impl Wheels {
@@ -237,17 +237,17 @@ impl Wheels {
         Self {
             angles_rad: robot.wheel_angles_rad().to_vec(),
             rates_rad_s: robot.wheel_rates_rad_s().to_vec(),
-            contacts: robot.contacts().to_vec(),
+            over: plant.outcome().wheels.clone(),
         }
     }
 
     fn rows<'py, const N: usize>(
         &self,
         py: Python<'py>,
-        row: impl Fn(&WheelContact) -> [f64; N],
+        row: impl Fn(&WheelTally) -> [f64; N],
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let flat = self.contacts.iter().flat_map(row).collect::<Vec<_>>();
-        PyArray1::from_vec(py, flat).reshape([self.contacts.len(), N])
+        let flat = self.over.iter().flat_map(row).collect::<Vec<_>>();
+        PyArray1::from_vec(py, flat).reshape([self.over.len(), N])
     }
 }
 
@@ -265,23 +265,38 @@ impl Wheels {
         array(py, &self.rates_rad_s)
     }
 
-    /// The ground's normal forces in N, in the last physics step.
+    /// The ground's normal forces in N: means over the last advance.
     #[getter]
     fn loads_n<'py>(&self, py: Python<'py>) -> Array<'py> {
-        let loads = self.contacts.iter().map(|contact| contact.normal_force_n);
+        let loads = self.over.iter().map(WheelTally::normal_force_mean_n);
         array(py, &loads.collect::<Vec<_>>())
     }
 
-    /// The ground's tangential forces on the wheels, a row of x and y in the body frame for each, in N.
+    /// The largest share of its friction limit that each wheel used in the last advance; 1 where it slid.
     #[getter]
-    fn forces_in_body_n<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.rows(py, |contact| contact.force_in_body_n.into())
+    fn friction_used_max<'py>(&self, py: Python<'py>) -> Array<'py> {
+        let used = self.over.iter().map(|wheel| wheel.friction_used_max);
+        array(py, &used.collect::<Vec<_>>())
     }
 
-    /// Slip: velocities of the rollers' surfaces over the ground, a row of x and y in the body frame for each wheel, in m/s.
+    /// The largest sliding speed of each wheel in the last advance, in m/s.
+    #[getter]
+    fn slip_speed_max_m_s<'py>(&self, py: Python<'py>) -> Array<'py> {
+        let speeds = self.over.iter().map(|wheel| wheel.sliding_max_m_s);
+        array(py, &speeds.collect::<Vec<_>>())
+    }
+
+    /// The ground's tangential forces on the wheels, a row of x and y in the body frame for each, in N: means over the last advance.
+    #[getter]
+    fn forces_in_body_n<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.rows(py, |wheel| wheel.force_mean_in_body_n().into())
+    }
+
+    /// Slip: velocities of the rollers' surfaces over the ground, a row of x and y in the body frame for each wheel, in m/s: means over the
+    /// time of the last advance in which the wheel touched.
     #[getter]
     fn slip_in_body_m_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.rows(py, |contact| contact.sliding_in_body_m_s.into())
+        self.rows(py, |wheel| wheel.sliding_mean_in_body_m_s().into())
     }
 
     fn __repr__(&self) -> String {

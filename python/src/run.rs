@@ -49,7 +49,8 @@ impl Run {
 
 /// Simulates a scenario to its end; `called` is what a person would type for it.
 #[pyfunction]
-#[pyo3(signature = (scenario, *, called, settings=None, controller=None, folder=None, sandbox=None))]
+#[pyo3(signature = (scenario, *, called, settings=None, controller=None, folder=None, sandbox=None, converge=false))]
+#[expect(clippy::too_many_arguments, reason = "they are those of `ilon.run`")]
 pub fn run(
     py: Python<'_>,
     scenario: &Bound<'_, PyAny>,
@@ -58,9 +59,18 @@ pub fn run(
     controller: Option<Py<PyAny>>,
     folder: Option<PathBuf>,
     sandbox: Option<&Bound<'_, PyAny>>,
+    converge: bool,
 ) -> PyResult<Run> {
     let files = scenario::files(py, sandbox)?;
-    let scenario = scenario::read(scenario, settings, folder, &files)?;
+    let mut scenario = scenario::read(scenario, settings, folder, &files)?;
+    scenario.run.converge |= converge;
+    if converge && controller.is_some() {
+        let fault = Error::invalid(
+            "a run under a controller of your own cannot be repeated at half the step: the controller cannot be started again",
+            "leave out `converge`, and run it twice with `run.physics_dt_s` set",
+        );
+        return Err(raised(py, &fault));
+    }
     let fault = Fault::default();
     let run = py.detach(|| simulated(&scenario, controller, &fault));
     match run {

@@ -291,6 +291,7 @@ impl Simulation {
             ("kinetic_j", now.kinetic_j),
             ("potential_j", now.potential_j),
             ("motor_j", world.motor_energy_j()),
+            ("motor_positive_j", world.motor_positive_energy_j()),
             ("outside_j", world.outside_energy_j()),
             ("slip_j", world.slip_energy_j()),
             ("spin_up_j", world.spin_up_energy_j()),

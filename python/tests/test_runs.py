@@ -231,3 +231,22 @@ def test_a_urdf_is_generated_that_the_repository_holds(assets, tmp_path):
 
 def test_the_schema_names_the_sections():
     assert {"robot", "run", "reference", "twist"} <= set(ilon.schema()["properties"])
+
+
+def test_a_run_is_repeated_at_half_the_step(circle):
+    circle["run"]["duration_s"] = 0.5
+    alone = ilon.run(circle)
+    run = ilon.run(circle, converge=True)
+    assert "converge" not in alone.summary
+    assert run.summary["trace_hash"] == alone.summary["trace_hash"]
+    place = run.summary["converge"]["end_x_m"]
+    assert place["value"] == alone.summary["end_x_m"]
+    # On a circle that it tracks, half the step moves nothing that matters.
+    assert 0 < place["moved"] < 1e-3 and not place["exceeds"]
+    assert ilon.check(circle, converge=True).run.summary["converge"] == run.summary["converge"]
+    assert pickle.loads(pickle.dumps(run)).summary == run.summary
+
+
+def test_a_controller_of_ones_own_is_not_repeated(circle):
+    with pytest.raises(ilon.Error, match="cannot be repeated"):
+        ilon.run(circle, converge=True, controller=lambda seen, desired: [0.0] * 4)

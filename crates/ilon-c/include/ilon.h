@@ -103,7 +103,7 @@ typedef struct {
   double contact_residual_m_s;
 } IlonState;
 
-// A wheel and its contact with the ground. Forces are means over the last physics step, velocities those at its end.
+// A wheel and its contact with the ground. Forces, slip and place are means over the last advance.
 typedef struct {
   // Angle about the wheel's axis since the start, in radians, not wrapped.
   double angle_rad;
@@ -123,9 +123,9 @@ typedef struct {
   double place_in_body_m[3];
   // Coulomb's coefficient of friction under the roller that presses hardest.
   double friction;
-  // Power that sliding turns into heat, in W.
+  // Power that sliding turned into heat in the last physics step, in W.
   double slip_power_w;
-  // Which roller presses hardest.
+  // Which roller presses hardest, at the end of the last advance.
   uint32_t roller;
   // 1 where any roller presses on the ground, 0 where none does.
   uint32_t touching;

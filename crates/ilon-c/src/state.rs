@@ -74,7 +74,7 @@ pub struct IlonState {
     pub contact_residual_m_s: f64,
 }
 
-/// A wheel and its contact with the ground. Forces are means over the last physics step, velocities those at its end.
+/// A wheel and its contact with the ground. Forces, slip and place are means over the last advance.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct IlonWheel {
@@ -96,9 +96,9 @@ pub struct IlonWheel {
     pub place_in_body_m: [f64; 3],
     /// Coulomb's coefficient of friction under the roller that presses hardest.
     pub friction: f64,
-    /// Power that sliding turns into heat, in W.
+    /// Power that sliding turned into heat in the last physics step, in W.
     pub slip_power_w: f64,
-    /// Which roller presses hardest.
+    /// Which roller presses hardest, at the end of the last advance.
     pub roller: u32,
     /// 1 where any roller presses on the ground, 0 where none does.
     pub touching: u32,
@@ -213,16 +213,18 @@ impl IlonWheel {
     pub(crate) fn of(plant: &Plant, wheel: usize) -> Self {
         let robot = plant.world().robot();
         let contact: &WheelContact = &robot.contacts()[wheel];
+        let over = &plant.outcome().wheels[wheel];
+        let place = over.place_mean_in_body_m();
         Self {
             angle_rad: robot.wheel_angles_rad()[wheel],
             rate_rad_s: robot.wheel_rates_rad_s()[wheel],
             torque_n_m: plant.outcome().torques_n_m[wheel],
             hub_height_m: robot.hub_height_m(wheel),
-            normal_force_n: contact.normal_force_n,
-            force_in_body_n: contact.force_in_body_n.into(),
-            slip_in_body_m_s: contact.sliding_in_body_m_s.into(),
-            place_in_body_m: contact.place_in_body_m.into(),
-            friction: contact.friction,
+            normal_force_n: over.normal_force_mean_n(),
+            force_in_body_n: over.force_mean_in_body_n().into(),
+            slip_in_body_m_s: over.sliding_mean_in_body_m_s().into(),
+            place_in_body_m: [place.x, place.y, contact.place_in_body_m.z],
+            friction: over.friction_mean(),
             slip_power_w: contact.slip_power_w,
             roller: contact.roller as u32,
             touching: u32::from(contact.touching),

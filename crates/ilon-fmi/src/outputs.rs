@@ -1,7 +1,7 @@
 //! What can be read of a robot.
 
 use ilon_sim::Plant;
-use ilon_sim::world::WheelContact;
+use ilon_sim::world::WheelTally;
 
 use crate::variable::{AXES, Now, Table};
 
@@ -106,8 +106,9 @@ fn of_body(table: &mut Table) {
     );
 }
 
-fn contact<'a>(now: &Now<'a>, wheel: usize) -> &'a WheelContact {
-    &now.plant.world().robot().contacts()[wheel]
+/// What a wheel did over the last step of the host.
+fn tally<'a>(now: &Now<'a>, wheel: usize) -> &'a WheelTally {
+    &now.plant.outcome().wheels[wheel]
 }
 
 /// What is read of each wheel: the end of its name, what it is, its unit, and where it is.
@@ -118,7 +119,7 @@ type OfWheel = (
     fn(&Now<'_>, usize) -> f64,
 );
 
-const OF_WHEEL: [OfWheel; 11] = [
+const OF_WHEEL: [OfWheel; 12] = [
     (
         "angle",
         "angle about the wheel's axis since the start",
@@ -149,38 +150,47 @@ const OF_WHEEL: [OfWheel; 11] = [
         "N.m",
         |now, wheel| now.plant.outcome().torques_n_m[wheel],
     ),
-    ("load", "the ground's normal force", "N", |now, wheel| {
-        contact(now, wheel).normal_force_n
-    }),
+    (
+        "load",
+        "the ground's normal force, mean over the last step",
+        "N",
+        |now, wheel| tally(now, wheel).normal_force_mean_n(),
+    ),
     (
         "force.x",
-        "the ground's tangential force, x in the body frame",
+        "the ground's tangential force, x in the body frame, mean over the last step",
         "N",
-        |now, wheel| contact(now, wheel).force_in_body_n.x,
+        |now, wheel| tally(now, wheel).force_mean_in_body_n().x,
     ),
     (
         "force.y",
-        "the ground's tangential force, y in the body frame",
+        "the ground's tangential force, y in the body frame, mean over the last step",
         "N",
-        |now, wheel| contact(now, wheel).force_in_body_n.y,
+        |now, wheel| tally(now, wheel).force_mean_in_body_n().y,
     ),
     (
         "slip.x",
-        "velocity of the rollers' surface over the ground, x in the body frame",
+        "velocity of the rollers' surface over the ground, x in the body frame, mean over the last step while it touched",
         "m/s",
-        |now, wheel| contact(now, wheel).sliding_in_body_m_s.x,
+        |now, wheel| tally(now, wheel).sliding_mean_in_body_m_s().x,
     ),
     (
         "slip.y",
-        "velocity of the rollers' surface over the ground, y in the body frame",
+        "velocity of the rollers' surface over the ground, y in the body frame, mean over the last step while it touched",
         "m/s",
-        |now, wheel| contact(now, wheel).sliding_in_body_m_s.y,
+        |now, wheel| tally(now, wheel).sliding_mean_in_body_m_s().y,
     ),
     (
         "friction",
-        "Coulomb's coefficient of friction at the contact",
+        "Coulomb's coefficient of friction at the contact, mean over the last step",
         "1",
-        |now, wheel| contact(now, wheel).friction,
+        |now, wheel| tally(now, wheel).friction_mean(),
+    ),
+    (
+        "friction_used",
+        "largest share of the friction limit in use in the last step",
+        "1",
+        |now, wheel| tally(now, wheel).friction_used_max,
     ),
 ];
 

@@ -446,22 +446,7 @@ impl Session {
     pub fn figures(&self, controls: &Controls) -> Figures {
         let truth = self.plant.truth();
         let real = truth.twist_in_body;
-        let contacts = || {
-            self.plant
-                .world()
-                .robot()
-                .contacts()
-                .iter()
-                .filter(|contact| contact.touching)
-        };
-        let used = |contact: &ilon_sim::simulate::WheelContact| {
-            let limit_n = contact.friction * contact.normal_force_n;
-            if limit_n > 0.0 {
-                contact.force_in_body_n.norm() / limit_n
-            } else {
-                0.0
-            }
-        };
+        let wheels = &self.plant.outcome().wheels;
         let reference = self
             .reference
             .as_ref()
@@ -470,10 +455,14 @@ impl Session {
             t_s: self.t_s,
             asked: [self.asked.vx_m_s, self.asked.vy_m_s, self.asked.omega_rad_s],
             real: [real.vx_m_s, real.vy_m_s, real.omega_rad_s],
-            slip_m_s: contacts()
-                .map(|contact| contact.sliding_in_body_m_s.norm())
+            slip_m_s: wheels
+                .iter()
+                .map(|wheel| wheel.sliding_max_m_s)
                 .fold(0.0, f64::max),
-            friction_used: contacts().map(used).fold(0.0, f64::max),
+            friction_used: wheels
+                .iter()
+                .map(|wheel| wheel.friction_used_max)
+                .fold(0.0, f64::max),
             odometry_error_m: (self.recorder.odometry().position_m() - truth.pose.position_m())
                 .norm(),
             reference_error_m: reference.map(|reference| {

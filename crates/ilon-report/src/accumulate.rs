@@ -3,7 +3,6 @@
 use std::f64::consts::TAU;
 
 use ilon_robot::{Twist, wrap_angle};
-use ilon_trace::ledger::Terms;
 use ilon_trace::slip::constraint_residual_m_s;
 use ilon_trace::{Header, MAX_TASKS, Projection, Record, Rows, Trace, WheelHeader, WheelSample};
 
@@ -187,7 +186,7 @@ impl OfWheel {
 
     fn of(self, wheel: &WheelHeader, record: &Record, sample: &WheelSample) -> f64 {
         match self {
-            Self::SlipSpeed => sample.slip_speed_m_s(),
+            Self::SlipSpeed => sample.slip_speed_rms_m_s,
             Self::SlipEnergy => sample.slip_energy_j,
             Self::NormalForce => sample.normal_force_n,
             Self::TangentialForce => sample.tangential_force_n(),
@@ -213,7 +212,6 @@ pub(super) struct Accumulated {
     pub measured: Measured,
     robot: Vec<(OfRobot, Envelope)>,
     wheels: Vec<OneWheel>,
-    ways: [Way; 5],
     grown: Evenly<Grown>,
     /// What the story watches.
     pub watch: Watch,
@@ -277,7 +275,6 @@ impl Accumulated {
             measured: Measured::default(),
             robot: robot.map(|what| (what, outline())).collect(),
             wheels: header.wheels.iter().map(|_| wheel()).collect(),
-            ways: Default::default(),
             grown: Evenly::new(row_count, GROWTH_POINTS),
             watch: Watch::new(header),
             integrator: Integrator::default(),
@@ -321,15 +318,12 @@ impl Accumulated {
                 outline.add((record.t_s, value));
             }
         }
-        let terms = Terms::of(record).named();
-        let span_s = header.row_span_s(record.t_s);
-        for (way, (_, term)) in self.ways.iter_mut().zip(terms) {
-            way.way_mm += 1e3 * term.linear_m_s().norm() * span_s;
-            way.turn_deg += term.omega_rad_s.abs().to_degrees() * span_s;
-        }
         self.grown.add(Grown {
             t_s: record.t_s,
-            ways: self.ways,
+            ways: record.ledger.named().map(|(_, term)| Way {
+                way_mm: 1e3 * term.path_m,
+                turn_deg: term.turned_rad.to_degrees(),
+            }),
         });
     }
 
@@ -394,12 +388,13 @@ impl OneWheel {
             return;
         }
         let turns = sample.angle_rad.rem_euclid(TAU) / TAU;
-        self.slip_around.add(turns, sample.slip_speed_m_s().powi(2));
+        self.slip_around
+            .add(turns, sample.slip_speed_rms_m_s.powi(2));
         let rollers = wheel.roller_count.max(1) as f64;
         let pitches = (sample.angle_rad * rollers / TAU).rem_euclid(1.0);
         self.load_in_pitch.add(pitches, sample.load_share);
         self.slip_in_pitch
-            .add(pitches, (1e3 * sample.slip_speed_m_s()).powi(2));
+            .add(pitches, (1e3 * sample.slip_speed_rms_m_s).powi(2));
     }
 }
 
@@ -454,7 +449,8 @@ mod tests {
                 load_share,
                 touching,
                 ..WheelSample::default()
-            };
+            }
+            .steady();
             trace.push(Record::default(), &[sample]);
         }
         let Ok(gathered) = Accumulated::of(&trace);

@@ -146,11 +146,12 @@ fn page_of(
             viewer::html(&trace.header, ends_s, &story.events, scene),
         ),
     };
-    let sections = [
+    let mut sections = vec![
         motion_section(shown, &settings),
         budget_section(shown, summary, &story),
-        details_section(shown, summary, &story, context),
     ];
+    sections.extend(convergence_section(summary));
+    sections.push(details_section(shown, summary, &story, context));
     (
         viewer::page(&head, &sections, &footer(shown), scene.is_some()),
         story.plain(),
@@ -272,6 +273,17 @@ fn budget_section(shown: &RunInput, summary: &Summary, story: &Story) -> Section
             .to_owned(),
         body,
     }
+}
+
+/// How far the figures move at half the step, where the run was repeated at it.
+fn convergence_section(summary: &Summary) -> Option<Section> {
+    let converge = &summary.converge;
+    (!converge.is_empty()).then(|| Section {
+        id: "converge",
+        title: "At half the step",
+        lead: converge.sentence(),
+        body: tables::convergence_table(converge),
+    })
 }
 
 /// Everything else, folded by topic.

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_4, TAU};
 
 use ilon_robot::{Pose, Twist, wrap_angle};
+use ilon_trace::ledger::Chain;
 use ilon_trace::{
-    Desired, Header, Record, Support, TaskShare, Trace, Truth, WheelHeader, WheelSample,
+    Desired, Header, Ledger, Record, Support, TaskShare, Trace, Truth, WheelHeader, WheelSample,
 };
 
 const DT_S: f64 = 0.01;
@@ -31,6 +32,7 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
     let mut rates = [0.0; 4];
     let mut angles: [f64; 4] = [0.0; 4];
     let (mut slip_j, mut motor_j) = (0.0, 0.0);
+    let mut budget = Ledger::default();
     for step in 0..steps {
         let t_s = step as f64 * DT_S;
         let desired = (!open_loop).then(|| circle(t_s));
@@ -96,6 +98,7 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
                 torque_weight_position: 1.0,
                 torque_weight_heading: 1.0,
                 slip_energy_j: slip_j,
+                ledger: budget,
                 contact_residual_m_s: 1e-9,
                 support: Some(Support {
                     wheels_n: wheels.iter().map(|w| w.normal_force_n).sum(),
@@ -108,6 +111,9 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
             },
             &wheels,
         );
+        let chain = Chain::held(&trace.records()[step], DT_S);
+        let turned_rad = real.omega_rad_s * DT_S;
+        budget.count(&chain, [pose.heading_rad, pose.heading_rad + turned_rad]);
         pose = moved(pose, real);
         by_ideal = moved(by_ideal, ideal);
         by_contact = moved(by_contact, contact);
@@ -174,6 +180,7 @@ fn sampled(
         roller_spin_ideal_rad_s: spin_rad_s,
         ..WheelSample::default()
     }
+    .steady()
 }
 
 fn header(duration_s: f64, open_loop: bool) -> Header {
@@ -244,6 +251,7 @@ fn circle(t_s: f64) -> Desired {
             heading_rad: 0.0,
         },
         velocity_in_world: Twist::new(-0.3 * s, 0.3 * c, 0.0),
+        ..Desired::default()
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use ilon_robot::Twist;
 use ilon_trace::quantities;
-use ilon_trace::{Quantity, Summary, Trace};
+use ilon_trace::{Convergence, Quantity, Summary, Trace};
 use serde_json::Value;
 
 use super::figures::balance::TERM_COLORS;
@@ -266,6 +266,50 @@ pub(super) fn odometry_table(summary: &Summary) -> String {
         &format!("<th></th>{}", heads.concat()),
         &rows.concat(),
     ))
+}
+
+/// The figures of a run at its own step and at half of it, as HTML: those that moved by more than their stated accuracy first.
+pub(super) fn convergence_table(converge: &Convergence) -> String {
+    let found = quantities::stated()
+        .filter_map(|(quantity, accuracy)| Some((quantity, accuracy, converge.get(quantity.key)?)));
+    let mut found: Vec<_> = found.collect();
+    found.sort_by_key(|(_, _, moved)| !moved.exceeds);
+    let rows = found.into_iter().map(|(quantity, accuracy, moved)| {
+        let shown = |value: Option<f64>| {
+            cell(
+                value
+                    .map(|value| format!("{:.*}", quantity.decimals, value * quantity.unit.per_si)),
+            )
+        };
+        let values = [moved.value, moved.half_step, moved.half_split].map(shown);
+        let class = if moved.exceeds {
+            " class=\"failed\""
+        } else {
+            ""
+        };
+        row(
+            &format!("{}, {}", escape(&quantity.words()), unit_words(quantity)),
+            &format!(
+                "{}<td{class}>{:.3} %</td><td>{:.1} %</td>",
+                values.concat(),
+                100.0 * moved.share,
+                100.0 * accuracy.share
+            ),
+        )
+    });
+    wide(&table(
+        "Places and headings are measured against the way, all else against itself. What moves by no more than rounding counts as not moved",
+        "<th>figure</th><th>as it is</th><th>half the step</th><th>half the split</th><th>moves by</th><th>stated accuracy</th>",
+        &rows.collect::<String>(),
+    ))
+}
+
+/// The unit that a quantity is shown in.
+fn unit_words(quantity: &Quantity) -> &'static str {
+    match quantity.unit.symbol {
+        "" => "1",
+        symbol => symbol,
+    }
 }
 
 /// The contacts of each wheel in numbers, as HTML.

@@ -20,8 +20,8 @@ mod model;
 
 pub use angles::roll_pitch_yaw;
 pub use model::{
-    Barrel, Body, BodyJoint, Chassis, Collision, CollisionShape, Coupling, DriveTrain, Joint,
-    JointKind, JointRole, JointServo, JointSpring, MassProperties, Mesh, ModelledRoller,
+    Barrel, Body, BodyJoint, Chassis, Collision, CollisionShape, Coupling, DriveTrain, HubHeights,
+    Joint, JointKind, JointRole, JointServo, JointSpring, MassProperties, Mesh, ModelledRoller,
     MotorLimits, NotMade, Pose, Profile, ProfileError, ProfilePart, Remark, Robot, Roller,
     RollerForm, RollerSurface, RollersAsMade, Scale, SolidOfRevolution, StandingPose, Tread, Twist,
     VisualMeshes, Wheel, mean_of_gain, wrap_angle,

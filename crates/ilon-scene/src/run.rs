@@ -180,7 +180,7 @@ fn frame(header: &Header, record: &Record, wheels: &[WheelSample], angles: &[Vec
             .zip(angles)
             .map(|(sample, angles)| WheelFrame {
                 angle_rad: sample.angle_rad,
-                contact: sample.touching.then_some(Contact {
+                contact: sample.touched().then_some(Contact {
                     place_m: [sample.contact_x_m, sample.contact_y_m],
                     normal_force_n: sample.normal_force_n,
                     force_n: [sample.force_x_n, sample.force_y_n],

@@ -11,6 +11,7 @@ use crate::Error;
 use crate::bearing_drag;
 use crate::scenario::{Floor, Scenario, Setting};
 use crate::simulate::{Limits, start_positions};
+use crate::wheels_to_spare;
 
 /// A robot as it is understood, and what follows from where its wheels sit.
 #[derive(Clone, Debug, Serialize)]
@@ -157,21 +158,13 @@ pub struct MadeInspection {
 
 impl MadeInspection {
     fn of(wheel: &Wheel) -> Option<Self> {
-        /// Looks at a passing roller: what is missed of a hub's travel is of the order of one over their square.
-        const LOOKS: usize = 200;
         let modelled = |roller: &ilon_robot::Roller| {
             matches!(roller.form, ilon_robot::RollerForm::AsModelled(_))
         };
         if wheel.rollers.iter().any(modelled) || wheel.made.is_ideal() && wheel.is_round() {
             return None;
         }
-        let looks = LOOKS * wheel.rollers.len();
-        let step_rad = std::f64::consts::TAU / looks as f64;
-        let heights_m = (0..looks).map(|i| wheel.hub_height_m(step_rad * i as f64));
-        let (low_m, high_m, sum_m) = heights_m.fold(
-            (f64::INFINITY, f64::NEG_INFINITY, 0.0),
-            |(low, high, sum), h| (h.min(low), h.max(high), sum + h),
-        );
+        let heights = wheel.hub_heights();
         let radii_m = || wheel.rollers.iter().map(|roller| roller.radius_m);
         let barrels = wheel.made.profile_m.is_none();
         Some(Self {
@@ -182,8 +175,8 @@ impl MadeInspection {
                 .map(|roller| wheel.barrel(roller).crown_radius_m()),
             least_radius_m: radii_m().fold(f64::INFINITY, f64::min),
             largest_radius_m: radii_m().fold(0.0, f64::max),
-            hub_travel_m: high_m - low_m,
-            mean_height_m: sum_m / looks as f64,
+            hub_travel_m: heights.travel_m,
+            mean_height_m: heights.mean_m,
         })
     }
 }
@@ -355,6 +348,7 @@ impl Inspection {
                     Floor::default().friction(),
                     STANDARD_GRAVITY_M_S2,
                 ))
+                .chain(wheels_to_spare::remark(robot, None, STANDARD_GRAVITY_M_S2))
                 .collect(),
             limits: None,
         })

@@ -25,6 +25,7 @@
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
 mod bearing_drag;
+mod causes;
 mod error;
 pub mod foreign;
 pub mod inspect;
@@ -32,6 +33,7 @@ pub mod judge;
 pub mod remedy;
 pub mod scenario;
 pub mod simulate;
+mod wheels_to_spare;
 
 pub use ilon_control as control;
 pub use ilon_files as files;

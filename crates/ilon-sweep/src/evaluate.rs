@@ -104,10 +104,12 @@ fn simulate(study: &Study, task: &Task, stop: &Stop, key: &mut String) -> Result
     Ok((figures_of(&run.summary), Some(run)))
 }
 
-/// The scenario of a run, with its own expectations left out: they are of the scenario as it stands in its file.
+/// The scenario of a run, with its own expectations left out: they are of the scenario as it stands in its file. A row has the figures at the
+/// scenario's step alone.
 pub(crate) fn scenario_of(study: &Study, task: &Task) -> Result<Scenario, Error> {
     let mut scenario = study.scenario_with(task.scenario, &study.settings(task))?;
     scenario.expect = Expect::default();
+    scenario.run.converge = false;
     Ok(scenario)
 }
 

@@ -1,19 +1,21 @@
 //! The figures of a run as they grow, row by row.
 
-use ilon_robot::{Pose, Twist, wrap_angle};
+use ilon_robot::{Twist, wrap_angle};
 
+use crate::balance::Balance;
 use crate::design::Design;
-use crate::fold::{Largest, Mean, Rms};
+use crate::fold::{Largest, Mean, Rms, finite};
 use crate::header::Header;
 use crate::joint_travel::JointAccumulator;
-use crate::ledger::Ledger;
-use crate::metrics::{Energy, Settings, Summary, TwistRatio, error};
+use crate::ledger::{Ledger, Terms};
+use crate::metrics::{Settings, Summary, TwistRatio, error};
 use crate::odometry;
 use crate::projection::Projection;
 use crate::record::Record;
 use crate::rows::Rows;
 use crate::slip::WheelAccumulator;
 use crate::trace::Trace;
+use crate::twin::Convergence;
 
 impl Summary {
     /// The figures of a run whose rows need not lie in memory.
@@ -26,6 +28,7 @@ impl Summary {
         rows.each_batch(Projection::All, &mut |chunk| run.add(header, chunk))?;
         let mut all_wheels = AllWheels::default();
         for wheel in 0..header.wheels.len() {
+            all_wheels.before_s = 0.0;
             rows.each_batch(Projection::Wheel(wheel), &mut |chunk| {
                 all_wheels.add(chunk, wheel);
             })?;
@@ -52,7 +55,7 @@ impl Summary {
         let wheels: Vec<_> = slips
             .map(|(wheel, accumulator)| accumulator.finish(wheel))
             .collect();
-        Ok(Self {
+        let mut summary = Self {
             scenario: header.scenario_name.clone(),
             robot: header.robot_name.clone(),
             duration_s,
@@ -108,16 +111,22 @@ impl Summary {
                 .iter()
                 .filter_map(|wheel| wheel.hub_ripple_m)
                 .reduce(f64::max),
+            end_x_m: run.last.map(|last| last.truth.pose.x_m),
+            end_y_m: run.last.map(|last| last.truth.pose.y_m),
+            end_heading_rad: run.last.map(|last| last.truth.pose.heading_rad),
             travelled_m: reckoning.travelled_m,
             turned_rad: reckoning.turned_rad,
             odometry_ideal: reckoning.ideal,
             odometry_contact: reckoning.contact,
-            ledger: run.ledger,
-            energy: energy(header, run.first.as_ref(), run.last.as_ref()),
+            ledger: run.last.map_or_else(Ledger::default, |last| last.ledger),
+            energy: run.balance.finish(header),
+            converge: Convergence::default(),
             design: Design::default(),
             wheels,
             joints: run.joints.travels(header),
-        })
+        };
+        summary.converge = Convergence::of(&summary, header);
+        Ok(summary)
     }
 }
 
@@ -136,14 +145,13 @@ struct Accumulator {
     arm_m: f64,
     ideal_speed_m_s: Rms,
     reckoning: odometry::Accumulator,
-    ledger: Ledger,
     residual_m_s: Largest,
     storage_rise_j: Largest,
+    balance: Balance,
     /// What the wheels and the chassis carried, over time, in N s.
     carried_n_s: [f64; 2],
-    /// The pose of the last row within the window of the means, and for how many control periods it stands.
-    measured: Option<(Pose, f64)>,
-    first: Option<Record>,
+    /// The last row within the window of the means.
+    measured: Option<Record>,
     last: Option<Record>,
     wheels: Vec<WheelAccumulator>,
     joints: JointAccumulator,
@@ -151,7 +159,6 @@ struct Accumulator {
 
 impl Accumulator {
     fn new(header: &Header, settings: &Settings) -> Self {
-        let positions = header.wheels.iter().map(|wheel| wheel.position_m);
         Self {
             position: ErrorAccumulator::new(settings.position_threshold_m),
             heading: ErrorAccumulator::new(settings.heading_threshold_rad),
@@ -162,17 +169,14 @@ impl Accumulator {
             twist_asked: MeanTwist::default(),
             twist_ideal: MeanTwist::default(),
             twist_contact: MeanTwist::default(),
-            arm_m: positions
-                .map(|[x_m, y_m]| libm::hypot(x_m, y_m))
-                .fold(0.0, f64::max),
+            arm_m: header.arm_m(),
             ideal_speed_m_s: Rms::default(),
             reckoning: odometry::Accumulator::default(),
-            ledger: Ledger::default(),
             residual_m_s: Largest::default(),
             storage_rise_j: Largest::default(),
+            balance: Balance::default(),
             carried_n_s: [0.0; 2],
             measured: None,
-            first: None,
             last: None,
             wheels: WheelAccumulator::of_each(header),
             joints: JointAccumulator::default(),
@@ -189,7 +193,14 @@ impl Accumulator {
     }
 
     fn add_record(&mut self, header: &Header, record: &Record) {
-        let (off_m, off_rad) = error(header, record).unzip();
+        let off = error(header, record);
+        let most = record
+            .desired
+            .map(|desired| [desired.position_error_max_m, desired.heading_error_max_rad]);
+        let errors = off.zip(most).map(|((off_m, off_rad), [most_m, most_rad])| {
+            ((off_m, most_m.max(off_m)), (off_rad, most_rad.max(off_rad)))
+        });
+        let (off_m, off_rad) = errors.unzip();
         self.position.add(record.t_s, off_m);
         self.heading.add(record.t_s, off_rad);
 
@@ -199,23 +210,16 @@ impl Accumulator {
         self.seen_rad
             .add(wrap_angle(seen.heading_rad - truth.heading_rad));
 
-        let mut tasks = record.tasks.iter().take(header.task_names.len());
-        if tasks.len() > 0 {
-            let gives_way = tasks.any(|task| task.asked_rad_s > 0.0 && task.weight < 1.0);
-            self.saturated.add(f64::from(u8::from(gives_way)));
+        if !header.task_names.is_empty() {
+            self.saturated
+                .add_weighted(record.saturated_share, header.periods_up_to(record.t_s));
         }
-        let periods = header.row_periods(record.t_s);
         if header.is_measured(record.t_s) {
-            // What the robot moved by since the last row, and not how it moves now: rollers that hand over between two rows
-            // change its velocity.
-            if let Some((before, periods)) = self.measured.replace((record.truth.pose, periods)) {
-                let moved = before.displacement_to(&record.truth.pose);
-                self.twist
-                    .add_sum(moved.scaled(1.0 / header.control_dt_s), periods);
+            // By how the robot moved since the last row, and not how it moves now: rollers that hand over between two rows change its
+            // velocity.
+            if let Some(before) = self.measured.replace(*record) {
+                self.add_motion(&before, record);
             }
-            self.twist_asked.add(record.command_twist_in_body, periods);
-            self.twist_ideal.add(record.twist_ideal, periods);
-            self.twist_contact.add(record.twist_contact, periods);
             let v = record.twist_ideal;
             let speed_m_s = libm::hypot(v.vx_m_s, v.vy_m_s);
             self.ideal_speed_m_s
@@ -223,7 +227,6 @@ impl Accumulator {
         }
         self.reckoning.add(record);
         self.joints.add(header, record);
-        self.ledger.add(record, header.row_span_s(record.t_s));
         self.residual_m_s.add(record.contact_residual_m_s);
         if let Some(storage) = record.storage {
             self.storage_rise_j.add(storage.rise_j);
@@ -233,8 +236,22 @@ impl Accumulator {
             self.carried_n_s[0] += support.wheels_n * since_s;
             self.carried_n_s[1] += support.chassis_n * since_s;
         }
-        self.first.get_or_insert(*record);
+        self.balance.add(record);
         self.last = Some(*record);
+    }
+
+    /// Adds how the robot moved from one row to the next, and how it would have by the chain of the ledger.
+    fn add_motion(&mut self, before: &Record, record: &Record) {
+        let span_s = record.t_s - before.t_s;
+        let real = before.truth.pose.displacement_to(&record.truth.pose);
+        let terms = Terms::between(before, record);
+        let contact = real + terms.slip.scaled(span_s);
+        self.twist.add(real, span_s);
+        self.twist_asked
+            .add(real + terms.total.scaled(span_s), span_s);
+        self.twist_contact.add(contact, span_s);
+        self.twist_ideal
+            .add(contact + terms.geometry.scaled(span_s), span_s);
     }
 
     /// The share of all that is carried that rests on the chassis; `None` where nothing is, or that is not known.
@@ -281,17 +298,18 @@ impl ErrorAccumulator {
         }
     }
 
-    fn add(&mut self, t_s: f64, error: Option<f64>) {
-        if let Some(error) = error {
+    /// Adds the error of a row, and the largest since the row before.
+    fn add(&mut self, t_s: f64, error: Option<(f64, f64)>) {
+        if let Some((error, most)) = error {
             self.rms.add(error);
             self.last = Some(error);
-            if self.largest.is_none_or(|(largest, _)| error > largest) {
-                self.largest = Some((error, t_s));
+            if self.largest.is_none_or(|(largest, _)| most > largest) {
+                self.largest = Some((most, t_s));
             }
         } else {
             self.without_reference = true;
         }
-        let is_small = error.is_some_and(|error| error < self.threshold);
+        let is_small = error.is_some_and(|(_, most)| most < self.threshold);
         if is_small && !self.without_reference {
             self.converged_s.get_or_insert(t_s);
         } else {
@@ -303,30 +321,27 @@ impl ErrorAccumulator {
 /// A mean twist over time, component by component.
 #[derive(Clone, Copy, Default)]
 struct MeanTwist {
-    sum: Twist,
-    periods: f64,
+    moved: Twist,
+    time_s: f64,
 }
 
 impl MeanTwist {
-    /// Adds a twist that stands for so many control periods.
-    fn add(&mut self, twist: Twist, periods: f64) {
-        self.add_sum(twist.scaled(periods), periods);
-    }
-
-    /// Adds what twists come to over so many control periods.
-    fn add_sum(&mut self, sum: Twist, periods: f64) {
-        self.sum = self.sum + sum;
-        self.periods += periods;
+    /// Adds a displacement in the body frame over a time in seconds.
+    fn add(&mut self, moved: Twist, time_s: f64) {
+        self.moved = self.moved + moved;
+        self.time_s += time_s;
     }
 
     fn get(self) -> Option<Twist> {
-        (self.periods > 0.0).then(|| self.sum.scaled(1.0 / self.periods))
+        (self.time_s > 0.0).then(|| self.moved.scaled(1.0 / self.time_s))
     }
 }
 
 /// Figures over all wheels, which are counted one wheel after the other.
 #[derive(Default)]
 struct AllWheels {
+    /// The time of the row before, in seconds.
+    before_s: f64,
     rate_error_rad_s: Rms,
     command_rad_s: Largest,
     torque_n_m: Largest,
@@ -338,17 +353,19 @@ struct AllWheels {
 impl AllWheels {
     fn add(&mut self, chunk: &Trace, wheel: usize) {
         for (record, sample) in chunk.records().iter().zip(chunk.wheel(wheel)) {
+            let period_s = record.t_s - std::mem::replace(&mut self.before_s, record.t_s);
             self.rate_error_rad_s
                 .add(sample.target_rad_s - sample.rate_rad_s);
-            self.command_rad_s.add(sample.target_rad_s.abs());
-            self.torque_n_m.add(sample.torque_n_m.abs());
+            self.command_rad_s.add(sample.target_peak_rad_s);
+            self.torque_n_m.add(sample.torque_peak_n_m());
             if record.has_contacts() {
-                self.airborne.add(f64::from(u8::from(!sample.touching)));
+                self.airborne
+                    .add_weighted(1.0 - sample.touching_share, period_s);
             }
-            if sample.touching {
-                let speed_m_s = sample.slip_speed_m_s();
-                self.slip_m_s.add(speed_m_s);
-                self.slip_largest_m_s.add(speed_m_s);
+            if sample.touched() {
+                self.slip_m_s
+                    .add_weighted(sample.slip_speed_rms_m_s, period_s * sample.touching_share);
+                self.slip_largest_m_s.add(sample.slip_speed_max_m_s);
             }
         }
     }
@@ -399,51 +416,4 @@ fn ratio(real: Option<Twist>, modelled: Option<Twist>, driven: [bool; 3]) -> Twi
         vy: of(driven[1], real.vy_m_s, modelled.vy_m_s),
         omega: of(driven[2], real.omega_rad_s, modelled.omega_rad_s),
     }
-}
-
-/// Below the energy that lifts the robot by this share of its largest wheel's radius, a share of what was turned over says nothing: the
-/// poses of the world, of single precision, leave about a hundredth of it open.
-const LEAST_LIFT: f64 = 1e-4;
-
-/// The weight of a mass at rest on the ground, in N/kg.
-const GRAVITY_M_S2: f64 = 9.81;
-
-/// The energy turned over from which on a share of it says something, in J.
-fn least_turned_over_j(header: &Header) -> f64 {
-    let radii = header.wheels.iter().map(|wheel| wheel.radius_m);
-    LEAST_LIFT * header.mass_kg * GRAVITY_M_S2 * radii.fold(0.0, f64::max)
-}
-
-/// The energy balance between the first and the last record.
-fn energy(header: &Header, first: Option<&Record>, last: Option<&Record>) -> Energy {
-    let (Some(first), Some(last)) = (first, last) else {
-        return Energy::default();
-    };
-    let gain = |f: fn(&Record) -> f64| f(last) - f(first);
-    let motor_j = gain(|r| r.motor_energy_j);
-    let outside_j = gain(|r| r.outside_energy_j);
-    let stored_j = gain(|r| r.kinetic_energy_j + r.potential_energy_j);
-    let slip_j = gain(|r| r.slip_energy_j);
-    let spin_up_j = gain(|r| r.spin_up_energy_j);
-    let bearing_j = gain(|r| r.bearing_energy_j);
-    let impact_j = gain(|r| r.impact_energy_j);
-    let lost_j = slip_j + spin_up_j + bearing_j + impact_j;
-    let unexplained_j = motor_j + outside_j - stored_j - lost_j;
-    let turned_over_j = (motor_j + outside_j).max(lost_j);
-    Energy {
-        motor_j: finite(motor_j),
-        outside_j: finite(outside_j),
-        stored_j: finite(stored_j),
-        slip_j: finite(slip_j),
-        spin_up_j: finite(spin_up_j),
-        bearing_j: finite(bearing_j),
-        impact_j: finite(impact_j),
-        unexplained_j: finite(unexplained_j),
-        unexplained_share: finite(unexplained_j / turned_over_j)
-            .filter(|_| turned_over_j >= least_turned_over_j(header)),
-    }
-}
-
-fn finite(x: f64) -> Option<f64> {
-    x.is_finite().then_some(x)
 }

@@ -33,6 +33,9 @@ pub(crate) struct Column<T: 'static> {
 /// The signal that says when a row is.
 const TIME: &str = "t_s";
 
+/// The signal of the motors' positive work.
+const MOTOR_POSITIVE: &str = "motor_positive_energy_j";
+
 macro_rules! reals {
     ($t:ty; $($name:literal => $($path:ident).+ $([$at:literal])?,)*) => {
         [$(Column::<$t> {
@@ -44,7 +47,7 @@ macro_rules! reals {
     };
 }
 
-static RECORD: [Column<Record>; 45] = reals! { Record;
+static RECORD: [Column<Record>; 77] = reals! { Record;
     "t_s" => t_s,
     "truth_x_m" => truth.pose.x_m,
     "truth_y_m" => truth.pose.y_m,
@@ -79,26 +82,60 @@ static RECORD: [Column<Record>; 45] = reals! { Record;
     "target_ideal_vx_m_s" => twist_target_ideal.vx_m_s,
     "target_ideal_vy_m_s" => twist_target_ideal.vy_m_s,
     "target_ideal_omega_rad_s" => twist_target_ideal.omega_rad_s,
+    "saturated_share" => saturated_share,
     "torque_weight_position" => torque_weight_position,
     "torque_weight_heading" => torque_weight_heading,
     "slip_energy_j" => slip_energy_j,
     "spin_up_energy_j" => spin_up_energy_j,
     "motor_energy_j" => motor_energy_j,
+    "motor_positive_energy_j" => motor_positive_energy_j,
     "bearing_energy_j" => bearing_energy_j,
     "impact_energy_j" => impact_energy_j,
     "outside_energy_j" => outside_energy_j,
     "kinetic_energy_j" => kinetic_energy_j,
     "potential_energy_j" => potential_energy_j,
     "contact_residual_m_s" => contact_residual_m_s,
+    "budget_total_x_m" => ledger.total.x_m,
+    "budget_total_y_m" => ledger.total.y_m,
+    "budget_total_heading_rad" => ledger.total.heading_rad,
+    "budget_total_path_m" => ledger.total.path_m,
+    "budget_total_turned_rad" => ledger.total.turned_rad,
+    "budget_guidance_x_m" => ledger.guidance.x_m,
+    "budget_guidance_y_m" => ledger.guidance.y_m,
+    "budget_guidance_heading_rad" => ledger.guidance.heading_rad,
+    "budget_guidance_path_m" => ledger.guidance.path_m,
+    "budget_guidance_turned_rad" => ledger.guidance.turned_rad,
+    "budget_compensation_x_m" => ledger.compensation.x_m,
+    "budget_compensation_y_m" => ledger.compensation.y_m,
+    "budget_compensation_heading_rad" => ledger.compensation.heading_rad,
+    "budget_compensation_path_m" => ledger.compensation.path_m,
+    "budget_compensation_turned_rad" => ledger.compensation.turned_rad,
+    "budget_servo_x_m" => ledger.servo.x_m,
+    "budget_servo_y_m" => ledger.servo.y_m,
+    "budget_servo_heading_rad" => ledger.servo.heading_rad,
+    "budget_servo_path_m" => ledger.servo.path_m,
+    "budget_servo_turned_rad" => ledger.servo.turned_rad,
+    "budget_geometry_x_m" => ledger.geometry.x_m,
+    "budget_geometry_y_m" => ledger.geometry.y_m,
+    "budget_geometry_heading_rad" => ledger.geometry.heading_rad,
+    "budget_geometry_path_m" => ledger.geometry.path_m,
+    "budget_geometry_turned_rad" => ledger.geometry.turned_rad,
+    "budget_slip_x_m" => ledger.slip.x_m,
+    "budget_slip_y_m" => ledger.slip.y_m,
+    "budget_slip_heading_rad" => ledger.slip.heading_rad,
+    "budget_slip_path_m" => ledger.slip.path_m,
+    "budget_slip_turned_rad" => ledger.slip.turned_rad,
 };
 
-static DESIRED: [Column<Desired>; 6] = reals! { Desired;
+static DESIRED: [Column<Desired>; 8] = reals! { Desired;
     "desired_x_m" => pose.x_m,
     "desired_y_m" => pose.y_m,
     "desired_heading_rad" => pose.heading_rad,
     "desired_vx_in_world_m_s" => velocity_in_world.vx_m_s,
     "desired_vy_in_world_m_s" => velocity_in_world.vy_m_s,
     "desired_omega_rad_s" => velocity_in_world.omega_rad_s,
+    "position_error_max_m" => position_error_max_m,
+    "heading_error_max_rad" => heading_error_max_rad,
 };
 
 static SUPPORT: [Column<Support>; 4] = reals! { Support;
@@ -147,20 +184,28 @@ static TASK: [Column<TaskShare>; 6] = reals! { TaskShare;
 };
 
 /// Of a joint that turns, and of one that slides.
-static JOINT: [[Column<JointSample>; 3]; 2] = [
+static JOINT: [[Column<JointSample>; 7]; 2] = [
     reals! { JointSample;
         "position_rad" => position,
+        "position_min_rad" => position_min,
+        "position_max_rad" => position_max,
         "rate_rad_s" => rate,
         "force_n_m" => force,
+        "force_min_n_m" => force_min,
+        "force_max_n_m" => force_max,
     },
     reals! { JointSample;
         "position_m" => position,
+        "position_min_m" => position_min,
+        "position_max_m" => position_max,
         "rate_m_s" => rate,
         "force_n" => force,
+        "force_min_n" => force_min,
+        "force_max_n" => force_max,
     },
 ];
 
-static BODY: [Column<BodySample>; 11] = reals! { BodySample;
+static BODY: [Column<BodySample>; 12] = reals! { BodySample;
     "x_m" => place_m [0],
     "y_m" => place_m [1],
     "z_m" => place_m [2],
@@ -171,24 +216,36 @@ static BODY: [Column<BodySample>; 11] = reals! { BodySample;
     "vy_m_s" => velocity_m_s [1],
     "vz_m_s" => velocity_m_s [2],
     "push_n" => push_n,
+    "push_max_n" => push_max_n,
     "work_j" => work_j,
 };
 
-static WHEEL_REALS: [Column<WheelSample>; 18] = reals! { WheelSample;
+static WHEEL_REALS: [Column<WheelSample>; 29] = reals! { WheelSample;
     "target_rad_s" => target_rad_s,
+    "target_peak_rad_s" => target_peak_rad_s,
     "rate_rad_s" => rate_rad_s,
     "angle_rad" => angle_rad,
     "torque_n_m" => torque_n_m,
+    "torque_min_n_m" => torque_min_n_m,
+    "torque_max_n_m" => torque_max_n_m,
     "hub_height_m" => hub_height_m,
+    "hub_height_min_m" => hub_height_min_m,
+    "hub_height_max_m" => hub_height_max_m,
     "load_share" => load_share,
+    "touching_share" => touching_share,
     "contact_x_m" => contact_x_m,
     "contact_y_m" => contact_y_m,
     "normal_force_n" => normal_force_n,
+    "normal_force_min_n" => normal_force_min_n,
+    "normal_force_max_n" => normal_force_max_n,
     "force_x_n" => force_x_n,
     "force_y_n" => force_y_n,
     "friction" => friction,
+    "friction_used_max" => friction_used_max,
     "slip_x_m_s" => slip_x_m_s,
     "slip_y_m_s" => slip_y_m_s,
+    "slip_speed_rms_m_s" => slip_speed_rms_m_s,
+    "slip_speed_max_m_s" => slip_speed_max_m_s,
     "slip_energy_j" => slip_energy_j,
     "spin_up_energy_j" => spin_up_energy_j,
     "roller_spin_rad_s" => roller_spin_rad_s,
@@ -277,7 +334,11 @@ impl Signal {
 
     /// Whether a file may lack it: traces have had it only since some version.
     pub(crate) fn is_newer(&self) -> bool {
-        matches!(self.source, Source::Support(_) | Source::Posed(_))
+        match &self.source {
+            Source::Support(_) | Source::Posed(_) => true,
+            Source::Record(column) => column.name == MOTOR_POSITIVE,
+            _ => false,
+        }
     }
 
     /// Puts a value read from a file into a row.

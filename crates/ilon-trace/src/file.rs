@@ -45,7 +45,7 @@ impl Trace {
     pub fn write_parquet(&self, path: &Path) -> Result<(), TraceError> {
         let mut writer = TraceWriter::begin(path, atomic::folder_of(path), &self.header)?;
         self.write_groups(&mut writer)?;
-        writer.finish()
+        writer.finish(&self.header)
     }
 
     /// The bytes of the file that [`Self::write_parquet`] writes, where there is no place for files.
@@ -55,7 +55,7 @@ impl Trace {
     pub fn to_parquet(&self) -> Result<Vec<u8>, TraceError> {
         let mut writer = TraceWriter::begin_into(Cursor::new(Vec::new()), &self.header)?;
         self.write_groups(&mut writer)?;
-        writer.end().map(Cursor::into_inner)
+        writer.end(&self.header).map(Cursor::into_inner)
     }
 
     fn write_groups<W: Write + Seek + Send>(

@@ -1,21 +1,25 @@
 //! Figures that grow value by value.
 
-/// A mean.
+/// A mean, weighted where values stand for unequal times.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Mean {
     sum: f64,
-    count: u64,
+    weight: f64,
 }
 
 impl Mean {
     pub fn add(&mut self, x: f64) {
-        self.sum += x;
-        self.count += 1;
+        self.add_weighted(x, 1.0);
+    }
+
+    pub fn add_weighted(&mut self, x: f64, weight: f64) {
+        self.sum += x * weight;
+        self.weight += weight;
     }
 
     /// `None` of nothing.
     pub fn get(self) -> Option<f64> {
-        (self.count > 0).then(|| self.sum / self.count as f64)
+        (self.weight > 0.0).then(|| self.sum / self.weight)
     }
 }
 
@@ -26,6 +30,10 @@ pub(crate) struct Rms(Mean);
 impl Rms {
     pub fn add(&mut self, x: f64) {
         self.0.add(x * x);
+    }
+
+    pub fn add_weighted(&mut self, x: f64, weight: f64) {
+        self.0.add_weighted(x * x, weight);
     }
 
     /// `None` of nothing.
@@ -65,4 +73,8 @@ impl Extent {
     pub fn get(self) -> Option<f64> {
         self.0.map(|(low, high)| high - low)
     }
+}
+/// A number, unless it is none.
+pub(crate) fn finite(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
 }

@@ -7,6 +7,7 @@ use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::fault::Fault;
+use crate::twin::Twin;
 
 /// What a run was: everything a report needs beside the records.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -96,6 +97,9 @@ pub struct Header {
     /// Whether wheel rates were commanded by the rollers that touch, and not by Indiveri 2009, eq. (7).
     #[serde(default)]
     pub commands_by_contact: bool,
+    /// What the run came to with one thing changed, where it was repeated so.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub twins: Vec<Twin>,
 }
 
 /// A motion that asks for more than there is, as it was known before the run.
@@ -303,6 +307,14 @@ pub struct WheelHeader {
 }
 
 impl Header {
+    /// The farthest wheel's distance from the body's origin, in metres; 0 without wheels.
+    pub(crate) fn arm_m(&self) -> f64 {
+        let positions = self.wheels.iter().map(|wheel| wheel.position_m);
+        positions
+            .map(|[x_m, y_m]| libm::hypot(x_m, y_m))
+            .fold(0.0, f64::max)
+    }
+
     /// How many rollers have their angles recorded: those of all wheels, or none.
     pub(crate) fn rollers_recorded(&self) -> usize {
         let all = self.wheels.iter().map(|wheel| wheel.roller_count);
@@ -347,6 +359,18 @@ impl Header {
         }
         let to_the_last = (self.control_periods - 1) as f64 - (t_s / self.control_dt_s).round();
         every.min(to_the_last).max(1.0)
+    }
+
+    /// How many control instants there are after the row before that of an instant and up to it; 1 of the first row.
+    pub(crate) fn periods_up_to(&self, t_s: f64) -> f64 {
+        let every = self.periods_a_row();
+        let instant = (t_s / self.control_dt_s).round();
+        let beyond = instant.rem_euclid(every);
+        match (instant > 0.0, beyond > 0.0) {
+            (true, true) => beyond,
+            (true, false) => every,
+            (false, _) => 1.0,
+        }
     }
 
     fn periods_a_row(&self) -> f64 {

@@ -32,8 +32,8 @@ impl JointAccumulator {
         self.joints.resize(count, none);
         let samples = record.joints.iter().zip(&header.joints);
         for (one, (sample, of)) in self.joints.iter_mut().zip(samples) {
-            one.least = one.least.min(sample.position);
-            one.most = one.most.max(sample.position);
+            one.least = one.least.min(sample.position_min);
+            one.most = one.most.max(sample.position_max);
             if let Some([lower, upper]) = of.limits {
                 let near = NEAR_STOP * (upper - lower);
                 let is_on = sample.position < lower + near || sample.position > upper - near;
@@ -60,7 +60,7 @@ mod tests {
     use super::*;
     use crate::header::JointHeader;
 
-    /// Least, largest, and the share of rows on a stop, of each joint.
+    /// Least and largest over all periods, and the share of rows on a stop, of each joint.
     #[test]
     fn joints_are_followed_over_a_run() {
         let joint = |name: &str, limits| JointHeader {
@@ -75,18 +75,20 @@ mod tests {
         let mut joints = JointAccumulator::default();
         for [rocker, turret] in [[0.0, 1.0], [0.1, 7.0], [0.05, -2.0], [-0.1, 0.0]] {
             let mut record = Record::default();
-            record.joints[0].position = rocker;
-            record.joints[1].position = turret;
+            for (sample, position) in record.joints.iter_mut().zip([rocker, turret]) {
+                (sample.position, sample.position_min, sample.position_max) =
+                    (position, position - 0.25, position + 0.5);
+            }
             joints.add(&header, &record);
         }
         let [rocker, turret] = &joints.travels(&header)[..] else {
             panic!("two joints");
         };
-        assert_eq!((rocker.least, rocker.most), (-0.1, 0.1));
+        assert_eq!((rocker.least, rocker.most), (-0.35, 0.6));
         assert_eq!(rocker.on_stop, Some(0.5));
         assert_eq!(
             (turret.least, turret.most, turret.on_stop),
-            (-2.0, 7.0, None)
+            (-2.25, 7.5, None)
         );
     }
 }

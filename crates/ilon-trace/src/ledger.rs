@@ -1,6 +1,6 @@
 //! The ledger: where the difference between the twist asked for and the real twist goes.
 //!
-//! At every step, in the body frame,
+//! Over any time, in the body frame,
 //!
 //! asked - real = guidance + compensation + servo + geometry + slip
 //!
@@ -13,15 +13,15 @@
 //! | slip | contact(rates) - real | the contacts slide |
 //!
 //! where ideal is Indiveri 2009, eq. (7), and contact the contact kinematics. The sum telescopes, so that it equals
-//! the total to rounding, whatever the run did.
+//! the total to rounding, whatever the run did. A recorder counts it over spans of a few physics steps ([`Ledger::count`]), by the angles that
+//! the wheels turned and the way that the robot went in each, so that it does not depend on how often rows are written.
 
-use ilon_robot::Twist;
+use ilon_robot::{Twist, wrap_angle};
 use serde::{Deserialize, Serialize};
 
 use crate::record::Record;
-use crate::trace::Trace;
 
-/// The terms of the ledger at one step, as twists in the body frame.
+/// The terms of the ledger over some time, as mean twists in the body frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Terms {
     /// Asked minus real: what the others add up to.
@@ -38,22 +38,72 @@ pub struct Terms {
     pub slip: Twist,
 }
 
-impl Terms {
-    /// The terms of one record.
-    pub fn of(record: &Record) -> Self {
-        let asked = record.command_twist_in_body;
-        let granted = record.granted_twist_in_body;
-        let ideal_of_targets = record.twist_target_ideal;
-        let ideal = record.twist_ideal;
-        let contact = record.twist_contact;
-        let real = record.truth.twist_in_body;
+/// The motion at each link of the chain from asked to real over a span of time, as displacements in the body frame: m, m and rad.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Chain {
+    /// What was asked for.
+    pub asked: Twist,
+    /// What saturation left of it.
+    pub granted: Twist,
+    /// What Indiveri 2009, eq. (7), makes of the wheels' targets.
+    pub ideal_of_targets: Twist,
+    /// What it makes of the angles that the wheels turned.
+    pub ideal: Twist,
+    /// What the contact kinematics makes of them.
+    pub contact: Twist,
+    /// How the robot moved.
+    pub real: Twist,
+}
+
+impl Chain {
+    /// The chain of a robot that moves for a time in seconds as it does at the instant of a row.
+    pub fn held(record: &Record, time_s: f64) -> Self {
         Self {
-            total: asked - real,
-            guidance: asked - granted,
-            compensation: granted - ideal_of_targets,
-            servo: ideal_of_targets - ideal,
-            geometry: ideal - contact,
-            slip: contact - real,
+            asked: record.command_twist_in_body.scaled(time_s),
+            granted: record.granted_twist_in_body.scaled(time_s),
+            ideal_of_targets: record.twist_target_ideal.scaled(time_s),
+            ideal: record.twist_ideal.scaled(time_s),
+            contact: record.twist_contact.scaled(time_s),
+            real: record.truth.twist_in_body.scaled(time_s),
+        }
+    }
+
+    /// The differences from link to link.
+    pub fn terms(&self) -> Terms {
+        Terms {
+            total: self.asked - self.real,
+            guidance: self.asked - self.granted,
+            compensation: self.granted - self.ideal_of_targets,
+            servo: self.ideal_of_targets - self.ideal,
+            geometry: self.ideal - self.contact,
+            slip: self.contact - self.real,
+        }
+    }
+}
+
+impl Terms {
+    /// The mean terms from one row to a later one, in m/s and rad/s. The net motion of each term in the world is turned into the body frame
+    /// at the mean of both headings, which is of second order in what the robot turned between them. Zero of rows of one instant.
+    pub fn between(before: &Record, after: &Record) -> Self {
+        let span_s = after.t_s - before.t_s;
+        if span_s <= 0.0 {
+            return Self::default();
+        }
+        let heading_rad = before.truth.pose.heading_rad;
+        let turned_rad = wrap_angle(after.truth.pose.heading_rad - heading_rad);
+        let grown = after.ledger.since(&before.ledger);
+        let mean = |term: &Integral| {
+            Twist::new(term.x_m, term.y_m, term.heading_rad)
+                .rotated(-(heading_rad + 0.5 * turned_rad))
+                .scaled(1.0 / span_s)
+        };
+        Self {
+            total: mean(&grown.total),
+            guidance: mean(&grown.guidance),
+            compensation: mean(&grown.compensation),
+            servo: mean(&grown.servo),
+            geometry: mean(&grown.geometry),
+            slip: mean(&grown.slip),
         }
     }
 
@@ -103,25 +153,34 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// The ledger of a run. Each record holds until the next.
-    pub fn of(trace: &Trace) -> Self {
-        let mut ledger = Self::default();
-        for record in trace.records() {
-            ledger.add(record, trace.header.row_span_s(record.t_s));
+    /// Counts a span of time in which the robot turned from one heading to another, in radians: the terms are turned into the world at the
+    /// mean of both, which is of second order in what it turned.
+    pub fn count(&mut self, chain: &Chain, [before_rad, after_rad]: [f64; 2]) {
+        let heading_rad = before_rad + 0.5 * wrap_angle(after_rad - before_rad);
+        let (sin, cos) = libm::sincos(heading_rad);
+        let terms = chain.terms();
+        for (sum, term) in [
+            (&mut self.total, terms.total),
+            (&mut self.guidance, terms.guidance),
+            (&mut self.compensation, terms.compensation),
+            (&mut self.servo, terms.servo),
+            (&mut self.geometry, terms.geometry),
+            (&mut self.slip, terms.slip),
+        ] {
+            sum.add(term, [sin, cos]);
         }
-        ledger
     }
 
-    /// Adds a record that holds for `dt_s`.
-    pub(crate) fn add(&mut self, record: &Record, dt_s: f64) {
-        let heading_rad = record.truth.pose.heading_rad;
-        let terms = Terms::of(record);
-        self.total.add(terms.total, heading_rad, dt_s);
-        self.guidance.add(terms.guidance, heading_rad, dt_s);
-        self.compensation.add(terms.compensation, heading_rad, dt_s);
-        self.servo.add(terms.servo, heading_rad, dt_s);
-        self.geometry.add(terms.geometry, heading_rad, dt_s);
-        self.slip.add(terms.slip, heading_rad, dt_s);
+    /// What has been added since an earlier state of this ledger.
+    pub fn since(&self, earlier: &Self) -> Self {
+        Self {
+            total: self.total.since(&earlier.total),
+            guidance: self.guidance.since(&earlier.guidance),
+            compensation: self.compensation.since(&earlier.compensation),
+            servo: self.servo.since(&earlier.servo),
+            geometry: self.geometry.since(&earlier.geometry),
+            slip: self.slip.since(&earlier.slip),
+        }
     }
 
     /// The five terms with their names, in the order of the chain from asked to real.
@@ -137,69 +196,51 @@ impl Ledger {
 }
 
 impl Integral {
-    /// Adds a twist in the body frame held for `dt_s`.
-    fn add(&mut self, twist_in_body: Twist, heading_rad: f64, dt_s: f64) {
-        let step = twist_in_body.rotated(heading_rad).scaled(dt_s);
-        self.x_m += step.vx_m_s;
-        self.y_m += step.vy_m_s;
-        self.heading_rad += step.omega_rad_s;
-        self.path_m += step.linear_m_s().norm();
-        self.turned_rad += step.omega_rad_s.abs();
+    /// Adds a displacement in the body frame at a heading with this sine and cosine.
+    fn add(&mut self, moved: Twist, [sin, cos]: [f64; 2]) {
+        self.x_m += cos * moved.vx_m_s - sin * moved.vy_m_s;
+        self.y_m += sin * moved.vx_m_s + cos * moved.vy_m_s;
+        self.heading_rad += moved.omega_rad_s;
+        self.path_m += moved.linear_m_s().norm();
+        self.turned_rad += moved.omega_rad_s.abs();
+    }
+
+    fn since(&self, earlier: &Self) -> Self {
+        Self {
+            x_m: self.x_m - earlier.x_m,
+            y_m: self.y_m - earlier.y_m,
+            heading_rad: self.heading_rad - earlier.heading_rad,
+            path_m: self.path_m - earlier.path_m,
+            turned_rad: self.turned_rad - earlier.turned_rad,
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::header::Header;
-    use crate::sample::made_up_trace;
 
-    #[test]
-    fn the_terms_add_up_to_the_total_at_every_step_and_over_the_run() {
-        let trace = made_up_trace(4, 500, true);
-        for record in trace.records() {
-            let terms = Terms::of(record);
-            let sum = terms
-                .named()
-                .iter()
-                .fold(Twist::default(), |s, (_, t)| s + *t);
-            let rest = sum - terms.total;
-            // Ten additions of numbers below 100, each rounding below 1e-14.
-            assert!(rest.linear_m_s().norm() < 1e-12 && rest.omega_rad_s.abs() < 1e-12);
+    /// A robot asked for 1 m/s to the left and 1 rad/s to the right for a span: saturation leaves 0.8, the wheels reach 0.7, of which
+    /// the rollers' geometry leaves 0.69, of which slip leaves 0.66.
+    fn falls_short(span_s: f64) -> Chain {
+        let left = |v: f64| Twist::new(0.0, v * span_s, -v * span_s);
+        Chain {
+            asked: left(1.0),
+            granted: left(0.8),
+            ideal_of_targets: left(0.8),
+            ideal: left(0.7),
+            contact: left(0.69),
+            real: left(0.66),
         }
-        let ledger = Ledger::of(&trace);
-        let sum = |f: fn(&Integral) -> f64| ledger.named().iter().map(|(_, i)| f(i)).sum::<f64>();
-        // 500 steps of the above, times dt and a rotation.
-        assert!((sum(|i| i.x_m) - ledger.total.x_m).abs() < 1e-11);
-        assert!((sum(|i| i.y_m) - ledger.total.y_m).abs() < 1e-11);
-        assert!((sum(|i| i.heading_rad) - ledger.total.heading_rad).abs() < 1e-11);
-        assert!(ledger.total.path_m > 0.0);
     }
 
     #[test]
     fn each_cause_is_booked_under_its_own_name() {
-        // A robot asked for 1 m/s to the left and 1 rad/s to the right: saturation leaves 0.8, the wheels reach 0.7, of which
-        // the rollers' geometry leaves 0.69, of which slip leaves 0.66.
-        let left = |v| Twist::new(0.0, v, -v);
-        let mut record = Record {
-            command_twist_in_body: left(1.0),
-            granted_twist_in_body: left(0.8),
-            twist_target_ideal: left(0.8),
-            twist_ideal: left(0.7),
-            twist_contact: left(0.69),
-            ..Record::default()
-        };
-        record.truth.twist_in_body = left(0.66);
-        record.truth.pose.heading_rad = f64::atan2(0.8, 0.6);
-        let header = Header {
-            control_dt_s: 0.5,
-            ..Header::default()
-        };
-        let mut trace = Trace::with_capacity(header, 4);
+        let heading_rad = f64::atan2(0.8, 0.6);
+        let mut ledger = Ledger::default();
         for _ in 0..4 {
-            trace.push(record, &[]);
+            ledger.count(&falls_short(0.5), [heading_rad; 2]);
         }
-        let ledger = Ledger::of(&trace);
         // 2 s; the body's left is (-0.8, 0.6) in the world.
         for (got, want) in [
             (ledger.guidance, 0.4),
@@ -215,5 +256,55 @@ mod tests {
             assert!(near(got.heading_rad, -want));
             assert!(near(got.path_m, want) && near(got.turned_rad, want));
         }
+    }
+
+    /// Over any chain the five terms add up to the total, along the world's axes too.
+    #[test]
+    fn the_terms_add_up_to_the_total() {
+        let some = |k: f64| Twist::new((1.7 * k).sin(), (2.3 * k).cos(), (3.1 * k).sin());
+        let mut ledger = Ledger::default();
+        for step in 0..500 {
+            let k = f64::from(step);
+            let chain = Chain {
+                asked: some(k),
+                granted: some(k + 0.1),
+                ideal_of_targets: some(k + 0.2),
+                ideal: some(k + 0.3),
+                contact: some(k + 0.4),
+                real: some(k + 0.5),
+            };
+            ledger.count(&chain, [k, k + 0.01]);
+        }
+        let sum = |f: fn(&Integral) -> f64| ledger.named().iter().map(|(_, i)| f(i)).sum::<f64>();
+        // 500 sums of numbers below 2, each rounded by 2e-16.
+        assert!((sum(|i| i.x_m) - ledger.total.x_m).abs() < 1e-12);
+        assert!((sum(|i| i.y_m) - ledger.total.y_m).abs() < 1e-12);
+        assert!((sum(|i| i.heading_rad) - ledger.total.heading_rad).abs() < 1e-12);
+        assert!(ledger.total.path_m > 0.0);
+    }
+
+    /// Of a robot that turns while it falls short by 0.06 m/s to its left, the mean of that between two rows is 0.06 m/s to its left.
+    #[test]
+    fn the_budget_between_two_rows_is_told_in_the_body_frame() {
+        let (mut before, mut after) = (Record::default(), Record::default());
+        let mut ledger = Ledger::default();
+        let at = |k: i32| 3.1 + 0.001 * f64::from(k);
+        for k in 0..20 {
+            if k == 5 {
+                before.t_s = 0.5;
+                before.ledger = ledger;
+                before.truth.pose.heading_rad = at(k);
+            }
+            ledger.count(&falls_short(0.1), [at(k), at(k + 1)]);
+        }
+        after.t_s = 2.0;
+        after.ledger = ledger;
+        after.truth.pose.heading_rad = wrap_angle(at(20));
+        let terms = Terms::between(&before, &after);
+        // It turns by 15 mrad: of second order are 15e-3^2 / 24 of it, 1e-5.
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-5 * b.abs().max(0.1);
+        assert!(near(terms.slip.vy_m_s, 0.03) && near(terms.slip.vx_m_s, 0.0));
+        assert!(near(terms.total.vy_m_s, 0.34) && near(terms.total.omega_rad_s, -0.34));
+        assert_eq!(Terms::between(&after, &after), Terms::default());
     }
 }

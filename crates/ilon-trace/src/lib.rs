@@ -9,6 +9,7 @@
 //! | [`trace`] | the whole run: header and records |
 //! | [`metrics`] | the figures of a run, as in `summary.json` |
 //! | [`quantities`] | the names, words and units of those figures |
+//! | [`convergence`] | how far those figures move at half the step |
 //! | [`ledger`] | where the difference between asked and real motion goes |
 //! | [`slip`] | how the contacts slid |
 //! | [`difference`] | where a trace leaves an earlier one |
@@ -23,7 +24,9 @@
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
 mod accumulate;
+mod balance;
 mod columns;
+pub mod convergence;
 mod design;
 pub mod difference;
 mod error;
@@ -50,8 +53,10 @@ pub mod sink;
 pub mod slip;
 
 pub mod trace;
+mod twin;
 
 pub use columns::{ColumnType, Signal};
+pub use convergence::{Convergence, Twin};
 pub use design::Design;
 pub use difference::{Difference, differences, number};
 pub use error::TraceError;

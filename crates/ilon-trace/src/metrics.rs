@@ -10,6 +10,7 @@ use crate::odometry::Drift;
 use crate::record::Record;
 use crate::slip::WheelSlip;
 use crate::trace::Trace;
+use crate::twin::Convergence;
 
 /// Thresholds of the metrics.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -148,6 +149,15 @@ pub struct Summary {
     /// The largest peak-to-peak change of any hub's height within the window of the means, in metres.
     pub hub_ripple_m: Option<f64>,
 
+    /// Where the body frame's origin was at the last row, along the world's x axis, in metres.
+    #[serde(default)]
+    pub end_x_m: Option<f64>,
+    /// The same along the world's y axis, in metres.
+    #[serde(default)]
+    pub end_y_m: Option<f64>,
+    /// The heading at the last row, in radians.
+    #[serde(default)]
+    pub end_heading_rad: Option<f64>,
     /// Length of the way travelled, in metres.
     pub travelled_m: f64,
     /// How much the robot turned, back and forth both counted, in radians.
@@ -160,6 +170,9 @@ pub struct Summary {
     pub ledger: Ledger,
     /// Where the motors' work went.
     pub energy: Energy,
+    /// How far the figures move at half the step, where the run was repeated at it.
+    #[serde(default, skip_serializing_if = "Convergence::is_empty")]
+    pub converge: Convergence,
     /// What is known of the robot without a run, where there was none.
     #[serde(default, skip_serializing_if = "Design::is_unknown")]
     pub design: Design,
@@ -205,6 +218,9 @@ pub struct TwistRatio {
 pub struct Energy {
     /// Work of all motors.
     pub motor_j: Option<f64>,
+    /// Of that, the work done while they drove: what braking took back is not subtracted.
+    #[serde(default)]
+    pub motor_positive_j: Option<f64>,
     /// Brought by pushes and payloads.
     pub outside_j: Option<f64>,
     /// Gain of kinetic and potential energy.
@@ -220,8 +236,8 @@ pub struct Energy {
     pub impact_j: Option<f64>,
     /// What is left: the solver's own loss or gain.
     pub unexplained_j: Option<f64>,
-    /// What is left, as a share of the energy turned over: of what motors and pushes put in, or of what was lost,
-    /// whichever is more. `None` where less than a millijoule was.
+    /// What is left, as a share of the energy turned over: of what motors, pushes, payloads and a fall put in, or of what brakes, losses and
+    /// stores took out, whichever is more. Nothing is set off against anything. `None` where nothing moved.
     #[serde(default)]
     pub unexplained_share: Option<f64>,
 }

@@ -5,9 +5,12 @@
 
 use crate::metrics::Summary;
 
+mod accuracy;
 mod quantity;
 mod table;
 
+pub(crate) use accuracy::Scales;
+pub use accuracy::{Accuracy, Measure, accuracy, stated};
 pub use quantity::{Group, Quantity, Unit};
 pub use table::GROUPS;
 
@@ -33,15 +36,18 @@ pub fn all() -> impl Iterator<Item = &'static Quantity> {
 /// that tracks a path none of [`Group::open_loop_only`].
 pub fn headlines(summary: &Summary) -> Vec<&'static Quantity> {
     const MOST: usize = 10;
-    let tracks = summary.position_error_final_m.is_some();
-    let says_nothing = |key: &str| {
-        let mut open_loop = GROUPS.iter().filter(|group| group.open_loop_only);
-        tracks && open_loop.any(|group| group.quantities.iter().any(|one| one.key == key))
+    let known = HEADLINES.iter().filter_map(|key| by_key(key));
+    let applies = |quantity: &&Quantity| {
+        says_something(quantity.key, summary) && quantity.value(summary).is_some()
     };
-    let known = HEADLINES.iter().filter(|key| !says_nothing(key));
-    let known = known.filter_map(|key| by_key(key));
-    let applies = |quantity: &&Quantity| quantity.value(summary).is_some();
     known.filter(applies).take(MOST).collect()
+}
+
+/// Whether a figure says something of a run: of a robot that tracks a path none of [`Group::open_loop_only`].
+pub(crate) fn says_something(key: &str, summary: &Summary) -> bool {
+    let tracks = summary.position_error_final_m.is_some();
+    let mut open_loop = GROUPS.iter().filter(|group| group.open_loop_only);
+    !(tracks && open_loop.any(|group| group.quantities.iter().any(|one| one.key == key)))
 }
 
 /// The keys of [`headlines`]: what became of the twist or of the path, and then what it took.

@@ -1,11 +1,19 @@
-//! What is recorded at one control step.
+//! What one row of a trace holds.
 //!
-//! All quantities of a record belong to one instant `t_s`, the start of a control period, after the controller has
-//! decided and before the bodies move. Body frame means the robot's own: x forward, y left, z up. Contact quantities are those
-//! of the last physics step before the instant: velocities at its end, forces as means over it.
+//! A row stands at an instant `t_s`, the start of a control period, after the controller has decided and before the bodies move.
+//! Body frame means the robot's own: x forward, y left, z up. Each quantity is one of four kinds, and its documentation says which:
+//!
+//! - **State**, at the instant: poses, velocities, wheel angles and rates, stored energies, which roller carries.
+//! - **Decision**, from the instant on: what was asked, granted and targeted. It holds until the next control period.
+//! - **Period**, from the row before to this one: forces, torques and slip as means over all physics steps (impulse over time, so that
+//!   the sum of all forces is mass times the change of velocity over the time), and beside them the least and the largest of them. They do
+//!   not depend on how often rows are written, and are zero in the first row.
+//! - **Sum**, since the start of the run: energies lost or put in, and the error budget.
 
 use ilon_robot::{Pose, Twist};
 use nalgebra::Vector3;
+
+use crate::ledger::Ledger;
 
 /// The most tasks that one guidance law runs: feedforward and feedback of position and of heading, Indiveri 2009,
 /// eqs. (38)-(41).
@@ -18,12 +26,20 @@ pub const MAX_JOINTS: usize = 12;
 /// and N of one that slides.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointSample {
-    /// How far it has moved from zero.
+    /// How far it has moved from zero: state.
     pub position: f64,
-    /// Its rate, in rad/s or m/s.
+    /// The least position over the period.
+    pub position_min: f64,
+    /// The largest position over the period.
+    pub position_max: f64,
+    /// Its rate, in rad/s or m/s: state.
     pub rate: f64,
-    /// What its spring, damper, friction and stops put on its body in the last physics step, the mean over it.
+    /// What its spring, damper, friction, servo and stops put on its body: the mean over the period.
     pub force: f64,
+    /// The least of that over the period: the most in the negative direction.
+    pub force_min: f64,
+    /// The largest of that over the period.
+    pub force_max: f64,
 }
 
 /// The most free bodies that a trace records: those that stand first in the scenario.
@@ -42,8 +58,10 @@ pub struct BodySample {
     pub heading_rad: f64,
     /// Velocity of its middle, in m/s.
     pub velocity_m_s: [f64; 3],
-    /// The size of the force of all robots on it in the last physics step, the mean over it, in N.
+    /// The size of the force of all robots on it, in N: the mean over the period.
     pub push_n: f64,
+    /// The largest of that over the period, in N.
+    pub push_max_n: f64,
     /// Work that robots have done on it since the start, in J.
     pub work_j: f64,
 }
@@ -55,9 +73,9 @@ pub struct Record {
     pub t_s: f64,
     /// Where the robot is and how it moves.
     pub truth: Truth,
-    /// The twist in the body frame that Indiveri 2009, eq. (7), gives for the real wheel rates.
+    /// The twist in the body frame that Indiveri 2009, eq. (7), gives for the real wheel rates at the instant.
     pub twist_ideal: Twist,
-    /// The twist in the body frame that the contact kinematics gives for the real wheel rates: eq. (5) with the
+    /// The twist in the body frame that the contact kinematics gives for the real wheel rates at the instant: eq. (5) with the
     /// rolling direction and the place of the roller that touches.
     pub twist_contact: Twist,
     /// The pose that the robot sees, noise and delay included.
@@ -82,6 +100,8 @@ pub struct Record {
     /// The twist in the body frame that eq. (7) gives for the wheel targets. The same as granted, unless the command
     /// uses another kinematic model than (7).
     pub twist_target_ideal: Twist,
+    /// The share of the control instants after the row before and up to this one at which a task of the guidance was saturated, in [0, 1].
+    pub saturated_share: f64,
     /// The guidance law's tasks, highest priority first; as many as [`crate::Header::task_names`] has are in use,
     /// the rest is zero.
     pub tasks: [TaskShare; MAX_TASKS],
@@ -95,12 +115,18 @@ pub struct Record {
     /// How much of the angular acceleration asked for the torques give, in [0, 1]; 1 where the wheel loops weigh no
     /// tasks.
     pub torque_weight_heading: f64,
+    /// The error budget since the start: where the motion asked for went, counted over all physics steps. Of two rows, the difference is
+    /// the budget of the time between them.
+    pub ledger: Ledger,
     /// Energy lost to sliding in all contacts since the start, in J; it never falls.
     pub slip_energy_j: f64,
     /// Energy that it took to bring rollers which came down up to their spin since the start, in J; it never falls.
     pub spin_up_energy_j: f64,
     /// Work done by all motors since the start, in J.
     pub motor_energy_j: f64,
+    /// The positive part of that work since the start, in J: what motors put in while they drove, without what they took out while
+    /// they braked. It never falls. 0 in traces that were recorded before it was counted.
+    pub motor_positive_energy_j: f64,
     /// Energy lost in the bearings of wheels and rollers and in the gears since the start, in J.
     pub bearing_energy_j: f64,
     /// Energy that hits have taken since the start, in J: what the contacts took besides sliding, less what their springs
@@ -175,7 +201,7 @@ pub struct Storage {
     pub rise_j: f64,
 }
 
-/// What the ground did to a robot as a whole: means since the last row, in N; zero in the first row.
+/// What the ground did to a robot as a whole: means over the period, in N; zero in the first row.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Support {
     /// What the wheels carry: the ground's force on them along the floor's normal.
@@ -220,6 +246,11 @@ pub struct Desired {
     pub pose: Pose,
     /// Its rate, in the world frame.
     pub velocity_in_world: Twist,
+    /// The largest distance of the reference point from where it should be, at all control instants after the row before and up to this
+    /// one, in metres.
+    pub position_error_max_m: f64,
+    /// The largest size of the heading's error at these instants, in radians.
+    pub heading_error_max_rad: f64,
 }
 
 /// One task of the prioritised saturation, Indiveri 2009, eqs. (32)-(34).
@@ -235,52 +266,77 @@ pub struct TaskShare {
     pub asked_twist_in_body: Twist,
 }
 
-/// The signals of one wheel at one control step.
+/// The signals of one wheel in one row.
 ///
 /// Where several rollers of the wheel touch, forces are sums, and slip and contact place are weighted by the normal
-/// forces. Where none touches, `touching` is false and all contact quantities are zero.
+/// forces. Of a wheel that was in the air for the whole period `touching_share` and all quantities of the contact are zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WheelSample {
-    /// The commanded wheel rate, in rad/s.
+    /// The commanded wheel rate, in rad/s: decision.
     pub target_rad_s: f64,
-    /// The real wheel rate, in rad/s.
+    /// The largest size of the commanded rates after the row before and up to this one, in rad/s.
+    pub target_peak_rad_s: f64,
+    /// The real wheel rate, in rad/s: state.
     pub rate_rad_s: f64,
-    /// The wheel's angle since the start, unwrapped, in radians.
+    /// The wheel's angle since the start, unwrapped, in radians: state.
     pub angle_rad: f64,
-    /// The torque that the motor put on the wheel, in N m: the mean since the last row.
+    /// The torque that the motor put on the wheel, in N m: the mean over the period.
     pub torque_n_m: f64,
-    /// Height of the wheel's centre above the floor's plane, level or not, in metres.
+    /// The least of that over the period, in N m: the most backwards.
+    pub torque_min_n_m: f64,
+    /// The largest of that over the period, in N m.
+    pub torque_max_n_m: f64,
+    /// Height of the wheel's centre above the floor's plane, level or not, in metres: state.
     pub hub_height_m: f64,
-    /// The roller that carries most of the load: its index; 0 where none touches.
+    /// The least of that over the period, in metres.
+    pub hub_height_min_m: f64,
+    /// The largest of that over the period, in metres.
+    pub hub_height_max_m: f64,
+    /// The roller that carries most of the load: its index; 0 where none touches. State, with the four that follow.
     pub roller: u32,
     /// Whether any roller touches.
     pub touching: bool,
     /// The part of the wheel's normal force that `roller` carries, in [0, 1]; below 1 a neighbour carries the rest.
     pub load_share: f64,
-    /// Place of the contact in the body frame, x, in metres: where the rollers pressed on the ground.
-    pub contact_x_m: f64,
-    /// The same, y, in metres.
-    pub contact_y_m: f64,
-    /// Normal force on the wheel, in N.
-    pub normal_force_n: f64,
-    /// Tangential force of the ground on the wheel, x in the body frame, in N.
-    pub force_x_n: f64,
-    /// Tangential force of the ground on the wheel, y in the body frame, in N.
-    pub force_y_n: f64,
-    /// Friction coefficient of the contact.
-    pub friction: f64,
-    /// Velocity of the roller's material point over the ground at the contact, x in the body frame, in m/s.
-    pub slip_x_m_s: f64,
-    /// Velocity of the roller's material point over the ground at the contact, y in the body frame, in m/s.
-    pub slip_y_m_s: f64,
-    /// Energy lost to sliding in this wheel's contacts since the start, in J.
-    pub slip_energy_j: f64,
-    /// Energy that it took to bring this wheel's rollers up to their spin since the start, in J.
-    pub spin_up_energy_j: f64,
     /// Spin of `roller` about its axis, in rad/s.
     pub roller_spin_rad_s: f64,
     /// The spin with which `roller` would not slide across its axis, in rad/s.
     pub roller_spin_ideal_rad_s: f64,
+    /// The part of the period in which any roller touched, in [0, 1].
+    pub touching_share: f64,
+    /// Place of the contact in the body frame, x, in metres: where the rollers pressed on the ground, the mean over the period weighted by
+    /// the normal force.
+    pub contact_x_m: f64,
+    /// The same, y, in metres.
+    pub contact_y_m: f64,
+    /// Normal force on the wheel, in N: the mean over the period.
+    pub normal_force_n: f64,
+    /// The least of that over the period, in N.
+    pub normal_force_min_n: f64,
+    /// The largest of that over the period, in N.
+    pub normal_force_max_n: f64,
+    /// Tangential force of the ground on the wheel, x in the body frame, in N: the mean over the period.
+    pub force_x_n: f64,
+    /// The same, y in the body frame, in N.
+    pub force_y_n: f64,
+    /// Friction coefficient of the contact: the mean over the period weighted by the normal force.
+    pub friction: f64,
+    /// The largest share of the friction limit in use over the period: tangential force over mu N, 1 on the edge of the friction cone. 0 where
+    /// nothing pressed and where there is no friction.
+    pub friction_used_max: f64,
+    /// Velocity of the roller's material point over the ground at the contact, x in the body frame, in m/s: the mean over the time of the
+    /// period in which it touched.
+    pub slip_x_m_s: f64,
+    /// The same, y in the body frame, in m/s.
+    pub slip_y_m_s: f64,
+    /// Root mean square of the sliding speed over the time of the period in which the wheel touched, in m/s.
+    pub slip_speed_rms_m_s: f64,
+    /// The largest sliding speed over the period, in m/s.
+    pub slip_speed_max_m_s: f64,
+    /// Energy lost to sliding in this wheel's contacts since the start, in J: sum.
+    pub slip_energy_j: f64,
+    /// Energy that it took to bring this wheel's rollers up to their spin since the start, in J: sum.
+    pub spin_up_energy_j: f64,
 }
 
 impl Record {
@@ -291,21 +347,55 @@ impl Record {
 }
 
 impl WheelSample {
-    /// Sliding speed at the contact, in m/s.
+    /// The sample of a wheel that did over the whole period what the means say: the extremes are the means, and the grip used follows from
+    /// force, load and friction.
+    #[must_use]
+    pub fn steady(self) -> Self {
+        let speed_m_s = self.slip_speed_m_s();
+        let limit_n = self.friction * self.normal_force_n;
+        Self {
+            target_peak_rad_s: self.target_rad_s.abs(),
+            torque_min_n_m: self.torque_n_m,
+            torque_max_n_m: self.torque_n_m,
+            hub_height_min_m: self.hub_height_m,
+            hub_height_max_m: self.hub_height_m,
+            touching_share: f64::from(u8::from(self.touching)),
+            normal_force_min_n: self.normal_force_n,
+            normal_force_max_n: self.normal_force_n,
+            friction_used_max: if limit_n > 0.0 {
+                self.tangential_force_n() / limit_n
+            } else {
+                0.0
+            },
+            slip_speed_rms_m_s: speed_m_s,
+            slip_speed_max_m_s: speed_m_s,
+            ..self
+        }
+    }
+
+    /// Whether the wheel touched the ground at any time in the period.
+    pub fn touched(&self) -> bool {
+        self.touching_share > 0.0
+    }
+
+    /// Size of the mean sliding velocity while it touched, in m/s.
     pub fn slip_speed_m_s(&self) -> f64 {
         libm::hypot(self.slip_x_m_s, self.slip_y_m_s)
     }
 
-    /// Tangential force of the ground, in N.
+    /// Size of the mean tangential force of the ground, in N.
     pub fn tangential_force_n(&self) -> f64 {
         libm::hypot(self.force_x_n, self.force_y_n)
     }
 
-    /// Tangential force over the friction limit mu N: 1 on the edge of the friction cone. `None` where nothing
-    /// presses or the contact has no friction.
+    /// [`WheelSample::friction_used_max`]; `None` where nothing pressed or the contact has no friction.
     pub fn friction_used(&self) -> Option<f64> {
-        let limit_n = self.friction * self.normal_force_n;
-        (self.touching && limit_n > 0.0).then(|| self.tangential_force_n() / limit_n)
+        (self.friction * self.normal_force_n > 0.0).then_some(self.friction_used_max)
+    }
+
+    /// The largest size of the motor's torque over the period, in N m.
+    pub fn torque_peak_n_m(&self) -> f64 {
+        self.torque_max_n_m.max(-self.torque_min_n_m)
     }
 }
 

@@ -15,6 +15,7 @@ use crate::parts::Parts;
 use crate::projection::Projection;
 use crate::rows::Rows;
 use crate::trace::Trace;
+use crate::twin::Twin;
 
 /// The rows of a run under way.
 #[derive(Debug)]
@@ -97,6 +98,11 @@ impl Recording {
         Ok(())
     }
 
+    /// Adds to the header what became of the run's twins: it is written when the recording is finished.
+    pub fn add_twins(&mut self, twins: Vec<Twin>) {
+        self.recent.header.twins.extend(twins);
+    }
+
     /// Writes the rows that have come since the last time as a part, if the recording has parts.
     ///
     /// # Errors
@@ -131,7 +137,7 @@ impl Recording {
             return Ok(Recorded::Memory(recent));
         };
         writer.write_group(&recent, 0..recent.row_count())?;
-        let file = writer.end()?;
+        let file = writer.end(&recent.header)?;
         Ok(Recorded::File(match place {
             RowStore::Kept { path, parts } => {
                 parts.remove()?;

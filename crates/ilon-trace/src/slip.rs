@@ -13,9 +13,9 @@ use crate::record::{Record, WheelSample};
 pub struct WheelSlip {
     /// The wheel's name.
     pub name: String,
-    /// Root mean square of the sliding speed while the wheel touches, in m/s.
+    /// Root mean square of the sliding speed over the time in which the wheel touched, in m/s.
     pub speed_rms_m_s: Option<f64>,
-    /// The largest sliding speed, in m/s.
+    /// The largest sliding speed of any physics step, in m/s.
     pub speed_max_m_s: Option<f64>,
     /// Slip ratio: rms sliding speed over rms rim speed |rho q'|; `None` where the wheel stood still.
     pub ratio: Option<f64>,
@@ -26,9 +26,9 @@ pub struct WheelSlip {
     pub spin_up_energy_j: f64,
     /// Root mean square of the residual of Indiveri 2009, eq. (5), with the nominal roller direction, in m/s.
     pub constraint_residual_rms_m_s: Option<f64>,
-    /// Mean normal force, in N.
+    /// Mean normal force over time, in N.
     pub normal_force_mean_n: Option<f64>,
-    /// The largest share of the friction cone in use; 1 is sliding.
+    /// The largest share of the friction cone in use in any physics step; 1 is sliding.
     pub friction_used_max: Option<f64>,
     /// How often another roller came to carry the wheel.
     #[serde(default)]
@@ -77,6 +77,8 @@ pub(crate) struct WheelAccumulator {
     energy_j: f64,
     spin_up_energy_j: f64,
     residual_m_s: Rms,
+    /// The time of the row before, in seconds.
+    before_s: f64,
     normal_force_n: Mean,
     friction_used: Largest,
     carrying: Option<u32>,
@@ -106,24 +108,31 @@ impl WheelAccumulator {
             .add(constraint_residual_m_s(wheel, twist, sample.rate_rad_s));
         self.energy_j = sample.slip_energy_j;
         self.spin_up_energy_j = sample.spin_up_energy_j;
+        let period_s = record.t_s - std::mem::replace(&mut self.before_s, record.t_s);
         if record.has_contacts() {
-            self.normal_force_n.add(sample.normal_force_n);
-            self.lost.add(flag(!sample.touching));
+            self.normal_force_n
+                .add_weighted(sample.normal_force_n, period_s);
+            self.lost
+                .add_weighted(1.0 - sample.touching_share, period_s);
             self.shared
                 .add(flag(sample.touching && sample.load_share < 1.0));
         }
         if header.is_measured(record.t_s) {
-            self.hub_height_m.add(sample.hub_height_m);
+            self.hub_height_m.add(sample.hub_height_min_m);
+            self.hub_height_m.add(sample.hub_height_max_m);
+        }
+        if sample.touched() {
+            self.speed_m_s
+                .add_weighted(sample.slip_speed_rms_m_s, period_s * sample.touching_share);
+            self.speed_largest_m_s.add(sample.slip_speed_max_m_s);
+            self.rim_m_s
+                .add_weighted(wheel.radius_m * sample.rate_rad_s, period_s);
+        }
+        if let Some(used) = sample.friction_used() {
+            self.friction_used.add(used);
         }
         if !sample.touching {
             return;
-        }
-        let speed_m_s = sample.slip_speed_m_s();
-        self.speed_m_s.add(speed_m_s);
-        self.speed_largest_m_s.add(speed_m_s);
-        self.rim_m_s.add(wheel.radius_m * sample.rate_rad_s);
-        if let Some(used) = sample.friction_used() {
-            self.friction_used.add(used);
         }
         let before = self.carrying.replace(sample.roller);
         if before.is_some_and(|before| before != sample.roller) {
@@ -208,28 +217,30 @@ mod tests {
 
     #[test]
     fn slip_is_measured_only_where_the_wheel_touches() {
-        let slides = |slip_x_m_s, touching| WheelSample {
-            slip_x_m_s,
-            slip_y_m_s: 4.0 / 3.0 * slip_x_m_s,
-            touching,
-            load_share: if slip_x_m_s == 0.0 { 0.7 } else { 1.0 },
+        let slides = |rms_m_s, max_m_s, touching_share| WheelSample {
+            slip_speed_rms_m_s: rms_m_s,
+            slip_speed_max_m_s: max_m_s,
+            touching: touching_share > 0.0,
+            touching_share,
+            load_share: if rms_m_s == 0.0 { 0.7 } else { 1.0 },
             rate_rad_s: 10.0,
             ..WheelSample::default()
         };
         let trace = one_wheel(&[
-            slides(0.03, true),
-            slides(9.0, false),
-            slides(0.0, true),
-            slides(0.03, true),
+            slides(0.05, 0.07, 1.0),
+            slides(9.0, 9.0, 0.0),
+            slides(0.0, 0.0, 1.0),
+            slides(0.05, 0.08, 0.5),
         ]);
         let slip = &per_wheel(&trace)[0];
-        // A 3-4-5 triangle: 0.05 m/s twice, 0 once.
-        assert!((slip.speed_max_m_s.unwrap() - 0.05).abs() < 1e-16);
-        let rms = (2.0 * 0.05_f64.powi(2) / 3.0).sqrt();
-        assert!((slip.speed_rms_m_s.unwrap() - rms).abs() < 1e-16);
+        assert_eq!(slip.speed_max_m_s, Some(0.08));
+        // One period and a half of the two and a half in which it touched.
+        let rms = (1.5 * 0.05_f64.powi(2) / 2.5).sqrt();
+        assert!((slip.speed_rms_m_s.unwrap() - rms).abs() < 1e-15);
         // The rim runs at 0.5 m/s.
-        assert!((slip.ratio.unwrap() - rms / 0.5).abs() < 1e-15);
-        assert_eq!(slip.lost_contact, Some(0.25));
+        assert!((slip.ratio.unwrap() - rms / 0.5).abs() < 1e-14);
+        // All of one period and half of another of four; periods are differences of decimals.
+        assert!((slip.lost_contact.unwrap() - 0.375).abs() < 1e-14);
         // One of the four touches and carries only a part.
         assert_eq!(slip.shared_contact, Some(0.25));
     }
@@ -263,14 +274,19 @@ mod tests {
             wheels: vec![wheel(0.05), wheel(0.1)],
             ..Header::default()
         };
-        let slides = |slip_x_m_s| WheelSample {
-            slip_x_m_s,
+        let slides = |slip_speed_rms_m_s| WheelSample {
+            slip_speed_rms_m_s,
             touching: true,
+            touching_share: 1.0,
             rate_rad_s: -10.0,
             ..WheelSample::default()
         };
         let mut trace = Trace::with_capacity(header, 1);
-        trace.push(Record::default(), &[slides(0.01), slides(0.04)]);
+        let record = Record {
+            t_s: 0.01,
+            ..Record::default()
+        };
+        trace.push(record, &[slides(0.01), slides(0.04)]);
         let ratios: Vec<_> = per_wheel(&trace).iter().map(|slip| slip.ratio).collect();
         // 1 cm/s of 0.5 m/s, and 4 cm/s of 1 m/s; one square root of a square each.
         assert!((ratios[0].unwrap() - 0.02).abs() < 1e-16);
@@ -312,22 +328,31 @@ mod tests {
         assert_eq!(slip.roller_spin_error_rms_rad_s, Some(2.5));
     }
 
+    /// A wheel that nothing presses, and one on ice, have no share of a limit.
     #[test]
-    fn the_edge_of_the_friction_cone_is_one() {
+    fn grip_is_used_only_where_there_is_some() {
         let sample = WheelSample {
-            touching: true,
+            touching_share: 1.0,
             friction: 0.5,
             normal_force_n: 20.0,
-            force_x_n: 6.0,
-            force_y_n: -8.0,
+            friction_used_max: 0.75,
             ..WheelSample::default()
         };
-        assert_eq!(sample.friction_used(), Some(1.0));
-        let lifted = WheelSample {
-            normal_force_n: 0.0,
-            ..sample
-        };
-        assert_eq!(lifted.friction_used(), None);
+        assert_eq!(sample.friction_used(), Some(0.75));
+        let (lifted, on_ice) = (
+            WheelSample {
+                normal_force_n: 0.0,
+                ..sample
+            },
+            WheelSample {
+                friction: 0.0,
+                ..sample
+            },
+        );
+        assert_eq!(
+            (lifted.friction_used(), on_ice.friction_used()),
+            (None, None)
+        );
     }
 
     #[test]

@@ -1,13 +1,13 @@
 //! The ground: a plane or a rough surface, what stands on it, and how slippery it is where.
 
-mod anchor;
 mod floor;
 mod height_field;
+mod in_rapier;
 mod surface;
 
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Point3, Translation3, Vector3};
+use nalgebra::{Isometry3, Vector3};
 use parry3d::shape::{Shape, Triangle as ParryTriangle};
 use rapier3d::prelude::*;
 
@@ -16,9 +16,9 @@ use crate::contact::search::nearest::{Piece, SolidBox};
 use crate::contact::search::solid::Solid as ContactSolid;
 use crate::engine::convert;
 
-pub(crate) use anchor::{Anchor, Grip};
 pub use floor::{Floor, GroundBox, Patch, Relief};
 pub(crate) use height_field::HeightField;
+pub(crate) use in_rapier::{Grip, insert_into};
 pub use surface::{ContactSurface, FloorSurface, Nap, Stribeck};
 
 /// What a running world needs to know of its ground: a body that never moves.
@@ -152,24 +152,18 @@ impl Ground {
     }
 
     /// How far a shape of a robot is from the ground, in metres; not above 0 where they touch, and f64's infinity where
-    /// parry cannot tell. f32 counts from what is beneath `origin_m`.
-    pub fn distance_m(
-        &self,
-        origin_m: &Vector3<f64>,
-        floor_from_shape: &Isometry3<f64>,
-        shape: &SharedShape,
-    ) -> f64 {
-        let rapier_from_floor = Translation3::new(-origin_m.x, -origin_m.y, 0.0);
-        let in_rapier = convert::pose(&(rapier_from_floor * floor_from_shape));
+    /// parry cannot tell.
+    pub fn distance_m(&self, floor_from_shape: &Isometry3<f64>, shape: &SharedShape) -> f64 {
+        let in_rapier = convert::pose(floor_from_shape);
         let plane = self.has_plane.then(|| SharedShape::halfspace(Vector::Z));
         let plane = plane.iter().map(|plane| (Pose::IDENTITY, plane));
         let solids = self.solids.iter().map(|solid| {
-            let pose = convert::pose(&(rapier_from_floor * solid.floor_from_solid));
+            let pose = convert::pose(&solid.floor_from_solid);
             (pose, &solid.shape)
         });
         let apart_m = |pose: &Pose, ground: &dyn Shape| {
             parry3d::query::distance(pose, ground, &in_rapier, &**shape)
-                .map_or(f64::INFINITY, |found| f64::from(found.distance))
+                .map_or(f64::INFINITY, |found| found.distance)
         };
         let distances = plane
             .chain(solids)
@@ -184,9 +178,7 @@ impl Ground {
             floor_from_shape: *floor_from_shape,
         };
         let from_relief_m = relief.gap_m(&solid.bounds(), |triangle, _| {
-            let corners = triangle
-                .corners_m()
-                .map(|corner| convert::vector(&(rapier_from_floor * Point3::from(corner)).coords));
+            let corners = triangle.corners_m().map(|corner| convert::vector(&corner));
             apart_m(&Pose::IDENTITY, &ParryTriangle::from(corners))
         });
         from_solids_m.min(from_relief_m)

@@ -12,8 +12,8 @@
 //! dynamics/                     mass matrix L^T L along the branches, forces of turning frames, rates without contact
 //! contact/reactions/assembly.rs which laws hold: contacts, dry bearings, motors at their bounds
 //! contact/reactions/response.rs how the bodies answer: W = Z Z^T, a row z = L^-T J^T as sparse as its way to the root
-//! contact/law/                  the impulses that hold all laws at once: Newton, then sweeps (solver.rs); split.rs
-//! world/advance.rs              rates take the impulses, work is counted, poses move on with the mean of the rates
+//! contact/law/                  the impulses that hold all laws at once (solver.rs: Newton's method, newton.rs; better starts, splitting.rs)
+//! world/advance.rs              a step whose laws could not be held is given up here, and taken in halves; else rates take the impulses, work is counted, poses move on with the mean of the rates
 //! world/own.rs                  rapier takes the same step with bodies of a program's own, if there are any
 //! ```
 //!
@@ -39,8 +39,7 @@
 //!
 //! # Decisions
 //!
-//! - **f64, and f32 only for shapes**, which rapier and parry see counted from an anchor near the robot: a kilometre from the origin it
-//!   drives as at home.
+//! - **f64 everywhere**, in rapier and parry too: a kilometre from the origin a robot drives as at home.
 //! - **A slope is gravity that leans**: the world's frame is the floor's, and z = 0 its plane.
 //! - **A roller is a flywheel on its hub**: it is round, so its mass and the inertia across its axis move with the hub, and its rate is one
 //!   number. That is exact, and takes 36 bodies off a robot with 36 rollers.
@@ -62,6 +61,7 @@ mod engine;
 mod error;
 mod free;
 mod ground;
+mod loss;
 mod motor_torque;
 mod objects;
 mod reference;
@@ -71,6 +71,7 @@ mod world;
 
 pub use contact::reactions::support::Support;
 pub use contact::reactions::wheel_contact::WheelContact;
+pub use contact::reactions::wheel_tally::WheelTally;
 pub use error::WorldError;
 pub use free::{FreeBody, FreeBodyId, FreeShape};
 pub use ground::{ContactSurface, Floor, FloorSurface, GroundBox, Nap, Patch, Relief, Stribeck};
@@ -83,6 +84,6 @@ pub use settings::{
     ContactSolver, RollerBodies, Settings, contact_relaxation_s, contact_stiffness_n_m,
 };
 pub use world::{
-    Body, BodyMut, BodyState, FreeBodyState, Payload, PlaceMotion, Push, RayHit, World,
-    longest_step_of_springs_s,
+    Body, BodyMut, BodyState, ContactSolution, FreeBodyState, Payload, PlaceMotion, Push, RayHit,
+    World, longest_step_of_springs_s,
 };

@@ -1,7 +1,7 @@
 //! The reference mode: rapier alone. Every roller is a body on a joint of its own, and rapier's multibody and solver move everything, as they
 //! do for anybody who builds such a robot with them.
 //!
-//! rapier counts in f32; here too positions are summed in f64 and handed to it rounded before every step.
+//! Its places are set before every step to the middle of it, as in the other mode.
 
 mod barrel_shape;
 mod dispatcher;

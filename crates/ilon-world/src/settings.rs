@@ -47,6 +47,15 @@ impl ContactSpring {
         }
     }
 
+    /// Of a free body with these units: a heavy one is as hard for its weight as any robot, and does not sink into the floor.
+    pub fn of_body(settings: &Settings, scale: &Scale) -> Self {
+        let of_robot = Self::of(settings, scale);
+        Self {
+            stiffness_n_m: of_robot.stiffness_n_m.max(contact_stiffness_n_m(scale)),
+            ..of_robot
+        }
+    }
+
     /// The softer of two.
     pub fn softer(self, other: Self) -> Self {
         if other.stiffness_n_m < self.stiffness_n_m {
@@ -92,7 +101,8 @@ pub struct Settings {
     pub dt_s: f64,
     /// Steps in which a roller uses more than half of its grip and holds, or has just begun to slide, are taken in parts of
     /// about this length, in seconds, > 0; `None` takes every step whole. How far a roller slides before the next one takes
-    /// over, and what that costs, is decided within milliseconds.
+    /// over, and what that costs, is decided within milliseconds. A step whose contacts cannot be solved is halved, down to this or to a sixteenth of
+    /// `dt_s`, whichever is shorter.
     pub split_dt_s: Option<f64>,
     /// Who solves the contacts with the ground.
     pub contacts: ContactSolver,

@@ -19,6 +19,7 @@ use std::cell::RefCell;
 use ilon_robot::Pose as PlanarPose;
 use nalgebra::Vector3;
 
+use crate::contact::law::SolverEffort;
 use crate::contact::reactions::Reactions;
 use crate::contact::reactions::support::Support;
 use crate::ground::Ground;
@@ -55,8 +56,8 @@ pub struct World {
     /// Bodies of a program's own, in rapier, where it has asked for them.
     rapier: Option<Box<InRapier>>,
     energies: Energies,
-    /// By how much the laws of contact were broken in the step.
-    residual_m_s: f64,
+    /// How the laws of contact were solved in the step.
+    solution: ContactSolution,
     steps: u64,
 }
 
@@ -66,6 +67,27 @@ thread_local! {
     static ROOM: RefCell<Reactions> = RefCell::default();
 }
 
+/// How the laws of contact were solved in a step, of all bodies.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct ContactSolution {
+    /// By how much the laws are broken where they are broken most, in m/s or rad/s.
+    pub residual_m_s: f64,
+    /// Steps of Newton's method.
+    pub newton_steps: u32,
+    /// How often Newton's method needed another start.
+    pub restarts: u32,
+    /// How often a part of the step was given up and taken in halves.
+    pub halvings: u32,
+}
+
+impl ContactSolution {
+    fn add(&mut self, effort: SolverEffort) {
+        self.newton_steps += effort.newton_steps;
+        self.restarts += effort.restarts;
+    }
+}
+
 /// What has gone where since the start, in J.
 #[derive(Clone, Copy, Debug, Default)]
 struct Energies {
@@ -73,12 +95,22 @@ struct Energies {
     spin_up_j: f64,
     impact_j: f64,
     motor_j: f64,
+    /// The positive part of that, motor by motor and step by step.
+    motor_positive_j: f64,
     bearing_j: f64,
     outside_j: f64,
     /// In the springs of rigid contacts now.
     springs_j: f64,
     /// In the treads of rollers now.
     treads_j: f64,
+}
+
+impl Energies {
+    /// Counts the work of one motor in a step, in J.
+    fn count_motor(&mut self, work_j: f64) {
+        self.motor_j += work_j;
+        self.motor_positive_j += work_j.max(0.0);
+    }
 }
 
 impl World {
@@ -116,8 +148,7 @@ impl World {
         let mut bodies = Vec::with_capacity(1);
         for (robot, start) in robots {
             check::check(&robot, floor, settings)?;
-            let start_m = Vector3::new(start.x_m, start.y_m, 0.0);
-            let stands = standing::standing(&robot, floor, (&ground, &start_m), start)?;
+            let stands = standing::standing(&robot, floor, &ground, start)?;
             bodies.push(Articulated::build(robot, &stands, settings));
         }
         check::check_together(&bodies, &ground, settings)?;
@@ -137,7 +168,7 @@ impl World {
             reactions: Reactions::default(),
             rapier: None,
             energies: Energies::default(),
-            residual_m_s: 0.0,
+            solution: ContactSolution::default(),
             steps: 0,
         };
         world.find_equilibrium();
@@ -148,7 +179,7 @@ impl World {
     pub fn step(&mut self) {
         self.look_in_rapier();
         self.regroup();
-        self.residual_m_s = 0.0;
+        self.solution = ContactSolution::default();
         self.step_together();
         self.step_islands();
         self.step_in_rapier();
@@ -166,16 +197,23 @@ impl World {
             body.asked.copy_from_slice(&body.motors);
             body.rates_asked_rad_s
                 .copy_from_slice(body.state.wheel_rates_rad_s());
+            body.from_middle_s = -0.5 * self.settings.dt_s;
             body.counts.fill(WheelCounts::default());
             body.support = Support::default();
             body.joint_forces.fill(0.0);
         }
-        let parts = self.parts();
-        let part_s = self.settings.dt_s / f64::from(parts);
+        let mut taken = 0;
         ROOM.with_borrow_mut(|room| {
             self.reactions.swap_room(room);
-            for _ in 0..parts {
-                self.advance(part_s);
+            let mut left_s = self.settings.dt_s;
+            while left_s > 0.0 {
+                let span_s = self.span_s(left_s);
+                let parts = self.parts(span_s);
+                for _ in 0..parts {
+                    self.advance(span_s / f64::from(parts));
+                }
+                left_s -= span_s;
+                taken += parts;
             }
             self.reactions.swap_room(room);
         });
@@ -185,9 +223,13 @@ impl World {
             if let Some(free) = &mut body.free {
                 free.from_robots /= dt_s;
             }
-            for (index, counts) in body.counts.iter().enumerate() {
+            for (index, counts) in body.counts.iter_mut().enumerate() {
+                counts.tally.end_step(body.state.hubs()[index].center_m.z);
                 body.acted_n_m[index] = counts.torque_n_m_s / dt_s;
                 let contact = &mut body.contacts[index];
+                if taken > 1 || self.solution.halvings > 0 {
+                    counts.tally.put_means_into(contact);
+                }
                 contact.slip_power_w = counts.taken.slip_j / dt_s;
                 contact.spin_up_power_w = counts.taken.spin_up_j / dt_s;
                 contact.impact_power_w = counts.taken.impact_j / dt_s;
@@ -200,11 +242,35 @@ impl World {
         self.dismiss_guests(hosts);
     }
 
-    /// In how many parts the coming step is taken.
-    fn parts(&self) -> u32 {
+    /// Counts what the wheels did in a part of the step.
+    fn tally(&mut self, part_s: f64) {
+        for body in &mut self.bodies {
+            let wheels = body.counts.iter_mut().zip(&body.contacts);
+            for ((counts, contact), torque_n_m) in wheels.zip(&body.acted_n_m) {
+                counts.tally.add_part(contact, *torque_n_m, part_s);
+            }
+        }
+    }
+
+    /// How much of what is left of a step goes by before a servo's target comes to its aim: its rate jumps there.
+    fn span_s(&self, left_s: f64) -> f64 {
+        /// What is shorter, or leaves less, as a share of the step, is no part of its own.
+        const LEAST: f64 = 1e-3;
+        let catches_up = self.bodies.iter().map(Articulated::catches_up_s);
+        let span_s = catches_up.fold(f64::INFINITY, f64::min);
+        let least_s = LEAST * self.settings.dt_s;
+        if (least_s..left_s - least_s).contains(&span_s) {
+            span_s
+        } else {
+            left_s
+        }
+    }
+
+    /// In how many parts a span of a step is taken.
+    fn parts(&self, span_s: f64) -> u32 {
         match self.settings.split_dt_s {
             Some(part_s) if self.reactions.about_to_slide(&self.bodies) => {
-                (self.settings.dt_s / part_s).ceil().max(1.0) as u32
+                (span_s / part_s).ceil().max(1.0) as u32
             }
             _ => 1,
         }

@@ -7,16 +7,16 @@
 //! The scene of both is a cart: a free box on rollers, each a ball on a hinge with a level axis, on a plane. Across its axis
 //! a roller is light, because it can spin; along its axis it is heavy, because it carries the box.
 
-use std::f32::consts::TAU;
 use std::time::Instant;
 
 use rapier3d::prelude::*;
 
-const BOX_KG: f32 = 10.0;
-const ROLLER_KG: f32 = 0.01;
-const ROLLER_RADIUS_M: f32 = 0.012;
-const FRICTION: f32 = 0.6;
-const STEP_S: f32 = 0.002;
+const TAU: Real = std::f64::consts::TAU as Real;
+const BOX_KG: Real = 10.0;
+const ROLLER_KG: Real = 0.01;
+const ROLLER_RADIUS_M: Real = 0.012;
+const FRICTION: Real = 0.6;
+const STEP_S: Real = 0.002;
 
 fn main() {
     friction();
@@ -39,7 +39,7 @@ fn friction() {
         print!("{sweeps:>10}");
     }
     println!();
-    for angle_deg in [0.0_f32, 15.0, 30.0, 45.0] {
+    for angle_deg in [0.0 as Real, 15.0, 30.0, 45.0] {
         print!("{angle_deg:>6}");
         for sweeps in SWEEPS {
             print!(
@@ -52,8 +52,8 @@ fn friction() {
 }
 
 /// Sliding speed of the rollers' lowest points, rms over rollers and steps of one period of the push.
-fn sliding_m_s(angle_rad: f32, sweeps: usize) -> f32 {
-    const PUSHES_HZ: f32 = 2.0;
+fn sliding_m_s(angle_rad: Real, sweeps: usize) -> Real {
+    const PUSHES_HZ: Real = 2.0;
     let mut cart = Cart::new(4, angle_rad, sweeps);
     let along = Vector::new(angle_rad.cos(), angle_rad.sin(), 0.0);
     let across = Vector::new(-angle_rad.sin(), angle_rad.cos(), 0.0);
@@ -62,7 +62,7 @@ fn sliding_m_s(angle_rad: f32, sweeps: usize) -> f32 {
     let period_steps = (1.0 / (PUSHES_HZ * STEP_S)).round() as usize;
     let (mut squares, mut count) = (0.0, 0);
     for step in 0..3 * period_steps {
-        let phase = TAU * PUSHES_HZ * STEP_S * step as f32;
+        let phase = TAU * PUSHES_HZ * STEP_S * step as Real;
         cart.push(push_n * phase.sin() * along);
         cart.world.step();
         if step >= 2 * period_steps {
@@ -75,7 +75,7 @@ fn sliding_m_s(angle_rad: f32, sweeps: usize) -> f32 {
             }
         }
     }
-    (squares / count as f32).sqrt()
+    (squares / count as Real).sqrt()
 }
 
 /// A step of the cart at rest, on ever more rollers.
@@ -107,7 +107,7 @@ impl Cart {
     /// A cart at rest on the plane z = 0, turned by an angle about z; its rollers' axes point ahead.
     ///
     /// On a level plane rapier's friction directions are the world's x and y: `orthonormal_vector` of the normal.
-    fn new(rollers: usize, angle_rad: f32, sweeps: usize) -> Self {
+    fn new(rollers: usize, angle_rad: Real, sweeps: usize) -> Self {
         let stiff = SpringCoefficients::new(1000.0, 1.0);
         let mut world = PhysicsWorld {
             gravity: Vector::new(0.0, 0.0, -9.81),
@@ -157,7 +157,7 @@ impl Cart {
         let rollers: Vec<_> = (0..rollers)
             .map(|index| {
                 // Around the box; the hinge of rapier turns about x, which is the box's own x here.
-                let at_rad = TAU * (index as f32 + 0.5) / rollers as f32;
+                let at_rad = TAU * (index as Real + 0.5) / rollers as Real;
                 let at = Vector::new(
                     0.2 * at_rad.cos(),
                     0.2 * at_rad.sin(),
@@ -208,7 +208,7 @@ impl Cart {
     }
 
     /// Sets the velocity of the box and the spin of all rollers.
-    fn start(&mut self, velocity_m_s: Vector, spin_rad_s: f32) {
+    fn start(&mut self, velocity_m_s: Vector, spin_rad_s: Real) {
         let mut rates = self.multibody().generalized_velocity_mut();
         rates.fill(spin_rad_s);
         for (axis, rate) in velocity_m_s.to_array().into_iter().enumerate() {

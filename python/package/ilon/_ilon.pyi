@@ -136,13 +136,20 @@ class Wheels:
         """Rates about the wheels' axes, in rad/s."""
     @property
     def loads_n(self) -> _Floats:
-        """The ground's normal forces in N, in the last physics step."""
+        """The ground's normal forces in N: means over the last advance."""
+    @property
+    def friction_used_max(self) -> _Floats:
+        """The largest share of its friction limit that each wheel used in the last advance; 1 where it slid."""
+    @property
+    def slip_speed_max_m_s(self) -> _Floats:
+        """The largest sliding speed of each wheel in the last advance, in m/s."""
     @property
     def forces_in_body_n(self) -> _Floats:
-        """The ground's tangential forces: a row of x and y in the body frame for each wheel, in N."""
+        """The ground's tangential forces: a row of x and y in the body frame for each wheel, in N: means over the last advance."""
     @property
     def slip_in_body_m_s(self) -> _Floats:
-        """Velocities of the rollers' surfaces over the ground: a row of x and y in the body frame for each wheel, in m/s."""
+        """Velocities of the rollers' surfaces over the ground: a row of x and y in the body frame for each wheel, in m/s: means
+        over the time of the last advance in which the wheel touched."""
 
 @final
 class FreeBody:
@@ -293,8 +300,8 @@ class Simulation:
     def free_bodies(self) -> dict[str, FreeBody]:
         """The scenario's `[[world.bodies]]` by their names, as they really are."""
     def energies(self) -> dict[str, float]:
-        """Where energy is and where it went since the start, in J: `kinetic_j` and `potential_j` now; the work of the motors `motor_j` and
-        of wrenches, payloads and leaning ground `outside_j`; and what went into `slip_j`, `spin_up_j` of rollers that came down, `bearing_j`
+        """Where energy is and where it went since the start, in J: `kinetic_j` and `potential_j` now; the work of the motors `motor_j`, what
+        they did of it while they drove `motor_positive_j`, and that of wrenches, payloads and leaning ground `outside_j`; and what went into `slip_j`, `spin_up_j` of rollers that came down, `bearing_j`
         and `impact_j`."""
     def desired(self, t_s: float | None = None) -> Desired | None:
         """Where the scenario's `[reference]` wants the robot at a time in seconds, by default now; None without a reference."""
@@ -524,6 +531,7 @@ def run(
     controller: Callable[[Observation, Desired | None], npt.ArrayLike | Torques] | None = None,
     folder: str | os.PathLike[str] | None = None,
     sandbox: _Sandbox | None = None,
+    converge: bool = False,
 ) -> Run: ...
 def identify(
     study: str | os.PathLike[str], *, out: str | os.PathLike[str] | None = None, sandbox: _Sandbox | None = None

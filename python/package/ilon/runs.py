@@ -106,24 +106,37 @@ def run(
     controller: Controller | None = None,
     folder: str | os.PathLike[str] | None = None,
     sandbox: Sandbox | None = None,
+    converge: bool = False,
 ) -> Run:
     """Simulates a scenario to its end.
 
     `scenario` is the path of a scenario file, or a dict of what the file would hold; relative paths in a dict start from
     `folder`, or from where the program runs. `settings` changes keys: `{"world.floor.friction": 0.2}`.
     `controller` drives the wheels in place of the scenario's guidance. With `sandbox`, files are read below these folders alone: for
-    scenarios and robots of people that you do not know.
+    scenarios and robots of people that you do not know. With `converge`, it is run again at half the step, beside it: `summary["converge"]` has by
+    each figure's name its `value`, the same at `half_step` and `half_split`, by how much it `moved`, that as a `share`, and whether it `exceeds`
+    the accuracy that is stated of it.
 
     Other threads of Python run meanwhile, and Ctrl-C ends it. Raises a subclass of `ilon.Error` for what the command line
     refuses, and whatever the controller raises.
     """
-    called = _call(scenario, settings, controller, folder, sandbox)
+    called = _call(scenario, settings, controller, folder, sandbox, converge)
     return Run(
-        _ilon.run(scenario, called=called, settings=settings, controller=controller, folder=folder, sandbox=sandbox)
+        _ilon.run(
+            scenario,
+            called=called,
+            settings=settings,
+            controller=controller,
+            folder=folder,
+            sandbox=sandbox,
+            converge=converge,
+        )
     )
 
 
-def _call(scenario: Scenario, settings: object, controller: object, folder: object, sandbox: object) -> str:
+def _call(
+    scenario: Scenario, settings: object, controller: object, folder: object, sandbox: object, converge: bool
+) -> str:
     """What a person would type for a run; a scenario in a dict stands in its report anyway."""
     words = ["scenario" if isinstance(scenario, Mapping) else repr(str(scenario))]
     if settings is not None:
@@ -134,4 +147,6 @@ def _call(scenario: Scenario, settings: object, controller: object, folder: obje
         words.append(f"folder={str(folder)!r}")
     if sandbox is not None:
         words.append(f"sandbox={sandbox!r}")
+    if converge:
+        words.append("converge=True")
     return f"ilon.run({', '.join(words)})"

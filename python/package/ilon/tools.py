@@ -155,6 +155,7 @@ def check(
     settings: Mapping[str, Any] | None = None,
     folder: str | os.PathLike[str] | None = None,
     sandbox: Sandbox | None = None,
+    converge: bool = False,
 ) -> Check:
-    """Runs a scenario and holds it against its own `[expect]`; `assert ilon.check("scenario.toml")` is a test."""
-    return Check(run(scenario, settings=settings, folder=folder, sandbox=sandbox))
+    """Runs a scenario and holds it against its own `[expect]`; `assert ilon.check("scenario.toml")` is a test. `converge` is that of `run`."""
+    return Check(run(scenario, settings=settings, folder=folder, sandbox=sandbox, converge=converge))

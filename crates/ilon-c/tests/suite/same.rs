@@ -74,7 +74,8 @@ fn wheels_and_energies_are_the_plants() {
     for (index, wheel) in wheels.iter().enumerate() {
         assert_eq!(wheel.torque_n_m, torques[index]);
         assert_eq!(wheel.rate_rad_s, robot.wheel_rates_rad_s()[index]);
-        assert_eq!(wheel.normal_force_n, robot.contacts()[index].normal_force_n);
+        let over = &plant.outcome().wheels[index];
+        assert_eq!(wheel.normal_force_n, over.normal_force_mean_n());
     }
     assert_eq!(energies.slip_j, plant.world().slip_energy_j());
     assert_eq!(energies.kinetic_j, plant.world().energy().kinetic_j);

@@ -127,9 +127,15 @@ fn inputs_are_the_plants_own() {
             .unwrap();
     }
     assert_eq!(instance.plant().truth(), plant.truth());
-    let contact = &plant.world().robot().contacts()[1];
-    assert_eq!(get(&mut instance, "wheel[2].friction"), contact.friction);
-    assert_eq!(get(&mut instance, "wheel[2].load"), contact.normal_force_n);
+    let over = &plant.outcome().wheels[1];
+    assert_eq!(
+        get(&mut instance, "wheel[2].friction"),
+        over.friction_mean()
+    );
+    assert_eq!(
+        get(&mut instance, "wheel[2].load"),
+        over.normal_force_mean_n()
+    );
     assert_eq!(
         get(&mut instance, "energy.outside"),
         plant.world().outside_energy_j()

@@ -270,6 +270,13 @@ fn carries_robot(
 }
 
 impl WheelLike {
+    /// Where the wheel stands in the body frame: the middle of its geometry on the axis. The joint's origin may be anywhere on it, even
+    /// across the robot's middle; it counts only where no geometry shows a wheel.
+    pub(super) fn middle(&self) -> Point3<f64> {
+        let along_m = self.disc.map_or(0.0, |disc| disc.middle_m);
+        self.origin + along_m * self.axis.into_inner()
+    }
+
     /// Height of its lowest point in the body frame; of one whose size is not known, `None`.
     fn bottom_m(&self) -> Option<f64> {
         Some(self.origin.z - self.disc?.radius_m)

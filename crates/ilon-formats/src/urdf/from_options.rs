@@ -154,7 +154,11 @@ pub(super) fn in_x_deg(
         return Ok(Vec::new());
     };
     let count = likes.len() as f64;
-    let middle = likes.iter().map(|w| w.origin.coords).sum::<Vector3<f64>>() / count;
+    let middle = likes
+        .iter()
+        .map(|w| w.middle().coords)
+        .sum::<Vector3<f64>>()
+        / count;
     // The left of the frame: along the axes, towards y where they lie nearer to it, and towards x otherwise.
     let axis = first.axis.into_inner();
     let leading = if axis.y.abs() >= axis.x.abs() {
@@ -168,7 +172,7 @@ pub(super) fn in_x_deg(
         if like.axis.dot(&left).abs() < 0.99 {
             return Err((i, "the hub axis does not lie along that of the others"));
         }
-        let from_middle = like.origin.coords - middle;
+        let from_middle = like.middle().coords - middle;
         let (x, y) = (from_middle.dot(&ahead), from_middle.dot(&left));
         if y.abs() < IN_THE_MIDDLE_M {
             return Err((i, "the wheel stands on the middle line that runs ahead"));

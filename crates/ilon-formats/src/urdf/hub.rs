@@ -43,13 +43,20 @@ pub(super) fn check_level(
 
 /// The hub frame at wheel angle zero: z along the axis, x as straight down as it can be.
 pub(crate) fn hub_frame(origin: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> Isometry3<f64> {
+    hub_frame_towards(&origin.coords, axis, &-Vector3::z())
+}
+
+/// A frame with z along a hub axis and x as near to a direction as it can be, which is not that of the axis.
+pub(super) fn hub_frame_towards(
+    origin_m: &Vector3<f64>,
+    axis: &Unit<Vector3<f64>>,
+    towards: &Vector3<f64>,
+) -> Isometry3<f64> {
     let z = axis.into_inner();
-    let down = -Vector3::z();
-    // The axis is nearly level, so that this is never zero.
-    let x = (down - z * down.dot(&z)).normalize();
+    let x = (towards - z * towards.dot(&z)).normalize();
     let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, z.cross(&x), z]));
     Isometry3::from_parts(
-        Translation3::from(origin.coords),
+        Translation3::from(*origin_m),
         UnitQuaternion::from_rotation_matrix(&rotation),
     )
 }

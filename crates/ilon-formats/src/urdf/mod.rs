@@ -4,7 +4,7 @@
 //! ([`normalise`]), its links and joints become a tree placed in the body frame ([`tree`], [`body`]), wheels and rollers are
 //! recognised ([`recognise`]) and measured ([`wheel_dimensions`], [`from_rollers`] with [`geometry`], [`roller_dimensions`], [`mesh`] and [`dae`], [`roller_gaps`],
 //! [`outline`]), wheels without rollers are looked for ([`candidates`], [`disc`]) and given some ([`from_options`]) where a person or the file
-//! says so ([`infer`]), and the whole is checked ([`check`]). Faults are errors, all of a stage at once ([`faults`]); what is
+//! says so ([`infer`]), what rounding makes of level wheels is undone ([`level`]), and the whole is checked ([`check`]). Faults are errors, all of a stage at once ([`faults`]); what is
 //! ignored, assumed or doubted is remarked. [`visual_meshes`] reads what is only seen. [`repair`] changes the text where an error can be repaired.
 
 mod asked_joint;
@@ -22,6 +22,7 @@ mod hub;
 mod inertia_from_shapes;
 mod inertial;
 mod infer;
+mod level;
 mod linkage;
 mod loading;
 mod mesh;
@@ -342,6 +343,7 @@ fn assemble(
         wheels,
         remarks: Vec::new(),
     };
+    remarks.extend(level::level(&mut robot));
     remarks.extend(linkage.set_gains(&mut robot));
     source.place(&mut remarks);
     robot.remarks = remarks;

@@ -10,6 +10,7 @@ mod described;
 mod faults;
 mod formats;
 mod joints_of_people;
+mod level;
 mod linkage;
 mod one_answer;
 mod rollers_as_made;

@@ -94,7 +94,7 @@ impl Contacts {
                     ns: ns.to_owned(),
                     id: id as i32,
                     r#type,
-                    action: if sample.touching {
+                    action: if sample.touched() {
                         Marker::ADD
                     } else {
                         Marker::DELETE
@@ -105,7 +105,7 @@ impl Contacts {
                         z: 0.0,
                     },
                     color,
-                    points: if sample.touching { points } else { Vec::new() },
+                    points: if sample.touched() { points } else { Vec::new() },
                     ..Marker::default()
                 });
             };

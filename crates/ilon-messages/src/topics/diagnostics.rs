@@ -17,8 +17,8 @@ pub(super) struct Window {
     wheel_names: Vec<String>,
     task_names: Vec<String>,
     rows: usize,
-    /// Means of the terms of the error budget, as sums, the total first.
-    terms: [Twist; 6],
+    /// The row before the first of the window; the first of a run.
+    before: Option<Record>,
     saturated_rows: [usize; MAX_TASKS],
     wheels: Vec<WheelWindow>,
     residual_m_s: f64,
@@ -42,7 +42,7 @@ impl Window {
             wheel_names: header.wheels.iter().map(|w| w.name.clone()).collect(),
             task_names: header.task_names.clone(),
             rows: 0,
-            terms: Default::default(),
+            before: None,
             saturated_rows: [0; MAX_TASKS],
             wheels: vec![WheelWindow::default(); header.wheels.len()],
             residual_m_s: 0.0,
@@ -56,27 +56,19 @@ impl Window {
 
     pub fn add(&mut self, record: &Record, wheels: &[WheelSample]) {
         self.rows += 1;
-        let terms = Terms::of(record);
-        let named = terms.named().map(|(_, twist)| twist);
-        for (sum, twist) in self
-            .terms
-            .iter_mut()
-            .zip([terms.total].into_iter().chain(named))
-        {
-            *sum = *sum + twist;
-        }
+        self.before.get_or_insert(*record);
         for (rows, task) in self.saturated_rows.iter_mut().zip(&record.tasks) {
             *rows += usize::from(task.weight < SATURATED);
         }
         for (window, sample) in self.wheels.iter_mut().zip(wheels) {
             let used = sample.friction_used().unwrap_or(0.0);
             // The first row of a run comes before the first step: nothing has touched yet.
-            window.airborne_rows += usize::from(!sample.touching && record.t_s > 0.0);
+            window.airborne_rows += usize::from(!sample.touched() && record.t_s > 0.0);
             window.sliding_rows += usize::from(used > ON_THE_EDGE);
             window.load_n += sample.normal_force_n;
-            window.slip_squared += sample.slip_speed_m_s().powi(2);
+            window.slip_squared += sample.slip_speed_rms_m_s.powi(2);
             window.friction_used_max = window.friction_used_max.max(used);
-            window.torque_max_n_m = window.torque_max_n_m.max(sample.torque_n_m.abs());
+            window.torque_max_n_m = window.torque_max_n_m.max(sample.torque_peak_n_m());
         }
         self.residual_m_s = self.residual_m_s.max(record.contact_residual_m_s);
         self.last = *record;
@@ -94,7 +86,7 @@ impl Window {
             message.status.push(self.wheel(index));
         }
         self.rows = 0;
-        self.terms = Default::default();
+        self.before = Some(self.last);
         self.saturated_rows = Default::default();
         self.wheels.fill(WheelWindow::default());
         self.residual_m_s = 0.0;
@@ -127,7 +119,11 @@ impl Window {
             "geometry",
             "slip",
         ];
-        let means = self.terms.map(|sum| sum.scaled(1.0 / self.rows as f64));
+        let terms = Terms::between(self.before.as_ref().unwrap_or(&self.last), &self.last);
+        let mut means = [terms.total; 6];
+        for (mean, (_, term)) in means[1..].iter_mut().zip(terms.named()) {
+            *mean = term;
+        }
         let speed = |twist: &Twist| libm::hypot(twist.vx_m_s, twist.vy_m_s);
         let mut largest = 1;
         for term in 2..means.len() {

@@ -236,8 +236,8 @@ pub(super) fn slip_speed(comparison: &Comparison) -> Figure {
         over_wheels(comparison, |wheels| {
             let speeds = wheels
                 .iter()
-                .filter(|w| w.touching)
-                .map(WheelSample::slip_speed_m_s);
+                .filter(|w| w.touched())
+                .map(|w| w.slip_speed_rms_m_s);
             ilon_trace::slip::rms(speeds).map(|v| 1e3 * v)
         }),
         axis("sliding speed in mm/s").from_zero(),
@@ -305,7 +305,10 @@ pub(super) fn torque(comparison: &Comparison) -> Figure {
         "Wheel torque",
         "What the motor that works hardest gives, as a magnitude.",
         over_wheels(comparison, |wheels| {
-            wheels.iter().map(|w| w.torque_n_m.abs()).reduce(f64::max)
+            wheels
+                .iter()
+                .map(WheelSample::torque_peak_n_m)
+                .reduce(f64::max)
         }),
         axis("torque in N m").from_zero(),
     )

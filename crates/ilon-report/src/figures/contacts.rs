@@ -279,7 +279,8 @@ mod tests {
                 slip_x_m_s: -0.6e-3 * mm_s,
                 slip_y_m_s: 0.8e-3 * mm_s,
                 ..WheelSample::default()
-            };
+            }
+            .steady();
             trace.push(Record::default(), &[sample]);
             let plot: serde_json::Value =
                 serde_json::from_str(&contact_map(&trace).plot).expect("JSON");

@@ -119,10 +119,13 @@ mod tests {
 
     #[test]
     fn a_roller_is_told_where_it_changes_and_where_none_touches() {
-        let sample = |roller: u32, touching: bool| WheelSample {
-            roller,
-            touching,
-            ..WheelSample::default()
+        let sample = |roller: u32, touching: bool| {
+            WheelSample {
+                roller,
+                touching,
+                ..WheelSample::default()
+            }
+            .steady()
         };
         let samples = [
             sample(3, true),

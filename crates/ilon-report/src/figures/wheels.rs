@@ -144,7 +144,8 @@ mod tests {
                 let turning = WheelSample {
                     rate_rad_s,
                     ..WheelSample::default()
-                };
+                }
+                .steady();
                 trace.push(record, &[turning, WheelSample::default()]);
             }
             let Ok(shown) = RunInput::of(&trace);

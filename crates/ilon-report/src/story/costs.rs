@@ -44,6 +44,11 @@ fn under_wheels_j(summary: &Summary) -> f64 {
     summary.wheels.iter().map(|wheel| wheel.energy_j).sum()
 }
 
+/// What the motors did while they drove, in J.
+fn driven_j(summary: &Summary) -> Option<f64> {
+    summary.energy.motor_positive_j.or(summary.energy.motor_j)
+}
+
 /// What of the loss to sliding lay not under the wheels, and where it lay; `None` where it is next to nothing.
 fn rubbing(summary: &Summary, header: &Header) -> Option<(f64, &'static str)> {
     /// What is less than this share of all sliding is not told of.
@@ -65,8 +70,8 @@ fn without_slides(summary: &Summary, rubbing: Option<(f64, &str)>, of_work: &str
     /// What is less than this share of the motors' work is not told of.
     const LEAST: f64 = 0.01;
     let under_wheels_j = under_wheels_j(summary);
-    let motor_j = summary.energy.motor_j.unwrap_or(0.0);
-    let costs = under_wheels_j > LEAST_J.max(LEAST * motor_j);
+    let drove_j = driven_j(summary).unwrap_or(0.0);
+    let costs = under_wheels_j > LEAST_J.max(LEAST * drove_j);
     let cost = energy(under_wheels_j);
     let reached = summary
         .friction_used_max
@@ -92,12 +97,11 @@ fn without_slides(summary: &Summary, rubbing: Option<(f64, &str)>, of_work: &str
 pub(super) fn slipping(summary: &Summary, header: &Header, events: &[Event]) -> Option<String> {
     let slip_j = summary.energy.slip_j?;
     let rubbing = rubbing(summary, header);
-    let of_work = summary
-        .energy
-        .motor_j
-        .filter(|&motor_j| motor_j > 0.0)
-        .map_or_else(String::new, |motor_j| {
-            format!(" of the motors' {}", energy(motor_j))
+    // Of the motors' work it is a part only where it can be: pushes and slopes do work as well.
+    let of_work = driven_j(summary)
+        .filter(|&drove_j| drove_j > slip_j)
+        .map_or_else(String::new, |drove_j| {
+            format!(" of the motors' {}", energy(drove_j))
         });
     let hand_over = summary
         .energy

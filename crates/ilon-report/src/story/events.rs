@@ -108,7 +108,7 @@ impl Watch {
                 .friction_used()
                 .is_some_and(|used| used >= SLIDING_SHARE);
             // On ice the limit is near zero, and so is all that tells the force from it.
-            if sample.touching && slip_m_s > SLIDING_M_S && (at_limit || sample.friction == 0.0) {
+            if sample.touched() && slip_m_s > SLIDING_M_S && (at_limit || sample.friction == 0.0) {
                 // A row may catch a roller that is spun up within a part of it, whose energy is not that of sliding: friction took what slid.
                 let force_n = sample.force_x_n.hypot(sample.force_y_n);
                 let slid_m_s = match force_n > 0.0 {
@@ -117,10 +117,10 @@ impl Watch {
                 };
                 self.slides[index].add(t_s, dt_s, slid_m_s, [before_j, energy_j]);
             }
-            if !sample.touching && t_s > 0.0 {
+            if !sample.touched() && t_s > 0.0 {
                 self.flights[index].add(t_s, dt_s, 1.0, [0.0; 2]);
             }
-            if sample.touching {
+            if sample.touched() {
                 self.on_ground(header, record, sample);
             }
         }
@@ -403,7 +403,8 @@ mod tests {
                 slip_y_m_s: if is_caught { 0.5 } else { 0.0 },
                 spin_up_energy_j: if row >= 50 { 3e-4 } else { 0.0 },
                 ..WheelSample::default()
-            };
+            }
+            .steady();
             let record = Record {
                 t_s: 0.01 * f64::from(row),
                 ..Record::default()
@@ -439,7 +440,8 @@ mod tests {
                 force_x_n: if sliding { 6.0 } else { 1.0 },
                 slip_x_m_s: if sliding { 0.1 } else { 0.001 },
                 ..WheelSample::default()
-            };
+            }
+            .steady();
             watch.add(header, &record, &[sample]);
         }
         watch.events(header)
@@ -533,7 +535,8 @@ mod tests {
                 contact_x_m: 0.3,
                 contact_y_m: 0.1,
                 ..WheelSample::default()
-            };
+            }
+            .steady();
             watch.add(&header, &record, &[sample]);
         }
         let events = watch.events(&header);

@@ -430,7 +430,8 @@ mod tests {
                 touching: true,
                 hub_height_m: 0.05,
                 ..WheelSample::default()
-            };
+            }
+            .steady();
             posture.add(&header, &record, &[sample]);
         }
         posture

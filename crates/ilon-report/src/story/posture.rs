@@ -128,7 +128,7 @@ fn on_which(header: &Header) -> [&'static str; 2] {
 
 /// How the robot stands in a row, if not free on its wheels.
 fn stances(record: &Record, samples: &[WheelSample]) -> [Option<Stance>; 2] {
-    let touches = samples.iter().any(|sample| sample.touching);
+    let touches = samples.iter().any(WheelSample::touched);
     let (carried_n, chassis_n, pushed_n) = match record.support {
         Some(s) => (
             s.wheels_n + s.chassis_n,

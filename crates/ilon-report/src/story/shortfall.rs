@@ -25,7 +25,9 @@ pub(crate) struct Means {
     guidance: Twist,
     compensation: Twist,
     servo: Twist,
-    periods: f64,
+    time_s: f64,
+    /// The last row within the window.
+    before: Option<Record>,
     /// How many samples of wheels there were, and how many with their motor at its limit.
     samples: u32,
     at_limit: u32,
@@ -36,11 +38,14 @@ impl Means {
         if !header.is_measured(record.t_s) {
             return;
         }
-        let terms = Terms::of(record);
-        self.guidance = self.guidance + terms.guidance;
-        self.compensation = self.compensation + terms.compensation;
-        self.servo = self.servo + terms.servo;
-        self.periods += 1.0;
+        if let Some(before) = self.before.replace(*record) {
+            let terms = Terms::between(&before, record);
+            let span_s = record.t_s - before.t_s;
+            self.guidance = self.guidance + terms.guidance.scaled(span_s);
+            self.compensation = self.compensation + terms.compensation.scaled(span_s);
+            self.servo = self.servo + terms.servo.scaled(span_s);
+            self.time_s += span_s;
+        }
         let share = supply_share(header, record.t_s);
         for (wheel, sample) in header.wheels.iter().zip(samples) {
             self.samples += 1;
@@ -216,7 +221,7 @@ pub(super) fn sentences(
             true => "the motors' limit",
             false => "the wheel loops' error",
         };
-        let mean = |sum: Twist| of(sum) / means.periods.max(1.0) / base;
+        let mean = |sum: Twist| of(sum) / means.time_s.max(f64::MIN_POSITIVE) / base;
         let before = [
             ("saturation", mean(means.guidance)),
             ("the command's compensation", mean(means.compensation)),
@@ -285,7 +290,7 @@ mod tests {
         };
         let means = Means {
             servo: Twist::new(asked - ideal, 0.0, 0.0),
-            periods: 1.0,
+            time_s: 1.0,
             samples: 4,
             at_limit: 4,
             ..Means::default()
@@ -351,7 +356,8 @@ mod tests {
                 rate_rad_s: 5.0,
                 torque_n_m,
                 ..WheelSample::default()
-            };
+            }
+            .steady();
             is_at_limit(&Header::default(), &wheel, &sample, 1.0)
         };
         assert!(at_limit(6.0, 2.0));

@@ -28,7 +28,7 @@ impl Touches {
 
     pub fn add(&mut self, header: &Header, record: &Record) {
         let (t_s, dt_s) = (record.t_s, header.row_span_s(record.t_s));
-        self.motor_j = record.motor_energy_j;
+        self.motor_j = record.motor_positive_energy_j.max(record.motor_energy_j);
         let before = self.bodies.iter_mut().zip(&mut self.work_before_j);
         for (sample, (spells, work_j)) in record.bodies.iter().zip(before) {
             let before_j = std::mem::replace(work_j, sample.work_j);

@@ -39,3 +39,4 @@ pub use standing::StandingPose;
 pub use tread::{RollerSurface, Tread};
 pub use visual_meshes::{Mesh, VisualMeshes};
 pub use wheel::Wheel;
+pub use wheel_as_made::HubHeights;

@@ -70,6 +70,12 @@ impl Robot {
         first_moment / self.mass_kg()
     }
 
+    /// Whether it has more wheels on its rigid chassis than a plane needs to carry it: four or more, none of them on a joint. Which of them touch is then
+    /// decided by how low each reaches and by what their contacts give way by.
+    pub fn has_wheels_to_spare(&self) -> bool {
+        self.wheels.len() > 3 && self.wheels.iter().all(|wheel| wheel.carrier.is_none())
+    }
+
     /// Height of the body frame's origin above the ground when the robot stands level, its wheel angles and joints zero, in metres.
     pub fn ride_height_m(&self) -> f64 {
         let lowest = |w: &Wheel| w.position_m().z - w.reach_at_rest_m();

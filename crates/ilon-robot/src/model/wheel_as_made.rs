@@ -7,6 +7,15 @@ use nalgebra::{Rotation3, Vector3};
 use super::rollers_as_made::{NotMade, RollersAsMade, WIDEST_GAP_RAD, out_of_range};
 use super::{Barrel, Roller, RollerForm, Wheel};
 
+/// Heights of a wheel's hub over a turn on level ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HubHeights {
+    /// The largest less the least, in metres.
+    pub travel_m: f64,
+    /// Their mean, in metres: what the wheel rolls on, but for what its rollers' tilt takes.
+    pub mean_m: f64,
+}
+
 impl Wheel {
     /// Makes the rollers otherwise, and gives barrels another length: as a factor of that at which neighbours hand over with
     /// neither gap nor overlap. Each keeps its mass, with even density; its moments of inertia follow its form.
@@ -80,6 +89,23 @@ impl Wheel {
         let turned = Rotation3::from_axis_angle(&Vector3::z_axis(), -wheel_angle_rad);
         let down_in_hub = self.body_from_hub.rotation.inverse() * -Vector3::z();
         self.reach_in_hub_m(&(turned * down_in_hub))
+    }
+
+    /// How its hub rises and falls on level ground in a turn of the wheel, in metres.
+    pub fn hub_heights(&self) -> HubHeights {
+        /// Looks at a passing roller: what is missed of a hub's travel is of the order of one over their square.
+        const LOOKS: usize = 200;
+        let looks = LOOKS * self.rollers.len();
+        let step_rad = TAU / looks as f64;
+        let heights_m = (0..looks).map(|i| self.hub_height_m(step_rad * i as f64));
+        let (least_m, largest_m, sum_m) = heights_m.fold(
+            (f64::INFINITY, f64::NEG_INFINITY, 0.0),
+            |(least, largest, sum), h| (h.min(least), h.max(largest), sum + h),
+        );
+        HubHeights {
+            travel_m: largest_m - least_m,
+            mean_m: sum_m / looks as f64,
+        }
     }
 
     /// Whether its rollers make a perfect circle of its outline: ideal barrels that follow each other without a gap.

@@ -40,15 +40,18 @@ fn run(robot: &Robot, rows: usize) -> Trace {
             heading_rad: 2.0 * t_s,
         };
         record.truth.height_m = 0.01 * libm::sin(t_s);
-        let wheel = |index: usize| WheelSample {
-            angle_rad: 12.0 * t_s,
-            touching: index != 2 || t_s < 1.0,
-            normal_force_n: 20.0 + t_s,
-            force_x_n: -7.5,
-            friction: 0.6,
-            roller: (row / 50) as u32,
-            roller_spin_rad_s: 5.0,
-            ..WheelSample::default()
+        let wheel = |index: usize| {
+            WheelSample {
+                angle_rad: 12.0 * t_s,
+                touching: index != 2 || t_s < 1.0,
+                normal_force_n: 20.0 + t_s,
+                force_x_n: -7.5,
+                friction: 0.6,
+                roller: (row / 50) as u32,
+                roller_spin_rad_s: 5.0,
+                ..WheelSample::default()
+            }
+            .steady()
         };
         let wheels: Vec<WheelSample> = (0..robot.wheels.len()).map(wheel).collect();
         trace.push(record, &wheels);

@@ -210,9 +210,12 @@ mod tests {
                 ..Record::default()
             };
             record.truth.pose.x_m = f64::from(9 - step);
-            let wheel = |rate_rad_s| WheelSample {
-                rate_rad_s,
-                ..WheelSample::default()
+            let wheel = |rate_rad_s| {
+                WheelSample {
+                    rate_rad_s,
+                    ..WheelSample::default()
+                }
+                .steady()
             };
             trace.push(record, &[wheel(1.0), wheel(2.0)]);
         }

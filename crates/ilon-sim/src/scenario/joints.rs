@@ -161,6 +161,14 @@ impl Between {
     fn is_smooth(&self) -> bool {
         *self == Self::Smooth
     }
+
+    /// The greatest rate on the way from one setpoint to the next, over the mean rate.
+    pub(crate) fn peak(self) -> f64 {
+        match self {
+            Self::Smooth => 15.0 / 8.0,
+            Self::Linear => 1.0,
+        }
+    }
 }
 
 /// What acts in a joint beside its damping and friction.

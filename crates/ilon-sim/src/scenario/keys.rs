@@ -9,8 +9,7 @@ use serde_json::Value as Json;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Sizes of the numbers of a scenario: the world computes in single precision, where squares of larger ones are no longer
-/// finite and smaller ones round away. What a run is judged by is not bound so.
+/// Sizes of the numbers of a scenario: of larger ones, and of smaller ones, sums with what has the size of a robot lose their meaning. What a run is judged by is not bound so.
 pub(crate) const SIZES: std::ops::RangeInclusive<f64> = 1e-12..=1e9;
 
 /// Whether a number is finite and of such a size, or zero.

@@ -16,6 +16,7 @@ mod joints;
 mod motion;
 mod objection;
 mod playback;
+mod resolvable;
 mod robot;
 mod rollers;
 mod run;

@@ -16,7 +16,7 @@ pub struct Run {
     #[serde(default = "until_its_log_ends", skip_serializing_if = "is_open")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub duration_s: f64,
-    /// The step of physics and wheel loop in seconds, or `"auto"`: the longest that serves this robot and its loop.
+    /// The step of physics in seconds, and of the wheel loop unless that has a period of its own, or `"auto"`: the longest that serves this robot and its loop.
     #[serde(default)]
     pub physics_dt_s: Step,
     /// The period of the guidance in seconds, a whole number of physics steps.
@@ -24,7 +24,7 @@ pub struct Run {
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub control_dt_s: f64,
     /// Control periods per row of the trace: more than 1 thins the record of a long run, of which the last control instant is always
-    /// recorded. Largest values between rows are then not seen.
+    /// recorded. A row still has the means and extremes of all that happened since the row before.
     #[serde(default = "one")]
     #[schemars(range(min = 1))]
     pub record_every: u32,
@@ -33,6 +33,10 @@ pub struct Run {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub roller_angles_hz: Option<f64>,
+    /// Whether the run is repeated at half the physics step, and with half of `world.solver.split_dt_s`, to say by how much its figures move:
+    /// `converge` in the summary. Wheel loops keep their period.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub converge: bool,
 }
 
 impl Default for Run {
@@ -43,6 +47,7 @@ impl Default for Run {
             control_dt_s: default_control_dt_s(),
             record_every: one(),
             roller_angles_hz: None,
+            converge: false,
         }
     }
 }

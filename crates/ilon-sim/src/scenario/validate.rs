@@ -264,12 +264,46 @@ impl Scenario {
         faults.chain(patches)
     }
 
+    /// Refuses a period of a wheel loop that has none, and one that is no whole number of steps or no whole part of the control period.
+    fn object_to_loop_period(&self) -> Result<(), Objection> {
+        let Some(period_s) = self.wheel_loop.period_s else {
+            return Ok(());
+        };
+        let key = "wheel_loop.period_s";
+        if !self.wheel_loop.is_sampled() {
+            return Err(Objection::to(
+                key,
+                "`wheel_loop.period_s` has no effect: a continuous PID acts within each step",
+                "leave it out, or set `wheel_loop.timing` to \"sampled\"",
+            ));
+        }
+        let control_dt_s = self.run.control_dt_s;
+        let step_s = match self.run.physics_dt_s {
+            Step::Seconds(dt_s) => dt_s,
+            Step::Auto(_) => period_s,
+        };
+        if is_whole(period_s / step_s) && is_whole(control_dt_s / period_s) {
+            return Ok(());
+        }
+        Err(Objection::to(
+            key,
+            format!(
+                "`wheel_loop.period_s` = {period_s} must be a whole number of physics steps, and `run.control_dt_s` = {control_dt_s} a whole \
+                 number of these periods"
+            ),
+            format!(
+                "set it to {}, the control period, and `run.physics_dt_s` to a whole part of it",
+                control_dt_s
+            ),
+        ))
+    }
+
     fn object_to_times(&self) -> Result<(), Objection> {
         let run = &self.run;
+        self.object_to_loop_period()?;
         if let Step::Seconds(dt_s) = run.physics_dt_s {
             let steps = run.control_dt_s / dt_s;
-            // A part in 10^9 forgives the rounding of periods such as 1/240 s written with ten digits.
-            if steps.round() < 1.0 || (steps - steps.round()).abs() > 1e-9 * steps {
+            if !is_whole(steps) {
                 return Err(Objection::to(
                     "run.physics_dt_s",
                     format!(
@@ -379,6 +413,11 @@ impl Scenario {
     pub(crate) fn check_step(&self, physics_dt_s: f64) -> Result<(), Error> {
         Ok(self.object_to_step(physics_dt_s)?)
     }
+}
+
+/// Whether a number of steps is whole, and at least one. A part in 10^9 forgives the rounding of periods such as 1/240 s written with ten digits.
+fn is_whole(steps: f64) -> bool {
+    steps.round() >= 1.0 && (steps - steps.round()).abs() <= 1e-9 * steps
 }
 
 fn object_to_timing(tracked: &super::Tracked) -> Result<(), Objection> {

@@ -13,6 +13,11 @@ pub struct WheelLoop {
     pub law: WheelLaw,
     /// How the PID's torque goes with the physics steps.
     pub timing: LoopTiming,
+    /// The period of a sampled PID or of a torque law, in seconds: a whole number of physics steps, and a whole part of the control period. Left
+    /// out, every physics step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub period_s: Option<f64>,
     /// The bandwidth of the computed torque, and that which gains left out aim at, in rad/s; a wheel in the air, being
     /// light, may allow less.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
@@ -117,6 +122,7 @@ impl Default for WheelLoop {
         Self {
             law: WheelLaw::default(),
             timing: LoopTiming::default(),
+            period_s: None,
             bandwidth_rad_s: 60.0,
             friction: None,
             proportional_n_m_s: None,
@@ -127,6 +133,13 @@ impl Default for WheelLoop {
             feedforward_friction_n_m: 0.0,
             passive: None,
         }
+    }
+}
+
+impl WheelLoop {
+    /// Whether it decides once in a period and holds its torques meanwhile.
+    pub fn is_sampled(&self) -> bool {
+        self.law != WheelLaw::Pid || self.timing == LoopTiming::Sampled
     }
 }
 

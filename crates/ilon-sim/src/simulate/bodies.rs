@@ -53,11 +53,18 @@ pub(super) fn samples(world: &World) -> [BodySample; MAX_BODIES] {
             pitch_rad,
             heading_rad,
             velocity_m_s: state.velocity_m_s.into(),
-            push_n: state.force_from_robots_n.norm(),
             work_j: state.work_of_robots_j,
+            ..BodySample::default()
         };
     }
     samples
+}
+
+/// The size of the force of all robots on each of the bodies that are recorded in the last step, in N.
+pub(super) fn pushes_n(world: &World) -> impl Iterator<Item = f64> {
+    let ids = world.free_bodies().iter().take(MAX_BODIES);
+    let states = ids.filter_map(|id| world.free_body(*id));
+    states.map(|state| state.force_from_robots_n.norm())
 }
 
 fn shape(body: &Body) -> FreeShape {

@@ -112,6 +112,7 @@ mod tests {
             control_dt_s: 0.1,
             record_every: 1,
             roller_angles_hz: None,
+            converge: false,
         };
         let mut clock = Clock::new(&run, 0.1 / 3.0);
         let mut instants = Vec::new();

@@ -20,6 +20,11 @@ const LONGEST_ON_EDGES: f64 = 0.0281;
 /// The longest step of rigid rollers whose wheel is no circle, or that slide along their axles: half a millisecond for wheels of 50 mm. Each
 /// roller lands, and a landing is known by its step: at four times the step the heading is off by 0.3 %, the heat of sliding by a quarter.
 const LONGEST_IN_LANDINGS: f64 = 7.01e-3;
+/// The same where wheels that are no circle are to spare on a rigid chassis: an eighth of a millisecond for wheels of 50 mm. The wheels of one diagonal
+/// land while the other carries, and how far they have turned against each other by then decides which carries next, on which half of its rollers. With
+/// landings that are known to half a millisecond a robot of crowned rollers turned by 2.6 % less after some seconds; from here on its answers stay
+/// within 0.2 % (`docs/rollers.md`).
+const LONGEST_IN_ROCKING: f64 = 1.7525e-3;
 /// Steps that a roller's passage over the ground takes at least: one that is missed altogether is never felt.
 const STEPS_PER_PASSAGE: f64 = 6.0;
 /// The shortest step that a sampled wheel loop is given for its bandwidth, half a millisecond for wheels of 50 mm; below, its gains give
@@ -71,13 +76,18 @@ fn is_round(wheel: &Wheel) -> bool {
 /// What rollers need that land one after the other. A tread of their own softens that.
 fn landing_need(scenario: &Scenario, robot: &Robot, scale: &Scale) -> Need {
     let lands = |wheel: &Wheel| !is_round(wheel) && wheel.surface.tread.is_none();
+    let rocks = |wheel: &Wheel| lands(wheel) && !wheel.is_round();
     let made = scenario.robot.rollers == Rollers::Barrel;
+    let any = |of: &dyn Fn(&Wheel) -> bool| made && robot.wheels.iter().any(of);
+    let longest = if robot.has_wheels_to_spare() && any(&rocks) {
+        LONGEST_IN_ROCKING
+    } else if any(&lands) {
+        LONGEST_IN_LANDINGS
+    } else {
+        f64::INFINITY
+    };
     Need {
-        longest_s: if made && robot.wheels.iter().any(lands) {
-            LONGEST_IN_LANDINGS * scale.time_s()
-        } else {
-            f64::INFINITY
-        },
+        longest_s: longest * scale.time_s(),
         because: String::new(),
         help: "",
     }
@@ -115,10 +125,10 @@ pub(super) fn physics_dt_s(
     let shortest = needs
         .into_iter()
         .min_by(|a, b| a.longest_s.total_cmp(&b.longest_s));
-    let control_dt_s = scenario.run.control_dt_s;
-    let longest_s = shortest
-        .as_ref()
-        .map_or(control_dt_s, |need| need.longest_s);
+    // A whole part of the control period, and of a wheel loop's own, which is a whole part of that.
+    let period_s = scenario.wheel_loop.period_s;
+    let period_s = period_s.unwrap_or(scenario.run.control_dt_s);
+    let longest_s = shortest.as_ref().map_or(period_s, |need| need.longest_s);
     if let Some(need) = shortest.filter(|need| need.longest_s < SHORTEST_S) {
         return Err(Error::invalid(
             format!(
@@ -129,8 +139,8 @@ pub(super) fn physics_dt_s(
         ));
     }
     // A part in 10^9 keeps a period that is a whole number of steps but for rounding from taking one more.
-    let steps = (control_dt_s / longest_s - 1e-9).ceil().max(1.0);
-    Ok(control_dt_s / steps)
+    let steps = (period_s / longest_s - 1e-9).ceil().max(1.0);
+    Ok(period_s / steps)
 }
 
 /// What the contacts allow: what edges do, and longer steps for exact rollers on an open plane where the
@@ -269,6 +279,8 @@ fn loop_need(scenario: &Scenario, model: &DynamicModel, scale: &Scale) -> Need {
     let wheel_loop = &scenario.wheel_loop;
     let longest_s = match (wheel_loop.law, wheel_loop.timing) {
         (WheelLaw::Pid, LoopTiming::Continuous) => f64::INFINITY,
+        // Its period is given, whatever the step.
+        _ if wheel_loop.period_s.is_some() => f64::INFINITY,
         (WheelLaw::Pid, LoopTiming::Sampled) => {
             let asked_n_m_s = model.ground_inertia_kg_m2() * wheel_loop.bandwidth_rad_s;
             let proportional_n_m_s = wheel_loop.proportional_n_m_s.unwrap_or(asked_n_m_s);
@@ -497,6 +509,18 @@ mod tests {
         assert!((longest_s(&robot) - 5e-4).abs() < 1e-6);
         robot.wheels[1].surface.tread = Some(ilon_robot::Tread::new(1e5));
         assert_eq!(longest_s(&robot), f64::INFINITY);
+        // Four crowned wheels on a rigid chassis rock; with three on it and one on a joint the ground carries each.
+        let crowned = ilon_robot::RollersAsMade {
+            crown: 1.2,
+            ..ilon_robot::RollersAsMade::default()
+        };
+        for wheel in &mut robot.wheels {
+            wheel.surface = ilon_robot::RollerSurface::default();
+            wheel.make_rollers(crowned.clone(), None).unwrap();
+        }
+        assert!((longest_s(&robot) - 1.25e-4).abs() < 1e-6);
+        robot.wheels[1].carrier = Some(0);
+        assert!((longest_s(&robot) - 5e-4).abs() < 1e-6);
     }
 
     #[test]

@@ -19,6 +19,11 @@ use crate::scenario::{self, WheelLaw};
 #[derive(Clone)]
 pub(super) struct Drive {
     law: Box<dyn TorqueLaw>,
+    /// In how many physics steps the law decides once, and in how many it decides next.
+    every: u32,
+    until_due: u32,
+    /// What the law decided last, in N m.
+    held_n_m: Vec<f64>,
     /// The robot of a law that goes by its masses, where joints between bodies move them; its servos have the targets that they have now.
     moving: Option<Box<Robot>>,
     motors: Vec<Motor>,
@@ -32,16 +37,17 @@ impl Drive {
     /// The drive of a resolved scenario.
     pub fn new(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
         let (scenario, physics_dt_s) = (resolved.scenario(), resolved.physics_dt_s());
+        let loop_period_s = scenario.wheel_loop.period_s.unwrap_or(physics_dt_s);
         let standing = &resolved.joint_targets().standing(robot);
         let model = dynamic_model(standing)?;
         let law: Box<dyn TorqueLaw> = match scenario.wheel_loop.law {
-            WheelLaw::Pid => Box::new(pid(&scenario.wheel_loop, &model, physics_dt_s)?),
+            WheelLaw::Pid => Box::new(pid(&scenario.wheel_loop, &model, loop_period_s)?),
             WheelLaw::ComputedTorque => {
                 let settings = ComputedTorqueSettings {
                     bandwidth_rad_s: scenario.wheel_loop.bandwidth_rad_s,
                     // The targets change once a control period; their derivative is smoothed over as long.
                     target_filter_s: scenario.run.control_dt_s,
-                    dt_s: physics_dt_s,
+                    dt_s: loop_period_s,
                 };
                 Box::new(ComputedTorque::new(model, &settings)?)
             }
@@ -49,7 +55,7 @@ impl Drive {
                 let settings = PrioritisedTorqueSettings {
                     bandwidth_rad_s: scenario.wheel_loop.bandwidth_rad_s,
                     target_filter_s: scenario.run.control_dt_s,
-                    dt_s: physics_dt_s,
+                    dt_s: loop_period_s,
                     priority: scenario.guidance.priority.into(),
                     reference_point_m: resolved.reference_point_m(),
                     friction: scenario.wheel_loop.friction.unwrap_or(f64::INFINITY),
@@ -58,7 +64,7 @@ impl Drive {
                 Box::new(PrioritisedTorque::new(standing, &settings)?)
             }
             WheelLaw::Passive => {
-                let settings = passive_settings(scenario, standing, physics_dt_s)?;
+                let settings = passive_settings(scenario, standing, loop_period_s)?;
                 let reference_point_m = resolved.reference_point_m();
                 Box::new(PassiveTorque::new(
                     standing,
@@ -73,6 +79,10 @@ impl Drive {
         let moves = !robot.joints.is_empty() && scenario.wheel_loop.law != WheelLaw::Pid;
         Ok(Self {
             law,
+            // A period is a whole number of steps.
+            every: (loop_period_s / physics_dt_s).round().max(1.0) as u32,
+            until_due: 0,
+            held_n_m: vec![0.0; motors.len()],
             moving: moves.then(|| Box::new(robot.clone())),
             targets_rad_s: vec![0.0; motors.len()],
             torques: vec![MotorTorque::constant(0.0); motors.len()],
@@ -104,7 +114,7 @@ impl Drive {
         self.law.shares()
     }
 
-    /// The torques of the next physics step while a share of the supply is left, each with what its motor can give about the rate of
+    /// The torques of the next physics step, of `dt_s` seconds, while a share of the supply is left, each with what its motor can give about the rate of
     /// its wheel. The wheel loops go by the rates that are seen.
     pub fn torques(
         &mut self,
@@ -113,6 +123,8 @@ impl Drive {
         supply_share: f64,
         dt_s: f64,
     ) -> &[MotorTorque] {
+        let is_due = self.until_due == 0;
+        self.until_due = if is_due { self.every } else { self.until_due } - 1;
         let motors = self.motors.iter().zip(rates.real_rad_s);
         let outputs = self.limits.iter_mut().zip(&mut self.torques);
         for ((limit, torque), (motor, rate_rad_s)) in outputs.zip(motors) {
@@ -139,11 +151,15 @@ impl Drive {
             let limit_rad_s = motor.velocity_limit_on(supply_share);
             *target = asked.clamp(-limit_rad_s, limit_rad_s);
         }
-        let (targets, limits) = (&self.targets_rad_s, &self.limits);
-        self.law.sense(known);
-        let torques_n_m = self.law.update(targets, rates.seen_rad_s, limits, dt_s);
-        for (torque, torque_n_m) in self.torques.iter_mut().zip(torques_n_m) {
-            torque.torque_n_m = *torque_n_m;
+        if is_due {
+            let (targets, limits) = (&self.targets_rad_s, &self.limits);
+            self.law.sense(known);
+            let period_s = f64::from(self.every) * dt_s;
+            let decided_n_m = self.law.update(targets, rates.seen_rad_s, limits, period_s);
+            self.held_n_m.copy_from_slice(decided_n_m);
+        }
+        for (torque, held_n_m) in self.torques.iter_mut().zip(&self.held_n_m) {
+            torque.torque_n_m = *held_n_m;
         }
         for (torque, falling) in self.torques.iter_mut().zip(self.law.falling()) {
             torque.torque_n_m = falling.torque_n_m;

@@ -10,7 +10,7 @@ use ilon_files::FileAccess;
 use ilon_trace::{GroundMap, GroundRelief};
 
 use crate::Error;
-use crate::scenario::{HeightMap, Scenario};
+use crate::scenario::{HeightMap, SIZES, Scenario};
 
 /// The most points of a map: a square of 1025, as pictures of ground come.
 const MOST_POINTS: usize = 1025 * 1025;
@@ -221,6 +221,19 @@ fn mesh(map: &HeightMap, path: &Path, files: &FileAccess) -> Result<Grid, Fault>
         return Err((
             "it holds no triangles".to_owned(),
             "export the mesh again".to_owned(),
+        ));
+    }
+    let corners = triangles.iter().flatten().flatten();
+    if let Some(far) = corners
+        .map(|m| f64::from(*m))
+        .find(|m| !(m.abs() <= *SIZES.end()))
+    {
+        return Err((
+            format!("one of its corners is at {far:e} m"),
+            format!(
+                "export the mesh in metres, with corners within {:e} m",
+                SIZES.end()
+            ),
         ));
     }
     let above = FromAbove::new(&triangles, map.cell_m)?;
@@ -545,9 +558,11 @@ mod tests {
     fn meshes_that_are_no_map_are_refused_in_words() {
         let keys = "cell_m = 0.25\n";
         let with_nan = ROOF.replace("v 5 -1 1\n", "v 5 -1 nan\n");
+        let far = ROOF.replace("v 5 -1 1\n", "v 5 -1 1e10\n");
         let upright = "v 0 0 0\nv 1 0 0\nv 1 0 1\nf 1 2 3\n";
         for (text, keys, says) in [
             (with_nan.as_str(), keys, "not finite"),
+            (far.as_str(), keys, "1e10 m"),
             ("", keys, "no triangles"),
             (upright, keys, "points"),
             (ROOF, "cell_m = 3\n", "points"),

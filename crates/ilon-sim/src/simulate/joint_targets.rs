@@ -44,6 +44,17 @@ enum Aim {
     Given(JointCommand),
 }
 
+impl Aim {
+    /// What it is, in a sentence.
+    fn words(&self) -> &'static str {
+        match self {
+            Self::Setpoints(..) => "the setpoints",
+            Self::Logged(_) => "the log's rows",
+            Self::Given(_) => "commands",
+        }
+    }
+}
+
 impl JointTargets {
     /// Where a scenario, and its log, send a robot's joints.
     ///
@@ -118,6 +129,28 @@ impl JointTargets {
         positions
     }
 
+    /// Says which joints setpoints or a log ask for a faster target than their servos let it be.
+    pub fn beyond_rate_limits(&self, robot: &Robot) -> Vec<String> {
+        let remark = |driven: &Driven| {
+            let limit = driven.servo.rate_limit;
+            let (fastest, from_s) = driven.fastest();
+            // Rows of a log are rounded.
+            (fastest > limit * (1.0 + 1e-6)).then(|| {
+                let of = &robot.joints[driven.index];
+                let (unit, key) = match of.kind {
+                    JointKind::Turns => ("rad/s", "rate_limit_rad_s"),
+                    JointKind::Slides => ("m/s", "rate_limit_m_s"),
+                };
+                let (asks, name) = (driven.aim.words(), &of.name);
+                format!(
+                    "{asks} of the joint `{name}` ask for {fastest:.3} {unit} from {from_s:.2} s on, but its servo's target moves at no more than \
+                     {limit:.3} {unit}: it comes late; give it more time, or raise `robot.joints.{name}.{key}`"
+                )
+            })
+        };
+        self.joints.iter().filter_map(remark).collect()
+    }
+
     /// Tells a joint's servo something from now on.
     pub fn give(&mut self, joint: usize, command: JointCommand) {
         let mut joints = self.joints.iter_mut();
@@ -154,8 +187,45 @@ impl Driven {
         }
     }
 
+    /// What it is told for a step of so many seconds, whose middle is at a time in seconds: of setpoints and logs with the mean rate of the target, for
+    /// it may change within the step.
+    fn command_over(&self, middle_s: f64, dt_s: f64) -> JointCommand {
+        let command = self.command_at(middle_s);
+        let is_given = matches!(self.aim, Aim::Given(_));
+        let at = |share: f64| match self.command_at(middle_s + share * dt_s) {
+            JointCommand::Position { position, .. } if !is_given => Some(position),
+            _ => None,
+        };
+        match (command, at(-0.5), at(0.5)) {
+            (JointCommand::Position { position, .. }, Some(from), Some(to)) => {
+                let rate = (to - from) / dt_s;
+                JointCommand::Position { position, rate }
+            }
+            _ => command,
+        }
+    }
+
+    /// The greatest rate of its target that setpoints or a log ask for, in rad/s or m/s, and when that begins, in seconds.
+    fn fastest(&self) -> (f64, f64) {
+        let faster = |one: (f64, f64), other: (f64, f64)| if other.0 > one.0 { other } else { one };
+        let moves = |from: [f64; 2], to: [f64; 2]| (to[1] - from[1]).abs() / (to[0] - from[0]);
+        match &self.aim {
+            Aim::Setpoints(points, Quantity::Position, between) => {
+                let ways = points.windows(2);
+                ways.map(|way| (between.peak() * moves(way[0], way[1]), way[0][0]))
+                    .fold((0.0, 0.0), faster)
+            }
+            Aim::Setpoints(points, Quantity::Rate, _) => {
+                let rates = points.iter().map(|[t_s, rate]| (rate.abs(), *t_s));
+                rates.fold((0.0, 0.0), faster)
+            }
+            Aim::Logged(log) => log.fastest(),
+            Aim::Setpoints(_, Quantity::Effort, _) | Aim::Given(_) => (0.0, 0.0),
+        }
+    }
+
     fn send(&mut self, t_s: f64, dt_s: f64, world: &mut World) -> Result<(), WorldError> {
-        let command = self.command_at(t_s);
+        let command = self.command_over(t_s, dt_s);
         if !matches!(command, JointCommand::Rate(_)) {
             self.runs_at = None;
         }
@@ -289,5 +359,43 @@ mod tests {
             }
         }
         assert_eq!(at_time(&points, Between::Smooth, 2.0)[1], 0.0);
+    }
+
+    fn driven(aim: Aim) -> Driven {
+        Driven {
+            index: 0,
+            aim,
+            servo: JointServo::for_inertia(1.0),
+            limits: [-9.0, 9.0],
+            runs_at: None,
+        }
+    }
+
+    /// A step in which the target changes its rate goes by the mean rate over it, wherever in the step that is.
+    #[test]
+    fn a_step_over_a_setpoint_has_the_mean_rate() {
+        let points = [[0.0, 0.0], [0.504, 0.504], [1.0, 0.504]];
+        let aim = Aim::Setpoints(points.into(), Quantity::Position, Between::Linear);
+        let command = driven(aim).command_over(0.505, 0.01);
+        let JointCommand::Position { position, rate } = command else {
+            panic!("{command:?}");
+        };
+        assert!(
+            (position - 0.504).abs() < 1e-12 && (rate - 0.4).abs() < 1e-9,
+            "{rate}"
+        );
+    }
+
+    /// The least jerk asks for 15/8 of the mean rate at most.
+    #[test]
+    fn the_greatest_rate_of_setpoints_is_found() {
+        let points = [[0.5, 0.0], [1.1, 1.5], [3.0, -0.5]];
+        for (between, fastest) in [(Between::Smooth, 4.6875), (Between::Linear, 2.5)] {
+            let aim = Aim::Setpoints(points.into(), Quantity::Position, between);
+            let (found, from_s) = driven(aim).fastest();
+            assert!((found - fastest).abs() < 1e-12 && from_s == 0.5, "{found}");
+        }
+        let rates = Aim::Setpoints(points.into(), Quantity::Rate, Between::Linear);
+        assert_eq!(driven(rates).fastest(), (1.5, 1.1));
     }
 }

@@ -1,6 +1,7 @@
 //! The loop: a plant, what drives it, and what records it.
 
 mod bodies;
+mod budget;
 mod clock;
 mod command;
 mod defaults;
@@ -19,9 +20,11 @@ mod imu;
 mod joint_targets;
 mod limits;
 mod load;
+mod loop_stability;
 mod motor_work;
 mod motors;
 mod noise;
+mod period;
 mod pilot;
 mod plant;
 mod playback;
@@ -31,6 +34,7 @@ mod reference;
 mod resolve;
 mod roughness;
 mod run;
+mod run_loop;
 mod sensors;
 mod simulation;
 mod sprints;
@@ -44,7 +48,7 @@ mod warnings;
 mod waypoints;
 mod wheel_loop;
 
-pub use ilon_world::WheelContact;
+pub use ilon_world::{WheelContact, WheelTally};
 
 pub use clock::CpuTime;
 pub use command::{Commanded, Decided, JointCommand, WheelCommand};
@@ -60,6 +64,7 @@ pub use plant::{Outcome, Plant, Snapshot};
 pub use recorder::Recorder;
 pub use resolve::{Driver, Resolved};
 pub use run::{Progress, Run};
+pub(crate) use run_loop::RunLoop;
 pub use sensors::Measurements;
 pub use simulation::{Simulation, run};
 pub use twist_profile::TwistProfile;

@@ -6,7 +6,9 @@ use ilon_control::{BodySense, Desired, Kinematics, TorqueShares};
 use ilon_robot::{Pose, Robot};
 use ilon_trace::{Storage, Truth};
 use ilon_world::rapier3d::prelude::PhysicsWorld;
-use ilon_world::{ContactSolver, Floor, MotorTorque, Payload, Push, Settings, SharedRobot, World};
+use ilon_world::{
+    ContactSolver, Floor, MotorTorque, Payload, Push, Settings, SharedRobot, WheelTally, World,
+};
 use nalgebra::{Matrix6, Vector3};
 
 use super::bodies;
@@ -31,6 +33,8 @@ const MOST_STEPS: f64 = 1e9;
 pub struct Outcome {
     /// The torques that the motors put on the wheels, in N m: the mean over the time.
     pub torques_n_m: Vec<f64>,
+    /// What each wheel, its motor and its contact did over the time: means, and the least and largest.
+    pub wheels: Vec<WheelTally>,
     /// By how much the laws of contact were broken at worst, in m/s: the speed at which something moves that should not.
     pub contact_residual_m_s: f64,
     /// The acceleration of the body frame's origin in the world frame, in m/s^2: the mean over the time.
@@ -195,6 +199,7 @@ impl Plant {
             sensed: 0,
             outcome: Outcome {
                 torques_n_m: vec![0.0; wheel_count],
+                wheels: vec![WheelTally::default(); wheel_count],
                 ..Outcome::default()
             },
             plan,
@@ -258,20 +263,23 @@ impl Plant {
     ) -> Result<&Outcome, Error> {
         self.check(command)?;
         let steps = self.steps_in(period_s)?;
-        self.outcome.torques_n_m.fill(0.0);
+        self.outcome.wheels.fill(WheelTally::default());
         self.outcome.contact_residual_m_s = 0.0;
         let before_m_s = self.velocity_in_world_m_s();
         for _ in 0..steps {
             self.actuate(command);
             self.step();
-            let acted = self.world.robot().motor_torques_n_m();
-            for (mean_n_m, torque_n_m) in self.outcome.torques_n_m.iter_mut().zip(acted) {
-                *mean_n_m += torque_n_m / steps as f64;
+            let acted = self.world.robot().wheel_tallies();
+            for (sum, step) in self.outcome.wheels.iter_mut().zip(acted) {
+                sum.add(step);
             }
             let residual_m_s = self.world.contact_residual_m_s();
             let worst_m_s = &mut self.outcome.contact_residual_m_s;
             *worst_m_s = worst_m_s.max(residual_m_s);
             watch(&self.world, self.clock.physics_dt_s());
+        }
+        for (mean_n_m, wheel) in (self.outcome.torques_n_m.iter_mut()).zip(&self.outcome.wheels) {
+            *mean_n_m = wheel.torque_mean_n_m();
         }
         self.outcome.torque_shares = self.drive.shares();
         let gained_m_s = self.velocity_in_world_m_s() - before_m_s;

@@ -3,18 +3,15 @@
 use std::borrow::Cow;
 
 use ilon_control::{ContactKinematics, Kinematics, Odometry, OdometryCovariance, WayErrors};
-use ilon_robot::{Pose, Robot};
-use ilon_trace::{
-    Desired, Header, JointSample, MAX_JOINTS, MAX_TASKS, Reckoned, Record, Support, TaskShare,
-    Trace, WheelSample,
-};
+use ilon_robot::{Pose, Robot, wrap_angle};
+use ilon_trace::{Desired, Header, MAX_TASKS, Reckoned, Record, TaskShare, Trace, WheelSample};
 use ilon_world::World;
-use nalgebra::Vector2;
 
-use super::bodies;
+use super::budget::Budget;
 use super::command::Decided;
 use super::header::{Appearance, header};
 use super::hubs::{self, Hubs};
+use super::period::Period;
 use super::pilot::{Idle, Pilot};
 use super::plant::Plant;
 use super::posed_odometry::PosedOdometry;
@@ -23,8 +20,8 @@ use crate::scenario::{Scenario, TIME_SLACK_S};
 
 /// Writes down what happens to a [`Plant`]: the growing trace, and what has to be summed between its rows.
 ///
-/// For a loop of one's own around a plant, once a control period: [`Recorder::reckon`] with the angles that were seen, decide,
-/// [`Recorder::record`], and [`Recorder::count`] after every physics step of [`Plant::advance_watched`].
+/// For a loop of a program around a plant, once a control period: [`Recorder::reckon`] with the angles that were seen, decide,
+/// [`Recorder::record`] (or [`Recorder::hold`] where no row is wanted), and [`Recorder::count`] after every physics step of [`Plant::advance_watched`].
 pub struct Recorder {
     trace: Trace,
     kinematics: Kinematics,
@@ -42,58 +39,71 @@ pub struct Recorder {
     row_period_s: f64,
     last_angles_rad: Vec<f64>,
     turned_rad: Vec<f64>,
-    /// Of each wheel, since the start or the last row.
-    sums: Vec<WheelSums>,
-    /// The largest since the last row.
-    residual_m_s: f64,
-    /// Of the whole robot, since the last row.
-    carried: Carried,
+    /// What each wheel has lost since the start.
+    lost: Vec<Lost>,
+    /// Since the last row.
+    period: Period,
+    decisions: Decisions,
+    /// Since the start.
+    budget: Budget,
     samples: Vec<WheelSample>,
     /// Seconds between samples of the rollers' angles, where they are recorded, and how many have been taken.
     rollers_every_s: Option<f64>,
     rollers_taken: u64,
 }
 
-/// What is summed of a wheel between rows.
+/// What a wheel has lost since the start, in J.
 #[derive(Clone, Copy, Debug, Default)]
-struct WheelSums {
-    /// Since the start, in J.
+struct Lost {
     slip_j: f64,
     spin_up_j: f64,
-    /// Of the motor since the last row: angular impulse in N m s, and time in s.
-    angular_n_m_s: f64,
-    time_s: f64,
 }
 
-/// What is summed of the whole robot between rows: impulses in the world frame in N s, and time in s.
-#[derive(Clone, Copy, Debug, Default)]
-struct Carried {
-    wheels_n_s: f64,
-    chassis_n_s: f64,
-    obstacles_n_s: Vector2<f64>,
-    time_s: f64,
+/// What was decided at the control instants since the last row.
+#[derive(Clone, Debug, Default)]
+struct Decisions {
+    instants: u32,
+    saturated: u32,
+    position_error_max_m: f64,
+    heading_error_max_rad: f64,
+    target_peaks_rad_s: Vec<f64>,
+}
+
+impl Decisions {
+    fn clear(&mut self) {
+        self.target_peaks_rad_s.fill(0.0);
+        *self = Self {
+            target_peaks_rad_s: std::mem::take(&mut self.target_peaks_rad_s),
+            ..Self::default()
+        };
+    }
+
+    /// Adds a control instant at which the robot was at a pose.
+    fn add(&mut self, header: &Header, pose: Pose, decided: &Decided<'_>) {
+        self.instants += 1;
+        let mut tasks = decided.tasks.iter();
+        let saturates = tasks.any(|task| task.asked_rad_s > 0.0 && task.weight < 1.0);
+        self.saturated += u32::from(saturates);
+        for (peak, target) in self
+            .target_peaks_rad_s
+            .iter_mut()
+            .zip(decided.wheel_rates_rad_s)
+        {
+            *peak = peak.max(target.abs());
+        }
+        if let Some(desired) = decided.desired {
+            let point = header.reference_point_at(pose);
+            let off_m = (desired.pose.position_m() - point.position_m()).norm();
+            let off_rad = wrap_angle(desired.pose.heading_rad - point.heading_rad);
+            self.position_error_max_m = self.position_error_max_m.max(off_m);
+            self.heading_error_max_rad = self.heading_error_max_rad.max(off_rad.abs());
+        }
+    }
 }
 
 /// The share of a wheel's way that a controller takes to slip, where it does not know: what rollers of steel and rubber lose by creep and by
 /// handing over.
 const SLIP_SHARE: f64 = 0.005;
-
-impl Carried {
-    /// Means along a heading, in N.
-    fn means(&self, heading_rad: f64) -> Support {
-        if self.time_s <= 0.0 {
-            return Support::default();
-        }
-        let (sin, cos) = libm::sincos(heading_rad);
-        let obstacles_n = self.obstacles_n_s / self.time_s;
-        Support {
-            wheels_n: self.wheels_n_s / self.time_s,
-            chassis_n: self.chassis_n_s / self.time_s,
-            obstacles_x_n: cos * obstacles_n.x + sin * obstacles_n.y,
-            obstacles_y_n: cos * obstacles_n.y - sin * obstacles_n.x,
-        }
-    }
-}
 
 impl Recorder {
     #[allow(clippy::too_many_arguments)]
@@ -128,16 +138,20 @@ impl Recorder {
             contact_kinematics,
             last_angles_rad: vec![0.0; wheel_count],
             turned_rad: vec![0.0; wheel_count],
-            sums: vec![WheelSums::default(); wheel_count],
-            residual_m_s: 0.0,
-            carried: Carried::default(),
+            lost: vec![Lost::default(); wheel_count],
+            period: Period::new(wheel_count, robot.joints.len()),
+            decisions: Decisions {
+                target_peaks_rad_s: vec![0.0; wheel_count],
+                ..Decisions::default()
+            },
+            budget: Budget::new(start, wheel_count),
             samples: vec![WheelSample::default(); wheel_count],
             rollers_every_s: roller_angles_hz.map(|rate_hz| 1.0 / rate_hz),
             rollers_taken: 0,
         }
     }
 
-    /// For a loop of one's own around this plant, which stands at its start: its rows are once a control period, and time counts
+    /// For a loop of a program around this plant, which stands at its start: its rows are once a control period, and time counts
     /// from zero. `urdf` is [`ilon_formats::Loaded::urdf`], or empty.
     ///
     /// # Errors
@@ -169,18 +183,13 @@ impl Recorder {
 
     /// Sums what happened during the last physics step.
     pub fn count(&mut self, world: &World, dt_s: f64) {
-        let acted = world
-            .robot()
-            .contacts()
-            .iter()
-            .zip(world.robot().motor_torques_n_m());
-        for (sums, (contact, torque_n_m)) in self.sums.iter_mut().zip(acted) {
-            sums.slip_j += contact.slip_power_w * dt_s;
-            sums.spin_up_j += contact.spin_up_power_w * dt_s;
-            sums.angular_n_m_s += torque_n_m * dt_s;
-            sums.time_s += dt_s;
+        for (lost, contact) in self.lost.iter_mut().zip(world.robot().contacts()) {
+            lost.slip_j += contact.slip_power_w * dt_s;
+            lost.spin_up_j += contact.spin_up_power_w * dt_s;
         }
-        self.residual_m_s = self.residual_m_s.max(world.contact_residual_m_s());
+        self.period.count(world, dt_s);
+        let kinematics = (&self.kinematics, &mut self.contact_kinematics);
+        self.budget.count(world, dt_s, kinematics);
         if let Some(posed) = &mut self.posed {
             posed.see(world.robot().joint_positions().iter().copied());
         }
@@ -188,15 +197,24 @@ impl Recorder {
             let joints = world.robot().joint_positions().iter().zip(known);
             odometry.see(joints.map(|(position, known)| if *known { *position } else { 0.0 }));
         }
-        let support = world.robot().support();
-        self.carried.wheels_n_s += support.wheels_n * dt_s;
-        self.carried.chassis_n_s += support.chassis_n * dt_s;
-        self.carried.obstacles_n_s += support.obstacles_n * dt_s;
-        self.carried.time_s += dt_s;
     }
 
-    /// Adds a row: the state now, what was decided on it, and the torques that follow.
+    /// Takes what was decided at a control instant that has no row of its own.
+    pub fn hold(&mut self, plant: &Plant, decided: &Decided<'_>) {
+        let pose = plant.world().robot().state().pose;
+        self.decisions.add(&self.trace.header, pose, decided);
+        let kinematics = (&self.kinematics, &mut self.contact_kinematics);
+        self.budget.end_span(plant.world(), kinematics);
+        self.budget.decide([
+            decided.command_twist_in_body,
+            decided.granted_twist_in_body,
+            self.kinematics.twist(decided.wheel_rates_rad_s),
+        ]);
+    }
+
+    /// Adds a row: the state now, what was decided on it, and what happened since the last row.
     pub fn record(&mut self, t_s: f64, plant: &Plant, decided: &Decided<'_>) {
+        self.hold(plant, decided);
         let (world, seen, shares) = (plant.world(), plant.seen(), plant.torque_shares());
         let angles_rad = world.robot().wheel_angles_rad();
         let rates_rad_s = world.robot().wheel_rates_rad_s();
@@ -224,33 +242,39 @@ impl Recorder {
             desired: decided.desired.map(|desired| Desired {
                 pose: desired.pose,
                 velocity_in_world: desired.velocity_in_world,
+                position_error_max_m: self.decisions.position_error_max_m,
+                heading_error_max_rad: self.decisions.heading_error_max_rad,
             }),
             measured: decided.measured,
             command_twist_in_body: decided.command_twist_in_body,
             granted_twist_in_body: decided.granted_twist_in_body,
             twist_target_ideal: self.kinematics.twist(decided.wheel_rates_rad_s),
+            saturated_share: f64::from(self.decisions.saturated)
+                / f64::from(self.decisions.instants),
             tasks,
-            joints: joints(world),
-            bodies: bodies::samples(world),
+            joints: self.period.joints(world),
+            bodies: self.period.bodies(world),
             torque_weight_position: shares.map_or(1.0, |shares| shares.position),
             torque_weight_heading: shares.map_or(1.0, |shares| shares.heading),
+            ledger: *self.budget.ledger(),
             slip_energy_j: world.slip_energy_j(),
             spin_up_energy_j: world.spin_up_energy_j(),
             motor_energy_j: world.motor_energy_j(),
+            motor_positive_energy_j: world.motor_positive_energy_j(),
             bearing_energy_j: world.bearing_energy_j(),
             impact_energy_j: world.impact_energy_j(),
             outside_energy_j: world.outside_energy_j(),
             kinetic_energy_j: energy.kinetic_j,
             potential_energy_j: energy.potential_j,
-            contact_residual_m_s: self.residual_m_s,
-            support: Some(self.carried.means(plant.truth().pose.heading_rad)),
+            contact_residual_m_s: self.period.residual_m_s,
+            support: Some(self.period.support(plant.truth().pose.heading_rad)),
             reckoned: self.reckoned(&seen.wheel_rates_rad_s),
             imu: seen.imu,
             storage: plant.storage(),
         };
         self.sample_wheels(world, decided.wheel_rates_rad_s);
-        self.residual_m_s = 0.0;
-        self.carried = Carried::default();
+        self.period.clear();
+        self.decisions.clear();
         self.trace.push(record, &self.samples);
         self.record_rollers(t_s, world);
     }
@@ -356,84 +380,27 @@ impl Recorder {
     }
 
     fn sample_wheels(&mut self, world: &World, targets_rad_s: &[f64]) {
-        for (index, (sample, contact)) in self
-            .samples
-            .iter_mut()
-            .zip(world.robot().contacts())
-            .enumerate()
-        {
-            let sums = &mut self.sums[index];
-            let (angular_n_m_s, time_s) = (sums.angular_n_m_s, sums.time_s);
-            (sums.angular_n_m_s, sums.time_s) = (0.0, 0.0);
-            let place = contact.place_in_body_m;
+        let robot = world.robot();
+        let contacts = robot.contacts().iter().enumerate();
+        for (sample, (wheel, contact)) in self.samples.iter_mut().zip(contacts) {
             *sample = WheelSample {
-                target_rad_s: targets_rad_s[index],
-                rate_rad_s: world.robot().wheel_rates_rad_s()[index],
-                angle_rad: world.robot().wheel_angles_rad()[index],
-                torque_n_m: if time_s > 0.0 {
-                    angular_n_m_s / time_s
-                } else {
-                    0.0
-                },
-                hub_height_m: world.robot().hub_height_m(index),
+                target_rad_s: targets_rad_s[wheel],
+                target_peak_rad_s: self.decisions.target_peaks_rad_s[wheel],
+                rate_rad_s: robot.wheel_rates_rad_s()[wheel],
+                angle_rad: robot.wheel_angles_rad()[wheel],
+                hub_height_m: robot.hub_height_m(wheel),
                 roller: contact.roller as u32,
                 touching: contact.touching,
-                load_share: 0.0,
-                slip_energy_j: sums.slip_j,
-                spin_up_energy_j: sums.spin_up_j,
+                slip_energy_j: self.lost[wheel].slip_j,
+                spin_up_energy_j: self.lost[wheel].spin_up_j,
                 ..WheelSample::default()
             };
             if contact.touching {
-                *sample = WheelSample {
-                    load_share: contact.load_share,
-                    contact_x_m: place.x,
-                    contact_y_m: place.y,
-                    normal_force_n: contact.normal_force_n,
-                    force_x_n: contact.force_in_body_n.x,
-                    force_y_n: contact.force_in_body_n.y,
-                    friction: contact.friction,
-                    slip_x_m_s: contact.sliding_in_body_m_s.x,
-                    slip_y_m_s: contact.sliding_in_body_m_s.y,
-                    roller_spin_rad_s: contact.roller_spin_rad_s,
-                    roller_spin_ideal_rad_s: contact.roller_spin_ideal_rad_s,
-                    ..*sample
-                };
+                sample.load_share = contact.load_share;
+                sample.roller_spin_rad_s = contact.roller_spin_rad_s;
+                sample.roller_spin_ideal_rad_s = contact.roller_spin_ideal_rad_s;
             }
+            self.period.put_wheel(wheel, sample);
         }
-    }
-}
-
-/// The joints between the robot's bodies, as they are recorded.
-fn joints(world: &World) -> [JointSample; MAX_JOINTS] {
-    let robot = world.robot();
-    let mut samples = [JointSample::default(); MAX_JOINTS];
-    let places = robot.joint_positions().iter().zip(robot.joint_rates());
-    let found = places.zip(robot.joint_forces());
-    for (sample, ((position, rate), force)) in samples.iter_mut().zip(found) {
-        *sample = JointSample {
-            position: *position,
-            rate: *rate,
-            force: *force,
-        };
-    }
-    samples
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A robot that looks along the world's y axis has the world's x axis to its right.
-    #[test]
-    fn what_obstacles_push_is_told_along_the_robots_own_axes() {
-        let carried = Carried {
-            obstacles_n_s: Vector2::new(3.0, 4.0),
-            time_s: 0.5,
-            ..Carried::default()
-        };
-        let means = carried.means(std::f64::consts::FRAC_PI_2);
-        // The cosine of a rounded right angle is 6e-17.
-        assert!((means.obstacles_x_n - 8.0).abs() < 1e-14);
-        assert!((means.obstacles_y_n + 6.0).abs() < 1e-14);
     }
 }

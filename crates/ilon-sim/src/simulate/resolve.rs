@@ -11,10 +11,11 @@ use super::joint_targets::JointTargets;
 use super::pilot::{Controller, Idle, Pilot};
 use super::playback::{self, Log, Played};
 use super::stability::Stability;
-use super::{defaults, floor, limits, reference, warnings, wheel_loop};
+use super::{defaults, floor, limits, loop_stability, reference, warnings, wheel_loop};
 use crate::Error;
 use crate::bearing_drag;
-use crate::scenario::{Contacts, Drives, RollerBodies, Scenario, Step};
+use crate::scenario::{Contacts, Drives, RollerBodies, Rollers, Scenario, Step};
+use crate::wheels_to_spare;
 
 /// A scenario that leaves nothing open: every default and everything chosen by the program is spelled out in it.
 #[derive(Clone, Debug)]
@@ -30,6 +31,7 @@ pub struct Resolved {
     reference_point_m: Vector2<f64>,
     announced: Option<Announced>,
     stability: Option<Stability>,
+    has_unstable_loops: bool,
     warnings: Vec<String>,
 }
 
@@ -102,10 +104,15 @@ pub(super) fn resolve_as_given(
     let model = wheel_loop::dynamic_model(&standing)?;
     let physics_dt_s = choose_step(&mut scenario, robot, (&model, &pilot))?;
     choose_contacts(&mut scenario, robot);
-    wheel_loop::choose_gains(&mut scenario.wheel_loop, &model, physics_dt_s)?;
+    let of_contacts = scenario.check_contacts(robot)?;
+    let loop_period_s = wheel_loop::choose_gains(&mut scenario.wheel_loop, &model, physics_dt_s)?;
 
     let mut warnings: Vec<String> = robot.remarks.iter().map(ToString::to_string).collect();
     warnings.extend(of_scenario(&scenario, robot, of_ground));
+    let unstable_loops = loop_stability::remark(&scenario, &model, physics_dt_s)?;
+    warnings.extend(unstable_loops.clone());
+    warnings.extend(of_contacts);
+    warnings.extend(joint_targets.beyond_rate_limits(robot));
     let beyond = match driver {
         Driver::Guidance => limits::beyond(&scenario, (robot, &joint_targets), &pilot),
         Driver::Own => None,
@@ -115,7 +122,7 @@ pub(super) fn resolve_as_given(
     match pilot.feasibility(scenario.run.duration_s) {
         Some(feasibility) => {
             warnings.extend(warnings::of_feasibility(&feasibility, robot));
-            stability = Stability::of(&scenario, &model, physics_dt_s);
+            stability = Stability::of(&scenario, &model, loop_period_s);
             if let Some(stability) = &stability {
                 warnings.extend(stability.remark(&scenario)?);
             }
@@ -136,6 +143,7 @@ pub(super) fn resolve_as_given(
         reference_point_m: pilot.reference_point_m(),
         announced: beyond.map(|beyond| beyond.announced),
         stability,
+        has_unstable_loops: unstable_loops.is_some(),
         warnings,
     })
 }
@@ -159,6 +167,7 @@ fn choose_step(
     robot: &Robot,
     (model, pilot): (&DynamicModel, &Pilot),
 ) -> Result<f64, Error> {
+    let radius_m = defaults::scale_of(scenario, robot).length_m;
     let physics_dt_s = match scenario.run.physics_dt_s {
         Step::Seconds(dt_s) => dt_s,
         Step::Auto(_) => {
@@ -166,11 +175,19 @@ fn choose_step(
             let solver = &mut scenario.world.solver;
             solver.split_dt_s = solver.split_dt_s.or(split_dt_s);
             let asked_rad_s = pilot.fastest_rate_asked_rad_s(scenario);
-            defaults::physics_dt_s(scenario, robot, model, asked_rad_s)?
+            let dt_s = defaults::physics_dt_s(scenario, robot, model, asked_rad_s)?;
+            match scenario.longest_step_of_bodies(radius_m) {
+                Some((_, longest_s)) if dt_s > longest_s => {
+                    let control_dt_s = scenario.run.control_dt_s;
+                    control_dt_s / (control_dt_s / longest_s).ceil()
+                }
+                _ => dt_s,
+            }
         }
     };
     scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);
     scenario.check_step(physics_dt_s)?;
+    scenario.check_bodies(physics_dt_s, radius_m)?;
     Ok(physics_dt_s)
 }
 
@@ -196,6 +213,15 @@ fn of_scenario(scenario: &Scenario, robot: &Robot, of_ground: Vec<String>) -> Ve
         let (friction, gravity_m_s2) = (world.floor.friction(), world.gravity_m_s2);
         remarks.extend(bearing_drag::remarks(robot, friction, gravity_m_s2));
     }
+    let barrels = scenario.robot.rollers == Rollers::Barrel;
+    if barrels && world.floor.is_plane() && world.solver.contacts == Contacts::Ilon {
+        let stiffness_n_m = world.solver.contact_stiffness_n_m;
+        remarks.extend(wheels_to_spare::remark(
+            robot,
+            stiffness_n_m,
+            world.gravity_m_s2,
+        ));
+    }
     remarks.extend(of_ground);
     remarks.extend(warnings::of_friction(scenario));
     remarks.extend(warnings::of_what_comes_too_late(scenario));
@@ -209,7 +235,22 @@ impl Resolved {
         &self.scenario
     }
 
-    /// The step of physics and wheel loops, in seconds.
+    /// The same run with keys of its scenario changed. All that was chosen stays, such as gains and the path in time; keys of robot, ground and
+    /// motion, which choices were made by, have no effect.
+    ///
+    /// # Errors
+    /// Where the scenario asks for something that cannot be then.
+    pub(crate) fn with(&self, change: impl FnOnce(&mut Scenario)) -> Result<Self, Error> {
+        let mut changed = self.clone();
+        change(&mut changed.scenario);
+        changed.scenario.validate()?;
+        if let Step::Seconds(dt_s) = changed.scenario.run.physics_dt_s {
+            changed.physics_dt_s = dt_s;
+        }
+        Ok(changed)
+    }
+
+    /// The step of physics, in seconds.
     pub fn physics_dt_s(&self) -> f64 {
         self.physics_dt_s
     }
@@ -275,6 +316,11 @@ impl Resolved {
     /// What the guidance's gains can be, where it follows a reference and that is known.
     pub(super) fn stability(&self) -> Option<&Stability> {
         self.stability.as_ref()
+    }
+
+    /// Whether the wheel loops cannot settle at the physics step, see [`super::loop_stability`].
+    pub(super) fn has_unstable_loops(&self) -> bool {
+        self.has_unstable_loops
     }
 
     /// The point of the body frame that follows the reference, in metres.

@@ -2,22 +2,22 @@
 
 use std::convert::Infallible;
 
-use ilon_control::{ContactKinematics, Kinematics};
 use ilon_formats::Loaded;
 use ilon_robot::{Robot, Twist};
-use ilon_trace::{Recorded, Recording, Sink, Summary, Trace, TraceError};
+use ilon_trace::{Recorded, Recording, Rows, Sink, Summary, Trace, TraceError, Twin};
 use ilon_world::World;
 
 use super::clock::CpuTime;
 use super::fastest::{resolve, resolve_for};
-use super::header::{Appearance, header};
+use super::header::Appearance;
 use super::load::{load, load_robot};
-use super::pilot::{Controller, Pilot};
+use super::pilot::Controller;
 use super::plant::Plant;
-use super::recorder::Recorder;
 use super::resolve::{Driver, Resolved};
 use super::run::{Progress, Run};
+use super::run_loop::RunLoop;
 use super::warnings;
+use crate::causes::Halves;
 use crate::scenario::{self, Scenario};
 use crate::{Error, judge};
 
@@ -41,11 +41,14 @@ impl Plant {
     }
 }
 
+/// Why a run under a controller from outside has no figures at half its step.
+const NOT_REPEATED: &str = "`run.converge` has no effect under a controller of your own: it cannot be started again from the beginning";
+
 /// A run under way: what is simulated, step by step.
 pub struct Simulation {
-    plant: Plant,
-    pilot: Pilot,
-    recorder: Recorder,
+    run: RunLoop,
+    /// The same run at half the step, which goes on beside it where the scenario says so.
+    halves: Option<Halves>,
     warnings: Vec<String>,
 }
 
@@ -142,6 +145,11 @@ impl Simulation {
                 .filter(|playback| playback.drives == scenario::Drives::Joints),
             twist: Some(scenario::Twist::default()),
             expect: scenario::Expect::default(),
+            // Nobody steers twice in the same way.
+            run: scenario::Run {
+                converge: false,
+                ..scenario.run.clone()
+            },
             ..scenario.clone()
         };
         let loaded = load(&scenario)?;
@@ -156,7 +164,7 @@ impl Simulation {
     /// Asks a [`steered`](Self::steered) robot for a twist of its body's origin, in the body frame, from the next control period on. It becomes wheel
     /// rates as that of `[twist]` does.
     pub fn steer(&mut self, twist_in_body: Twist) {
-        self.pilot.steer(twist_in_body);
+        self.run.pilot.steer(twist_in_body);
     }
 
     /// A plant, what drives it, and what records it.
@@ -167,86 +175,65 @@ impl Simulation {
         controller: Option<Box<dyn Controller>>,
     ) -> Result<Self, Error> {
         let scenario = resolved.scenario();
-        let standing = resolved.joint_targets().standing(robot);
-        let kinematics = Kinematics::new(&standing)?;
-        let contact_kinematics = ContactKinematics::new(&standing)?;
-        let pilot = resolved.pilot(robot, controller)?;
-        let plant = Plant::new(resolved, robot)?;
-        let header = header(resolved, robot, seen, &pilot)?;
+        let mut warnings = resolved.warnings().to_vec();
+        let halves = match (&controller, scenario.run.converge) {
+            (None, true) => Some(Halves::of(resolved, robot)),
+            (Some(_), true) => {
+                warnings.push(NOT_REPEATED.to_owned());
+                None
+            }
+            (_, false) => None,
+        };
+        let run = RunLoop::new(resolved, robot, seen, controller)?;
         let expect = &scenario.expect;
         let expected = expect.signals.iter().map(|bound| bound.signal.as_str());
         let tolerated = expect.tolerances.keys().map(String::as_str);
-        judge::check_names(expected.chain(tolerated), &header)?;
-        let recorder = Recorder::new(
-            header,
-            robot,
-            kinematics,
-            contact_kinematics,
-            resolved.start(),
-            scenario.run.row_count() as usize,
-            scenario,
-        );
-        let mut warnings = resolved.warnings().to_vec();
-        let stands = plant.world().robot().joint_positions();
-        warnings.extend(warnings::of_joints(plant.robot(), stands));
+        judge::check_names(expected.chain(tolerated), &run.recorder.trace().header)?;
+        let stands = run.plant.world().robot().joint_positions();
+        warnings.extend(warnings::of_joints(run.plant.robot(), stands));
         Ok(Self {
+            run,
+            halves,
             warnings,
-            plant,
-            pilot,
-            recorder,
         })
     }
 
     /// Advances the run by one physics step.
     pub fn step(&mut self) {
-        let clock = *self.plant.clock();
-        let t_s = clock.time_s();
-        if clock.control_is_due() {
-            let seen = self.plant.observe();
-            self.pilot.decide(t_s, seen);
-            self.recorder.reckon(&seen.wheel_angles_rad);
-        }
-        self.plant.actuate(self.pilot.command());
-        if clock.record_is_due() {
-            let decided = self.pilot.decided(t_s, self.plant.truth().pose);
-            self.recorder.record(t_s, &self.plant, &decided);
-        }
-        self.plant.step();
-        self.recorder
-            .count(self.plant.world(), clock.physics_dt_s());
+        self.run.step();
     }
 
     /// Whether the run has reached its end.
     pub fn is_done(&self) -> bool {
-        self.plant.clock().is_over()
+        self.run.plant.clock().is_over()
     }
 
     /// How far the run is.
     pub fn progress(&self) -> Progress {
         Progress {
-            time_s: self.plant.clock().time_s(),
-            duration_s: self.plant.clock().duration_s(),
+            time_s: self.run.plant.clock().time_s(),
+            duration_s: self.run.plant.clock().duration_s(),
         }
     }
 
     /// What was recorded so far, of a run that keeps it in memory.
     pub fn trace(&self) -> &Trace {
-        self.recorder.trace()
+        self.run.recorder.trace()
     }
 
     /// The scenario as it is run: every default and everything chosen by the program spelled out.
     pub fn scenario(&self) -> &Scenario {
-        self.plant.resolved().scenario()
+        self.run.plant.resolved().scenario()
     }
 
     /// What is simulated, apart from what drives it.
     pub fn plant(&self) -> &Plant {
-        &self.plant
+        &self.run.plant
     }
 
     /// The world as it is now.
     pub fn world(&self) -> &World {
-        self.plant.world()
+        self.run.plant.world()
     }
 
     /// What a person should know about the input, although it can be run.
@@ -279,8 +266,9 @@ impl Simulation {
         mut self,
         mut watch: impl FnMut(&Self) -> Result<(), E>,
     ) -> Result<Run, E> {
-        let cpu_s = self.drive_to_the_end(|simulation| watch(simulation))?;
-        let trace = self.recorder.take_trace();
+        let (cpu_s, twins) = self.drive_beside_halves(|simulation| watch(simulation))?;
+        let mut trace = self.run.recorder.take_trace();
+        trace.header.twins = twins;
         let summary = Summary::of(&trace, &ilon_trace::Settings::default());
         Ok(self.finish(trace, summary, cpu_s))
     }
@@ -309,16 +297,28 @@ impl Simulation {
         mut watch: impl FnMut(&Self, &mut Recording) -> Result<(), E>,
     ) -> Result<Run<Recorded>, E> {
         sinks.begin(&self.trace().header)?;
-        let cpu_s = self.drive_to_the_end(|simulation| {
-            let rows = simulation.recorder.trace_mut();
+        let (cpu_s, twins) = self.drive_beside_halves(|simulation| {
+            let rows = simulation.run.recorder.trace_mut();
             sinks.take(rows)?;
             recording.take(rows)?;
             watch(simulation, &mut recording)
         })?;
         sinks.finish()?;
+        recording.add_twins(twins);
         let recorded = recording.finish()?;
         let summary = Summary::of_rows(&recorded, &ilon_trace::Settings::default())?;
         Ok(self.finish(recorded, summary, cpu_s))
+    }
+
+    /// Steps until the run is done, beside the same run at half the step where there is one; gives what that came to too.
+    fn drive_beside_halves<E>(
+        &mut self,
+        watch: impl FnMut(&mut Self) -> Result<(), E>,
+    ) -> Result<(Option<f64>, Vec<Twin>), E> {
+        match self.halves.take() {
+            Some(halves) => halves.beside(|| self.drive_to_the_end(watch)),
+            None => Ok((self.drive_to_the_end(watch)?, Vec::new())),
+        }
     }
 
     /// Steps until the run is done; gives the CPU time that it took, in seconds, if the system tells.
@@ -328,7 +328,7 @@ impl Simulation {
     ) -> Result<Option<f64>, E> {
         let cpu = CpuTime::now();
         while !self.is_done() {
-            if self.plant.clock().control_is_due() {
+            if self.run.plant.clock().control_is_due() {
                 watch(self)?;
             }
             self.step();
@@ -337,13 +337,18 @@ impl Simulation {
         Ok(cpu.elapsed_s())
     }
 
-    fn finish<T>(mut self, trace: T, mut summary: Summary, cpu_s: Option<f64>) -> Run<T> {
-        self.warnings.extend(warnings::of_summary(&summary));
+    fn finish<T: Rows>(mut self, trace: T, mut summary: Summary, cpu_s: Option<f64>) -> Run<T> {
+        let resolved = self.run.plant.resolved();
+        let remarks = warnings::of_summary(&summary, resolved.has_unstable_loops());
+        self.warnings.extend(remarks);
+        let twins = &trace.header().twins;
+        self.warnings
+            .extend(warnings::of_convergence(&summary.converge, twins));
         summary.sim_seconds_per_cpu_second = cpu_s
             .filter(|cpu_s| *cpu_s > 0.0)
             .map(|cpu_s| summary.duration_s / cpu_s);
         Run {
-            scenario: self.plant.resolved().scenario().clone(),
+            scenario: self.run.plant.resolved().scenario().clone(),
             trace,
             summary,
             warnings: self.warnings,

@@ -2,7 +2,7 @@
 
 use ilon_robot::Twist;
 
-use crate::scenario;
+use crate::scenario::{self, within};
 
 /// A twist over time: held, with linear ramps between.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,16 +41,16 @@ impl TwistProfile {
         }
     }
 
-    /// The twist in the body frame at a time in seconds.
+    /// The twist in the body frame at a time in seconds. A change without a ramp holds from its instant on.
     pub fn at(&self, t_s: f64) -> Twist {
         let mut twist = Twist::default();
         for (from_s, to) in &self.changes {
-            if t_s <= *from_s {
+            if !within(t_s, *from_s, None) {
                 break;
             }
             let share = match self.ramp_s {
                 0.0 => 1.0,
-                ramp_s => ((t_s - from_s) / ramp_s).min(1.0),
+                ramp_s => ((t_s - from_s) / ramp_s).clamp(0.0, 1.0),
             };
             twist = twist + (*to - twist).scaled(share);
         }
@@ -101,8 +101,10 @@ mod tests {
             ramp_s: 0.0,
             ..scenario::Twist::default()
         });
-        assert_eq!(profile.at(0.5), Twist::default());
-        assert_eq!(profile.at(0.501), Twist::new(0.4, 0.0, 0.0));
+        assert_eq!(profile.at(0.499), Twist::default());
+        // Whatever a sum of control periods rounds to.
+        assert_eq!(profile.at(0.5 - 1e-15), Twist::new(0.4, 0.0, 0.0));
+        assert_eq!(profile.at(0.5), Twist::new(0.4, 0.0, 0.0));
         assert_eq!(profile.at(9.0), Twist::new(0.4, 0.0, 0.0));
     }
 }

@@ -1,7 +1,8 @@
 //! What a person should know of a run although it could be run: before it, of what was asked for, and after it, of what came.
 
 use ilon_robot::{BodyJoint, JointKind, Robot};
-use ilon_trace::Summary;
+use ilon_trace::metrics::Energy;
+use ilon_trace::{Convergence, Quantity, Summary, Twin};
 
 use super::pilot::FeasibilityInTime;
 use crate::scenario::Scenario;
@@ -12,9 +13,12 @@ const MOST_FRICTION: f64 = 2.0;
 /// A contact that misses its law by more than this, in m/s, is no rigid contact any more.
 const WORST_RESIDUAL_M_S: f64 = 1e-3;
 
-/// Energy that is missing from the balance, or too much in it, beyond this share of the motors' work means that something was not
-/// resolved by the step.
+/// Energy that is missing from the balance, or too much in it, beyond this share of what was turned over means that something was not
+/// resolved by the step. So does a loss that falls below zero by as much.
 const WORST_UNEXPLAINED: f64 = 0.01;
+
+/// Wheels whose rates are off by this share of the fastest that is asked for do not just lag: their loops swing, where they cannot settle.
+const SWINGING: f64 = 0.05;
 
 /// A wheel that is in the air for more than this part of the run does not carry the robot.
 const MOST_AIRBORNE: f64 = 0.5;
@@ -123,8 +127,19 @@ pub(super) fn of_feasibility(feasibility: &FeasibilityInTime, robot: &Robot) -> 
 }
 
 /// Of what came of the run.
-pub(super) fn of_summary(summary: &Summary) -> Vec<String> {
+pub(super) fn of_summary(summary: &Summary, has_unstable_loops: bool) -> Vec<String> {
     let mut remarks = Vec::new();
+    if let (true, Some(off_rad_s), Some(most_rad_s)) = (
+        has_unstable_loops,
+        summary.wheel_rate_error_rms_rad_s,
+        summary.wheel_rate_command_max_rad_s,
+    ) && off_rad_s > SWINGING * most_rad_s
+    {
+        remarks.push(format!(
+            "the wheel loops swung: wheels were {off_rad_s:.2} rad/s off their targets (rms), up to {most_rad_s:.2} rad/s; what slid, and how far \
+             the robot was off, comes from gains that are unstable at this step, and not from the floor"
+        ));
+    }
     for wheel in &summary.wheels {
         if let Some(share) = wheel.lost_contact
             && share > MOST_AIRBORNE
@@ -145,14 +160,70 @@ pub(super) fn of_summary(summary: &Summary) -> Vec<String> {
             1e3 * residual_m_s
         ));
     }
-    if let Some(share) = summary.energy.unexplained_share
+    remarks.extend(of_energy(&summary.energy));
+    remarks
+}
+
+/// Of energies that do not add up, and of losses that gave energy.
+fn of_energy(energy: &Energy) -> Vec<String> {
+    const REMEDY: &str = "the step does not resolve what happened, or the wheel loops are stiffer than can be computed with; shorten \
+                          `run.physics_dt_s` or lower `wheel_loop.bandwidth_rad_s`";
+    let mut remarks = Vec::new();
+    if let Some(share) = energy.unexplained_share
         && share.abs() > WORST_UNEXPLAINED
     {
         remarks.push(format!(
-            "the energies do not close: {:.1} % of the motors' work is unaccounted for, so that the step does not resolve what \
-             happened, or the wheel loops are stiffer than can be computed with; shorten `run.physics_dt_s` or lower \
-             `wheel_loop.bandwidth_rad_s`",
+            "the energies do not close: {:.1} % of what motors, pushes and gravity put in is unaccounted for: {REMEDY}",
             100.0 * share
+        ));
+    }
+    let [motor_j, drove_j, outside_j, stored_j] = [
+        energy.motor_j,
+        energy.motor_positive_j,
+        energy.outside_j,
+        energy.stored_j,
+    ]
+    .map(|joules| joules.unwrap_or(0.0));
+    let losses = [
+        ("sliding", energy.slip_j),
+        ("spinning rollers up", energy.spin_up_j),
+        ("bearings and gears", energy.bearing_j),
+        ("impacts", energy.impact_j),
+    ];
+    let losses = losses.map(|(what, lost_j)| (what, lost_j.unwrap_or(0.0)));
+    let sizes = losses.iter().map(|(_, lost_j)| lost_j.abs());
+    let rounding_j = WORST_UNEXPLAINED * sizes.fold(drove_j + outside_j.abs(), f64::max);
+    for (what, lost_j) in losses {
+        if lost_j < -rounding_j {
+            remarks.push(format!(
+                "a loss gave energy: {what} took {lost_j:.4} J, which cannot be: {REMEDY}"
+            ));
+        }
+    }
+    let (slip_j, there_j) = (losses[0].1, motor_j + outside_j - stored_j);
+    if slip_j > there_j + rounding_j {
+        remarks.push(format!(
+            "sliding took {slip_j:.4} J, more than the {there_j:.4} J that were there to be lost: {REMEDY}"
+        ));
+    }
+    remarks
+}
+
+/// Of figures that move at half the step by more than their stated accuracy, and of a run that could not be repeated at it.
+pub(super) fn of_convergence(converge: &Convergence, twins: &[Twin]) -> Vec<String> {
+    let failed = twins.iter().filter_map(|twin| twin.error.as_ref());
+    let mut remarks: Vec<String> = failed
+        .map(|error| format!("the run could not be repeated at half its step: {error}"))
+        .collect();
+    let words = |(quantity, moved): (&Quantity, &ilon_trace::convergence::Moved)| {
+        format!("{} by {:.2} %", quantity.words(), 100.0 * moved.share)
+    };
+    let beyond: Vec<String> = converge.beyond().map(words).collect();
+    if !beyond.is_empty() {
+        remarks.push(format!(
+            "at half the step figures move by more than their stated accuracy: {}; a shorter `run.physics_dt_s`, or a shorter \
+             `world.solver.split_dt_s`, brings them closer",
+            beyond.join(", ")
         ));
     }
     remarks
@@ -221,7 +292,7 @@ mod tests {
         let mut summary = Summary::default();
         summary.wheels = vec![wheel("front", 0.02), wheel("rear", 1.0)];
         summary.contact_residual_max_m_s = Some(1e-8);
-        let [remark] = &of_summary(&summary)[..] else {
+        let [remark] = &of_summary(&summary, false)[..] else {
             panic!("one wheel does not touch");
         };
         assert!(
@@ -231,9 +302,43 @@ mod tests {
         summary.wheels.clear();
         summary.energy.unexplained_share = Some(0.004);
         summary.contact_residual_max_m_s = Some(0.02);
-        assert!(of_summary(&summary)[0].contains("20.00 mm/s"));
+        assert!(of_summary(&summary, false)[0].contains("20.00 mm/s"));
         summary.contact_residual_max_m_s = None;
         summary.energy.unexplained_share = Some(-69.0);
-        assert!(of_summary(&summary)[0].contains("-6900.0 %"));
+        assert!(of_summary(&summary, false)[0].contains("-6900.0 %"));
+    }
+
+    /// A loss below zero by a hundredth of what the motors put in is no rounding, nor is sliding that took more than there was.
+    #[test]
+    fn losses_that_give_and_sliding_that_takes_more_than_there_is_are_remarked() {
+        let remarks = |slip_j: f64, bearing_j: f64, impact_j: f64| {
+            let mut energy = Energy::default();
+            energy.motor_j = Some(0.7);
+            energy.motor_positive_j = Some(1.0);
+            energy.stored_j = Some(0.3);
+            (energy.slip_j, energy.bearing_j) = (Some(slip_j), Some(bearing_j));
+            energy.impact_j = Some(impact_j);
+            of_energy(&energy)
+        };
+        assert!(remarks(0.25, 0.15, -0.005).is_empty());
+        let [bearing] = &remarks(0.3, -4.7, 0.0)[..] else {
+            panic!("a bearing that drives");
+        };
+        assert!(
+            bearing.contains("bearings") && bearing.contains("-4.7"),
+            "{bearing}"
+        );
+        assert_eq!(remarks(0.81, 0.13, -0.55).len(), 2);
+    }
+
+    #[test]
+    fn loops_that_cannot_settle_are_named_where_wheels_are_far_off() {
+        let mut summary = Summary::default();
+        summary.wheel_rate_command_max_rad_s = Some(8.0);
+        summary.wheel_rate_error_rms_rad_s = Some(0.1);
+        assert!(of_summary(&summary, true).is_empty());
+        summary.wheel_rate_error_rms_rad_s = Some(1.2);
+        assert!(of_summary(&summary, true)[0].contains("swung"));
+        assert!(of_summary(&summary, false).is_empty());
     }
 }

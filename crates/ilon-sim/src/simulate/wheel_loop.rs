@@ -9,27 +9,31 @@ use ilon_robot::Robot;
 use crate::Error;
 use crate::scenario::{self, Passive, Scenario, Step, WheelLaw};
 
-/// Writes the gains that a `[wheel_loop]` section leaves out, and the program chooses, into it.
+/// Writes the period and the gains that a `[wheel_loop]` section leaves out, and the program chooses, into it. Gives the period, in seconds.
 pub(super) fn choose_gains(
     section: &mut scenario::WheelLoop,
     model: &DynamicModel,
     physics_dt_s: f64,
-) -> Result<(), Error> {
+) -> Result<f64, Error> {
+    if section.is_sampled() {
+        section.period_s.get_or_insert(physics_dt_s);
+    }
+    let period_s = section.period_s.unwrap_or(physics_dt_s);
     if section.law == WheelLaw::Pid {
-        let gains = gains(section, model, physics_dt_s)?;
+        let gains = gains(section, model, period_s)?;
         section.proportional_n_m_s = Some(gains.proportional_n_m_s);
         section.integral_n_m = Some(gains.integral_n_m);
     }
-    Ok(())
+    Ok(period_s)
 }
 
 fn gains(
     section: &scenario::WheelLoop,
     model: &DynamicModel,
-    physics_dt_s: f64,
+    period_s: f64,
 ) -> Result<WheelGains, Error> {
     let bandwidth_rad_s = section.bandwidth_rad_s;
-    let proposed = WheelGains::for_robot(model, timing(section), physics_dt_s, bandwidth_rad_s)?;
+    let proposed = WheelGains::for_robot(model, timing(section), period_s, bandwidth_rad_s)?;
     Ok(WheelGains {
         proportional_n_m_s: section
             .proportional_n_m_s
@@ -50,9 +54,9 @@ fn timing(section: &scenario::WheelLoop) -> LoopTiming {
 pub(super) fn pid(
     section: &scenario::WheelLoop,
     model: &DynamicModel,
-    physics_dt_s: f64,
+    period_s: f64,
 ) -> Result<WheelLoop, Error> {
-    let gains = gains(section, model, physics_dt_s)?;
+    let gains = gains(section, model, period_s)?;
     let settings = WheelLoopSettings {
         timing: timing(section),
         inertia_kg_m2: model.ground_inertia_kg_m2(),
@@ -77,10 +81,11 @@ pub(super) fn choose_springs(scenario: &mut Scenario, robot: &Robot) -> Result<(
     if scenario.wheel_loop.law != WheelLaw::Passive {
         return Ok(());
     }
-    let dt_s = match scenario.run.physics_dt_s {
-        Step::Seconds(dt_s) => dt_s,
+    let dt_s = match (scenario.wheel_loop.period_s, scenario.run.physics_dt_s) {
+        (Some(period_s), _) => period_s,
+        (None, Step::Seconds(dt_s)) => dt_s,
         // A step that is chosen is short enough for dampers of this period.
-        Step::Auto(_) => scenario.run.control_dt_s.min(LONGEST_FOR_SPRINGS_S),
+        (None, Step::Auto(_)) => scenario.run.control_dt_s.min(LONGEST_FOR_SPRINGS_S),
     };
     let own = passive_settings(scenario, robot, dt_s)?;
     scenario.wheel_loop.passive = Some(Passive {
@@ -104,7 +109,7 @@ const LONGEST_FOR_SPRINGS_S: f64 = 1e-3;
 pub(super) fn passive_settings(
     scenario: &Scenario,
     robot: &Robot,
-    physics_dt_s: f64,
+    loop_period_s: f64,
 ) -> Result<PassiveTorqueSettings, Error> {
     let (control_dt_s, sensor) = (scenario.run.control_dt_s, &scenario.sensors.pose);
     let period =
@@ -117,7 +122,7 @@ pub(super) fn passive_settings(
     let mut own = PassiveTorqueSettings::for_robot(
         robot,
         scenario.world.gravity_m_s2,
-        physics_dt_s,
+        loop_period_s,
         pose_period_s,
         pose_delay_s,
     )?;

@@ -219,9 +219,8 @@ fn what_a_map_does_not_resolve_is_remarked_and_two_grounds_are_refused() {
     assert!(missing.unwrap_err().to_string().contains("none.png"));
 }
 
-/// On bumps a robot stands on four or five rollers that say nearly the same, and in one step of some thousands neither Newton's method nor sweeps find
-/// which of them slide: there the laws were left broken by 1.5e-4 m/s, on these very bumps. Every step is solved: 1e-8 m/s is where the solver ends, and
-/// single steps stop within ten times as much.
+/// On bumps a robot stands on four or five rollers that say nearly the same, and in one step of some thousands it is hard to find which of them slide:
+/// there the laws were once left broken by 1.5e-4 m/s, on these very bumps. Every step is solved: 1e-8 m/s is where the solver ends.
 #[test]
 fn on_bumps_every_step_is_solved() {
     let text = "robot.file = \"mecanum4.urdf\"\ntwist = { vy_m_s = 0.3 }\nrun = { duration_s = 5.5, physics_dt_s = 0.001 }\n\

@@ -289,15 +289,17 @@ fn the_bag_of_a_run_moves_its_joint_again(by: &str, within_rad: f64) {
     assert!(off_rad < within_rad, "{off_rad} rad");
 }
 
-/// A trace's torque has the joint's damping in it, 0.05 N m s/rad, beside the servo's; held from row to row it lags by half a period.
+/// A trace's torque has the joint's damping in it, 0.05 N m s/rad, beside the servo's. A row's torque is the mean over the period that it ends, so
+/// that the next row's is what acts from a row on.
 #[test]
 fn the_torques_of_a_trace_move_its_joint_again() {
     let folder = tempfile::tempdir().expect("a folder");
     let before = swing(folder.path()).run();
     let mut csv = "t_s,joint_arm_position_rad,joint_arm_force_n_m\n".to_owned();
-    for record in before.trace.records() {
-        let arm = &record.joints[0];
-        let torque = arm.force + 0.05 * arm.rate;
+    let records = before.trace.records();
+    for (record, next) in records.iter().zip(&records[1..]) {
+        let [arm, then] = [&record.joints[0], &next.joints[0]];
+        let torque = then.force + 0.05 * 0.5 * (arm.rate + then.rate);
         csv += &format!("{},{},{torque}\n", record.t_s, arm.position);
     }
     let motion = ALONE.replace("[twist]", "joints_by = \"effort\"\n[twist]");

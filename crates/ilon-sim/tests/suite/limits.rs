@@ -360,7 +360,10 @@ fn first_at_grip(run: &Run) -> Option<(f64, usize)> {
     let mut on_end = vec![0; wheels];
     for row in (0..records.len()).filter(|row| records[*row].t_s > FROM_S) {
         for (wheel, sample) in run.trace.wheels_at(row).iter().enumerate() {
-            let is = sample.friction_used().is_some_and(|used| used > 0.99);
+            let limit_n = sample.friction * sample.normal_force_n;
+            // At its limit within the period, and not for a moment alone: a roller that comes down is spun up in a few milliseconds.
+            let is = sample.friction_used().is_some_and(|used| used > 0.99)
+                && sample.tangential_force_n() > 0.9 * limit_n;
             on_end[wheel] = if is { on_end[wheel] + 1 } else { 0 };
             if on_end[wheel] == rows {
                 return Some((records[row + 1 - rows].t_s, wheel));

@@ -2,12 +2,15 @@
 
 mod attached;
 mod contest;
+mod converge;
 mod drives;
 mod extending;
 mod ground;
+mod jams;
 mod joint_logs;
 mod joints;
 mod limits;
+mod losses;
 mod materials;
 mod passive;
 mod plant;
@@ -15,9 +18,11 @@ mod playback;
 mod playback_bag;
 mod record;
 mod ridgeback;
+mod rows;
 mod similarity;
 mod spheres;
 mod spin;
 mod stability;
 mod support;
 mod suspensions;
+mod wheels_to_spare;

@@ -56,12 +56,12 @@ impl TraceWriter {
         Self::into(Destination::Nameless(std::env::temp_dir()), file, header)
     }
 
-    /// Ends the file and gives it its name.
+    /// Ends the file with the header and gives it its name. The header has the signals of that with which it began.
     ///
     /// # Errors
     /// [`TraceError::Encode`], [`TraceError::Io`].
-    pub fn finish(self) -> Result<(), TraceError> {
-        self.end().map(|_| ())
+    pub fn finish(self, header: &Header) -> Result<(), TraceError> {
+        self.end(header).map(|_| ())
     }
 }
 
@@ -77,10 +77,7 @@ impl<W: Write + Seek + Send> TraceWriter<W> {
             return Err(TraceError::TooManyTasks { found });
         }
         let signals = signals(header);
-        let header = serde_json::to_string(header)
-            .map_err(|source| encode(place.path(), ParquetError::External(Box::new(source))))?;
-        let writer =
-            writer(file, header, &signals).map_err(|source| encode(place.path(), source))?;
+        let writer = writer(file, &signals).map_err(|source| encode(place.path(), source))?;
         Ok(Self {
             signals,
             writer,
@@ -106,8 +103,14 @@ impl<W: Write + Seek + Send> TraceWriter<W> {
         write().map_err(|source| encode(self.place.path(), source))
     }
 
-    /// Ends the file, gives it its name if it shall have one, and gives it back.
-    pub(crate) fn end(self) -> Result<W, TraceError> {
+    /// Ends the file with the header, gives it its name if it shall have one, and gives it back. What is known only after the run, such as the
+    /// header's twins, is in its file too: Parquet's metadata stands at its end.
+    pub(crate) fn end(mut self, header: &Header) -> Result<W, TraceError> {
+        let json = serde_json::to_string(header).map_err(|source| {
+            encode(self.place.path(), ParquetError::External(Box::new(source)))
+        })?;
+        let header = KeyValue::new(HEADER_KEY.to_owned(), json);
+        self.writer.append_key_value_metadata(header);
         let file = self.writer.into_inner();
         let file = file.map_err(|source| encode(self.place.path(), source))?;
         let file = file
@@ -143,10 +146,9 @@ fn encode(path: &Path, source: ParquetError) -> TraceError {
     }
 }
 
-/// A Parquet writer with the columns of these signals and the header in its metadata.
+/// A Parquet writer with the columns of these signals.
 fn writer<W: Write + Seek + Send>(
     file: W,
-    header_json: String,
     signals: &[Signal],
 ) -> Result<SerializedFileWriter<Summed<W>>, ParquetError> {
     let fields = signals
@@ -156,12 +158,7 @@ fn writer<W: Write + Seek + Send>(
     let schema = Type::group_type_builder("trace")
         .with_fields(fields)
         .build()?;
-    let mut properties = WriterProperties::builder()
-        .set_compression(Compression::SNAPPY)
-        .set_key_value_metadata(Some(vec![KeyValue::new(
-            HEADER_KEY.to_owned(),
-            header_json,
-        )]));
+    let mut properties = WriterProperties::builder().set_compression(Compression::SNAPPY);
     for signal in signals.iter().filter(|s| s.kind == ColumnType::Real) {
         // Neighbouring values share sign, exponent and leading digits: split by byte they compress.
         let column = ColumnPath::from(signal.name.as_str());

@@ -235,6 +235,7 @@ pub static GROUPS: &[Group] = &[
         open_loop_only: false,
         quantities: &[
             main!(energy.motor_j, "work of the motors", JOULE, 3),
+            detail!(energy.motor_positive_j, "work of the motors while they drove", JOULE, 3),
             detail!(energy.outside_j, "brought from outside", JOULE, 3),
             detail!(energy.stored_j, "gain of kinetic and potential energy", JOULE, 3),
             detail!(energy.slip_j, "lost to sliding", JOULE, 4),
@@ -249,6 +250,9 @@ pub static GROUPS: &[Group] = &[
         heading: "way",
         open_loop_only: false,
         quantities: &[
+            detail!(end_x_m, "x at the end", METRE, 4),
+            detail!(end_y_m, "y at the end", METRE, 4),
+            detail!(end_heading_rad, "heading at the end", DEGREE, 3),
             detail!(travelled_m, "length of the way", METRE, 3),
             detail!(turned_rad, "turned, back and forth", DEGREE, 1),
             detail!(odometry_drift_m_per_m, "odometry drift", MILLIMETRE_A_METRE, 2),

@@ -11,9 +11,12 @@ fn wheels_lie_flat_and_are_found_again_by_step_and_by_wheel() {
     let mut trace = Trace::with_capacity(header, 5);
     for step in 0..5 {
         let wheels: Vec<_> = (0..3)
-            .map(|j| WheelSample {
-                rate_rad_s: f64::from(10 * step + j),
-                ..WheelSample::default()
+            .map(|j| {
+                WheelSample {
+                    rate_rad_s: f64::from(10 * step + j),
+                    ..WheelSample::default()
+                }
+                .steady()
             })
             .collect();
         trace.push(Record::default(), &wheels);
@@ -39,7 +42,8 @@ fn rows_and_wheels_that_there_are_not_are_empty() {
     let sample = WheelSample {
         rate_rad_s: 1.0,
         ..WheelSample::default()
-    };
+    }
+    .steady();
     trace.push(Record::default(), &[sample]);
     trace.push(Record::default(), &[sample; 3]);
     let rates: Vec<_> = trace.wheel(1).map(|wheel| wheel.rate_rad_s).collect();

@@ -2,7 +2,7 @@
 //!
 //! A sweep through a robot's degrees of freedom is dear and converges slowly, because a roller is light across its axis
 //! (it spins) and heavy along it (it carries the robot). Here the problem is written down between the impulses alone,
-//! where both a sweep and a direct solution cost next to nothing:
+//! where a direct solution costs next to nothing:
 //!
 //! u = u_free + W p, with u the velocities where the impulses p act and W the Delassus matrix, what a unit impulse at one
 //! place does to the velocity at another, and a law for each of them:
@@ -15,16 +15,15 @@
 //! - *slide*, between two stops: least <= u <= most, and p = 0 but at a stop, from which it pushes;
 //! - *curve*: (u, p) lies on a curve of straight pieces along which velocity grows: a motor at its bounds with its gear.
 //!
-//! `kinds` has the laws, `system` the numbers that they hold between, `solver` what finds the impulses.
+//! `kinds` has the laws, `system` the numbers that they hold between, `residual` what is missing from them, `solver` what finds the impulses.
 
 mod anisotropy;
 mod curve;
-mod descent;
 mod kinds;
 mod newton;
-mod one_contact;
+mod residual;
 mod solver;
-mod split;
+mod splitting;
 mod system;
 #[cfg(test)]
 mod tests;
@@ -32,5 +31,5 @@ pub(crate) mod tread;
 
 pub(crate) use curve::Curve;
 pub(crate) use kinds::Law;
-pub(crate) use solver::Solver;
+pub(crate) use solver::{Solver, SolverEffort};
 pub(crate) use system::ImpulseProblem;

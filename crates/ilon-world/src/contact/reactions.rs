@@ -38,12 +38,13 @@ mod rolling;
 pub(crate) mod row;
 pub(crate) mod support;
 pub(crate) mod wheel_contact;
+pub(crate) mod wheel_tally;
 
 use std::mem::swap;
 
 use nalgebra::Vector3;
 
-use crate::contact::law::{Curve, ImpulseProblem, Solver};
+use crate::contact::law::{Curve, ImpulseProblem, Solver, SolverEffort};
 use crate::contact::reactions::handover_impulse::{BodyResponse, HandoverImpulse};
 use crate::contact::reactions::potential::{Axle, PotentialContact};
 use crate::contact::reactions::reaction::{Member, Part, Partner, Reaction};
@@ -165,6 +166,13 @@ impl Reactions {
         self.before_dt_s = self.dt_s;
         self.dt_s = scenes.dt_s;
         self.find(scenes);
+        self.react_again(scenes);
+    }
+
+    /// The same once more, of bodies that come together where they did but with other rates.
+    pub fn react_again(&mut self, scenes: Scenes<'_>) {
+        self.forget_laws();
+        self.driven.clear();
         // Which motors reach a bound is known when the step is solved; few do, and no step finds more than once that one does.
         loop {
             self.assemble(scenes);
@@ -180,6 +188,13 @@ impl Reactions {
             self.find_handover_impulse(scenes);
         }
         self.count_work();
+    }
+
+    /// Forgets the reactions of the step that was solved last, which is not taken, and goes back to those of the step before.
+    pub fn give_up(&mut self) {
+        self.all.clear();
+        self.all.append(&mut self.before);
+        self.dt_s = self.before_dt_s;
     }
 
     /// Separates the jump of rollers that came down from the rest of the step.
@@ -338,6 +353,11 @@ impl Reactions {
         self.error
     }
 
+    /// What solving took since this was asked for last.
+    pub fn take_effort(&mut self) -> SolverEffort {
+        self.solver.take_effort()
+    }
+
     /// Energy in the treads of rollers, in J.
     pub fn treads_j(&self) -> f64 {
         self.all.iter().map(Reaction::tread_j).sum()
@@ -375,9 +395,7 @@ impl Reactions {
         // Copied, so that neither list takes the room that the other has grown.
         self.before.clear();
         self.before.append(&mut self.all);
-        self.driven.clear();
         self.nearby.clear();
-        self.forget_laws();
     }
 
     /// Forgets the laws of the step, but not where bodies are near the ground and one another.
@@ -418,9 +436,7 @@ impl Reactions {
                 self.problem.warm_start(law, before.impulse);
             }
         }
-        let last = scenes.bodies.last();
-        let with_free_bodies = last.is_some_and(|body| body.free.is_some());
-        self.error = self.solver.solve(&mut self.problem, with_free_bodies);
+        self.error = self.solver.solve(&mut self.problem);
         self.take_solution();
         self.responses.complete(scenes, &mut self.change);
     }

@@ -12,19 +12,14 @@ pub(crate) fn shape_of(collision: &Collision) -> Option<(Isometry3<f64>, SharedS
     let y_to_z = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
     let as_it_is = UnitQuaternion::identity();
     let (shape, turn) = match &collision.shape {
-        CollisionShape::Box { half_extents_m: h } => (
-            SharedShape::cuboid(h.x as Real, h.y as Real, h.z as Real),
-            as_it_is,
-        ),
-        CollisionShape::Cylinder { radius_m, length_m } => (
-            SharedShape::cylinder(0.5 * *length_m as Real, *radius_m as Real),
-            y_to_z,
-        ),
-        CollisionShape::Capsule { radius_m, length_m } => (
-            SharedShape::capsule_z(0.5 * *length_m as Real, *radius_m as Real),
-            as_it_is,
-        ),
-        CollisionShape::Sphere { radius_m } => (SharedShape::ball(*radius_m as Real), as_it_is),
+        CollisionShape::Box { half_extents_m: h } => (SharedShape::cuboid(h.x, h.y, h.z), as_it_is),
+        CollisionShape::Cylinder { radius_m, length_m } => {
+            (SharedShape::cylinder(0.5 * *length_m, *radius_m), y_to_z)
+        }
+        CollisionShape::Capsule { radius_m, length_m } => {
+            (SharedShape::capsule_z(0.5 * *length_m, *radius_m), as_it_is)
+        }
+        CollisionShape::Sphere { radius_m } => (SharedShape::ball(*radius_m), as_it_is),
         CollisionShape::ConvexHull { points_m } => {
             let points: Vec<Vector> = points_m
                 .iter()

@@ -192,7 +192,7 @@ impl Floor {
         });
         let boxes = self.boxes.iter().map(|solid| {
             let h = solid.half_sides_m;
-            let shape = SharedShape::cuboid(h.x as Real, h.y as Real, h.z as Real);
+            let shape = SharedShape::cuboid(h.x, h.y, h.z);
             (solid.floor_from_box(), shape)
         });
         relief.chain(boxes).collect()
@@ -255,13 +255,13 @@ impl Relief {
             rows,
             columns,
             (0..rows * columns)
-                .map(|i| self.heights_m[rows - 1 - i % rows][i / rows] as Real)
+                .map(|i| self.heights_m[rows - 1 - i % rows][i / rows])
                 .collect(),
         );
         let sides = self.sides_m();
         SharedShape::new(HeightField::with_flags(
             heights,
-            Vector::new(sides.x as Real, 1.0, sides.y as Real),
+            Vector::new(sides.x, 1.0, sides.y),
             HeightFieldFlags::FIX_INTERNAL_EDGES,
         ))
     }

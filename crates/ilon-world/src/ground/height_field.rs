@@ -203,6 +203,21 @@ impl HeightField {
             })
     }
 
+    /// Its height at a place in the plane, in metres; `None` beside it.
+    pub fn height_m(&self, at_m: &Vector2<f64>) -> Option<f64> {
+        let off = (at_m - self.corner_m) / self.cell_m;
+        let is_on = |axis: usize| (0.0..=self.cells[axis] as f64).contains(&off[axis]);
+        if !(is_on(0) && is_on(1)) {
+            return None;
+        }
+        let [column, row] = [0, 1].map(|axis| (off[axis] as usize).min(self.cells[axis] - 1));
+        let (right, up) = (off.x - column as f64, off.y - row as f64);
+        let z = |right: usize, up: usize| self.point_m(column + right, row + up).z;
+        let middle = if up > right { z(0, 1) } else { z(1, 0) };
+        let (first, last) = (right.max(up), right.min(up));
+        Some(z(0, 0) + first * (middle - z(0, 0)) + last * (z(1, 1) - middle))
+    }
+
     /// Its lowest point, in metres.
     pub fn lowest_m(&self) -> f64 {
         self.lowest_m
@@ -215,6 +230,25 @@ mod tests {
 
     use super::*;
     use crate::contact::search::nearest::{Piece, PlacedBarrel};
+
+    /// Over each of the two triangles of a cell the height is that of the triangle's plane; beside the relief there is none.
+    #[test]
+    fn heights_are_those_of_the_triangles() {
+        let field = HeightField::of(&Relief {
+            cell_m: 0.5,
+            center_m: Vector2::new(1.0, -2.0),
+            heights_m: vec![vec![0.0, 1.0, 3.0], vec![2.0, 7.0, 4.0]],
+        });
+        // Its corner is at (0.5, -2.25).
+        let at = |x: f64, y: f64| field.height_m(&Vector2::new(0.5 + 0.5 * x, -2.25 + 0.5 * y));
+        assert_eq!(at(0.0, 0.0), Some(0.0));
+        assert_eq!(at(2.0, 1.0), Some(4.0));
+        // By hand: 0 + 0.5 (2 - 0) + 0.25 (7 - 2), and 1 + 0.75 (3 - 1) + 0.5 (4 - 3).
+        assert_eq!(at(0.25, 0.5), Some(2.25));
+        assert_eq!(at(1.75, 0.5), Some(3.0));
+        assert_eq!(at(-0.01, 0.5), None);
+        assert_eq!(at(1.0, 1.01), None);
+    }
 
     /// Numbers from 0 to 1, by a multiplicative generator (Lehmer 1951).
     struct Numbers(u64);

@@ -1,7 +1,7 @@
 //! The exact roller as a parry shape, for contacts that rapier solves.
 //!
 //! The barrel is the envelope of spheres centred on the roller's axis (see [`ilon_robot::barrel_profile`]). Its frame has the
-//! origin at the roller's centre and z along the roller's axis. parry works in f32; the profile does too.
+//! origin at the roller's centre and z along the roller's axis.
 
 use ilon_robot::Barrel;
 use parry3d::bounding_volume::{Aabb, BoundingSphere};
@@ -29,10 +29,10 @@ impl BarrelShape {
     /// The shape of a barrel.
     pub fn new(barrel: &Barrel) -> Self {
         Self {
-            wheel_radius_m: barrel.wheel_radius_m as Real,
-            ring_radius_m: barrel.ring_radius_m as Real,
-            sin_delta: barrel.sin_delta as Real,
-            half_length_m: barrel.half_length_m as Real,
+            wheel_radius_m: barrel.wheel_radius_m,
+            ring_radius_m: barrel.ring_radius_m,
+            sin_delta: barrel.sin_delta,
+            half_length_m: barrel.half_length_m,
         }
     }
 
@@ -48,7 +48,7 @@ impl BarrelShape {
     }
 
     /// The place t* of the sphere that reaches furthest along a unit direction whose component along the axis is
-    /// `w_axial`: `Barrel::support_place_m` in f32.
+    /// `w_axial`, as `Barrel::support_place_m`.
     pub fn support_place_m(&self, w_axial: Real) -> Real {
         let k = self.sin_delta;
         let under_root = k * k - w_axial * w_axial;
@@ -89,7 +89,7 @@ impl PointQuery for BarrelShape {
         let slope = |t: Real| {
             let kt = self.sin_delta * t;
             let q = (self.ring_radius_m * self.ring_radius_m + kt * kt).sqrt();
-            (t - point.z) / libm::hypotf(r, t - point.z).max(Real::MIN_POSITIVE)
+            (t - point.z) / libm::hypot(r, t - point.z).max(Real::MIN_POSITIVE)
                 + self.sin_delta * kt / q
         };
         let (mut low, mut high) = (-self.half_length_m, self.half_length_m);
@@ -197,7 +197,7 @@ impl Shape for BarrelShape {
     }
 
     fn ccd_angular_thickness(&self) -> Real {
-        std::f32::consts::FRAC_PI_2
+        std::f64::consts::FRAC_PI_2
     }
 
     fn is_convex(&self) -> bool {
@@ -211,7 +211,7 @@ impl Shape for BarrelShape {
 
 #[cfg(test)]
 mod tests {
-    use std::f32::consts::PI;
+    use std::f64::consts::PI;
 
     use super::*;
 

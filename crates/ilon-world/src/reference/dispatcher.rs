@@ -100,7 +100,7 @@ pub(crate) fn nearest_to_convex(
         }
     }
 
-    // Golden section: 40 steps shrink the bracket by 0.618^40 = 4e-9, below f32's resolution of t.
+    // Golden section: 40 steps shrink the bracket by 0.618^40 = 4e-9.
     const GOLDEN: Real = 0.618_034;
     let (mut low, mut high) = (-roller.half_length_m(), roller.half_length_m());
     let (mut left, mut right) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
@@ -421,7 +421,7 @@ mod tests {
                     signed_m - roller.sphere_radius_m(t_m)
                 })
                 .fold(Real::INFINITY, Real::min);
-            // f32 of lengths of a decimetre, some of them subtracted from each other; the search stands every 10 um.
+            // The search stands every 10 um of an axis that leans by less than 0.4.
             let off_m = (found.distance_m - least).abs();
             assert!(off_m < 2e-6, "{step}: {} {least}", found.distance_m);
         }

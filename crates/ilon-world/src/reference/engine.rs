@@ -50,7 +50,7 @@ const SWEEPS: usize = 32;
 fn integration_parameters(settings: &Settings) -> IntegrationParameters {
     let softness = SpringCoefficients::new(CONTACT_HZ, CONTACT_DAMPING_RATIO);
     IntegrationParameters {
-        dt: settings.dt_s as Real,
+        dt: settings.dt_s,
         contact_softness: softness,
         static_contact_softness: softness,
         num_solver_iterations: 1,

@@ -8,7 +8,7 @@ use super::barrel_shape::BarrelShape;
 use super::dispatcher::RollerDispatcher;
 use super::engine::Engine;
 use crate::engine::{convert, groups};
-use crate::ground::{Anchor, Ground};
+use crate::ground::{self, Ground};
 use crate::robot::articulated::Articulated;
 use crate::robot::roller::{ARMATURE, RollerState};
 use crate::robot::shared_robot::SharedRobot;
@@ -19,8 +19,6 @@ use crate::{ContactSolver, MotorTorque, Settings};
 #[derive(Clone)]
 pub(crate) struct Reference {
     pub(super) rapier: Engine,
-    /// The ground as its rapier world has it, and where that counts from.
-    pub(super) anchor: Anchor,
     pub(super) chassis: RigidBodyHandle,
     multibody: MultibodyIndex,
     pub(super) hubs: Vec<Hub>,
@@ -62,12 +60,10 @@ impl Reference {
         let gravity = convert::vector(&ground.gravity_in_floor(settings.gravity_m_s2));
         let narrow_phase = NarrowPhase::with_query_dispatcher(RollerDispatcher);
         let mut rapier = Engine::new(gravity, settings, narrow_phase);
-        let mut anchor = Anchor::insert(ground, &mut rapier.colliders, ContactSolver::Rapier);
-        anchor.follow(&robot.state.center_m(), ground, &mut rapier.colliders);
-        let (chassis, multibody, hubs) = assemble(&mut rapier, &anchor, robot);
+        ground::insert_into(ground, &mut rapier.colliders, ContactSolver::Rapier);
+        let (chassis, multibody, hubs) = assemble(&mut rapier, robot);
         let mut reference = Self {
             rapier,
-            anchor,
             chassis,
             multibody,
             hubs,
@@ -90,7 +86,7 @@ impl Reference {
         for body in parts.chain([self.chassis]).collect::<Vec<_>>() {
             self.rapier.remove_body(body);
         }
-        let parts = assemble(&mut self.rapier, &self.anchor, robot);
+        let parts = assemble(&mut self.rapier, robot);
         (self.chassis, self.multibody, self.hubs) = parts;
         self.set_in_motion(robot);
     }
@@ -122,17 +118,11 @@ impl Reference {
         multibody.update_rigid_bodies(bodies, true);
     }
 
-    /// Puts the robot into rapier as it is in the middle of the step, with the rates of its beginning: the f64 sums, counted
-    /// from rapier's own origin and rounded.
-    pub(super) fn place(&mut self, robot: &Articulated, ground: &Ground) {
+    /// Puts the robot into rapier as it is in the middle of the step, with the rates of its beginning.
+    pub(super) fn place(&mut self, robot: &Articulated) {
         let middle = &robot.middle;
-        let place_m = middle.center_m();
-        self.anchor
-            .follow(&place_m, ground, &mut self.rapier.colliders);
-        let rapier_from_floor = self.anchor.rapier_from_floor();
-        let in_rapier = rapier_from_floor * middle.floor_from_chassis();
         let chassis = &mut self.rapier.bodies[self.chassis];
-        chassis.set_position(convert::pose(&in_rapier), false);
+        chassis.set_position(convert::pose(middle.floor_from_chassis()), false);
         self.set_wheel_angles(middle.wheel_angles_rad());
         self.set_velocities(middle);
         let hubs = self.hubs.iter().zip(&robot.wheels);
@@ -140,13 +130,12 @@ impl Reference {
             // rapier moves the bodies by itself, but not the colliders on them.
             let rotation = UnitQuaternion::from_matrix(&pose.rotation);
             let floor_from_hub = Isometry3::from_parts(pose.center_m.into(), rotation);
-            let rapier_from_hub = rapier_from_floor * floor_from_hub;
-            let pose = convert::pose(&rapier_from_hub);
+            let pose = convert::pose(&floor_from_hub);
             self.rapier.bodies[hub.body].set_position(pose, false);
             for (part, roller) in hub.rollers.iter().zip(&wheel.rollers) {
                 let angle_rad = ilon_robot::wrap_angle(roller.angle_rad);
                 let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle_rad);
-                let pose = convert::pose(&(rapier_from_hub * roller.hub_from_roller * turned));
+                let pose = convert::pose(&(floor_from_hub * roller.hub_from_roller * turned));
                 self.rapier.bodies[part.body].set_position(pose, false);
             }
         }
@@ -156,7 +145,7 @@ impl Reference {
     pub(super) fn read_rates(&mut self) {
         let in_rapier = self.rapier.multibody_joints[self.multibody].generalized_velocity();
         for (rate, in_rapier) in self.rates.iter_mut().zip(in_rapier.iter()) {
-            *rate = f64::from(*in_rapier);
+            *rate = *in_rapier;
         }
     }
 
@@ -171,16 +160,16 @@ impl Reference {
         (0..robot.wheels.len()).map(of_wheel).sum()
     }
 
-    /// Sets rapier's wheel angles, kept within one turn where f32 is fine enough.
+    /// Sets rapier's wheel angles, kept within one turn.
     fn set_wheel_angles(&mut self, angles_rad: &[f64]) {
         let multibody = link_owner(&mut self.rapier.multibody_joints, self.multibody);
         for (hub, angle_rad) in self.hubs.iter().zip(angles_rad) {
             let link = multibody
                 .link(hub.link)
                 .expect("links are indexed when built");
-            let in_rapier = f64::from(link.joint().coords()[HINGE]);
+            let in_rapier = link.joint().coords()[HINGE];
             let correction = ilon_robot::wrap_angle(*angle_rad) - in_rapier;
-            self.displacement[hub.dof] = correction as Real;
+            self.displacement[hub.dof] = correction;
         }
         multibody.apply_displacements(&self.displacement);
     }
@@ -190,7 +179,7 @@ impl Reference {
         let multibody = link_owner(&mut self.rapier.multibody_joints, self.multibody);
         for ((hub, wheel), motor) in self.hubs.iter().zip(&robot.wheels).zip(motors) {
             let damping_n_m_s = wheel.joint.damping_n_m_s + motor.droop_n_m_s;
-            multibody.damping_mut()[hub.dof] = damping_n_m_s as Real;
+            multibody.damping_mut()[hub.dof] = damping_n_m_s;
         }
     }
 
@@ -201,21 +190,21 @@ impl Reference {
         for (index, (hub, wheel)) in self.hubs.iter().zip(&robot.wheels).enumerate() {
             let hub_rate_in_hub = robot.state.hub_rate_in_hub(index);
             for (part, roller) in hub.rollers.iter().zip(&wheel.rollers) {
-                rates[part.dof] = roller.spin_rad_s(&hub_rate_in_hub) as Real;
+                rates[part.dof] = roller.spin_rad_s(&hub_rate_in_hub);
             }
         }
     }
 
-    /// Sets rapier's rates, rounded.
+    /// Sets rapier's rates.
     fn set_velocities(&mut self, state: &State) {
         let multibody = link_owner(&mut self.rapier.multibody_joints, self.multibody);
         let mut rates = multibody.generalized_velocity_mut();
         let root = state.velocity_m_s.iter().chain(state.angular_rad_s.iter());
         for (dof, value) in root.enumerate() {
-            rates[dof] = *value as Real;
+            rates[dof] = *value;
         }
         for (hub, rate_rad_s) in self.hubs.iter().zip(state.wheel_rates_rad_s()) {
-            rates[hub.dof] = *rate_rad_s as Real;
+            rates[hub.dof] = *rate_rad_s;
         }
     }
 
@@ -228,16 +217,16 @@ impl Reference {
         let multibody = link_owner(&mut self.rapier.multibody_joints, self.multibody);
         multibody.damping_mut().fill(0.0);
         for ((hub, wheel), states) in self.hubs.iter().zip(&robot.wheels).zip(rollers) {
-            multibody.damping_mut()[hub.dof] = wheel.joint.damping_n_m_s as Real;
+            multibody.damping_mut()[hub.dof] = wheel.joint.damping_n_m_s;
             // The rotor is felt where the wheel turns against the chassis. What little it adds when the chassis itself turns about
             // the wheel's axis is left out.
-            multibody.armature_mut()[hub.dof] = wheel.drive.reflected_inertia_kg_m2() as Real;
-            multibody.frictions_mut()[hub.dof] = wheel.dry_friction_n_m() as Real;
+            multibody.armature_mut()[hub.dof] = wheel.drive.reflected_inertia_kg_m2();
+            multibody.frictions_mut()[hub.dof] = wheel.dry_friction_n_m();
             let rollers = wheel.rollers.iter().zip(states);
             for (part, (roller, state)) in hub.rollers.iter().zip(rollers) {
-                multibody.damping_mut()[part.dof] = roller.joint.damping_n_m_s as Real;
-                multibody.frictions_mut()[part.dof] = roller.joint.friction_n_m as Real;
-                multibody.armature_mut()[part.dof] = state.armature_kg_m2() as Real;
+                multibody.damping_mut()[part.dof] = roller.joint.damping_n_m_s;
+                multibody.frictions_mut()[part.dof] = roller.joint.friction_n_m;
+                multibody.armature_mut()[part.dof] = state.armature_kg_m2();
             }
         }
     }
@@ -246,7 +235,6 @@ impl Reference {
 /// Builds a robot in a rapier world as it is: its chassis, its multibody and its hubs.
 fn assemble(
     rapier: &mut Engine,
-    anchor: &Anchor,
     robot: &Articulated,
 ) -> (RigidBodyHandle, MultibodyIndex, Vec<Hub>) {
     let Articulated {
@@ -256,11 +244,9 @@ fn assemble(
         wheels,
         ..
     } = robot;
-    let rapier_from_floor = anchor.rapier_from_floor();
-    let rapier_from_chassis = rapier_from_floor * state.floor_from_chassis();
     let chassis = rapier.bodies.insert(
         RigidBodyBuilder::dynamic()
-            .pose(convert::pose(&rapier_from_chassis))
+            .pose(convert::pose(state.floor_from_chassis()))
             .can_sleep(false)
             .additional_mass_properties(mass_properties(&RobotMass {
                 center_of_mass_m: Vector3::zeros(),
@@ -297,7 +283,7 @@ fn link_owner(joints: &mut MultibodyJointSet, index: MultibodyIndex) -> &mut Mul
 fn mass_properties(mass: &RobotMass) -> MassProperties {
     MassProperties::with_inertia_matrix(
         convert::vector(&mass.center_of_mass_m),
-        mass.mass_kg as Real,
+        mass.mass_kg,
         convert::matrix(&mass.inertia_kg_m2),
     )
 }
@@ -352,11 +338,11 @@ fn insert_roller(
     (index, states): (usize, &[RollerState]),
 ) -> RollerBody {
     let (roller, state) = (&wheel.rollers[index], &states[index]);
-    let across = roller.transverse_inertia_kg_m2 as Real;
+    let across = roller.transverse_inertia_kg_m2;
     let mass = MassProperties::new(
         Vector::ZERO,
-        roller.mass_kg as Real,
-        Vector::new(across, across, roller.axial_inertia_kg_m2 as Real),
+        roller.mass_kg,
+        Vector::new(across, across, roller.axial_inertia_kg_m2),
     );
     let body = rapier.bodies.insert(
         RigidBodyBuilder::dynamic()

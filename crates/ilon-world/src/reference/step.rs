@@ -11,7 +11,7 @@ use crate::MotorTorque;
 use crate::contact::frame::{along_frame, frame};
 use crate::contact::reactions::reaction::{Member, Part, Partner, Reaction};
 use crate::engine::convert;
-use crate::ground::{Anchor, Grip, Ground};
+use crate::ground::{Grip, Ground};
 use crate::robot::articulated::Articulated;
 use crate::robot::state::State;
 
@@ -20,14 +20,13 @@ impl Reference {
     pub fn step(&mut self, robot: &mut Articulated, ground: &Ground, dt_s: f64) {
         robot.before.copy_from(&robot.state);
         robot.middle.copy_from(&robot.state);
-        self.rapier.integration_parameters.dt = dt_s as Real;
-        self.place(robot, ground);
+        self.rapier.integration_parameters.dt = dt_s;
+        self.place(robot);
         for (index, motor) in robot.motors.iter_mut().enumerate() {
             hold_below_limit(motor, robot.middle.wheel_rates_rad_s()[index]);
         }
         self.load(robot);
-        let anchor = &self.anchor;
-        self.rapier.step(&Grip { ground, anchor });
+        self.rapier.step(&Grip { ground });
         self.read_rates();
         self.move_on(robot, dt_s);
     }
@@ -97,7 +96,7 @@ impl Reference {
         let on = |part| Member { body: 0, part };
         let chassis = &self.rapier.bodies[self.chassis];
         for collider in chassis.colliders() {
-            for touch in touches(&self.rapier, &self.anchor, *collider) {
+            for touch in touches(&self.rapier, *collider) {
                 let velocity = |state: &State| state.chassis_velocity_m_s(&touch.at_m);
                 let axes = frame(touch.normal, Vector3::x());
                 let velocities = (velocity(before), velocity(after));
@@ -111,7 +110,7 @@ impl Reference {
                 let axis = hub.rotation * roller.axis_in_hub;
                 let center_m = roller.center_m(hub);
                 let spins_rad_s = (part.spin_before_rad_s, self.rates[part.dof]);
-                for touch in touches(&self.rapier, &self.anchor, part.collider) {
+                for touch in touches(&self.rapier, part.collider) {
                     let per_spin = axis.cross(&(touch.at_m - center_m));
                     let velocity = |state: &State, spin_rad_s: f64| {
                         state.hub_velocity_m_s(index, &touch.at_m) + spin_rad_s * per_spin
@@ -174,11 +173,7 @@ struct Touch {
 }
 
 /// The places where a collider presses on the ground, in the floor's frame.
-fn touches(
-    rapier: &Engine,
-    anchor: &Anchor,
-    collider: ColliderHandle,
-) -> impl Iterator<Item = Touch> {
+fn touches(rapier: &Engine, collider: ColliderHandle) -> impl Iterator<Item = Touch> {
     let pairs = rapier.narrow_phase.contact_pairs_with(collider);
     pairs.flat_map(move |pair| {
         let is_first = pair.collider1 == collider;
@@ -200,13 +195,12 @@ fn touches(
                 } else {
                     point.local_p1
                 };
-                let in_rapier_m = convert::to_f64(rapier_from_ground * on_ground);
                 Touch {
-                    at_m: anchor.origin_m() + in_rapier_m,
-                    normal: -sign * convert::to_f64(manifold.data.normal),
-                    normal_n_s: f64::from(point.data.impulse),
-                    rubbed_n_s: sign * convert::to_f64(point.data.warmstart_tangent_world),
-                    friction: f64::from(manifold.data.friction),
+                    at_m: convert::to_vector(rapier_from_ground * on_ground),
+                    normal: -sign * convert::to_vector(manifold.data.normal),
+                    normal_n_s: point.data.impulse,
+                    rubbed_n_s: sign * convert::to_vector(point.data.warmstart_tangent_world),
+                    friction: manifold.data.friction,
                 }
             })
         })

@@ -7,8 +7,10 @@ use nalgebra::{Isometry3, Vector3};
 
 use crate::contact::reactions::support::Support;
 use crate::contact::reactions::wheel_contact::{Taken, WheelContact};
+use crate::contact::reactions::wheel_tally::WheelTally;
 use crate::dynamics::{Loads, Mechanics, ROOT_DOFS, Tree};
 use crate::free::Free;
+use crate::loss::Owed;
 use crate::motor_torque::WheelInertia;
 use crate::robot::energy::{kinetic_j, potential_j};
 use crate::robot::payload::{ActingPush, Payload};
@@ -65,6 +67,9 @@ pub(crate) struct Articulated {
     pub forces: Vec<f64>,
     /// Whether something pressed on it in the last step.
     pub is_touched: bool,
+    /// What the friction of its contacts, and that of its bearings and gears, gave in steps in which a motion turned around, and still owes.
+    pub friction_owes: Owed,
+    pub bearings_owe: Owed,
     /// What acted in each joint between bodies in the last step, in N m or N; within a step the impulses so far.
     pub joint_forces: Vec<f64>,
     /// The servos in these joints; of one that nothing drives it does nothing.
@@ -83,6 +88,8 @@ pub(crate) struct Articulated {
     /// What the motors were asked for when the step began, and the wheels' rates then, in rad/s.
     pub asked: Vec<MotorTorque>,
     pub rates_asked_rad_s: Vec<f64>,
+    /// When the coming part of the step begins, counted from the middle of the step, in seconds: what is a function of time goes by it.
+    pub from_middle_s: f64,
     /// What each wheel did over the step.
     pub counts: Vec<WheelCounts>,
     /// What its wheels set against their motors.
@@ -97,6 +104,8 @@ pub(crate) struct WheelCounts {
     /// Angular impulse of the motor, in N m s.
     pub torque_n_m_s: f64,
     pub taken: Taken,
+    /// Of the contact and the motor.
+    pub tally: WheelTally,
 }
 
 impl Articulated {
@@ -135,6 +144,8 @@ impl Articulated {
             rates_free: vec![0.0; dofs],
             forces: vec![0.0; dofs],
             is_touched: false,
+            friction_owes: Owed::default(),
+            bearings_owe: Owed::default(),
             held_n_m_s2: vec![0.0; tree.joints().len()],
             gained: vec![0.0; dofs],
             sets_out: false,
@@ -145,6 +156,7 @@ impl Articulated {
             pushes: Vec::new(),
             asked: vec![MotorTorque::constant(0.0); count],
             rates_asked_rad_s: vec![0.0; count],
+            from_middle_s: 0.0,
             counts: vec![WheelCounts::default(); count],
             wheel_inertia: wheel_inertia(&robot, 0.0),
             scale,

@@ -83,6 +83,11 @@ impl Slide {
         self.place_m = self.after_m(self.rate_on_ground_m_s(), 0.5 * dt_s);
     }
 
+    /// Goes back to where it was when the last step began, to take the step anew.
+    pub fn begin_again(&mut self) {
+        self.place_m = self.began_m;
+    }
+
     /// The rates that take it to either stop within a step, in m/s: one not above 0, one not below.
     pub fn to_stops_m_s(&self, dt_s: f64) -> [f64; 2] {
         [-self.half_m, self.half_m].map(|stop_m| (stop_m - self.began_m) / dt_s)

@@ -9,7 +9,9 @@
 //! against the motion. Where the motor drives (g along the rate) that leaves w = eta g. Where the load drives, the same mesh friction helps
 //! the motor to brake: w = g / (2 - 1 / eta), the textbook's efficiency 2 - 1 / eta from wheel to motor. At eta of one half and below
 //! that vanishes: no load turns the motor, the gear locks itself. The wheel then turns only as far as its motor drives it, and where the
-//! motor gives nothing or brakes, it stands.
+//! motor gives nothing or brakes, it stands. Of a load that drives a turning wheel the same line, g = w (2 - 1 / eta), then has a g along the motion: the
+//! motor must push. That branch has two answers for each torque of the motor, so the step is solved with the wheel at the rate that the motor
+//! turns to, and g is what is counted as the motor's.
 //!
 //! **Dry friction** of bearing and gear comes on top, against the motion.
 //!
@@ -88,21 +90,35 @@ impl WheelDrive {
         const ROUNDED_RAD_S: f64 = 1e-7;
         let gained_rad_s = rate_rad_s - self.before_rad_s;
         let free_n_m = self.motor.at_gain(gained_rad_s);
-        let drives = free_n_m * rate_rad_s > 0.0;
-        if !drives || rate_rad_s.abs() < self.motor.rate_limit_rad_s - ROUNDED_RAD_S {
-            return free_n_m;
-        }
-        // At its rate limit it gives what is needed to stay there.
         let way = rate_rad_s.signum();
         let rotor_n_m = self.rotor_n_m_s * gained_rad_s;
         let passed_n_m = way * (on_wheel_n_m - rotor_n_m) + self.friction_n_m;
-        let geared_n_m = if passed_n_m > 0.0 {
+        let needed_n_m = way * self.needed_n_m(passed_n_m) + rotor_n_m;
+        let drives = free_n_m * rate_rad_s > 0.0;
+        if drives && rate_rad_s.abs() >= self.motor.rate_limit_rad_s - ROUNDED_RAD_S {
+            // At its rate limit it gives what is needed to stay there.
+            way * (way * needed_n_m).clamp(0.0, free_n_m.abs())
+        } else if self.locks() && passed_n_m < 0.0 && rate_rad_s.abs() > ROUNDED_RAD_S {
+            // The load pushes into a gear that locks itself: the motor turns it on.
+            let most_n_m = self.motor.bounds.limit_n_m;
+            needed_n_m.clamp(-most_n_m, most_n_m)
+        } else {
+            free_n_m
+        }
+    }
+
+    /// Whether no load turns the motor.
+    fn locks(&self) -> bool {
+        2.0 * self.efficiency <= 1.0
+    }
+
+    /// What the gear needs along the motion, in N m, to pass so much on to the wheel.
+    fn needed_n_m(&self, passed_n_m: f64) -> f64 {
+        if passed_n_m > 0.0 {
             passed_n_m / self.efficiency
         } else {
-            passed_n_m * (2.0 - 1.0 / self.efficiency).max(0.0)
-        };
-        let needed_n_m = way * geared_n_m + rotor_n_m;
-        way * (way * needed_n_m).clamp(0.0, free_n_m.abs())
+            passed_n_m * (2.0 - 1.0 / self.efficiency)
+        }
     }
 
     /// The same drive as it is seen by one for whom the wheel turns the other way.
@@ -117,7 +133,7 @@ impl WheelDrive {
     /// Adds what the drive puts on the wheel at rates from 0 on, in N m, the rotor's inertia taken off: at each rate in rad/s at which
     /// it bends, and one beyond. Says whether the gear locks the wheel at the last of them, or at 0 where there is none.
     fn go_forward(&self, points: &mut Vec<[f64; 2]>) -> bool {
-        let locks = 2.0 * self.efficiency <= 1.0;
+        let locks = self.locks();
         let limit_rad_s = self.motor.rate_limit_rad_s;
         let bends = self.bends_rad_s();
         let is_apart = |index: usize| {

@@ -7,6 +7,7 @@
 
 use ilon_robot::{BodyJoint, JointKind};
 
+use crate::dynamics::ROOT_DOFS;
 use crate::robot::articulated::Articulated;
 
 /// What acts in a joint over a step.
@@ -43,7 +44,7 @@ impl JointForce {
 }
 
 impl Articulated {
-    /// Says where the target of a joint's servo shall be, and how fast it moves there; says whether the joint has one.
+    /// Says where the target of a joint's servo shall be in the middle of the coming step, and how fast it moves then; says whether the joint has one.
     pub fn aim(&mut self, joint: usize, position: f64, rate: f64) -> bool {
         let is_driven = self.robot.joints[joint].servo().is_some();
         if is_driven {
@@ -57,15 +58,24 @@ impl Articulated {
     pub fn load_joint(&mut self, joint: usize, effort: f64) -> bool {
         let is_driven = self.robot.joints[joint].servo().is_some();
         if is_driven {
-            let at = [self.state.joint_positions()[joint], 0.0];
+            let at = self.state.joint_positions()[joint];
             let servo = &mut self.servos[joint];
-            (servo.aim, servo.target, servo.effort) = (at, at, Some(effort));
+            (servo.aim, servo.target, servo.effort) = ([at, 0.0], at, Some(effort));
         }
         is_driven
     }
 
-    /// Takes what the servos do in a step.
+    /// After how many seconds the first of the targets that are behind comes to its aim; infinite where none is.
+    pub fn catches_up_s(&self) -> f64 {
+        let joints = self.robot.joints.iter().zip(&self.servos);
+        let servos = joints.filter_map(|(joint, own)| Some((joint.servo()?, own)));
+        let times_s = servos.filter_map(|(of, own)| own.catches_up_s(of, self.from_middle_s));
+        times_s.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Takes what the servos do in a part of a step.
     pub fn run_servos(&mut self, dt_s: f64) {
+        let middle_s = self.from_middle_s + 0.5 * dt_s;
         for (index, joint) in self.robot.joints.iter().enumerate() {
             let Some(servo) = joint.servo() else {
                 continue;
@@ -76,8 +86,8 @@ impl Articulated {
             if self.sets_out {
                 own.act_to_rest(servo, position, dt_s);
             } else {
-                own.follow(servo, dt_s);
-                own.act(servo, (position, rate), dt_s);
+                let target = own.follow(servo, (middle_s, dt_s));
+                own.act(servo, target, (position, rate), dt_s);
             }
         }
     }
@@ -106,21 +116,8 @@ impl Articulated {
             // The loads are those with which the step was solved.
             let lost = self.held_n_m_s2[index] * (after - before);
             self.joint_forces[index] += self.loads.in_joints[index] * dt_s - lost;
+            self.servos[index].count_straight(after - before, dt_s);
         }
-    }
-
-    /// Work of the servos in a step as far as they are straight, in J.
-    pub fn servos_did_j(&self, dt_s: f64) -> f64 {
-        let rates = self.before.joint_rates().iter();
-        let rates = rates.zip(self.state.joint_rates());
-        let servos = self.servos.iter().zip(rates);
-        let means = self.middle.joint_rates();
-        servos
-            .zip(means)
-            .map(|((servo, (before, after)), mean)| {
-                servo.straight_impulse(after - before, dt_s) * mean
-            })
-            .sum()
     }
 
     /// Energy that the dampers of the joints took in a step, in J.
@@ -137,19 +134,15 @@ impl Articulated {
             .sum()
     }
 
-    /// Whether the mean of the rates would carry a joint beyond its stop: it was stopped there within the step.
-    pub fn passes_stops(&self, dt_s: f64) -> bool {
-        let places = self.state.joint_positions().iter();
-        let places = places.zip(self.middle.joint_rates());
-        self.robot
-            .joints
-            .iter()
-            .zip(places)
-            .any(|(joint, (from, mean))| {
-                let to = from + dt_s * mean;
-                let beyond = (joint.limits[0] - to).max(to - joint.limits[1]);
-                beyond > BEYOND * self.unit_of(joint)
-            })
+    /// Whether these mean rates of a step, by degree of freedom, would carry a joint beyond its stop: it was stopped there within the step.
+    pub fn passes_stops(&self, mean: impl Fn(usize) -> f64, dt_s: f64) -> bool {
+        let places = self.before.joint_positions().iter();
+        let joints = self.robot.joints.iter().zip(places);
+        joints.enumerate().any(|(index, (joint, from))| {
+            let to = from + dt_s * mean(ROOT_DOFS + index);
+            let beyond = (joint.limits[0] - to).max(to - joint.limits[1]);
+            beyond > BEYOND * self.unit_of(joint)
+        })
     }
 
     /// The unit of a joint's positions: a radian, or a wheel's radius in metres.

@@ -4,7 +4,11 @@
 //! step it is taken in the middle, where the joint is at q_0 + dt (u_0 + u_1) / 4: a straight line in what the joint gains, F_0 - S (u_1 - u_0)
 //! with S = K dt / 4 + theta D, solved with the masses as a motor's is. theta is 1/2 in short steps and nears 1 in long ones
 //! ([`ilon_robot::mean_of_gain`]), so that any damping is stable. Where the effort bounds it within the step, what is missing from the line is a
-//! curve among the reactions. Its target follows where it shall be, at its rate limit at most. A servo that is given an effort acts with that alone.
+//! curve among the reactions. A servo that is given an effort acts with that alone.
+//!
+//! **The target.** A servo is aimed once a step, and its aim is a line in time, through a position in the step's middle with a rate. The target follows
+//! that line, no faster than the rate limit, and acts in each part of a step with where it is in the middle of that part: a step that is taken in
+//! parts ends where a whole one does.
 
 use ilon_robot::{BodyJoint, JointServo, mean_of_gain};
 
@@ -14,10 +18,14 @@ use crate::{MotorTorque, TorqueBounds};
 /// The servo of a joint, or what there is in its place where a joint has none.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Servo {
-    /// Where its target shall be, and how fast it moves then: in rad and rad/s, or m and m/s.
+    /// Where its target shall be in the middle of a step, and how fast it moves then: in rad and rad/s, or m and m/s.
     pub aim: [f64; 2],
-    /// Where it is, and how fast it moves.
-    pub target: [f64; 2],
+    /// Where its target is after the last step, in rad or m.
+    pub target: f64,
+    /// Whether its rate limit keeps the target behind the aim.
+    is_late: bool,
+    /// Both when the last part of a step began.
+    began: (f64, bool),
     /// What it acts with in place of going there, in N m or N.
     pub effort: Option<f64>,
     /// What the joint moves by itself, in kg m^2 or kg.
@@ -26,6 +34,8 @@ pub(crate) struct Servo {
     pub law: MotorTorque,
     /// The same as far as it is straight, which is solved with the masses.
     pub straight: MotorTorque,
+    /// Its impulse over the last step, in N m s or N s.
+    pub impulse: f64,
 }
 
 impl Servo {
@@ -34,31 +44,58 @@ impl Servo {
         let at = joint.servo().map_or(0.0, |servo| servo.target);
         Self {
             aim: [at, 0.0],
-            target: [at, 0.0],
+            target: at,
+            is_late: false,
+            began: (at, false),
             effort: None,
             inertia,
             law: MotorTorque::constant(0.0),
             straight: MotorTorque::constant(0.0),
+            impulse: 0.0,
         }
     }
 
-    /// Moves the target on for a step, no faster than the servo lets it.
-    pub fn follow(&mut self, servo: &JointServo, dt_s: f64) {
-        let by = self.aim[0] - self.target[0];
-        let most = servo.rate_limit * dt_s;
-        self.target = if by.abs() <= most {
-            let most = servo.rate_limit;
-            [self.aim[0], self.aim[1].clamp(-most, most)]
-        } else {
-            [
-                self.target[0] + most.copysign(by),
-                servo.rate_limit.copysign(by),
-            ]
-        };
+    /// Moves the target on over a part of a step whose middle is so far from the step's middle, in seconds, no faster than the servo lets it.
+    /// Gives where it is in the middle of the part, and how fast it moves.
+    pub fn follow(&mut self, servo: &JointServo, (middle_s, dt_s): (f64, f64)) -> [f64; 2] {
+        self.began = (self.target, self.is_late);
+        let (end, limit) = (self.aim_at(middle_s + 0.5 * dt_s), servo.rate_limit);
+        let (by, most) = (end - self.target, limit * dt_s);
+        self.is_late = by.abs() > most;
+        if self.is_late {
+            let middle = self.target + 0.5 * most.copysign(by);
+            self.target += most.copysign(by);
+            return [middle, limit.copysign(by)];
+        }
+        self.target = end;
+        [self.aim_at(middle_s), self.aim[1].clamp(-limit, limit)]
     }
 
-    /// Takes what the servo does in a step of a joint at a position with a rate.
-    pub fn act(&mut self, servo: &JointServo, (position, rate): (f64, f64), dt_s: f64) {
+    /// Goes back to where the target was when the last part of a step began, to take it anew.
+    pub fn begin_again(&mut self) {
+        (self.target, self.is_late) = self.began;
+    }
+
+    /// Where the aim is at a time from the step's middle, in seconds.
+    fn aim_at(&self, from_middle_s: f64) -> f64 {
+        self.aim[0] + self.aim[1] * from_middle_s
+    }
+
+    /// After how many seconds from a time on, counted from the step's middle, a target that its rate limit kept behind comes to its aim.
+    pub fn catches_up_s(&self, servo: &JointServo, from_middle_s: f64) -> Option<f64> {
+        let behind = self.aim_at(from_middle_s) - self.target;
+        let closes = servo.rate_limit - self.aim[1] * behind.signum();
+        (self.is_late && closes > 0.0).then(|| behind.abs() / closes)
+    }
+
+    /// Takes what the servo does in a part of a step with its target at a position with a rate, and the joint when it begins, too.
+    pub fn act(
+        &mut self,
+        servo: &JointServo,
+        target: [f64; 2],
+        (position, rate): (f64, f64),
+        dt_s: f64,
+    ) {
         if let Some(effort) = self.effort {
             self.law = MotorTorque::constant(effort.clamp(-servo.effort, servo.effort));
             self.straight = self.law.straight();
@@ -66,15 +103,15 @@ impl Servo {
         }
         let half = 0.5 * dt_s;
         let theta = mean_of_gain(servo.damping * dt_s / self.inertia);
-        let force = servo.stiffness * (self.target[0] - position - half * rate)
-            + servo.damping * (self.target[1] - rate);
+        let force = servo.stiffness * (target[0] - position - half * rate)
+            + servo.damping * (target[1] - rate);
         let droop = 0.5 * half * servo.stiffness + theta * servo.damping;
         self.take(servo, force, droop);
     }
 
     /// The same of a joint that does not move yet, at the end of the step: it comes to rest where it stands in equilibrium.
     pub fn act_to_rest(&mut self, servo: &JointServo, position: f64, dt_s: f64) {
-        let force = servo.stiffness * (self.target[0] - position);
+        let force = servo.stiffness * (self.target - position);
         self.take(servo, force, servo.stiffness * dt_s);
     }
 
@@ -106,8 +143,8 @@ impl Servo {
         curve.ends = [[1.0, dt_s * straight.droop_n_m_s]; 2];
     }
 
-    /// Its impulse over a step in which the joint gained a rate, as far as it is straight, in N m s or N s.
-    pub fn straight_impulse(&self, gained: f64, dt_s: f64) -> f64 {
-        (self.straight.torque_n_m - self.straight.droop_n_m_s * gained) * dt_s
+    /// Takes up its impulse over a step in which the joint gained a rate, as far as it is straight.
+    pub fn count_straight(&mut self, gained: f64, dt_s: f64) {
+        self.impulse = (self.straight.torque_n_m - self.straight.droop_n_m_s * gained) * dt_s;
     }
 }

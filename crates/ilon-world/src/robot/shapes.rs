@@ -9,7 +9,7 @@ use rapier3d::prelude::*;
 use crate::ContactSolver;
 use crate::contact::search::solid::Solid;
 use crate::engine::{convert, groups};
-use crate::ground::{Anchor, Ground};
+use crate::ground::{self, Ground};
 use crate::robot::shared_robot::SharedRobot;
 use crate::robot::state::State;
 use crate::robot::wheel::WheelBody;
@@ -27,7 +27,6 @@ pub(crate) struct Shapes {
 /// The robot and the ground in rapier.
 #[derive(Clone)]
 struct Near {
-    anchor: Anchor,
     colliders: ColliderSet,
     broad_phase: BroadPhaseBvh,
     narrow_phase: NarrowPhase,
@@ -125,15 +124,12 @@ impl Placed<'_> {
 
     /// Whether boxes around these shapes reach the ground.
     fn bodies_are_near(&self) -> bool {
-        /// What f32 makes of the size of a shape.
-        const ROUNDED_M: f64 = 1e-5;
-        let reach_m = self.within_m + ROUNDED_M;
         self.shapes().any(|(floor_from_shape, shape)| {
             let solid = Solid {
                 shape,
                 floor_from_shape,
             };
-            self.ground.reaches(&solid.bounds().grown(reach_m))
+            self.ground.reaches(&solid.bounds().grown(self.within_m))
         })
     }
 }
@@ -141,7 +137,7 @@ impl Placed<'_> {
 impl Near {
     fn new(placed: &Placed<'_>) -> Self {
         let mut colliders = ColliderSet::new();
-        let anchor = Anchor::insert(placed.ground, &mut colliders, ContactSolver::Ilon);
+        ground::insert_into(placed.ground, &mut colliders, ContactSolver::Ilon);
         let mut insert = |shape: &SharedShape, groups: InteractionGroups| {
             colliders.insert(
                 ColliderBuilder::new(shape.clone())
@@ -164,7 +160,6 @@ impl Near {
             }
         }
         Self {
-            anchor,
             colliders,
             broad_phase: BroadPhaseBvh::new(),
             narrow_phase: NarrowPhase::new(),
@@ -175,13 +170,9 @@ impl Near {
 
     /// Places everything, and lets rapier find what is near.
     fn find(&mut self, placed: &Placed<'_>) {
-        let place_m = placed.state.center_m();
-        self.anchor
-            .follow(&place_m, placed.ground, &mut self.colliders);
-        let rapier_from_floor = self.anchor.rapier_from_floor();
         let mut place = |collider: ColliderHandle, floor_from_shape: &Isometry3<f64>| {
             if let Some(collider) = self.colliders.get_mut(collider) {
-                collider.set_position(convert::pose(&(rapier_from_floor * floor_from_shape)));
+                collider.set_position(convert::pose(floor_from_shape));
             }
         };
         for (collider, (floor_from_shape, _)) in self.bodies.iter().zip(placed.shapes()) {
@@ -200,7 +191,7 @@ impl Near {
         }
         ROOM.with_borrow_mut(|room| {
             room.pipeline.step(
-                placed.within_m as Real,
+                placed.within_m,
                 &mut room.islands,
                 &mut self.broad_phase,
                 &mut self.narrow_phase,
@@ -228,7 +219,7 @@ impl Near {
             let rapier_from_ground = self.colliders[ground].position();
             for manifold in pair.manifolds() {
                 // A manifold's normal points from its first shape to its second.
-                let towards_second = convert::to_f64(manifold.data.normal);
+                let towards_second = convert::to_vector(manifold.data.normal);
                 let normal = if is_first {
                     -towards_second
                 } else {
@@ -240,9 +231,8 @@ impl Near {
                     } else {
                         point.local_p1
                     };
-                    let in_rapier_m = convert::to_f64(*rapier_from_ground * on_ground);
-                    let place_m = self.anchor.origin_m() + in_rapier_m;
-                    show(place_m, normal, f64::from(point.dist));
+                    let place_m = convert::to_vector(*rapier_from_ground * on_ground);
+                    show(place_m, normal, point.dist);
                 }
             }
         }

@@ -14,6 +14,7 @@ use crate::dynamics::ROOT_DOFS;
 use crate::ground::Ground;
 use crate::robot::articulated::Articulated;
 use crate::robot::drive::WheelDrive;
+use crate::robot::servo::Servo;
 use crate::robot::shapes::Placed;
 use crate::settings::NEAR;
 
@@ -21,37 +22,91 @@ use crate::settings::NEAR;
 /// wheel radii. Where one would be deeper, it has landed, and the step moves on with the rates after it. 5 um for wheels of 50 mm.
 const SINKS: f64 = 1e-4;
 
+/// A part of a step whose contacts break their laws by more than this, in m/s or rad/s, is given up and taken in halves: contacts that jam in a long
+/// step can mostly be solved in a shorter one.
+const UNSOLVED_M_S: f64 = 1e-6;
+
+/// The shortest part of a step that is halved, of the step.
+const SHORTEST_PART: f64 = 1.0 / 16.0;
+
 impl World {
-    /// Advances the world by a time.
+    /// Advances the world by a time: in one part, or in halves where its contacts cannot be solved.
     ///
-    /// The poses move on by half of it with the rates of its beginning; contacts and accelerations are found there,
-    /// and the reactions follow; with the mean of the rates before and after the poses move on to its end. That is of
-    /// second order in the time where nothing lands.
+    /// The reactions of a part are found before anything has moved, so that a part that is given up has left nothing behind.
     pub(super) fn advance(&mut self, dt_s: f64) {
-        for body in &mut self.bodies {
-            body.ask_motors(dt_s);
-        }
         if self.settings.contacts == ContactSolver::Rapier {
-            return self.advance_in_rapier(dt_s);
+            self.bodies
+                .iter_mut()
+                .for_each(|body| body.ask_motors(dt_s));
+            self.advance_in_rapier(dt_s);
+            return self.tally(dt_s);
         }
+        self.find_reactions(dt_s);
+        let half_s = 0.5 * dt_s;
+        if self.reactions.error() <= UNSOLVED_M_S || half_s < self.shortest_part_s() {
+            self.move_on(dt_s);
+            return self.tally(dt_s);
+        }
+        self.give_up();
+        self.advance(half_s);
+        self.advance(half_s);
+    }
+
+    /// Gives up a part of a step whose reactions have been found, and goes back to where it began.
+    pub(super) fn give_up(&mut self) {
+        self.solution.halvings += 1;
+        self.reactions.give_up();
+        self.bodies.iter_mut().for_each(Articulated::begin_again);
+    }
+
+    /// No part of a step that is halved is shorter than this, in seconds.
+    fn shortest_part_s(&self) -> f64 {
+        let shortest_s = SHORTEST_PART * self.settings.dt_s;
+        self.settings
+            .split_dt_s
+            .map_or(shortest_s, |split_s| split_s.min(shortest_s))
+    }
+
+    /// Finds the reactions of a part of a step, without moving anything.
+    ///
+    /// The poses are taken on by half of it with the rates of its beginning; contacts and accelerations are found there, and the reactions follow.
+    pub(super) fn find_reactions(&mut self, dt_s: f64) {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         for body in &mut self.bodies {
+            body.ask_motors(dt_s);
             let gravity = body.pulled_by(&gravity);
             body.move_freely(&gravity, dt_s);
             body.find_shapes(&self.ground);
         }
-        self.reactions.react(Scenes {
+        let scenes = Scenes {
             ground: &self.ground,
             settings: &self.settings,
             dt_s,
             bodies: &self.bodies,
-        });
+        };
+        self.reactions.react(scenes);
+        if self.turn_with_jumps(&gravity, dt_s) {
+            self.reactions.react_again(Scenes {
+                bodies: &self.bodies,
+                ground: &self.ground,
+                settings: &self.settings,
+                dt_s,
+            });
+        }
+        self.solution.add(self.reactions.take_effort());
+    }
+
+    /// Moves everything on to the end of a part of a step whose reactions have been found, and counts what they did.
+    ///
+    /// The poses move on with the mean of the rates before and after. That is of second order in the time where nothing lands.
+    pub(super) fn move_on(&mut self, dt_s: f64) {
+        let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         for (index, body) in self.bodies.iter_mut().enumerate() {
+            let lands = body.sets_out || body.lands(index, &self.reactions, dt_s);
             body.take_reactions(index, &self.reactions, dt_s);
-            let lands = self.reactions.sinks_m(index, dt_s) > SINKS * body.scale.length_m;
-            let lands = lands || body.sets_out || body.passes_stops(dt_s);
             let gravity = body.pulled_by(&gravity);
             body.move_on(lands, &gravity, dt_s, &mut self.energies);
+            body.from_middle_s += dt_s;
         }
         self.count_motors(dt_s);
         self.count_joints(dt_s);
@@ -59,13 +114,27 @@ impl World {
         self.count_guests();
         self.read_contacts(dt_s);
         for (index, body) in self.bodies.iter_mut().enumerate() {
-            let lost_j = body.run_bearings(&gravity, dt_s) + self.reactions.bearings_took_j(index);
-            self.energies.bearing_j += lost_j;
+            let took_j = body.run_bearings(&gravity, dt_s) + self.reactions.bearings_took_j(index);
+            self.energies.bearing_j += body.bearings_owe.lost_j(took_j);
             // What guests have is not this world's energy.
             if !body.is_guest() {
                 self.energies.outside_j += body.pushes_did_j(dt_s) - body.attached_took_j(dt_s);
             }
         }
+    }
+
+    /// Takes what turning frames ask of bodies with joints that are stopped within the step as their rates jump; says whether there are any.
+    fn turn_with_jumps(&mut self, gravity: &Vector3<f64>, dt_s: f64) -> bool {
+        let mut any = false;
+        for (index, body) in self.bodies.iter_mut().enumerate() {
+            let jumps = !body.robot.joints.is_empty() && !body.sets_out;
+            if jumps && body.lands(index, &self.reactions, dt_s) {
+                let gravity = body.pulled_by(gravity);
+                body.accelerate_in_jump(self.reactions.change(index), &gravity, dt_s);
+                any = true;
+            }
+        }
+        any
     }
 
     /// Counts what the motors did.
@@ -82,7 +151,8 @@ impl World {
             match reaction.a.part {
                 Part::RateLimit(wheel) => body.acted_n_m[wheel] += reaction.impulse.x / dt_s,
                 Part::Drive(wheel) => {
-                    self.energies.bearing_j += body.count_drive(wheel, reaction.impulse.x, dt_s);
+                    let took_j = body.count_drive(wheel, reaction.impulse.x, dt_s);
+                    self.energies.bearing_j += body.bearings_owe.lost_j(took_j);
                 }
                 _ => {}
             }
@@ -90,7 +160,8 @@ impl World {
         for body in &mut self.bodies {
             for (index, acted_n_m) in body.acted_n_m.iter().enumerate() {
                 let impulse_n_m_s = acted_n_m * dt_s;
-                self.energies.motor_j += impulse_n_m_s * body.middle.wheel_rates_rad_s()[index];
+                let turned_rad_s = body.middle.wheel_rates_rad_s()[index];
+                self.energies.count_motor(impulse_n_m_s * turned_rad_s);
                 body.counts[index].torque_n_m_s += impulse_n_m_s;
             }
         }
@@ -100,14 +171,12 @@ impl World {
     fn count_joints(&mut self, dt_s: f64) {
         for body in &mut self.bodies {
             body.count_springs(dt_s);
-            self.energies.motor_j += body.servos_did_j(dt_s);
         }
         for reaction in self.reactions.all() {
             let body = &mut self.bodies[reaction.a.body];
             match reaction.a.part {
                 Part::Servo(joint) => {
-                    let mean = body.middle.joint_rates()[joint];
-                    self.energies.motor_j += reaction.impulse.x * mean;
+                    body.servos[joint].impulse += reaction.impulse.x;
                     body.joint_forces[joint] += reaction.impulse.x;
                 }
                 Part::Friction(joint) | Part::Stop(joint, _) => {
@@ -116,11 +185,17 @@ impl World {
                 _ => {}
             }
         }
+        for body in &self.bodies {
+            for (servo, mean) in body.servos.iter().zip(body.middle.joint_rates()) {
+                self.energies.count_motor(servo.impulse * mean);
+            }
+        }
     }
 
     /// Reads the contacts and counts the energy that they took, the chassis's too where it scrapes along.
     pub(super) fn read_contacts(&mut self, dt_s: f64) {
-        self.residual_m_s = self.residual_m_s.max(self.reactions.error());
+        let residual_m_s = &mut self.solution.residual_m_s;
+        *residual_m_s = residual_m_s.max(self.reactions.error());
         let springs_j = match self.settings.contacts {
             ContactSolver::Ilon => self.reactions.spring_energy_j(&self.bodies, dt_s),
             // What rapier's soft contacts store goes with the hits.
@@ -150,7 +225,10 @@ impl World {
                     self.energies.impact_j -= reaction.impulse.x * mean;
                     continue;
                 }
-                Part::Chassis | Part::Link(_) => Taken::of(reaction, &mut 0.0),
+                Part::Chassis | Part::Link(_) => {
+                    let body = &mut self.bodies[reaction.a.body];
+                    Taken::of(reaction, &mut 0.0, &mut body.friction_owes)
+                }
                 Part::Roller(wheel, roller) => {
                     let body = &mut self.bodies[reaction.a.body];
                     let roller = &mut body.wheels[wheel].rollers[roller];
@@ -158,7 +236,11 @@ impl World {
                         let missing_rad_s = reaction.velocity_before.z / reaction.rolling_radius_m;
                         roller.spin_up_left_j = roller.spin_up_j(missing_rad_s);
                     }
-                    let taken = Taken::of(reaction, &mut roller.spin_up_left_j);
+                    let taken = Taken::of(
+                        reaction,
+                        &mut roller.spin_up_left_j,
+                        &mut body.friction_owes,
+                    );
                     body.counts[wheel].taken.add(&taken);
                     taken
                 }
@@ -251,6 +333,15 @@ impl Articulated {
         }
     }
 
+    /// Goes back to where [`Self::move_freely`] began, to take a part of a step anew: all else that it changed it finds anew.
+    fn begin_again(&mut self) {
+        self.servos.iter_mut().for_each(Servo::begin_again);
+        let rollers = self.wheels.iter_mut().flat_map(|wheel| &mut wheel.rollers);
+        rollers
+            .filter_map(|roller| roller.slide.as_mut())
+            .for_each(|slide| slide.begin_again());
+    }
+
     /// Says what motors, bearings and springs lose as their joints gain rate.
     fn hold_joints(&mut self, dt_s: f64) {
         let lost = self.motors.iter().zip(&self.robot.wheels);
@@ -277,7 +368,40 @@ impl Articulated {
 
     /// Takes the rates at the end of the step without reactions from those with which the body turns in it, which stand in their place.
     fn accelerate(&mut self, gravity: &Vector3<f64>, dt_s: f64) {
-        let rates = &self.rates_free;
+        let rates = std::mem::take(&mut self.rates_free);
+        self.find_forces(&rates, gravity);
+        self.rates_free = rates;
+        self.mechanics.factors().solve(&self.tree, &mut self.forces);
+        let rates = self.rates_free.iter_mut().zip(&self.rates_before);
+        for ((free, before), gains) in rates.zip(&self.forces) {
+            *free = before + dt_s * gains;
+        }
+    }
+
+    /// Takes the same once more of a body whose rates jump within the step by reactions that change them so, and which moves on with the rates
+    /// after them.
+    ///
+    /// With A the rows of its momentum, u_0 and u_1 its rates and q_m = q_0 + dt u_0 / 2, q_1 = q_0 + dt u_1 its poses in the middle and at the
+    /// end, A(q_1) u_1 - A(q_0) u_0 is A(q_m) (u_1 - u_0) and, to first order, what turning frames ask for: dt c with, for it is quadratic in
+    /// the rates, c = 5/4 c(u_1) + 3/4 c(u_0) - c((u_0 + u_1) / 2).
+    fn accelerate_in_jump(&mut self, change: &[f64], gravity: &Vector3<f64>, dt_s: f64) {
+        let after = self.rates_free.iter().zip(change);
+        let after: Vec<f64> = after.map(|(free, change)| free + change).collect();
+        let mean = self.rates_before.iter().zip(&after);
+        let mean: Vec<f64> = mean.map(|(before, after)| 0.5 * (before + after)).collect();
+        let before = self.rates_before.clone();
+        self.rates_free.copy_from_slice(&before);
+        for (share, rates) in [(1.25, &after), (0.75, &before), (-1.0, &mean)] {
+            self.find_forces(rates, gravity);
+            self.mechanics.factors().solve(&self.tree, &mut self.forces);
+            for (free, gains) in self.rates_free.iter_mut().zip(&self.forces) {
+                *free += share * dt_s * gains;
+            }
+        }
+    }
+
+    /// Finds the generalised forces that are left for accelerations of a body that turns with these rates.
+    fn find_forces(&mut self, rates: &[f64], gravity: &Vector3<f64>) {
         let angular_rad_s = Vector3::new(rates[3], rates[4], rates[5]);
         for (index, (wheel, hub)) in self.wheels.iter().zip(self.middle.hubs()).enumerate() {
             let spins_rad_s = rates[ROOT_DOFS + wheel.joint];
@@ -290,11 +414,19 @@ impl Articulated {
         let acting = (&self.loads, gravity);
         self.mechanics
             .forces(&self.tree, rates, acting, &mut self.forces);
-        self.mechanics.factors().solve(&self.tree, &mut self.forces);
-        let rates = self.rates_free.iter_mut().zip(&self.rates_before);
-        for ((free, before), gains) in rates.zip(&self.forces) {
-            *free = before + dt_s * gains;
-        }
+    }
+
+    /// Whether something of the body was stopped within the step, so that it cannot move on with the mean of the rates before and after: a contact would
+    /// end deep in the ground, or a joint beyond its stop.
+    fn lands(&self, index: usize, reactions: &Reactions, dt_s: f64) -> bool {
+        let change = reactions.change(index);
+        let mean = |dof: usize| {
+            let start_change = reactions.start_change(index).nth(dof).unwrap_or(0.0);
+            let start = self.rates_before[dof] + start_change;
+            0.5 * (start + (self.rates_free[dof] + change[dof]))
+        };
+        reactions.sinks_m(index, dt_s) > SINKS * self.scale.length_m
+            || self.passes_stops(mean, dt_s)
     }
 
     /// Finds where what touches as parry finds it is near the ground, in the middle of the step.

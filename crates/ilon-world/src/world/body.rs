@@ -7,6 +7,7 @@ use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use super::World;
 use crate::contact::reactions::support::Support;
 use crate::contact::reactions::wheel_contact::WheelContact;
+use crate::contact::reactions::wheel_tally::WheelTally;
 use crate::robot::articulated::Articulated;
 use crate::{BodyId, MotorTorque, WorldError};
 
@@ -184,7 +185,7 @@ impl<'a> Body<'a> {
     /// Where the target of each joint's servo is, in rad or m, which moves on to its aim at the servo's rate limit; zero of a joint that nothing drives.
     pub fn joint_targets(&self) -> impl Iterator<Item = f64> + use<'a> {
         let servos = self.articulated().servos.iter();
-        servos.map(|servo| servo.target[0])
+        servos.map(|servo| servo.target)
     }
 
     /// What acted in each joint between bodies during the last step along its motion, on its body, in N m or N: spring, damper, friction and
@@ -196,6 +197,11 @@ impl<'a> Body<'a> {
     /// Torques that the motors put on the wheels during the last step, in N m.
     pub fn motor_torques_n_m(&self) -> &'a [f64] {
         &self.articulated().acted_n_m
+    }
+
+    /// What each wheel, its motor and its contact did over the last step: means, and the least and largest.
+    pub fn wheel_tallies(&self) -> impl Iterator<Item = &'a WheelTally> + use<'a> {
+        self.articulated().counts.iter().map(|counts| &counts.tally)
     }
 
     /// Height of a wheel's centre above the floor's plane, level or not, in metres.
@@ -288,9 +294,9 @@ impl BodyMut<'_> {
         }
     }
 
-    /// Says where the servo of a joint between bodies shall have its target in the steps to come, in rad or m, and how fast that target moves
-    /// then, in rad/s or m/s: 0 of one that stands. The target goes there at the servo's rate limit at most, and stays until it is
-    /// given another.
+    /// Says where the servo of a joint between bodies shall have its target in the middle of each step to come, in rad or m, and how fast that target
+    /// moves then, in rad/s or m/s: 0 of one that stands. Within a step the target moves on at that rate; it goes there at the servo's rate limit at
+    /// most, and this holds until it is given another.
     ///
     /// # Errors
     /// [`WorldError::Joint`] where nothing drives the joint, a number is not finite, or the place is beyond the joint's limits.

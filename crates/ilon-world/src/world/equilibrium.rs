@@ -7,7 +7,7 @@
 use ilon_robot::roll_pitch_yaw;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::{Energies, World};
+use super::{ContactSolution, Energies, World};
 use crate::contact::reactions::Reactions;
 use crate::robot::articulated::Articulated;
 use crate::robot::state::State;
@@ -48,7 +48,7 @@ impl World {
         }
         self.reactions = Reactions::default();
         self.energies = Energies::default();
-        self.residual_m_s = 0.0;
+        self.solution = ContactSolution::default();
     }
 
     /// Says whether they come to rest.
@@ -60,7 +60,8 @@ impl World {
         let mut last_m = f64::INFINITY;
         let mut from: Vec<State> = put_down.iter().map(|body| body.state.clone()).collect();
         for _ in 0..MOST_STEPS {
-            self.advance(dt_s);
+            self.find_reactions(dt_s);
+            self.move_on(dt_s);
             let bodies = self.bodies.iter_mut().zip(put_down);
             bodies.for_each(|(body, put_down)| body.halt(put_down));
             let moves = self.bodies.iter().zip(&from);

@@ -83,7 +83,7 @@ impl World {
         let at = Isometry3::from_parts(Vector3::zeros().into(), body.rotation);
         let mut built = Articulated::build(robot, &at, &self.settings);
         built.scale = body.scale(self.settings.gravity_m_s2);
-        built.spring = ContactSpring::of(&self.settings, &built.scale);
+        built.spring = ContactSpring::of_body(&self.settings, &built.scale);
         built.free = Some(Box::new(Free {
             id,
             name: Arc::from(body.name.as_str()),

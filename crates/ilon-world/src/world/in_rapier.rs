@@ -10,11 +10,11 @@ impl World {
             return;
         };
         reference.step(robot, &self.ground, dt_s);
-        let lost_j = reference.joints_lost_j(robot, dt_s);
+        let took_j = reference.joints_lost_j(robot, dt_s);
         self.reactions.take(reference.reactions(robot));
         self.count_motors(dt_s);
         self.read_contacts(dt_s);
-        self.energies.bearing_j += lost_j;
+        self.energies.bearing_j += self.bodies[0].bearings_owe.lost_j(took_j);
         self.energies.outside_j += self.bodies[0].pushes_did_j(dt_s);
     }
 }

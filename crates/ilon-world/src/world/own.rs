@@ -32,7 +32,7 @@ impl World {
     /// step it yourself.
     ///
     /// Ground, robots and free bodies stand in it as colliders without a body; [`World::object_in_rapier`] says which is which. Its frame is the
-    /// world's, in f32. Bodies of one's own move by rapier, on the ground with its friction or their own, the lower of both. Robots and free bodies
+    /// world's. Bodies of one's own move by rapier, on the ground with its friction or their own, the lower of both. Robots and free bodies
     /// push them, and are pushed by them, under ilon's laws: stiff contacts without bounce, with the friction of the collider. Fixed and kinematic
     /// bodies push too. A collider whose groups do not meet those of [`InteractionGroups::all`], a sensor, or what is disabled does not touch robots,
     /// and neither do soft bodies.
@@ -83,7 +83,7 @@ impl World {
     fn new_in_rapier(&self) -> InRapier {
         let mut rapier = InRapier::new();
         rapier.world.gravity = convert::vector(&self.gravity_in_world_m_s2());
-        rapier.world.integration_parameters.dt = self.settings.dt_s as Real;
+        rapier.world.integration_parameters.dt = self.settings.dt_s;
         self.place_links(&mut rapier);
         rapier.look(&self.ground);
         rapier
@@ -113,7 +113,7 @@ impl World {
         self.place_links(&mut rapier);
         rapier.world.gravity = convert::vector(&self.gravity_in_world_m_s2());
         let dt_s = self.settings.dt_s;
-        rapier.world.integration_parameters.dt = dt_s as Real;
+        rapier.world.integration_parameters.dt = dt_s;
         rapier.held = std::mem::take(&mut rapier.held_now);
         (rapier.met).retain(|_, met| std::mem::take(&mut met.is_here));
         if rapier.is_at_rest() {
@@ -196,7 +196,7 @@ impl InRapier {
                 (met.missed, met.foreseen) = Default::default();
                 continue;
             }
-            let after = [body.linvel(), body.angvel()].map(convert::to_f64);
+            let after = [body.linvel(), body.angvel()].map(convert::to_vector);
             for (k, after) in after.iter().enumerate() {
                 let missed = after - met.expected[k] + met.foreseen[k];
                 let lasts = lasting(&missed, &met.missed[k]);
@@ -241,8 +241,8 @@ impl PhysicsHooks for Underfoot<'_> {
         let Some(contact) = rigid.solver_contacts.first() else {
             return;
         };
-        let place_m = convert::to_f64(contact.anchor1);
+        let place_m = convert::to_vector(contact.anchor1);
         let footing = self.ground.footing_at(&place_m, None);
-        *rigid.friction = own.min(footing.friction as Real);
+        *rigid.friction = own.min(footing.friction);
     }
 }

@@ -9,7 +9,7 @@ use crate::contact::search::nearest::{Piece, PlacedBarrel};
 use crate::contact::search::turned_profile::PlacedProfile;
 use crate::engine::convert;
 use crate::engine::shapes::{shape_of, shape_of_roller};
-use crate::ground::Ground;
+use crate::ground::{Ground, HeightField};
 use crate::{Floor, WorldError};
 
 /// How near to touching a robot is put down, in metres.
@@ -17,10 +17,11 @@ const PUT_DOWN_M: f64 = 1e-9;
 /// The least by which a robot is lowered at a time, in metres: beside a wall everything is near all the way down.
 const LEAST_LOWERED_M: f64 = 1e-5;
 
-/// How often a robot is lowered by the way to whatever is nearest. Most stand by then; beside a high wall it would take for ever.
+/// How often a robot is lowered by the way to whatever is nearest. Most stand by then; beside a high wall, or on a steep relief, it would take for ever, and
+/// the height is halved instead.
 const MOST_LOWERED: usize = 200;
 
-/// Nearer than this the chassis lies on the ground, to what f32 makes of shapes, in metres.
+/// Nearer than this the chassis lies on the ground, in metres.
 const LIES_M: f64 = 1e-6;
 
 /// A surface of the robot that may touch the ground.
@@ -55,7 +56,7 @@ enum SurfaceShape {
 pub(super) fn standing(
     robot: &Robot,
     floor: &Floor,
-    (ground, origin_m): (&Ground, &Vector3<f64>),
+    ground: &Ground,
     start: PlanarPose,
 ) -> Result<Isometry3<f64>, WorldError> {
     let surfaces = surfaces(robot);
@@ -87,12 +88,23 @@ pub(super) fn standing(
     }
     // Beneath this nothing is.
     let deepest_m = relief.map_or(f64::NEG_INFINITY, |relief| relief.lowest_m() - around_m);
-    let near = |surface: &Surface, height_m: f64| {
-        surface.gap_m(&at(height_m), &pieces, (ground, origin_m))
-    };
+    let near = |surface: &Surface, height_m: f64| surface.gap_m(&at(height_m), &pieces, ground);
     let nearest_m = |height_m: f64| {
         let gaps = surfaces.iter().map(|surface| near(surface, height_m));
         gaps.fold(f64::INFINITY, f64::min)
+    };
+    // What is clear at a height is clear above it, too: under a relief nothing is, and nothing there counts as clear.
+    let is_clear = |height_m: f64| {
+        let is_over = |relief: &HeightField| {
+            let mut middles = surfaces.iter().map(|of| of.middle_m(&at(height_m)));
+            middles.all(|middle_m| (relief.height_m(&middle_m.xy())).is_none_or(|z| z < middle_m.z))
+        };
+        nearest_m(height_m) > 0.0 && relief.is_none_or(is_over)
+    };
+    let bottom_m = if ground.is_solid_below() {
+        upright_m - reach_m
+    } else {
+        deepest_m
     };
 
     // Down from where all of it is free, by no more than the way to whatever is nearest.
@@ -103,9 +115,12 @@ pub(super) fn standing(
         if gap_m < PUT_DOWN_M || free_m < deepest_m {
             break;
         }
-        if lowered == MOST_LOWERED && ground.is_solid_below() {
-            // What touches such a ground touches it from there on down: here the plane.
-            lower_m = lower_m.max(upright_m - reach_m);
+        if lowered == MOST_LOWERED && bottom_m.is_finite() {
+            if is_clear(bottom_m) {
+                free_m = bottom_m;
+                break;
+            }
+            lower_m = lower_m.max(bottom_m);
         }
         lowered += 1;
         let next_m = if lower_m.is_finite() {
@@ -116,10 +131,10 @@ pub(super) fn standing(
         if next_m <= lower_m || next_m >= free_m {
             break;
         }
-        if nearest_m(next_m) <= 0.0 {
-            lower_m = next_m;
-        } else {
+        if is_clear(next_m) {
             free_m = next_m;
+        } else {
+            lower_m = next_m;
         }
     }
     refuse_what_hangs(robot, &surfaces, |surface| near(surface, free_m))?;
@@ -128,11 +143,7 @@ pub(super) fn standing(
 
 /// How far the nearest part of a robot is from a plane ground, its wheels turned as they are at the start, in metres.
 #[cfg(test)]
-pub(super) fn clearance_m(
-    robot: &Robot,
-    ground: (&Ground, &Vector3<f64>),
-    floor_from_body: &Isometry3<f64>,
-) -> f64 {
+pub(super) fn clearance_m(robot: &Robot, ground: &Ground, floor_from_body: &Isometry3<f64>) -> f64 {
     let surfaces = surfaces(robot);
     let gaps = surfaces
         .iter()
@@ -224,19 +235,28 @@ impl Surface {
             } => center_m.norm() + turned.bounding_radius_m(),
             SurfaceShape::Shape(body_from_shape, shape) => {
                 let ball = shape.compute_local_bounding_sphere();
-                let center_m = body_from_shape * Point3::from(convert::to_f64(ball.center));
-                center_m.coords.norm() + f64::from(ball.radius)
+                let center_m = body_from_shape * Point3::from(convert::to_vector(ball.center));
+                center_m.coords.norm() + ball.radius
             }
         }
     }
 
+    /// A place within it, in metres, with the body at a pose in the floor's frame.
+    fn middle_m(&self, floor_from_body: &Isometry3<f64>) -> Vector3<f64> {
+        let in_body_m = match &self.form {
+            SurfaceShape::Barrel { center_m, .. } | SurfaceShape::Turned { center_m, .. } => {
+                Point3::from(*center_m)
+            }
+            SurfaceShape::Shape(body_from_shape, shape) => {
+                let ball = shape.compute_local_bounding_sphere();
+                body_from_shape * Point3::from(convert::to_vector(ball.center))
+            }
+        };
+        (floor_from_body * in_body_m).coords
+    }
+
     /// Its distance from the ground with the body at a pose in the floor's frame, in metres; not above 0 where it touches.
-    fn gap_m(
-        &self,
-        floor_from_body: &Isometry3<f64>,
-        pieces: &[Piece],
-        (ground, origin_m): (&Ground, &Vector3<f64>),
-    ) -> f64 {
+    fn gap_m(&self, floor_from_body: &Isometry3<f64>, pieces: &[Piece], ground: &Ground) -> f64 {
         match &self.form {
             SurfaceShape::Barrel {
                 barrel,
@@ -268,7 +288,7 @@ impl Surface {
                 least_m(pieces, ground, || placed.bounds(), gap_m)
             }
             SurfaceShape::Shape(body_from_shape, shape) => {
-                ground.distance_m(origin_m, &(floor_from_body * body_from_shape), shape)
+                ground.distance_m(&(floor_from_body * body_from_shape), shape)
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::World;
+use super::{ContactSolution, World};
 use crate::robot::articulated::Articulated;
 use crate::robot::energy::Energy;
 
@@ -20,7 +20,12 @@ impl World {
     /// By how much the laws of contact and of dry friction were broken at the worst place in the last step, in m/s or
     /// rad/s: the speed at which something moves that should not.
     pub fn contact_residual_m_s(&self) -> f64 {
-        self.residual_m_s
+        self.solution.residual_m_s
+    }
+
+    /// How the laws of contact were solved in the last step, and what that took.
+    pub fn contact_solution(&self) -> ContactSolution {
+        self.solution
     }
 
     /// Energy that sliding at the contacts has turned into heat since the start, in J. It never falls.
@@ -42,6 +47,12 @@ impl World {
     /// Work of the motors on the wheels since the start, in J; negative where they braked.
     pub fn motor_energy_j(&self) -> f64 {
         self.energies.motor_j
+    }
+
+    /// The positive part of the motors' work since the start, in J: what they put in while they drove, without what they took while they braked. It
+    /// never falls.
+    pub fn motor_positive_energy_j(&self) -> f64 {
+        self.energies.motor_positive_j
     }
 
     /// Energy that the bearings of wheels and rollers, and the gears, have turned into heat since the start, in J.

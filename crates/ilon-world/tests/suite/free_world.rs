@@ -298,7 +298,7 @@ fn rays_see_robots_bodies_and_ground() {
     let rapier = world.rapier_mut().expect("ilon solves the contacts");
     // A chassis and four wheels, the plane and the wall.
     assert_eq!((rapier.bodies.len(), rapier.colliders.len()), (0, 7));
-    let of = |world: &World, x: f32| {
+    let of = |world: &World, x: f64| {
         let rapier = world.rapier().expect("it was asked for");
         let ray = Ray::new(Vector::new(0.5, 0.0, 0.06), Vector::new(x, 0.0, 0.0));
         let (hit, far_m) = rapier.cast_ray(&ray, 10.0, true, QueryFilter::default())?;

@@ -10,6 +10,7 @@ mod free_world;
 mod in_turn;
 mod joints;
 mod laws;
+mod losses;
 mod motors;
 mod nap;
 mod on_the_brink;

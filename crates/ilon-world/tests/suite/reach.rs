@@ -73,6 +73,8 @@ fn an_arm_that_presses_on_the_floor_takes_load_off_the_wheels() {
         damping: 10.0,
         ..JointServo::for_inertia(1.0)
     };
+    /// Steps of which the mean is taken.
+    const MEAN_OF: u32 = 200;
     let mut world = world(&with_arm(Vector3::y(), servo));
     // The ball's middle is AXIS_M over the floor's distance from the frame: it touches at sin q = 0.25 or so, and is sent further.
     for target in [0.1, 0.2, 0.28, 0.33] {
@@ -80,6 +82,13 @@ fn an_arm_that_presses_on_the_floor_takes_load_off_the_wheels() {
         for _ in 0..1500 {
             step(&mut world);
         }
+    }
+    // A step of a solver that ends within 1e-8 m/s may miss m 1e-8 m/s / 1 ms = 1e-4 N of the weight: the mean of many does not.
+    let mut carried_n = 0.0;
+    for _ in 0..MEAN_OF {
+        step(&mut world);
+        let support = world.robot().support();
+        carried_n += (support.wheels_n + support.chassis_n) / f64::from(MEAN_OF);
     }
     let robot = world.robot();
     let state = robot.state();
@@ -92,7 +101,7 @@ fn an_arm_that_presses_on_the_floor_takes_load_off_the_wheels() {
     assert!(ball_n > 5.0, "{ball_n}");
     assert_near(ball_n, by_hand, 1e-4, "ball");
     let weight_n = (mecanum4().mass_kg() + ARM_KG) * G;
-    assert_near(robot.support().wheels_n + ball_n, weight_n, 1e-6, "sum");
+    assert_near(carried_n, weight_n, 1e-6, "sum");
     // About the rear axle: the robot without its arm stands evenly.
     let loads = robot.contacts();
     let front_n = loads[0].normal_force_n + loads[1].normal_force_n;
@@ -128,8 +137,8 @@ fn momentum_n_s(world: &World, cube: ilon_world::FreeBodyId) -> Vector3<f64> {
 }
 
 /// An arm that swings out on ice hits a cube: what both take is internal, so that all together have no momentum, as at the start, and the energy that the servo gave is in
-/// motion, or went into the hit. What a step misses of it is that its second half goes on with the arm's rate w' after the hit, where turning frames were
-/// counted with that before, w: m r (w^2 - w'^2) dt / 2, 0.018 N s at 1 ms, and a quarter at a quarter of the step.
+/// motion, or went into the hit. The hit is found in the step's middle, and what turning frames ask for is taken with the arm's rates w before and w' after
+/// it: of the m r (w^2 - w'^2) dt / 2 = 0.018 N s that it would miss at 1 ms with one of them alone, what is left is of second order.
 #[test]
 fn an_arm_that_hits_a_free_body_keeps_the_momentum() {
     let of_step = |dt_s: f64| {
@@ -185,7 +194,7 @@ fn an_arm_that_hits_a_free_body_keeps_the_momentum() {
         (of_all_n_s, (did_j - gained_j - lost_j) / did_j)
     };
     let ((coarse, open), (fine, finer_open)) = (of_step(1e-3), of_step(2.5e-4));
-    assert!(coarse < 0.02 && fine < coarse / 3.5, "{coarse} {fine}");
+    assert!(coarse < 2e-3 && fine < coarse / 7.0, "{coarse} {fine}");
     assert!(
         open.abs() < 1e-2 && finer_open.abs() < open.abs() / 3.0,
         "{open} {finer_open}"
@@ -247,8 +256,7 @@ fn an_arm_that_begins_in_the_ground_is_refused() {
 }
 
 /// Two robots touch each other by an arm as by their chassis: on ice what one gains the other loses. Whichever of them stands first in the world, they go
-/// the same way: places of contact are found in the frame of the first, in f32, which rounds half a metre to 3e-8 m, and in the step of 1 ms in which they
-/// meet that is 3e-5 m/s; in half a second 1.5e-5 m.
+/// the same way: places of contact are found in the frame of the first, to rounding.
 #[test]
 fn an_arm_pushes_another_robot() {
     let servo = JointServo {

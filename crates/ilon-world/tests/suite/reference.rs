@@ -419,7 +419,7 @@ fn a_push_gives_its_momentum_in_rapier() {
     );
 }
 
-/// rapier counts in f32, from beneath the robot: a kilometre from the origin it drives as at the origin.
+/// A kilometre from the origin rapier drives as at the origin.
 #[test]
 fn far_from_the_origin_rapier_drives_as_at_the_origin() {
     let robot = mecanum4();

@@ -566,3 +566,142 @@ fn the_stiffness_that_is_named_is_the_one_that_is_taken() {
     built(named * 0.999).expect("as stiff as it may be");
     built(named * 1.001).err().expect("stiffer than that");
 }
+
+/// The place and the rate of a target that goes from rest to rest with the least jerk, a way in a time, from 0.2 s on.
+fn least_jerk(t_s: f64, way: f64, takes_s: f64) -> [f64; 2] {
+    let share = ((t_s - 0.2) / takes_s).clamp(0.0, 1.0);
+    let rate = 30.0 * (share * (1.0 - share)).powi(2);
+    let at = share.powi(3) * (10.0 - share * (15.0 - 6.0 * share));
+    [way * at, way * rate / takes_s]
+}
+
+/// Energy that wheels, which are held, lose to sliding on grip of 0.15 under a body that a servo moves a way in a time, in J; and where the robot is
+/// then, and its heading.
+fn slid(
+    robot: &Robot,
+    (way, takes_s): (f64, f64),
+    dt_s: f64,
+    split_dt_s: Option<f64>,
+) -> (f64, [f64; 3]) {
+    let floor = Floor {
+        friction: 0.15,
+        ..Floor::default()
+    };
+    let settings = Settings {
+        dt_s,
+        split_dt_s,
+        ..Settings::default()
+    };
+    let mut world = World::new(robot, &floor, Pose::default(), &settings).expect("it stands");
+    for index in 0..(1.2 / dt_s).round() as usize {
+        let [at, rate] = least_jerk((index as f64 + 0.5) * dt_s, way, takes_s);
+        world.robot_mut().aim_joint(0, at, rate).expect("driven");
+        step(&mut world);
+    }
+    let pose = world.robot().state().pose;
+    let ends = [pose.x_m, pose.y_m, pose.heading_rad];
+    (world.slip_energy_j(), ends)
+}
+
+/// A servo moves its joint in steps that are taken in parts as it does in whole ones: its aim moves on from part to part.
+#[test]
+fn a_servo_moves_in_split_steps_as_in_whole_ones() {
+    let inertia = ARM_KG * ARM_M * ARM_M;
+    let arm_of = |rate_limit: f64| {
+        let servo = JointServo {
+            rate_limit,
+            ..JointServo::for_inertia(inertia)
+        };
+        arm(Vector3::z(), servo)
+    };
+    let pulls = drawer(JointServo::for_inertia(ARM_KG));
+    // The least jerk asks the arm for 15/8 x 1.2 rad / 0.7 s = 3.2 rad/s at most.
+    for (what, robot, way) in [
+        ("arm", arm_of(f64::INFINITY), (1.2, 0.7)),
+        ("arm at its rate limit", arm_of(2.9), (1.2, 0.7)),
+        ("drawer", pulls, (0.25, 0.4)),
+    ] {
+        let (slip_j, ends) = slid(&robot, way, 2.5e-4, None);
+        for dt_s in [1.0 / 300.0, 1e-3] {
+            for split_dt_s in [None, Some(1e-4)] {
+                let (of_step_j, at) = slid(&robot, way, dt_s, split_dt_s);
+                let [x_m, y_m, heading_rad] = [0, 1, 2].map(|k| at[k] - ends[k]);
+                // Of the chassis's middle, and of its wheels, that are 0.22 m from it.
+                let off = x_m.hypot(y_m).max(0.22 * heading_rad.abs());
+                println!("{what} {dt_s} {split_dt_s:?}: {of_step_j} {slip_j} J, {off} m");
+                assert!(slip_j > 1e-4, "{what}: {slip_j} J");
+                // What steps of 3.3 ms leave of second order, with 200 of them for the way and 5 for the servo's time constant: a
+                // thousandth.
+                assert_near(of_step_j, slip_j, 0.01, what);
+                assert!(off < 1e-4, "{what}: {off}");
+            }
+        }
+    }
+}
+
+/// A target that its rate limit kept behind catches up within a step, and goes on with the aim's rate from there: a joint that follows without delay is
+/// where the target is, in steps of any length.
+#[test]
+fn a_target_catches_up_within_a_step() {
+    let limit = 0.2;
+    let quick = JointServo {
+        rate_limit: limit,
+        ..servo(1e5, 1e3)
+    };
+    // It begins late by 0.1 m and is caught up with at 0.1 / (0.2 + 0.1) s, for the aim comes towards it.
+    let caught_s = 0.1 / 0.3;
+    for dt_s in [7e-3, 3e-3, 1e-3] {
+        let mut world = world(&drawer(quick), &ice(), 0.0, dt_s);
+        while world.time_s() < 0.6 {
+            let middle_s = world.time_s() + 0.5 * dt_s;
+            let aim = 0.1 - 0.1 * middle_s;
+            world.robot_mut().aim_joint(0, aim, -0.1).expect("driven");
+            world.step();
+            let t_s = world.time_s();
+            let target = if t_s < caught_s {
+                limit * t_s
+            } else {
+                0.1 - 0.1 * t_s
+            };
+            let is_at = world.robot().joint_targets().next().expect("a joint");
+            // A tenth of a percent of a step is no part of its own, at both rates.
+            assert!(
+                (is_at - target).abs() < 1e-3 * 0.3 * dt_s + 1e-12,
+                "{dt_s} {t_s}: {is_at} {target}"
+            );
+        }
+    }
+}
+
+/// An arm that is thrown on its stop on ice: what the stop does is internal, and the robot has no momentum before and after. The stop acts in the pose
+/// of the step's middle, and what turning frames ask for is taken with the rates before and after it: what is left is of second order.
+#[test]
+fn a_stop_gives_no_momentum() {
+    let left_n_s = |dt_s: f64| {
+        let base = mecanum4();
+        let mut robot = arm(Vector3::z(), servo(1.0, 1.0));
+        robot.joints[0].limits = [-2.0, 1.0];
+        let mut world = world(&robot, &ice(), 0.0, dt_s);
+        world.robot_mut().load_joint(0, 3.0).expect("driven");
+        let mut fastest_rad_s: f64 = 0.0;
+        for _ in 0..(1.0 / dt_s).round() as usize {
+            world.step();
+            fastest_rad_s = fastest_rad_s.max(world.robot().joint_rates()[0]);
+        }
+        assert!(fastest_rad_s > 3.0 && (at(&world) - 1.0).abs() < 1e-5);
+        // The arm turns above the base's centre of mass.
+        let state = world.robot().state();
+        let turns = state.angular_in_body_rad_s;
+        let base_m_s = state.velocity_in_body_m_s + turns.cross(&base.center_of_mass_m());
+        let (sin, cos) = at(&world).sin_cos();
+        let arm_m_s = (turns + Vector3::z() * world.robot().joint_rates()[0])
+            .cross(&(Vector3::new(cos, sin, 0.0) * ARM_M));
+        let momentum = base_m_s * (base.mass_kg() + ARM_KG) + arm_m_s * ARM_KG;
+        println!("{dt_s}: {} N s, {fastest_rad_s} rad/s", momentum.norm());
+        momentum.norm()
+    };
+    let (coarse, fine) = (left_n_s(2e-3), left_n_s(5e-4));
+    // To first order m r w^2 dt / 2 of some 10 mN s would be missed at 2 ms.
+    assert!(coarse < 1e-3, "{coarse}");
+    assert!(fine < coarse / 8.0 + 1e-9, "{fine} {coarse}");
+}

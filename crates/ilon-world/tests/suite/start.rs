@@ -241,6 +241,25 @@ fn beside_a_wall_of_any_height_it_stands_on_the_floor_soon() {
     }
 }
 
+/// One point of a relief far above the others: the robot beside it stands on what is flat.
+#[test]
+fn beside_a_high_point_of_relief_it_stands_on_what_is_flat() {
+    let robot = mecanum4();
+    let mut heights_m = vec![vec![0.0; 101]; 101];
+    heights_m[50][50] = 30.0;
+    let floor = Floor {
+        relief: Some(Relief {
+            cell_m: 0.02,
+            center_m: nalgebra::Vector2::new(0.5, 0.0),
+            heights_m,
+        }),
+        ..Floor::default()
+    };
+    let world = begin(&robot, &floor, Pose::default()).expect("a place to stand");
+    let above_m = world.robot().hub_height_m(0) - robot.wheels[0].radius_m;
+    assert!(above_m.abs() < 1e-6, "{above_m}");
+}
+
 #[test]
 fn where_only_its_chassis_would_bear_it_or_a_wheel_would_hang_it_is_refused() {
     let mut robot = mecanum4();

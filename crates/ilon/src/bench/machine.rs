@@ -24,7 +24,7 @@ pub(super) fn this_machine() -> Machine {
 }
 
 /// The physics engine, as far as `Cargo.toml` fixes it.
-const ENGINE: (&str, &str) = ("rapier3d", "0.36");
+const ENGINE: (&str, &str) = ("rapier3d-f64", "0.36");
 
 /// The processor's name, where the system keeps it in a file.
 fn processor() -> Option<String> {

@@ -20,6 +20,7 @@ use self::outcome::{Checked, Count, Ended, Judged};
 use self::scenarios::CheckedFile;
 use self::update::Update;
 use super::answer::verdicts;
+use super::converge::Converge;
 use super::escape::one_line;
 use super::options::{Sandbox, Settings};
 use super::outcome::Outcome;
@@ -68,6 +69,8 @@ pub(super) struct Arguments {
     /// How many scenarios run at once; without it, as many as there are processors.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
+    #[command(flatten)]
+    converge: Converge,
     #[command(flatten)]
     settings: Settings,
     #[command(flatten)]
@@ -168,6 +171,7 @@ fn say_what_studies_leave_out(arguments: &Arguments, found: &[CheckedFile], file
         ("--save", arguments.save.is_some()),
         ("--against", arguments.against.is_some()),
         ("--update", arguments.update.is_some()),
+        ("--converge", arguments.converge.converge),
     ];
     let given: Vec<&str> = options
         .into_iter()
@@ -292,7 +296,8 @@ fn run_and_judge(
     if is_study(path, files) {
         return run_and_judge_study(path, arguments, files);
     }
-    let scenario = Scenario::load_within(path, &arguments.settings.settings, files)?;
+    let mut scenario = Scenario::load_within(path, &arguments.settings.settings, files)?;
+    scenario.run.converge |= arguments.converge.converge;
     scenario.expect.check_windows(&scenario.run)?;
     let baseline = arguments.against.as_deref();
     let baseline = baseline
@@ -319,6 +324,7 @@ fn run_and_judge(
     let judged = Judged {
         verdicts,
         trace_hash: Some(run.summary.trace_hash.clone()),
+        converge: run.summary.converge.clone(),
         differences,
         drawn,
         update,

@@ -15,6 +15,8 @@ mod compare;
 mod console;
 mod context;
 #[cfg(feature = "command")]
+mod converge;
+#[cfg(feature = "command")]
 mod demo;
 mod embed;
 mod escape;

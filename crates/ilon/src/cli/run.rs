@@ -8,6 +8,7 @@ use ilon_trace::quantities::{self, GROUPS};
 use ilon_trace::{Quantity, Sink, Summary};
 
 use super::bag::Bag;
+use super::converge::{self, Converge};
 use super::escape::{one_line, path_in_line};
 use super::options::{Detail, Sandbox, Settings};
 use super::outcome::Outcome;
@@ -47,6 +48,8 @@ pub(super) struct Arguments {
     #[arg(long, conflicts_with = "no_report")]
     open: bool,
     #[command(flatten)]
+    converge: Converge,
+    #[command(flatten)]
     detail: Detail,
 }
 
@@ -66,7 +69,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
                 ),
             ));
         }
-        let scenario = Scenario::load_within(path, &arguments.settings.settings, &files)?;
+        let mut scenario = Scenario::load_within(path, &arguments.settings.settings, &files)?;
+        scenario.run.converge |= arguments.converge.converge;
         if !taken.insert(scenario.name.clone()) {
             return Err(Failure::usage(
                 format!(
@@ -145,13 +149,15 @@ fn one(
             "report.html, "
         };
         console::lines(&format!(
-            "{}\n{}\nwritten to {}: {page}summary.json, trace.parquet, scenario.toml{}\n",
+            "{}\n{}{}\nwritten to {}: {page}summary.json, trace.parquet, scenario.toml{}\n",
             answer_lines(&answer),
             if arguments.detail.table {
                 whole_table(&run.summary)
             } else {
                 headlines(&run.summary)
             },
+            converge::table(&run.summary.converge)
+                .map_or_else(String::new, |table| format!("\n{table}")),
             path_in_line(folder.path()),
             if arguments.mcap { ", bag/" } else { "" },
         ))?;

@@ -72,6 +72,45 @@ fn a_check_tells_the_trace_hash_of_its_run() {
     assert_ne!(hash(&["--set", "run.duration_s=0.1"]), of_run);
 }
 
+/// The same figures in both commands, in the page that is made again from the trace, and under a key of the scenario; the run keeps its bits.
+#[test]
+fn a_run_that_is_repeated_at_half_the_step_says_what_moves() {
+    let folder = Folder::new();
+    let json = |arguments: &[&str]| -> serde_json::Value {
+        let output = folder.ilon(arguments);
+        ended_with(0, &output);
+        serde_json::from_slice(&output.stdout).expect("JSON")
+    };
+    let alone = json(&["run", "good.toml", "--out", "alone", "--json"]);
+    assert_eq!(alone.get("converge"), None);
+    let run = json(&["run", "good.toml", "--out", "run", "--json", "--converge"]);
+    assert_eq!(run["trace_hash"], alone["trace_hash"]);
+    let place = &run["converge"]["end_x_m"];
+    assert_eq!(place["value"], alone["end_x_m"]);
+    assert!(
+        place["half_step"].is_f64() && place["moved"].is_f64(),
+        "{place}"
+    );
+
+    let checked = json(&["check", "good.toml", "--json", "--converge"]);
+    assert_eq!(checked["scenarios"][0]["converge"], run["converge"]);
+    let by_key = ["check", "good.toml", "--json", "--set", "run.converge=true"];
+    assert_eq!(json(&by_key)["scenarios"][0]["converge"], run["converge"]);
+    let printed = ended_with(0, &folder.ilon(&["check", "good.toml", "--converge"]));
+    assert!(
+        printed.contains("stay within their stated accuracy at half the step"),
+        "{printed}"
+    );
+
+    for page in ["run", "alone"] {
+        ended_with(0, &folder.ilon(&["report", page]));
+        let says = folder
+            .read(&format!("{page}/report.html"))
+            .contains("At half the step");
+        assert_eq!(says, page == "run");
+    }
+}
+
 #[test]
 fn a_bound_that_cannot_fail_is_refused_where_it_stands() {
     let folder = Folder::new();

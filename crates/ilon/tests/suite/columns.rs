@@ -63,6 +63,7 @@ struct Seen {
     slip_j: f64,
     spin_up_j: f64,
     motor_j: f64,
+    motor_positive_j: f64,
     bearing_j: f64,
     impact_j: f64,
     residual_m_s: f64,
@@ -90,6 +91,7 @@ fn look(simulation: &Simulation) -> Seen {
         slip_j: world.slip_energy_j(),
         spin_up_j: world.spin_up_energy_j(),
         motor_j: world.motor_energy_j(),
+        motor_positive_j: world.motor_positive_energy_j(),
         bearing_j: world.bearing_energy_j(),
         impact_j: world.impact_energy_j(),
         residual_m_s: world.contact_residual_m_s(),
@@ -138,6 +140,8 @@ fn every_signal_of_the_robot_is_what_happened() {
     let mut outside_j = 0.0;
     let mut odometry = [seen[0].body.pose; 2];
     let mut targets = vec![0.0; 4];
+    let mut asked_m = [0.0; 2];
+    let pose_of = |record: &Record| record.truth.pose;
     for (step, (record, now)) in trace.records().iter().zip(&seen).enumerate() {
         let Record {
             t_s,
@@ -158,6 +162,7 @@ fn every_signal_of_the_robot_is_what_happened() {
             slip_energy_j,
             spin_up_energy_j,
             motor_energy_j,
+            motor_positive_energy_j,
             bearing_energy_j,
             impact_energy_j,
             outside_energy_j,
@@ -171,8 +176,36 @@ fn every_signal_of_the_robot_is_what_happened() {
             joints,
             odometry_posed,
             bodies,
+            saturated_share,
+            ledger,
         } = *record;
         assert_relative_eq!(t_s, dt_s * step as f64, epsilon = 1e-12);
+        assert!(
+            [0.0, 1.0].contains(&saturated_share),
+            "one control instant a row"
+        );
+        let gives_way = tasks
+            .iter()
+            .any(|task| task.asked_rad_s > 0.0 && task.weight < 1.0);
+        assert_eq!(saturated_share, f64::from(u8::from(gives_way)));
+        if let Some(before) = step.checked_sub(1).map(|before| &trace.records()[before]) {
+            // What was asked at the last row held until this one, while the robot moved from there to here.
+            let turned_rad = wrap_angle(pose_of(record).heading_rad - pose_of(before).heading_rad);
+            let heading_rad = pose_of(before).heading_rad + 0.5 * turned_rad;
+            let went = before
+                .command_twist_in_body
+                .rotated(heading_rad)
+                .scaled(dt_s);
+            asked_m[0] += went.vx_m_s;
+            asked_m[1] += went.vy_m_s;
+        }
+        let moved_m = pose_of(record).position_m() - pose_of(&trace.records()[0]).position_m();
+        // A span ends where a decision changes, and so at every row here. A thousand sums of numbers below 1.
+        assert_relative_eq!(ledger.total.x_m, asked_m[0] - moved_m.x, epsilon = 1e-12);
+        assert_relative_eq!(ledger.total.y_m, asked_m[1] - moved_m.y, epsilon = 1e-12);
+        let terms = ledger.named();
+        let sum_m: f64 = terms.iter().map(|(_, term)| term.x_m).sum();
+        assert_relative_eq!(ledger.total.x_m, sum_m, epsilon = 1e-12);
         // This robot is one body with wheels.
         assert_eq!(joints, [JointSample::default(); MAX_JOINTS]);
         assert_eq!(odometry_posed, None);
@@ -230,7 +263,13 @@ fn every_signal_of_the_robot_is_what_happened() {
         let Desired {
             pose: wanted,
             velocity_in_world,
+            position_error_max_m,
+            heading_error_max_rad,
         } = desired.expect("a reference");
+        let off_m = (wanted.position_m() - pose.position_m()).norm();
+        assert_relative_eq!(position_error_max_m, off_m, epsilon = 1e-12);
+        let off_rad = wrap_angle(wanted.heading_rad - pose.heading_rad).abs();
+        assert_relative_eq!(heading_error_max_rad, off_rad, epsilon = 1e-12);
         // The circle starts at (0, 0), to the right of its centre, and is run through counter-clockwise at 0.3 m/s.
         let angle_rad = 0.5 * t_s;
         let (sin, cos) = angle_rad.sin_cos();
@@ -309,6 +348,7 @@ fn every_signal_of_the_robot_is_what_happened() {
                 slip_energy_j,
                 spin_up_energy_j,
                 motor_energy_j,
+                motor_positive_energy_j,
                 bearing_energy_j,
                 impact_energy_j
             ),
@@ -316,6 +356,7 @@ fn every_signal_of_the_robot_is_what_happened() {
                 now.slip_j,
                 now.spin_up_j,
                 now.motor_j,
+                now.motor_positive_j,
                 now.bearing_j,
                 now.impact_j
             )
@@ -365,17 +406,26 @@ fn every_signal_of_the_robot_is_what_happened() {
 #[test]
 fn torque_times_rate_is_the_work_of_the_motors() {
     let (_, trace, _) = run();
-    let mut work_j = 0.0;
+    let (mut work_j, mut positive_j) = (0.0, 0.0_f64);
     for step in 1..trace.records().len() {
         let (before, now) = (trace.wheels_at(step - 1), trace.wheels_at(step));
         for (before, now) in before.iter().zip(now) {
             let mean_rad_s = 0.5 * (now.rate_rad_s + before.rate_rad_s);
-            work_j += now.torque_n_m * mean_rad_s * 0.002;
+            let did_j = now.torque_n_m * mean_rad_s * 0.002;
+            work_j += did_j;
+            positive_j += did_j.max(0.0);
         }
     }
     let counted_j = trace.records().last().expect("rows").motor_energy_j;
     assert!(counted_j > 1.0, "{counted_j} J");
     assert_relative_eq!(work_j, counted_j, max_relative = 1e-3);
+    // Work of either sign adds up to the same, wheel by wheel and row by row: rows here are steps.
+    let drove_j = trace
+        .records()
+        .last()
+        .expect("rows")
+        .motor_positive_energy_j;
+    assert_relative_eq!(positive_j, drove_j, max_relative = 1e-3);
 }
 
 #[test]
@@ -391,28 +441,40 @@ fn every_signal_of_a_wheel_is_what_happened() {
         for (wheel, sample) in trace.wheels_at(step).iter().enumerate() {
             let WheelSample {
                 target_rad_s,
+                target_peak_rad_s,
                 rate_rad_s,
                 angle_rad,
                 torque_n_m,
+                torque_min_n_m,
+                torque_max_n_m,
                 hub_height_m,
+                hub_height_min_m,
+                hub_height_max_m,
                 roller,
                 touching,
                 load_share,
+                roller_spin_rad_s,
+                roller_spin_ideal_rad_s,
+                touching_share,
                 contact_x_m,
                 contact_y_m,
                 normal_force_n,
+                normal_force_min_n,
+                normal_force_max_n,
                 force_x_n,
                 force_y_n,
                 friction,
+                friction_used_max,
                 slip_x_m_s,
                 slip_y_m_s,
+                slip_speed_rms_m_s,
+                slip_speed_max_m_s,
                 slip_energy_j,
                 spin_up_energy_j,
-                roller_spin_rad_s,
-                roller_spin_ideal_rad_s,
             } = *sample;
             let contact = &now.contacts[wheel];
             assert!(target_rad_s.abs() <= 9.0 + 1e-9, "the limit holds");
+            assert_eq!(target_peak_rad_s, target_rad_s.abs());
             assert_eq!(
                 (rate_rad_s, angle_rad, hub_height_m),
                 (
@@ -420,6 +482,13 @@ fn every_signal_of_a_wheel_is_what_happened() {
                     now.angles_rad[wheel],
                     now.hubs_m[wheel]
                 )
+            );
+            // A period of one step: the extremes are the means.
+            assert_eq!([hub_height_min_m, hub_height_max_m], [hub_height_m; 2]);
+            assert_eq!([torque_min_n_m, torque_max_n_m], [torque_n_m; 2]);
+            assert_eq!(
+                [normal_force_min_n, normal_force_max_n],
+                [normal_force_n; 2]
             );
             assert_relative_eq!(
                 torque_n_m,
@@ -444,7 +513,8 @@ fn every_signal_of_a_wheel_is_what_happened() {
                 epsilon = 1e-12
             );
             assert_eq!(touching, contact.touching);
-            if !touching {
+            assert!(touching_share > 0.0 || !touching);
+            if touching_share == 0.0 {
                 let nothing = [
                     load_share,
                     contact_x_m,
@@ -453,38 +523,40 @@ fn every_signal_of_a_wheel_is_what_happened() {
                     force_x_n,
                     force_y_n,
                     friction,
+                    friction_used_max,
                     slip_x_m_s,
                     slip_y_m_s,
+                    slip_speed_rms_m_s,
+                    slip_speed_max_m_s,
                     roller_spin_rad_s,
                     roller_spin_ideal_rad_s,
                 ];
-                assert_eq!((roller, nothing), (0, [0.0; 11]));
+                assert_eq!((roller, nothing), (0, [0.0; 14]));
                 continue;
             }
             carried_n += normal_force_n;
             assert_eq!(
-                (roller as usize, load_share, normal_force_n),
-                (contact.roller, contact.load_share, contact.normal_force_n)
+                (roller as usize, load_share),
+                (contact.roller, contact.load_share)
             );
-            assert_eq!(
-                [
-                    contact_x_m,
-                    contact_y_m,
-                    force_x_n,
-                    force_y_n,
-                    slip_x_m_s,
-                    slip_y_m_s
-                ],
-                [
-                    contact.place_in_body_m.x,
-                    contact.place_in_body_m.y,
-                    contact.force_in_body_n.x,
-                    contact.force_in_body_n.y,
-                    contact.sliding_in_body_m_s.x,
-                    contact.sliding_in_body_m_s.y
-                ]
-            );
-            assert_eq!(friction, contact.friction);
+            // Means over a step, to the rounding of a product and a quotient.
+            for (recorded, seen) in [
+                (normal_force_n, contact.normal_force_n),
+                (contact_x_m, contact.place_in_body_m.x),
+                (contact_y_m, contact.place_in_body_m.y),
+                (force_x_n, contact.force_in_body_n.x),
+                (force_y_n, contact.force_in_body_n.y),
+                (slip_x_m_s, contact.sliding_in_body_m_s.x),
+                (slip_y_m_s, contact.sliding_in_body_m_s.y),
+            ] {
+                assert_relative_eq!(recorded, seen, max_relative = 1e-12, epsilon = 1e-15);
+            }
+            // Coulomb: no more than the limit in any part of the step, and no less than the means say.
+            let used = force_x_n.hypot(force_y_n) / (friction * normal_force_n);
+            assert!(friction_used_max >= used * (1.0 - 1e-9) && friction_used_max <= 1.0 + 1e-6);
+            let sliding_m_s = slip_x_m_s.hypot(slip_y_m_s);
+            assert!(slip_speed_rms_m_s >= sliding_m_s * (1.0 - 1e-9));
+            assert!(slip_speed_max_m_s >= slip_speed_rms_m_s * (1.0 - 1e-9));
             // Where the place is not too near to the patch's edge, it is the friction that lies there.
             let pose = now.body.pose;
             let (sin, cos) = pose.heading_rad.sin_cos();
@@ -494,7 +566,7 @@ fn every_signal_of_a_wheel_is_what_happened() {
                 .iter()
                 .any(|[dx, dy]| friction_of(x_m + dx, y_m + dy) != friction_of(x_m, y_m));
             if !near_edge {
-                assert_eq!(friction, friction_of(x_m, y_m), "at {x_m}, {y_m}");
+                assert_relative_eq!(friction, friction_of(x_m, y_m), max_relative = 1e-12);
             }
             // The place is under the wheel: no further from its middle than the rollers are long.
             let middle_m = robot.wheels[wheel].position_m();
@@ -506,7 +578,7 @@ fn every_signal_of_a_wheel_is_what_happened() {
                 epsilon = 1e-9
             );
             // A roller that does not slide spins as it must.
-            if slip_x_m_s.hypot(slip_y_m_s) < 1e-6 && load_share == 1.0 {
+            if slip_speed_max_m_s < 1e-6 && load_share == 1.0 {
                 assert!((roller_spin_rad_s - roller_spin_ideal_rad_s).abs() < 1e-3);
             }
         }

@@ -23,7 +23,8 @@ fn trace(rows: usize, wheels: usize, open_loop: bool) -> Trace {
             roller: u32::MAX,
             touching: true,
             ..WheelSample::default()
-        };
+        }
+        .steady();
         trace.push(record, &vec![sample; wheels]);
     }
     trace

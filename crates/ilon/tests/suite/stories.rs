@@ -505,7 +505,9 @@ fn motors_that_cannot_are_told_against_what_was_asked() {
         )),
         "{line}"
     );
-    assert_eq!(told.run.summary.twist_ratio_asked.vx, Some(mean / 0.5));
+    // What was asked comes out of sums over the window: a thousand roundings.
+    let ratio = told.run.summary.twist_ratio_asked.vx.expect("it was asked");
+    assert!((ratio - mean / 0.5).abs() < 1e-12, "{ratio}");
 }
 
 /// Gain times period 1.8 under loops that follow slowly: the warning before the run, and the first sentence after it.

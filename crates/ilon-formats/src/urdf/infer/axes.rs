@@ -22,15 +22,18 @@ pub(super) fn stand_in_x(wheels: &[WheelLike]) -> bool {
     let Some(first) = wheels.first().filter(|_| are_parallel(wheels)) else {
         return false;
     };
-    let middle: Vector3<f64> =
-        wheels.iter().map(|w| w.origin.coords).sum::<Vector3<f64>>() / wheels.len() as f64;
+    let middle: Vector3<f64> = wheels
+        .iter()
+        .map(|w| w.middle().coords)
+        .sum::<Vector3<f64>>()
+        / wheels.len() as f64;
     let left = first.axis.into_inner();
     let ahead = left.cross(&Vector3::z());
     let both = |direction: &Vector3<f64>| {
         let places = || {
             wheels
                 .iter()
-                .map(|w| (w.origin.coords - middle).dot(direction))
+                .map(|w| (w.middle().coords - middle).dot(direction))
         };
         places().any(|place| place > 1e-3) && places().any(|place| place < -1e-3)
     };

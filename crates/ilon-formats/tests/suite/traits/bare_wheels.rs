@@ -82,6 +82,56 @@ fn rollers_put_into_bare_wheels_make_the_robot_that_has_them() {
     }
 }
 
+/// A robot whose wheels stand at (+-0.2, +-0.18) m, each on a joint whose origin lies at `joint_y_m` on its own side of the middle, which a number
+/// below zero puts across it.
+fn wheels_on_long_axles(joint_y_m: f64) -> String {
+    let mut text = "<robot name='axles'><link name='base_link'><inertial><mass value='10'/>\
+        <inertia ixx='0.1' ixy='0' ixz='0' iyy='0.2' iyz='0' izz='0.3'/></inertial></link>"
+        .to_owned();
+    for (name, x_m, side) in [
+        ("fl", 0.2, 1.0),
+        ("fr", 0.2, -1.0),
+        ("rl", -0.2, 1.0),
+        ("rr", -0.2, -1.0),
+    ] {
+        let (joint_m, axle_m) = (side * joint_y_m, side * (0.18 - joint_y_m));
+        text += &format!(
+            "<link name='{name}'><inertial><origin xyz='0 {axle_m} 0'/><mass value='0.5'/>\
+             <inertia ixx='0.0006' ixy='0' ixz='0' iyy='0.001' iyz='0' izz='0.0006'/></inertial>\
+             <collision><origin xyz='0 {axle_m} 0' rpy='1.5707963267948966 0 0'/>\
+             <geometry><cylinder radius='0.05' length='0.04'/></geometry></collision></link>\
+             <joint name='{name}_joint' type='continuous'><parent link='base_link'/><child link='{name}'/>\
+             <origin xyz='{x_m} {joint_m} 0.05'/><axis xyz='0 1 0'/></joint>"
+        );
+    }
+    text + "</robot>"
+}
+
+/// Which way rollers lie follows from where the wheels stand, not from where along their axes the joints have their origins: on the wheels' side,
+/// on the middle line, or across it.
+#[test]
+fn an_x_is_made_by_where_the_wheels_stand() {
+    for joint_y_m in [0.18, 0.02, 0.0, -0.02] {
+        let options = options(|o| {
+            o.wheels = Some(rollers());
+        });
+        let robot =
+            Robot::from_urdf_str_with(&wheels_on_long_axles(joint_y_m), "axles.urdf", &options)
+                .unwrap_or_else(|e| panic!("{joint_y_m}: {e}"))
+                .robot;
+        let found: Vec<f64> = robot
+            .wheels
+            .iter()
+            .map(|w| w.gamma_rad.to_degrees().round())
+            .collect();
+        assert_eq!(found, [-45.0, 45.0, 45.0, -45.0], "{joint_y_m}");
+        for wheel in &robot.wheels {
+            let y_m = wheel.body_from_hub.translation.y.abs();
+            assert!((y_m - 0.18).abs() < 1e-12, "{joint_y_m}: {y_m}");
+        }
+    }
+}
+
 #[test]
 fn a_heavy_wheel_keeps_its_mass_and_inertia_when_rollers_are_put_in() {
     let text = plain_wheels().replace(

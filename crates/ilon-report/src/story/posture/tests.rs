@@ -39,7 +39,8 @@ fn standing(wheels_n: f64, chassis_n: f64) -> (Record, WheelSample) {
         touching: wheels_n > 0.0,
         hub_height_m: 0.05,
         ..WheelSample::default()
-    };
+    }
+    .steady();
     (record, sample)
 }
 

@@ -63,6 +63,22 @@ impl JointLog {
         })
     }
 
+    /// The greatest rate of the target that it asks for, in rad/s or m/s, and when that begins, in seconds of the run.
+    pub fn fastest(&self) -> (f64, f64) {
+        let rate = |(index, row): (usize, &(f64, Quantity, f64))| {
+            let next = self.rows.get(index + 1);
+            match (row, next) {
+                ((_, Quantity::Rate, rate), _) => (rate.abs(), row.0),
+                ((from_s, Quantity::Position, from), Some((to_s, Quantity::Position, to))) => {
+                    ((to - from).abs() / (to_s - from_s), *from_s)
+                }
+                _ => (0.0, row.0),
+            }
+        };
+        let rates = self.rows.iter().enumerate().map(rate);
+        rates.fold((0.0, 0.0), |most, of| if of.0 > most.0 { of } else { most })
+    }
+
     /// When it ends, in seconds of the run: with its last position, or when its last rate, torque or force has held as long as rows do on the mean.
     pub fn end_s(&self) -> f64 {
         let ((first_s, ..), (last_s, quantity, _)) = (self.rows[0], self.rows[self.rows.len() - 1]);

@@ -30,16 +30,11 @@ pub(super) struct Meeting {
 }
 
 impl Meeting {
-    /// Whether the velocity is the same all along the piece: it is held.
-    pub fn is_upright(&self) -> bool {
-        self.along[0] == 0.0
-    }
-
-    /// What of velocity and of impulse vanishes together along the piece, for a row of a response `own`, in velocity.
-    pub fn across(&self, own: f64) -> [f64; 2] {
+    /// By how much the impulse of the meeting grows with the line p - u / own that is met: 0 where the impulse is the same all along the piece, 1 where
+    /// the velocity is.
+    pub fn slope(&self, own: f64) -> f64 {
         let [velocity, impulse] = self.along;
-        let size = velocity - impulse * own;
-        [-impulse * own / size, own * velocity / size]
+        impulse / (impulse - velocity / own)
     }
 }
 
@@ -128,7 +123,12 @@ mod tests {
             assert!((met.impulse - impulse).abs() < 1e-12, "{met:?} {impulse}");
             let off = [met.along[0] - along[0], met.along[1] - along[1]];
             assert!(off.iter().all(|off| off.abs() < 1e-12), "{met:?} {along:?}");
-            assert_eq!(met.is_upright(), along[0] == 0.0);
+            // On an upright piece the velocity is given, and the impulse follows the line.
+            let slope = met.slope(own);
+            assert_eq!(slope == 1.0, along[0] == 0.0);
+            // Over the rise of the line along the piece.
+            let expected = along[1] / (along[1] - along[0] / own);
+            assert!((slope - expected).abs() < 1e-12, "{slope} {expected}");
         }
     }
 

@@ -3,8 +3,8 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::anisotropy::Anisotropies;
-use super::curve::{Curve, Curves, Meeting};
-use super::kinds::{Law, Sliding};
+use super::curve::{Curve, Curves};
+use super::kinds::Law;
 
 /// The impulses of a step. It is cleared and filled again in every step and allocates only while it grows.
 #[derive(Clone, Debug, Default)]
@@ -128,46 +128,32 @@ impl ImpulseProblem {
         self.bring(law, asked);
     }
 
-    /// Sets the impulse of a law to the nearest that it allows.
-    pub(super) fn bring(&mut self, law: usize, asked: Vector3<f64>) {
+    /// Sets the impulse of a law to the nearest that it allows, and the velocities that follow.
+    fn bring(&mut self, law: usize, asked: Vector3<f64>) {
         let (at, law) = self.laws[law];
-        match law {
-            Law::Joint {
-                least_n_m_s,
-                most_n_m_s,
-            } => self.set(at, asked.x.clamp(least_n_m_s, most_n_m_s)),
-            Law::Slide { .. } | Law::Curve { .. } => self.set(at, asked.x),
-            Law::Disc { most_n_s } => self.set_within(at, asked.xy(), most_n_s),
-            Law::Contact { friction, .. } => {
-                let normal = asked.x.max(0.0);
-                self.set(at, normal);
-                self.set_within(at + 1, asked.yz(), friction * normal);
-            }
+        let allowed = law.allows(&self.curves, asked.as_slice(), 0.0);
+        for k in 0..law.rows() {
+            self.set(at + k, allowed.impulse[k]);
         }
     }
 
-    /// The same from the impulse that it has.
-    pub(super) fn bring_back(&mut self, law: usize) {
-        let (at, kind) = self.laws[law];
-        let has = |k: usize| {
-            if k < kind.rows() {
-                self.impulses[at + k]
-            } else {
-                0.0
+    /// Puts all impulses back into the bounds of their laws, with the velocities that follow, and gives by how much the laws are broken, as
+    /// [`Self::error`] does.
+    pub(super) fn settle(&mut self) -> f64 {
+        let mut is_within = true;
+        for (at, law) in &self.laws {
+            let impulses = &mut self.impulses[*at..][..law.rows()];
+            let allowed = law.allows(&self.curves, impulses, 0.0);
+            let allowed = &allowed.impulse[..law.rows()];
+            if impulses != allowed {
+                is_within = false;
+                impulses.copy_from_slice(allowed);
             }
-        };
-        let asked = Vector3::new(has(0), has(1), has(2));
-        self.bring(law, asked);
-    }
-
-    /// Sets two impulses to the nearest in a disc.
-    fn set_within(&mut self, at: usize, mut asked: Vector2<f64>, limit: f64) {
-        let size = asked.norm();
-        if size > limit {
-            asked *= limit / size;
         }
-        self.set(at, asked.x);
-        self.set(at + 1, asked.y);
+        if !is_within {
+            self.follow_impulses();
+        }
+        self.error()
     }
 
     /// Sets an impulse, and the velocities that follow.
@@ -190,19 +176,41 @@ impl ImpulseProblem {
         kept.velocities.clone_from(&self.velocities);
     }
 
-    /// Goes back to no impulses.
-    pub(super) fn forget_impulses(&mut self) {
-        self.impulses.fill(0.0);
-        self.velocities.clone_from(&self.free);
-    }
-
     /// Takes the velocities anew from the impulses, u = u_free + W p, without the rounding of the way to them.
     pub(super) fn follow_impulses(&mut self) {
-        let rows = self.delassus.chunks_exact(self.free.len().max(1));
-        for ((velocity, free), w) in self.velocities.iter_mut().zip(&self.free).zip(rows) {
-            let of_impulses = w.iter().zip(&self.impulses).map(|(w, p)| w * p);
-            *velocity = free + of_impulses.sum::<f64>();
+        self.velocities.clone_from(&self.free);
+        add_response(&self.delassus, &self.impulses, &mut self.velocities);
+    }
+
+    /// Adds to the impulses, and what that does to the velocities.
+    pub(super) fn add(&mut self, step: &[f64]) {
+        add_response(&self.delassus, step, &mut self.velocities);
+        for (impulse, by) in self.impulses.iter_mut().zip(step) {
+            *impulse += by;
         }
+    }
+
+    /// Moves a share of a step away from impulses that are remembered, with what the step does to the velocities.
+    pub(super) fn move_from(
+        &mut self,
+        from: &Kept,
+        share: f64,
+        (step, step_m_s): (&[f64], &[f64]),
+    ) {
+        let add = |to: &mut [f64], from: &[f64], by: &[f64]| {
+            for (to, (from, by)) in to.iter_mut().zip(from.iter().zip(by)) {
+                *to = from + share * by;
+            }
+        };
+        add(&mut self.impulses, &from.impulses, step);
+        add(&mut self.velocities, &from.velocities, step_m_s);
+    }
+
+    /// W times impulses.
+    pub(super) fn respond(&self, impulses: &[f64], velocities: &mut Vec<f64>) {
+        velocities.clear();
+        velocities.resize(impulses.len(), 0.0);
+        add_response(&self.delassus, impulses, velocities);
     }
 
     /// Goes back to impulses that are remembered, to the bit: from where [`Self::set`] would leave the rounding of the way there in the velocities.
@@ -222,8 +230,8 @@ impl ImpulseProblem {
                 let p = self.impulses[at];
                 least_n_m_s * (1.0 - 1e-9) < p && p < most_n_m_s * (1.0 - 1e-9)
             }
-            Law::Slide { .. } => matches!(self.sliding((at, law)), Some(Sliding::At(_))),
-            Law::Curve { place } => self.on_curve(at, place).is_upright(),
+            // Where the velocity is given.
+            Law::Slide { .. } | Law::Curve { .. } => self.slope(at, law) == 1.0,
             Law::Disc { most_n_s } => {
                 self.anisotropies
                     .in_disc(at, pair(&self.impulses, at))
@@ -260,27 +268,6 @@ impl ImpulseProblem {
         Vector3::from_row_slice(&self.velocities[at..at + 3])
     }
 
-    /// What holds of a row that slides between stops, as things stand; `None` of other laws.
-    pub(super) fn sliding(&self, (at, law): (usize, Law)) -> Option<Sliding> {
-        let Law::Slide {
-            least_m_s,
-            most_m_s,
-        } = law
-        else {
-            return None;
-        };
-        let own = self.w(at, at);
-        let line = self.impulses[at] - self.velocities[at] / own;
-        Some(Sliding::on_line(line, own, (least_m_s, most_m_s)))
-    }
-
-    /// Where a row meets its curve as things stand.
-    pub(super) fn on_curve(&self, row: usize, place: usize) -> Meeting {
-        let own = self.w(row, row);
-        let line = self.impulses[row] - self.velocities[row] / own;
-        self.curves.meet(place, line, own)
-    }
-
     /// Takes impulses, velocities and W back to what they are where no direction differs from another.
     pub(super) fn take_back(&mut self) {
         let rows = self.rows();
@@ -289,33 +276,9 @@ impl ImpulseProblem {
             .take_back((impulses, velocities), &mut self.delassus, rows);
     }
 
-    /// Whether a roller slides along its axle, or rolling costs something.
-    pub(super) fn has_rollers_of_several_laws(&self) -> bool {
-        let is = |(_, law): &(usize, Law)| matches!(law, Law::Slide { .. } | Law::Disc { .. });
-        self.laws.iter().any(is)
-    }
-
-    /// Lets all contacts give so many times as much along their normals.
-    pub(super) fn scale_compliance(&mut self, times: f64) {
-        for (_, law) in &mut self.laws {
-            if let Law::Contact { compliance, .. } = law {
-                *compliance *= times;
-            }
-        }
-    }
-
-    /// Lets all contacts hold so many times as much along their tangents.
-    pub(super) fn scale_friction(&mut self, times: f64) {
-        for (_, law) in &mut self.laws {
-            if let Law::Contact { friction, .. } = law {
-                *friction *= times;
-            }
-        }
-    }
-
-    /// Whether a contact gives across its normal.
-    pub(super) fn is_compliant(&self) -> bool {
-        self.softness.iter().any(|softness| *softness > 0.0)
+    /// u_free.
+    pub(super) fn free(&self) -> &[f64] {
+        &self.free
     }
 
     /// By how much the laws are broken, in m/s or rad/s: the most of all. An impulse beyond what friction can do counts by
@@ -340,12 +303,6 @@ impl ImpulseProblem {
                 };
                 excess.max(if opposes { 0.0 } else { u.abs() })
             }
-            // How far the nearest point of the law on the row's line is: in velocity as in what the impulse makes of one.
-            Law::Slide { .. } => match self.sliding((at, law)) {
-                Some(Sliding::At(stop_m_s)) => (self.velocities[at] - stop_m_s).abs(),
-                Some(Sliding::Free) => self.impulses[at].abs() * self.w(at, at),
-                None => 0.0,
-            },
             Law::Contact {
                 friction,
                 approach_m_s,
@@ -361,7 +318,7 @@ impl ImpulseProblem {
                 normal.max(self.error_in_disc(at + 1, friction * p.x.max(0.0)))
             }
             Law::Disc { most_n_s } => self.error_in_disc(at, most_n_s),
-            Law::Curve { place } => (self.on_curve(at, place).velocity - self.velocities[at]).abs(),
+            Law::Slide { .. } | Law::Curve { .. } => self.missing(at, law).abs(),
         };
         self.laws.iter().map(of).fold(0.0, f64::max)
     }
@@ -382,6 +339,17 @@ impl ImpulseProblem {
             (u - pull * u.dot(&pull).min(0.0)).norm()
         };
         slides.max(excess)
+    }
+}
+
+/// Adds W times impulses to velocities.
+fn add_response(delassus: &[f64], impulses: &[f64], velocities: &mut [f64]) {
+    // W is symmetric: its rows are its columns, which are added up several numbers at a time.
+    let columns = delassus.chunks_exact(impulses.len().max(1));
+    for (column, impulse) in columns.zip(impulses).filter(|(_, p)| **p != 0.0) {
+        for (velocity, w) in velocities.iter_mut().zip(column) {
+            *velocity += w * impulse;
+        }
     }
 }
 

@@ -1,12 +1,11 @@
 //! Impulses that follow on paper, and laws that hold for impulses drawn at random.
 
 mod discs;
+mod each;
 mod play;
 
 use nalgebra::{Vector2, Vector3};
 
-use super::newton::Newton;
-use super::one_contact::friction_impulse;
 use super::system::TOLERANCE;
 use super::{ImpulseProblem, Law, Solver};
 
@@ -37,7 +36,7 @@ impl Draw {
 }
 
 fn solve(problem: &mut ImpulseProblem) -> f64 {
-    Solver::default().solve(problem, false)
+    Solver::default().solve(problem)
 }
 
 fn bearing(most_n_m_s: f64) -> Law {
@@ -149,34 +148,6 @@ fn a_contact_that_gives_by_a_matrix_solves_both_tangents_together() {
         .zip([-0.2, 0.5, -0.9 / 6.91, 0.59 / 6.91])
     {
         assert!((found - expected).abs() < 1e-8, "{:?}", both.impulses);
-    }
-}
-
-/// Where a contact is light one way and heavy the other, as a roller is, friction at its limit still opposes the
-/// sliding that is left, whatever the two directions' masses are.
-#[test]
-fn friction_at_its_limit_opposes_the_sliding_of_light_and_heavy_directions() {
-    let mut draw = Draw(1);
-    for _ in 0..500 {
-        let (light, heavy) = (10.0 + 90.0 * draw.next().abs(), 0.1 + draw.next().abs());
-        let turn = Vector2::new(draw.next(), draw.next()).normalize();
-        let across = Vector2::new(-turn.y, turn.x);
-        let w = light * turn * turn.transpose() + heavy * across * across.transpose();
-        let free = Vector2::new(draw.next(), draw.next());
-        let most = 0.5 * draw.next().abs();
-        let p = friction_impulse(&w, &free, most);
-        let sliding = w * p + free;
-        assert!(p.norm() <= most * (1.0 + 1e-12));
-        if p.norm() < most * (1.0 - 1e-9) {
-            assert!(sliding.norm() < 1e-12);
-        } else {
-            // The sliding points against p: no part beside it. Rounding of sums of about 1.
-            let beside = sliding.perp(&p) / p.norm();
-            assert!(
-                beside.abs() < 1e-9 && sliding.dot(&p) <= 1e-12,
-                "{sliding} {p}"
-            );
-        }
     }
 }
 
@@ -317,39 +288,10 @@ fn random_problems_are_solved_to_the_end() {
     assert!(unsolved <= 25, "{unsolved} of 500");
 }
 
-/// Where whole steps of Newton's method go round for ever between sets of contacts that stick and slide, half steps may lead out: of random problems
-/// that twenty-four whole steps leave, eight whole ones and then half steps solve more than a fifth. More whole ones would solve none.
+/// Contacts that friction beyond 1 couples strongly may have no solution. The impulses that are left are numbers all the same, no worse than those that
+/// it began with, and the velocities are those that follow from them: u = u_free + W p.
 #[test]
-fn half_steps_lead_out_of_where_whole_ones_go_round() {
-    let mut draw = Draw(3);
-    let (mut go_round, mut solved) = (0, 0);
-    for _ in 0..3000 {
-        let mut laws = vec![contact(0.6 * draw.next().abs()); 4];
-        laws.extend([bearing(0.3 * draw.next().abs()); 3]);
-        let free: Vec<f64> = (0..15).map(|_| draw.next()).collect();
-        let response = draw.response(15, 12, 1e-3);
-        let left = |rounds: usize, halves: bool| {
-            let mut random = problem(&laws, &free, &response);
-            let mut newton = Newton::default();
-            (0..rounds).fold(random.error(), |error, _| {
-                newton.steps(&mut random, error, halves)
-            })
-        };
-        if left(3, false) > TOLERANCE {
-            go_round += 1;
-            solved += usize::from(left(1, true) <= TOLERANCE);
-        }
-    }
-    assert!(
-        go_round > 10 && 5 * solved > go_round,
-        "{solved} of {go_round}"
-    );
-}
-
-/// Contacts that friction beyond 1 couples strongly may have no solution, and sweeps over them grow without end. The impulses that are left are numbers
-/// all the same, no worse than those it began with, and the velocities are those that follow from them: u = u_free + W p.
-#[test]
-fn where_sweeps_grow_without_end_the_best_is_kept_with_its_velocities() {
+fn where_there_is_no_solution_the_best_is_kept_with_its_velocities() {
     let mut draw = Draw(12);
     for case in 0..400 {
         let friction = 1.0 + 4.0 * draw.next().abs();
@@ -384,26 +326,25 @@ fn where_sweeps_grow_without_end_the_best_is_kept_with_its_velocities() {
 fn what_is_solved_on_never_ends_with_a_greater_error() {
     let mut draw = Draw(2);
     let mut unsolved = 0;
-    for _ in 0..200 {
+    for _ in 0..100 {
         // So rough that some have no solution.
-        let mu = 5.0 * draw.next().abs();
+        let mu = 20.0 * draw.next().abs();
         let free: Vec<f64> = (0..15).map(|_| draw.next()).collect();
-        let response = draw.response(15, 10, 1e-3);
-        let left_from = |impulses: &[f64], of_heaps: bool| {
+        let response = draw.response(15, 6, 0.0);
+        let left_from = |impulses: &[f64]| {
             let mut random = problem(&[contact(mu); 5], &free, &response);
             for (law, start) in impulses.chunks_exact(3).enumerate() {
                 random.warm_start(law, Vector3::from_row_slice(start));
             }
-            let error = Solver::default().solve(&mut random, of_heaps);
+            let error = solve(&mut random);
             (error, random.impulses)
         };
-        let (first, impulses) = left_from(&[], false);
-        for of_heaps in [false, true] {
-            let (then, _) = left_from(&impulses, of_heaps);
-            // To what rounding makes of it.
-            let most = (first * (1.0 + 1e-9)).max(TOLERANCE);
-            assert!(then <= most, "{then:e} after {first:e}");
-        }
+        let (first, impulses) = left_from(&[]);
+        let (then, _) = left_from(&impulses);
+        // To what rounding makes of it: fifteen products of entries of up to 6.
+        let largest = impulses.iter().fold(0.0_f64, |most, p| p.abs().max(most));
+        let most = first.max(TOLERANCE) + 2e-14 * largest;
+        assert!(then <= most, "{then:e} after {first:e}, {largest:e}");
         unsolved += usize::from(first > TOLERANCE);
     }
     // It is tried.

@@ -3,12 +3,14 @@
 use nalgebra::{Translation3, Vector2, Vector3};
 
 use crate::contact::reactions::reaction::{Part, Reaction};
+use crate::loss::Owed;
 use crate::robot::state::State;
 use crate::robot::wheel::WheelBody;
 
 /// The contact of one wheel with the ground during the last step: the sum over its touching rollers.
 ///
-/// Forces are means over the step, and stand where they acted, in the middle of the step. Velocities are those at its end.
+/// Forces are means over the step, and stand where they acted, in the middle of the step. Velocities are those at its end. Of a step that was
+/// split, forces, sliding and place are means over its parts, and all else is of the last part.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct WheelContact {
@@ -63,19 +65,20 @@ impl Taken {
     }
 
     /// Splits what a contact took. Of a roller that came down while it did not roll, `spin_up_left_j` is what it takes to
-    /// bring it up to its spin, and is used up.
+    /// bring it up to its spin, and is used up. `owed` is what the friction of the same body owes.
     ///
-    /// Friction works against sliding. Where a hit and its friction happen in one step, the mean of the velocities before
-    /// and after may say otherwise of the friction alone; only the sum is certain then, and goes to the hit.
-    pub fn of(reaction: &Reaction, spin_up_left_j: &mut f64) -> Self {
+    /// Where a hit turns sliding around, the sum of the hit and its friction alone is certain, and is the hit's.
+    pub fn of(reaction: &Reaction, spin_up_left_j: &mut f64, owed: &mut Owed) -> Self {
         let [normal_j, along_j, across_j] = reaction.taken_j.into();
-        let rubbed_j = (along_j + across_j).max(0.0);
-        let spin_up_j = across_j.clamp(0.0, rubbed_j).min(*spin_up_left_j);
+        let rubbed_j = along_j + across_j;
+        let hit_j = (-rubbed_j).clamp(0.0, normal_j.max(0.0));
+        let lost_j = owed.lost_j(rubbed_j + hit_j);
+        let spin_up_j = across_j.clamp(0.0, lost_j).min(*spin_up_left_j);
         *spin_up_left_j -= spin_up_j;
         Self {
-            slip_j: rubbed_j - spin_up_j,
+            slip_j: lost_j - spin_up_j,
             spin_up_j,
-            impact_j: normal_j + along_j + across_j - rubbed_j,
+            impact_j: normal_j - hit_j,
         }
     }
 }

@@ -13,8 +13,6 @@ use crate::settings::NEAR;
 
 impl Scenes<'_> {
     /// Adds the places where the chassis of articulated bodies are near each other. Their rollers are not looked at.
-    ///
-    /// parry is asked about each pair of shapes in the frame of the first body's chassis, where f32 is as fine as for the ground.
     pub fn find_between_chassis(&self, found: &mut Vec<Candidate>) {
         let robots = || self.each().filter(|scene| scene.body.free.is_none());
         for (index, a) in robots().enumerate() {
@@ -38,7 +36,7 @@ impl Scenes<'_> {
                     &(a_from_shape.inverse() * pose_b),
                     &**shape_a,
                     &**shape_b,
-                    within_m as Real,
+                    within_m,
                     &mut manifolds,
                     &mut None,
                 );
@@ -49,17 +47,17 @@ impl Scenes<'_> {
                     let a_from_piece = a_from_shape * piece_a.unwrap_or(Pose::IDENTITY);
                     let from_piece_b = pose_b * piece_b.unwrap_or(Pose::IDENTITY);
                     // parry's normal points out of the first shape.
-                    let normal_in_a = convert::to_f64(a_from_piece.rotation * manifold.local_n1);
+                    let normal_in_a = convert::to_vector(a_from_piece.rotation * manifold.local_n1);
                     let normal = -(floor_from_a.rotation * normal_in_a).normalize();
                     for point in &manifold.points {
-                        let in_a_m = convert::to_f64(from_piece_b * point.local_p2);
+                        let in_a_m = convert::to_vector(from_piece_b * point.local_p2);
                         found.push(Candidate {
                             a: a.member(Part::of_body(joint_a)),
                             b: Partner::Of(b.member(Part::of_body(joint_b))),
                             place_m: (floor_from_a * Point3::from(in_a_m)).coords,
                             normal,
                             along: Vector3::x(),
-                            gap_m: f64::from(point.dist),
+                            gap_m: point.dist,
                             turning: Turning::NONE,
                             came_down: false,
                             travel_m_s: Vector3::zeros(),
@@ -79,7 +77,7 @@ fn speed_m_s(scene: &Scene<'_>) -> f64 {
     let of_chassis = shapes(scene).filter(|(joint, ..)| joint.is_none());
     let reach_m = of_chassis.map(|(_, shape, pose)| {
         let ball = shape.compute_local_bounding_sphere();
-        f64::from((pose * ball.center).length() + ball.radius)
+        (pose * ball.center).length() + ball.radius
     });
     let turns_m_s = scene.before.angular_rad_s.norm() * reach_m.fold(0.0, f64::max);
     let goes_m_s = scene.before.velocity_m_s.norm() + turns_m_s;

@@ -40,6 +40,13 @@ impl Bounds {
         }
     }
 
+    /// How far they are apart, in metres; 0 where they have a place in common.
+    pub fn apart_m(&self, other: &Self) -> f64 {
+        let below = self.least_m - other.most_m;
+        let above = other.least_m - self.most_m;
+        below.sup(&above).sup(&Vector3::zeros()).norm()
+    }
+
     /// Whether they have a place in common.
     pub fn meets(&self, other: &Self) -> bool {
         (0..3).all(|axis| {

@@ -136,7 +136,7 @@ pub(crate) fn travel_m(body: &Articulated, state: &State, dt_s: f64) -> f64 {
     let reach_m = of_chassis.map(|(_, solid)| {
         let ball = solid.shape.compute_local_bounding_sphere();
         let at_m = solid.floor_from_shape.translation.vector - center_m;
-        let off_m = f64::from(ball.center.length() + ball.radius);
+        let off_m = ball.center.length() + ball.radius;
         at_m.norm() + off_m
     });
     let turns_m_s = state.angular_rad_s.norm() * reach_m.fold(0.0, f64::max);
@@ -150,7 +150,7 @@ pub(crate) fn fastest_link_m_s(body: &Articulated, state: &State) -> f64 {
     let fastest = of_links.map(|(joint, solid)| {
         let ball = solid.shape.compute_local_bounding_sphere();
         let at_m = solid.floor_from_shape.translation.vector;
-        let off_m = f64::from(ball.center.length() + ball.radius);
+        let off_m = ball.center.length() + ball.radius;
         let turns_m_s = state.carrier_rates(joint).norm() * off_m;
         state.carrier_velocity_m_s(joint, &at_m).norm() + turns_m_s
     });

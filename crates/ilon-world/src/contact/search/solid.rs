@@ -1,9 +1,7 @@
 //! Where two solids are near each other, and where one is near the floor's plane.
 //!
-//! A box, a sphere and a cylinder meet the plane, a sphere meets all three, and the side of a cylinder boxes and sides, in f64 by closed forms. For all other
-//! pairs parry says in f32 which
-//! faces, edges and corners are near. Places on a box's surface are then put exactly on it, and normals of faces exactly along its axes: so
-//! a gap is as fine as f64 wherever faces and corners meet, which a contact's stiff spring needs.
+//! A box, a sphere and a cylinder meet the plane, a sphere meets all three, and the side of a cylinder boxes and sides, by closed forms. For all other
+//! pairs parry says which faces, edges and corners are near.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use parry3d::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
@@ -39,15 +37,12 @@ pub(crate) struct Near {
 impl Solid<'_> {
     /// A box around it.
     pub fn bounds(&self) -> Bounds {
-        // Turned here and moved in f64, so that far from the origin nothing is rounded.
-        let turned = convert::rotation(&self.floor_from_shape.rotation);
         let around = self
             .shape
-            .compute_aabb(&Pose::from_parts(Vector::ZERO, turned));
-        let at_m = self.floor_from_shape.translation.vector;
+            .compute_aabb(&convert::pose(&self.floor_from_shape));
         Bounds {
-            least_m: at_m + convert::to_f64(around.mins),
-            most_m: at_m + convert::to_f64(around.maxs),
+            least_m: convert::to_vector(around.mins),
+            most_m: convert::to_vector(around.maxs),
         }
     }
 
@@ -57,20 +52,20 @@ impl Solid<'_> {
         if let Some(cuboid) = self.shape.as_cuboid() {
             return Some(Piece::Box(SolidBox {
                 floor_from_box: pose,
-                half_sides_m: convert::to_f64(cuboid.half_extents),
+                half_sides_m: convert::to_vector(cuboid.half_extents),
             }));
         }
         if let Some(ball) = self.shape.as_ball() {
             return Some(Piece::Ball(SolidBall {
                 center_m: pose.translation.vector,
-                radius_m: f64::from(ball.radius),
+                radius_m: ball.radius,
             }));
         }
         let cylinder = self.shape.as_cylinder()?;
         Some(Piece::Cylinder(SolidCylinder {
             floor_from_cylinder: pose,
-            radius_m: f64::from(cylinder.radius),
-            half_length_m: f64::from(cylinder.half_height),
+            radius_m: cylinder.radius,
+            half_length_m: cylinder.half_height,
         }))
     }
 
@@ -81,12 +76,12 @@ impl Solid<'_> {
         }
     }
 
-    /// How far it is from another, as f32 has it, in metres; 0 where they touch, and infinity where parry cannot tell.
+    /// How far it is from another, in metres; 0 where they touch, and infinity where parry cannot tell.
     pub fn distance_m(&self, other: &Self) -> f64 {
         let from_other = convert::pose(&self.floor_from_shape.inv_mul(&other.floor_from_shape));
         let found =
             parry3d::query::distance(&Pose::IDENTITY, &**self.shape, &from_other, &**other.shape);
-        found.map_or(f64::INFINITY, |found| f64::from(found.distance))
+        found.map_or(f64::INFINITY, |found| found.distance)
     }
 
     /// Shows where it is nearer to the floor's plane than this.
@@ -201,37 +196,24 @@ impl Solid<'_> {
             &convert::pose(&from_other),
             &**self.shape,
             &**other.shape,
-            within_m as Real,
+            within_m,
             &mut manifolds,
             &mut None,
         );
-        let (own_turn, other_turn) = (
-            self.floor_from_shape.rotation,
-            other.floor_from_shape.rotation,
-        );
+        let own_turn = self.floor_from_shape.rotation;
         for manifold in &manifolds {
             let poses = manifold.subshape_poses.as_deref();
             let piece = |pose: Option<Pose>| pose.unwrap_or(Pose::IDENTITY);
             let own_piece = piece(poses.and_then(|poses| poses.pos1));
             let other_piece = piece(poses.and_then(|poses| poses.pos2));
             // parry's normals point out of either shape.
-            let out = convert::to_f64(own_piece.rotation * manifold.local_n1);
-            let back = convert::to_f64(other_piece.rotation * manifold.local_n2);
-            let normal = if let Some(axis) = face_axis(&**self.shape, &out) {
-                -(own_turn * axis)
-            } else if let Some(axis) = face_axis(&**other.shape, &back) {
-                other_turn * axis
-            } else {
-                -(own_turn * out).normalize()
-            };
+            let out = convert::to_vector(own_piece.rotation * manifold.local_n1);
+            let normal = -(own_turn * out).normalize();
             let is_corner = !is_round(&**self.shape) && !is_round(&**other.shape);
             for point in &manifold.points {
-                let own = on_surface(&**self.shape, convert::to_f64(own_piece * point.local_p1));
-                let on_other = convert::to_f64(other_piece * point.local_p2);
-                let on_other = on_surface(&**other.shape, on_other);
-                let own_m = (self.floor_from_shape * Point3::from(own)).coords;
+                let on_other = convert::to_vector(other_piece * point.local_p2);
                 let place_m = (other.floor_from_shape * Point3::from(on_other)).coords;
-                let gap_m = normal.dot(&(own_m - place_m));
+                let gap_m = point.dist;
                 if gap_m < within_m {
                     show(Near {
                         place_m,
@@ -280,38 +262,6 @@ fn is_round(shape: &dyn Shape) -> bool {
     shape.as_ball().is_some() || shape.as_cylinder().is_some()
 }
 
-/// The axis of a flat face that a normal of a shape stands on, which f32 has rounded.
-fn face_axis(shape: &dyn Shape, normal: &Vector3<f64>) -> Option<Vector3<f64>> {
-    /// What f32 makes of the direction of an axis.
-    const ROUNDED: f64 = 1e-5;
-    let axis = normal.iamax();
-    let flat = shape.as_cuboid().is_some() || shape.as_cylinder().is_some() && axis == 1;
-    let along = Vector3::ith(axis, 1.0_f64.copysign(normal[axis]));
-    (flat && (normal - along).norm() < ROUNDED).then_some(along)
-}
-
-/// A place of a shape's surface, put exactly on the flat faces that f32 nearly puts it on.
-fn on_surface(shape: &dyn Shape, mut place_m: Vector3<f64>) -> Vector3<f64> {
-    /// What f32 makes of a place, of the shape's size.
-    const ROUNDED: f64 = 1e-5;
-    let mut put = |axis: usize, half_m: Real, size_m: f64| {
-        let half_m = f64::from(half_m);
-        if (place_m[axis].abs() - half_m).abs() < ROUNDED * size_m {
-            place_m[axis] = half_m.copysign(place_m[axis]);
-        }
-    };
-    if let Some(cuboid) = shape.as_cuboid() {
-        let half_m = cuboid.half_extents;
-        let size_m = f64::from(half_m.max_element());
-        put(0, half_m.x, size_m);
-        put(1, half_m.y, size_m);
-        put(2, half_m.z, size_m);
-    } else if let Some(cylinder) = shape.as_cylinder() {
-        put(1, cylinder.half_height, f64::from(cylinder.half_height));
-    }
-    place_m
-}
-
 #[cfg(test)]
 mod tests {
     use std::f64::consts::{FRAC_PI_2, PI};
@@ -327,8 +277,7 @@ mod tests {
         found[0]
     }
 
-    /// A box of 0.25 m and a sphere of radius 62.5 mm beside its face, 12.5 mm off it and 31.25 mm beside its middle, lengths that f32
-    /// holds exactly: seen from either, they are as near to each other at the same two places, wherever the pair is.
+    /// A box of 0.25 m and a sphere of radius 62.5 mm beside its face, 12.5 mm off it and 31.25 mm beside its middle: seen from either, they are as near to each other at the same two places, wherever the pair is.
     #[test]
     fn a_sphere_beside_a_box_is_seen_from_both_alike() {
         let (cube, ball) = (
@@ -367,7 +316,7 @@ mod tests {
     #[test]
     fn a_box_stands_on_any_of_its_corners() {
         let (half_m, middle_m) = (0.125, 0.5);
-        let cube = SharedShape::cuboid(half_m as Real, half_m as Real, half_m as Real);
+        let cube = SharedShape::cuboid(half_m, half_m, half_m);
         for corner in 0..8 {
             let sign = |axis: usize| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
             let to_corner = Vector3::new(sign(0), sign(1), sign(2));
@@ -394,31 +343,12 @@ mod tests {
         }
     }
 
-    /// What f32 has rounded off a face is put back onto it, of a box and of a can's ends; what is inside stays.
-    #[test]
-    fn places_that_f32_rounded_are_put_back_on_the_surface() {
-        let off = 1.0 - 1e-7;
-        let (cube, can) = (
-            SharedShape::cuboid(0.5, 0.25, 0.125),
-            SharedShape::cylinder(0.25, 0.125),
-        );
-        let seen = Vector3::new(0.1, -0.25 * off, 0.03);
-        for shape in [&cube, &can] {
-            let put = on_surface(&**shape, seen);
-            assert_eq!(put, Vector3::new(0.1, -0.25, 0.03));
-            let inside = Vector3::new(0.1, -0.24, 0.03);
-            assert_eq!(on_surface(&**shape, inside), inside);
-        }
-        let edge = on_surface(&*cube, Vector3::new(0.5 / off, 0.1, 0.125 * off));
-        assert_eq!(edge, Vector3::new(0.5, 0.1, 0.125));
-    }
-
     /// A can of radius r and length 2 h that leans by an angle from upright, its middle at c: its lowest place is h |cos| + r sin beneath that. Where it
     /// nearly stands, a ring of its lower end is seen as well, within r sin of the end's own middle, h |cos| beneath it.
     #[test]
     fn a_can_that_leans_is_lowest_at_its_lower_rim_and_stands_on_its_lower_end() {
         let (radius_m, half_m, middle_m) = (0.03125, 0.125, 0.5);
-        let can = SharedShape::cylinder(half_m as Real, radius_m as Real);
+        let can = SharedShape::cylinder(half_m, radius_m);
         for lean_rad in [0.0, 0.1, 0.4, 0.8, FRAC_PI_2, 2.2, PI - 0.1, PI] {
             let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2 - lean_rad);
             let can = Solid {

@@ -1,6 +1,6 @@
 //! Where the straight side of a cylinder is near a box or another cylinder, and where one of its ends stands on a face of a box, in f64.
 //!
-//! parry finds such places in f32, normals to some 1e-4 and gaps to micrometres, which a stiff contact makes thousands of newtons of. Here a side and a
+//! parry finds such places by an iteration that leaves micrometres of a gap, of which a stiff contact makes thousands of newtons. Here a side and a
 //! face, or two sides, that are nearly parallel are near each other at both ends of what they have in common, each with its own gap; where they cross, at one
 //! place. What is near the rim of an end alone is left to parry.
 

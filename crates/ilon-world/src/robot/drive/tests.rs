@@ -94,7 +94,7 @@ impl Turning {
         let place = problem.add_curve(&curve);
         problem.push(Law::Curve { place }, &[free_rad_s]);
         problem.set_delassus(|_, w| w[0] = own);
-        let error = Solver::default().solve(&mut problem, false);
+        let error = Solver::default().solve(&mut problem);
         assert!(error < 1e-8, "{error}");
 
         self.rate_rad_s = problem.velocities()[0];
@@ -162,7 +162,7 @@ fn a_dc_motor_ends_where_its_lines_meet_the_load_at_any_step() {
 }
 
 /// A wheel held at 6 rad/s against a load and with it, with a rotor and without: the motor gives (load + friction) / eta, and brakes with
-/// (load - friction) (2 - 1 / eta), or nothing.
+/// (load - friction) (2 - 1 / eta); where that is below zero, it pushes.
 #[test]
 fn a_gear_passes_power_on_by_its_direction_and_the_energy_closes() {
     for efficiency in [1.0, 0.8, 0.6, 0.5, 0.4] {
@@ -182,7 +182,7 @@ fn a_gear_passes_power_on_by_its_direction_and_the_energy_closes() {
                 let expected_n_m = if needed_n_m > 0.0 {
                     needed_n_m / efficiency
                 } else {
-                    needed_n_m * (2.0 - 1.0 / efficiency).max(0.0)
+                    needed_n_m * (2.0 - 1.0 / efficiency)
                 };
                 let motor_n_m = wheel.motor_n_m;
                 assert!((wheel.rate_rad_s - 6.0).abs() < 1e-4, "{efficiency}");
@@ -261,7 +261,8 @@ fn no_drive_gives_energy_that_its_motor_does_not() {
         wheel.step(&motor, 2.0 * (draw() - 0.5), dt_s);
         assert!((wheel.balance_j() + before_j).abs() < 1e-9);
         assert!(wheel.motor_n_m.abs() <= motor.bounds.limit_n_m + 1e-12);
-        if before_rad_s * wheel.rate_rad_s > 0.0 {
+        // A wheel that the step has stopped ends within what the solver leaves of a rate.
+        if before_rad_s * wheel.rate_rad_s > 0.0 && wheel.rate_rad_s.abs() > 1e-8 {
             // The solver ends within 1e-8 rad/s, a droop and a rotor over the step make up to 3e-6 N m of it, and a step turns 0.2 rad.
             assert!(wheel.lost_j > -6e-7, "{} J", wheel.lost_j);
         }

@@ -2,7 +2,7 @@
 
 use std::mem::{swap, take};
 
-use super::islands::{Island, absorb, meet, near, rounded};
+use super::islands::{Island, aabb, absorb, meet, near};
 use crate::contact::search::bounds::Bounds;
 use crate::free::FreeBodyId;
 use crate::robot::articulated::Articulated;
@@ -150,7 +150,7 @@ impl World {
             return woken;
         }
         for bounds in awake.flatten() {
-            let around = rounded(bounds);
+            let around = aabb(bounds);
             for home in self.islands.tree.intersect_aabb(&around) {
                 let island = &self.islands.asleep[&home];
                 let asleep = near(&island.bodies, self.settings.dt_s, 1.0);
@@ -192,7 +192,7 @@ impl World {
                 continue;
             }
             let put_down = self.islands.awake[at].clone();
-            let (energies, residual_m_s) = (self.energies, self.residual_m_s);
+            let (energies, solution) = (self.energies, self.solution);
             self.exchange(at);
             let before_j = self.energy_here_j();
             let dt_s = self.settings.dt_s;
@@ -211,7 +211,7 @@ impl World {
             let stays = stays && before.into_iter().all(|(then, now)| has_stayed(then, now));
             self.exchange(at);
             self.energies = energies;
-            self.residual_m_s = residual_m_s;
+            self.solution = solution;
             if stays {
                 self.energies.impact_j += sank_j;
                 self.lay_down(at);

@@ -150,7 +150,7 @@ impl Islands {
         (island.kinetic_j, island.potential_j) = (kinetic_j, potential_j);
         let all = island.bodies.iter();
         let around = all.fold(Bounds::NONE, |around, body| around.merged(&bounds(body)));
-        self.tree.insert(rounded(&around), home);
+        self.tree.insert(aabb(&around), home);
         for id in island.bodies.iter().filter_map(id_of) {
             self.homes.insert(id, home);
         }
@@ -272,14 +272,10 @@ pub(super) fn meet(some: &[Bounds], others: &[Bounds]) -> bool {
         .any(|one| others.iter().any(|other| one.meets(other)))
 }
 
-/// As f32 has it, and no smaller.
-pub(in crate::world) fn rounded(bounds: &Bounds) -> Aabb {
-    /// More than the rounding of a coordinate, of its size.
-    const ROUNDED: f64 = 1e-6;
-    let far_m = bounds.least_m.amax().max(bounds.most_m.amax());
-    let grown = bounds.grown(ROUNDED * far_m);
+/// The same box as parry has it.
+pub(in crate::world) fn aabb(bounds: &Bounds) -> Aabb {
     Aabb::new(
-        convert::vector(&grown.least_m),
-        convert::vector(&grown.most_m),
+        convert::vector(&bounds.least_m),
+        convert::vector(&bounds.most_m),
     )
 }

@@ -120,28 +120,30 @@ impl World {
         let Some(own) = solid_at(built, middle_m) else {
             return nearest;
         };
-        let mut offer = |gap_m: f64, obstacle| {
-            if gap_m < nearest.0 {
-                nearest = (gap_m, obstacle);
-            }
-        };
         if self.ground.is_solid_below() {
-            own.near_plane(f64::INFINITY, |near| offer(near.gap_m, Obstacle::Ground));
+            own.near_plane(f64::INFINITY, |near| nearest.0 = nearest.0.min(near.gap_m));
         }
         for solid in self.ground.solids() {
-            offer(gap_m(&own, &solid), Obstacle::Ground);
+            nearest.0 = nearest.0.min(gap_m(&own, &solid));
         }
-        let piece = own.piece();
+        let (piece, bounds) = (own.piece(), own.bounds());
         for body in self.bodies.iter().chain(self.islands.bodies()) {
-            let obstacle = || match &body.free {
-                Some(free) => Obstacle::Body(&free.name),
-                None => Obstacle::Robot,
-            };
+            let mut least_m = nearest.0;
             for solid in solids(body, &body.state) {
-                offer(gap_m(&own, &solid), obstacle());
+                // Of what is further away by the boxes around them nothing more is asked.
+                if solid.bounds().apart_m(&bounds) < least_m {
+                    least_m = least_m.min(gap_m(&own, &solid));
+                }
             }
             if let Some(piece) = &piece {
-                offer(rollers_gap_m(body, piece), obstacle());
+                least_m = least_m.min(rollers_gap_m(body, piece));
+            }
+            if least_m < nearest.0 {
+                let obstacle = match &body.free {
+                    Some(free) => Obstacle::Body(&free.name),
+                    None => Obstacle::Robot,
+                };
+                nearest = (least_m, obstacle);
             }
         }
         nearest

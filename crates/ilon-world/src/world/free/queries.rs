@@ -40,7 +40,6 @@ impl World {
         let mut nearest: Option<RayHit> = None;
         self.each_part(|object, part| {
             let pose = &part.floor_from_shape;
-            // From the shape, so that f32 is fine far from the origin.
             let from = pose.inverse_transform_point(&Point3::from(from_m));
             let ray = Ray::new(
                 convert::vector(&from.coords),
@@ -49,17 +48,17 @@ impl World {
             let limit_m = nearest.map_or(most_m, |hit| hit.distance_m);
             let hit = part
                 .shape
-                .cast_local_ray_and_get_normal(&ray, limit_m as Real, true);
+                .cast_local_ray_and_get_normal(&ray, limit_m, true);
             let Some(hit) = hit else {
                 return;
             };
-            let distance_m = f64::from(hit.time_of_impact);
+            let distance_m = hit.time_of_impact;
             if distance_m < limit_m || nearest.is_none() {
                 nearest = Some(RayHit {
                     object,
                     distance_m,
                     place_m: from_m + distance_m * along,
-                    normal: pose.rotation * convert::to_f64(hit.normal),
+                    normal: pose.rotation * convert::to_vector(hit.normal),
                 });
             }
         });
@@ -117,6 +116,6 @@ fn wheel_of(body: &Articulated, wheel: usize) -> (Isometry3<f64>, SharedShape) {
         hub.center_m.into(),
         UnitQuaternion::from_rotation_matrix(&rotation) * z_to_y,
     );
-    let shape = SharedShape::cylinder(half_m as Real, of.radius_m as Real);
+    let shape = SharedShape::cylinder(half_m, of.radius_m);
     (floor_from_shape, shape)
 }

@@ -1,5 +1,6 @@
 //! What only the inside of a world shows.
 
+mod given_up;
 mod off_the_flat;
 mod own;
 mod two_bodies;
@@ -316,7 +317,7 @@ fn the_furthest_way_of_a_chassis_is_that_of_its_corner() {
         .map(|solid| {
             let bounds = solid.shape.compute_local_aabb();
             let corners = bounds.vertices().map(|corner| {
-                let corner = nalgebra::Point3::from(crate::engine::convert::to_f64(corner));
+                let corner = nalgebra::Point3::from(crate::engine::convert::to_vector(corner));
                 (solid.floor_from_shape * corner).coords - center_m
             });
             corners.iter().map(Vector3::norm).fold(0.0, f64::max)

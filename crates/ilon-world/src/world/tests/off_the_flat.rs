@@ -25,12 +25,8 @@ fn place(world: &mut World, rotation: UnitQuaternion<f64>, clear_m: f64) {
     world.bodies[0].state.place(pose);
     let body_from_chassis = Isometry3::from(world.bodies[0].chassis_mass.center_of_mass_m);
     let floor_from_body = pose * body_from_chassis.inverse();
-    pose.translation.z += clear_m
-        - clearance_m(
-            &world.bodies[0].robot,
-            (&world.ground, &Vector3::zeros()),
-            &floor_from_body,
-        );
+    pose.translation.z +=
+        clear_m - clearance_m(&world.bodies[0].robot, &world.ground, &floor_from_body);
     world.bodies[0].state.place(pose);
 }
 

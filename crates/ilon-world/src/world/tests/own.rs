@@ -21,7 +21,7 @@ fn what_is_kept_of_a_body_beside_a_robot_does_not_grow() {
     });
     let rapier = world.rapier_mut().expect("ilon solves the contacts");
     // Half a millimetre before the robot, which is near.
-    let x_m = front_m as f32 + 0.0505;
+    let x_m = front_m + 0.0505;
     let place = RigidBodyBuilder::dynamic().translation(Vector::new(x_m, 0.0, 0.05));
     rapier.insert(place, ColliderBuilder::cuboid(0.05, 0.05, 0.05).mass(1.0));
     let mut beside = 0;

@@ -90,7 +90,6 @@ fn two_robots_that_hit_each_other_get_equal_and_opposite_impulses() {
     let line = Vector3::new(0.8, 0.6, 0.0);
     let across = Vector3::new(-0.6, 0.8, 0.0);
     let (dt_s, closes, slides, friction) = (1e-4, 0.4, 2.0, 0.6);
-    // Far from the origin, where f32 would resolve a tenth of a millimetre.
     let place_m = Vector3::new(900.0, -1200.0, 2.0);
     let velocity_of_a = closes * line + slides * across;
     let mut world = floating(
@@ -115,10 +114,10 @@ fn two_robots_that_hit_each_other_get_equal_and_opposite_impulses() {
     let gives = 1.0 / (stiffness_n_m * dt_s * (dt_s + crate::contact_relaxation_s(&softer)));
     let pressed = closes / (1.0 / a.mass_kg() + 1.0 / b.mass_kg() + gives);
     let on_paper = -pressed * line - friction * pressed * across;
-    // Until the middle of the step the line turns by s dt / (4 R). The places are known to 3e-8 m in f32, and a gap of that is closed
+    // Until the middle of the step the line turns by s dt / (4 R). Their places are known to 3e-13 m so far out, and a gap of that is closed
     // in the step before anything presses.
     let turned = slides * dt_s / (4.0 * RADIUS_M);
-    let open_m_s = 3e-8 / dt_s;
+    let open_m_s = 3e-13 / dt_s;
     let apart = 2.0 * turned * slides / closes + open_m_s / closes;
     assert!(
         (on_a - on_paper).norm() < apart * pressed,
@@ -135,9 +134,9 @@ fn two_robots_that_hit_each_other_get_equal_and_opposite_impulses() {
     let middle_m = place_m + 0.5 * dt_s * velocity_of_a;
     let of_b_m = place_m + 2.0 * RADIUS_M * line;
     let touches_m = of_b_m - RADIUS_M * (of_b_m - middle_m).normalize();
-    // A few roundings of places of half a metre in f32.
+    // A few roundings of places 1500 m out, 2e-13 m each.
     let off_m = (contact.at_m - touches_m).norm();
-    assert!(off_m < 5e-7, "{off_m:e}");
+    assert!(off_m < 2e-12, "{off_m:e}");
     // The impulse is what the two momenta show, along the contact's own frame and on A; and as large as friction can be.
     let impulse = contact.impulse;
     let as_vector = impulse.x * normal + impulse.y * along + impulse.z * across;

@@ -3,7 +3,10 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use ilon_trace::Convergence;
+
 use super::update::Update;
+use crate::cli::converge;
 use crate::cli::escape::one_line;
 use crate::cli::failure::Failure;
 use crate::cli::json::pretty;
@@ -35,6 +38,8 @@ pub(super) struct Judged {
     pub verdicts: Vec<Verdict>,
     /// The fingerprint of all signals of the run; a study of many has none.
     pub trace_hash: Option<String>,
+    /// How far its figures move at half the step; empty where it was not repeated.
+    pub converge: Convergence,
     /// Where it leaves its baseline; `None` where it was held against none.
     pub differences: Option<Vec<Difference>>,
     /// Where the differences are drawn, if there are any.
@@ -139,6 +144,7 @@ impl Checked {
             "outcome": outcome.map(|(_, word)| word),
             "took_s": self.took.as_secs_f64(),
             "trace_hash": judged.trace_hash,
+            "converge": judged.converge,
             "bounds": judged.verdicts,
             "failures": judged.failures(),
             "error": error,
@@ -159,6 +165,22 @@ impl Checked {
 
     /// What came of it, with the `settings` under which it would be seen again.
     pub fn lines(&self, settings: &str) -> String {
+        self.result_lines(settings) + &self.convergence_lines()
+    }
+
+    /// Which figures move at half the step, below the line of its result.
+    fn convergence_lines(&self) -> String {
+        let table = match &self.result {
+            Ended::Judged(judged) => converge::table(&judged.converge),
+            _ => None,
+        };
+        let text = table.map_or_else(String::new, |table| table.to_string());
+        text.lines()
+            .map(|line| format!("         {line}\n"))
+            .collect()
+    }
+
+    fn result_lines(&self, settings: &str) -> String {
         let took_s = self.took.as_secs_f64();
         let label = &self.label;
         let judged = match &self.result {

@@ -1,0 +1,100 @@
+//! The loop of a run: a plant, what drives it, and what records it.
+
+use ilon_control::{ContactKinematics, Kinematics};
+use ilon_robot::Robot;
+use ilon_trace::Trace;
+
+use super::header::{Appearance, header};
+use super::pilot::{Controller, Pilot};
+use super::plant::Plant;
+use super::recorder::Recorder;
+use super::resolve::Resolved;
+use crate::Error;
+
+/// A plant, what drives it, and what records it.
+pub(crate) struct RunLoop {
+    pub(super) plant: Plant,
+    pub(super) pilot: Pilot,
+    pub(super) recorder: Recorder,
+}
+
+impl RunLoop {
+    /// The loop of a resolved scenario; `controller` in place of its guidance, where there is one.
+    pub(super) fn new(
+        resolved: &Resolved,
+        robot: &Robot,
+        seen: Appearance,
+        controller: Option<Box<dyn Controller>>,
+    ) -> Result<Self, Error> {
+        let scenario = resolved.scenario();
+        let standing = resolved.joint_targets().standing(robot);
+        let kinematics = Kinematics::new(&standing)?;
+        let contact_kinematics = ContactKinematics::new(&standing)?;
+        let pilot = Pilot::new(
+            scenario,
+            (resolved.reference().cloned(), resolved.log()),
+            (kinematics.clone(), contact_kinematics.clone()),
+            robot,
+            controller,
+        )?;
+        let plant = Plant::new(resolved, robot)?;
+        let header = header(resolved, robot, seen, &pilot)?;
+        let recorder = Recorder::new(
+            header,
+            robot,
+            kinematics,
+            contact_kinematics,
+            resolved.start(),
+            scenario.run.row_count() as usize,
+            scenario,
+        );
+        Ok(Self {
+            plant,
+            pilot,
+            recorder,
+        })
+    }
+
+    /// The loop of a resolved scenario under its own guidance, of which nobody draws a picture.
+    pub fn of_guidance(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
+        Self::new(resolved, robot, Appearance::default(), None)
+    }
+
+    /// Advances by one physics step.
+    pub fn step(&mut self) {
+        let clock = *self.plant.clock();
+        let t_s = clock.time_s();
+        if clock.control_is_due() {
+            let seen = self.plant.observe();
+            self.pilot.decide(t_s, seen);
+            self.recorder.reckon(&seen.wheel_angles_rad);
+        }
+        self.plant.actuate(self.pilot.command());
+        if clock.control_is_due() {
+            let decided = self.pilot.decided(t_s, self.plant.truth().pose);
+            if clock.record_is_due() {
+                self.recorder.record(t_s, &self.plant, &decided);
+            } else {
+                self.recorder.hold(&self.plant, &decided);
+            }
+        }
+        self.plant.step();
+        self.recorder
+            .count(self.plant.world(), clock.physics_dt_s());
+    }
+
+    /// Whether the end is reached.
+    pub fn is_done(&self) -> bool {
+        self.plant.clock().is_over()
+    }
+
+    /// Whether the coming step begins a control period.
+    pub fn control_is_due(&self) -> bool {
+        self.plant.clock().control_is_due()
+    }
+
+    /// The rows that nobody has taken yet.
+    pub fn rows_mut(&mut self) -> &mut Trace {
+        self.recorder.trace_mut()
+    }
+}

@@ -1,0 +1,98 @@
+//! The energy balance of a run, and the energy turned over in it.
+//!
+//! motor + outside = stored + slip + spin-up + bearing + impact + unexplained,
+//!
+//! each as its gain from the first row to the last. What is unexplained is judged against what was turned over. A robot that drives and stops again
+//! has put in and taken back joules of which next to nothing is left in the sums above; so what was put in and what was taken out are counted apart:
+//!
+//! put in = motors while they drive + pushes and payloads while they do work + the deepest fall,
+//! taken out = motors while they brake + pushes and payloads while they take work + all losses + the gain of kinetic and potential energy.
+//!
+//! Where the balance closes both are the same but for a rise before a fall. The fall is the most that the potential energy has ever been below an
+//! earlier value, so that a hub which goes up and down with each roller counts once.
+
+use crate::fold::finite;
+use crate::header::Header;
+use crate::metrics::Energy;
+use crate::record::Record;
+
+/// Below the energy that lifts the robot by this share of its largest wheel's radius nothing moved: 50 nm of a wheel of 50 mm, what contacts
+/// give as a robot settles.
+const LEAST_LIFT: f64 = 1e-6;
+
+/// The weight of a mass at rest on the ground, in N/kg.
+const GRAVITY_M_S2: f64 = 9.81;
+
+/// The balance as it grows, row by row.
+#[derive(Default)]
+pub(crate) struct Balance {
+    first: Option<Record>,
+    last: Option<Record>,
+    /// What came from outside and went there, in J, both positive.
+    outside_in_j: f64,
+    outside_out_j: f64,
+    /// The highest potential energy so far, and the most that it has been below that later, in J.
+    highest_j: f64,
+    fall_j: f64,
+}
+
+impl Balance {
+    /// Takes in the next row.
+    pub fn add(&mut self, record: &Record) {
+        let before = *self.last.get_or_insert(*record);
+        if self.first.is_none() {
+            self.first = Some(*record);
+            self.highest_j = record.potential_energy_j;
+        }
+        let came_j = record.outside_energy_j - before.outside_energy_j;
+        self.outside_in_j += came_j.max(0.0);
+        self.outside_out_j += (-came_j).max(0.0);
+        self.highest_j = self.highest_j.max(record.potential_energy_j);
+        self.fall_j = (self.highest_j - record.potential_energy_j).max(self.fall_j);
+        self.last = Some(*record);
+    }
+
+    /// The balance between the first and the last row.
+    pub fn finish(&self, header: &Header) -> Energy {
+        let (Some(first), Some(last)) = (&self.first, &self.last) else {
+            return Energy::default();
+        };
+        let gain = |f: fn(&Record) -> f64| f(last) - f(first);
+        let motor_j = gain(|r| r.motor_energy_j);
+        // A trace from before it was counted has none.
+        let drove_j = gain(|r| r.motor_positive_energy_j).max(motor_j);
+        let outside_j = gain(|r| r.outside_energy_j);
+        let stored_j = gain(|r| r.kinetic_energy_j + r.potential_energy_j);
+        let slip_j = gain(|r| r.slip_energy_j);
+        let spin_up_j = gain(|r| r.spin_up_energy_j);
+        let bearing_j = gain(|r| r.bearing_energy_j);
+        let impact_j = gain(|r| r.impact_energy_j);
+        let losses_j = [slip_j, spin_up_j, bearing_j, impact_j];
+        let unexplained_j = motor_j + outside_j - stored_j - losses_j.iter().sum::<f64>();
+        let put_in_j = drove_j + self.outside_in_j + self.fall_j;
+        let taken_out_j = (drove_j - motor_j)
+            + self.outside_out_j
+            + losses_j.iter().map(|loss_j| loss_j.abs()).sum::<f64>()
+            + stored_j.max(0.0);
+        let turned_over_j = put_in_j.max(taken_out_j);
+        Energy {
+            motor_j: finite(motor_j),
+            motor_positive_j: finite(drove_j),
+            outside_j: finite(outside_j),
+            stored_j: finite(stored_j),
+            slip_j: finite(slip_j),
+            spin_up_j: finite(spin_up_j),
+            bearing_j: finite(bearing_j),
+            impact_j: finite(impact_j),
+            unexplained_j: finite(unexplained_j),
+            unexplained_share: finite(unexplained_j / turned_over_j)
+                .filter(|_| turned_over_j >= least_turned_over_j(header)),
+        }
+    }
+}
+
+/// The energy turned over from which on something moved, in J.
+fn least_turned_over_j(header: &Header) -> f64 {
+    let radii = header.wheels.iter().map(|wheel| wheel.radius_m);
+    LEAST_LIFT * header.mass_kg * GRAVITY_M_S2 * radii.fold(0.0, f64::max)
+}

@@ -1,0 +1,169 @@
+//! How accurate the figures of a run are at the step that the program chooses, as `docs/measured.md` states it.
+
+use super::quantity::Quantity;
+use super::{all, si_unit};
+use crate::header::Header;
+use crate::metrics::Summary;
+
+/// What the accuracy of a figure is a share of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Measure {
+    /// The figure itself.
+    Itself,
+    /// Of a length: the way of the farthest wheel, travelled or turned, and at least that wheel's distance from the body's origin, in metres.
+    Way,
+    /// Of an angle: that way over the wheel's distance from the body's origin, in radians.
+    Turn,
+}
+
+/// The accuracy of a figure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Accuracy {
+    /// What it is a share of.
+    pub of: Measure,
+    /// The share.
+    pub share: f64,
+}
+
+/// The figures whose accuracy is stated, and their accuracy: where the robot goes, then what it takes.
+const STATED: [(&str, Accuracy); 28] = {
+    const fn of(of: Measure, share: f64) -> Accuracy {
+        Accuracy { of, share }
+    }
+    const WAY: Accuracy = of(Measure::Way, 1e-3);
+    const TURN: Accuracy = of(Measure::Turn, 1e-3);
+    const RATIO: Accuracy = of(Measure::Itself, 1e-3);
+    const WORK: Accuracy = of(Measure::Itself, 0.01);
+    const PEAK: Accuracy = of(Measure::Itself, 0.1);
+    [
+        ("end_x_m", WAY),
+        ("end_y_m", WAY),
+        ("end_heading_rad", TURN),
+        ("travelled_m", WAY),
+        ("turned_rad", TURN),
+        ("position_error_rms_m", WAY),
+        ("position_error_max_m", WAY),
+        ("position_error_final_m", WAY),
+        ("heading_error_rms_rad", TURN),
+        ("heading_error_max_rad", TURN),
+        ("heading_error_final_rad", TURN),
+        ("twist_ratio_ideal.vx", RATIO),
+        ("twist_ratio_ideal.vy", RATIO),
+        ("twist_ratio_ideal.omega", RATIO),
+        ("twist_ratio_contact.vx", RATIO),
+        ("twist_ratio_contact.vy", RATIO),
+        ("twist_ratio_contact.omega", RATIO),
+        ("energy.motor_j", WORK),
+        ("energy.bearing_j", WORK),
+        ("slip_energy_j", PEAK),
+        ("energy.spin_up_j", PEAK),
+        ("energy.impact_j", PEAK),
+        ("slip_speed_max_m_s", PEAK),
+        ("wheel_torque_max_n_m", PEAK),
+        ("friction_used_max", PEAK),
+        ("airborne_share", PEAK),
+        ("saturated_share", PEAK),
+        ("chassis_load_share", PEAK),
+    ]
+};
+
+/// The accuracy that is stated of a figure, by its key; `None` where none is.
+pub fn accuracy(key: &str) -> Option<Accuracy> {
+    let stated = STATED.iter().find(|(known, _)| *known == key);
+    stated.map(|(_, accuracy)| *accuracy)
+}
+
+/// The quantities of which an accuracy is stated, with it, in the order of [`all`].
+pub fn stated() -> impl Iterator<Item = (&'static Quantity, Accuracy)> {
+    all().filter_map(|quantity| Some((quantity, accuracy(quantity.key)?)))
+}
+
+/// What figures of a run are measured against.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scales {
+    way_m: f64,
+    arm_m: f64,
+    /// Turned over by motors, pushes and losses, in J.
+    turned_over_j: f64,
+    /// The robot's weight times the radius of its largest wheel, in N m.
+    weight_n_m: f64,
+    /// What that wheel falls at over its radius, in m/s.
+    fall_m_s: f64,
+}
+
+/// Of the scales of a robot: below it a difference is rounding, or says nothing.
+const LEAST: f64 = 1e-4;
+/// Of all that is turned over: what the balance of energies leaves open.
+const LEAST_OF_ENERGY: f64 = 1e-3;
+/// Of shares and ratios, and of a wheel's fall.
+const LEAST_SHARE: f64 = 1e-3;
+/// Gravity on earth, in m/s^2.
+const GRAVITY_M_S2: f64 = 9.81;
+
+impl Scales {
+    /// Of a run.
+    pub fn of(summary: &Summary, header: &Header) -> Self {
+        let radii = header.wheels.iter().map(|wheel| wheel.radius_m);
+        let radius_m = radii.fold(0.0, f64::max);
+        let arm_m = header.arm_m();
+        let energy = &summary.energy;
+        let joules = |part: Option<f64>| part.unwrap_or(0.0);
+        let lost_j = [
+            energy.slip_j,
+            energy.spin_up_j,
+            energy.bearing_j,
+            energy.impact_j,
+        ];
+        let lost_j: f64 = lost_j.map(joules).iter().sum();
+        let given_j = joules(energy.motor_j) + joules(energy.outside_j);
+        Self {
+            way_m: (summary.travelled_m.max(arm_m * summary.turned_rad)).max(arm_m),
+            arm_m,
+            turned_over_j: given_j.max(lost_j),
+            weight_n_m: header.mass_kg * GRAVITY_M_S2 * radius_m,
+            fall_m_s: (GRAVITY_M_S2 * radius_m).sqrt(),
+        }
+    }
+
+    /// What a figure of this value is measured against, in its SI unit.
+    pub fn measure(&self, of: Measure, value: f64) -> f64 {
+        match of {
+            Measure::Itself => value.abs(),
+            Measure::Way => self.way_m,
+            Measure::Turn => self.way_m / self.arm_m.max(f64::MIN_POSITIVE),
+        }
+    }
+
+    /// The difference up to which a figure has not moved, in its SI unit.
+    pub fn floor(&self, quantity: &Quantity) -> f64 {
+        match si_unit(quantity.key) {
+            "m" => LEAST * self.arm_m,
+            "rad" => LEAST,
+            "N m" => LEAST * self.weight_n_m,
+            "J" => (LEAST * self.weight_n_m).max(LEAST_OF_ENERGY * self.turned_over_j),
+            "m/s" => LEAST_SHARE * self.fall_m_s,
+            _ => LEAST_SHARE,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::by_key;
+    use super::*;
+
+    #[test]
+    fn what_an_accuracy_is_stated_of_is_a_quantity_and_fits_its_unit() {
+        for (key, accuracy) in STATED {
+            let unit = by_key(key).map(|_| si_unit(key));
+            match accuracy.of {
+                Measure::Way => assert_eq!(unit, Some("m"), "{key}"),
+                Measure::Turn => assert_eq!(unit, Some("rad"), "{key}"),
+                Measure::Itself => assert!(unit.is_some(), "{key}"),
+            }
+        }
+        assert!(all().count() > STATED.len());
+    }
+}

@@ -1,0 +1,96 @@
+#!/usr/bin/env python3
+"""Writes into docs/measured.md which figures of the shipped scenarios move by more than 1 % at half the step, and why.
+
+`docs/converge.py ILON` runs every scenario three times (`ilon check assets/scenarios --converge`) and writes the table, with ILON the program;
+`docs/converge.py --check ILON` exits 1 where the table is not up to date. Both exit 1 where a place, a heading or a way moves by more than 1 % without a
+reason.
+"""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGE = ROOT / "docs" / "measured.md"
+BEGIN, END = "<!-- docs/converge.py: begin -->\n", "<!-- docs/converge.py: end -->\n"
+LEAST = 0.01
+
+# Scenarios of which places and headings may move, and why.
+PLACES = {
+    "mecanum4_rough_class": "wheels are in the air for 45 % of the run, and each landing decides the next: ends scatter by 40 mm from 2 to 0.125 ms",
+}
+# Of each figure what it is called, and why it depends on the step; None of what must not.
+FIGURES = {
+    "end_x_m": ("x at the end", None),
+    "end_y_m": ("y at the end", None),
+    "end_heading_rad": ("heading at the end", None),
+    "travelled_m": ("length of the way", None),
+    "turned_rad": ("turned, back and forth", None),
+    "position_error_rms_m": ("position error, rms", None),
+    "position_error_max_m": ("position error, largest", None),
+    "position_error_final_m": ("position error, at the end", None),
+    "heading_error_rms_rad": ("heading error, rms", None),
+    "heading_error_max_rad": ("heading error, largest", None),
+    "heading_error_final_rad": ("heading error, at the end", None),
+    "twist_ratio_ideal.vx": ("real over ideal, vx", None),
+    "twist_ratio_ideal.vy": ("real over ideal, vy", None),
+    "twist_ratio_ideal.omega": ("real over ideal, omega", None),
+    "twist_ratio_contact.vx": ("real over contact kinematics, vx", None),
+    "twist_ratio_contact.vy": ("real over contact kinematics, vy", None),
+    "twist_ratio_contact.omega": ("real over contact kinematics, omega", None),
+    "energy.motor_j": ("work of the motors", "motors give what landings and sliding take"),
+    "energy.bearing_j": ("lost in bearings", "rollers that land spin up, and lose their spin in their bearings"),
+    "slip_energy_j": ("lost to sliding", "how far a roller slides before the next takes over is decided within a step"),
+    "energy.spin_up_j": ("roller spin-up", "whether a roller that lands is spun up at once or slides first is decided within a step"),
+    "energy.impact_j": ("lost in impacts", "a landing is a hit, known by its step to first order: take 0.5 ms or less where it matters"),
+    "slip_speed_max_m_s": ("sliding speed, largest", "sliding for a millisecond, as a roller lands: a row meets its peak, or does not"),
+    "wheel_torque_max_n_m": ("torque, largest", "the mean of one row: a hit, and a step of the command, fall into one row or into two"),
+    "friction_used_max": ("most grip used", "the force of the last step before a row: a hand-over is an impulse, whose force grows as the step shrinks"),
+    "airborne_share": ("in the air", "how often a wheel is seen to touch is counted in rows"),
+    "saturated_share": ("saturated", "counted in rows"),
+    "chassis_load_share": ("weight on the chassis", "how a landing is shared is decided within a step"),
+}
+
+
+def table(scenarios):
+    """The table as text, and what moved without a reason."""
+    rows, wrong = {}, []
+    for scenario in scenarios:
+        if scenario["error"] or not scenario["converge"]:
+            wrong.append(f"{scenario['scenario']}: {scenario['error'] or 'it could not be repeated at half the step'}")
+        for key, moved in scenario["converge"].items():
+            if moved["share"] > LEAST:
+                rows.setdefault(key, []).append((moved["share"], scenario["scenario"]))
+                if FIGURES[key][1] is None and scenario["scenario"] not in PLACES:
+                    wrong.append(f"{scenario['scenario']}: {key} moves by {100 * moved['share']:.2f} %")
+    lines = ["| figure | scenarios in which it moves by more than 1 %, and by how much | why |", "|---|---|---|"]
+    for key, (name, why) in FIGURES.items():
+        moved = sorted(rows.get(key, []), reverse=True)
+        if moved:
+            words = ", ".join(f"{scenario} {100 * share:.0f} %" for share, scenario in moved)
+            reasons = dict.fromkeys(PLACES.get(scenario, "to be explained") for _, scenario in moved)
+            lines.append(f"| {name} | {words} | {why or '; '.join(reasons)} |")
+    return "\n".join(lines) + "\n", wrong
+
+
+def main():
+    check = "--check" in sys.argv[1:]
+    program = next(word for word in sys.argv[1:] if not word.startswith("-"))
+    said = subprocess.run([program, "check", ROOT / "assets" / "scenarios", "--converge", "--json"], stdout=subprocess.PIPE, text=True)
+    written, wrong = table(json.loads(said.stdout)["scenarios"])
+    for line in wrong:
+        print(line, file=sys.stderr)
+    page = PAGE.read_text()
+    before = re.search(re.escape(BEGIN) + "(.*?)" + re.escape(END), page, re.S)
+    if before[1] != written:
+        if check:
+            print("docs/measured.md is not up to date: docs/converge.py ILON writes its table", file=sys.stderr)
+        else:
+            PAGE.write_text(page[: before.start(1)] + written + page[before.end(1) :])
+    sys.exit(bool(wrong) or (check and before[1] != written))
+
+
+if __name__ == "__main__":
+    main()
