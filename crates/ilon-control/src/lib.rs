@@ -17,7 +17,7 @@
 //! 4. [`Motor::range`] says between which torques the motor can give one.
 //!
 //! Underneath lie [`Kinematics`], the paper's eqs. (2)-(10) with one constant roller angle a wheel, and
-//! [`ContactKinematics`], the same constraint taken at the roller that really touches, with its [`ContactDynamics`].
+//! [`ContactKinematics`], the same constraint taken at the roller that really touches.
 //!
 //! ```
 //! use ilon_control::*;
@@ -84,7 +84,6 @@ pub use dynamics::acceleration_limits::{
     AccelerationLimit, AccelerationLimits, AccelerationPolytope, AccelerationRange,
     AccelerationUse, LimitCause, LimitSettings, LimitedBy, PushSharing,
 };
-pub use dynamics::contact_dynamics::{AtGrip, ContactDynamics};
 pub use dynamics::loads::WheelLoads;
 pub use dynamics::model::DynamicModel;
 pub use error::ControlError;

@@ -354,12 +354,12 @@ impl Inspection {
         })
     }
 
-    /// The same with how hard the robot may be driven under a scenario's floor, motors, wheel loops and payloads.
+    /// The same with how hard the robot may be driven under a scenario's floor, motors, wheel loops and payloads, as far as it holds that when simulated.
     ///
     /// # Errors
-    /// Those of [`Limits::of`].
+    /// Those of [`Limits::held`].
     pub fn with_limits(mut self, scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
-        self.limits = Some(Limits::of(scenario, robot)?);
+        self.limits = Some(Limits::held(scenario, robot)?);
         Ok(self)
     }
 
@@ -367,7 +367,7 @@ impl Inspection {
     /// loops. Files that they name must be among those that may be read.
     ///
     /// # Errors
-    /// A key that no scenario has, conditions that make no sense, and those of [`Limits::of`].
+    /// A key that no scenario has, conditions that make no sense, and those of [`Limits::held`].
     pub fn with_limits_under(
         self,
         settings: &[Setting],

@@ -2,7 +2,6 @@
 
 pub(crate) mod acceleration_limits;
 pub(crate) mod capacity;
-pub(crate) mod contact_dynamics;
 mod interval;
 pub(crate) mod loads;
 pub(crate) mod model;

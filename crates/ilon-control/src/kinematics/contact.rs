@@ -297,16 +297,6 @@ impl ContactKinematics {
         }
     }
 
-    /// Each wheel's constraint along its touching roller, at the wheel angles of the last update: row times twist is the lever times the rate.
-    pub(crate) fn rows(&self) -> &MatrixXx3<f64> {
-        &self.rows
-    }
-
-    /// The levers of [`Self::rows`], in metres.
-    pub(crate) fn lever_m(&self) -> &[f64] {
-        &self.lever_m
-    }
-
     /// Rows, levers and rate matrix for the contacts at hand.
     fn refresh_rows(&mut self) {
         for (h, (contact, wheel)) in self.contacts.iter().zip(&self.wheels).enumerate() {

@@ -125,6 +125,10 @@ pub struct Tracked {
     /// torques it takes less where its wheels would slide.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub share_of_limits: Option<f64>,
+    /// Of a path as fast as grip allows: the share of grip and torques that it takes, above 0 and at most `share_of_limits`. Left out, the largest at which
+    /// the simulated robot hardly slides.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share_of_grip: Option<f64>,
     /// The path.
     #[serde(flatten)]
     pub path: Reference,
@@ -148,6 +152,7 @@ impl Tracked {
         Self {
             timing: None,
             share_of_limits: None,
+            share_of_grip: None,
             path,
         }
     }

@@ -26,11 +26,13 @@ impl<'de> Visitor<'de> for Keys {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Tracked, A::Error> {
-        let (mut path, mut timing, mut share_of_limits) = (None, None, None);
+        let (mut path, mut timing) = (None, None);
+        let (mut share_of_limits, mut share_of_grip) = (None, None);
         while let Some(key) = map.next_key::<String>()? {
             match key.as_str() {
                 "timing" => timing = Some(map.next_value()?),
                 "share_of_limits" => share_of_limits = Some(map.next_value()?),
+                "share_of_grip" => share_of_grip = Some(map.next_value()?),
                 _ if path.is_some() => {
                     return Err(Error::custom(format!(
                         "`{key}` is a second path, where exactly one can be followed"
@@ -46,6 +48,7 @@ impl<'de> Visitor<'de> for Keys {
         Ok(Tracked {
             timing,
             share_of_limits,
+            share_of_grip,
             path,
         })
     }
@@ -133,12 +136,23 @@ impl JsonSchema for Tracked {
                 "description": "When the robot is where on its path; left out, as the path's own speeds and times say.",
                 "anyOf": [timing],
             });
-            properties["share_of_limits"] = serde_json::json!({
-                "description": "Of a path as fast as grip allows: the share of grip, torques and wheel rates that it may take; 0.9 unless given. Of grip and torques it takes less where its wheels would slide.",
-                "type": "number",
-                "exclusiveMinimum": 0.0,
-                "maximum": 1.0,
-            });
+            for (key, description) in [
+                (
+                    "share_of_limits",
+                    "Of a path as fast as grip allows: the share of grip, torques and wheel rates that it may take; 0.9 unless given. Of grip and torques it takes less where its wheels would slide.",
+                ),
+                (
+                    "share_of_grip",
+                    "Of a path as fast as grip allows: the share of grip and torques that it takes. Left out, the largest up to `share_of_limits` at which the simulated robot loses at most 0.5 % of its motors' work to sliding.",
+                ),
+            ] {
+                properties[key] = serde_json::json!({
+                    "description": description,
+                    "type": "number",
+                    "exclusiveMinimum": 0.0,
+                    "maximum": 1.0,
+                });
+            }
         }
         schema
     }

@@ -421,16 +421,25 @@ fn is_whole(steps: f64) -> bool {
 }
 
 fn object_to_timing(tracked: &super::Tracked) -> Result<(), Objection> {
-    let (key, message) = match (&tracked.path, tracked.timing, tracked.share_of_limits) {
-        (super::Reference::HoldPose { .. }, Some(_), _) => (
+    let is_timed = tracked.timing.is_some();
+    let is_path = !matches!(tracked.path, super::Reference::HoldPose { .. });
+    let (key, message) = if is_timed && !is_path {
+        (
             "reference.timing",
             "`reference.timing` is of a path, and a pose that is held has none",
-        ),
-        (_, None, Some(_)) => (
+        )
+    } else if !is_timed && tracked.share_of_limits.is_some() {
+        (
             "reference.share_of_limits",
             "`reference.share_of_limits` has no effect without `reference.timing`",
-        ),
-        _ => return Ok(()),
+        )
+    } else if !is_timed && tracked.share_of_grip.is_some() {
+        (
+            "reference.share_of_grip",
+            "`reference.share_of_grip` has no effect without `reference.timing`",
+        )
+    } else {
+        return Ok(());
     };
     Err(Objection::to(key, message, "leave it out"))
 }

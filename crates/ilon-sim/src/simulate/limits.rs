@@ -15,14 +15,10 @@ use serde::{Serialize, Serializer};
 use super::floor::floor;
 use super::joint_targets::JointTargets;
 use super::motors::motors;
-use super::pilot::{Pilot, motion_of, point_m};
+use super::pilot::{Pilot, point_m};
 use super::playback::Played;
 use crate::Error;
 use crate::scenario::{Fault, Scenario, WheelLaw};
-
-mod on_rollers;
-
-use on_rollers::RobotOnGround;
 
 /// The accelerations that a robot's grip and motors allow under a scenario's floor, motors and wheel loops.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -101,10 +97,34 @@ pub struct Limit {
     pub wheel: String,
     /// `"grip"`, `"motor"` or `"tipping"`.
     pub cause: &'static str,
+    /// What statics allow, in the same unit.
+    pub by_statics: f64,
+    /// The share of it that the limit is: less than 1 where the simulated robot slides at more.
+    pub share_held: f64,
+}
+
+impl LimitRow {
+    /// A motion from rest of which only the share is of interest.
+    pub(super) fn from_rest(share: f64) -> Self {
+        let limit = Limit {
+            largest: share,
+            wheel: String::new(),
+            cause: "grip",
+            by_statics: 1.0,
+            share_held: share,
+        };
+        Self {
+            motion: String::new(),
+            direction_deg: None,
+            speed: 0.0,
+            speeding_up: limit.clone(),
+            slowing_down: limit,
+        }
+    }
 }
 
 /// The motions that are looked at: name, direction in eighths of a turn, and sense of turning.
-const MOTIONS: [(&str, Option<i32>, f64); 10] = [
+pub(super) const MOTIONS: [(&str, Option<i32>, f64); 10] = [
     ("ahead", Some(0), 0.0),
     ("ahead and left", Some(1), 0.0),
     ("left", Some(2), 0.0),
@@ -116,6 +136,17 @@ const MOTIONS: [(&str, Option<i32>, f64); 10] = [
     ("turning left", None, 1.0),
     ("turning right", None, -1.0),
 ];
+
+/// The unit twist of a motion: along a direction in eighths of a turn, or where there is none turning.
+pub(super) fn direction(eighths: Option<i32>, turning: f64) -> Twist {
+    match eighths {
+        Some(eighths) => {
+            let (sin, cos) = libm::sincos(FRAC_PI_4 * f64::from(eighths));
+            Twist::new(cos, sin, 0.0)
+        }
+        None => Twist::new(0.0, 0.0, turning),
+    }
+}
 
 /// At which shares of its top speed a motion is looked at.
 const SHARES_OF_TOP: [f64; 3] = [0.0, 0.5, 0.9];
@@ -140,14 +171,7 @@ impl Limits {
         let tops = SpeedLimits::new(&kinematics, &top_rates(scenario, robot));
         let mut rows = Vec::new();
         for (motion, eighths, turning) in MOTIONS {
-            let angle_rad = eighths.map(|eighths| FRAC_PI_4 * f64::from(eighths));
-            let direction = match angle_rad {
-                Some(angle_rad) => {
-                    let (sin, cos) = libm::sincos(angle_rad);
-                    Twist::new(cos, sin, 0.0)
-                }
-                None => Twist::new(0.0, 0.0, turning),
-            };
+            let direction = direction(eighths, turning);
             let top = 1.0 / tops.share(direction);
             let shares = SHARES_OF_TOP
                 .iter()
@@ -309,15 +333,6 @@ impl Limiter {
         })
     }
 
-    /// The robot that these limits are for.
-    fn on_ground(&self) -> RobotOnGround<'_> {
-        RobotOnGround {
-            robot: &self.robot,
-            motors: &self.motors,
-            settings: self.settings,
-        }
-    }
-
     /// The limits by direction, at each share of the top speeds; at rest alone where nothing limits these.
     fn outlines(&mut self, tops: &SpeedLimits) -> Result<Vec<LimitOutline>, Error> {
         let mut outlines = Vec::new();
@@ -422,6 +437,8 @@ impl Limiter {
         let found = self.along(direction, twist)?;
         Ok(Limit {
             largest: found.largest,
+            by_statics: found.largest,
+            share_held: 1.0,
             wheel: self.robot.wheels[found.wheel].name.clone(),
             cause: match found.cause {
                 LimitCause::Grip if self.tips(direction.scaled(found.largest)) => "tipping",
@@ -521,92 +538,6 @@ pub(super) fn fastest(
     Ok(path.as_fast_as_possible(&mut under, scenario.run.duration_s)?)
 }
 
-/// The share of the motors' work that a path may lose to sliding, as [`on_rollers::lost_to_sliding`] foresees it. Simulated, with rollers that are spun up
-/// and corrections of the guidance, it is up to 1 %.
-const MAY_LOSE: f64 = 0.0015;
-
-/// A path that takes less than the share of grip and torques that it may, since at that its wheels would slide.
-#[derive(Clone, Debug)]
-pub(super) struct Gentler {
-    pub reference: Reference,
-    /// What it takes.
-    share: f64,
-    /// What it may take.
-    asked: f64,
-}
-
-/// The path of a scenario as [`fastest`] has it, but at a share of grip and torques, in hundredths, that is lowered until it is not foreseen to lose more to
-/// sliding than it may; `None` where that is the share that is asked for, or it is not known. Gains of the wheel loops have been chosen.
-///
-/// # Errors
-/// Like [`fastest`] for the share that is asked for.
-pub(super) fn gentler(
-    scenario: &Scenario,
-    of_robot: (&Robot, &JointTargets),
-    path: &Reference,
-    (fastest_path, asked): (&Reference, f64),
-) -> Result<Option<Gentler>, Error> {
-    /// By how much the logarithm of what is lost falls with the share: as long as two looks do not say it, more steeply than most robots'; and the least that is
-    /// believed of two looks, since it falls more steeply the less is lost.
-    const FALLS: f64 = 20.0;
-    const FALLS_AT_LEAST: f64 = 12.0;
-    const STEP: f64 = 0.01;
-    /// Of the share that is asked for. What slides at less does not slide for being driven hard.
-    const LEAST: f64 = 0.3;
-    let limiter = Limiter::new(scenario, of_robot, 1.0)?;
-    let kinematics = Kinematics::new(&of_robot.1.standing(of_robot.0))?;
-    let point = point_m(scenario.guidance.reference_point, &kinematics);
-    let lost_by = |reference: &Reference| {
-        let begins_and_ends = (
-            reference.at(0.0).pose.heading_rad,
-            reference.nothing_new_from_s()?,
-        );
-        let motion = |t_s| motion_of(reference, point, t_s);
-        on_rollers::lost_to_sliding(scenario, limiter.on_ground(), begins_and_ends, motion)
-    };
-    let Some(mut lost) = lost_by(fastest_path) else {
-        return Ok(None);
-    };
-    let (mut share, mut falls, mut gentler) = (asked, FALLS, None);
-    while lost > MAY_LOSE {
-        let before = (share, lost);
-        let less = (libm::log(lost / MAY_LOSE) / falls).max(STEP);
-        share = STEP * ((share - less) / STEP + 1e-9).floor();
-        if share < LEAST * asked {
-            break;
-        }
-        // A share may be too small to hold the robot on its slope.
-        let Ok(reference) = fastest(scenario, of_robot, path, [share, asked]) else {
-            break;
-        };
-        let Some(lost_now) = lost_by(&reference) else {
-            break;
-        };
-        lost = lost_now;
-        let found = libm::log(before.1 / lost) / (before.0 - share);
-        falls = found.max(FALLS_AT_LEAST);
-        gentler = Some(Gentler {
-            reference,
-            share,
-            asked,
-        });
-    }
-    Ok(gentler)
-}
-
-impl Gentler {
-    /// It in words, for targets that are held for a period in seconds.
-    pub fn remark(&self, period_s: f64) -> String {
-        format!(
-            "the path takes {:.0} % of grip and torques, not {:.0} %: there its wheels would slide, as rollers touch off the middles \
-             of their wheels and loops answer to targets that come every {} ms",
-            100.0 * self.share,
-            100.0 * self.asked,
-            (1e6 * period_s).round() / 1e3
-        )
-    }
-}
-
 /// Times at which a motion is looked at.
 const LOOKS: usize = 2000;
 
@@ -614,10 +545,6 @@ const LOOKS: usize = 2000;
 #[derive(Clone, Debug)]
 pub(super) struct Beyond {
     pub announced: Announced,
-    /// From when on, without a pause up to the first time, it takes enough to be looked at.
-    may_slide_from_s: f64,
-    /// Whether it is grip that it takes more of first.
-    of_grip_first: bool,
     /// At how many of the [`LOOKS`].
     looks: u32,
 }
@@ -632,7 +559,6 @@ pub(super) fn beyond(
     // What is wrong with a scenario is said elsewhere.
     let mut limiter = Limiter::new(scenario, (robot, targets), 1.0).ok()?;
     let mut beyond: Option<Beyond> = None;
-    let mut may_slide_from_s = None;
     for look in 0..=LOOKS {
         let t_s = scenario.run.duration_s * look as f64 / LOOKS as f64;
         let (twist, twist_rate) = pilot.planned(t_s)?;
@@ -648,11 +574,6 @@ pub(super) fn beyond(
             .limits
             .used(twist_rate, twist, &limiter.motors)
             .ok()?;
-        if used.share <= MAY_SLIDE {
-            may_slide_from_s = None;
-            continue;
-        }
-        let may_slide_from_s = *may_slide_from_s.get_or_insert(t_s);
         if used.share <= 1.0 + 1e-9 {
             continue;
         }
@@ -667,34 +588,13 @@ pub(super) fn beyond(
                     of_grip: used.by.cause == LimitCause::Grip,
                     share: Some(0.0),
                 },
-                may_slide_from_s,
-                of_grip_first: used.by.cause == LimitCause::Grip,
                 looks: 0,
             }),
         };
         beyond.take(t_s, &used);
     }
-    if let Some(beyond) = &mut beyond
-        && beyond.of_grip_first
-        && let times_s = (beyond.may_slide_from_s, beyond.announced.from_s)
-        && let Some((from_s, used)) =
-            on_rollers::slides_first(scenario, limiter.on_ground(), pilot, times_s)
-    {
-        let first = nearly_most_used(&used);
-        let announced = &mut beyond.announced;
-        announced.from_s = from_s;
-        // Of wheels that come to their grip at once, those that are first by statics too, if any.
-        match announced.first.iter().any(|wheel| first.contains(wheel)) {
-            true => announced.first.retain(|wheel| first.contains(wheel)),
-            false => announced.first = first,
-        }
-        announced.most_at_s = announced.most_at_s.max(from_s);
-    }
     beyond
 }
-
-/// What statics ask of a wheel's grip from which on places of contact and loops may ask for the rest.
-const MAY_SLIDE: f64 = 0.5;
 
 /// The wheels that use nearly as much of their grip as the one that uses most.
 fn nearly_most_used(shares: &[f64]) -> Vec<usize> {

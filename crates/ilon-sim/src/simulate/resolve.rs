@@ -8,7 +8,7 @@ use ilon_trace::{Announced, GroundRelief};
 use nalgebra::Vector2;
 
 use super::joint_targets::JointTargets;
-use super::pilot::{Idle, Pilot};
+use super::pilot::{Controller, Idle, Pilot};
 use super::playback::{self, Log, Played};
 use super::stability::Stability;
 use super::{defaults, floor, limits, loop_stability, reference, warnings, wheel_loop};
@@ -45,21 +45,16 @@ pub enum Driver {
     Own,
 }
 
-/// Makes every choice that a scenario leaves to the program, for a robot under the scenario's own guidance.
-///
-/// It reads the files of waypoints, of a log and of a height map that the scenario names, and touches nothing else.
-///
-/// # Errors
-/// Where the scenario asks for something that cannot be, or this robot cannot do.
-pub fn resolve(scenario: &Scenario, robot: &Robot) -> Result<Resolved, Error> {
-    resolve_for(scenario, robot, Driver::Guidance)
-}
-
-/// Like [`resolve`], whoever drives.
+/// Makes every choice that a scenario leaves to the program but one: a path as fast as grip allows takes the share of grip that the scenario gives, and
+/// where it gives none all that the path may take.
 ///
 /// # Errors
-/// Like [`resolve`].
-pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result<Resolved, Error> {
+/// Like [`resolve`](super::resolve).
+pub(super) fn resolve_as_given(
+    scenario: &Scenario,
+    robot: &Robot,
+    driver: Driver,
+) -> Result<Resolved, Error> {
     scenario.validate()?;
     let mut scenario = scenario.clone();
     scenario.world.floor.fill();
@@ -83,33 +78,28 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         scenario.validate()?;
     }
     let path = log.as_ref().and_then(|log| log.reference()).transpose()?;
-    let reference = reference::reference_of(&scenario)?.or(path);
-    // The path whose times follow from its limits, and the share of them.
-    let section = scenario.reference.as_ref();
+    let mut reference = reference::reference_of(&scenario)?.or(path);
+    let section = scenario.reference.as_mut();
     let section = section.filter(|section| section.timing.is_some());
-    let timed = section.zip(reference.clone());
-    let timed = timed.map(|(section, path)| (path, section.share_of_limits()));
-    let mut reference = match &timed {
-        Some((path, share)) => {
-            let of_robot = (robot, &joint_targets);
-            Some(limits::fastest(&scenario, of_robot, path, [*share; 2])?)
-        }
-        None => reference,
-    };
+    let shares = section.map(|section| {
+        let share = section.share_of_limits();
+        [*section.share_of_grip.get_or_insert(share), share]
+    });
+    if let (Some(shares), Some(path)) = (shares, &reference) {
+        let of_robot = (robot, &joint_targets);
+        reference = Some(limits::fastest(&scenario, of_robot, path, shares)?);
+    }
     // What it would decide says how fast the wheels are asked to turn.
-    let pilot_of = |scenario: &Scenario, reference: &Option<Reference>| {
-        Pilot::new(
-            scenario,
-            (reference.clone(), log.clone()),
-            (kinematics.clone(), contact_kinematics.clone()),
-            robot,
-            match driver {
-                Driver::Guidance => None,
-                Driver::Own => Some(Box::new(Idle)),
-            },
-        )
-    };
-    let mut pilot = pilot_of(&scenario, &reference)?;
+    let pilot = Pilot::new(
+        &scenario,
+        (reference.clone(), log),
+        (kinematics, contact_kinematics),
+        robot,
+        match driver {
+            Driver::Guidance => None,
+            Driver::Own => Some(Box::new(Idle)),
+        },
+    )?;
 
     let model = wheel_loop::dynamic_model(&standing)?;
     let physics_dt_s = choose_step(&mut scenario, robot, (&model, &pilot))?;
@@ -118,14 +108,6 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     let loop_period_s = wheel_loop::choose_gains(&mut scenario.wheel_loop, &model, physics_dt_s)?;
 
     let mut warnings: Vec<String> = robot.remarks.iter().map(ToString::to_string).collect();
-    if let (Some((path, share)), Some(fastest)) = (&timed, &reference)
-        && let of_robot = (robot, &joint_targets)
-        && let Some(gentler) = limits::gentler(&scenario, of_robot, path, (fastest, *share))?
-    {
-        warnings.push(gentler.remark(scenario.run.control_dt_s));
-        reference = Some(gentler.reference);
-        pilot = pilot_of(&scenario, &reference)?;
-    }
     warnings.extend(of_scenario(&scenario, robot, of_ground));
     let unstable_loops = loop_stability::remark(&scenario, &model, physics_dt_s)?;
     warnings.extend(unstable_loops.clone());
@@ -291,6 +273,29 @@ impl Resolved {
     /// What a log says, where the scenario has a `[playback]`.
     pub(super) fn log(&self) -> Option<Arc<Log>> {
         self.played.log.clone()
+    }
+
+    /// What decides the wheel rates: a controller of the caller's, or where there is none the scenario's guidance.
+    ///
+    /// # Errors
+    /// Where this robot cannot be guided so.
+    pub(super) fn pilot(
+        &self,
+        robot: &Robot,
+        controller: Option<Box<dyn Controller>>,
+    ) -> Result<Pilot, Error> {
+        let standing = self.joint_targets.standing(robot);
+        let kinematics = (
+            Kinematics::new(&standing)?,
+            ContactKinematics::new(&standing)?,
+        );
+        let tracked = (self.reference.clone(), self.log());
+        Pilot::new(&self.scenario, tracked, kinematics, robot, controller)
+    }
+
+    /// Adds what a person should know, before all else.
+    pub(super) fn remark_first(&mut self, remark: String) {
+        self.warnings.insert(0, remark);
     }
 
     /// Where the servos of joints between bodies are sent.

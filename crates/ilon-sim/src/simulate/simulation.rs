@@ -8,11 +8,12 @@ use ilon_trace::{Recorded, Recording, Rows, Sink, Summary, Trace, TraceError, Tw
 use ilon_world::World;
 
 use super::clock::CpuTime;
+use super::fastest::{resolve, resolve_for};
 use super::header::Appearance;
 use super::load::{load, load_robot};
 use super::pilot::Controller;
 use super::plant::Plant;
-use super::resolve::{Driver, Resolved, resolve, resolve_for};
+use super::resolve::{Driver, Resolved};
 use super::run::{Progress, Run};
 use super::run_loop::RunLoop;
 use super::warnings;

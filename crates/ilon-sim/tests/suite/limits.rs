@@ -2,10 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use ilon_sim::control::{
-    AccelerationLimits, ContactDynamics, DynamicModel, LimitSettings, LoopTiming, Motor,
-    MotorCurve, PushSharing, WheelGains,
-};
+use ilon_sim::control::{AccelerationLimits, LimitSettings, Motor, MotorCurve, PushSharing};
 use ilon_sim::formats::{LoadRobot, Spec, build, generate};
 use ilon_sim::robot::{Robot, Twist};
 use ilon_sim::simulate::{Commanded, Controller, Limits, Moment};
@@ -351,37 +348,6 @@ impl Case {
     }
 }
 
-impl Case {
-    /// When a wheel is at its grip for [`LASTS_S`] first, as its loops speed up to an acceleration on the rollers that touch; which, and what each uses of
-    /// its grip when that begins.
-    fn foreseen_on_rollers(&self, most: f64) -> Option<(f64, usize, Vec<f64>)> {
-        /// In a period of the control, in which targets are held.
-        const STEPS: u32 = 4;
-        let model = DynamicModel::new(&self.robot).expect("a model");
-        let gains = WheelGains::for_robot(&model, LoopTiming::Continuous, CONTROL_S, LOOPS_RAD_S);
-        let settings = self.settings(PushSharing::EqualLoops);
-        let motors = self.motors();
-        let mut dynamics = ContactDynamics::new(&self.robot, &settings, gains.expect("gains"))
-            .expect("it has rollers");
-        let steps = ((FROM_S + GROWS_S + HOLDS_S) / CONTROL_S).round() as u32;
-        let mut speed = 0.0;
-        (1..=steps).find_map(|step| {
-            let t_s = CONTROL_S * f64::from(step);
-            let rate = most * grown(t_s - 0.5 * CONTROL_S);
-            speed += CONTROL_S * rate;
-            let (twist, twist_rate) = (self.direction.scaled(speed), self.direction.scaled(rate));
-            for _ in 0..STEPS {
-                let step_s = CONTROL_S / f64::from(STEPS);
-                dynamics
-                    .step(twist, twist_rate, &motors, step_s)
-                    .expect("a step");
-            }
-            let found = dynamics.at_grip(LASTS_S).filter(|_| t_s > FROM_S)?;
-            Some((t_s - found.for_s, found.wheel, found.used.to_vec()))
-        })
-    }
-}
-
 /// What a wheel is at its grip for at least where it slides, in seconds: more than a roller that comes down takes.
 const LASTS_S: f64 = 0.02;
 
@@ -408,9 +374,9 @@ fn first_at_grip(run: &Run) -> Option<(f64, usize)> {
 }
 
 /// Twenty strangers, with the centripetal forces and the turning slope of their motion counted: at 95 % of the limit sliding takes less than 1 % of
-/// the motors' work. At 110 % the wheel that is first at its grip is the one that the dynamics on the touching rollers foresee, or one that they see used
-/// as much but for 5 %, and at the time that they foresee but for 10 %. What is missed is what they leave out: two rollers that bear at once, and
-/// the spinning up of those that come down.
+/// the motors' work. At 110 % a wheel is at its grip within 0.74 to 1.13 of the time that statics say, and mostly the one that they name. What is missed is
+/// what statics leave out: places of contact, and so loads, wander by up to a quarter of a wheel's radius, wheels ripple against the touching rollers, and
+/// of robots that turn each roller that comes down may take all of the grip.
 #[test]
 fn strangers_slide_when_and_where_the_limits_say() {
     let mut exact = 0;
@@ -422,24 +388,25 @@ fn strangers_slide_when_and_where_the_limits_say() {
         let lost = below.summary.slip_energy_j.expect("it stands") / motor_j;
         assert!(lost < MOST_LOST, "robot {seed}: {lost}");
         let above = case.run("pid", 1.1 * limit);
-        let (foreseen_s, foreseen, used) =
-            case.foreseen_on_rollers(1.1 * limit).expect("it is beyond");
+        let foreseen = case.foreseen(1.1 * limit);
+        let foreseen_s = foreseen.at_s.expect("it is beyond");
         let (at_s, wheel) = first_at_grip(&above).expect("it slides");
         println!(
-            "robot {seed}: {} wheels, limit {limit:.2}, lost {:.3} %; wheel {wheel} at its grip at {at_s:.3} s, foreseen {foreseen} at {foreseen_s:.3} s: {:.3}",
-            used.len(),
+            "robot {seed}: {} wheels, limit {limit:.2}, lost {:.3} %; wheel {wheel} at its grip at {at_s:.3} s, foreseen {} at {foreseen_s:.3} s: {:.3}",
+            foreseen.used.len(),
             100.0 * lost,
+            foreseen.wheel,
             at_s / foreseen_s
         );
+        let ratio = at_s / foreseen_s;
         assert!(
-            used[wheel] > 0.95,
-            "robot {seed}: wheel {wheel} of {used:?}"
+            (0.74..1.13).contains(&ratio),
+            "robot {seed}: {at_s} {foreseen_s}"
         );
-        let off = (at_s / foreseen_s - 1.0).abs();
-        assert!(off < 0.1, "robot {seed}: {at_s} {foreseen_s}");
-        exact += usize::from(wheel == foreseen);
+        exact += usize::from(wheel == foreseen.wheel);
     }
-    assert!(exact >= 19, "{exact}");
+    // 258 of 277.
+    assert!(exact >= 17, "{exact}");
 }
 
 /// Statics of four hundred strangers: along the direction of each, the wheel that is named uses all of its grip at the limit, none uses more, and at
@@ -761,7 +728,7 @@ fn a_reference_that_takes_the_wheels_rates_is_remarked_with_its_times() {
     assert_eq!(said(4.0 * most), "");
 }
 
-/// What is announced is in the trace, and seen in it: a start with 8 m/s^2 slides on the wheel and from the time that were said.
+/// What is announced is in the trace, and seen in it: a start with 8 m/s^2 slides on the wheel that was said, as soon as its loops ask for it.
 #[test]
 fn what_is_announced_stands_in_the_trace_and_is_seen_there() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
@@ -797,14 +764,69 @@ fn what_is_announced_stands_in_the_trace_and_is_seen_there() {
         .clone()
         .find(|row| (0..4).any(|wheel| slides(*row, wheel)));
     let first_s = records[first.expect("it slides")].t_s;
-    // What the wheel loops take to ask for it is foreseen; rows are 10 ms apart.
-    assert!((first_s - announced.from_s).abs() < 0.015, "{first_s}");
+    // The next target comes up to 10 ms later, loops of 60 rad/s answer it within 17 ms, and rows are 10 ms apart.
+    let late_s = first_s - announced.from_s;
+    assert!((0.0..0.037).contains(&late_s), "{first_s}: {announced:?}");
     let mut soon = rows.filter(|row| (first_s..first_s + 0.02).contains(&records[*row].t_s));
     assert!(soon.any(|row| slides(row, announced.wheel)));
 }
 
-/// An eight that may take nine tenths of the limits loses 2.5 % of the work to sliding where it does, one of a quarter of its size 9.5 %, since loops push hardest
-/// when a target comes. What is driven loses less than 1 %, as a note says. The resolved scenario leads to the same path.
+/// Of the motors' positive work, what a run of a scenario loses to sliding.
+fn slid_share(scenario: &Scenario, robot: &Robot) -> f64 {
+    let mut simulation = Simulation::with_robot(scenario, robot).expect("it stands");
+    let mut work_j = 0.0;
+    while !simulation.is_done() {
+        simulation.step();
+        let wheels = simulation.world().robot();
+        let rates = wheels.wheel_rates_rad_s().iter();
+        let powers_w = rates
+            .zip(wheels.motor_torques_n_m())
+            .map(|(q, tau)| q * tau);
+        let dt_s = simulation.plant().resolved().physics_dt_s();
+        work_j += dt_s * powers_w.map(|power_w| power_w.max(0.0)).sum::<f64>();
+    }
+    simulation.world().slip_energy_j() / work_j
+}
+
+/// A scenario with its share of grip given.
+fn with_share(scenario: &Scenario, share: f64) -> Scenario {
+    let mut given = scenario.clone();
+    given.reference.as_mut().expect("a path").share_of_grip = Some(share);
+    given
+}
+
+/// Checks that a path as fast as grip allows slides no more than it may, and that a lap that is 3 % shorter slides more: laps take about as long as one over
+/// the root of the share of grip. Gives that share.
+fn takes_what_it_may(what: &str, scenario: &Scenario, robot: &Robot) -> f64 {
+    const MAY_SLIDE: f64 = 0.005;
+    let resolved = ilon_sim::resolve(scenario, robot).expect("it can be run");
+    let section = resolved.scenario().reference.as_ref().expect("a path");
+    let share = section.share_of_grip.expect("it is spelled out");
+    let again = ilon_sim::resolve(resolved.scenario(), robot).expect("it can be run");
+    assert_eq!(again.reference(), resolved.reference(), "{what}");
+    let slid = slid_share(resolved.scenario(), robot);
+    let more = (share * 1.03_f64.powi(2)).min(0.9);
+    let slid_more = slid_share(&with_share(resolved.scenario(), more), robot);
+    println!(
+        "{what}: {share:.4} of grip, {:.3} % slides, at {more:.4} {:.3} %",
+        100.0 * slid,
+        100.0 * slid_more
+    );
+    assert!(slid <= MAY_SLIDE, "{what}: {slid}");
+    assert!(
+        share == 0.9 || slid_more > MAY_SLIDE,
+        "{what}: {share} {slid_more}"
+    );
+    let slower = |said: &[String]| {
+        said.iter()
+            .any(|line| line.contains("would be lost to sliding"))
+    };
+    assert_eq!(slower(resolved.warnings()), share < 0.9, "{what}");
+    share
+}
+
+/// Eights of the shipped robot, large, small and on ice: at nine tenths of the limits each slides more than it may, since loops push hardest when a target
+/// comes.
 #[test]
 fn a_path_as_fast_as_grip_allows_does_not_slide() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
@@ -814,32 +836,59 @@ fn a_path_as_fast_as_grip_allows_does_not_slide() {
              reference.figure_eight = {{ half_width_m = {half_width_m}, period_s = 8 }}\nreference.timing = \"as fast as grip allows\"\n\
              guidance = {{ position_gain_per_s = 3, heading_gain_per_s = 3 }}\n"
         );
-        let slower = |said: &[String]| {
-            said.iter()
-                .any(|line| line.contains("its wheels would slide"))
-        };
         let scenario = Scenario::from_toml(&text, "limits", folder).expect("a scenario");
         let robot = ilon_sim::load_robot(&scenario).expect("a shipped robot");
-        let resolved = ilon_sim::resolve(&scenario, &robot).expect("it can be run");
-        assert!(slower(resolved.warnings()), "{half_width_m} {friction}");
-        let again = ilon_sim::resolve(resolved.scenario(), &robot).expect("it can be run");
-        assert_eq!(again.reference(), resolved.reference());
-        let run = ilon_sim::run(&scenario).expect("it can be run");
-        let energy = &run.summary.energy;
-        let [slip_j, motor_j] = [energy.slip_j, energy.motor_j].map(|j| j.expect("finite"));
-        let lost = slip_j / motor_j;
-        assert!(lost < 0.01, "{half_width_m} {friction}: {lost}");
+        let share = takes_what_it_may(
+            &format!("{half_width_m} m on {friction}"),
+            &scenario,
+            &robot,
+        );
+        assert!(share > 0.3, "{share}");
     }
 }
 
-/// A lap time follows the square root of the friction, but for the wheels' rates: of a tenth of it 3.2 times as long. Under a law that is not looked at on
-/// rollers, which take another share of each floor.
+/// Strangers, on their slopes, that look along an eight: rollers at odd angles strain one another in its turns.
+#[test]
+fn strangers_as_fast_as_grip_allows_do_not_slide() {
+    for seed in 0..6 {
+        let case = stranger(seed);
+        let text = format!(
+            "robot = {{ file = \"\", heading_deg = 45, roller_bodies = \"near\" }}\nrun.duration_s = 6\n\
+             world.floor = {{ slope_deg = {}, friction = {} }}\nreference.timing = \"as fast as grip allows\"\n\
+             reference.figure_eight = {{ half_width_m = 0.6, period_s = 8, heading = \"along_path\" }}\n",
+            case.slope_deg, case.friction
+        );
+        let scenario = Scenario::from_toml(&text, "limits", "").expect("a scenario");
+        takes_what_it_may(&format!("robot {seed}"), &scenario, &case.robot);
+    }
+}
+
+/// What goes wrong, and noise, are not known when a path is timed.
+#[test]
+fn a_path_is_timed_without_what_goes_wrong() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
+    let path = |more: &str| {
+        let text = format!("{EIGHT}reference.timing = \"as fast as grip allows\"\n{more}");
+        let scenario = Scenario::from_toml(&text, "limits", folder).expect("a scenario");
+        let robot = ilon_sim::load_robot(&scenario).expect("a shipped robot");
+        let resolved = ilon_sim::resolve(&scenario, &robot).expect("it can be run");
+        resolved.reference().cloned()
+    };
+    let free = path("");
+    assert_eq!(path("sensors.pose.position_noise_m = 0.01\n"), free);
+    assert_eq!(
+        path("[[faults]]\nfriction_changed = { friction = 0.1, from_s = 1 }\n"),
+        free
+    );
+}
+
+/// A lap time follows the square root of the friction, but for the wheels' rates: of a tenth of it 3.2 times as long, at one share of grip.
 #[test]
 fn a_path_is_timed_by_its_floor() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
     let lap_s = |friction: f64| {
         let text = format!(
-            "{EIGHT}reference.timing = \"as fast as grip allows\"\nworld.floor.friction = {friction}\nwheel_loop.law = \"computed_torque\"\n"
+            "{EIGHT}reference.timing = \"as fast as grip allows\"\nreference.share_of_grip = 0.7\nworld.floor.friction = {friction}\n"
         );
         let scenario = Scenario::from_toml(&text, "limits", folder).expect("a scenario");
         // It goes through its file and back.
@@ -867,6 +916,44 @@ fn limits_of_a() -> Limits {
     let scenario = Scenario::from_toml(text, "limits", folder).expect("a scenario");
     let robot = ilon_sim::load_robot(&scenario).expect("a shipped robot");
     Limits::of(&scenario, &robot).expect("it stands")
+}
+
+/// What is printed is what statics allow, or less where the simulated robot slides at it: an eighth to a third less from rest, where targets come every 10 ms. A box
+/// lies as far inside of its polytope as by statics.
+#[test]
+fn what_is_printed_is_tried_by_the_robot() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
+    let text = "robot.file = \"mecanum4.urdf\"\ntwist.vx_m_s = 0.1\nrun.duration_s = 1\n";
+    let scenario = Scenario::from_toml(text, "limits", folder).expect("a scenario");
+    let robot = ilon_sim::load_robot(&scenario).expect("a shipped robot");
+    let (statics, held) = (
+        limits_of_a(),
+        Limits::held(&scenario, &robot).expect("it stands"),
+    );
+    for (of, tried) in statics.rows.iter().zip(&held.rows) {
+        for (of, tried) in [
+            (&of.speeding_up, &tried.speeding_up),
+            (&of.slowing_down, &tried.slowing_down),
+        ] {
+            assert_eq!(tried.by_statics, of.largest);
+            assert_eq!(tried.largest, tried.share_held * of.largest);
+            assert!((0.2..=1.0).contains(&tried.share_held), "{tried:?}");
+        }
+    }
+    let ahead = held.rows[0].speeding_up.share_held;
+    assert!((0.65..0.9).contains(&ahead), "{ahead}");
+    let share = |limits: &Limits| {
+        let [x, y, z] = limits.acceleration_box;
+        limits
+            .polytope
+            .as_ref()
+            .expect("a polytope")
+            .share(Twist::new(x, y, z))
+    };
+    assert!((share(&held) / share(&statics) - 1.0).abs() < 1e-9);
+    // Points of an outline in the directions of the table are those of the table.
+    let at_45 = &held.outlines[0].points[9].limit;
+    assert_eq!(at_45.largest, held.rows[3].speeding_up.largest);
 }
 
 /// Wheels of 50 mm at 30 rad/s go 1.5 m/s ahead and sideways. At 45 degrees two of them stand still and two turn for ahead and sideways together, sqrt 2 times as

@@ -21,7 +21,7 @@ fn under(settings: &[&str]) -> (ilon::Scenario, Robot, Limits) {
         .collect();
     let files = ilon::files::FileAccess::anywhere();
     let (scenario, robot) = conditions(&settings, &robot, &files).expect("conditions");
-    let limits = Limits::of(&scenario, &robot).expect("limits");
+    let limits = Limits::held(&scenario, &robot).expect("limits");
     (scenario, robot, limits)
 }
 

@@ -31,6 +31,17 @@ pub struct AccelerationPolytope {
 }
 
 impl AccelerationPolytope {
+    /// Shrinks it to a share about the origin; it then misses what it leaves.
+    pub fn scale(&mut self, share: f64) {
+        for corner in &mut self.corners {
+            *corner = corner.scaled(share);
+        }
+        for half_space in &mut self.half_spaces {
+            *half_space = half_space.map(|per_acceleration| per_acceleration / share);
+        }
+        self.missing_at_most = 1.0 - share * (1.0 - self.missing_at_most);
+    }
+
     /// How much of it an acceleration takes: at most 1 within.
     pub fn share(&self, twist_rate: Twist) -> f64 {
         let products = self.half_spaces.iter().map(|[x, y, z]| {

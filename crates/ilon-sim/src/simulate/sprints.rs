@@ -1,0 +1,282 @@
+//! The accelerations of [`Limits`], as far as the simulated robot holds them.
+//!
+//! Statics about the middles of the wheels leave out what moves: that rollers touch off these middles, that wheels strain one another, that targets of the
+//! wheel loops come in steps. So the plant sprints in each direction of the table, from rest to the top speed and back, as hard as the table says. Where
+//! it slides the table is lowered, and it sprints again.
+
+use ilon_control::Kinematics;
+use ilon_robot::{Robot, Twist};
+
+use super::command::WheelCommand;
+use super::limits::{Limit, LimitRow, Limits, MOTIONS, direction};
+use super::motor_work::motor_powers_w;
+use super::plant::Plant;
+use super::resolve::{Driver, resolve_as_given};
+use crate::Error;
+use crate::scenario::Scenario;
+
+/// Of the work that motors give and take, the share that may be lost to sliding.
+const MAY_SLIDE: f64 = 0.005;
+
+/// Before the first sprint, in seconds: springs come to rest.
+const SETTLES_S: f64 = 0.2;
+
+/// In which an acceleration comes, in seconds.
+const COMES_S: f64 = 0.1;
+
+/// How long a robot speeds up, or slows down, at most, in seconds; and one whose speed nothing limits.
+const MOST_S: f64 = 1.0;
+const WITHOUT_END_S: f64 = 0.4;
+
+impl Limits {
+    /// Like [`Limits::of`], but lowered where the simulated robot loses more than 0.5 % of its motors' work to sliding: with its rollers, springs and joints, under
+    /// the scenario's wheel loops and targets once a control period. [`Limit::share_held`] says by how much.
+    ///
+    /// Outlines are lowered as the directions of the table are on both sides of theirs, and polytope and box as much as the worst of the table at rest and of
+    /// the corners of the box.
+    ///
+    /// # Errors
+    /// Like [`Limits::of`], and where the scenario cannot be simulated.
+    pub fn held(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
+        let mut limits = Self::of(scenario, robot)?;
+        // What cannot stand does not sprint.
+        if !limits.remarks.is_empty() {
+            return Ok(limits);
+        }
+        let mut sprinter = Sprinter::new(scenario, robot)?;
+        let rows_of = limits.rows.chunk_by_mut(|a, b| a.motion == b.motion);
+        for (rows, (_, eighths, turning)) in rows_of.zip(MOTIONS) {
+            sprinter.lower(direction(eighths, turning), rows)?;
+        }
+        let at_rest = limits.rows.iter().filter(|row| row.speed == 0.0);
+        let least = at_rest
+            .map(|row| row.speeding_up.share_held)
+            .fold(1.0, f64::min);
+        // The box stays as far inside of the polytope.
+        let held = least.min(sprinter.box_held(limits.acceleration_box)?);
+        limits.acceleration_box = limits.acceleration_box.map(|side| held * side);
+        if let Some(polytope) = &mut limits.polytope {
+            polytope.scale(held);
+        }
+        limits.lower_outlines();
+        Ok(limits)
+    }
+
+    /// Lowers the outlines as the table is in the directions on both sides.
+    fn lower_outlines(&mut self) {
+        /// Between directions of the table, in degrees.
+        const APART_DEG: f64 = 45.0;
+        let rows: Vec<(f64, f64)> = self
+            .rows
+            .iter()
+            .filter_map(|row| Some((row.direction_deg?, row.speeding_up.share_held)))
+            .collect();
+        // Each direction has a row a level.
+        let levels = (rows.len() as f64 * APART_DEG / 360.0).max(1.0) as usize;
+        for (level, outline) in self.outlines.iter_mut().enumerate() {
+            let of_level = || rows.iter().skip(level).step_by(levels);
+            for point in &mut outline.points {
+                let weighted = of_level().map(|(direction_deg, share)| {
+                    let off_deg = (point.direction_deg - direction_deg).rem_euclid(360.0);
+                    let off_deg = off_deg.min(360.0 - off_deg);
+                    (1.0 - off_deg / APART_DEG).max(0.0) * share
+                });
+                point.limit.lower(weighted.sum());
+            }
+        }
+    }
+}
+
+impl Limit {
+    /// Lowers it to a share.
+    fn lower(&mut self, share: f64) {
+        self.share_held *= share;
+        self.largest = self.share_held * self.by_statics;
+    }
+
+    /// Lowers it so that less slides, where too much did; says whether it is to be tried again.
+    fn learn(&mut self, slid: Slid) -> bool {
+        /// What slides grows with an acceleration near the edge of the grip about as this power of it.
+        const POWER: f64 = 6.0;
+        /// What is aimed at, of what may slide; the largest step; and the share from which on it is not the acceleration that slides.
+        const AIM: f64 = 0.7;
+        const MOST: f64 = 0.7;
+        const LEAST: f64 = 0.3;
+        let share = slid.share();
+        if share <= MAY_SLIDE || self.share_held <= LEAST {
+            return false;
+        }
+        self.lower(libm::pow(AIM * MAY_SLIDE / share, 1.0 / POWER).max(MOST));
+        true
+    }
+}
+
+/// What slid, and what the motors gave and took, in J.
+#[derive(Clone, Copy, Debug, Default)]
+struct Slid {
+    slip_j: f64,
+    work_j: f64,
+}
+
+impl Slid {
+    fn share(&self) -> f64 {
+        match self.work_j > 0.0 {
+            true => self.slip_j / self.work_j,
+            false => 0.0,
+        }
+    }
+}
+
+/// What slid while a robot sped up, and while it slowed down, nearest to the speed of a row.
+#[derive(Clone, Copy, Debug, Default)]
+struct OfRow {
+    up: Slid,
+    down: Slid,
+}
+
+/// A robot that stands, to be sent in all directions.
+struct Sprinter {
+    standing: Plant,
+    kinematics: Kinematics,
+    period_s: f64,
+    rates_rad_s: Vec<f64>,
+}
+
+impl Sprinter {
+    fn new(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
+        let resolved = resolve_as_given(scenario, robot, Driver::Own)?;
+        let mut standing = Plant::new(&resolved, robot)?;
+        let rates_rad_s = vec![0.0; robot.wheels.len()];
+        let period_s = resolved.control_dt_s();
+        for _ in 0..(SETTLES_S / period_s).ceil() as u32 {
+            standing.advance(WheelCommand::Rates(&rates_rad_s), period_s)?;
+        }
+        Ok(Self {
+            kinematics: standing.kinematics().clone(),
+            standing,
+            period_s,
+            rates_rad_s,
+        })
+    }
+
+    /// Lowers the rows of a motion until the robot holds them.
+    fn lower(&mut self, direction: Twist, rows: &mut [LimitRow]) -> Result<(), Error> {
+        const MOST_SPRINTS: usize = 8;
+        for _ in 0..MOST_SPRINTS {
+            let slid = self.sprint(direction, rows)?;
+            let mut again = false;
+            for (row, of_row) in rows.iter_mut().zip(slid) {
+                again |= row.speeding_up.learn(of_row.up);
+                again |= row.slowing_down.learn(of_row.down);
+            }
+            if !again {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Of a box of accelerations from rest, the share of which the robot holds every corner.
+    fn box_held(&mut self, sides: [f64; 3]) -> Result<f64, Error> {
+        let mut held = 1.0_f64;
+        for corner in 0..8 {
+            let side = |axis: usize| match corner >> axis & 1 {
+                0 => sides[axis],
+                _ => -sides[axis],
+            };
+            let mut rows = [LimitRow::from_rest(held)];
+            self.lower(Twist::new(side(0), side(1), side(2)), &mut rows)?;
+            held = rows[0].speeding_up.largest;
+        }
+        Ok(held)
+    }
+
+    /// Speeds up along a direction as hard as the rows say, to beyond the speed of the last, and slows down again; gives what slid beside each row.
+    fn sprint(&mut self, direction: Twist, rows: &[LimitRow]) -> Result<Vec<OfRow>, Error> {
+        /// Over the fastest row's speed, which is 0.9 of the top speed.
+        const BEYOND: f64 = 1.05;
+        let mut slid = vec![OfRow::default(); rows.len()];
+        let mut plant = self.standing.clone();
+        let top = rows.last().map_or(0.0, |row| BEYOND * row.speed);
+        let (until, most_s) = match top > 0.0 {
+            true => (top, MOST_S),
+            false => (f64::INFINITY, WITHOUT_END_S),
+        };
+        let mut speed = 0.0;
+        for is_up in [true, false] {
+            // From rest it slows down as it speeds up the other way.
+            if !is_up && top == 0.0 {
+                break;
+            }
+            let mut since_s = 0.0;
+            while since_s < most_s && if is_up { speed < until } else { speed > 0.0 } {
+                let nearest = nearest(rows, speed);
+                let u = (since_s / COMES_S).min(1.0);
+                let gain = u * u * (3.0 - 2.0 * u) * largest(rows, speed, is_up) * self.period_s;
+                speed = match is_up {
+                    true => speed + gain,
+                    false => (speed - gain).max(0.0),
+                };
+                since_s += self.period_s;
+                let now = self.advance(&mut plant, direction.scaled(speed))?;
+                let of_row = &mut slid[nearest];
+                let account = if is_up {
+                    &mut of_row.up
+                } else {
+                    &mut of_row.down
+                };
+                account.slip_j += now.slip_j;
+                account.work_j += now.work_j;
+            }
+        }
+        Ok(slid)
+    }
+
+    /// Drives a control period towards a twist.
+    fn advance(&mut self, plant: &mut Plant, twist: Twist) -> Result<Slid, Error> {
+        self.kinematics.wheel_rates(twist, &mut self.rates_rad_s);
+        let before_j = plant.world().slip_energy_j();
+        let mut work_j = 0.0;
+        let command = WheelCommand::Rates(&self.rates_rad_s);
+        plant.advance_watched(command, self.period_s, |world, dt_s| {
+            let powers_w = motor_powers_w(world);
+            work_j += dt_s * powers_w.map(f64::abs).sum::<f64>();
+        })?;
+        Ok(Slid {
+            slip_j: plant.world().slip_energy_j() - before_j,
+            work_j,
+        })
+    }
+}
+
+/// The row nearest in speed.
+fn nearest(rows: &[LimitRow], speed: f64) -> usize {
+    let off = |row: &LimitRow| (row.speed - speed).abs();
+    let mut nearest = 0;
+    for (index, row) in rows.iter().enumerate() {
+        if off(row) < off(&rows[nearest]) {
+            nearest = index;
+        }
+    }
+    nearest
+}
+
+/// The acceleration between rows, in proportion to the speed; beyond the last as there.
+fn largest(rows: &[LimitRow], speed: f64, is_up: bool) -> f64 {
+    let of = |row: &LimitRow| match is_up {
+        true => row.speeding_up.largest,
+        false => row.slowing_down.largest,
+    };
+    let after = rows.partition_point(|row| row.speed <= speed);
+    match (
+        after.checked_sub(1).map(|before| &rows[before]),
+        rows.get(after),
+    ) {
+        (Some(before), Some(after)) => {
+            let part = (speed - before.speed) / (after.speed - before.speed);
+            of(before) + part * (of(after) - of(before))
+        }
+        (Some(row), None) | (None, Some(row)) => of(row),
+        (None, None) => 0.0,
+    }
+}
