@@ -6,7 +6,6 @@
 
 use ilon_robot::{Robot, Twist};
 
-use super::motor_work::motor_powers_w;
 use super::plant::Plant;
 use super::resolve::{Driver, Resolved, resolve_as_given};
 use crate::Error;
@@ -14,6 +13,10 @@ use crate::scenario::{Fault, Scenario, Sensors};
 
 /// Of the motors' positive work, the share that may be lost to sliding.
 const MAY_SLIDE: f64 = 0.005;
+
+/// Of what a run loses, what a trial shows at least: a trial begins on the path and ends after two laps, and the run comes to the path from where it
+/// stands.
+const OF_A_TRIAL: f64 = 0.9;
 
 /// Makes every choice that a scenario leaves to the program, for a robot under the scenario's own guidance.
 ///
@@ -40,7 +43,8 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     let planned = as_planned(scenario);
     let found = largest_share(most, |share| {
         let given = with_share(&planned, share);
-        share_slid(&resolve_as_given(&given, robot, Driver::Guidance)?, robot)
+        let slid = share_slid(&resolve_as_given(&given, robot, Driver::Guidance)?, robot)?;
+        Ok(slid / OF_A_TRIAL)
     })?;
     let mut resolved = resolve_as_given(&with_share(scenario, found.share), robot, driver)?;
     if let Some(remark) = found.remark(most) {
@@ -193,15 +197,16 @@ fn share_slid(resolved: &Resolved, robot: &Robot) -> Result<f64, Error> {
         begin.moved(Twist::new(-point_m.x, -point_m.y, 0.0)),
     )?;
     let mut pilot = resolved.pilot(robot, None)?;
-    let (mut work_j, mut half) = (0.0, (0.0, 0.0));
+    let so_far = |plant: &Plant| {
+        let world = plant.world();
+        (world.slip_energy_j(), world.motor_positive_energy_j())
+    };
+    let mut half = (0.0, 0.0);
     while plant.time_s() < until_s - 0.5 * period_s {
         let t_s = plant.time_s();
         pilot.decide(t_s, plant.observe());
-        plant.advance_watched(pilot.command(), period_s, |world, dt_s| {
-            let powers_w = motor_powers_w(world);
-            work_j += dt_s * powers_w.map(|power_w| power_w.max(0.0)).sum::<f64>();
-        })?;
-        let slid_j = plant.world().slip_energy_j();
+        plant.advance(pilot.command(), period_s)?;
+        let (slid_j, work_j) = so_far(&plant);
         if t_s < 0.5 * until_s {
             half = (slid_j, work_j);
         }
@@ -209,7 +214,7 @@ fn share_slid(resolved: &Resolved, robot: &Robot) -> Result<f64, Error> {
             return Ok(slid_j / work_j);
         }
     }
-    let slid_j = plant.world().slip_energy_j();
+    let (slid_j, work_j) = so_far(&plant);
     let after = reference.at(new_until_s + period_s).velocity_in_world;
     let goes_on = after.linear_m_s().norm() + after.omega_rad_s.abs() > 0.0;
     let laps = match goes_on {

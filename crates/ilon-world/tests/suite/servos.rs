@@ -677,12 +677,12 @@ fn a_target_catches_up_within_a_step() {
 /// of the step's middle, and what turning frames ask for is taken with the rates before and after it: what is left is of second order.
 #[test]
 fn a_stop_gives_no_momentum() {
-    let left_n_s = |dt_s: f64| {
+    let left_n_s = |dt_s: f64, effort_n_m: f64| {
         let base = mecanum4();
         let mut robot = arm(Vector3::z(), servo(1.0, 1.0));
         robot.joints[0].limits = [-2.0, 1.0];
         let mut world = world(&robot, &ice(), 0.0, dt_s);
-        world.robot_mut().load_joint(0, 3.0).expect("driven");
+        world.robot_mut().load_joint(0, effort_n_m).expect("driven");
         let mut fastest_rad_s: f64 = 0.0;
         for _ in 0..(1.0 / dt_s).round() as usize {
             world.step();
@@ -700,8 +700,18 @@ fn a_stop_gives_no_momentum() {
         println!("{dt_s}: {} N s, {fastest_rad_s} rad/s", momentum.norm());
         momentum.norm()
     };
-    let (coarse, fine) = (left_n_s(2e-3), left_n_s(5e-4));
-    // To first order m r w^2 dt / 2 of some 10 mN s would be missed at 2 ms.
-    assert!(coarse < 1e-3, "{coarse}");
-    assert!(fine < coarse / 8.0 + 1e-9, "{fine} {coarse}");
+    // Thrown by eight torques, the arm comes onto its stop at eight places of a step. Where a step ends as it comes there, the stop acts in two steps, and
+    // more is left: to first order in the step, and less than m r w^2 dt / 2, which every throw would miss, some 10 mN s at 2 ms.
+    let of_throws = |dt_s: f64| {
+        let efforts_n_m = (0..8).map(|throw| 2.6 + 0.1 * f64::from(throw));
+        let mut left: Vec<f64> = efforts_n_m.map(|effort| left_n_s(dt_s, effort)).collect();
+        left.sort_by(f64::total_cmp);
+        [0.5 * (left[3] + left[4]), left[7]]
+    };
+    let ([coarse, worst], [fine, worst_of_fine]) = (of_throws(2e-3), of_throws(5e-4));
+    assert!(coarse < 1e-4 && fine < coarse / 6.0, "{fine} {coarse}");
+    assert!(
+        worst < 5e-3 && worst_of_fine < worst / 3.0,
+        "{worst_of_fine} {worst}"
+    );
 }

@@ -43,6 +43,9 @@ mod tests {
             toml::from_str(include_str!("../../../../Cargo.toml")).expect("a manifest");
         let asked = &manifest["workspace"]["dependencies"]["rapier3d"];
         let word = |key: &str| asked[key].as_str();
-        assert_eq!((word("package"), word("version")), (Some(ENGINE.0), Some(ENGINE.1)));
+        assert_eq!(
+            (word("package"), word("version")),
+            (Some(ENGINE.0), Some(ENGINE.1))
+        );
     }
 }
