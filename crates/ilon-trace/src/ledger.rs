@@ -19,8 +19,6 @@
 use ilon_robot::{Twist, wrap_angle};
 use serde::{Deserialize, Serialize};
 
-use crate::record::Record;
-
 /// The terms of the ledger over some time, as mean twists in the body frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Terms {
@@ -56,18 +54,6 @@ pub struct Chain {
 }
 
 impl Chain {
-    /// The chain of a robot that moves for a time in seconds as it does at the instant of a row.
-    pub fn held(record: &Record, time_s: f64) -> Self {
-        Self {
-            asked: record.command_twist_in_body.scaled(time_s),
-            granted: record.granted_twist_in_body.scaled(time_s),
-            ideal_of_targets: record.twist_target_ideal.scaled(time_s),
-            ideal: record.twist_ideal.scaled(time_s),
-            contact: record.twist_contact.scaled(time_s),
-            real: record.truth.twist_in_body.scaled(time_s),
-        }
-    }
-
     /// The differences from link to link.
     pub fn terms(&self) -> Terms {
         Terms {
@@ -82,31 +68,6 @@ impl Chain {
 }
 
 impl Terms {
-    /// The mean terms from one row to a later one, in m/s and rad/s. The net motion of each term in the world is turned into the body frame
-    /// at the mean of both headings, which is of second order in what the robot turned between them. Zero of rows of one instant.
-    pub fn between(before: &Record, after: &Record) -> Self {
-        let span_s = after.t_s - before.t_s;
-        if span_s <= 0.0 {
-            return Self::default();
-        }
-        let heading_rad = before.truth.pose.heading_rad;
-        let turned_rad = wrap_angle(after.truth.pose.heading_rad - heading_rad);
-        let grown = after.ledger.since(&before.ledger);
-        let mean = |term: &Integral| {
-            Twist::new(term.x_m, term.y_m, term.heading_rad)
-                .rotated(-(heading_rad + 0.5 * turned_rad))
-                .scaled(1.0 / span_s)
-        };
-        Self {
-            total: mean(&grown.total),
-            guidance: mean(&grown.guidance),
-            compensation: mean(&grown.compensation),
-            servo: mean(&grown.servo),
-            geometry: mean(&grown.geometry),
-            slip: mean(&grown.slip),
-        }
-    }
-
     /// The five terms with their names, in the order of the chain from asked to real.
     pub fn named(&self) -> [(&'static str, Twist); 5] {
         [
@@ -281,30 +242,5 @@ mod tests {
         assert!((sum(|i| i.y_m) - ledger.total.y_m).abs() < 1e-12);
         assert!((sum(|i| i.heading_rad) - ledger.total.heading_rad).abs() < 1e-12);
         assert!(ledger.total.path_m > 0.0);
-    }
-
-    /// Of a robot that turns while it falls short by 0.06 m/s to its left, the mean of that between two rows is 0.06 m/s to its left.
-    #[test]
-    fn the_budget_between_two_rows_is_told_in_the_body_frame() {
-        let (mut before, mut after) = (Record::default(), Record::default());
-        let mut ledger = Ledger::default();
-        let at = |k: i32| 3.1 + 0.001 * f64::from(k);
-        for k in 0..20 {
-            if k == 5 {
-                before.t_s = 0.5;
-                before.ledger = ledger;
-                before.truth.pose.heading_rad = at(k);
-            }
-            ledger.count(&falls_short(0.1), [at(k), at(k + 1)]);
-        }
-        after.t_s = 2.0;
-        after.ledger = ledger;
-        after.truth.pose.heading_rad = wrap_angle(at(20));
-        let terms = Terms::between(&before, &after);
-        // It turns by 15 mrad: of second order are 15e-3^2 / 24 of it, 1e-5.
-        let near = |a: f64, b: f64| (a - b).abs() < 1e-5 * b.abs().max(0.1);
-        assert!(near(terms.slip.vy_m_s, 0.03) && near(terms.slip.vx_m_s, 0.0));
-        assert!(near(terms.total.vy_m_s, 0.34) && near(terms.total.omega_rad_s, -0.34));
-        assert_eq!(Terms::between(&after, &after), Terms::default());
     }
 }

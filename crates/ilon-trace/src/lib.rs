@@ -25,6 +25,7 @@
 
 mod accumulate;
 mod balance;
+mod budget;
 mod columns;
 pub mod convergence;
 mod design;

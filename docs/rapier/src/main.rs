@@ -11,6 +11,10 @@ use std::time::Instant;
 
 use rapier3d::prelude::*;
 
+#[allow(
+    clippy::unnecessary_cast,
+    reason = "it is built with the engine's reals of either size"
+)]
 const TAU: Real = std::f64::consts::TAU as Real;
 const BOX_KG: Real = 10.0;
 const ROLLER_KG: Real = 0.01;
@@ -39,7 +43,8 @@ fn friction() {
         print!("{sweeps:>10}");
     }
     println!();
-    for angle_deg in [0.0 as Real, 15.0, 30.0, 45.0] {
+    let angles_deg: [Real; 4] = [0.0, 15.0, 30.0, 45.0];
+    for angle_deg in angles_deg {
         print!("{angle_deg:>6}");
         for sweeps in SWEEPS {
             print!(

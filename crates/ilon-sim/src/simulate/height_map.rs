@@ -226,7 +226,7 @@ fn mesh(map: &HeightMap, path: &Path, files: &FileAccess) -> Result<Grid, Fault>
     let corners = triangles.iter().flatten().flatten();
     if let Some(far) = corners
         .map(|m| f64::from(*m))
-        .find(|m| !(m.abs() <= *SIZES.end()))
+        .find(|m| m.is_nan() || m.abs() > *SIZES.end())
     {
         return Err((
             format!("one of its corners is at {far:e} m"),

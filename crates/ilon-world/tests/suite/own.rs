@@ -279,7 +279,7 @@ fn bits(world: &World) -> Vec<u64> {
     {
         let (at, v) = (body.translation(), body.linvel());
         let of = [at.x, at.y, at.z, v.x, v.y, v.z];
-        all.extend(of.map(|x| u64::from(x.to_bits())));
+        all.extend(of.map(|x| x.to_bits()));
     }
     all
 }

@@ -61,8 +61,9 @@ impl ImpulseProblem {
     #[inline(always)]
     fn allowed(&self, at: usize, law: Law, measure: &Measure) -> Allowed {
         let mut asked = [0.0; 3];
-        for k in 0..law.rows() {
-            asked[k] = self.impulses[at + k] - self.velocities[at + k] / measure.responses[k];
+        let (impulses, velocities) = (&self.impulses[at..], &self.velocities[at..]);
+        for (k, asked) in asked.iter_mut().enumerate().take(law.rows()) {
+            *asked = impulses[k] - velocities[k] / measure.responses[k];
         }
         law.allows(&self.curves, &asked, 1.0 / measure.responses[0])
     }
