@@ -32,7 +32,7 @@ pub struct Twin {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Moved {
-    /// In the run as it is; `None` where it does not apply.
+    /// In the run at its own step; `None` where it does not apply.
     pub value: Option<f64>,
     /// At half the physics step.
     pub half_step: Option<f64>,

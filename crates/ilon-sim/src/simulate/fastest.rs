@@ -28,7 +28,7 @@ pub fn resolve(scenario: &Scenario, robot: &Robot) -> Result<Resolved, Error> {
     resolve_for(scenario, robot, Driver::Guidance)
 }
 
-/// Like [`resolve`], whoever drives.
+/// Like [`resolve`], for any driver.
 ///
 /// # Errors
 /// Like [`resolve`].

@@ -187,7 +187,7 @@ impl Driven {
         }
     }
 
-    /// What it is told for a step of so many seconds, whose middle is at a time in seconds: of setpoints and logs with the mean rate of the target, for
+    /// The command for a step of so many seconds, whose middle is at a time in seconds: of setpoints and logs with the mean rate of the target, for
     /// it may change within the step.
     fn command_over(&self, middle_s: f64, dt_s: f64) -> JointCommand {
         let command = self.command_at(middle_s);

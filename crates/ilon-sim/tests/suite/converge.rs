@@ -1,4 +1,4 @@
-//! A run repeated at half its step: what moves is what the step leaves open, and the run itself stays as it is.
+//! A run repeated at half its step: what moves depends on the step, and the run itself does not change.
 
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! How the laws of a step are solved all at once: by one method, Newton's with a search along each step (`newton`), on one residual (`residual`).
 //!
 //! It begins from the impulses of the last step. A robot that rolls needs one step of it, nearly all others a few whole ones, though F may grow on the way
-//! (as a watchdog lets it, Chamberlain et al. 1982). Where these lead nowhere, in jams, each step is searched along, from the beginning again; and where that
+//! (the watchdog rule of Chamberlain et al. 1982). Where these lead nowhere, in jams, each step is searched along, from the beginning again; and where that
 //! leads nowhere either, `splitting` finds better and better starts.
 
 use super::newton::{Newton, Stride};
