@@ -37,6 +37,26 @@ pub(super) fn length(x_m: f64) -> String {
     }
 }
 
+/// A length of which so much is known, in metres: with the digits that this bears.
+pub(super) fn length_known(x_m: f64, floor_m: f64) -> String {
+    match x_m.abs() >= 1.0 {
+        true => format!("{} m", decimals(x_m, borne(floor_m, 3))),
+        false => format!("{} mm", decimals(1e3 * x_m, borne(1e3 * floor_m, 2))),
+    }
+}
+
+/// An angle of which so much is known, in radians: in degrees, with the digits that this bears.
+pub(super) fn angle_known(x_rad: f64, floor_rad: f64) -> String {
+    let places = borne(floor_rad.to_degrees(), 3);
+    format!("{}°", decimals(x_rad.to_degrees(), places))
+}
+
+/// How many decimals a number bears of which so much is known; at most so many.
+fn borne(floor: f64, most: usize) -> usize {
+    let places = -floor.max(f64::MIN_POSITIVE).log10().floor();
+    places.clamp(0.0, most as f64) as usize
+}
+
 /// An angle for reading, in degrees.
 pub(super) fn angle(x_rad: f64) -> String {
     let x_deg = x_rad.to_degrees();

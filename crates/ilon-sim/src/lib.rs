@@ -42,6 +42,7 @@ pub use ilon_robot as robot;
 pub use ilon_trace as trace;
 pub use ilon_world as world;
 
+pub use causes::Causes;
 pub use error::{Error, RobotFault, ScenarioFault, reason};
 pub use scenario::Scenario;
 pub use simulate::{

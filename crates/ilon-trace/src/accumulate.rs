@@ -4,6 +4,7 @@ use ilon_robot::{Twist, wrap_angle};
 
 use crate::balance::Balance;
 use crate::design::Design;
+use crate::effects::Effects;
 use crate::fold::{Largest, Mean, Rms, finite};
 use crate::header::Header;
 use crate::joint_travel::JointAccumulator;
@@ -121,11 +122,13 @@ impl Summary {
             ledger: run.last.map_or_else(Ledger::default, |last| last.ledger),
             energy: run.balance.finish(header),
             converge: Convergence::default(),
+            effects: Effects::default(),
             design: Design::default(),
             wheels,
             joints: run.joints.travels(header),
         };
         summary.converge = Convergence::of(&summary, header);
+        summary.effects = Effects::of(&summary, header);
         Ok(summary)
     }
 }

@@ -3,25 +3,35 @@
 //! A *twin* is the same run, with the same seeds, with one thing changed. Only its figures are kept. The header of a trace carries them, so
 //! that what is said of them can be said again without physics.
 
+use std::collections::BTreeMap;
+
 use ilon_robot::wrap_angle;
 
 use crate::header::Header;
 use crate::metrics::Summary;
 use crate::quantities::{self, Quantity, Scales};
-pub use crate::twin::{Change, Convergence, Moved, Twin};
+pub use crate::twin::{Apart, Cause, Change, Convergence, Moved, Twin};
 
 impl Twin {
     /// A twin that came to these figures, or could not be run.
-    pub fn new(change: Change, came: Result<Summary, String>) -> Self {
+    pub fn new(change: Change, came: Result<(Summary, Option<Apart>), String>) -> Self {
         let figures = |summary: &Summary| {
-            let value =
-                |(figure, _): (&Quantity, _)| Some((figure.key.to_owned(), figure.value(summary)?));
-            quantities::stated().filter_map(value).collect()
+            let value = |figure: &Quantity| Some((figure.key.to_owned(), figure.value(summary)?));
+            quantities::compared().filter_map(value).collect()
         };
-        Self {
-            change,
-            figures: came.as_ref().map(figures).unwrap_or_default(),
-            error: came.err(),
+        match came {
+            Ok((summary, apart)) => Self {
+                change,
+                figures: figures(&summary),
+                apart,
+                error: None,
+            },
+            Err(error) => Self {
+                change,
+                figures: BTreeMap::new(),
+                apart: None,
+                error: Some(error),
+            },
         }
     }
 }
@@ -29,7 +39,9 @@ impl Twin {
 impl Convergence {
     /// That of a run whose header has its twins.
     pub(crate) fn of(summary: &Summary, header: &Header) -> Self {
-        if header.twins.iter().all(|twin| twin.figures.is_empty()) {
+        let is_half = |change: &Change| matches!(change, Change::HalfStep | Change::HalfSplit);
+        let mut halves = header.twins.iter().filter(|twin| is_half(&twin.change));
+        if halves.all(|twin| twin.figures.is_empty()) {
             return Self::default();
         }
         let scales = Scales::of(summary, header);
@@ -102,7 +114,7 @@ impl Convergence {
 }
 
 /// By how much a figure is more than another; headings at the end differ by less than half a turn.
-fn difference(key: &str, value: f64, from: f64) -> f64 {
+pub(crate) fn difference(key: &str, value: f64, from: f64) -> f64 {
     match key {
         "end_heading_rad" => wrap_angle(value - from),
         _ => value - from,
@@ -122,7 +134,7 @@ mod tests {
         trace.header.wheels[0].position_m = [0.0, 0.4];
         let alone = Summary::of(&trace, &Settings::default());
         assert!(alone.converge.is_empty());
-        let mut twin = Twin::new(Change::HalfStep, Ok(alone));
+        let mut twin = Twin::new(Change::HalfStep, Ok((alone, None)));
         for (key, by) in changed {
             *twin.figures.get_mut(*key).expect("a stated figure") += by;
         }

@@ -4,6 +4,7 @@ use ilon_robot::{Twist, wrap_angle};
 use serde::{Deserialize, Serialize};
 
 use crate::design::Design;
+use crate::effects::Effects;
 use crate::header::Header;
 use crate::ledger::Ledger;
 use crate::odometry::Drift;
@@ -173,6 +174,9 @@ pub struct Summary {
     /// How far the figures move at half the step, where the run was repeated at it.
     #[serde(default, skip_serializing_if = "Convergence::is_empty")]
     pub converge: Convergence,
+    /// What made a difference to the run and by how much, where it was repeated without it.
+    #[serde(default, skip_serializing_if = "Effects::is_empty")]
+    pub effects: Effects,
     /// What is known of the robot without a run, where there was none.
     #[serde(default, skip_serializing_if = "Design::is_unknown")]
     pub design: Design,

@@ -10,7 +10,7 @@ mod quantity;
 mod table;
 
 pub(crate) use accuracy::Scales;
-pub use accuracy::{Accuracy, Measure, accuracy, stated};
+pub use accuracy::{Accuracy, Measure, accuracy, compared, stated};
 pub use quantity::{Group, Quantity, Unit};
 pub use table::GROUPS;
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 /// What a twin has otherwise than the run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Change {
@@ -13,6 +13,51 @@ pub enum Change {
     HalfStep,
     /// Half the parts into which steps are split while a roller is about to slide.
     HalfSplit,
+    /// Another seed of the sensors' noise.
+    OtherSeed,
+    /// One cause left out: replaced by what has no effect.
+    Without(Cause),
+    /// All causes left out that others leave out one by one.
+    WithoutAll,
+    /// A remedy that could be tried.
+    With(Cause),
+}
+
+impl Change {
+    /// Whether what the twin comes to otherwise is no effect of anything, but how well the run is known.
+    pub fn is_noise(&self) -> bool {
+        matches!(self, Self::HalfStep | Self::HalfSplit | Self::OtherSeed)
+    }
+}
+
+/// Something that can make a difference to a run, or a remedy.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Cause {
+    /// Where it stands in the scenario, such as `faults.0` or `world.floor.slope_deg`; of a remedy, what would be written there.
+    pub key: String,
+    /// What it is, to be read behind "without" or "with": `the payload of 2 kg`.
+    pub words: String,
+}
+
+/// How far a run and its twin were apart: the run minus the twin, about the origin of the body frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Apart {
+    /// The largest distance between both at the same time, in metres.
+    pub most_m: f64,
+    /// When that was, in seconds.
+    pub most_at_s: f64,
+    /// The largest difference of their headings at the same time, its size, in radians.
+    pub most_rad: f64,
+    /// When that was, in seconds.
+    pub most_rad_at_s: f64,
+    /// How far the run ended ahead of the twin, by the twin's heading there, in metres.
+    pub ahead_m: f64,
+    /// How far it ended to the left of the twin, in metres.
+    pub left_m: f64,
+    /// How far it ended turned to the left, in radians.
+    pub turned_rad: f64,
+    /// The most that the twin leaned: the angle of its z axis from the floor's normal, in radians.
+    pub twin_leaned_rad: f64,
 }
 
 /// What a run came to with one thing changed.
@@ -20,9 +65,12 @@ pub enum Change {
 pub struct Twin {
     /// What was changed.
     pub change: Change,
-    /// Its figures by their keys, in SI units: those of which an accuracy is stated, as far as they apply.
+    /// Its figures by their keys, in SI units, as far as they apply.
     #[serde(default)]
     pub figures: BTreeMap<String, f64>,
+    /// How far the run was from it; `None` where that is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub apart: Option<Apart>,
     /// Why it has no figures.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,

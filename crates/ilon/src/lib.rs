@@ -175,5 +175,5 @@ pub use ilon_trace as trace;
 pub use ilon_world as world;
 
 pub use ilon_report::{compare, drawing, pages};
-pub use ilon_sim::{Error, RobotFault, Run, Scenario, ScenarioFault, run};
+pub use ilon_sim::{Causes, Error, RobotFault, Run, Scenario, ScenarioFault, run};
 pub use ilon_sim::{inspect, judge, scenario, simulate};

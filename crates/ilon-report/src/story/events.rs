@@ -2,7 +2,6 @@
 
 use ilon_trace::{Announced, Header, Record, WheelSample};
 
-use super::faults;
 use super::posture::{Posture, Stance};
 use super::shortfall::Means;
 use super::spells::{Spell, Spells};
@@ -66,7 +65,6 @@ pub(crate) struct Watch {
     boxes: Vec<Spells>,
     energy_before_j: Vec<f64>,
     pub posture: Posture,
-    pub faults: faults::Watch,
     pub means: Means,
     pub touches: Touches,
 }
@@ -83,7 +81,6 @@ impl Watch {
             boxes: many(ground.map_or(0, |g| g.boxes.len())),
             energy_before_j: vec![0.0; header.wheels.len()],
             posture: Posture::default(),
-            faults: faults::Watch::new(header),
             means: Means::default(),
             touches: Touches::new(header),
         }
@@ -92,7 +89,6 @@ impl Watch {
     pub fn add(&mut self, header: &Header, record: &Record, samples: &[WheelSample]) {
         let (t_s, dt_s) = (record.t_s, header.row_span_s(record.t_s));
         self.posture.add(header, record, samples);
-        self.faults.add(header, record);
         self.means.add(header, record, samples);
         self.touches.add(header, record);
         for (task, spells) in record.tasks.iter().zip(&mut self.saturated) {
@@ -161,13 +157,19 @@ impl Watch {
 
     /// All that happened, in the order of time.
     pub fn events(&self, header: &Header) -> Vec<Event> {
-        let troubles = self.faults.troubles(header).into_iter();
-        let troubles = troubles.map(|t| Event::of(EventKind::Fault, [t.from_s, t.until_s], t.text));
+        let end_s = self.posture.end_s;
+        let name_of = |wheel: usize| header.wheels.get(wheel).map(|wheel| wheel.name.as_str());
+        let faults = header.faults.iter().flatten();
+        let faults = faults.filter(|fault| fault.from_s <= end_s).map(|fault| {
+            let until_s = fault.until_s.unwrap_or(end_s);
+            let window_s = [fault.from_s, until_s.min(end_s.max(fault.from_s))];
+            Event::of(EventKind::Fault, window_s, fault.kind.words(name_of))
+        });
         let stances = self.posture.episodes().into_iter().map(|episode| {
             let kind = EventKind::Stance(episode.stance);
             Event::of(kind, [episode.from_s, episode.until_s], episode.text())
         });
-        let mut events: Vec<Event> = troubles.chain(stances).collect();
+        let mut events: Vec<Event> = faults.chain(stances).collect();
         let mut push = |kind, spell: &Spell, text: String, slid_m: f64| {
             events.push(Event {
                 slid_m,

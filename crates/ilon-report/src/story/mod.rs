@@ -3,8 +3,8 @@
 
 mod budget;
 mod costs;
+mod effects;
 mod events;
-mod faults;
 mod measured;
 mod phrases;
 mod posture;
@@ -12,9 +12,8 @@ mod shortfall;
 mod slope;
 mod spells;
 mod touches;
-mod tries;
 
-use ilon_trace::{Guidance, Settings, Summary};
+use ilon_trace::{Guidance, Header, Settings, Summary};
 
 pub(crate) use budget::{Budget, Integrator, PARTS, Standing};
 pub(crate) use events::{Event, EventKind, Watch};
@@ -24,9 +23,7 @@ use crate::accumulate::OfRobot;
 use crate::input::RunInput;
 use crate::page::escape;
 use crate::text::{angle, capital, length, time};
-use faults::Trouble;
-use phrases::span;
-use posture::{Posture, Stance};
+use posture::Stance;
 
 /// The answer goes on with what things cost until it has as many sentences.
 const MOST_LINES: usize = 5;
@@ -54,7 +51,6 @@ impl Story {
         let watch = &shown.all.watch;
         let posture = &watch.posture;
         let events = shown.all.events(header);
-        let troubles = watch.faults.troubles(header);
         let errors: Vec<(f64, f64)> = shown.all.robot(OfRobot::PositionError).collect();
         let start = Start::of(&errors, settings);
         let budget = budget::at_the_worst(&shown.all.stood, start.settled_s);
@@ -79,20 +75,12 @@ impl Story {
             None => (None, None),
         };
         lines.extend(slope_first);
-        let excursion = budget.as_ref().map(|b| excursion(b, &start, &events));
-        let ended = tracking(summary, &start);
-        // What came from outside explains more than the way in from the start.
-        let mut explained = None;
-        match excursion {
-            Some((line, Some(by))) => {
-                explained = Some(by);
-                lines.extend([Some(line), ended].into_iter().flatten());
-            }
-            Some((line, None)) => lines.extend([ended, Some(line)].into_iter().flatten()),
-            None => lines.extend(ended),
+        lines.extend(tracking(summary, &start));
+        lines.extend(budget.as_ref().map(|b| excursion(b, &start)));
+        match header.twins.is_empty() {
+            true => lines.extend(on_purpose(header)),
+            false => lines.extend(effects::sentences(header, summary, posture)),
         }
-        let explained = explained.as_deref();
-        lines.extend(went_wrong(&troubles, posture, explained));
         if header.open_loop {
             lines.extend(obstacles(&events));
         }
@@ -121,7 +109,7 @@ impl Story {
         }
         let tries = match spoilt {
             true => Vec::new(),
-            false => tries::tries(header, summary, &events, &troubles),
+            false => effects::tries(header, summary),
         };
         Self {
             lines,
@@ -229,71 +217,31 @@ fn unstable(guidance: &Guidance, period_s: f64) -> Option<String> {
     (!words.is_empty()).then(|| format!("<b>The guidance is unstable</b>: {}.", words.join("; ")))
 }
 
-/// What went wrong on purpose and what came of each, but for what has explained the largest error.
-fn went_wrong(troubles: &[Trouble], posture: &Posture, explained: Option<&str>) -> Vec<String> {
-    let others: Vec<&Trouble> = troubles
-        .iter()
-        .filter(|trouble| Some(trouble.text.as_str()) != explained)
-        .collect();
-    let mut lines: Vec<String> = others
-        .iter()
-        .take(MOST_OF_A_KIND)
-        .map(|trouble| {
-            let when =
-                match trouble.until_s >= posture.end_s.max(trouble.from_s + events::INSTANT_S) {
-                    true => span(trouble.from_s, trouble.until_s, posture.end_s, 0.0),
-                    false => events::when(trouble.from_s, trouble.until_s),
-                };
-            format!(
-                "{} {}: <b>{}</b>.",
-                capital(&when),
-                escape(&trouble.text),
-                trouble.consequence(posture)
-            )
-        })
-        .collect();
-    if others.len() > MOST_OF_A_KIND {
-        let more = others.len() - MOST_OF_A_KIND;
-        lines.push(format!(
-            "{more} more went wrong on purpose: see the events."
-        ));
+/// What went wrong on purpose, of a run that was not repeated without it.
+fn on_purpose(header: &Header) -> Option<String> {
+    let name_of = |wheel: usize| header.wheels.get(wheel).map(|wheel| wheel.name.as_str());
+    let faults = header.faults.iter().flatten();
+    let words: Vec<String> = faults.map(|fault| escape(&fault.words(name_of))).collect();
+    let more = words.len().saturating_sub(MOST_OF_A_KIND);
+    let mut told = words[..words.len() - more].to_vec();
+    if more > 0 {
+        told.push(format!("{more} more"));
     }
-    lines
+    (!told.is_empty()).then(|| format!("On purpose there was {}.", phrases::list(&told)))
 }
 
-/// The largest error and its cause; and what came from outside, if that is the cause.
-fn excursion(budget: &Budget, start: &Start, events: &[Event]) -> (String, Option<String>) {
-    const BEFORE_S: f64 = 0.3;
-    let size = format!(
-        "<b>{}</b> at <b>{}</b>",
-        length(budget.error_m),
-        time(budget.at_s)
-    );
-    let outside: Vec<&Event> = events
-        .iter()
-        .filter(|e| e.is_outside() && e.overlaps(budget.from_s - BEFORE_S, budget.at_s))
-        .collect();
-    let parts = shares(budget);
+/// The largest error and its parts.
+fn excursion(budget: &Budget, start: &Start) -> String {
     let after = if start.is_off {
         " after it had arrived"
     } else {
         ""
     };
-    if let Some(first) = outside.first() {
-        let more = match outside.len() {
-            1 => String::new(),
-            n => format!(" (and {} more)", n - 1),
-        };
-        let when = capital(&first.when());
-        let text = escape(&first.text);
-        return (
-            format!("{when} {text}{more}: the largest position error{after} was {size}. {parts}"),
-            Some(first.text.clone()),
-        );
-    }
-    (
-        format!("The largest position error{after} was {size}. {parts}"),
-        None,
+    format!(
+        "The largest position error{after} was <b>{}</b> at <b>{}</b>. {}",
+        length(budget.error_m),
+        time(budget.at_s),
+        shares(budget)
     )
 }
 
@@ -391,37 +339,25 @@ mod tests {
         );
     }
 
-    /// Seven faults one after another: four sentences, and how many more there are.
     #[test]
     fn what_is_not_told_of_what_went_wrong_is_counted() {
-        let lines = |count: u32| {
+        let said = |count: u32| {
             let fault = |index: u32| ilon_trace::Fault {
                 from_s: f64::from(index),
-                until_s: Some(f64::from(index) + 0.5),
+                until_s: None,
                 kind: ilon_trace::FaultKind::PoseLost,
             };
             let header = ilon_trace::Header {
-                control_dt_s: 0.1,
                 faults: Some((0..count).map(fault).collect()),
                 ..ilon_trace::Header::default()
             };
-            let mut watch = faults::Watch::new(&header);
-            for row in 0..100 {
-                let record = ilon_trace::Record {
-                    t_s: 0.1 * f64::from(row),
-                    ..ilon_trace::Record::default()
-                };
-                watch.add(&header, &record);
-            }
-            went_wrong(&watch.troubles(&header), &Posture::default(), None)
+            on_purpose(&header)
         };
-        for count in [1, 3, 4] {
-            assert_eq!(lines(count).len(), count as usize);
-        }
-        for (count, more) in [(5, "1 more"), (7, "3 more")] {
-            let lines = lines(count);
-            assert_eq!(lines.len(), 5);
-            assert!(lines[4].starts_with(more), "{lines:?}");
+        assert_eq!(said(0), None);
+        for (count, sensors, end) in [(1, 1, "sensor."), (4, 4, "on."), (7, 4, "and 3 more.")] {
+            let said = said(count).unwrap_or_default();
+            assert_eq!(said.matches("lost pose sensor").count(), sensors, "{said}");
+            assert!(said.ends_with(end), "{said}");
         }
     }
 

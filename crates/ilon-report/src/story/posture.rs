@@ -10,7 +10,7 @@ use super::spells::GAP_S;
 use crate::text::{angle, capital, energy, force, length, percent, speed};
 
 /// A robot that leans more than this against the floor's normal has tipped over, in radians: a right angle's half.
-const TIPPED_RAD: f64 = std::f64::consts::FRAC_PI_4;
+pub(super) const TIPPED_RAD: f64 = std::f64::consts::FRAC_PI_4;
 /// The chassis stands on the ground where it carries more than this share; what is less is a touch in passing.
 const ON_CHASSIS_SHARE: f64 = 1e-3;
 /// What gets less than this share of the motion asked for is held back.
@@ -281,21 +281,6 @@ impl Episode {
             Stance::OnChassis => "the robot stood on its chassis".to_owned(),
             Stance::Blocked => "the robot stood against an obstacle".to_owned(),
         }
-    }
-
-    /// What became of the robot, as the consequence of something.
-    pub fn consequence(&self) -> String {
-        let became = match self.stance {
-            Stance::Fallen => "it fell off the ground".to_owned(),
-            Stance::Tipped => format!("it tipped over onto {}", self.lies_on),
-            Stance::InTheAir => format!("it left the ground by {}", length(self.rise_m())),
-            Stance::OnChassis => format!(
-                "its chassis came down on the ground and carried {} of the weight",
-                percent(self.chassis_share())
-            ),
-            Stance::Blocked => "it ran against an obstacle".to_owned(),
-        };
-        format!("{became} at {:.2} s", self.from_s)
     }
 
     /// The share of what is carried that rests on the chassis.

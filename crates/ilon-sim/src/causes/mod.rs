@@ -1,6 +1,31 @@
 //! What makes a difference to a run: the run repeated with one thing changed, its twin.
+//!
+//! | file | answers |
+//! |---|---|
+//! | `null` | which causes a scenario has, and what it is without each |
+//! | `remedies` | what is worth a try |
+//! | `twin` | one twin, to its end |
+//! | `twins` | all of them beside the run |
+//! | `path` | how far a run and its twin were apart |
 
-mod halves;
+mod null;
+mod path;
+mod remedies;
 mod twin;
+mod twins;
 
-pub(crate) use halves::Halves;
+pub(crate) use path::Path;
+pub(crate) use twins::{CameToo, Twins};
+
+/// Which causes are left out, one after the other, to see what each does to a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Causes {
+    /// None: the run alone.
+    #[default]
+    None,
+    /// What the scenario names: faults, what lies on the floor, slope, free bodies and sensors' errors; at most eight.
+    Named,
+    /// All that can make a difference: also sliding, the rollers' geometry and make, bearings, motors and wheel loops.
+    All,
+}

@@ -3,35 +3,67 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use ilon_robot::Robot;
-use ilon_trace::{Recording, Settings, Summary};
+use ilon_trace::{Change, Recording, Settings, Summary, Twin};
 
+use super::path::Path;
 use crate::Error;
 use crate::scenario::Scenario;
 use crate::simulate::{Resolved, RunLoop};
 
-/// Runs a scenario that was resolved for a robot with some of its keys changed, to its end. Of its rows only the figures are kept. Gives `None`
-/// where it was told to `stop`.
-///
-/// # Errors
-/// Where the changed scenario cannot be run, and [`ilon_trace::TraceError::Diverged`].
+/// What a twin came to.
+pub(super) struct Came {
+    change: Change,
+    /// Its figures and its path, or why it has none.
+    pub ran: Result<(Summary, Path), String>,
+}
+
+impl Came {
+    /// As a trace keeps it, beside the path of the run.
+    pub fn beside(self, run: &Path) -> Twin {
+        let ran = self.ran.map(|(summary, path)| {
+            let apart = run.apart(&path);
+            (summary, Some(apart))
+        });
+        Twin::new(self.change, ran)
+    }
+}
+
+/// Runs a scenario that was resolved for a robot with something of both changed, to its end. Gives `None` where it was told to `stop`.
 pub(super) fn twin(
     resolved: &Resolved,
     robot: &Robot,
-    change: impl FnOnce(&mut Scenario),
+    change: Change,
+    apply: impl FnOnce(&mut Scenario, &mut Robot),
     stop: &AtomicBool,
-) -> Result<Option<Summary>, Error> {
-    let mut run = RunLoop::of_guidance(&resolved.with(change)?, robot)?;
+) -> Option<Came> {
+    let ran = run(resolved, robot, apply, stop);
+    let ran = ran.map_err(|error| error.to_string()).transpose()?;
+    Some(Came { change, ran })
+}
+
+/// Of its rows only the figures are kept.
+fn run(
+    resolved: &Resolved,
+    robot: &Robot,
+    apply: impl FnOnce(&mut Scenario, &mut Robot),
+    stop: &AtomicBool,
+) -> Result<Option<(Summary, Path)>, Error> {
+    let (resolved, robot) = resolved.with(robot, apply)?;
+    let mut run = RunLoop::of_guidance(&resolved, &robot)?;
     let mut recording = Recording::temporary(run.rows_mut().header.clone());
+    let mut path = Path::of(resolved.scenario().run.control_periods());
     while !run.is_done() {
         if run.control_is_due() {
             if stop.load(Ordering::Relaxed) {
                 return Ok(None);
             }
+            path.look(&run);
             recording.take(run.rows_mut())?;
         }
         run.step();
     }
     recording.take(run.rows_mut())?;
     let recorded = recording.finish()?;
-    Ok(Some(Summary::of_rows(&recorded, &Settings::default())?))
+    let summary = Summary::of_rows(&recorded, &Settings::default())?;
+    Ok(Some((summary, path)))
 }

@@ -235,19 +235,27 @@ impl Resolved {
         &self.scenario
     }
 
-    /// The same run with keys of its scenario changed. All that was chosen stays, such as gains and the path in time; keys of robot, ground and
-    /// motion, which choices were made by, have no effect.
+    /// The same run, and its robot, with something changed. All that was chosen stays, such as gains and the path in time; keys of robot and motion,
+    /// which choices were made by, have no effect.
     ///
     /// # Errors
     /// Where the scenario asks for something that cannot be then.
-    pub(crate) fn with(&self, change: impl FnOnce(&mut Scenario)) -> Result<Self, Error> {
-        let mut changed = self.clone();
-        change(&mut changed.scenario);
+    pub(crate) fn with(
+        &self,
+        robot: &Robot,
+        change: impl FnOnce(&mut Scenario, &mut Robot),
+    ) -> Result<(Self, Robot), Error> {
+        let (mut changed, mut robot) = (self.clone(), robot.clone());
+        change(&mut changed.scenario, &mut robot);
         changed.scenario.validate()?;
         if let Step::Seconds(dt_s) = changed.scenario.run.physics_dt_s {
             changed.physics_dt_s = dt_s;
         }
-        Ok(changed)
+        let floor = &changed.scenario.world.floor;
+        if floor.rough.is_none() && floor.height_map.is_none() {
+            changed.uneven = None;
+        }
+        Ok((changed, robot))
     }
 
     /// The step of physics, in seconds.

@@ -2,7 +2,7 @@
 
 use ilon_control::{ContactKinematics, Kinematics};
 use ilon_robot::Robot;
-use ilon_trace::Trace;
+use ilon_trace::{Trace, Truth};
 
 use super::header::{Appearance, header};
 use super::pilot::{Controller, Pilot};
@@ -91,6 +91,16 @@ impl RunLoop {
     /// Whether the coming step begins a control period.
     pub fn control_is_due(&self) -> bool {
         self.plant.clock().control_is_due()
+    }
+
+    /// Where the robot really is, and how it moves.
+    pub fn truth(&self) -> Truth {
+        self.plant.truth()
+    }
+
+    /// Time since the start of the run, in seconds.
+    pub fn time_s(&self) -> f64 {
+        self.plant.clock().time_s()
     }
 
     /// The rows that nobody has taken yet.

@@ -17,7 +17,7 @@ use super::resolve::{Driver, Resolved};
 use super::run::{Progress, Run};
 use super::run_loop::RunLoop;
 use super::warnings;
-use crate::causes::Halves;
+use crate::causes::{CameToo, Causes, Path, Twins};
 use crate::scenario::{self, Scenario};
 use crate::{Error, judge};
 
@@ -47,8 +47,10 @@ const NOT_REPEATED: &str = "`run.converge` has no effect under a controller of y
 /// A run under way: what is simulated, step by step.
 pub struct Simulation {
     run: RunLoop,
-    /// The same run at half the step, which goes on beside it where the scenario says so.
-    halves: Option<Halves>,
+    /// The same run with one thing changed, which goes on beside it.
+    twins: Option<Twins>,
+    /// Whether a controller from outside drives it.
+    is_foreign: bool,
     warnings: Vec<String>,
 }
 
@@ -176,14 +178,10 @@ impl Simulation {
     ) -> Result<Self, Error> {
         let scenario = resolved.scenario();
         let mut warnings = resolved.warnings().to_vec();
-        let halves = match (&controller, scenario.run.converge) {
-            (None, true) => Some(Halves::of(resolved, robot)),
-            (Some(_), true) => {
-                warnings.push(NOT_REPEATED.to_owned());
-                None
-            }
-            (_, false) => None,
-        };
+        let is_foreign = controller.is_some();
+        if is_foreign && scenario.run.converge {
+            warnings.push(NOT_REPEATED.to_owned());
+        }
         let run = RunLoop::new(resolved, robot, seen, controller)?;
         let expect = &scenario.expect;
         let expected = expect.signals.iter().map(|bound| bound.signal.as_str());
@@ -191,11 +189,23 @@ impl Simulation {
         judge::check_names(expected.chain(tolerated), &run.recorder.trace().header)?;
         let stands = run.plant.world().robot().joint_positions();
         warnings.extend(warnings::of_joints(run.plant.robot(), stands));
-        Ok(Self {
+        let simulation = Self {
             run,
-            halves,
+            twins: None,
+            is_foreign,
             warnings,
-        })
+        };
+        Ok(simulation.explaining(Causes::None))
+    }
+
+    /// Leaves causes out of the run, one after the other, in twins that go on beside it: what each does is in the summary's `effects`, and in the
+    /// header of the trace. Of a run under a controller of one's own, which cannot be started again, nothing is left out.
+    pub fn explaining(mut self, causes: Causes) -> Self {
+        if !self.is_foreign {
+            let (resolved, robot) = (self.run.plant.resolved(), self.run.plant.robot());
+            self.twins = Twins::of(resolved, robot, &self.trace().header, causes);
+        }
+        self
     }
 
     /// Advances the run by one physics step.
@@ -266,7 +276,7 @@ impl Simulation {
         mut self,
         mut watch: impl FnMut(&Self) -> Result<(), E>,
     ) -> Result<Run, E> {
-        let (cpu_s, twins) = self.drive_beside_halves(|simulation| watch(simulation))?;
+        let (cpu_s, twins) = self.drive_beside_twins(|simulation| watch(simulation))?;
         let mut trace = self.run.recorder.take_trace();
         trace.header.twins = twins;
         let summary = Summary::of(&trace, &ilon_trace::Settings::default());
@@ -297,7 +307,7 @@ impl Simulation {
         mut watch: impl FnMut(&Self, &mut Recording) -> Result<(), E>,
     ) -> Result<Run<Recorded>, E> {
         sinks.begin(&self.trace().header)?;
-        let (cpu_s, twins) = self.drive_beside_halves(|simulation| {
+        let (cpu_s, twins) = self.drive_beside_twins(|simulation| {
             let rows = simulation.run.recorder.trace_mut();
             sinks.take(rows)?;
             recording.take(rows)?;
@@ -310,25 +320,31 @@ impl Simulation {
         Ok(self.finish(recorded, summary, cpu_s))
     }
 
-    /// Steps until the run is done, beside the same run at half the step where there is one; gives what that came to too.
-    fn drive_beside_halves<E>(
+    /// Steps until the run is done, beside its twins where there are some; gives what these came to too.
+    fn drive_beside_twins<E>(
         &mut self,
         watch: impl FnMut(&mut Self) -> Result<(), E>,
     ) -> Result<(Option<f64>, Vec<Twin>), E> {
-        match self.halves.take() {
-            Some(halves) => halves.beside(|| self.drive_to_the_end(watch)),
-            None => Ok((self.drive_to_the_end(watch)?, Vec::new())),
-        }
+        let mut path = Path::of(self.scenario().run.control_periods());
+        let twins = self.twins.take();
+        let drive = || self.drive_to_the_end(&mut path, watch);
+        let (cpu_s, came) = match twins {
+            Some(twins) => twins.beside(drive)?,
+            None => (drive()?, CameToo::none()),
+        };
+        Ok((cpu_s, came.beside(&path)))
     }
 
     /// Steps until the run is done; gives the CPU time that it took, in seconds, if the system tells.
     fn drive_to_the_end<E>(
         &mut self,
+        path: &mut Path,
         mut watch: impl FnMut(&mut Self) -> Result<(), E>,
     ) -> Result<Option<f64>, E> {
         let cpu = CpuTime::now();
         while !self.is_done() {
             if self.run.plant.clock().control_is_due() {
+                path.look(&self.run);
                 watch(self)?;
             }
             self.step();
@@ -342,8 +358,9 @@ impl Simulation {
         let remarks = warnings::of_summary(&summary, resolved.has_unstable_loops());
         self.warnings.extend(remarks);
         let twins = &trace.header().twins;
-        self.warnings
-            .extend(warnings::of_convergence(&summary.converge, twins));
+        let was_asked = self.scenario().run.converge;
+        let remarks = warnings::of_convergence(&summary.converge, twins, was_asked);
+        self.warnings.extend(remarks);
         summary.sim_seconds_per_cpu_second = cpu_s
             .filter(|cpu_s| *cpu_s > 0.0)
             .map(|cpu_s| summary.duration_s / cpu_s);

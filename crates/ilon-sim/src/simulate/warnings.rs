@@ -2,6 +2,7 @@
 
 use ilon_robot::{BodyJoint, JointKind, Robot};
 use ilon_trace::metrics::Energy;
+use ilon_trace::quantities::{self, Measure};
 use ilon_trace::{Convergence, Quantity, Summary, Twin};
 
 use super::pilot::FeasibilityInTime;
@@ -209,16 +210,28 @@ fn of_energy(energy: &Energy) -> Vec<String> {
     remarks
 }
 
-/// Of figures that move at half the step by more than their stated accuracy, and of a run that could not be repeated at it.
-pub(super) fn of_convergence(converge: &Convergence, twins: &[Twin]) -> Vec<String> {
-    let failed = twins.iter().filter_map(|twin| twin.error.as_ref());
+/// Of figures that move at half the step by more than their stated accuracy, and of a run that could not be repeated at it. Where nobody asked, only of
+/// where the robot goes.
+pub(super) fn of_convergence(
+    converge: &Convergence,
+    twins: &[Twin],
+    was_asked: bool,
+) -> Vec<String> {
+    let halves = twins.iter().filter(|twin| twin.change.is_noise());
+    let failed = halves.filter_map(|twin| twin.error.as_ref());
     let mut remarks: Vec<String> = failed
         .map(|error| format!("the run could not be repeated at half its step: {error}"))
         .collect();
     let words = |(quantity, moved): (&Quantity, &ilon_trace::convergence::Moved)| {
         format!("{} by {:.2} %", quantity.words(), 100.0 * moved.share)
     };
-    let beyond: Vec<String> = converge.beyond().map(words).collect();
+    let goes = |quantity: &Quantity| {
+        quantities::accuracy(quantity.key).is_some_and(|accuracy| accuracy.of != Measure::Itself)
+    };
+    let beyond = converge
+        .beyond()
+        .filter(|(quantity, _)| was_asked || goes(quantity));
+    let beyond: Vec<String> = beyond.map(words).collect();
     if !beyond.is_empty() {
         remarks.push(format!(
             "at half the step figures move by more than their stated accuracy: {}; a shorter `run.physics_dt_s`, or a shorter \

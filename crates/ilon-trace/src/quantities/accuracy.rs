@@ -80,6 +80,27 @@ pub fn stated() -> impl Iterator<Item = (&'static Quantity, Accuracy)> {
     all().filter_map(|quantity| Some((quantity, accuracy(quantity.key)?)))
 }
 
+/// Figures that a run is compared with its twins by, of which no accuracy is stated.
+const COMPARED_TOO: [&str; 11] = [
+    "position_converged_s",
+    "heading_converged_s",
+    "twist_mean.vx_m_s",
+    "twist_mean.vy_m_s",
+    "twist_mean.omega_rad_s",
+    "odometry_ideal.m_per_m",
+    "odometry_ideal.rad_per_m",
+    "odometry_contact.m_per_m",
+    "energy.motor_positive_j",
+    "seen_position_error_rms_m",
+    "hub_ripple_m",
+];
+
+/// The quantities that a run is compared with its twins by, in the order of [`all`].
+pub fn compared() -> impl Iterator<Item = &'static Quantity> {
+    all()
+        .filter(|quantity| accuracy(quantity.key).is_some() || COMPARED_TOO.contains(&quantity.key))
+}
+
 /// What figures of a run are measured against.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scales {
@@ -165,5 +186,6 @@ mod tests {
             }
         }
         assert!(all().count() > STATED.len());
+        assert_eq!(compared().count(), STATED.len() + COMPARED_TOO.len());
     }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use ilon_files::FileAccess;
 
 use super::{console, flags, open};
+use crate::Causes;
 use crate::cli::failure::Failure;
 use crate::scenario::Setting;
 
@@ -77,6 +78,25 @@ pub(super) struct Settings {
     /// Change a key of the scenario, such as `world.floor.friction=0.2`; may be given several times.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<Setting>,
+}
+
+/// Whether a run is repeated without what its scenario names.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(super) struct Twins {
+    /// Do not run the scenario again without each fault, patch, box, slope, body and sensor error: faster, but the answer then says nothing of what
+    /// they did.
+    #[arg(long)]
+    no_twins: bool,
+}
+
+impl Twins {
+    /// Which causes are left out one by one.
+    pub fn causes(self) -> Causes {
+        match self.no_twins {
+            true => Causes::None,
+            false => Causes::Named,
+        }
+    }
 }
 
 /// What files of strangers may read.

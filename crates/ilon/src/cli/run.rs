@@ -10,7 +10,7 @@ use ilon_trace::{Quantity, Sink, Summary};
 use super::bag::Bag;
 use super::converge::{self, Converge};
 use super::escape::{one_line, path_in_line};
-use super::options::{Detail, Sandbox, Settings};
+use super::options::{Detail, Sandbox, Settings, Twins};
 use super::outcome::Outcome;
 use super::output::{self, KeepingUp, OutputFolder, Report};
 use super::progress::Bar;
@@ -49,6 +49,8 @@ pub(super) struct Arguments {
     open: bool,
     #[command(flatten)]
     converge: Converge,
+    #[command(flatten)]
+    twins: Twins,
     #[command(flatten)]
     detail: Detail,
 }
@@ -110,7 +112,7 @@ fn one(
     let bag = Bag::prepare(&folder, arguments.mcap, &inputs)?;
 
     // A robot that cannot be read is said before anything is said to run.
-    let simulation = simulate::Simulation::new(scenario)?;
+    let simulation = simulate::Simulation::new(scenario)?.explaining(arguments.twins.causes());
     let bar = Bar::new(&scenario.name);
     let foreseen = simulation.warnings().len();
     for warning in simulation.warnings() {
@@ -156,8 +158,11 @@ fn one(
             } else {
                 headlines(&run.summary)
             },
-            converge::table(&run.summary.converge)
-                .map_or_else(String::new, |table| format!("\n{table}")),
+            match scenario.run.converge {
+                true => converge::table(&run.summary.converge)
+                    .map_or_else(String::new, |table| format!("\n{table}")),
+                false => String::new(),
+            },
             path_in_line(folder.path()),
             if arguments.mcap { ", bag/" } else { "" },
         ))?;

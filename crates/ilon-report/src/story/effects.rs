@@ -1,0 +1,297 @@
+//! What each cause did to the run, and what remedies do, in words: only by runs that were made without it, or with them.
+
+use ilon_trace::effects::{self, Ablation, Effect, FLOORS};
+use ilon_trace::{Change, Header, Summary, quantities};
+
+use super::phrases::list;
+use super::posture::{Posture, Stance, TIPPED_RAD};
+use crate::page::escape;
+use crate::text::{angle_known, capital, energy, length_known, percent, time};
+
+/// So many causes get a sentence of their own.
+const MOST_TOLD: usize = 4;
+/// What causes do only together is told from this share of what they do.
+const TOLD_TOGETHER: f64 = 0.2;
+/// A robot that left its way for a moment by so many times what is left of it at the end is told of both.
+const PASSING: f64 = 2.0;
+/// A remedy is worth telling where it improves a figure by this share, and spoils none by as much.
+const WORTH_TELLING: f64 = 0.05;
+
+/// What each cause did, the largest effect first; nothing of a run that was not repeated.
+pub(super) fn sentences(header: &Header, summary: &Summary, posture: &Posture) -> Vec<String> {
+    let ablations = effects::of_causes(summary, header);
+    let mut singles: Vec<&Ablation> = ablations.iter().filter(|one| one.cause.is_some()).collect();
+    singles.sort_by(|a, b| b.apart.most_m.total_cmp(&a.apart.most_m));
+    let (told, idle): (Vec<&Ablation>, Vec<&Ablation>) =
+        singles.iter().partition(|one| one.differs());
+    let mut lines: Vec<String> = told
+        .iter()
+        .take(MOST_TOLD)
+        .map(|one| of_cause(one, posture))
+        .collect();
+    if told.len() > MOST_TOLD {
+        let more = told.len() - MOST_TOLD;
+        lines.push(format!("{more} more made less difference."));
+    }
+    lines.extend(together(&ablations));
+    lines.extend(no_difference(&idle));
+    let failed = header.twins.iter().filter_map(|twin| match &twin.change {
+        Change::Without(cause) => Some((cause, twin.error.as_ref()?)),
+        _ => None,
+    });
+    lines.extend(failed.map(|(cause, error)| {
+        format!(
+            "What {} did is not known: without it the run is refused ({}).",
+            escape(&cause.words),
+            escape(error)
+        )
+    }));
+    lines
+}
+
+/// What a cause is called.
+fn words(one: &Ablation) -> String {
+    escape(one.cause.map_or("all of them", |cause| &cause.words))
+}
+
+fn of_cause(one: &Ablation, posture: &Posture) -> String {
+    let cause = words(one);
+    let lies = |stance| matches!(stance, Stance::Fallen | Stance::Tipped);
+    if posture
+        .episodes()
+        .iter()
+        .any(|episode| lies(episode.stance))
+        && one.apart.twin_leaned_rad < TIPPED_RAD
+    {
+        return format!("Without {cause} the robot <b>would not have tipped over</b>.");
+    }
+    let error = one
+        .get("position_error_max_m")
+        .filter(|error| error.differs);
+    if let Some((error, without_m)) = error.and_then(|error| Some((error, error.without?))) {
+        return format!(
+            "Without {cause} the largest position error would have been <b>{}</b>.",
+            length_known(without_m, error.floor)
+        );
+    }
+    if one.moves() {
+        return of_way(one, &cause);
+    }
+    let largest = one.effects.iter().filter(|effect| effect.differs);
+    let largest = largest.max_by(|a, b| relative(a).total_cmp(&relative(b)));
+    let figure = largest.and_then(|effect| in_words(effect));
+    match figure {
+        Some(figure) => format!(
+            "{} did not move the robot by more than {}; {figure}.",
+            capital(&cause),
+            length_known(FLOORS * one.floor[0], one.floor[0])
+        ),
+        None => format!("{} made hardly any difference.", capital(&cause)),
+    }
+}
+
+/// Where a cause put the robot.
+fn of_way(one: &Ablation, cause: &str) -> String {
+    let [floor_m, floor_rad] = one.floor;
+    let apart = &one.apart;
+    let side = |x: f64, plus: &'static str, minus: &'static str| if x < 0.0 { minus } else { plus };
+    let ways = [
+        (apart.ahead_m, side(apart.ahead_m, "ahead", "back")),
+        (
+            apart.left_m,
+            side(apart.left_m, "to the left", "to the right"),
+        ),
+    ];
+    let ways = ways
+        .iter()
+        .filter(|(off_m, _)| off_m.abs() > FLOORS * floor_m);
+    let ways: Vec<String> = ways
+        .map(|(off_m, way)| format!("<b>{} {way}</b>", length_known(off_m.abs(), floor_m)))
+        .collect();
+    let turned = apart.turned_rad;
+    let turned = (turned.abs() > FLOORS * floor_rad).then(|| {
+        let way = side(turned, "left", "right");
+        let by = angle_known(turned.abs(), floor_rad);
+        format!("turned it to the {way} by <b>{by}</b>")
+    });
+    let put = (!ways.is_empty()).then(|| format!("put the robot {}", list(&ways)));
+    let did: Vec<String> = [put, turned].into_iter().flatten().collect();
+    let end_m = apart.ahead_m.hypot(apart.left_m);
+    let passing = match apart.most_m > PASSING * end_m && apart.most_m > FLOORS * floor_m {
+        true => Some(format!(
+            "moved it by up to <b>{}</b>, at {}",
+            length_known(apart.most_m, floor_m),
+            time(apart.most_at_s)
+        )),
+        false if did.is_empty() => Some(format!(
+            "turned it by up to <b>{}</b>, at {}",
+            angle_known(apart.most_rad, floor_rad),
+            time(apart.most_rad_at_s)
+        )),
+        false => None,
+    };
+    let ended = match did.is_empty() {
+        true => "nothing of it is left at the end".to_owned(),
+        false => format!("{} at the end", list(&did)),
+    };
+    let what = [passing, Some(ended)].into_iter().flatten();
+    format!(
+        "{} {}, compared with the same run without it.",
+        capital(cause),
+        what.collect::<Vec<_>>().join("; ")
+    )
+}
+
+/// What causes do only together.
+fn together(ablations: &[Ablation]) -> Option<String> {
+    let all = ablations.iter().find(|one| one.cause.is_none())?;
+    let singles = || ablations.iter().filter(|one| one.cause.is_some());
+    let of = |key: &str| {
+        let sum: f64 = singles()
+            .filter_map(|one| Some(one.get(key)?.difference))
+            .sum();
+        let floor: f64 = singles().filter_map(|one| Some(one.get(key)?.floor)).sum();
+        let whole = all.get(key)?;
+        Some((
+            whole.difference,
+            whole.difference - sum,
+            floor + whole.floor,
+        ))
+    };
+    let ((x_m, over_x_m, floor_x_m), (y_m, over_y_m, floor_y_m)) = (of("end_x_m")?, of("end_y_m")?);
+    let (whole_m, over_m) = (x_m.hypot(y_m), over_x_m.hypot(over_y_m));
+    let floor_m = floor_x_m.max(floor_y_m);
+    (over_m > FLOORS * floor_m && over_m > TOLD_TOGETHER * whole_m).then(|| {
+        format!(
+            "Without any of them the robot would have ended <b>{}</b> from where it did; what each does by itself differs from that by <b>{}</b>.",
+            length_known(whole_m, floor_m),
+            length_known(over_m, floor_m)
+        )
+    })
+}
+
+/// The causes that made no difference, in one sentence.
+fn no_difference(idle: &[&Ablation]) -> Option<String> {
+    let names: Vec<String> = idle.iter().map(|one| words(one)).collect();
+    let floor_m = idle.iter().map(|one| one.floor[0]).fold(0.0, f64::max);
+    (!names.is_empty()).then(|| {
+        format!(
+            "{} <b>made no difference</b>: less than {}.",
+            capital(&list(&names)),
+            length_known(FLOORS * floor_m, floor_m)
+        )
+    })
+}
+
+/// By how much a figure differs, against its larger value.
+fn relative(effect: &Effect) -> f64 {
+    let size = |value: Option<f64>| value.map_or(0.0, f64::abs);
+    effect.difference.abs()
+        / size(effect.with)
+            .max(size(effect.without))
+            .max(f64::MIN_POSITIVE)
+}
+
+/// A figure with a cause and without it.
+fn in_words(effect: &Effect) -> Option<String> {
+    let quantity = quantities::by_key(&effect.key)?;
+    let shown = |value: Option<f64>| {
+        value.map_or("none".to_owned(), |value| {
+            format!("{:.*}", quantity.decimals, value * quantity.unit.per_si)
+        })
+    };
+    Some(format!(
+        "{}: <b>{}</b> instead of {} {}",
+        quantity.words(),
+        shown(effect.with),
+        shown(effect.without),
+        quantity.unit.symbol
+    ))
+}
+
+/// What could be tried, as HTML: each remedy was tried, and is told with what it gave.
+pub(super) fn tries(header: &Header, summary: &Summary) -> Vec<String> {
+    let tried = effects::of_remedies(summary, header);
+    let mut gained: Vec<(f64, String)> =
+        tried.iter().filter_map(|one| gain(one, summary)).collect();
+    gained.sort_by(|a, b| b.0.total_cmp(&a.0));
+    gained.into_iter().map(|(_, line)| line).collect()
+}
+
+/// What a remedy gave, and by which share it improved the figure that matters most; `None` where it is not worth telling.
+fn gain(one: &Ablation, summary: &Summary) -> Option<(f64, String)> {
+    let remedy = one.cause?;
+    let (mut best, mut spoilt) = (None, None);
+    for (share, text) in measures(one, summary) {
+        if share > WORTH_TELLING {
+            best = best.or(Some((share, text)));
+        } else if share < -WORTH_TELLING {
+            spoilt = spoilt.or(Some(text));
+        }
+    }
+    let (share, gave) = best?;
+    if spoilt.is_some() {
+        return None;
+    }
+    let line = format!(
+        "{}, <code>{}</code>: tried, {gave}.",
+        capital(&escape(&remedy.words)),
+        escape(&remedy.key)
+    );
+    Some((share, line))
+}
+
+/// By which share a remedy improved each figure that matters, the most important first, and what that is in words.
+fn measures(one: &Ablation, summary: &Summary) -> Vec<(f64, String)> {
+    let mut measures = Vec::new();
+    let fallen = |from: f64, to: f64| (from - to) / from.abs().max(f64::MIN_POSITIVE);
+    if summary.position_error_final_m.is_none()
+        && let (Some(asked), Some(real)) = (summary.twist_asked_mean, summary.twist_mean)
+    {
+        let axes = [
+            ("vx_m_s", asked.vx_m_s, real.vx_m_s),
+            ("vy_m_s", asked.vy_m_s, real.vy_m_s),
+            ("omega_rad_s", asked.omega_rad_s, real.omega_rad_s),
+        ];
+        for (axis, asked, real) in axes {
+            let effect = one.get(&format!("twist_mean.{axis}"));
+            let Some(tried) = effect.filter(|it| it.differs).and_then(|it| it.without) else {
+                continue;
+            };
+            if asked.abs() > 1e-3 {
+                let text = format!(
+                    "the robot did <b>{}</b> of what was asked instead of {}",
+                    percent(tried / asked),
+                    percent(real / asked)
+                );
+                measures.push((fallen((asked - real).abs(), (asked - tried).abs()), text));
+            }
+        }
+    }
+    for (key, name) in [
+        ("position_error_rms_m", "the position error was"),
+        ("position_error_max_m", "the largest position error was"),
+    ] {
+        if let Some(effect) = one.get(key).filter(|it| it.differs)
+            && let (Some(from_m), Some(to_m)) = (effect.with, effect.without)
+        {
+            let text = format!(
+                "{name} <b>{}</b> instead of {}",
+                length_known(to_m, effect.floor),
+                length_known(from_m, effect.floor)
+            );
+            measures.push((fallen(from_m, to_m), text));
+        }
+    }
+    if let Some(effect) = one.get("slip_energy_j").filter(|it| it.differs)
+        && let (Some(from_j), Some(to_j)) = (effect.with, effect.without)
+    {
+        let text = format!(
+            "sliding cost <b>{}</b> instead of {}",
+            energy(to_j),
+            energy(from_j)
+        );
+        measures.push((fallen(from_j, to_j), text));
+    }
+    measures
+}

@@ -1,0 +1,70 @@
+//! Where a run was at marked times: enough to say how far two runs were apart.
+
+use ilon_robot::{Pose, wrap_angle};
+use ilon_trace::Apart;
+
+use crate::simulate::RunLoop;
+
+/// The most times at which a run is looked at.
+const MOST_MARKS: u64 = 2000;
+
+/// A run's poses at marked control instants; of two runs of one scenario these are the same.
+#[derive(Clone, Debug)]
+pub(crate) struct Path {
+    /// Control instants from one mark to the next.
+    every: u64,
+    last: u64,
+    seen: u64,
+    marks: Vec<(f64, Pose)>,
+    leaned_rad: f64,
+}
+
+impl Path {
+    /// The path of a run that has so many control instants.
+    pub fn of(control_periods: u64) -> Self {
+        Self {
+            every: control_periods.div_ceil(MOST_MARKS).max(1),
+            last: control_periods.saturating_sub(1),
+            seen: 0,
+            marks: Vec::new(),
+            leaned_rad: 0.0,
+        }
+    }
+
+    /// Looks at a run at a control instant.
+    pub fn look(&mut self, run: &RunLoop) {
+        let truth = run.truth();
+        let upright = libm::cos(truth.roll_rad) * libm::cos(truth.pitch_rad);
+        self.leaned_rad = self.leaned_rad.max(libm::acos(upright.clamp(-1.0, 1.0)));
+        if self.seen.is_multiple_of(self.every) || self.seen == self.last {
+            self.marks.push((run.time_s(), truth.pose));
+        }
+        self.seen += 1;
+    }
+
+    /// How far a run that went this way was from its twin.
+    pub fn apart(&self, twin: &Self) -> Apart {
+        let mut apart = Apart {
+            twin_leaned_rad: twin.leaned_rad,
+            ..Apart::default()
+        };
+        for (&(t_s, here), &(_, there)) in self.marks.iter().zip(&twin.marks) {
+            let off_m = (here.position_m() - there.position_m()).norm();
+            let off_rad = wrap_angle(here.heading_rad - there.heading_rad);
+            if off_m > apart.most_m {
+                (apart.most_m, apart.most_at_s) = (off_m, t_s);
+            }
+            if off_rad.abs() > apart.most_rad {
+                (apart.most_rad, apart.most_rad_at_s) = (off_rad.abs(), t_s);
+            }
+        }
+        if let (Some((_, here)), Some((_, there))) = (self.marks.last(), twin.marks.last()) {
+            let (sin, cos) = libm::sincos(there.heading_rad);
+            let off_m = here.position_m() - there.position_m();
+            apart.ahead_m = cos * off_m.x + sin * off_m.y;
+            apart.left_m = cos * off_m.y - sin * off_m.x;
+            apart.turned_rad = wrap_angle(here.heading_rad - there.heading_rad);
+        }
+        apart
+    }
+}

@@ -1,0 +1,118 @@
+//! Remedies that a run gives reason to try.
+
+use ilon_trace::{Cause, Summary};
+
+use super::null::Null;
+use crate::scenario::{Kinematics, Motion, Saturation, Scenario, WheelLaw};
+
+/// What the rollers' geometry takes of a motion from here on is worth a command that allows for it.
+const GEOMETRY_TAKES: f64 = 3e-3;
+/// What the wheel loops lack of it from here on is worth stiffer loops.
+const LOOPS_LACK: f64 = 0.02;
+/// What sliding takes of the motors' work from here on is worth another start.
+const SLIDING_TAKES: f64 = 0.03;
+/// A task that waits for this share of a run is worth a higher limit.
+const TASKS_WAIT: f64 = 0.2;
+
+/// The remedies, each with the change of the scenario that it is.
+pub(super) fn of(scenario: &Scenario, summary: &Summary) -> Vec<(Cause, Null)> {
+    let mut remedies: Vec<(Cause, Null)> = Vec::new();
+    let mut add = |key: String, words: &str, change: Null| {
+        let words = words.to_owned();
+        remedies.push((Cause { key, words }, change));
+    };
+    let is_open_loop = !matches!(scenario.motion(), Some(Motion::Tracked(_)));
+    let slips = summary.energy.slip_j.unwrap_or(0.0)
+        > SLIDING_TAKES * summary.energy.motor_positive_j.unwrap_or(f64::INFINITY);
+    if is_open_loop
+        && scenario.guidance.kinematics == Kinematics::Ideal
+        && lacks(summary, Link::Geometry) > GEOMETRY_TAKES
+    {
+        add(
+            "guidance.kinematics = \"contact\"".to_owned(),
+            "commands by the rollers that touch",
+            Box::new(|scenario, _| scenario.guidance.kinematics = Kinematics::Contact),
+        );
+    }
+    if scenario.wheel_loop.law == WheelLaw::Pid
+        && is_open_loop
+        && lacks(summary, Link::Loops) > LOOPS_LACK
+        && let Some(gain) = scenario.wheel_loop.proportional_n_m_s
+    {
+        add(
+            format!("wheel_loop.proportional_n_m_s = {:.3}", 4.0 * gain),
+            "stiffer wheel loops",
+            Box::new(|scenario, _| {
+                let gain = &mut scenario.wheel_loop.proportional_n_m_s;
+                *gain = gain.map(|gain| 4.0 * gain);
+            }),
+        );
+    }
+    if slips && let Some(twist) = &scenario.twist {
+        let ramp_s = 2.0 * twist.ramp_s.max(0.1);
+        add(
+            format!("twist.ramp_s = {ramp_s}"),
+            "a gentler start",
+            Box::new(move |scenario, _| {
+                if let Some(twist) = &mut scenario.twist {
+                    twist.ramp_s = ramp_s;
+                }
+            }),
+        );
+    }
+    if slips && !is_open_loop && scenario.wheel_loop.law == WheelLaw::Pid {
+        add(
+            "wheel_loop.law = \"prioritised_torque\"".to_owned(),
+            "torques weighed by grip",
+            Box::new(|scenario, _| {
+                let friction = scenario.world.floor.friction();
+                scenario.wheel_loop.law = WheelLaw::PrioritisedTorque;
+                scenario.wheel_loop.friction.get_or_insert(friction);
+            }),
+        );
+    }
+    if let Some(limit_rad_s) = scenario.guidance.wheel_rate_limit_rad_s
+        && scenario.guidance.saturation != Saturation::None
+        && summary
+            .saturated_share
+            .is_some_and(|share| share > TASKS_WAIT)
+    {
+        add(
+            format!("guidance.wheel_rate_limit_rad_s = {:.3}", 1.5 * limit_rad_s),
+            "a higher limit on commanded wheel rates",
+            Box::new(|scenario, _| {
+                let limit = &mut scenario.guidance.wheel_rate_limit_rad_s;
+                *limit = limit.map(|limit_rad_s| 1.5 * limit_rad_s);
+            }),
+        );
+    }
+    remedies
+}
+
+/// Between which links of the chain from asked to real a motion is lost.
+#[derive(Clone, Copy)]
+enum Link {
+    Loops,
+    Geometry,
+}
+
+/// The largest share of a component of the motion asked for that is lost there.
+fn lacks(summary: &Summary, link: Link) -> f64 {
+    let (Some(asked), Some(ideal), Some(contact)) = (
+        summary.twist_asked_mean,
+        summary.twist_ideal_mean,
+        summary.twist_contact_mean,
+    ) else {
+        return 0.0;
+    };
+    let ratio = summary.twist_ratio_ideal;
+    let driven = [ratio.vx, ratio.vy, ratio.omega].map(|ratio| ratio.is_some());
+    let of = |twist: ilon_robot::Twist| [twist.vx_m_s, twist.vy_m_s, twist.omega_rad_s];
+    let (asked, ideal, contact) = (of(asked), of(ideal), of(contact));
+    let share = |axis: usize| match link {
+        Link::Loops => (asked[axis] - ideal[axis]) / asked[axis],
+        Link::Geometry => (ideal[axis] - contact[axis]) / ideal[axis],
+    };
+    let shares = (0..3).filter(|axis| driven[*axis]).map(share);
+    shares.filter(|share| share.is_finite()).fold(0.0, f64::max)
+}

@@ -1,0 +1,308 @@
+//! What made a difference to a run: the run minus the same run without a cause.
+//!
+//! An effect is a difference of two runs that were made, with the same robot, step and seeds. Its noise floor is what the same figure moves by at half the
+//! step, and with another seed where sensors are noisy. Below [`FLOORS`] floors a difference cannot be told from none.
+
+use serde::{Deserialize, Serialize};
+
+use crate::convergence::{self, Apart, Cause, Change, Twin};
+use crate::header::Header;
+use crate::metrics::Summary;
+use crate::quantities::{self, Scales, by_key};
+
+/// A difference of fewer noise floors than this cannot be told from none.
+pub const FLOORS: f64 = 3.0;
+
+/// The largest distance between a run and its twin at the same time, in metres, as a key of [`Effect`]: with the cause the distance, without it 0.
+pub const APART_M: &str = "apart_m";
+/// The largest difference of their headings at the same time, in radians.
+pub const APART_RAD: &str = "apart_rad";
+
+/// Figures that are given of every cause, whether they differ or not.
+const ALWAYS: [&str; 4] = [
+    "end_x_m",
+    "end_y_m",
+    "end_heading_rad",
+    "position_error_max_m",
+];
+
+/// A figure with a cause and without it, in SI units.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Effect {
+    /// Where the cause stands in the scenario, such as `faults.0`; `all` of all causes together, and `interplay` of what these do beyond the sum of each.
+    pub cause: String,
+    /// What it is, in words.
+    pub words: String,
+    /// The figure: a key of the summary, [`APART_M`] or [`APART_RAD`].
+    pub key: String,
+    /// In the run as it is; `None` where it does not apply.
+    pub with: Option<f64>,
+    /// Without the cause; `None` where it does not apply.
+    pub without: Option<f64>,
+    /// With minus without; of headings within half a turn.
+    pub difference: f64,
+    /// What the figure moves by without any cause.
+    pub floor: f64,
+    /// Whether the difference can be told from none: more than [`FLOORS`] floors.
+    pub differs: bool,
+}
+
+/// The effects of a run: those of one cause after the other.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Effects(Vec<Effect>);
+
+impl Effects {
+    /// Whether nothing was left out of the run.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// One after the other, in the order of the causes.
+    pub fn iter(&self) -> impl Iterator<Item = &Effect> {
+        self.0.iter()
+    }
+
+    /// The effect of a cause on a figure, by the keys of both.
+    pub fn get(&self, cause: &str, key: &str) -> Option<&Effect> {
+        let mut of_both = self.0.iter();
+        of_both.find(|effect| effect.cause == cause && effect.key == key)
+    }
+
+    /// Those of a run whose header has its twins.
+    pub(crate) fn of(summary: &Summary, header: &Header) -> Self {
+        let ablations = of_causes(summary, header);
+        let mut effects: Vec<Effect> = Vec::new();
+        effects.extend(ablations.iter().flat_map(|one| one.effects.iter().cloned()));
+        effects.extend(interplay(&ablations));
+        Self(effects)
+    }
+}
+
+/// A run beside its twin without a cause, or with a remedy.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Ablation<'a> {
+    /// What was left out; `None` of all at once.
+    pub cause: Option<&'a Cause>,
+    /// How far apart the two were.
+    pub apart: Apart,
+    /// How far the run is from itself at half the step, in metres and radians.
+    pub floor: [f64; 2],
+    /// The figures.
+    pub effects: Vec<Effect>,
+}
+
+impl Ablation<'_> {
+    /// Whether anything differs.
+    pub fn differs(&self) -> bool {
+        self.effects.iter().any(|effect| effect.differs)
+    }
+
+    /// Whether the robot went another way, or turned otherwise.
+    pub fn moves(&self) -> bool {
+        let of_way = |key: &str| [APART_M, APART_RAD].contains(&key);
+        self.effects.iter().any(|it| of_way(&it.key) && it.differs)
+    }
+
+    /// The effect on a figure, by its key.
+    pub fn get(&self, key: &str) -> Option<&Effect> {
+        self.effects.iter().find(|effect| effect.key == key)
+    }
+}
+
+/// The run beside each twin that leaves a cause out, in the order of the causes; all of them at once last.
+pub fn of_causes<'a>(summary: &Summary, header: &'a Header) -> Vec<Ablation<'a>> {
+    let left_out = header.twins.iter().filter_map(|twin| match &twin.change {
+        Change::Without(cause) => ablation(summary, header, twin, Some(cause)),
+        Change::WithoutAll => ablation(summary, header, twin, None),
+        _ => None,
+    });
+    left_out.collect()
+}
+
+/// The run beside each twin that tries a remedy.
+pub fn of_remedies<'a>(summary: &Summary, header: &'a Header) -> Vec<Ablation<'a>> {
+    let tried = header.twins.iter().filter_map(|twin| match &twin.change {
+        Change::With(remedy) => ablation(summary, header, twin, Some(remedy)),
+        _ => None,
+    });
+    tried.collect()
+}
+
+/// A run beside a twin that could be run.
+fn ablation<'a>(
+    summary: &Summary,
+    header: &Header,
+    twin: &Twin,
+    cause: Option<&'a Cause>,
+) -> Option<Ablation<'a>> {
+    let apart = twin.apart?;
+    let noise = || header.twins.iter().filter(|twin| twin.change.is_noise());
+    let scales = Scales::of(summary, header);
+    let place = by_key("end_x_m").map_or(0.0, |quantity| scales.floor(quantity));
+    let turn = by_key("end_heading_rad").map_or(0.0, |quantity| scales.floor(quantity));
+    let of_noise = |of: fn(&Apart) -> f64, least: f64| {
+        let moved = noise().filter_map(|twin| twin.apart.as_ref()).map(of);
+        moved.fold(least, f64::max)
+    };
+    let floor = [
+        of_noise(|apart| apart.most_m, place),
+        of_noise(|apart| apart.most_rad, turn),
+    ];
+    let named = |key: &str, with, without, difference: f64, floor: f64| Effect {
+        cause: cause.map_or("all", |cause| &cause.key).to_owned(),
+        words: cause.map_or("all of them", |cause| &cause.words).to_owned(),
+        key: key.to_owned(),
+        with,
+        without,
+        difference,
+        floor,
+        differs: difference.abs() > FLOORS * floor,
+    };
+    let mut effects = vec![
+        named(
+            APART_M,
+            Some(apart.most_m),
+            Some(0.0),
+            apart.most_m,
+            floor[0],
+        ),
+        named(
+            APART_RAD,
+            Some(apart.most_rad),
+            Some(0.0),
+            apart.most_rad,
+            floor[1],
+        ),
+    ];
+    for quantity in quantities::compared() {
+        let key = quantity.key;
+        let at = |twin: &Twin| twin.figures.get(key).copied();
+        let (with, without) = (quantity.value(summary), at(twin));
+        if with.is_none() && without.is_none() || !quantities::says_something(key, summary) {
+            continue;
+        }
+        let off = |from: f64| convergence::difference(key, with.unwrap_or(0.0), from);
+        let moved = noise().filter_map(at).map(|half| off(half).abs());
+        let floor = moved.fold(scales.floor(quantity), f64::max);
+        let effect = named(key, with, without, off(without.unwrap_or(0.0)), floor);
+        if effect.differs || ALWAYS.contains(&key) {
+            effects.push(effect);
+        }
+    }
+    Some(Ablation {
+        cause,
+        apart,
+        floor,
+        effects,
+    })
+}
+
+/// What causes do together beyond the sum of each, on the place and the heading at the end.
+fn interplay(ablations: &[Ablation]) -> Vec<Effect> {
+    let singles = ablations.iter().filter(|one| one.cause.is_some());
+    let Some(all) = ablations.iter().find(|one| one.cause.is_none()) else {
+        return Vec::new();
+    };
+    let of_key = |key: &str| {
+        let whole = all.get(key)?;
+        let each = singles.clone().filter_map(|one| one.get(key));
+        let difference = whole.difference - each.clone().map(|one| one.difference).sum::<f64>();
+        let floor = whole.floor + each.map(|one| one.floor).sum::<f64>();
+        Some(Effect {
+            cause: "interplay".to_owned(),
+            words: "what they do together".to_owned(),
+            key: key.to_owned(),
+            difference,
+            floor,
+            differs: difference.abs() > FLOORS * floor,
+            ..Effect::default()
+        })
+    };
+    let of_end = ["end_x_m", "end_y_m", "end_heading_rad"];
+    of_end.into_iter().filter_map(of_key).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metrics::Settings;
+    use crate::sample::made_up_trace;
+
+    /// A twin that ended so far from the run along x, in metres.
+    fn twin(change: Change, alone: &Summary, by_m: f64) -> Twin {
+        let apart = Apart {
+            most_m: by_m.abs(),
+            ..Apart::default()
+        };
+        let mut twin = Twin::new(change, Ok((alone.clone(), Some(apart))));
+        *twin.figures.get_mut("end_x_m").expect("a figure") -= by_m;
+        twin
+    }
+
+    fn without(key: &str) -> Change {
+        Change::Without(Cause {
+            key: key.to_owned(),
+            words: format!("the {key}"),
+        })
+    }
+
+    /// A run of a robot whose farthest wheel is at 0.4 m, so that no place is known better than 0.04 mm.
+    fn with_twins(twins: impl Fn(&Summary) -> Vec<Twin>) -> Summary {
+        let mut trace = made_up_trace(1, 40, true);
+        trace.header.wheels[0].position_m = [0.0, 0.4];
+        let alone = Summary::of(&trace, &Settings::default());
+        assert!(alone.effects.is_empty());
+        trace.header.twins = twins(&alone);
+        Summary::of(&trace, &Settings::default())
+    }
+
+    #[test]
+    fn what_half_the_step_moves_as_far_made_no_difference() {
+        for (by_m, half_m, differs) in [
+            (1.3e-4, 0.0, true),
+            (1.1e-4, 0.0, false),
+            (0.02, 0.007, false),
+            (0.02, 0.006, true),
+        ] {
+            let summary = with_twins(|alone| {
+                vec![
+                    twin(Change::HalfStep, alone, half_m),
+                    twin(without("load"), alone, by_m),
+                ]
+            });
+            let effect = summary.effects.get("load", "end_x_m").expect("it is told");
+            // Within the rounding of a sum.
+            assert!((effect.difference - by_m).abs() < 1e-12, "{effect:?}");
+            assert_eq!(effect.differs, differs, "{effect:?}");
+            let apart = summary.effects.get("load", APART_M).expect("it is told");
+            assert_eq!(apart.differs, differs);
+        }
+    }
+
+    #[test]
+    fn what_causes_do_together_is_what_the_sum_of_each_leaves() {
+        let summary = with_twins(|alone| {
+            vec![
+                twin(without("a"), alone, 0.01),
+                twin(without("b"), alone, 0.02),
+                twin(Change::WithoutAll, alone, 0.07),
+            ]
+        });
+        let interplay = summary
+            .effects
+            .get("interplay", "end_x_m")
+            .expect("it is told");
+        assert!((interplay.difference - 0.04).abs() < 1e-12 && interplay.differs);
+        let turned = summary.effects.get("interplay", "end_heading_rad");
+        assert!(turned.is_some_and(|turned| !turned.differs));
+    }
+
+    #[test]
+    fn a_twin_that_could_not_be_run_has_no_effects() {
+        let summary = with_twins(|_| vec![Twin::new(without("a"), Err("it diverged".to_owned()))]);
+        assert!(summary.effects.is_empty());
+    }
+}
