@@ -14,6 +14,8 @@ const MOST_TOLD: usize = 4;
 const TOLD_TOGETHER: f64 = 0.2;
 /// A robot that left its way for a moment by so many times what is left of it at the end is told of both.
 const PASSING: f64 = 2.0;
+/// A run that is known no better, in metres, tells nothing of causes that did less.
+const ROUGHLY_KNOWN_M: f64 = 5e-3;
 /// A remedy is worth telling where it improves a figure by this share, and spoils none by as much.
 const WORTH_TELLING: f64 = 0.05;
 
@@ -22,8 +24,9 @@ pub(super) fn sentences(header: &Header, summary: &Summary, posture: &Posture) -
     let ablations = effects::of_causes(summary, header);
     let mut singles: Vec<&Ablation> = ablations.iter().filter(|one| one.cause.is_some()).collect();
     singles.sort_by(|a, b| b.apart.most_m.total_cmp(&a.apart.most_m));
-    let (told, idle): (Vec<&Ablation>, Vec<&Ablation>) =
-        singles.iter().partition(|one| one.differs());
+    let (told, idle): (Vec<&Ablation>, Vec<&Ablation>) = singles
+        .iter()
+        .partition(|one| one.moves() || one.differs() && one.floor[0] < ROUGHLY_KNOWN_M);
     let mut lines: Vec<String> = told
         .iter()
         .take(MOST_TOLD)
@@ -69,25 +72,42 @@ fn of_cause(one: &Ablation, posture: &Posture) -> String {
         .get("position_error_max_m")
         .filter(|error| error.differs);
     if let Some((error, without_m)) = error.and_then(|error| Some((error, error.without?))) {
-        return format!(
-            "Without {cause} the largest position error would have been <b>{}</b>.",
-            length_known(without_m, error.floor)
-        );
+        let told = match without_m > FLOORS * error.floor {
+            true => format!("<b>{}</b>", length_known(without_m, error.floor)),
+            false => format!("less than <b>{}</b>", least(error.floor)),
+        };
+        return format!("Without {cause} the largest position error would have been {told}.");
     }
     if one.moves() {
         return of_way(one, &cause);
     }
-    let largest = one.effects.iter().filter(|effect| effect.differs);
-    let largest = largest.max_by(|a, b| relative(a).total_cmp(&relative(b)));
-    let figure = largest.and_then(|effect| in_words(effect));
-    match figure {
+    let costs = one
+        .effects
+        .iter()
+        .filter(|it| it.differs && is_cost(&it.key));
+    let largest = costs.max_by(|a, b| relative(a).total_cmp(&relative(b)));
+    match largest.and_then(in_words) {
         Some(figure) => format!(
-            "{} did not move the robot by more than {}; {figure}.",
+            "{} moved the robot by less than {}; {figure}.",
             capital(&cause),
-            length_known(FLOORS * one.floor[0], one.floor[0])
+            least(one.floor[0])
         ),
-        None => format!("{} made hardly any difference.", capital(&cause)),
+        None => format!(
+            "{} moved the robot by less than {}.",
+            capital(&cause),
+            least(one.floor[0])
+        ),
     }
+}
+
+/// Whether a figure says what a run took, and not where it went.
+fn is_cost(key: &str) -> bool {
+    ["", "J", "N m"].contains(&quantities::si_unit(key))
+}
+
+/// What cannot be told from nothing, in metres.
+fn least(floor_m: f64) -> String {
+    length_known(FLOORS * floor_m, floor_m)
 }
 
 /// Where a cause put the robot.
@@ -117,7 +137,8 @@ fn of_way(one: &Ablation, cause: &str) -> String {
     let put = (!ways.is_empty()).then(|| format!("put the robot {}", list(&ways)));
     let did: Vec<String> = [put, turned].into_iter().flatten().collect();
     let end_m = apart.ahead_m.hypot(apart.left_m);
-    let passing = match apart.most_m > PASSING * end_m && apart.most_m > FLOORS * floor_m {
+    let is_far = apart.most_m > FLOORS * floor_m;
+    let passing = match is_far && (did.is_empty() || apart.most_m > PASSING * end_m) {
         true => Some(format!(
             "moved it by up to <b>{}</b>, at {}",
             length_known(apart.most_m, floor_m),
@@ -175,11 +196,18 @@ fn no_difference(idle: &[&Ablation]) -> Option<String> {
     let names: Vec<String> = idle.iter().map(|one| words(one)).collect();
     let floor_m = idle.iter().map(|one| one.floor[0]).fold(0.0, f64::max);
     (!names.is_empty()).then(|| {
-        format!(
-            "{} <b>made no difference</b>: less than {}.",
-            capital(&list(&names)),
-            length_known(FLOORS * floor_m, floor_m)
-        )
+        let names = list(&names);
+        match floor_m > ROUGHLY_KNOWN_M {
+            false => format!(
+                "{} <b>made no difference</b>: less than {}.",
+                capital(&names),
+                least(floor_m)
+            ),
+            true => format!(
+                "What {names} did to the way cannot be told: at half the step the run itself goes up to <b>{}</b> elsewhere.",
+                length_known(floor_m, floor_m)
+            ),
+        }
     })
 }
 
