@@ -36,7 +36,7 @@ use ilon_trace::{Recorded, Settings, Summary, Trace, TraceError};
 
 pub use decimate::short;
 use figure::{dashed, dotted, solid};
-use figures::{balance, contacts, motion, rollers, wheels};
+use figures::{balance, causes, contacts, motion, rollers, wheels};
 use input::RunInput;
 pub use page::GENERATOR;
 use page::{Head, Section, card, escape, panels, side_by_side};
@@ -146,10 +146,11 @@ fn page_of(
             viewer::html(&trace.header, ends_s, &story.events, scene),
         ),
     };
-    let mut sections = vec![
+    let mut sections: Vec<Section> = causes_section(shown, summary).into_iter().collect();
+    sections.extend([
         motion_section(shown, &settings),
         budget_section(shown, summary, &story),
-    ];
+    ]);
     sections.extend(convergence_section(summary));
     sections.push(details_section(shown, summary, &story, context));
     (
@@ -273,6 +274,23 @@ fn budget_section(shown: &RunInput, summary: &Summary, story: &Story) -> Section
             .to_owned(),
         body,
     }
+}
+
+/// What each cause did, where the run was repeated without it.
+fn causes_section(shown: &RunInput, summary: &Summary) -> Option<Section> {
+    let ablations = ilon_trace::effects::of_causes(summary, &shown.trace.header);
+    let figures = [
+        causes::at_the_end(&ablations),
+        causes::ways(shown, &ablations),
+    ];
+    let figures: String = figures.iter().flatten().map(card).collect();
+    (!ablations.is_empty()).then(|| Section {
+        id: "causes",
+        title: "Causes",
+        lead: "The same run was made without each: what is told is the run minus that one."
+            .to_owned(),
+        body: side_by_side(&figures) + &tables::causes_table(&ablations),
+    })
 }
 
 /// How far the figures move at half the step, where the run was repeated at it.

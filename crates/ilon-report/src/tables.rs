@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use ilon_robot::Twist;
+use ilon_trace::effects::{Ablation, FLOORS};
 use ilon_trace::quantities;
 use ilon_trace::{Convergence, Quantity, Summary, Trace};
 use serde_json::Value;
@@ -11,7 +12,7 @@ use super::figures::balance::TERM_COLORS;
 use super::html_table::{cell, number, row, table, wide};
 use super::page::escape;
 use super::provenance::Expectation;
-use super::text::{angle, energy, length, percent, speed, time};
+use super::text::{angle, angle_known, energy, length, length_known, percent, speed, time};
 
 /// The figures that tiles show: each quantity of the summary by its key, from which magnitude on.
 const TILES: [(&str, f64); 6] = [
@@ -265,6 +266,37 @@ pub(super) fn odometry_table(summary: &Summary) -> String {
          in, pose out",
         &format!("<th></th>{}", heads.concat()),
         &rows.concat(),
+    ))
+}
+
+/// What each cause did to the run, the largest effect first.
+pub(super) fn causes_table(ablations: &[Ablation]) -> String {
+    let mut ranked: Vec<&Ablation> = ablations.iter().collect();
+    ranked.sort_by(|a, b| b.apart.most_m.total_cmp(&a.apart.most_m));
+    let rows = ranked.into_iter().map(|one| {
+        let [floor_m, floor_rad] = one.floor;
+        let known_m = |x_m: f64| {
+            let is_told = x_m.abs() > FLOORS * floor_m;
+            cell(is_told.then(|| length_known(x_m, floor_m)))
+        };
+        let turned = one.apart.turned_rad;
+        let turned = (turned.abs() > FLOORS * floor_rad).then(|| angle_known(turned, floor_rad));
+        let slip = one.get("slip_energy_j").filter(|slip| slip.differs);
+        let cells = [
+            known_m(one.apart.most_m),
+            cell(one.moves().then(|| time(one.apart.most_at_s))),
+            known_m(one.apart.ahead_m),
+            known_m(one.apart.left_m),
+            cell(turned),
+            cell(slip.map(|slip| energy(slip.difference))),
+        ];
+        let name = one.cause.map_or("all of them", |cause| &cause.words);
+        row(&escape(name), &cells.concat())
+    });
+    wide(&table(
+        "The run minus the run without the cause. A dash: less than can be told, three times what half the step changes",
+        "<th>cause</th><th>apart by up to</th><th>at</th><th>at the end ahead</th><th>to the left</th><th>turned to the left</th><th>sliding cost</th>",
+        &rows.collect::<String>(),
     ))
 }
 

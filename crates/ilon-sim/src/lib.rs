@@ -14,6 +14,7 @@
 //! |---|---|
 //! | [`scenario`] | what a person writes down about a run |
 //! | [`simulate`] | the loop: sensors, reference, guidance, wheel loops, motors, world, trace |
+//! | [`causes`] | what makes a difference to a run: the run again without it |
 //! | [`judge`] | whether a run met its `[expect]` |
 //! | [`inspect`] | a robot as it is understood |
 //! | [`foreign`] | tables of numbers in files that somebody else named, and what messages may show of such files |
@@ -25,7 +26,7 @@
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
 mod bearing_drag;
-mod causes;
+pub mod causes;
 mod error;
 pub mod foreign;
 pub mod inspect;

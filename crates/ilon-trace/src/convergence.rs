@@ -24,12 +24,14 @@ impl Twin {
                 change,
                 figures: figures(&summary),
                 apart,
+                poses: Vec::new(),
                 error: None,
             },
             Err(error) => Self {
                 change,
                 figures: BTreeMap::new(),
                 apart: None,
+                poses: Vec::new(),
                 error: Some(error),
             },
         }

@@ -7,14 +7,17 @@
 //! | `twin` | one twin, to its end |
 //! | `twins` | all of them beside the run |
 //! | `path` | how far a run and its twin were apart |
+//! | `suspects` | what the usual suspects do to a robot in standard motions |
 
 mod null;
 mod path;
 mod remedies;
+mod suspects;
 mod twin;
 mod twins;
 
 pub(crate) use path::Path;
+pub use suspects::{Drift, MOTIONS, Suspect, suspects};
 pub(crate) use twins::{CameToo, Twins};
 
 /// Which causes are left out, one after the other, to see what each does to a run.

@@ -262,7 +262,7 @@ fn sensors(scenario: &Scenario, list: &mut List) {
 fn of_rollers(scenario: &Scenario, robot: &Robot, list: &mut List) {
     list.add(
         "sliding",
-        "sliding: with grip that never ends",
+        "sliding (grip that never ends in its place)",
         |scenario, _| {
             never_slides(scenario);
         },
@@ -270,7 +270,7 @@ fn of_rollers(scenario: &Scenario, robot: &Robot, list: &mut List) {
     if scenario.guidance.kinematics == Kinematics::Ideal {
         list.add(
             "geometry",
-            "the rollers' geometry: with commands by the rollers that touch",
+            "the rollers' geometry (commands by the rollers that touch in its place)",
             |scenario, _| scenario.guidance.kinematics = Kinematics::Contact,
         );
     }
@@ -417,7 +417,7 @@ fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
     if scenario.wheel_loop.law == WheelLaw::Pid {
         list.add(
             "wheel_loop",
-            "the wheel loops: with wheels that follow at once",
+            "the give of the wheel loops (wheels that follow at once in its place)",
             |scenario, _| {
                 let section = &mut scenario.wheel_loop;
                 section.timing = LoopTiming::Continuous;

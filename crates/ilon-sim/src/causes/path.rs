@@ -8,6 +8,9 @@ use crate::simulate::RunLoop;
 /// The most times at which a run is looked at.
 const MOST_MARKS: u64 = 2000;
 
+/// The most poses that are kept for a picture, but for the last.
+const MOST_DRAWN: usize = 150;
+
 /// A run's poses at marked control instants; of two runs of one scenario these are the same.
 #[derive(Clone, Debug)]
 pub(crate) struct Path {
@@ -40,6 +43,16 @@ impl Path {
             self.marks.push((run.time_s(), truth.pose));
         }
         self.seen += 1;
+    }
+
+    /// Its poses for a picture: x and y in metres and heading in radians, rounded.
+    pub fn drawn(&self) -> Vec<[f64; 3]> {
+        let rounded = |x: f64| (1e5 * x).round() * 1e-5;
+        let every = self.marks.len().div_ceil(MOST_DRAWN).max(1);
+        let drawn = self.marks.iter().step_by(every).chain(self.marks.last());
+        drawn
+            .map(|(_, pose)| [pose.x_m, pose.y_m, pose.heading_rad].map(rounded))
+            .collect()
     }
 
     /// How far a run that went this way was from its twin.

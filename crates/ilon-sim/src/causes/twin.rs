@@ -20,11 +20,18 @@ pub(super) struct Came {
 impl Came {
     /// As a trace keeps it, beside the path of the run.
     pub fn beside(self, run: &Path) -> Twin {
+        let poses = match (&self.change, &self.ran) {
+            (Change::Without(_), Ok((_, path))) => path.drawn(),
+            _ => Vec::new(),
+        };
         let ran = self.ran.map(|(summary, path)| {
             let apart = run.apart(&path);
             (summary, Some(apart))
         });
-        Twin::new(self.change, ran)
+        Twin {
+            poses,
+            ..Twin::new(self.change, ran)
+        }
     }
 }
 

@@ -9,8 +9,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use super::live;
 use super::outcome::Outcome;
 use super::{
-    bench, check, compare, console, demo, export, fault, generate, identify, inspect, manual,
-    report, run, schema, sweep,
+    bench, check, compare, console, demo, explain, export, fault, generate, identify, inspect,
+    manual, report, run, schema, sweep,
 };
 use crate::cli::failure::Failure;
 
@@ -33,6 +33,8 @@ enum Command {
     Demo(demo::Arguments),
     /// Simulate scenarios and write their results.
     Run(run::Arguments),
+    /// Say what makes a difference: to a scenario's run, or to a robot that drifts.
+    Explain(explain::Arguments),
     /// Make the page of a run again from its folder.
     Report(report::Arguments),
     /// Print a robot as it is understood: wheels, rollers, kinematics.
@@ -78,6 +80,7 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
     match command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),

@@ -21,6 +21,7 @@ mod demo;
 mod embed;
 mod escape;
 #[cfg(feature = "command")]
+mod explain;
 mod export;
 mod failure;
 mod fault;

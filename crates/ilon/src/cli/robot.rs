@@ -161,6 +161,11 @@ pub(super) fn not_scenario(
     }
 }
 
+/// Whether a file is a scenario.
+pub(super) fn is_scenario(path: &Path, files: &FileAccess) -> bool {
+    robot_of_scenario(path, files).is_some()
+}
+
 /// The robot that a file names, where it is a scenario.
 fn robot_of_scenario(path: &Path, files: &FileAccess) -> Option<String> {
     /// No scenario is longer.
