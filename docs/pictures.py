@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Makes the pictures of README and docs, and holds README's sentences against what the program says today.
+"""Makes the pictures of README and docs, and holds what README and docs quote against what the program says today.
 
-    docs/pictures.py ILON            pictures anew, and the sentences in README; needs Chromium
-    docs/pictures.py --check ILON    exit 1 where README says something else than the program; needs nothing
+    docs/pictures.py ILON            pictures anew, and the sentences quoted; needs Chromium
+    docs/pictures.py --check ILON    exit 1 where a page quotes something else than the program says; needs nothing
 
 ILON is the program, such as target/release/ilon. Chromium is `chromium`, or what ILON_CHROMIUM names.
 """
@@ -17,7 +17,7 @@ import zlib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-README = ROOT / "README.md"
+SAYING = [ROOT / "README.md", ROOT / "docs" / "causes.md"]
 BLOCK = re.compile(r"(<!-- said of (\w+) -->\n```\n)(.*?)(\n```)", re.DOTALL)
 
 # What a frame of the animation shows: the scene alone, over the whole window.
@@ -142,9 +142,9 @@ def animation(frames, period_s):
     return b"".join(out)
 
 
-def sentences(ilon, folder):
-    """README with what the program says today."""
-    return BLOCK.sub(lambda m: m[1] + run(ilon, m[2], folder)[1] + m[4], README.read_text())
+def sentences(ilon, page, folder):
+    """A page with what the program says today."""
+    return BLOCK.sub(lambda m: m[1] + run(ilon, m[2], folder)[1] + m[4], page.read_text())
 
 
 def main():
@@ -155,13 +155,13 @@ def main():
         sys.exit(__doc__)
     ilon = Path(arguments[0]).resolve()
     with tempfile.TemporaryDirectory() as folder:
-        now = sentences(ilon, folder)
-        if check:
-            if now != README.read_text():
-                sys.exit("README.md says something else than the program: run docs/pictures.py and look at what changed")
-            return
-        README.write_text(now)
-        pictures(ilon, folder)
+        for page in SAYING:
+            now = sentences(ilon, page, folder)
+            if check and now != page.read_text():
+                sys.exit(f"{page.name} says something else than the program: run docs/pictures.py and look at what changed")
+            page.write_text(now)
+        if not check:
+            pictures(ilon, folder)
 
 
 if __name__ == "__main__":

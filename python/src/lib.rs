@@ -42,7 +42,7 @@ mod _ilon {
     #[pymodule_export]
     use crate::tools::command;
     #[pymodule_export]
-    use crate::tools::{compare, generate, inspect, judged, schema};
+    use crate::tools::{compare, generate, inspect, judged, schema, suspects};
     #[pymodule_export]
     use crate::trace::{ArrowTable, Trace};
     #[pymodule_export]

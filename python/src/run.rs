@@ -11,7 +11,7 @@ use ilon::files::FileAccess;
 use ilon::simulate::{Commanded, Controller, Moment, Simulation};
 use ilon::sweep::Stop;
 use ilon::trace::{Summary, quantities};
-use ilon::{Error, Scenario};
+use ilon::{Causes, Error, Scenario};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyMapping};
@@ -49,7 +49,7 @@ impl Run {
 
 /// Simulates a scenario to its end; `called` is what a person would type for it.
 #[pyfunction]
-#[pyo3(signature = (scenario, *, called, settings=None, controller=None, folder=None, sandbox=None, converge=false))]
+#[pyo3(signature = (scenario, *, called, settings=None, controller=None, folder=None, sandbox=None, converge=false, causes=None))]
 #[expect(clippy::too_many_arguments, reason = "they are those of `ilon.run`")]
 pub fn run(
     py: Python<'_>,
@@ -60,7 +60,18 @@ pub fn run(
     folder: Option<PathBuf>,
     sandbox: Option<&Bound<'_, PyAny>>,
     converge: bool,
+    causes: Option<&str>,
 ) -> PyResult<Run> {
+    let causes = match causes {
+        None => Causes::None,
+        Some("named") => Causes::Named,
+        Some("all") => Causes::All,
+        Some(other) => {
+            return Err(PyValueError::new_err(format!(
+                "causes is \"named\", \"all\" or None, not {other:?}"
+            )));
+        }
+    };
     let files = scenario::files(py, sandbox)?;
     let mut scenario = scenario::read(scenario, settings, folder, &files)?;
     scenario.run.converge |= converge;
@@ -71,8 +82,15 @@ pub fn run(
         );
         return Err(raised(py, &fault));
     }
+    if causes != Causes::None && controller.is_some() {
+        let fault = Error::invalid(
+            "causes cannot be left out of a run under a controller of your own: the controller cannot be started again",
+            "leave out `causes`, and run it twice, with the cause and without it",
+        );
+        return Err(raised(py, &fault));
+    }
     let fault = Fault::default();
-    let run = py.detach(|| simulated(&scenario, controller, &fault));
+    let run = py.detach(|| simulated(&scenario, controller, causes, &fault));
     match run {
         Ok(run) => Run::new(py, run, called),
         Err(stopped) => Err(stopped.fault(py)),
@@ -157,10 +175,11 @@ impl<E: Into<Error>> From<E> for Stopped {
 fn simulated(
     scenario: &Scenario,
     controller: Option<Py<PyAny>>,
+    causes: Causes,
     fault: &Fault,
 ) -> Result<ilon::Run, Stopped> {
     let simulation = match controller {
-        None => Simulation::new(scenario)?,
+        None => Simulation::new(scenario)?.explaining(causes),
         Some(callable) => {
             let controller = OwnController {
                 callable,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use ilon::compare::{CompareError, ComparedRun, Comparison};
 use ilon::control::Kinematics;
 use ilon::files::FileAccess;
-use ilon::formats::{LoadRobot, Spec};
+use ilon::formats::{LoadRobot, Loaded, Spec};
 use ilon::inspect::Inspection;
 use ilon::robot::Robot;
 use ilon::sim::remedy::{self, Keys};
@@ -36,11 +36,9 @@ pub fn inspect<'py>(
     limits: Option<&Bound<'py, PyMapping>>,
     sandbox: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Seen<'py>> {
-    let Value::Table(mut robot) = to_toml(options.as_any())? else {
+    let Value::Table(robot) = to_toml(options.as_any())? else {
         return Err(PyTypeError::new_err("the options of a robot are a dict"));
     };
-    let file = path.display().to_string();
-    robot.insert("file".to_owned(), Value::String(file));
     let files = scenario::files(py, sandbox)?;
     let settings = limits.map(scenario::read_settings).transpose()?;
     let inspected = py.detach(|| inspected(&path, robot, settings.as_ref(), &files));
@@ -52,20 +50,56 @@ pub fn inspect<'py>(
 /// What is inspected, drawn and read of a robot, and its limits drawn.
 type Seen<'py> = (Bound<'py, PyAny>, String, String, Option<String>);
 
+/// What the usual suspects do to the robot of a file in standard motions. `options` are keys of a scenario's `[robot]`, `settings` any of its keys.
+#[pyfunction]
+#[pyo3(signature = (path, options, *, settings=None, sandbox=None))]
+pub fn suspects<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    options: &Bound<'py, PyMapping>,
+    settings: Option<&Bound<'py, PyMapping>>,
+    sandbox: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let Value::Table(robot) = to_toml(options.as_any())? else {
+        return Err(PyTypeError::new_err("the options of a robot are a dict"));
+    };
+    let files = scenario::files(py, sandbox)?;
+    let settings = settings.map(scenario::read_settings).transpose()?;
+    let settings = settings.as_ref().map(scenario::as_settings).unwrap_or_default();
+    let found = py.detach(|| {
+        let (_, loaded) = read(&path, robot, &files)?;
+        let (_, robot) = ilon::inspect::conditions(&settings, &loaded.robot, &files)?;
+        ilon::sim::causes::suspects(&robot, &settings, &files)
+    });
+    as_python(py, &found.or_raise(py)?)
+}
+
+/// The robot of a file, and a scenario in which it stands.
+fn read(
+    path: &std::path::Path,
+    mut robot: Table,
+    files: &FileAccess,
+) -> Result<(Scenario, Loaded), Error> {
+    let mut table: Table = STANDING
+        .parse()
+        .map_err(|fault: toml::de::Error| Error::invalid(fault.to_string(), ""))?;
+    let file = path.display().to_string();
+    robot.insert("file".to_owned(), Value::String(file));
+    table.insert("robot".to_owned(), Value::Table(robot));
+    let scenario = Scenario::from_toml(&table.to_string(), "the options of the robot", "")?;
+    let options = scenario.robot.load_options(&scenario.folder, files);
+    let loaded = Robot::load_with(path, &options)
+        .map_err(|fault| remedy::diagnosed(fault, path, &options, &Keys))?;
+    Ok((scenario, loaded))
+}
+
 fn inspected(
     path: &std::path::Path,
     robot: Table,
     limits: Option<&Settings>,
     files: &FileAccess,
 ) -> Result<(Inspection, String, String), Error> {
-    let mut table: Table = STANDING
-        .parse()
-        .map_err(|fault: toml::de::Error| Error::invalid(fault.to_string(), ""))?;
-    table.insert("robot".to_owned(), Value::Table(robot));
-    let scenario = Scenario::from_toml(&table.to_string(), "the options of the robot", "")?;
-    let options = scenario.robot.load_options(&scenario.folder, files);
-    let loaded = Robot::load_with(path, &options)
-        .map_err(|fault| remedy::diagnosed(fault, path, &options, &Keys))?;
+    let (scenario, loaded) = read(path, robot, files)?;
     let mut inspection = Inspection::of_standing(&loaded, &scenario)?;
     if let Some(settings) = limits {
         let settings = scenario::as_settings(settings);

@@ -33,7 +33,7 @@ def test_a_run_is_the_same_to_the_bit_as_that_of_the_command_that_cargo_builds(a
 
 
 def test_what_a_run_writes_is_what_the_command_writes(lateral, lateral_run, command, tmp_path):
-    command("run", lateral, "--out", tmp_path / "theirs")
+    command("run", lateral, "--no-twins", "--out", tmp_path / "theirs")
     lateral_run.write(tmp_path / "ours")
     names = {path.name for path in (tmp_path / "ours").iterdir()}
     assert {"summary.json", "trace.parquet", "report.html", "scenario.toml"} <= names
@@ -250,3 +250,31 @@ def test_a_run_is_repeated_at_half_the_step(circle):
 def test_a_controller_of_ones_own_is_not_repeated(circle):
     with pytest.raises(ilon.Error, match="cannot be repeated"):
         ilon.run(circle, converge=True, controller=lambda seen, desired: [0.0] * 4)
+
+
+def test_what_a_cause_did_is_a_difference_of_two_runs(assets):
+    scenario = {
+        "robot": {"file": "robots/mecanum4.urdf", "roller_bodies": "near"},
+        "twist": {"vx_m_s": 0.3, "rest_s": 0.1, "ramp_s": 0.4},
+        "faults": [{"push": {"impulse_y_n_s": 8.0, "from_s": 0.8}}],
+        "run": {"duration_s": 1.5},
+    }
+    found = ilon.run(scenario, folder=assets, causes="named")
+    without = ilon.run({**scenario, "faults": []}, folder=assets)
+    assert without.effects == []
+    of_push = {effect["key"]: effect for effect in found.effects if effect["cause"] == "faults.0"}
+    place = of_push["end_y_m"]
+    assert (place["with"], place["without"]) == (found.summary["end_y_m"], without.summary["end_y_m"])
+    assert place["differs"] and of_push["apart_m"]["differs"]
+    assert {"sliding", "geometry"} <= {effect["cause"] for effect in ilon.explain(scenario, folder=assets).effects}
+    with pytest.raises(ilon.Error, match="cannot be started again"):
+        ilon.run(scenario, folder=assets, causes="all", controller=lambda seen, desired: [0.0] * 4)
+    with pytest.raises(ValueError, match="named"):
+        ilon.run(scenario, folder=assets, causes="some")
+
+
+def test_suspects_drift(assets):
+    found = ilon.suspects(assets / "robots/mecanum4.urdf")
+    smaller = next(one for one in found if one["wheel"] == "front_left" and "smaller" in one["words"])
+    # A wheel of four that rolls 1 % less takes a quarter of it from the way ahead.
+    assert smaller["drifts"][0]["ahead_m"] == pytest.approx(-0.0025, rel=0.02)

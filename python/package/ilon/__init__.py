@@ -39,7 +39,7 @@ from .errors import (
     WorldError,
 )
 from .livedrive import Live, live
-from .runs import Report, Run, run
+from .runs import Report, Run, explain, run, suspects
 from .sweeps import Sweep, merge_sweeps, sweep, tune_trainable
 from .tools import Check, Comparison, Inspection, check, compare, generate, identify, inspect
 from .viewers import to_rerun
@@ -76,6 +76,7 @@ __all__ = [
     "__version__",
     "check",
     "compare",
+    "explain",
     "generate",
     "identify",
     "inspect",
@@ -83,6 +84,7 @@ __all__ = [
     "merge_sweeps",
     "run",
     "schema",
+    "suspects",
     "sweep",
     "to_rerun",
     "tune_trainable",

@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Self, final
+from typing import Any, Literal, Self, final
 
 import numpy as np
 import numpy.typing as npt
@@ -532,7 +532,15 @@ def run(
     folder: str | os.PathLike[str] | None = None,
     sandbox: _Sandbox | None = None,
     converge: bool = False,
+    causes: Literal["named", "all"] | None = None,
 ) -> Run: ...
+def suspects(
+    path: str | os.PathLike[str],
+    options: Mapping[str, Any],
+    *,
+    settings: Mapping[str, Any] | None = None,
+    sandbox: _Sandbox | None = None,
+) -> list[dict[str, Any]]: ...
 def identify(
     study: str | os.PathLike[str], *, out: str | os.PathLike[str] | None = None, sandbox: _Sandbox | None = None
 ) -> dict[str, Any]: ...

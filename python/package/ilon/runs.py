@@ -6,7 +6,7 @@ import html
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from . import _ilon
 from ._ilon import ArrowTable, Desired, Observation, Torques
@@ -64,6 +64,12 @@ class Run(_ilon.Run):
         """Everything recorded, as a table that pandas, polars, pyarrow and DuckDB take by Arrow's PyCapsule protocol."""
         return self.trace.to_arrow()
 
+    @property
+    def effects(self) -> list[dict[str, Any]]:
+        """What each cause did, of a run with `causes`: dicts of `cause`, `words`, `key`, `with`, `without`, `difference`, `floor` and `differs`."""
+        effects: list[dict[str, Any]] = self.summary.get("effects", [])
+        return effects
+
     def check(self) -> Check:
         """Holds the run against its scenario's `[expect]`."""
         from .tools import Check
@@ -107,6 +113,7 @@ def run(
     folder: str | os.PathLike[str] | None = None,
     sandbox: Sandbox | None = None,
     converge: bool = False,
+    causes: Literal["named", "all"] | None = None,
 ) -> Run:
     """Simulates a scenario to its end.
 
@@ -115,12 +122,13 @@ def run(
     `controller` drives the wheels in place of the scenario's guidance. With `sandbox`, files are read below these folders alone: for
     scenarios and robots of people that you do not know. With `converge`, it is run again at half the step, beside it: `summary["converge"]` has by
     each figure's name its `value`, the same at `half_step` and `half_split`, by how much it `moved`, that as a `share`, and whether it `exceeds`
-    the accuracy that is stated of it.
+    the accuracy that is stated of it. With `causes`, it is run again without what the scenario names (`"named"`: faults, what lies on the floor, slope,
+    bodies, sensors' errors), or without all that can make a difference (`"all"`), one after the other: `effects` has what each did.
 
     Other threads of Python run meanwhile, and Ctrl-C ends it. Raises a subclass of `ilon.Error` for what the command line
     refuses, and whatever the controller raises.
     """
-    called = _call(scenario, settings, controller, folder, sandbox, converge)
+    called = _call(scenario, settings, controller, folder, sandbox, converge, causes)
     return Run(
         _ilon.run(
             scenario,
@@ -130,12 +138,45 @@ def run(
             folder=folder,
             sandbox=sandbox,
             converge=converge,
+            causes=causes,
         )
     )
 
 
+def explain(
+    scenario: Scenario,
+    *,
+    settings: Mapping[str, Any] | None = None,
+    folder: str | os.PathLike[str] | None = None,
+    sandbox: Sandbox | None = None,
+) -> Run:
+    """Runs a scenario, and again without each of all causes: `run(..., causes="all")`.
+
+    `explain("scenario.toml").effects` has what each did; sorted by `difference` of the key `apart_m`, the first moved the robot most.
+    """
+    return run(scenario, settings=settings, folder=folder, sandbox=sandbox, causes="all")
+
+
+def suspects(
+    path: str | os.PathLike[str], *, settings: Mapping[str, Any] | None = None, sandbox: Sandbox | None = None, **options: Any
+) -> list[dict[str, Any]]:
+    """What the usual suspects do to a robot that drives ahead, to the left, diagonally, in an arc, and turns on the spot.
+
+    Each is a dict: `words`, the `wheel` that it is about, and `drifts`, one for each motion: `ahead_m`, `left_m` and `turned_rad` for each metre, or for
+    each turn on the spot, and the `floor` below which they cannot be told from none. `options` are keys of a scenario's `[robot]`, as those of
+    `inspect`; `settings` are any of its keys.
+    """
+    return _ilon.suspects(path, options, settings=settings, sandbox=sandbox)
+
+
 def _call(
-    scenario: Scenario, settings: object, controller: object, folder: object, sandbox: object, converge: bool
+    scenario: Scenario,
+    settings: object,
+    controller: object,
+    folder: object,
+    sandbox: object,
+    converge: bool,
+    causes: object,
 ) -> str:
     """What a person would type for a run; a scenario in a dict stands in its report anyway."""
     words = ["scenario" if isinstance(scenario, Mapping) else repr(str(scenario))]
@@ -149,4 +190,6 @@ def _call(
         words.append(f"sandbox={sandbox!r}")
     if converge:
         words.append("converge=True")
+    if causes is not None:
+        words.append(f"causes={causes!r}")
     return f"ilon.run({', '.join(words)})"
