@@ -65,7 +65,10 @@ pub fn suspects<'py>(
     };
     let files = scenario::files(py, sandbox)?;
     let settings = settings.map(scenario::read_settings).transpose()?;
-    let settings = settings.as_ref().map(scenario::as_settings).unwrap_or_default();
+    let settings = settings
+        .as_ref()
+        .map(scenario::as_settings)
+        .unwrap_or_default();
     let found = py.detach(|| {
         let (_, loaded) = read(&path, robot, &files)?;
         let (_, robot) = ilon::inspect::conditions(&settings, &loaded.robot, &files)?;

@@ -6,10 +6,10 @@ use ilon_formats::LoadRobot;
 use ilon_robot::Robot;
 use ilon_scene::description::Floor;
 use ilon_scene::{
-    Description, FrictionChange, GroundBox, Patch, Push, Relief, Scene, Thinning, embed,
+    Description, FrictionChange, GroundBox, OtherWay, Patch, Push, Relief, Scene, Thinning, embed,
     frames_of_run, shapes_of_bodies,
 };
-use ilon_trace::{Fault, FaultKind, Header, Rows};
+use ilon_trace::{Change, Fault, FaultKind, Header, Rows};
 use serde_json::json;
 
 use super::decimate::short;
@@ -83,10 +83,27 @@ pub(crate) fn picture_of<R: Rows>(
     description.floor = floor(header, relief_m);
     description.pushes = pushes(header);
     description.bodies = shapes_of_bodies(header);
+    description.ways = ways(header);
     let frames = frames_of_run(rows, robot, THINNING)?;
     let remarks = description.robot.remarks.clone();
     let json = embed::data(&Scene::new(description, frames)).ok();
     Ok(json.map(|json| Picture { json, remarks }))
+}
+
+/// The ways without each cause that moved the robot, as its ghost may go.
+fn ways(header: &Header) -> Vec<OtherWay> {
+    let moved = header.twins.iter().filter_map(|twin| match &twin.change {
+        Change::Without(cause) if !twin.poses.is_empty() => Some(OtherWay {
+            name: format!("without {}", cause.words),
+            poses: twin
+                .poses
+                .iter()
+                .map(|pose| pose.map(|x| x as f32))
+                .collect(),
+        }),
+        _ => None,
+    });
+    moved.collect()
 }
 
 fn floor(header: &Header, relief_m: Option<&[Vec<f64>]>) -> Floor {
@@ -197,6 +214,10 @@ pub(crate) fn html(
         wheels: &wheels,
         views: RUN_VIEWS,
         is_run: true,
+        ways: &ways(header)
+            .into_iter()
+            .map(|way| way.name)
+            .collect::<Vec<_>>(),
         track: track(header, ends_s, events),
         clock: clock(ends_s[0], ends_s[1], events),
         help: "The slider moves the picture and the cursor of every figure; a click in a figure over time goes there. Space plays, \
@@ -218,6 +239,7 @@ pub fn of_robot(scene: &Scene, turn_s: f64) -> Result<String, serde_json::Error>
         scene: Some(&data),
         remarks: &scene.description.robot.remarks,
         wheels: &wheels,
+        ways: &[],
         views: &[("follow", "From aside"), ("top", "From above")],
         clock: clock(0.0, turn_s, &[]),
         help: "The slider turns the wheels in their places, once around. Space plays, arrows step.",
@@ -283,7 +305,7 @@ const RUN_VIEWS: &[(&str, &str)] = &[
 ];
 
 /// What the colours in the scene of a run mean.
-const RUN_LEGEND: &str = "<ul class=\"legend scene-legend\"><li style=\"--c:var(--scene-ghost)\">ghost: where the ideal kinematics would be</li>\
+const RUN_LEGEND: &str = "<ul class=\"legend scene-legend\"><li style=\"--c:var(--scene-ghost)\">ghost: where the ideal kinematics, or the run without a cause, would be</li>\
      <li style=\"--c:var(--scene-path)\">path</li><li style=\"--c:var(--scene-reference)\">reference</li>\
      <li style=\"--c:var(--scene-grip)\">contact that grips, with its force</li>\
      <li style=\"--c:var(--scene-sliding)\">contact at its friction limit</li>\
@@ -304,6 +326,8 @@ struct Viewer<'a> {
     views: &'a [(&'a str, &'a str)],
     /// Whether it moves over the ground: then there are a ghost, paths, forces and events.
     is_run: bool,
+    /// Other ways that the ghost may go.
+    ways: &'a [String],
     /// The lanes of events, as HTML.
     track: String,
     /// What the page's clock reads.
@@ -322,10 +346,9 @@ fn stage(of: &Viewer) -> String {
         .enumerate()
         .map(|(index, name)| format!("<option value=\"{index}\">{}</option>", escape(name)))
         .collect();
-    let ghost = if of.is_run {
-        "<label><input type=\"checkbox\" class=\"ghost\" checked> Ideal kinematics</label>"
-    } else {
-        ""
+    let ghost = match of.is_run {
+        true => ghosts(of.ways),
+        false => String::new(),
     };
     let scene_controls = of.scene.map_or_else(String::new, |_| {
         format!(
@@ -345,6 +368,17 @@ fn stage(of: &Viewer) -> String {
         ),
     };
     figure(of, &shown, &scene_controls, &format!("{legend}{remarks}"))
+}
+
+/// What the ghost shows, to choose from.
+fn ghosts(ways: &[String]) -> String {
+    let way = |(index, name): (usize, &String)| {
+        format!("<option value=\"{index}\">{}</option>", escape(name))
+    };
+    let ways: String = ways.iter().enumerate().map(way).collect();
+    format!(
+        "<label>Ghost <select class=\"ghost\"><option value=\"ideal\">ideal kinematics</option>{ways}<option value=\"none\">none</option></select></label>"
+    )
 }
 
 /// The figure around pictures, with the slider that moves them.

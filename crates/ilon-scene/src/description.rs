@@ -50,6 +50,18 @@ pub struct Description {
     /// A path to be shown from the start, points in the world. The reference of a run comes with its frames.
     #[serde(default)]
     pub reference: Vec<[f32; 2]>,
+    /// Other ways that the robot would go, each shown as its ghost where it is chosen.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ways: Vec<OtherWay>,
+}
+
+/// A way that the robot would go otherwise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OtherWay {
+    /// What it is called.
+    pub name: String,
+    /// Time in seconds, x and y in metres and heading in radians, in the order of time.
+    pub poses: Vec<[f32; 4]>,
 }
 
 /// The robot's shapes.

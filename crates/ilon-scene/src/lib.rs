@@ -58,8 +58,8 @@ pub mod run;
 mod visuals;
 
 pub use description::{
-    Description, Floor, FrictionChange, GroundBox, Patch, PlacedMesh, Push, Relief, RobotShape,
-    RollerShape, Scene, Shape, WheelShape,
+    Description, Floor, FrictionChange, GroundBox, OtherWay, Patch, PlacedMesh, Push, Relief,
+    RobotShape, RollerShape, Scene, Shape, WheelShape,
 };
 pub use frames::{Column, Contact, Frame, Frames, Interpolation, WheelFrame};
 pub use run::{Rolling, Thinning, frames_of_run, shapes_of_bodies};

@@ -27,6 +27,7 @@ impl Description {
             pushes: Vec::new(),
             bodies: Vec::new(),
             reference: Vec::new(),
+            ways: Vec::new(),
         }
     }
 }

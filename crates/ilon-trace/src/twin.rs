@@ -71,9 +71,9 @@ pub struct Twin {
     /// How far the run was from it; `None` where that is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub apart: Option<Apart>,
-    /// Where the origin of its body frame went, evenly in time: x and y in metres, heading in radians, rounded to 1e-5.
+    /// Where its body frame went, in the order of time: time in seconds, x and y in metres, heading in radians, rounded to 1e-5.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub poses: Vec<[f64; 3]>,
+    pub poses: Vec<[f64; 4]>,
     /// Why it has no figures.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,

@@ -94,7 +94,7 @@ fn poses<'a>(header: &'a Header, key: &'a str) -> impl Iterator<Item = Pose> + '
         .filter(move |twin| of_cause(&twin.change));
     twins
         .flat_map(|twin| &twin.poses)
-        .map(|[x_m, y_m, heading_rad]| Pose {
+        .map(|[_, x_m, y_m, heading_rad]| Pose {
             x_m: *x_m,
             y_m: *y_m,
             heading_rad: *heading_rad,

@@ -30,7 +30,8 @@ pub(super) fn sentences(header: &Header, summary: &Summary, posture: &Posture) -
     let mut lines: Vec<String> = told
         .iter()
         .take(MOST_TOLD)
-        .map(|one| of_cause(one, posture))
+        .enumerate()
+        .map(|(index, one)| of_cause(one, posture, index == 0))
         .collect();
     if told.len() > MOST_TOLD {
         let more = told.len() - MOST_TOLD;
@@ -57,16 +58,16 @@ fn words(one: &Ablation) -> String {
     escape(one.cause.map_or("all of them", |cause| &cause.words))
 }
 
-fn of_cause(one: &Ablation, posture: &Posture) -> String {
+fn of_cause(one: &Ablation, posture: &Posture, is_first: bool) -> String {
     let cause = words(one);
-    let lies = |stance| matches!(stance, Stance::Fallen | Stance::Tipped);
-    if posture
-        .episodes()
-        .iter()
-        .any(|episode| lies(episode.stance))
-        && one.apart.twin_leaned_rad < TIPPED_RAD
-    {
+    let stood = posture.episodes();
+    let was = |stance| stood.iter().any(|episode| episode.stance == stance);
+    if was(Stance::Tipped) && one.apart.twin_leaned_rad < TIPPED_RAD {
         return format!("Without {cause} the robot <b>would not have tipped over</b>.");
+    }
+    let flown = one.get("airborne_share").filter(|flown| flown.differs);
+    if was(Stance::InTheAir) && flown.is_some_and(|flown| flown.without == Some(0.0)) {
+        return format!("Without {cause} the robot <b>would not have left the ground</b>.");
     }
     let error = one
         .get("position_error_max_m")
@@ -79,7 +80,7 @@ fn of_cause(one: &Ablation, posture: &Posture) -> String {
         return format!("Without {cause} the largest position error would have been {told}.");
     }
     if one.moves() {
-        return of_way(one, &cause);
+        return of_way(one, &cause, is_first);
     }
     let costs = one
         .effects
@@ -110,8 +111,8 @@ fn least(floor_m: f64) -> String {
     length_known(FLOORS * floor_m, floor_m)
 }
 
-/// Where a cause put the robot.
-fn of_way(one: &Ablation, cause: &str) -> String {
+/// Where a cause put the robot; the first such sentence says against what.
+fn of_way(one: &Ablation, cause: &str, is_first: bool) -> String {
     let [floor_m, floor_rad] = one.floor;
     let apart = &one.apart;
     let side = |x: f64, plus: &'static str, minus: &'static str| if x < 0.0 { minus } else { plus };
@@ -156,8 +157,12 @@ fn of_way(one: &Ablation, cause: &str) -> String {
         false => format!("{} at the end", list(&did)),
     };
     let what = [passing, Some(ended)].into_iter().flatten();
+    let against = match is_first {
+        true => ", compared with the same run without it",
+        false => "",
+    };
     format!(
-        "{} {}, compared with the same run without it.",
+        "{} {}{against}.",
         capital(cause),
         what.collect::<Vec<_>>().join("; ")
     )

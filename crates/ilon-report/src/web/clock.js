@@ -102,7 +102,9 @@
     return scene;
   });
   box.querySelectorAll('[data-view]').forEach((b) => b.addEventListener('click', () => scenes.forEach((scene) => scene.view(b.dataset.view))));
-  on('.ghost', 'change', (event) => scenes.forEach((scene) => scene.set({ ghost: event.target.checked })));
+  on('.ghost', 'change', ({ target: { value } }) => scenes.forEach((scene) => scene.set({
+    ghost: value !== 'none', way: /^[0-9]+$/.test(value) ? Number(value) : null,
+  })));
   const wheel = find('.wheel');
   if (wheel && scenes.length) {
     const [scene] = scenes;

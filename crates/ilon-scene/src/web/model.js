@@ -117,6 +117,17 @@ class Model {
     };
   }
 
+  // Where the ghost is: that of the ideal kinematics, or on another way by its place among those of the scene.
+  ghost(frames, t, way) {
+    const poses = way === null || way === undefined ? null : this.data.ways[way].poses;
+    if (!poses) return ['ghost_x', 'ghost_y', 'ghost_yaw'].map((name) => frames.get(name));
+    const next = poses.findIndex((pose) => pose[0] > t);
+    const [from, to] = next < 0 ? [poses.at(-1), poses.at(-1)] : [poses[Math.max(next - 1, 0)], poses[next]];
+    const part = to[0] > from[0] ? Math.max((t - from[0]) / (to[0] - from[0]), 0) : 0;
+    const turned = Math.atan2(Math.sin(to[3] - from[3]), Math.cos(to[3] - from[3]));
+    return [from[1] + part * (to[1] - from[1]), from[2] + part * (to[2] - from[2]), from[3] + part * turned];
+  }
+
   bodies(frames, state, colors, options) {
     const layers = Object.fromEntries(['decal', 'world', 'solid', 'mark', 'glass', 'cone'].map((name) => [name, new Map()]));
     const put = (layer, mesh, at, color, style) => {
@@ -194,8 +205,9 @@ class Model {
       }
       if (near) this.axes(wheel, put, colors);
     });
-    if (options.ghost && alone === undefined && Number.isFinite(frames.get('ghost_x'))) {
-      const [x, y, yaw] = ['ghost_x', 'ghost_y', 'ghost_yaw'].map((name) => frames.get(name));
+    const ghost = options.ghost && alone === undefined ? this.ghost(frames, state.t, options.way) : [NaN];
+    if (Number.isFinite(ghost[0])) {
+      const [x, y, yaw] = ghost;
       const lean = ['roll', 'pitch'].map((name) => frames.get(name));
       const body = fromAngles(x, y, frames.get('z'), ...lean, yaw);
       const paint = [...colors.ghost, 0.32];

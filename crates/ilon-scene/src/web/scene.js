@@ -32,7 +32,7 @@ function element(canvas, kind, text) {
 
 function ilonScene(canvas, data, given) {
   const options = {
-    ghost: true, wanted: true, follow: true, selected: null, kept: 36000, inset: true, antialias: undefined,
+    ghost: true, way: null, wanted: true, follow: true, selected: null, kept: 36000, inset: true, antialias: undefined,
     label: 'The robot in three dimensions',
     ...given,
   };
@@ -107,6 +107,7 @@ function ilonScene(canvas, data, given) {
     make('path', '', (k) => z[k] - stand);
     make('wanted', 'want_', () => 0);
     make('dreamt', 'ghost_', () => 0);
+    (data.ways || []).forEach((way, k) => renderer.mesh(`way${k}`, band(way.poses.map(([at, x, y]) => [x, y, 0, at])), [3, 2, 1, 1], false));
     const planned = data.reference || [];
     if (planned.length) renderer.mesh('planned', band(planned.map(([x, y]) => [x, y, 0, -Infinity])), [3, 2, 1, 1], false);
   }
@@ -217,7 +218,7 @@ function ilonScene(canvas, data, given) {
     const ribbon = (name, color, w, later, opacity) => ({ name, color: [...color, opacity], width: w * model.unit, later });
     const bands = [
       ribbon('planned', colors.reference, 0.05, 1, 0.5), ribbon('wanted', colors.reference, 0.07, 1, 0.75),
-      ...(options.ghost ? [ribbon('dreamt', colors.ghost, 0.06, 0.12, 0.8)] : []), ribbon('path', colors.path, 0.09, 0.15, 0.95),
+      ...(options.ghost ? [ribbon(options.way === null ? 'dreamt' : `way${options.way}`, colors.ghost, 0.06, 0.12, 0.8)] : []), ribbon('path', colors.path, 0.09, 0.15, 0.95),
     ];
     picture(camera, [0, 0, width, height], model.bodies(frames, state, colors, options), bands, [0.1, 1]);
 
@@ -311,7 +312,7 @@ function ilonScene(canvas, data, given) {
     seek(t) { if (t === t && t !== now) { now = t; refresh(); } },
     /// Selects a wheel by its index, and shows it close up; null for none.
     select(wheel) { options.selected = model.robot.wheels[wheel] ? wheel : null; refresh(); },
-    /// Changes options: ghost, wanted, follow, inset.
+    /// Changes options: ghost, way (which of the scene's other ways the ghost goes, or null), wanted, follow, inset.
     set(changed) { Object.assign(options, changed); refresh(); },
     /// The robot from aside ('follow'), the whole run ('whole'), from above ('top').
     view,

@@ -45,13 +45,13 @@ impl Path {
         self.seen += 1;
     }
 
-    /// Its poses for a picture: x and y in metres and heading in radians, rounded.
-    pub fn drawn(&self) -> Vec<[f64; 3]> {
+    /// Its poses for a picture: time in seconds, x and y in metres and heading in radians, rounded.
+    pub fn drawn(&self) -> Vec<[f64; 4]> {
         let rounded = |x: f64| (1e5 * x).round() * 1e-5;
         let every = self.marks.len().div_ceil(MOST_DRAWN).max(1);
         let drawn = self.marks.iter().step_by(every).chain(self.marks.last());
         drawn
-            .map(|(_, pose)| [pose.x_m, pose.y_m, pose.heading_rad].map(rounded))
+            .map(|(t_s, pose)| [*t_s, pose.x_m, pose.y_m, pose.heading_rad].map(rounded))
             .collect()
     }
 

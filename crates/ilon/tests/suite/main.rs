@@ -9,6 +9,7 @@ mod columns;
 mod command;
 mod compare;
 mod energy;
+mod explain;
 mod export;
 mod faults;
 mod fusion;

@@ -3,9 +3,9 @@
 
 use std::path::Path;
 
-use ilon::Scenario;
-use ilon::simulate::Run;
+use ilon::simulate::{Run, Simulation};
 use ilon::trace::{Record, Recorded};
+use ilon::{Causes, Scenario};
 
 /// 11.36 kg: 10 kg of chassis, four hubs of 0.25 kg and 36 rollers of 10 g.
 const WEIGHT_N: f64 = 11.36 * 9.81;
@@ -26,7 +26,8 @@ impl Told {
         std::fs::write(folder.path().join("r.toml"), description(shipped)).expect("its robot");
         let text = format!("[robot]\nfile = 'r.toml'\nroller_bodies = 'near'\n{text}");
         let scenario = Scenario::from_toml(&text, "story", folder.path()).expect("a scenario");
-        let run = ilon::run(&scenario).expect("it runs");
+        let simulation = Simulation::new(&scenario).expect("it stands");
+        let run = simulation.explaining(Causes::Named).run();
         let recorded = Recorded::Memory(run.trace.clone());
         let lines = ilon::report::answer(&recorded, &run.summary).expect("rows in memory");
         Self { run, lines }
@@ -95,130 +96,107 @@ fn length_m(line: &str, after: &str) -> f64 {
 const AHEAD: &str = "[twist]\nvx_m_s = 0.2\nrest_s = 0\nramp_s = 0.2\nsettle_s = 0.2\n[run]\nduration_s = 2.5\n\
                      [motors.dc]\nstall_torque_n_m = 1.5\nno_load_rate_rad_s = 8\n";
 
-/// Every kind of fault from 1 s to 1.5 s: its sentence has the scenario's numbers, and what it says that came of it is what the trace
-/// says: how far the robot got by half a second later, against how it had gone half a second before.
+/// Every kind of fault from 1 s to 1.5 s: its sentence has the scenario's numbers, and what it says that the fault did is what the run differs by from one
+/// without it.
 #[test]
-fn every_fault_is_told_with_its_time_its_size_and_what_came_of_it() {
+fn every_fault_is_told_with_its_time_its_size_and_what_it_did() {
     let window = "from_s = 1, until_s = 1.5";
     let one = |kind: &str, keys: &str| format!("[[faults]]\n{kind} = {{ {keys}{window} }}\n");
     let faults = [
         (
             one("motor_lost", "wheel = 'front_left', "),
-            "From 1.00 to 1.50 s the motor of front_left gave no torque: ",
-        ),
-        (
-            one("motor_lost", "wheel = 'front_left', ")
-                + &one("motor_lost", "wheel = 'front_right', ")
-                + &one("motor_lost", "wheel = 'rear_left', ")
-                + &one("motor_lost", "wheel = 'rear_right', "),
-            "the motors of front_left, front_right, rear_left and rear_right gave no torque: ",
+            "he lost motor of front_left from 1.00 to 1.50 s",
         ),
         (
             one("encoder_lost", "wheel = 'rear_left', "),
-            "the encoder of rear_left read zero: ",
+            "he lost encoder of rear_left from 1.00 to 1.50 s",
         ),
         (
             one("encoder_scaled", "wheel = 'rear_left', factor = 0.5, "),
-            "the encoder of rear_left read 0.5 times the rate: ",
+            "he encoder of rear_left that reads 0.5 times the rate from 1.00 to 1.50 s",
         ),
-        (one("pose_lost", ""), "the pose sensor saw nothing: "),
+        (
+            one("pose_lost", ""),
+            "he lost pose sensor from 1.00 to 1.50 s",
+        ),
         (
             one("pose_shifted", "x_m = 0.03, y_m = 0.04, heading_deg = 5, "),
-            "the pose sensor was off by 50.00 mm and 5.00°: ",
+            "he pose sensor that is off by 50.0 mm and 5.00° from 1.00 to 1.50 s",
         ),
         (
             one("battery_sag", "share = 0.3, "),
-            "the battery gave 30.0 % of its voltage: ",
+            "he battery at 30 % of its voltage from 1.00 to 1.50 s",
         ),
-        // A tenth of a second: 200 N.
         (
             "[[faults]]\npush = { impulse_y_n_s = 20, from_s = 1 }\n".to_owned(),
-            "From 1.00 to 1.10 s the chassis was pushed with 20 N s (200 N): ",
+            "he push of 20 N s at 1.00 s",
         ),
-        // 2.84 of 11.36 kg.
         (
             one("payload", "mass_kg = 2.84, "),
-            "a payload of 2.84 kg lay on the robot (25.0 % of the robot's own mass): ",
+            "he payload of 2.84 kg from 1.00 to 1.50 s",
         ),
         (
             one("roller_stuck", "wheel = 'front_right', roller = 3, "),
-            "roller 3 of front_right did not turn on its axle: ",
+            "he stuck roller 3 of front_right from 1.00 to 1.50 s",
         ),
         (
             one("friction_changed", "friction = 0.02, "),
-            "the floor was slippery (friction 0.02): ",
-        ),
-        (
-            one("friction_changed", "friction = 0.4, "),
-            "the floor's friction was 0.4: ",
+            "he floor's friction of 0.02 from 1.00 to 1.50 s",
         ),
     ];
+    let end = |told: &Told| told.rows().last().expect("rows").truth.pose;
+    let without = end(&Told::shipped(AHEAD));
     for (fault, words) in faults {
         let told = Told::shipped(&format!("{AHEAD}{fault}"));
         let line = told.line(words);
-        let until_s = if fault.contains("push") { 1.1 } else { 1.5 };
-        let (start, end) = (told.at(1.0).truth.pose, told.at(until_s + 0.5).truth.pose);
-        let before_m_s = (start.x_m - told.at(0.5).truth.pose.x_m) / 0.5;
-        let along_m = end.x_m - start.x_m - before_m_s * (until_s + 0.5 - 1.0);
-        let left_m = end.y_m - start.y_m;
-        let turned_deg = (end.heading_rad - start.heading_rad).to_degrees();
-        let places = line.split(" and turned it").next().unwrap_or(line);
-        let places = places.split(" turned the robot").next().unwrap_or(places);
+        let with = end(&told);
+        let (sin, cos) = without.heading_rad.sin_cos();
+        let off_m = with.position_m() - without.position_m();
+        let did = [cos * off_m.x + sin * off_m.y, cos * off_m.y - sin * off_m.x];
+        let places = line.split("turned it").next().unwrap_or(line);
+        let places = places.split("; ").last().unwrap_or(places);
         let said = [
-            length_m(places, " ahead") - length_m(places, " behind"),
+            length_m(places, " ahead") - length_m(places, " back"),
             length_m(places, " to the left") - length_m(places, " to the right"),
         ];
-        // What is below 1 mm goes unsaid; a row more or less and the ripple of the rollers are another.
-        for (said_m, came_m) in said.iter().zip([along_m, left_m]) {
-            assert!((said_m - came_m).abs() < 2e-3, "{line}: {came_m} m");
+        // Half of the last digit of what is told, which is that of the floor, and three floors of what is not.
+        let apart = told.run.summary.effects.get("faults.0", "apart_m");
+        let least_m = 3.0 * apart.expect("it was left out").floor;
+        for (said_m, did_m) in said.iter().zip(did) {
+            assert!(
+                (said_m - did_m).abs() <= least_m,
+                "{line}: {did_m} m, known to {least_m} m"
+            );
         }
-        let said_deg = match line
-            .split_once("turned it by ")
-            .or_else(|| line.split_once("turned the robot by "))
-        {
-            Some((_, rest)) => {
-                let size: f64 = rest
-                    .split('°')
-                    .next()
-                    .and_then(|n| n.parse().ok())
-                    .expect("an angle");
-                if rest.contains("to the left") {
-                    size
-                } else {
-                    -size
-                }
-            }
-            None => 0.0,
-        };
-        assert!(
-            (said_deg - turned_deg).abs() < 0.2,
-            "{line}: {turned_deg} deg"
-        );
-        let went_on = line.contains("the robot went on as before");
-        assert_eq!(went_on, said == [0.0; 2] && said_deg == 0.0, "{line}");
     }
 }
 
 /// In closed loop what counts is the distance from the reference.
 #[test]
-fn a_fault_in_closed_loop_says_what_became_of_the_position_error() {
-    let told = Told::shipped(
-        "[reference.line]\nto_x_m = 1\nto_y_m = 0\nspeed_m_s = 0.2\n[run]\nduration_s = 2.5\n\
-         [[faults]]\nfriction_changed = { friction = 0.4, from_s = 0.3, until_s = 0.4 }\n\
-         [[faults]]\npose_shifted = { y_m = 0.05, from_s = 1, until_s = 1.5 }\n",
-    );
-    let off_m = |record: &Record| {
-        let desired = record.desired.expect("a reference").pose;
-        (desired.position_m() - record.truth.pose.position_m()).norm()
-    };
-    let rows = told.rows().iter().filter(|r| r.t_s >= 1.0 && r.t_s < 2.0);
-    let most_mm = 1e3 * rows.map(off_m).fold(0.0, f64::max);
-    let expected = "From 1.00 to 1.50 s the pose sensor was off by 50.00 mm";
-    let line = told.line(expected);
-    // Either it is the largest error of the run, or it says what it grew to.
+fn a_fault_in_closed_loop_says_what_the_position_error_would_have_been() {
+    let line =
+        "[reference.line]\nto_x_m = 1\nto_y_m = 0\nspeed_m_s = 0.2\n[run]\nduration_s = 2.5\n";
+    let slippery =
+        "[[faults]]\nfriction_changed = { friction = 0.4, from_s = 0.3, until_s = 0.4 }\n";
+    let shifted = "[[faults]]\npose_shifted = { y_m = 0.05, from_s = 1, until_s = 1.5 }\n";
+    let told = Told::shipped(&format!("{line}{slippery}{shifted}"));
+    let without = Told::shipped(&format!("{line}{slippery}"));
+    let would_m = without
+        .run
+        .summary
+        .position_error_max_m
+        .expect("a reference");
+    let said = told.line("Without the pose sensor that is off by 50.0 mm");
+    let said_mm = number(said, "would have been ", "mm");
+    // Half of the second digit behind the point.
     assert!(
-        most_mm > 5.0 && line.contains(&format!("{most_mm:.2} mm")),
-        "{line}: {most_mm} mm"
+        (said_mm - 1e3 * would_m).abs() < 6e-3,
+        "{said}: {would_m} m"
+    );
+    assert!(
+        told.says("The floor's friction of 0.4 from 0.30 to 0.40 s"),
+        "{:#?}",
+        told.lines
     );
 }
 
@@ -319,12 +297,12 @@ fn a_robot_that_tips_is_told_as_one_and_by_what() {
     for (told, cause, onto) in [
         (
             Told::of(high, payload),
-            "From 0.50 s to the end a payload of 20 kg",
-            "onto its nose",
+            "Without the payload of 20 kg from 0.50 s on the robot would not have tipped over",
+            "on its nose",
         ),
         (
             Told::shipped(push),
-            "From 0.50 to 0.55 s the chassis was pushed with 40 N s (800 N)",
+            "Without the push of 40 N s at 0.50 s the robot would not have tipped over",
             "",
         ),
     ] {
@@ -348,15 +326,9 @@ fn a_robot_that_tips_is_told_as_one_and_by_what() {
             (number(first, "it leaned by up to", "°") - most_deg).abs() < 0.01,
             "{first}"
         );
-        let line = told.line(cause);
-        assert!(line.contains(&format!("it tipped over {onto}")), "{line}");
-        let (_, at) = line.rsplit_once(" at ").expect("a time");
-        let at_s: f64 = at
-            .split(' ')
-            .next()
-            .and_then(|n| n.parse().ok())
-            .expect("a number");
-        assert!((at_s - tipped.t_s).abs() < 0.02, "{line}: {} s", tipped.t_s);
+        told.line(cause);
+        assert!(first.contains(onto), "{first}");
+        assert!(tipped.t_s > 0.5, "{} s", tipped.t_s);
         assert!(
             !told.says("ideal kinematics") && !told.says("No wheel slid"),
             "{:#?}",
@@ -396,10 +368,7 @@ fn a_jump_is_told_with_its_height_and_its_landing() {
         (number(first, "the landing took", "J") - hits_j).abs() < 0.05 * hits_j,
         "{first}: {hits_j} J"
     );
-    assert!(
-        told.line("the chassis was pushed with 30 N s (300 N): ")
-            .contains("it left the ground by")
-    );
+    told.line("Without the push of 30 N s at 0.50 s the robot would not have left the ground");
 }
 
 #[test]
@@ -563,7 +532,7 @@ fn every_direction_is_told_beside_an_event() {
         "Ahead ",
         "To the left ",
         "Turning left ",
-        "a payload of 1 kg",
+        "he payload of 1 kg",
     ] {
         told.line(words);
     }
