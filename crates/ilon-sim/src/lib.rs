@@ -18,6 +18,7 @@
 //! | [`judge`] | whether a run met its `[expect]` |
 //! | [`inspect`] | a robot as it is understood |
 //! | [`foreign`] | tables of numbers in files that somebody else named, and what messages may show of such files |
+//! | [`standard_motions`] | five motions that show what a robot does |
 //! | [`remedy`] | which options would let a robot's file be used |
 //!
 //! There is no command line, no plot and no progress bar here.
@@ -34,6 +35,7 @@ pub mod judge;
 pub mod remedy;
 pub mod scenario;
 pub mod simulate;
+pub mod standard_motions;
 mod wheels_to_spare;
 
 pub use ilon_control as control;

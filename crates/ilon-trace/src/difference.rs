@@ -65,6 +65,9 @@ pub fn differences<R: Rows>(
     baseline: &R,
     tolerances: &BTreeMap<String, f64>,
 ) -> Result<Vec<Difference>, R::Error> {
+    let recorded =
+        |(name, tolerance): (&String, &f64)| (run.header().recorded_name(name), *tolerance);
+    let tolerances: BTreeMap<String, f64> = tolerances.iter().map(recorded).collect();
     let mut names = run.header().signal_names();
     let more = baseline.header().signal_names();
     let more: Vec<_> = more
@@ -75,7 +78,7 @@ pub fn differences<R: Rows>(
     let mut found = Vec::new();
     let times_s = (run.values("t_s")?, baseline.values("t_s")?);
     for name in names {
-        let tolerance = tolerance_of(&name, tolerances);
+        let tolerance = tolerance_of(&name, &tolerances);
         let (ours, theirs) = (run.values(&name)?, baseline.values(&name)?);
         found.extend(difference(&ours, &theirs, &times_s, name, tolerance));
     }

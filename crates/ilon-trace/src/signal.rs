@@ -10,6 +10,18 @@ impl Header {
         signals(self)
     }
 
+    /// The name under which a signal is recorded: that of a wheel may be called by the wheel's joint, `front_left_torque_n_m` for `wheel0_torque_n_m`.
+    pub fn recorded_name(&self, name: &str) -> String {
+        let of_wheel = |(index, wheel): (usize, &crate::WheelHeader)| {
+            let rest = name.strip_prefix(&wheel.name)?.strip_prefix('_')?;
+            Some((wheel.name.len(), format!("wheel{index}_{rest}")))
+        };
+        let found = self.wheels.iter().enumerate().filter_map(of_wheel);
+        // Of two wheels of which one's name begins with the other's the longer is meant.
+        let longest = found.max_by_key(|(length, _)| *length);
+        longest.map_or_else(|| name.to_owned(), |(_, name)| name)
+    }
+
     /// The names of all signals that a trace with this header records, in the order of the file's columns.
     pub fn signal_names(&self) -> Vec<String> {
         signals(self)

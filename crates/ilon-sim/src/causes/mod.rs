@@ -17,7 +17,7 @@ mod twin;
 mod twins;
 
 pub(crate) use path::Path;
-pub use suspects::{Drift, MOTIONS, Suspect, suspects};
+pub use suspects::{Drift, Suspect, suspects};
 pub(crate) use twins::{CameToo, Twins};
 
 /// Which causes are left out, one after the other, to see what each does to a run.

@@ -2,7 +2,6 @@
 
 use std::sync::atomic::AtomicBool;
 
-use ilon_control::{Kinematics, SpeedLimits};
 use ilon_files::FileAccess;
 use ilon_formats::RollerBearings;
 use ilon_robot::Robot;
@@ -16,18 +15,7 @@ use super::twin::twin;
 use crate::Error;
 use crate::scenario::{Fault, MaterialPair, Scenario, Setting};
 use crate::simulate::{Resolved, resolve};
-
-/// The motions that suspects are looked at in. Each goes one metre, or turns once on the spot.
-pub const MOTIONS: [&str; 5] = ["ahead", "left", "diagonal", "arc", "turn"];
-
-/// Each is driven at this share of the robot's top speed, and no faster than so many m/s and rad/s.
-const SHARE_OF_TOP: f64 = 0.4;
-const SPEED_M_S: f64 = 0.3;
-const RATE_RAD_S: f64 = 1.0;
-/// The radius of the arc, in metres.
-const ARC_M: f64 = 0.5;
-/// The time from rest to speed, in seconds.
-const RAMP_S: f64 = 0.5;
+use crate::standard_motions::{StandardMotion, standard_motions};
 
 /// What a suspect does in a motion: the robot with it minus the robot without it, for each metre of the way, or for each turn on the spot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -51,7 +39,7 @@ pub struct Suspect {
     pub words: String,
     /// The wheel that it is about, if it is about one.
     pub wheel: Option<String>,
-    /// What it does in each of [`MOTIONS`]; `None` where the motion could not be driven with it.
+    /// What it does in each of [`MOTIONS`](crate::standard_motions::MOTIONS); `None` where the motion could not be driven with it.
     pub drifts: Vec<Option<Drift>>,
 }
 
@@ -146,7 +134,7 @@ fn way(
     match ran {
         Some(Ok((summary, path))) => {
             let turns = summary.turned_rad / std::f64::consts::TAU;
-            let stands = summary.travelled_m < 0.1 * summary.turned_rad * ARC_M;
+            let stands = summary.travelled_m < 0.05 * summary.turned_rad;
             Ok((path, if stands { turns } else { summary.travelled_m }))
         }
         Some(Err(error)) => Err(Error::invalid(
@@ -157,39 +145,17 @@ fn way(
     }
 }
 
-/// The standard motions of a robot.
+/// The standard motions of a robot, driven.
 fn motions(robot: &Robot, settings: &[Setting], files: &FileAccess) -> Result<Vec<Motion>, Error> {
-    let rates: Vec<f64> = robot
-        .wheels
-        .iter()
-        .map(|wheel| wheel.motor.velocity_rad_s)
-        .collect();
-    let tops = SpeedLimits::new(&Kinematics::new(robot)?, &rates);
-    let v = SPEED_M_S.min(SHARE_OF_TOP * tops.top_speed_range_m_s().0);
-    let w = RATE_RAD_S.min(SHARE_OF_TOP * tops.top_yaw_rate_rad_s());
-    let arc = (0.5 * v).min(0.5 * w * ARC_M);
-    let diagonal = v * std::f64::consts::FRAC_1_SQRT_2;
-    let twists = [
-        (v, 0.0, 0.0, 1.0 / v),
-        (0.0, v, 0.0, 1.0 / v),
-        (diagonal, diagonal, 0.0, 1.0 / v),
-        (arc, 0.0, arc / ARC_M, 1.0 / arc),
-        (0.0, 0.0, w, std::f64::consts::TAU / w),
-    ];
-    let scenarios = twists.iter().zip(MOTIONS).map(|((vx, vy, omega, lasts_s), name)| {
-        // The ramp takes half its time of full speed.
-        let duration_s = lasts_s + 0.5 * RAMP_S;
+    let drive = |motion: &StandardMotion| {
         let text = format!(
-            "robot = {{ file = \"\", roller_bodies = \"near\" }}\ntwist = {{ vx_m_s = {vx}, vy_m_s = {vy}, omega_rad_s = {omega}, rest_s = 0.0, \
-             ramp_s = {RAMP_S} }}\nrun.duration_s = {duration_s}\n"
+            "robot = {{ file = \"\", roller_bodies = \"near\" }}\n{}",
+            motion.toml()
         );
-        Scenario::from_toml_with(&text, name, "", settings, files)
-    });
-    let scenarios: Vec<Scenario> = scenarios.collect::<Result<_, _>>()?;
-    scenarios
-        .par_iter()
-        .map(|scenario| Motion::of(scenario, robot))
-        .collect()
+        let scenario = Scenario::from_toml_with(&text, motion.name, "", settings, files)?;
+        Motion::of(&scenario, robot)
+    };
+    standard_motions(robot)?.par_iter().map(drive).collect()
 }
 
 /// The usual suspects: words, the wheel, and the change of scenario and robot that each is.

@@ -15,30 +15,57 @@ const EVERY_WHEEL: &str = "wheel*_";
 /// Makes sure that all signals are recorded of such a run.
 ///
 /// # Errors
-/// [`Error::Invalid`] with the nearest name that is.
+/// [`Error::Invalid`] with the nearest name that is; never with that of another wheel.
 pub fn check_names<'a>(
     names: impl IntoIterator<Item = &'a str>,
     header: &Header,
 ) -> Result<(), Error> {
     let recorded = header.signal_names();
     for name in names {
-        let first = name.replace(EVERY_WHEEL, "wheel0_");
+        let is_every = name.starts_with(EVERY_WHEEL);
+        let first = match is_every {
+            true => name.replace(EVERY_WHEEL, "wheel0_"),
+            false => header.recorded_name(name),
+        };
         if recorded.contains(&first) || DERIVED.contains(&name) {
             continue;
         }
+        let number = first
+            .strip_prefix("wheel")
+            .and_then(|rest| rest.split_once('_'));
+        let same_wheel = |known: &&str| match number {
+            Some((number, _)) if number.parse::<usize>().is_ok() => {
+                known.starts_with(&format!("wheel{number}_"))
+            }
+            _ => !known.starts_with("wheel"),
+        };
         let known = recorded.iter().map(String::as_str).chain(DERIVED);
+        let near = nearest(&first, known.filter(same_wheel));
         return Err(Error::invalid(
             format!("there is no signal `{name}` in a trace of this run"),
-            match nearest(&first, known) {
-                Some(near) if first != name => {
+            match near {
+                Some(near) if is_every => {
                     format!("did you mean `{}`?", near.replace("wheel0_", EVERY_WHEEL))
                 }
                 Some(near) => format!("did you mean `{near}`?"),
-                None => "signals are the columns of trace.parquet".to_owned(),
+                None => of_wheels(header),
             },
         ));
     }
     Ok(())
+}
+
+/// How signals are named.
+fn of_wheels(header: &Header) -> String {
+    let names = header.wheels.iter().enumerate();
+    let names: Vec<String> = names
+        .map(|(index, wheel)| format!("wheel{index} is {}", wheel.name))
+        .collect();
+    let first = header.wheels.first().map_or("wheel0", |wheel| &wheel.name);
+    format!(
+        "signals are the columns of trace.parquet; those of wheels may be called by their joints, `{first}_torque_n_m`: {}",
+        names.join(", ")
+    )
 }
 
 /// Holds a run against bounds; of a bound on every wheel the worst wheel counts.
@@ -46,10 +73,10 @@ pub(super) fn judge<R: Rows>(bounds: &[SignalBound], rows: &R) -> Result<Vec<Ver
     if bounds.is_empty() {
         return Ok(Vec::new());
     }
-    let wheel_count = rows.header().wheels.len();
+    let header = rows.header();
     let mut watches: Vec<Vec<Watch>> = bounds
         .iter()
-        .map(|bound| Watch::of_each_signal(bound, wheel_count))
+        .map(|bound| Watch::of_each_signal(bound, header))
         .collect();
     rows.each_batch(Projection::All, &mut |chunk| {
         for watch in watches.iter_mut().flatten() {
@@ -77,7 +104,7 @@ struct Watch<'b> {
 
 impl<'b> Watch<'b> {
     /// One on the signal that the bound names, or on that of each wheel.
-    fn of_each_signal(bound: &'b SignalBound, wheel_count: usize) -> Vec<Self> {
+    fn of_each_signal(bound: &'b SignalBound, header: &Header) -> Vec<Self> {
         let on = |name: String| Self {
             bound,
             limits: bound.bound(),
@@ -85,10 +112,12 @@ impl<'b> Watch<'b> {
             counts: None,
         };
         if !bound.signal.contains(EVERY_WHEEL) {
-            return vec![on(bound.signal.clone())];
+            return vec![on(header.recorded_name(&bound.signal))];
         }
         let of_wheel = |wheel| bound.signal.replace(EVERY_WHEEL, &format!("wheel{wheel}_"));
-        (0..wheel_count).map(|wheel| on(of_wheel(wheel))).collect()
+        (0..header.wheels.len())
+            .map(|wheel| on(of_wheel(wheel)))
+            .collect()
     }
 
     /// Looks at more rows.
@@ -226,6 +255,36 @@ mod tests {
         let bound: SignalBound = toml::from_str(toml).expect("a bound");
         let Ok(mut verdicts) = judge(&[bound], &falling());
         verdicts.remove(0)
+    }
+
+    #[test]
+    fn a_wheel_may_be_called_by_its_joint_and_no_hint_leads_to_another() {
+        let wheel = |name: &str| WheelHeader {
+            name: name.to_owned(),
+            ..WheelHeader::default()
+        };
+        let header = Header {
+            wheels: vec![wheel("left"), wheel("left_rear")],
+            ..Header::default()
+        };
+        assert_eq!(header.recorded_name("left_rate_rad_s"), "wheel0_rate_rad_s");
+        assert_eq!(
+            header.recorded_name("left_rear_rate_rad_s"),
+            "wheel1_rate_rad_s"
+        );
+        assert_eq!(header.recorded_name("truth_x_m"), "truth_x_m");
+        assert!(check_names(["left_rear_rate_rad_s"], &header).is_ok());
+        let said = |name: &str| {
+            let fault = check_names([name], &header).expect_err("no such signal");
+            format!("{fault:?}")
+        };
+        assert!(said("left_rear_rate_rad").contains("wheel1_rate_rad_s"));
+        let unknown = said("wheel_left_zzz");
+        assert!(!unknown.contains("did you mean"), "{unknown}");
+        assert!(
+            unknown.contains("wheel0 is left, wheel1 is left_rear"),
+            "{unknown}"
+        );
     }
 
     #[test]

@@ -222,6 +222,15 @@ impl<'s> Checker<'s> {
                     wanted_words(&alternatives).as_slice(),
                     wanted_keys(&alternatives).as_slice(),
                 ) {
+                    ([], [])
+                        if matches!(other, DeValue::Table(_))
+                            && accepts(&alternatives, "array") =>
+                    {
+                        format!(
+                            "write it with two brackets, `[[{}]]`: there may be several",
+                            self.key()
+                        )
+                    }
                     ([], []) => format!("write {} here", wanted(&alternatives)),
                     ([], keys) => format!(
                         "write a table, `{{ ... }}`, with what you need of its keys: {}",

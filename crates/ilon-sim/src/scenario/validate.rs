@@ -215,16 +215,26 @@ impl Scenario {
                 let (key, stands) = match stand {
                     [false, false, false] => (
                         "",
-                        "neither `[reference]` nor `[twist]` nor `[playback]` stands",
+                        "the scenario has no motion: neither `[twist]` nor `[reference]` nor `[playback]` is there",
                     ),
-                    [_, true, false] => ("twist", "both `[reference]` and `[twist]` stand"),
-                    [true, _, _] => ("playback", "both `[reference]` and `[playback]` stand"),
-                    _ => ("playback", "both `[twist]` and `[playback]` stand"),
+                    [_, true, false] => (
+                        "twist",
+                        "the scenario has two motions, `[reference]` and `[twist]`: it takes one",
+                    ),
+                    [true, _, _] => (
+                        "playback",
+                        "the scenario has two motions, `[reference]` and `[playback]`: it takes one",
+                    ),
+                    _ => (
+                        "playback",
+                        "the scenario has two motions, `[twist]` and `[playback]`: it takes one",
+                    ),
                 };
                 Err(Objection::to(
                     key,
-                    format!("{stands}, but a scenario asks for exactly one motion"),
-                    "write `[reference.circle]` or one of its kin for closed loop, `[twist]` for open loop, `[playback]` for what a log says",
+                    stands,
+                    "write `twist = { vx_m_s = 0.3 }` for a velocity, `[reference.circle]`, `[reference.line]` or another path for the guidance to \
+                     follow, or `[playback]` for what a log says",
                 ))
             }
         }

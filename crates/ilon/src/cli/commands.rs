@@ -18,7 +18,7 @@ use crate::cli::failure::Failure;
 #[derive(Debug, Parser)]
 #[command(name = "ilon", version, after_help = EXIT_CODES)]
 struct Cli {
-    /// Print nothing but faults, scenarios that failed, and data that is asked for.
+    /// Print only errors, failures and data that was asked for.
     #[arg(long, short, global = true)]
     quiet: bool,
     #[command(subcommand)]
@@ -29,23 +29,23 @@ const EXIT_CODES: &str = "Exit codes: 0 done; 1 an expectation did not hold; 2 b
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Write example robots and scenarios beside you, and say what to run.
+    /// Write example robots and scenarios into a folder, to start with.
     Demo(demo::Arguments),
-    /// Simulate scenarios and write their results.
+    /// Simulate a scenario, or a robot in five standard motions, and write a report.
     Run(run::Arguments),
-    /// Say what makes a difference: to a scenario's run, or to a robot that drifts.
+    /// Say why: what each cause did to a run, or what would make a robot drift as you see it.
     Explain(explain::Arguments),
-    /// Make the page of a run again from its folder.
+    /// Write the report of a run again, from its folder.
     Report(report::Arguments),
-    /// Print a robot as it is understood: wheels, rollers, kinematics.
+    /// Check a robot file: wheels, rollers, kinematics, limits.
     Inspect(inspect::Arguments),
-    /// Run scenarios and hold each against its own `[expect]`.
+    /// Test scenarios against their `[expect]` bounds, for CI.
     Check(check::Arguments),
-    /// Run a scenario many times under keys that vary, and say what comes of it.
+    /// Run a parameter study and summarise it.
     Sweep(sweep::Arguments),
-    /// Fit what a robot really is to logs of its drives: radii, levers, gains, and keys of its simulation.
+    /// Calibrate a robot model from logs of real drives.
     Identify(identify::Arguments),
-    /// Lay several runs beside each other, as a table and as one page.
+    /// Compare runs: a table and a page.
     Compare(compare::Arguments),
     /// Write a URDF with explicit rollers from a short description.
     Generate(generate::Arguments),

@@ -12,7 +12,7 @@ use super::options::Sandbox;
 use super::outcome::Outcome;
 use super::robot::{Reading, load, not_scenario};
 use super::table::Table;
-use super::{console, gallery, limits, open, planners, reserve, ros2};
+use super::{console, flags, gallery, limits, open, planners, reserve, ros2};
 use crate::cli::failure::Failure;
 use crate::cli::json::pretty;
 use crate::drawing;
@@ -105,6 +105,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             Some(limits) => console::lines(&limits::text(&inspection.name, limits))?,
             None => console::lines(&text(&inspection))?,
         }
+        let robot = flags::shell(&path.display().to_string());
+        console::lines(&format!("\nnext: drive it, `ilon run {robot}`\n"))?;
         for path in [&arguments.svg, &arguments.html].into_iter().flatten() {
             console::lines(&format!("\ndrawn in {}\n", path_in_line(path)))?;
         }

@@ -8,13 +8,14 @@ use ilon_live::{LiveError, Mailbox, Observer, Pace, Server, Session};
 use super::console;
 use super::options::{Sandbox, Settings};
 use super::outcome::Outcome;
+use super::robot::{is_robot, robot_alone};
 use crate::Scenario;
 use crate::cli::failure::Failure;
 
 /// Arguments of `ilon live`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The scenario file: robot, world and, to be followed on request, its reference.
+    /// The scenario file: robot, world and, to be followed on request, its reference; or a robot's file, on a level floor.
     scenario: PathBuf,
     /// Where the page is served, on this machine alone; 0 for any port that is free.
     #[arg(long, default_value_t = 8765)]
@@ -22,7 +23,7 @@ pub(super) struct Arguments {
     /// Simulated seconds a second, from 0.05 to 20.
     #[arg(long, default_value_t = 1.0, value_name = "X", value_parser = speed, allow_negative_numbers = true)]
     speed: f64,
-    /// Let time stand at first, until somebody lets it go on or takes it step by step.
+    /// Start paused.
     #[arg(long)]
     paused: bool,
     /// Be a node of ROS 2, `/ilon`, that takes `/cmd_vel` and commands for the wheels. With `=controllers`, controllers of ros2_control
@@ -106,8 +107,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Err(left_out("Foxglove", "foxglove"));
     }
     let files = arguments.sandbox.files()?;
-    let scenario =
-        Scenario::load_within(&arguments.scenario, &arguments.settings.settings, &files)?;
+    let (path, settings) = (&arguments.scenario, &arguments.settings.settings);
+    let scenario = match is_robot(path, &files) {
+        true => robot_alone(path, "twist = {}\nrun.duration_s = 1.0\n", settings, &files)?,
+        false => Scenario::load_within(path, settings, &files)?,
+    };
     let end = arguments
         .seconds
         .map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));

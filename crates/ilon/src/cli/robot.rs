@@ -11,7 +11,12 @@ use ilon_robot::Robot;
 use super::failure::Failure;
 use super::flags::{Flags, shell};
 use super::options::Sandbox;
+use crate::Scenario;
+use crate::scenario::Setting;
 use crate::sim::remedy;
+
+/// No scenario, and no robot in short, is longer.
+const MOST_BYTES: u64 = 16 << 20;
 
 /// Options of reading a robot's file.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -161,6 +166,44 @@ pub(super) fn not_scenario(
     }
 }
 
+/// Whether a file is a robot: by its name, or of one in TOML by what it holds.
+pub(super) fn is_robot(path: &Path, files: &FileAccess) -> bool {
+    let ending = path
+        .extension()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .to_lowercase();
+    match ending.as_str() {
+        "urdf" | "xacro" | "sdf" | "xml" | "mjcf" => true,
+        "toml" => {
+            let text = files.read_text(path, MOST_BYTES).ok();
+            let table: Option<toml::Table> = text.and_then(|text| text.parse().ok());
+            let has = |key: &str| table.as_ref().is_some_and(|table| table.contains_key(key));
+            !has("robot") && has("wheels") && has("chassis")
+        }
+        _ => false,
+    }
+}
+
+/// A scenario of a robot's file alone, with further lines of TOML and settings.
+pub(super) fn robot_alone(
+    path: &Path,
+    lines: &str,
+    settings: &[Setting],
+    files: &FileAccess,
+) -> Result<Scenario, Failure> {
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let text = format!("{}{lines}", robot_line(path)?);
+    Ok(Scenario::from_toml_with(&text, &name, "", settings, files)?)
+}
+
+/// The line of a scenario that names a robot's file, wherever the scenario lies.
+pub(super) fn robot_line(path: &Path) -> Result<String, Failure> {
+    let file = std::path::absolute(path).map_err(|source| Failure::write(path, &source))?;
+    let file = toml::Value::from(file.display().to_string());
+    Ok(format!("robot.file = {file}\n"))
+}
+
 /// Whether a file is a scenario.
 pub(super) fn is_scenario(path: &Path, files: &FileAccess) -> bool {
     robot_of_scenario(path, files).is_some()
@@ -168,8 +211,6 @@ pub(super) fn is_scenario(path: &Path, files: &FileAccess) -> bool {
 
 /// The robot that a file names, where it is a scenario.
 fn robot_of_scenario(path: &Path, files: &FileAccess) -> Option<String> {
-    /// No scenario is longer.
-    const MOST_BYTES: u64 = 16 << 20;
     path.extension().filter(|ending| *ending == "toml")?;
     let text = files.read_text(path, MOST_BYTES).ok()?;
     let table: toml::Table = text.parse().ok()?;

@@ -1,8 +1,11 @@
 //! `ilon run`: simulate scenarios and write their results.
 
+mod standard;
+
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use ilon_files::FileAccess;
 use ilon_sweep::is_study;
 use ilon_trace::quantities::{self, GROUPS};
 use ilon_trace::{Quantity, Sink, Summary};
@@ -14,6 +17,7 @@ use super::options::{Detail, Sandbox, Settings, Twins};
 use super::outcome::Outcome;
 use super::output::{self, KeepingUp, OutputFolder, Report};
 use super::progress::Bar;
+use super::robot::is_robot;
 use super::table::Table;
 use super::{console, flags, open};
 use crate::Scenario;
@@ -24,7 +28,7 @@ use crate::simulate;
 /// Arguments of `ilon run`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The scenario files, which are run one after the other.
+    /// The scenario files, which are run one after the other; or a robot's file, which is driven in five standard motions.
     #[arg(required = true, value_name = "SCENARIO")]
     scenarios: Vec<PathBuf>,
     /// Where to write results; of several scenarios, the folder that holds a folder of each.
@@ -58,6 +62,11 @@ pub(super) struct Arguments {
 /// Simulates, writes, prints.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let files = arguments.sandbox.files()?;
+    if let [path] = arguments.scenarios.as_slice()
+        && is_robot(path, &files)
+    {
+        return standard::run(path, arguments, &files);
+    }
     // All are read before the first is run: a slip in the last costs no time.
     let mut scenarios = Vec::new();
     let mut taken = BTreeSet::new();
@@ -71,8 +80,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
                 ),
             ));
         }
-        let mut scenario = Scenario::load_within(path, &arguments.settings.settings, &files)?;
-        scenario.run.converge |= arguments.converge.converge;
+        if is_robot(path, &files) {
+            return Err(Failure::usage(
+                format!("`{}` is a robot, not a scenario", path.display()),
+                "name it alone: it is then driven in five standard motions",
+            ));
+        }
+        let scenario = load(path, arguments, &files)?;
         if !taken.insert(scenario.name.clone()) {
             return Err(Failure::usage(
                 format!(
@@ -88,25 +102,49 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut summaries = Vec::new();
     for (path, scenario) in &scenarios {
         let out = out_folder(&arguments.out, &scenario.name, is_alone);
-        summaries.push(one(path, scenario, out, arguments)?);
+        let (json, _) = one(path, scenario, out, arguments, Told::InFull)?;
+        summaries.push(json);
     }
+    print_json(arguments, &summaries)?;
+    Ok(Outcome::Done)
+}
+
+/// A scenario as the options change it.
+fn load(path: &Path, arguments: &Arguments, files: &FileAccess) -> Result<Scenario, Failure> {
+    let mut scenario = Scenario::load_within(path, &arguments.settings.settings, files)?;
+    scenario.run.converge |= arguments.converge.converge;
+    Ok(scenario)
+}
+
+/// The summaries on standard output, where they are asked for: of several scenarios a list.
+fn print_json(arguments: &Arguments, summaries: &[String]) -> Result<(), Failure> {
     if arguments.json {
-        let printed = match summaries.as_slice() {
+        let printed = match summaries {
             [summary] => summary.clone(),
             several => format!("[\n{}]\n", several.join(",\n")),
         };
         console::data(&printed)?;
     }
-    Ok(Outcome::Done)
+    Ok(())
 }
 
-/// Simulates one scenario, writes and prints; gives its summary as JSON.
+/// What is printed of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Told {
+    /// Its answer, its figures and where its files are.
+    InFull,
+    /// Notes alone: all runs are told together.
+    Together,
+}
+
+/// Simulates one scenario, writes and prints; gives its summary, as JSON too.
 fn one(
     path: &Path,
     scenario: &Scenario,
     out: PathBuf,
     arguments: &Arguments,
-) -> Result<String, Failure> {
+    told: Told,
+) -> Result<(String, Summary), Failure> {
     let inputs = output::inputs(path, scenario);
     let folder = OutputFolder::prepare(out, "--out", &inputs)?;
     let bag = Bag::prepare(&folder, arguments.mcap, &inputs)?;
@@ -144,7 +182,7 @@ fn one(
     for verdict in verdicts.iter().filter(|verdict| !verdict.held) {
         bar.note(&format!("note: expected {verdict}"));
     }
-    if !arguments.json {
+    if !arguments.json && told == Told::InFull {
         let page = if arguments.no_report {
             ""
         } else {
@@ -170,7 +208,7 @@ fn one(
     if arguments.open {
         open::page(&folder.path().join("report.html"));
     }
-    folder.summary_json(&run)
+    Ok((folder.summary_json(&run)?, run.summary))
 }
 
 /// The answer, a sentence a line.

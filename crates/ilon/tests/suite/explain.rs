@@ -1,4 +1,4 @@
-//! `ilon explain`: every cause of a scenario by the run without it, and what the usual suspects do to a robot.
+//! `ilon explain`: every cause of a scenario by the run without it, and what the usual suspects do to a robot; `ilon run` of a robot alone.
 
 use crate::support;
 
@@ -98,4 +98,28 @@ fn what_cannot_be_seen_is_refused() {
         let printed = ended_with(2, &folder.ilon(&arguments));
         assert!(printed.contains(said), "{printed}");
     }
+}
+
+/// A robot alone is driven in five motions; what is written can be run again, and is not written over once it was changed.
+#[test]
+fn a_robot_alone_is_driven_in_five_motions() {
+    let folder = Folder::new();
+    let printed = ended_with(0, &folder.ilon(&["run", "robot.urdf", "--no-report"]));
+    for motion in ["ahead", "left", "diagonal", "arc", "turn"] {
+        assert!(printed.contains(motion), "{printed}");
+        let summary = folder.read(&format!("out/robot/{motion}/summary.json"));
+        assert!(summary.contains("twist_ratio_asked"));
+    }
+    ended_with(
+        0,
+        &folder.ilon(&["run", "out/robot/left.toml", "--no-report", "--no-twins"]),
+    );
+    folder.write("out/robot/left.toml", "# mine\n");
+    let refused = ended_with(2, &folder.ilon(&["run", "robot.urdf", "--no-report"]));
+    assert!(
+        refused.contains("was not written by this command"),
+        "{refused}"
+    );
+    let refused = ended_with(2, &folder.ilon(&["run", "good.toml", "robot.urdf"]));
+    assert!(refused.contains("is a robot, not a scenario"), "{refused}");
 }

@@ -323,14 +323,23 @@ fn a_name_that_means_another_folder_is_refused() {
 fn exactly_one_motion_is_asked_for() {
     let (message, ..) = told(CIRCLE, &["twist.vx_m_s=0.3"]);
     assert!(
-        message.starts_with("both `[reference]` and `[twist]` stand"),
+        message.starts_with("the scenario has two motions, `[reference]` and `[twist]`"),
         "{message}"
     );
     let none = CIRCLE.replace("[reference.circle]\nradius_m = 1.0\nspeed_m_s = 0.2\n", "");
     let (message, ..) = told(&none, &[]);
     assert!(
-        message.starts_with("neither `[reference]` nor"),
+        message.starts_with("the scenario has no motion"),
         "{message}"
+    );
+}
+
+#[test]
+fn a_list_of_tables_takes_two_brackets() {
+    let (_, help, _) = told(&format!("{CIRCLE}\n[faults]\npose_lost = {{}}\n"), &[]);
+    assert_eq!(
+        help,
+        "write it with two brackets, `[[faults]]`: there may be several"
     );
 }
 

@@ -1,7 +1,8 @@
 //! What the usual suspects do to a robot, and which of them would look like what was seen.
 
 use ilon_files::FileAccess;
-use ilon_sim::causes::{Drift, MOTIONS, Suspect, suspects};
+use ilon_sim::causes::{Drift, Suspect, suspects};
+use ilon_sim::standard_motions::MOTIONS;
 use serde_json::{Value, json};
 
 use super::Arguments;

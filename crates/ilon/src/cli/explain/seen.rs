@@ -2,7 +2,8 @@
 
 use std::str::FromStr;
 
-use ilon_sim::causes::{Drift, MOTIONS};
+use ilon_sim::causes::Drift;
+use ilon_sim::standard_motions::MOTIONS;
 
 /// A drift in one of the standard motions. What was not seen is left out.
 #[derive(Clone, Copy, Debug, PartialEq)]

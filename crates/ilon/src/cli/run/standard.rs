@@ -1,0 +1,109 @@
+//! `ilon run ROBOT`: a robot alone, driven in five standard motions.
+
+use std::path::{Path, PathBuf};
+
+use ilon_files::FileAccess;
+use ilon_sim::standard_motions::standard_motions;
+use ilon_trace::Summary;
+use ilon_trace::file::write_text;
+
+use super::{Arguments, Told, load, one, print_json};
+use crate::cli::escape::path_in_line;
+use crate::cli::failure::Failure;
+use crate::cli::outcome::Outcome;
+use crate::cli::robot::{robot_alone, robot_line};
+use crate::cli::table::Table;
+use crate::cli::{console, flags};
+use crate::simulate::load_robot;
+
+/// How each scenario begins that is written for a robot, by which it is known from one that a person changed.
+const WRITTEN: &str = "# A standard motion, as `ilon run` writes it for a robot alone. Change it under another name.\n";
+
+/// Writes a scenario for each motion, runs them, and prints what the robot does in each.
+pub(super) fn run(
+    robot: &Path,
+    arguments: &Arguments,
+    files: &FileAccess,
+) -> Result<Outcome, Failure> {
+    let name = robot
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
+    let folder = match arguments.out.to_str() {
+        Some("out/<scenario>") => PathBuf::from("out").join(&name),
+        _ => arguments.out.clone(),
+    };
+    let standing = "twist = {}\nrun.duration_s = 1.0\n";
+    let standing = robot_alone(robot, standing, &arguments.settings.settings, files)?;
+    let motions = standard_motions(&load_robot(&standing)?)?;
+    let mut scenarios = Vec::new();
+    for motion in motions {
+        let path = folder.join(format!("{}.toml", motion.name));
+        let text = format!("{WRITTEN}\n{}{}", robot_line(robot)?, motion.toml());
+        if std::fs::read_to_string(&path).is_ok_and(|there| !there.starts_with(WRITTEN)) {
+            return Err(Failure::usage(
+                format!(
+                    "`{}` is there already, and was not written by this command",
+                    path.display()
+                ),
+                "move it elsewhere, or choose another folder with --out",
+            ));
+        }
+        std::fs::create_dir_all(&folder).map_err(|source| Failure::write(&folder, &source))?;
+        write_text(&path, &text)?;
+        let scenario = load(&path, arguments, files)?;
+        scenarios.push((motion.name, path, scenario));
+    }
+    let (mut told, mut summaries) = (Vec::new(), Vec::new());
+    for (motion, path, scenario) in &scenarios {
+        let (json, summary) = one(
+            path,
+            scenario,
+            folder.join(motion),
+            arguments,
+            Told::Together,
+        )?;
+        summaries.push(json);
+        told.push((*motion, summary));
+    }
+    if !arguments.json {
+        let robot = flags::shell(&robot.display().to_string());
+        console::lines(&format!(
+            "{}\nwritten to {}: a scenario and its report for each motion\nnext: change a scenario, or see what would look like a drift: `ilon explain {robot}`\n",
+            table(&name, &told),
+            path_in_line(&folder)
+        ))?;
+    }
+    print_json(arguments, &summaries)?;
+    Ok(Outcome::Done)
+}
+
+/// What the robot did of each motion, by which path it was lost, and what it cost.
+fn table(name: &str, told: &[(&str, Summary)]) -> Table {
+    let mut table = Table::new();
+    table.heading(&format!(
+        "{name}: done of what was asked, %; of what the ideal kinematics says for its wheels, %, and the rollers that touch, %; grip used at most, %; \
+         odometry off by, mm for each metre"
+    ));
+    let percent =
+        |share: Option<f64>| share.map_or("-".to_owned(), |share| format!("{:.1}", 1e2 * share));
+    let least = |ratio: &ilon_trace::metrics::TwistRatio| {
+        let parts = [ratio.vx, ratio.vy, ratio.omega];
+        percent(parts.into_iter().flatten().reduce(f64::min))
+    };
+    table.columns::<&Summary>(
+        &[
+            ("asked", &|summary| least(&summary.twist_ratio_asked)),
+            ("ideal", &|summary| least(&summary.twist_ratio_ideal)),
+            ("contact", &|summary| least(&summary.twist_ratio_contact)),
+            ("grip", &|summary| percent(summary.friction_used_max)),
+            ("odometry", &|summary| {
+                let drift = summary.odometry_ideal.m_per_m;
+                drift.map_or("-".to_owned(), |drift| format!("{:.1}", 1e3 * drift))
+            }),
+        ],
+        told.iter().map(|(motion, summary)| (*motion, summary)),
+    );
+    table
+}
