@@ -75,8 +75,8 @@ pub fn html() -> String {
         "addEventListener('DOMContentLoaded', () => {{\n'use strict';\nconst WORKER = {worker};\n{}}});\n",
         SCRIPT.concat()
     );
-    let footer = "<p>ilon is free software: <code>pip install ilon</code> or <code>cargo install ilon</code> give the command, which runs \
-                  the same scenarios to the same bits.</p>";
+    let footer = "<p>ilon is free software. The command, in the archives of its releases and by <code>cargo install --path crates/ilon</code> from \
+                  its sources, runs the same scenarios to the same bits.</p>";
     let parts = Parts {
         styles: &[embed::STYLE, embed::DRIVE_STYLE, STYLE],
         before: &[],

@@ -1,4 +1,4 @@
-"""ilon's robot under a scene of MuJoCo: `pip install ilon[mujoco]`.
+"""ilon's robot under a scene of MuJoCo: needs the package `mujoco`.
 
 ilon moves the base, MuJoCo everything else: an arm on it, a box that it pushes. What the scene puts on the base is, to first order, the
 wrench W = W_0 - A a: A is the articulated-body inertia of the scene at the base (Featherstone, Rigid Body Dynamics Algorithms 2008, section

@@ -20,7 +20,7 @@ _QUANTITIES = ("target_rad_s", "rate_rad_s", "torque_n_m", "normal_force_n")
 
 
 def to_rerun(run: Run, path: str | os.PathLike[str] | None = None) -> Any:
-    """A run in the viewer of rerun (`pip install ilon[rerun]`): the robot's wheels and rollers as they turn, the forces of the ground
+    """A run in the viewer of rerun (needs the package `rerun-sdk`): the robot's wheels and rollers as they turn, the forces of the ground
     and the slip of each contact as arrows, path and reference, and the wheels' rates, torques and loads, all on one timeline `t`.
 
     Written to an `.rrd` file if `path` is given, which `rerun FILE` opens; the recording is given back either way. Rollers turn as
