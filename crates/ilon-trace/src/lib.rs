@@ -30,6 +30,7 @@ mod columns;
 pub mod convergence;
 mod design;
 pub mod difference;
+mod effect;
 pub mod effects;
 mod error;
 mod fault;

@@ -4,7 +4,7 @@ use ilon_robot::{Twist, wrap_angle};
 use serde::{Deserialize, Serialize};
 
 use crate::design::Design;
-use crate::effects::Effects;
+use crate::effect::Effects;
 use crate::header::Header;
 use crate::ledger::Ledger;
 use crate::odometry::Drift;

@@ -64,6 +64,12 @@ class Run(_ilon.Run):
         """Everything recorded, as a table that pandas, polars, pyarrow and DuckDB take by Arrow's PyCapsule protocol."""
         return self.trace.to_arrow()
 
+    def to_pandas(self) -> Any:
+        """Everything recorded, as a `pandas.DataFrame`: a row a recorded period, a column a signal. Needs pandas."""
+        import pandas
+
+        return pandas.DataFrame({name: self.trace[name] for name in self.trace.columns})
+
     @property
     def effects(self) -> list[dict[str, Any]]:
         """What each cause did, of a run with `causes`: dicts of `cause`, `words`, `key`, `with`, `without`, `difference`, `floor` and `differs`."""

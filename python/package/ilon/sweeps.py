@@ -31,6 +31,12 @@ class Sweep(_ilon.Sweep):
             raise ValueError("a shard has no page of its own: merge all shards by ilon.merge_sweeps(folder)")
         return Report(page)
 
+    def to_pandas(self) -> Any:
+        """The rows of the study, as a `pandas.DataFrame`: a row a run. Needs pandas."""
+        import pandas
+
+        return pandas.DataFrame({name: self[name] for name in self.columns})
+
     @property
     def held(self) -> bool:
         """Whether every `[expect]` of the study held; of a shard it is not known, and False."""

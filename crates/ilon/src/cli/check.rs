@@ -62,8 +62,8 @@ pub(super) struct Arguments {
     /// drawn in `difference.html` below `--keep`, or below `out/check`.
     #[arg(long, value_name = "DIR")]
     against: Option<PathBuf>,
-    /// Rewrite the bounds on quantities of the summary in each scenario's file to what was measured, with this margin as
-    /// a share of it; every change is shown.
+    /// Reset the bounds that do not hold, in the scenarios' files, to the measured values plus MARGIN (0.1 is 10 %); every change is
+    /// shown. Bounds that hold stay.
     #[arg(long, value_name = "MARGIN", num_args = 0..=1, default_missing_value = "0.1", value_parser = margin)]
     update: Option<f64>,
     /// How many scenarios run at once; without it, as many as there are processors.

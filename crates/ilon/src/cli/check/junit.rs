@@ -5,6 +5,7 @@ use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use super::outcome::{Checked, Count, Ended, NOTHING_EXPECTED};
 use crate::cli::escape::one_line;
 use crate::cli::failure::Failure;
+use crate::cli::fault;
 
 /// One test case a scenario: failures are expectations that did not hold, errors are scenarios that could not run. One that
 /// expects nothing is skipped: it is no test.
@@ -36,7 +37,12 @@ fn status(one: &Checked) -> TestCaseStatus {
     };
     match &one.result {
         Ended::Skipped => TestCaseStatus::skipped(),
-        Ended::Refused(error) => non_success(NonSuccessKind::Error, &error.to_string()),
+        Ended::Refused(error) => {
+            let mut status = non_success(NonSuccessKind::Error, &error.to_string());
+            // With file, line and repair, as a person sees it.
+            status.set_description(fault::plain(error, "--set"));
+            status
+        }
         Ended::Judged(_) if one.count() == Count::NothingExpected => {
             let mut status = TestCaseStatus::skipped();
             status.set_message(NOTHING_EXPECTED);

@@ -18,7 +18,7 @@ pub(super) struct Update {
 }
 
 impl Update {
-    /// Sets every bound of the summary to what was measured, with a margin as a share of it. Comments and layout stay;
+    /// Sets every bound of the summary that does not hold to what was measured, with a margin as a share of it. Comments and layout stay;
     /// bounds on signals, and on what does not apply, are left alone. Nothing is written yet.
     ///
     /// # Errors
@@ -54,7 +54,7 @@ fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<(String, Str
         ilon_sim::Error::invalid(error.to_string(), "correct the file")
     })?;
     let mut changes = String::new();
-    for verdict in verdicts.iter().filter(|verdict| verdict.at_s.is_none()) {
+    for verdict in verdicts.iter().filter(|verdict| !verdict.held && verdict.at_s.is_none()) {
         let Some(measured) = verdict.measured else {
             continue;
         };

@@ -5,7 +5,7 @@ use ilon_sim::causes::{Drift, Suspect, suspects};
 use ilon_sim::standard_motions::MOTIONS;
 use serde_json::{Value, json};
 
-use super::Arguments;
+use super::arguments::Arguments;
 use super::seen::{Fit, fit};
 use crate::cli::console;
 use crate::cli::failure::Failure;

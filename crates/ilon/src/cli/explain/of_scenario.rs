@@ -7,7 +7,7 @@ use ilon_trace::Rows;
 use ilon_trace::effects::{self, Ablation, FLOORS};
 use serde_json::{Value, json};
 
-use super::Arguments;
+use super::arguments::Arguments;
 use crate::cli::escape::path_in_line;
 use crate::cli::failure::Failure;
 use crate::cli::json::pretty;

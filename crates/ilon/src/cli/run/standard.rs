@@ -7,7 +7,7 @@ use ilon_sim::standard_motions::standard_motions;
 use ilon_trace::Summary;
 use ilon_trace::file::write_text;
 
-use super::{Arguments, Told, load, one, print_json};
+use super::one::{Arguments, Told, load, one, print_json};
 use crate::cli::escape::path_in_line;
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;

@@ -1,0 +1,233 @@
+//! One scenario: simulated, written and printed.
+
+use std::path::{Path, PathBuf};
+
+use ilon_files::FileAccess;
+use ilon_trace::quantities::{self, GROUPS};
+use ilon_trace::{Quantity, Sink, Summary};
+
+use crate::Scenario;
+use crate::cli::bag::Bag;
+use crate::cli::converge::{self, Converge};
+use crate::cli::escape::{one_line, path_in_line};
+use crate::cli::failure::Failure;
+use crate::cli::options::{Detail, Sandbox, Settings, Twins};
+use crate::cli::output::{self, KeepingUp, OutputFolder, Report};
+use crate::cli::progress::Bar;
+use crate::cli::table::Table;
+use crate::cli::{console, open};
+use crate::judge::judge_rows;
+use crate::simulate;
+
+/// Arguments of `ilon run`.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// The scenario files, which are run one after the other; or a robot's file, which is driven in five standard motions.
+    #[arg(required = true, value_name = "SCENARIO")]
+    pub scenarios: Vec<PathBuf>,
+    /// Where to write results; of several scenarios, the folder that holds a folder of each.
+    #[arg(long, value_name = "DIR", default_value = "out/<scenario>")]
+    pub out: PathBuf,
+    #[command(flatten)]
+    pub settings: Settings,
+    #[command(flatten)]
+    pub sandbox: Sandbox,
+    /// Print the summary as JSON, and nothing else, on standard output; of several scenarios a list.
+    #[arg(long)]
+    pub json: bool,
+    /// Write a bag beside the other results, `bag/`: the run as ROS 2 topics in MCAP, for `ros2 bag play`, Foxglove, Rerun and
+    /// PlotJuggler. Rollers turn in it where the scenario sets `run.roller_angles_hz`.
+    #[arg(long)]
+    pub mcap: bool,
+    /// Write no report.html.
+    #[arg(long)]
+    pub no_report: bool,
+    /// Open the report in the browser.
+    #[arg(long, conflicts_with = "no_report")]
+    pub open: bool,
+    #[command(flatten)]
+    pub converge: Converge,
+    #[command(flatten)]
+    pub twins: Twins,
+    #[command(flatten)]
+    pub detail: Detail,
+}
+
+/// A scenario as the options change it.
+pub fn load(path: &Path, arguments: &Arguments, files: &FileAccess) -> Result<Scenario, Failure> {
+    let mut scenario = Scenario::load_within(path, &arguments.settings.settings, files)?;
+    scenario.run.converge |= arguments.converge.converge;
+    Ok(scenario)
+}
+
+/// The summaries on standard output, where they are asked for: of several scenarios a list.
+pub fn print_json(arguments: &Arguments, summaries: &[String]) -> Result<(), Failure> {
+    if arguments.json {
+        let printed = match summaries {
+            [summary] => summary.clone(),
+            several => format!("[\n{}]\n", several.join(",\n")),
+        };
+        console::data(&printed)?;
+    }
+    Ok(())
+}
+
+/// What is printed of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Told {
+    /// Its answer, its figures and where its files are.
+    InFull,
+    /// Notes alone: all runs are told together.
+    Together,
+}
+
+/// Simulates one scenario, writes and prints; gives its summary, as JSON too.
+pub fn one(
+    path: &Path,
+    scenario: &Scenario,
+    out: PathBuf,
+    arguments: &Arguments,
+    told: Told,
+) -> Result<(String, Summary), Failure> {
+    let inputs = output::inputs(path, scenario);
+    let folder = OutputFolder::prepare(out, "--out", &inputs)?;
+    let bag = Bag::prepare(&folder, arguments.mcap, &inputs)?;
+
+    // A robot that cannot be read is said before anything is said to run.
+    let simulation = simulate::Simulation::new(scenario)?.explaining(arguments.twins.causes());
+    let bar = Bar::new(&scenario.name);
+    let foreseen = simulation.warnings().len();
+    for warning in simulation.warnings() {
+        bar.note(&format!("note: {warning}"));
+    }
+    if let Err(fault) = scenario.expect.check_windows(&simulation.scenario().run) {
+        bar.note(&format!("note: {fault}"));
+    }
+    let recording = folder.begin(&simulation)?;
+    let mut kept = KeepingUp::new();
+    let mut bag = bag.begin(&simulation)?;
+    let mut sinks: Vec<&mut dyn Sink> = bag.iter_mut().map(|bag| bag as _).collect();
+    let run = simulation.run_recorded_beside(recording, &mut sinks, |simulation, recording| {
+        bar.simulated(simulation.progress());
+        kept.keep_up(simulation.progress().time_s, recording)
+    })?;
+    bar.done();
+
+    let verdicts = judge_rows(&run)?;
+    let report = if arguments.no_report {
+        Report::Left
+    } else {
+        Report::Written
+    };
+    let answer = folder.write(&run, &verdicts, report)?;
+    for warning in &run.warnings[foreseen..] {
+        bar.note(&format!("note: {warning}"));
+    }
+    for verdict in verdicts.iter().filter(|verdict| !verdict.held) {
+        bar.note(&format!("note: expected {verdict}"));
+    }
+    if !arguments.json && told == Told::InFull {
+        let page = if arguments.no_report {
+            ""
+        } else {
+            "report.html, "
+        };
+        console::lines(&format!(
+            "{}\n{}{}\nwritten to {}: {page}summary.json, trace.parquet, scenario.toml{}\n",
+            answer_lines(&answer),
+            if arguments.detail.table {
+                whole_table(&run.summary)
+            } else {
+                headlines(&run.summary)
+            },
+            match scenario.run.converge {
+                true => converge::table(&run.summary.converge)
+                    .map_or_else(String::new, |table| format!("\n{table}")),
+                false => String::new(),
+            },
+            path_in_line(folder.path()),
+            if arguments.mcap { ", bag/" } else { "" },
+        ))?;
+    }
+    if arguments.open {
+        open::page(&folder.path().join("report.html"));
+    }
+    Ok((folder.summary_json(&run)?, run.summary))
+}
+
+/// The answer, a sentence a line.
+fn answer_lines(answer: &[String]) -> String {
+    let lines = answer.iter();
+    lines.map(|line| format!("{}\n", one_line(line))).collect()
+}
+
+pub fn out_folder(out: &Path, scenario: &str, is_alone: bool) -> PathBuf {
+    match out.to_str() {
+        Some("out/<scenario>") => PathBuf::from("out").join(scenario),
+        _ if is_alone => out.to_owned(),
+        _ => out.join(scenario),
+    }
+}
+
+/// The figures to be looked at first.
+fn headlines(summary: &Summary) -> Table {
+    let mut table = Table::new();
+    let run = format!(
+        "{} with {}, {} s",
+        summary.scenario, summary.robot, summary.duration_s
+    );
+    let speed = summary.sim_seconds_per_cpu_second;
+    let speed = speed.map(|times| format!(" at {times:.0} times real time on one core"));
+    table.heading(&(run + &speed.unwrap_or_default()));
+    for quantity in quantities::headlines(summary) {
+        let values = [quantity.shown(summary)];
+        let symbol = quantity.unit.symbol;
+        table.row_of(&quantity.words(), &values, quantity.decimals, symbol);
+    }
+    table
+}
+
+/// All main figures that apply.
+fn whole_table(summary: &Summary) -> Table {
+    let mut table = Table::new();
+    table.heading(&format!("{} with {}", summary.scenario, summary.robot));
+    for key in ["duration_s", "sim_seconds_per_cpu_second"] {
+        table.quantities(quantities::by_key(key), summary);
+    }
+    // A robot that tracks a path goes to and fro: its mean twist is nothing to measure by.
+    if summary.position_error_final_m.is_none() {
+        twists(&mut table, summary);
+    }
+    for group in GROUPS.iter().filter(|group| !group.open_loop_only) {
+        let applies = |q: &&Quantity| q.is_main && q.value(summary).is_some();
+        let mut main = group.quantities.iter().filter(applies).peekable();
+        if main.peek().is_some() {
+            table.heading(group.heading);
+            table.quantities(main, summary);
+        }
+    }
+    table
+}
+
+/// The mean twist beside those of the models, and what of them became real.
+fn twists(table: &mut Table, summary: &Summary) {
+    let row = |table: &mut Table, of: &[&str], component: &str, name: &str| {
+        let figures = of
+            .iter()
+            .map(|of| quantities::by_key(&format!("{of}.{component}")));
+        let values: Vec<_> = figures.map(|figure| figure?.value(summary)).collect();
+        table.row_of(name, &values, 5, quantities::si_unit(component));
+    };
+    let means = ["twist_mean", "twist_ideal_mean", "twist_contact_mean"];
+    table.heading("twist: real, ideal by equation (7), by the rollers that touch");
+    row(table, &means, "vx_m_s", "vx");
+    row(table, &means, "vy_m_s", "vy");
+    row(table, &means, "omega_rad_s", "omega");
+    let ratios = ["twist_ratio_ideal", "twist_ratio_contact"];
+    table.heading(
+        "real over ideal (geometry and slip), real over the rollers that touch (slip alone)",
+    );
+    for component in ["vx", "vy", "omega"] {
+        row(table, &ratios, component, component);
+    }
+}
