@@ -278,3 +278,10 @@ def test_suspects_drift(assets):
     smaller = next(one for one in found if one["wheel"] == "front_left" and "smaller" in one["words"])
     # A wheel of four that rolls 1 % less takes a quarter of it from the way ahead.
     assert smaller["drifts"][0]["ahead_m"] == pytest.approx(-0.0025, rel=0.02)
+
+
+def test_a_run_is_a_frame_of_pandas(lateral_run):
+    pytest.importorskip("pandas")
+    frame = lateral_run.to_pandas()
+    assert list(frame.columns) == lateral_run.trace.columns
+    assert frame["truth_x_m"].to_numpy().tolist() == lateral_run.trace["truth_x_m"].tolist()

@@ -127,10 +127,12 @@ fn keyword_follows(text: &str) -> bool {
 
 /// Where a string's quote is, and whether it is raw; `None` where no string begins.
 fn string_start(text: &str) -> Option<(usize, bool)> {
-    let quote_at = text.find(['\'', '"'])?;
-    match text[..quote_at].to_ascii_lowercase().as_str() {
-        "" | "u" => Some((quote_at, false)),
-        "r" => Some((quote_at, true)),
+    let bytes = text.as_bytes();
+    let is_quote = |at: usize| matches!(bytes.get(at), Some(b'\'' | b'"'));
+    match bytes.first()? {
+        b'\'' | b'"' => Some((0, false)),
+        b'u' | b'U' if is_quote(1) => Some((1, false)),
+        b'r' | b'R' if is_quote(1) => Some((1, true)),
         _ => None,
     }
 }

@@ -54,7 +54,10 @@ fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<(String, Str
         ilon_sim::Error::invalid(error.to_string(), "correct the file")
     })?;
     let mut changes = String::new();
-    for verdict in verdicts.iter().filter(|verdict| !verdict.held && verdict.at_s.is_none()) {
+    for verdict in verdicts
+        .iter()
+        .filter(|verdict| !verdict.held && verdict.at_s.is_none())
+    {
         let Some(measured) = verdict.measured else {
             continue;
         };
