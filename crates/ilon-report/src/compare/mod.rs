@@ -13,8 +13,8 @@ mod figures;
 mod page;
 mod ranking;
 
-pub use page::html;
 pub(crate) use page::settings_row;
+pub use page::{answers, html};
 
 /// One of the runs that are compared.
 #[derive(Clone, Debug)]

@@ -9,8 +9,15 @@ use super::ranking;
 use super::{Comparison, SettingRow};
 use crate::html_table::{self, cell, row};
 use crate::page::{self, Head, Section, card, escape, grid, panels, side_by_side};
+use crate::story::plain;
 use crate::text::{angle, length};
 use crate::viewer;
+
+/// What came of each run beside the first, a plain sentence each.
+pub fn answers(comparison: &Comparison) -> Vec<String> {
+    let lines = ranking::sentences(comparison);
+    lines.iter().map(|line| plain(line)).collect()
+}
 
 /// The comparison as one HTML file that needs nothing else.
 pub fn html(comparison: &Comparison) -> String {
@@ -38,7 +45,10 @@ pub fn html(comparison: &Comparison) -> String {
         facts: vec![format!("<b>{}</b> runs", names.len())],
         lead: format!(
             "<div class=\"story\">{}</div>\n{}{}{stage}",
-            ranking::sentences(comparison),
+            ranking::sentences(comparison)
+                .iter()
+                .map(|line| format!("<p>{line}</p>"))
+                .collect::<String>(),
             legend(comparison),
             settings_table(comparison)
         ),

@@ -1,10 +1,11 @@
 //! In which figures runs differ most, and that in a sentence a run.
 
-use ilon_trace::Quantity;
-use ilon_trace::quantities::GROUPS;
+use ilon_trace::quantities::{self, GROUPS};
+use ilon_trace::{Quantity, Summary};
 
-use super::Comparison;
+use super::{ComparedRun, Comparison};
 use crate::page::escape;
+use crate::text::percent;
 
 /// Figures that differ by less than this, as a logarithm of their ratio, are the same to who reads them: 1 %.
 const SAME: f64 = 0.01;
@@ -77,59 +78,83 @@ fn weight(comparison: &Comparison, quantity: &Quantity, run: usize) -> f64 {
     (size(other) / size(first)).ln().abs()
 }
 
-/// What came of each run beside the first, in a sentence each, as HTML.
-pub(super) fn sentences(comparison: &Comparison) -> String {
+/// What came of each run beside the first, a sentence each: first what became of the motion that was asked for, then the headline figures that differ most.
+/// Numbers stand between `<b>` and `</b>`.
+pub fn sentences(comparison: &Comparison) -> Vec<String> {
     let Some((first, others)) = comparison.runs.split_first() else {
-        return String::new();
+        return Vec::new();
     };
-    let sentence = |(index, name): (usize, &str)| {
+    let sentence = |(index, run): (usize, &ComparedRun)| {
+        let mut what = of_motion(&first.summary, &run.summary);
+        let headlines: Vec<&str> = quantities::headlines(&run.summary)
+            .iter()
+            .map(|q| q.key)
+            .collect();
+        let is_cost = |named: &Named| {
+            headlines.contains(&named.quantity.key)
+                && !named.quantity.key.starts_with("twist_ratio")
+        };
         let top = ranked(
             comparison,
-            |named| weight(comparison, named.quantity, index + 1),
+            |named| match is_cost(named) {
+                true => weight(comparison, named.quantity, index + 1),
+                false => 0.0,
+            },
             IN_A_SENTENCE,
         );
-        let what: Vec<String> = top
-            .iter()
-            .map(|named| {
-                let Named { heading, quantity } = named;
-                let value = |run: usize| {
-                    let shown = quantity.shown(&comparison.runs[run].summary);
-                    shown.map_or_else(|| "–".to_owned(), |x| format!("{x:.*}", quantity.decimals))
-                };
-                format!(
-                    "{} <b>{} {}</b> instead of {} ({})",
-                    escape(quantity.label),
-                    value(index + 1),
-                    escape(quantity.unit.symbol),
-                    value(0),
-                    escape(heading)
-                )
-            })
-            .collect();
-        let name = escape(name);
-        let first = escape(&first.name);
-        if what.is_empty() {
-            format!(
-                "<p><b>{name}</b> came to the same as {first}: no main figure differs by more than 1 %.</p>"
-            )
-        } else {
-            format!("<p><b>{name}</b>, beside {first}: {}.</p>", what.join("; "))
+        what.extend(top.iter().filter_map(|named| {
+            let quantity = named.quantity;
+            let [from, to] = [&first.summary, &run.summary].map(|summary| quantity.shown(summary));
+            Some(instead(&escape(&quantity.words()), from?, to?, quantity))
+        }));
+        let (name, first) = (escape(&run.name), escape(&first.name));
+        match what.is_empty() {
+            true => format!(
+                "<b>{name}</b> came to the same as {first}: no main figure differs by more than 1 %."
+            ),
+            false => format!("<b>{name}</b>, compared with {first}: {}.", what.join("; ")),
         }
     };
-    others
-        .iter()
-        .map(|run| run.name.as_str())
-        .enumerate()
-        .map(sentence)
-        .collect()
+    others.iter().enumerate().map(sentence).collect()
+}
+
+/// How much of the motion that was asked for became real, in each direction in which that differs by more than a thousandth.
+fn of_motion(first: &Summary, other: &Summary) -> Vec<String> {
+    let [a, b] = [first, other].map(|summary| summary.twist_ratio_asked);
+    let axes = [
+        ("ahead", a.vx, b.vx),
+        ("to the left", a.vy, b.vy),
+        ("in turning", a.omega, b.omega),
+    ];
+    let differs = |(way, from, to): (&str, Option<f64>, Option<f64>)| {
+        let (from, to) = (from?, to?);
+        ((from - to).abs() > 1e-3).then(|| {
+            format!(
+                "{way} it reaches <b>{}</b> of what was asked instead of {}",
+                percent(to),
+                percent(from)
+            )
+        })
+    };
+    axes.into_iter().filter_map(differs).collect()
+}
+
+/// A figure beside that of the first run, and by how much per cent it differs, where that says something.
+fn instead(words: &str, from: f64, to: f64, quantity: &Quantity) -> String {
+    let (decimals, symbol) = (quantity.decimals, escape(quantity.unit.symbol));
+    let change = 100.0 * (to - from) / from.abs();
+    let change = match change.is_finite() && change.abs() < 1000.0 {
+        true => format!(" ({change:+.0} %)"),
+        false => String::new(),
+    };
+    format!("{words} <b>{to:.decimals$} {symbol}</b> instead of {from:.decimals$}{change}")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::ComparedRun;
     use crate::sample::made_up_run;
-    use ilon_trace::{Settings, Summary};
+    use ilon_trace::Settings;
 
     fn comparison(change: impl Fn(&mut Summary)) -> Comparison {
         let run = |name: &str| {
@@ -153,14 +178,32 @@ mod tests {
         let top = most_different(&compared, 5);
         assert_eq!(top[0].quantity.key, "position_error_max_m");
         assert!(top.iter().all(|named| named.quantity.key != "travelled_m"));
-        let said = sentences(&compared);
+        let said = sentences(&compared).concat();
         assert!(said.contains("instead of"), "{said}");
+    }
+
+    /// What became of the motion is told first, though another figure differs more.
+    #[test]
+    fn what_was_reached_is_told_first() {
+        let compared = comparison(|summary| {
+            summary.twist_ratio_asked.vy = Some(1.0);
+            summary.slip_energy_j = Some(1e3);
+        });
+        let mut runs = compared.runs;
+        runs[0].summary.twist_ratio_asked.vy = Some(0.98);
+        let compared = Comparison::of(runs, &["one".into(), "two".into()]).expect("two runs");
+        let said = &sentences(&compared)[0];
+        assert!(
+            said.starts_with("<b>two</b>, compared with one: to the left it reaches <b>100.0 %</b> of what was asked instead of 98.0 %; "),
+            "{said}"
+        );
+        assert!(said.contains("1000.0000 J"), "{said}");
     }
 
     #[test]
     fn runs_that_came_to_the_same_are_said_to() {
         let compared = comparison(|_| {});
         assert!(most_different(&compared, 5).is_empty());
-        assert!(sentences(&compared).contains("came to the same"));
+        assert!(sentences(&compared)[0].contains("came to the same"));
     }
 }

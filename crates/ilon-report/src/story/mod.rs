@@ -138,7 +138,7 @@ impl Story {
 }
 
 /// A sentence without its marks.
-fn plain(html: &str) -> String {
+pub(crate) fn plain(html: &str) -> String {
     let mut text = String::with_capacity(html.len());
     let mut inside = false;
     for c in html.chars() {

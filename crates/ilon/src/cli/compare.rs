@@ -64,7 +64,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         console::data(&json(&comparison)?)?;
     } else {
         console::lines(&format!(
-            "{}\nwritten to {}\n",
+            "{}\n\n{}\nwritten to {}\n",
+            report::compare::answers(&comparison).join("\n"),
             table(&comparison),
             path_in_line(out)
         ))?;
