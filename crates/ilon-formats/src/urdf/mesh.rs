@@ -180,7 +180,22 @@ pub(super) fn open_stl(bytes: &mut [u8]) -> Result<(), String> {
     Ok(())
 }
 
+/// Refuses an OBJ file whose faces name what no file holds: its reader multiplies what they name.
+pub(super) fn check_obj(bytes: &[u8]) -> Result<(), String> {
+    /// A file of 64 MB holds fewer of anything.
+    const MOST_DIGITS: usize = 9;
+    let text = String::from_utf8_lossy(bytes);
+    let faces = text.lines().map(str::trim_start);
+    let faces = faces.filter(|line| line.starts_with(['f', 'l', 'p']));
+    let mut runs = faces.flat_map(|line| line.split(|c: char| !c.is_ascii_digit()));
+    match runs.any(|digits| digits.len() > MOST_DIGITS) {
+        true => Err("a face names a point that is not there".to_owned()),
+        false => Ok(()),
+    }
+}
+
 fn obj(bytes: &[u8]) -> Result<Vec<Point3<f64>>, String> {
+    check_obj(bytes)?;
     // Materials only colour.
     let no_materials = |_: &Path| Ok(Default::default());
     let (models, _) = tobj::load_obj_buf(

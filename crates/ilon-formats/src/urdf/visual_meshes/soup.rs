@@ -45,6 +45,7 @@ fn stl(mut bytes: Vec<u8>) -> Result<Vec<Triangle>, String> {
 }
 
 fn obj(bytes: &[u8]) -> Result<Vec<Triangle>, String> {
+    mesh::check_obj(bytes)?;
     // Materials of the file only colour it, and URDF has its own.
     let no_materials = |_: &Path| Ok(Default::default());
     let options = tobj::LoadOptions {
