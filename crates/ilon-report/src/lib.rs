@@ -287,7 +287,7 @@ fn causes_section(shown: &RunInput, summary: &Summary) -> Option<Section> {
     (!ablations.is_empty()).then(|| Section {
         id: "causes",
         title: "Causes",
-        lead: "The same run was made without each: what is told is the run minus that one."
+        lead: "The same run was made without each cause. Each figure is this run minus that one."
             .to_owned(),
         body: side_by_side(&figures) + &tables::causes_table(&ablations),
     })

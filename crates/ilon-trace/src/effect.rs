@@ -17,7 +17,7 @@ pub struct Effect {
     pub words: String,
     /// The figure: a key of the summary, [`APART_M`] or [`APART_RAD`].
     pub key: String,
-    /// In the run as it is; `None` where it does not apply.
+    /// With the cause; `None` where it does not apply.
     pub with: Option<f64>,
     /// Without the cause; `None` where it does not apply.
     pub without: Option<f64>,

@@ -224,11 +224,11 @@ mod tests {
                     twin(without("load"), alone, by_m),
                 ]
             });
-            let effect = summary.effects.get("load", "end_x_m").expect("it is told");
+            let effect = summary.effects.get("load", "end_x_m").expect("an effect");
             // Within the rounding of a sum.
             assert!((effect.difference - by_m).abs() < 1e-12, "{effect:?}");
             assert_eq!(effect.differs, differs, "{effect:?}");
-            let apart = summary.effects.get("load", APART_M).expect("it is told");
+            let apart = summary.effects.get("load", APART_M).expect("an effect");
             assert_eq!(apart.differs, differs);
         }
     }
@@ -245,7 +245,7 @@ mod tests {
         let interplay = summary
             .effects
             .get("interplay", "end_x_m")
-            .expect("it is told");
+            .expect("an effect");
         assert!((interplay.difference - 0.04).abs() < 1e-12 && interplay.differs);
         let turned = summary.effects.get("interplay", "end_heading_rad");
         assert!(turned.is_some_and(|turned| !turned.differs));

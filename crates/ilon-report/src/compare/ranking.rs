@@ -182,7 +182,7 @@ mod tests {
         assert!(said.contains("instead of"), "{said}");
     }
 
-    /// What became of the motion is told first, though another figure differs more.
+    /// What became of the motion comes first, though another figure differs more.
     #[test]
     fn what_was_reached_is_told_first() {
         let compared = comparison(|summary| {

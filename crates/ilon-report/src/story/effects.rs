@@ -10,13 +10,13 @@ use crate::text::{angle_known, capital, energy, length_known, percent, time};
 
 /// So many causes get a sentence of their own.
 const MOST_TOLD: usize = 4;
-/// What causes do only together is told from this share of what they do.
+/// What causes do only together is reported from this share of what they do.
 const TOLD_TOGETHER: f64 = 0.2;
-/// A robot that left its way for a moment by so many times what is left of it at the end is told of both.
+/// A passing deviation is reported beside that at the end where it is so many times as large.
 const PASSING: f64 = 2.0;
 /// A run that is known no better, in metres, tells nothing of causes that did less.
 const ROUGHLY_KNOWN_M: f64 = 5e-3;
-/// A remedy is worth telling where it improves a figure by this share, and spoils none by as much.
+/// A remedy is worth reporting where it improves a figure by this share, and spoils none by as much.
 const WORTH_TELLING: f64 = 0.05;
 
 /// What each cause did, the largest effect first; nothing of a run that was not repeated.
@@ -242,7 +242,7 @@ fn in_words(effect: &Effect) -> Option<String> {
     ))
 }
 
-/// What could be tried, as HTML: each remedy was tried, and is told with what it gave.
+/// What could be tried, as HTML: each remedy was tried, and is reported with what it gave.
 pub(super) fn tries(header: &Header, summary: &Summary) -> Vec<String> {
     let tried = effects::of_remedies(summary, header);
     let mut gained: Vec<(f64, String)> =

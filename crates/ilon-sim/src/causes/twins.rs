@@ -22,7 +22,7 @@ pub(crate) struct Twins {
     resolved: Resolved,
     robot: Robot,
     changes: Vec<(Change, Null)>,
-    /// Whether remedies are tried where something is found to be mended.
+    /// Whether remedies are tried.
     tries: bool,
 }
 

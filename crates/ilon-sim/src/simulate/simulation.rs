@@ -199,7 +199,7 @@ impl Simulation {
     }
 
     /// Leaves causes out of the run, one after the other, in twins that go on beside it: what each does is in the summary's `effects`, and in the
-    /// header of the trace. Of a run under a controller of one's own, which cannot be started again, nothing is left out.
+    /// header of the trace. A run under a caller's controller has no twins: the controller cannot be started again.
     pub fn explaining(mut self, causes: Causes) -> Self {
         if !self.is_foreign {
             let (resolved, robot) = (self.run.plant.resolved(), self.run.plant.robot());

@@ -92,7 +92,7 @@ fn an_effect_is_what_two_runs_made_by_hand_differ_by() {
                     without.end_heading_rad,
                 ),
             ] {
-                let effect = summary.effects.get("faults.0", key).expect("it is told");
+                let effect = summary.effects.get("faults.0", key).expect("an effect");
                 assert_eq!(
                     (effect.with, effect.without),
                     (with, without),
@@ -131,7 +131,7 @@ fn two_causes_do_together_what_neither_does_alone() {
         summary
             .effects
             .get(cause, "end_y_m")
-            .expect("it is told")
+            .expect("an effect")
             .difference
     };
     let (floor, push, all) = (of("faults.0"), of("faults.1"), of("all"));
@@ -168,7 +168,7 @@ fn effects_are_the_same_on_any_threads_and_leave_the_run_alone() {
     assert!(failed.is_empty(), "{failed:?}");
 }
 
-/// The rollers' geometry takes 2 % of a motion to the left, and commands that allow for it give it back: it is tried before it is told.
+/// The rollers' geometry takes 2 % of a motion to the left, and commands that allow for it give it back: it is tried before it is reported.
 #[test]
 fn a_remedy_was_tried() {
     let left = "twist = { vy_m_s = 0.3, rest_s = 0.1, ramp_s = 0.4, settle_s = 0.3 }";

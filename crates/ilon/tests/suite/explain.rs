@@ -4,7 +4,7 @@ use crate::support;
 
 use support::{Folder, ended_with};
 
-/// What is told of a fault is the difference to the run that the same command makes without it.
+/// What is reported of a fault is the difference to the run that the same command makes without it.
 #[test]
 fn a_cause_is_told_by_the_run_without_it() {
     let folder = Folder::new();

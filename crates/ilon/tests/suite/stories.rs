@@ -159,7 +159,7 @@ fn every_fault_is_told_with_its_time_its_size_and_what_it_did() {
             length_m(places, " ahead") - length_m(places, " back"),
             length_m(places, " to the left") - length_m(places, " to the right"),
         ];
-        // Half of the last digit of what is told, which is that of the floor, and three floors of what is not.
+        // Half of the last digit that is printed, which is that of the floor; three floors of what is not printed.
         let apart = told.run.summary.effects.get("faults.0", "apart_m");
         let least_m = 3.0 * apart.expect("it was left out").floor;
         for (said_m, did_m) in said.iter().zip(did) {

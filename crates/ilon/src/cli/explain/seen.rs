@@ -1,4 +1,4 @@
-//! What somebody sees of a real robot, as it is written on the command line.
+//! The drift of a real robot, as a person writes it on the command line.
 
 use std::str::FromStr;
 
