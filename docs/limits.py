@@ -27,7 +27,7 @@ PATH = """
 robot = {{ file = "{robots}/{robot}.urdf", heading_deg = {heading_deg} }}
 world.floor.friction = {friction}
 reference.timing = "as fast as grip allows"
-reference.figure_eight = {{ half_width_m = {half_width_m}, period_s = 8, heading = "{heading}" }}
+reference.figure_eight = {{ half_width_m = {half_width_m}, period_s = 8{heading} }}
 guidance = {{ position_gain_per_s = 3, heading_gain_per_s = 3 }}
 run.duration_s = 6
 """
@@ -47,12 +47,12 @@ def held(program):
 def path(program, robot, half_width_m, friction, along, share=None):
     """The share of grip that an eight takes, and what slides of the motors' positive work."""
     words = {"robots": ROBOTS, "robot": robot, "half_width_m": half_width_m, "friction": friction}
-    text = PATH.format(heading_deg=45 if along else 0, heading="along_path" if along else "fixed", **words)
+    text = PATH.format(heading_deg=45 if along else 0, heading=', heading = "along_path"' if along else "", **words)
     if share is not None:
         text += f"reference.share_of_grip = {share}\n"
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "eight.toml").write_text(text)
-        command = [program, "run", f"{folder}/eight.toml", "--no-report", "--out", f"{folder}/out"]
+        command = [program, "run", f"{folder}/eight.toml", "--no-report", "--quiet", "--out", f"{folder}/out"]
         subprocess.run(command, stdout=subprocess.PIPE, check=True)
         summary = json.loads((Path(folder) / "out" / "summary.json").read_text())
         resolved = (Path(folder) / "out" / "scenario.toml").read_text()

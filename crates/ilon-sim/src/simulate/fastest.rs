@@ -186,7 +186,10 @@ fn drive(resolved: &Resolved, robot: &Robot) -> Result<Drive, Error> {
     let mut plant = Plant::new(resolved, robot)?;
     let point_m = resolved.reference_point_m();
     let from_point = Twist::new(-point_m.x, -point_m.y, 0.0);
-    plant.reset(scenario.sensors.seed, reference.at(0.0).pose.moved(from_point))?;
+    plant.reset(
+        scenario.sensors.seed,
+        reference.at(0.0).pose.moved(from_point),
+    )?;
     let mut pilot = resolved.pilot(robot, None)?;
     while plant.time_s() < duration_s - 0.5 * period_s {
         let t_s = plant.time_s();
@@ -247,7 +250,10 @@ mod tests {
                 assert!(found.slid <= MAY_SLIDE, "{power} {largest}: {found:?}");
                 // A tenth more at a power of 0.75 is what 14 % less of the share slides less.
                 let least = libm::pow(0.9, 1.0 / power) * 0.94;
-                assert!(found.share > least * largest, "{power} {largest}: {found:?}");
+                assert!(
+                    found.share > least * largest,
+                    "{power} {largest}: {found:?}"
+                );
             }
         }
     }
