@@ -21,7 +21,6 @@ mod joint_targets;
 mod limits;
 mod load;
 mod loop_stability;
-mod motor_work;
 mod motors;
 mod noise;
 mod period;

@@ -6,10 +6,10 @@
 
 use ilon_control::Kinematics;
 use ilon_robot::{Robot, Twist};
+use ilon_world::World;
 
 use super::command::WheelCommand;
 use super::limits::{Limit, LimitRow, Limits, MOTIONS, direction};
-use super::motor_work::motor_powers_w;
 use super::plant::Plant;
 use super::resolve::{Driver, resolve_as_given};
 use crate::Error;
@@ -53,7 +53,7 @@ impl Limits {
             .map(|row| row.speeding_up.share_held)
             .fold(1.0, f64::min);
         // The box stays as far inside of the polytope.
-        let held = least.min(sprinter.box_held(limits.acceleration_box)?);
+        let held = sprinter.box_held(limits.acceleration_box, least)?;
         limits.acceleration_box = limits.acceleration_box.map(|side| held * side);
         if let Some(polytope) = &mut limits.polytope {
             polytope.scale(held);
@@ -94,21 +94,38 @@ impl Limit {
         self.largest = self.share_held * self.by_statics;
     }
 
-    /// Lowers it so that less slides, where too much did; says whether it is to be tried again.
-    fn learn(&mut self, slid: Slid) -> bool {
-        /// What slides grows with an acceleration near the edge of the grip about as this power of it.
+    /// Lowers it so that less slides, where too much did; says whether it is to be tried again. `before` is what slid before it was lowered last.
+    fn learn(&mut self, slid: f64, before: &mut Option<Tried>) -> bool {
+        /// What slides grows with an acceleration near the edge of the grip about as this power of it, where one sprint alone is known; and the powers that are
+        /// believed.
         const POWER: f64 = 6.0;
+        const POWERS: [f64; 2] = [3.0, 20.0];
         /// What is aimed at, of what may slide; the largest step; and the share from which on it is not the acceleration that slides.
-        const AIM: f64 = 0.7;
-        const MOST: f64 = 0.7;
+        const AIM: f64 = 0.8;
+        const MOST: f64 = 0.6;
         const LEAST: f64 = 0.3;
-        let share = slid.share();
-        if share <= MAY_SLIDE || self.share_held <= LEAST {
+        let share_held = self.share_held;
+        if slid <= MAY_SLIDE || share_held <= LEAST {
             return false;
         }
-        self.lower(libm::pow(AIM * MAY_SLIDE / share, 1.0 / POWER).max(MOST));
+        let power = before.map_or(POWER, |before| {
+            let through = libm::log(slid / before.slid);
+            let through = through / libm::log(share_held / before.share_held);
+            through.clamp(POWERS[0], POWERS[1])
+        });
+        *before = Some(Tried { share_held, slid });
+        let step = libm::pow(AIM * MAY_SLIDE / slid, 1.0 / power).max(MOST);
+        self.share_held = (step * share_held).max(LEAST);
+        self.largest = self.share_held * self.by_statics;
         true
     }
+}
+
+/// A share of what statics allow, and what slid at it.
+#[derive(Clone, Copy)]
+struct Tried {
+    share_held: f64,
+    slid: f64,
 }
 
 /// What slid, and what the motors gave and took, in J.
@@ -119,6 +136,15 @@ struct Slid {
 }
 
 impl Slid {
+    /// All of it since a world began.
+    fn so_far(world: &World) -> Self {
+        Self {
+            slip_j: world.slip_energy_j(),
+            // What they gave, and what they took: that less what both come to.
+            work_j: 2.0 * world.motor_positive_energy_j() - world.motor_energy_j(),
+        }
+    }
+
     fn share(&self) -> f64 {
         match self.work_j > 0.0 {
             true => self.slip_j / self.work_j,
@@ -127,11 +153,28 @@ impl Slid {
     }
 }
 
-/// What slid while a robot sped up, and while it slowed down, nearest to the speed of a row.
-#[derive(Clone, Copy, Debug, Default)]
-struct OfRow {
-    up: Slid,
-    down: Slid,
+impl LimitRow {
+    /// Its limit on speeding up, or on slowing down.
+    fn limit(&self, is_up: bool) -> &Limit {
+        match is_up {
+            true => &self.speeding_up,
+            false => &self.slowing_down,
+        }
+    }
+
+    fn limit_mut(&mut self, is_up: bool) -> &mut Limit {
+        match is_up {
+            true => &mut self.speeding_up,
+            false => &mut self.slowing_down,
+        }
+    }
+}
+
+/// A robot that moves along a direction, and how fast, in m/s or rad/s.
+#[derive(Clone)]
+struct Moving {
+    plant: Plant,
+    speed: f64,
 }
 
 /// A robot that stands, to be sent in all directions.
@@ -159,26 +202,47 @@ impl Sprinter {
         })
     }
 
-    /// Lowers the rows of a motion until the robot holds them.
+    /// Lowers the rows of a motion until the robot holds them: speeding up, and slowing down from where that ends.
     fn lower(&mut self, direction: Twist, rows: &mut [LimitRow]) -> Result<(), Error> {
+        let at_rest = Moving {
+            plant: self.standing.clone(),
+            speed: 0.0,
+        };
+        let fast = self.lower_one_way(direction, rows, (&at_rest, true))?;
+        // From rest it slows down as it speeds up the other way.
+        if fast.speed > 0.0 && rows.last().is_some_and(|row| row.speed > 0.0) {
+            self.lower_one_way(direction, rows, (&fast, false))?;
+        }
+        Ok(())
+    }
+
+    /// Lowers the limits on speeding up, or on slowing down, from a speed until the robot holds them. Gives how it moves then.
+    fn lower_one_way(
+        &mut self,
+        direction: Twist,
+        rows: &mut [LimitRow],
+        (from, is_up): (&Moving, bool),
+    ) -> Result<Moving, Error> {
         const MOST_SPRINTS: usize = 8;
+        let mut before = vec![None; rows.len()];
+        let mut moving = from.clone();
         for _ in 0..MOST_SPRINTS {
-            let slid = self.sprint(direction, rows)?;
+            moving.clone_from(from);
+            let slid = self.sprint(&mut moving, direction, (rows, is_up))?;
             let mut again = false;
-            for (row, of_row) in rows.iter_mut().zip(slid) {
-                again |= row.speeding_up.learn(of_row.up);
-                again |= row.slowing_down.learn(of_row.down);
+            for ((row, slid), before) in rows.iter_mut().zip(slid).zip(&mut before) {
+                again |= row.limit_mut(is_up).learn(slid.share(), before);
             }
             if !again {
                 break;
             }
         }
-        Ok(())
+        Ok(moving)
     }
 
-    /// Of a box of accelerations from rest, the share of which the robot holds every corner.
-    fn box_held(&mut self, sides: [f64; 3]) -> Result<f64, Error> {
-        let mut held = 1.0_f64;
+    /// Of a box of accelerations from rest, the share of which the robot holds every corner, up to `most`.
+    fn box_held(&mut self, sides: [f64; 3], most: f64) -> Result<f64, Error> {
+        let mut held = most;
         for corner in 0..8 {
             let side = |axis: usize| match corner >> axis & 1 {
                 0 => sides[axis],
@@ -191,61 +255,41 @@ impl Sprinter {
         Ok(held)
     }
 
-    /// Speeds up along a direction as hard as the rows say, to beyond the speed of the last, and slows down again; gives what slid beside each row.
-    fn sprint(&mut self, direction: Twist, rows: &[LimitRow]) -> Result<Vec<OfRow>, Error> {
+    /// Speeds up along a direction as hard as the rows say, to beyond the speed of the last, or slows down to rest; gives what slid beside each row.
+    fn sprint(
+        &mut self,
+        moving: &mut Moving,
+        direction: Twist,
+        (rows, is_up): (&[LimitRow], bool),
+    ) -> Result<Vec<Slid>, Error> {
         /// Over the fastest row's speed, which is 0.9 of the top speed.
         const BEYOND: f64 = 1.05;
-        let mut slid = vec![OfRow::default(); rows.len()];
-        let mut plant = self.standing.clone();
+        let mut slid = vec![Slid::default(); rows.len()];
         let top = rows.last().map_or(0.0, |row| BEYOND * row.speed);
         let (until, most_s) = match top > 0.0 {
             true => (top, MOST_S),
             false => (f64::INFINITY, WITHOUT_END_S),
         };
-        let mut speed = 0.0;
-        for is_up in [true, false] {
-            // From rest it slows down as it speeds up the other way.
-            if !is_up && top == 0.0 {
-                break;
-            }
-            let mut since_s = 0.0;
-            while since_s < most_s && if is_up { speed < until } else { speed > 0.0 } {
-                let nearest = nearest(rows, speed);
-                let u = (since_s / COMES_S).min(1.0);
-                let gain = u * u * (3.0 - 2.0 * u) * largest(rows, speed, is_up) * self.period_s;
-                speed = match is_up {
-                    true => speed + gain,
-                    false => (speed - gain).max(0.0),
-                };
-                since_s += self.period_s;
-                let now = self.advance(&mut plant, direction.scaled(speed))?;
-                let of_row = &mut slid[nearest];
-                let account = if is_up {
-                    &mut of_row.up
-                } else {
-                    &mut of_row.down
-                };
-                account.slip_j += now.slip_j;
-                account.work_j += now.work_j;
-            }
+        let mut since_s = 0.0;
+        let Moving { plant, speed } = moving;
+        while since_s < most_s && if is_up { *speed < until } else { *speed > 0.0 } {
+            let of_row = &mut slid[nearest(rows, *speed)];
+            let u = (since_s / COMES_S).min(1.0);
+            let gain = u * u * (3.0 - 2.0 * u) * largest(rows, *speed, is_up) * self.period_s;
+            *speed = match is_up {
+                true => *speed + gain,
+                false => (*speed - gain).max(0.0),
+            };
+            since_s += self.period_s;
+            self.kinematics
+                .wheel_rates(direction.scaled(*speed), &mut self.rates_rad_s);
+            let before = Slid::so_far(plant.world());
+            plant.advance(WheelCommand::Rates(&self.rates_rad_s), self.period_s)?;
+            let after = Slid::so_far(plant.world());
+            of_row.slip_j += after.slip_j - before.slip_j;
+            of_row.work_j += after.work_j - before.work_j;
         }
         Ok(slid)
-    }
-
-    /// Drives a control period towards a twist.
-    fn advance(&mut self, plant: &mut Plant, twist: Twist) -> Result<Slid, Error> {
-        self.kinematics.wheel_rates(twist, &mut self.rates_rad_s);
-        let before_j = plant.world().slip_energy_j();
-        let mut work_j = 0.0;
-        let command = WheelCommand::Rates(&self.rates_rad_s);
-        plant.advance_watched(command, self.period_s, |world, dt_s| {
-            let powers_w = motor_powers_w(world);
-            work_j += dt_s * powers_w.map(f64::abs).sum::<f64>();
-        })?;
-        Ok(Slid {
-            slip_j: plant.world().slip_energy_j() - before_j,
-            work_j,
-        })
     }
 }
 
@@ -263,10 +307,7 @@ fn nearest(rows: &[LimitRow], speed: f64) -> usize {
 
 /// The acceleration between rows, in proportion to the speed; beyond the last as there.
 fn largest(rows: &[LimitRow], speed: f64, is_up: bool) -> f64 {
-    let of = |row: &LimitRow| match is_up {
-        true => row.speeding_up.largest,
-        false => row.slowing_down.largest,
-    };
+    let of = |row: &LimitRow| row.limit(is_up).largest;
     let after = rows.partition_point(|row| row.speed <= speed);
     match (
         after.checked_sub(1).map(|before| &rows[before]),
