@@ -100,7 +100,8 @@ fn approach(
     dt_s: f64,
 ) -> Option<Approach> {
     match reaction.a.part {
-        Part::Roller(wheel, _) if reaction.tread().is_none() => {
+        // A robot in the air has no load that anything could bear until then.
+        Part::Roller(wheel, _) if reaction.tread().is_none() && body.is_touched => {
             let (middle_m, start_m) = gaps_m?;
             let rate_rad_s = body.before.wheel_rates_rad_s()[wheel];
             Some(Approach {
