@@ -77,6 +77,8 @@ pub(crate) struct Free {
     pub from_robots: Vector3<f64>,
     /// Work that robots have done on it, in J.
     pub work_j: f64,
+    /// How deep it and what it touched have been in one another at most, in metres.
+    pub pressed_m: f64,
     /// What it is where rapier moves it.
     pub guest: Option<Box<Guest>>,
 }

@@ -13,7 +13,7 @@
 //! contact/reactions/assembly.rs which laws hold: contacts, dry bearings, motors at their bounds
 //! contact/reactions/response.rs how the bodies answer: W = Z Z^T, a row z = L^-T J^T as sparse as its way to the root
 //! contact/law/                  the impulses that hold all laws at once (solver.rs: Newton's method, newton.rs; better starts, splitting.rs)
-//! world/advance.rs              a step whose laws could not be held is given up here, and taken in halves; else rates take the impulses, work is counted, poses move on with the mean of the rates
+//! world/advance.rs              a step in which something lands under load, or whose laws could not be held, is given up here, and taken in two parts; else rates take the impulses, work is counted, poses move on with the mean of the rates
 //! world/own.rs                  rapier takes the same step with bodies of a program's own, if there are any
 //! ```
 //!
@@ -26,6 +26,7 @@
 //! | where a roller is nearest to the ground | `contact/search/nearest.rs`; rollers by numbers: `contact/search/turned_profile.rs` |
 //! | treads, creep, rolling resistance | `contact/law/tread.rs`, `contact/reactions/{compliance,rolling}.rs` |
 //! | the hand-over from roller to roller | `contact/search/handover.rs`, its work: `contact/reactions/handover_impulse.rs` |
+//! | what lands within a step, and when | `contact/reactions/landing.rs` |
 //! | rollers with play along their axles | `robot/axial_play.rs` |
 //! | floors: friction, nap, boxes, heights | `ground/` |
 //! | springs, dampers and servos of joints | `robot/joints.rs`, `robot/servo.rs`; stops and couplings: `contact/reactions/joints.rs` |

@@ -77,7 +77,7 @@ pub struct ContactSolution {
     pub newton_steps: u32,
     /// How often Newton's method needed another start.
     pub restarts: u32,
-    /// How often a part of the step was given up and taken in halves.
+    /// How often a part of the step was given up and taken in two, because something landed in it or its laws could not be held.
     pub halvings: u32,
 }
 

@@ -357,6 +357,10 @@ impl Simulation {
         let resolved = self.run.plant.resolved();
         let remarks = warnings::of_summary(&summary, resolved.has_unstable_loops());
         self.warnings.extend(remarks);
+        self.warnings.extend(warnings::of_bodies(
+            self.run.plant.robot(),
+            self.run.plant.world(),
+        ));
         let twins = &trace.header().twins;
         let was_asked = self.scenario().run.converge;
         let remarks = warnings::of_convergence(&summary.converge, twins, was_asked);

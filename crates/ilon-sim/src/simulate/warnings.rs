@@ -4,6 +4,7 @@ use ilon_robot::{BodyJoint, JointKind, Robot};
 use ilon_trace::metrics::Energy;
 use ilon_trace::quantities::{self, Measure};
 use ilon_trace::{Convergence, Quantity, Summary, Twin};
+use ilon_world::{FreeBodyId, World};
 
 use super::pilot::FeasibilityInTime;
 use crate::scenario::Scenario;
@@ -125,6 +126,26 @@ pub(super) fn of_feasibility(feasibility: &FeasibilityInTime, robot: &Robot) -> 
             0.5 * feasibility.limit_rad_s
         )
     })
+}
+
+/// Of free bodies that were too heavy for what they lay on.
+pub(super) fn of_bodies(robot: &Robot, world: &World) -> Vec<String> {
+    /// What is pressed deeper than this, in wheel radii, was carried by nothing.
+    const DEEP: f64 = 0.1;
+    let radii_m = robot.wheels.iter().map(|wheel| wheel.radius_m);
+    let deep_m = DEEP * radii_m.fold(f64::INFINITY, f64::min);
+    let remark = |id: &FreeBodyId| {
+        let pressed_m = world.free_body(*id)?.pressed_m;
+        let name = world.free_body_name(*id)?;
+        (pressed_m > deep_m).then(|| {
+            format!(
+                "body `{name}` and what it touched were pressed {:.1} mm into one another: contacts of this stiffness do not bear it; make it lighter \
+                 or slower, or raise `world.solver.contact_stiffness_n_m`",
+                1e3 * pressed_m
+            )
+        })
+    };
+    world.free_bodies().iter().filter_map(remark).collect()
 }
 
 /// Of what came of the run.

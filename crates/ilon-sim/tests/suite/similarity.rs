@@ -290,6 +290,59 @@ fn robots_of_one_shape_move_alike_at_any_size() {
     }
 }
 
+/// A robot of 40 or of 20 mm, which pushes a crate off its middle, does what one of 400 mm does: shapes have no size of their own, either.
+#[test]
+fn small_robots_push_small_crates_as_large_ones_do() {
+    let pushed = |size: Size| {
+        let text = format!(
+            "robot.file = \"\"\n[[world.bodies]]\nname = \"crate\"\nbox = {{ size_m = [{1:e}, {0:e}, {0:e}] }}\nmass_kg = {2:e}\nfriction = 0.4\n\
+             x_m = {3:e}\ny_m = {4:e}\n[twist]\nvx_m_s = {5:e}\nomega_rad_s = {6:e}\nrest_s = {7:e}\nramp_s = {8:e}\n\
+             [wheel_loop]\nbandwidth_rad_s = {9:e}\n[run]\nduration_s = {10:e}\ncontrol_dt_s = {11:e}\n",
+            0.1 * size.length(),
+            0.14 * size.length(),
+            2.0 * size.mass(),
+            0.4 * size.length(),
+            0.03 * size.length(),
+            0.4 * size.time(),
+            0.2 / size.time(),
+            0.2 * size.time(),
+            0.3 * size.time(),
+            40.0 / size.time(),
+            2.0 * size.time(),
+            0.01 * size.time(),
+        );
+        let scenario = Scenario::from_toml(&text, "similar", "").expect("a scenario");
+        let simulation = Simulation::with_robot(&scenario, &size.robot()).expect("it stands");
+        let run = simulation.run();
+        let end = run.trace.records().last().expect("a row");
+        let [x_m, y_m, z_m] = end.bodies[0].place_m;
+        let robot = end.truth.pose;
+        let heading = end.bodies[0].heading_rad;
+        let lengths = [x_m, y_m, z_m, robot.x_m, robot.y_m].map(|m| m / size.length());
+        (lengths, [heading, robot.heading_rad])
+    };
+    let (one, one_turned) = pushed(Size(1.0));
+    // It was pushed on, and aside.
+    assert!(
+        one[0] > 0.6 && one_turned[0].abs() > 0.01,
+        "{one:?} {one_turned:?}"
+    );
+    for s in [0.1, 0.05] {
+        let (other, turned) = pushed(Size(s));
+        let off = |some: &[f64], others: &[f64]| {
+            let pairs = some.iter().zip(others);
+            pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        };
+        let (off_way, off_turned) = (off(&one, &other), off(&one_turned, &turned));
+        println!("{s}: {off_way:e} of its size, {off_turned:e} rad");
+        // What the solver leaves of a law at either size, 1e-8 m/s, over the run.
+        assert!(
+            off_way < 1e-5 && off_turned < 1e-5,
+            "{s}: {off_way} {off_turned}"
+        );
+    }
+}
+
 /// Robot A with wheels of 250 mm and a chassis of 10 and of 50 t, under the automatic step and under one of a tenth of it.
 #[test]
 fn heavy_robots_neither_bounce_nor_slip_by_their_step() {

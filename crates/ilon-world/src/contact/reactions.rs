@@ -30,6 +30,7 @@ mod compliance;
 mod grouping;
 pub(crate) mod handover_impulse;
 mod joints;
+mod landing;
 mod nonlinear_drives;
 pub(crate) mod potential;
 pub(crate) mod reaction;
@@ -296,24 +297,6 @@ impl Reactions {
         })
     }
 
-    /// By how much deeper than when it began the deepest contact of an articulated body would be at the end of the last step if
-    /// all moved on with the mean of the rates, in metres.
-    pub fn sinks_m(&self, body: usize, dt_s: f64) -> f64 {
-        let contacts = self.all.iter().filter(|reaction| reaction.rows() == 3);
-        let touches = |reaction: &Reaction| {
-            let of_b = matches!(reaction.b, Partner::Of(member) if member.body == body);
-            reaction.a.body == body || of_b
-        };
-        let rigid = contacts
-            .zip(&self.gaps_m)
-            .filter(|(contact, _)| contact.tread().is_none() && touches(contact));
-        let sinks = rigid.map(|(contact, (gap_m, before_m))| {
-            let then_m = gap_m + 0.5 * dt_s * contact.velocity_after.x;
-            before_m.min(0.0) - then_m
-        });
-        sinks.fold(0.0, f64::max)
-    }
-
     /// What the dry bearings and joints of an articulated body, the stops of its rollers and rolling took in the last step, in J.
     pub fn bearings_took_j(&self, body: usize) -> f64 {
         let is_bearing = |r: &&Reaction| {
@@ -371,8 +354,7 @@ impl Reactions {
     /// Whether something pressed on an articulated body in the last step.
     pub fn press_on(&self, body: usize) -> bool {
         self.all.iter().any(|reaction| {
-            let of_b = matches!(reaction.b, Partner::Of(member) if member.body == body);
-            reaction.rows() == 3 && reaction.impulse.x > 0.0 && (reaction.a.body == body || of_b)
+            reaction.rows() == 3 && reaction.impulse.x > 0.0 && reaction.touches(body)
         })
     }
 

@@ -61,11 +61,13 @@ impl Servo {
         self.began = (self.target, self.is_late);
         let (end, limit) = (self.aim_at(middle_s + 0.5 * dt_s), servo.rate_limit);
         let (by, most) = (end - self.target, limit * dt_s);
-        self.is_late = by.abs() > most;
-        if self.is_late {
-            let middle = self.target + 0.5 * most.copysign(by);
-            self.target += most.copysign(by);
-            return [middle, limit.copysign(by)];
+        let was_late = std::mem::replace(&mut self.is_late, by.abs() > most);
+        if was_late || self.is_late {
+            // It comes from behind: in a part that ends where it comes to the aim, too.
+            let by = by.clamp(-most, most);
+            let middle = self.target + 0.5 * by;
+            self.target += by;
+            return [middle, by / dt_s];
         }
         self.target = end;
         [self.aim_at(middle_s), self.aim[1].clamp(-limit, limit)]

@@ -30,7 +30,7 @@ const UNSOLVED_M_S: f64 = 1e-6;
 const SHORTEST_PART: f64 = 1.0 / 16.0;
 
 impl World {
-    /// Advances the world by a time: in one part, or in halves where its contacts cannot be solved.
+    /// Advances the world by a time: in one part, or in two where something lands in it or its contacts cannot be solved.
     ///
     /// The reactions of a part are found before anything has moved, so that a part that is given up has left nothing behind.
     pub(super) fn advance(&mut self, dt_s: f64) {
@@ -42,14 +42,27 @@ impl World {
             return self.tally(dt_s);
         }
         self.find_reactions(dt_s);
-        let half_s = 0.5 * dt_s;
-        if self.reactions.error() <= UNSOLVED_M_S || half_s < self.shortest_part_s() {
+        let Some(first_s) = self.first_part_s(dt_s) else {
             self.move_on(dt_s);
             return self.tally(dt_s);
-        }
+        };
         self.give_up();
-        self.advance(half_s);
-        self.advance(half_s);
+        self.advance(first_s);
+        self.advance(dt_s - first_s);
+    }
+
+    /// The first of the two parts in which a part of a step is to be taken whose reactions have been found, in seconds; `None` where it is well solved
+    /// as a whole.
+    fn first_part_s(&self, dt_s: f64) -> Option<f64> {
+        let shortest_s = self.shortest_part_s();
+        // A little before it lands, so that what bears the load until then does so to the end.
+        let lands_s = (1.0 - SHORTEST_PART) * self.reactions.lands_after_s(&self.bodies, dt_s);
+        if (shortest_s..dt_s).contains(&lands_s) {
+            return Some(lands_s);
+        }
+        let half_s = 0.5 * dt_s;
+        let is_solved = self.reactions.error() <= UNSOLVED_M_S || half_s < shortest_s;
+        (!is_solved).then_some(half_s)
     }
 
     /// Gives up a part of a step whose reactions have been found, and goes back to where it began.
@@ -103,7 +116,7 @@ impl World {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         for (index, body) in self.bodies.iter_mut().enumerate() {
             let lands = body.sets_out || body.lands(index, &self.reactions, dt_s);
-            body.take_reactions(index, &self.reactions, dt_s);
+            body.take_reactions(index, &self.reactions, lands, dt_s);
             let gravity = body.pulled_by(&gravity);
             body.move_on(lands, &gravity, dt_s, &mut self.energies);
             body.from_middle_s += dt_s;
@@ -446,7 +459,7 @@ impl Articulated {
     }
 
     /// Corrects the rates by the reactions of the step.
-    fn take_reactions(&mut self, index: usize, reactions: &Reactions, dt_s: f64) {
+    fn take_reactions(&mut self, index: usize, reactions: &Reactions, lands: bool, dt_s: f64) {
         for (rate, change) in self.rates_free.iter_mut().zip(reactions.change(index)) {
             *rate += change;
         }
@@ -455,7 +468,8 @@ impl Articulated {
         if !self.robot.joints.is_empty() {
             let rates = self.rates_free.iter().zip(&self.rates_before);
             for (gained, (after, before)) in self.gained.iter_mut().zip(rates) {
-                *gained = (after - before) / dt_s;
+                // A jump foretells nothing.
+                *gained = if lands { 0.0 } else { (after - before) / dt_s };
             }
         }
         // From here on the rates before are those that the mean over the step starts from.

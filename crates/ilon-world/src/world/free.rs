@@ -35,6 +35,9 @@ pub struct FreeBodyState {
     pub force_from_robots_n: Vector3<f64>,
     /// Work that robots have done on it where they touch it since it was put in, in J: less what it did on them.
     pub work_of_robots_j: f64,
+    /// How deep it and what it touched have been in one another since it was put in, at most, in metres: what is too heavy for what it lies on
+    /// sinks into it.
+    pub pressed_m: f64,
     /// Whether it rests, and is left alone until something comes near.
     pub sleeps: bool,
 }
@@ -92,6 +95,7 @@ impl World {
             slow_s: 0.0,
             from_robots: Vector3::zeros(),
             work_j: 0.0,
+            pressed_m: 0.0,
             guest: None,
         }));
         built
@@ -136,6 +140,7 @@ impl World {
                 free.from_robots
             },
             work_of_robots_j: free.work_j,
+            pressed_m: free.pressed_m,
             sleeps,
         })
     }
@@ -178,6 +183,11 @@ impl World {
         // Free bodies stand behind the robots.
         if self.bodies.last().is_none_or(|body| body.free.is_none()) {
             return;
+        }
+        for (index, body) in self.bodies.iter_mut().enumerate() {
+            if let Some(free) = &mut body.free {
+                free.pressed_m = free.pressed_m.max(self.reactions.pressed_m(index));
+            }
         }
         for (reaction, b) in self.reactions.on_bodies() {
             if self.bodies[reaction.a.body].free.is_some() {

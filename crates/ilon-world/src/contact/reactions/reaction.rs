@@ -184,6 +184,12 @@ pub(crate) struct Tread {
 }
 
 impl Reaction {
+    /// Whether it acts on an articulated body.
+    pub fn touches(&self, body: usize) -> bool {
+        let is_b = matches!(self.b, Partner::Of(member) if member.body == body);
+        self.a.body == body || is_b
+    }
+
     /// One within a body, of what moves at this velocity when the step begins; nothing acts yet.
     pub fn within(a: Member, velocity_before: Vector3<f64>) -> Self {
         Self {

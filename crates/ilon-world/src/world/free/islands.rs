@@ -245,7 +245,7 @@ pub(in crate::world) fn place_among(bodies: &[Articulated], id: FreeBodyId) -> O
 }
 
 /// A box around a body, its wheels and all.
-fn bounds(body: &Articulated) -> Bounds {
+pub(super) fn bounds(body: &Articulated) -> Bounds {
     let shapes = solids(body, &body.state).map(|solid| solid.bounds());
     let hubs = body.state.hubs().iter().zip(&body.wheels);
     let wheels = hubs.map(|(hub, wheel)| Bounds::of_ball(&hub.center_m, wheel.reach_m));

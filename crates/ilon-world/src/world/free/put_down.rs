@@ -10,6 +10,7 @@ use crate::contact::search::solid::Solid;
 use crate::free::FreeBody;
 use crate::robot::articulated::Articulated;
 use crate::world::World;
+use crate::world::free::islands::bounds;
 
 /// How near to touching a body is put down, in metres.
 const PUT_DOWN_M: f64 = 1e-9;
@@ -39,11 +40,12 @@ impl World {
         built: &Articulated,
     ) -> Result<Vector3<f64>, WorldError> {
         let at = |height_m: f64| Vector3::new(body.place_m.x, body.place_m.y, height_m);
+        let near = self.over_or_under(&self.bounds_at(built, at(0.0)));
         let height_m = match body.height_m {
             Some(height_m) => height_m,
-            None => self.lowered_m(built, at),
+            None => self.lowered_m((built, &near), at),
         };
-        let (gap_m, obstacle) = self.nearest(built, at(height_m));
+        let (gap_m, obstacle) = self.nearest((built, &near), at(height_m));
         if gap_m >= -ROUNDED * built.scale.length_m {
             return Ok(at(height_m));
         }
@@ -61,17 +63,28 @@ impl World {
         })
     }
 
-    /// The height at which a body touches what is beneath it.
-    fn lowered_m(&self, built: &Articulated, at: impl Fn(f64) -> Vector3<f64>) -> f64 {
+    /// What a body with these bounds may meet at any height: robots and free bodies.
+    fn over_or_under(&self, own: &Bounds) -> Vec<&Articulated> {
+        let column = column(own).grown(NEAR_M);
+        let all = self.bodies.iter().chain(self.islands.bodies());
+        all.filter(|body| bounds(body).meets(&column)).collect()
+    }
+
+    /// The height at which a body touches what is beneath it, of others that are near.
+    fn lowered_m(
+        &self,
+        (built, others): (&Articulated, &[&Articulated]),
+        at: impl Fn(f64) -> Vector3<f64>,
+    ) -> f64 {
         let own = self.bounds_at(built, at(0.0));
-        let beneath = self.tops_m(&own).fold(0.0, f64::max);
+        let beneath = self.tops_m(&own, others).fold(0.0, f64::max);
         let from_m = beneath - own.least_m.z + NEAR_M;
         let (mut free_m, mut lower_m) = (from_m, f64::NEG_INFINITY);
         for _ in 0..MOST_LOWERED {
             if free_m - lower_m <= PUT_DOWN_M {
                 break;
             }
-            let gap_m = self.nearest(built, at(free_m)).0;
+            let gap_m = self.nearest((built, others), at(free_m)).0;
             if gap_m < PUT_DOWN_M || !gap_m.is_finite() {
                 break;
             }
@@ -83,14 +96,14 @@ impl World {
             if next_m <= lower_m || next_m >= free_m {
                 break;
             }
-            if self.nearest(built, at(next_m)).0 <= 0.0 {
+            if self.nearest((built, others), at(next_m)).0 <= 0.0 {
                 lower_m = next_m;
             } else {
                 free_m = next_m;
             }
         }
         // Where nothing is beneath it, it falls.
-        let lies = lower_m.is_finite() || self.nearest(built, at(free_m)).0 < NEAR_M;
+        let lies = lower_m.is_finite() || self.nearest((built, others), at(free_m)).0 < NEAR_M;
         if lies { free_m } else { from_m }
     }
 
@@ -98,13 +111,11 @@ impl World {
         solid_at(built, middle_m).map_or(Bounds::NONE, |solid| solid.bounds())
     }
 
-    /// How high everything reaches that lies over or under bounds, in metres.
-    fn tops_m(&self, own: &Bounds) -> impl Iterator<Item = f64> {
-        let mut column = *own;
-        (column.least_m.z, column.most_m.z) = (f64::NEG_INFINITY, f64::INFINITY);
+    /// How high the ground and others reach that lie over or under bounds, in metres.
+    fn tops_m(&self, own: &Bounds, others: &[&Articulated]) -> impl Iterator<Item = f64> {
+        let column = column(own);
         let ground = self.ground.solids().map(|solid| solid.bounds());
-        let bodies = self.bodies.iter().chain(self.islands.bodies());
-        let shapes = bodies.flat_map(|body| {
+        let shapes = others.iter().flat_map(|body| {
             let solids = solids(body, &body.state).map(|solid| solid.bounds());
             let hubs = body.state.hubs().iter().zip(&body.wheels);
             let wheels = hubs.map(|(hub, wheel)| Bounds::of_ball(&hub.center_m, wheel.reach_m));
@@ -114,8 +125,13 @@ impl World {
         tops.map(|of| of.most_m.z)
     }
 
-    /// How far a body with its middle at a place is from whatever is nearest, in metres, negative where it is in it; and what that is.
-    fn nearest(&self, built: &Articulated, middle_m: Vector3<f64>) -> (f64, Obstacle<'_>) {
+    /// How far a body with its middle at a place is from whatever is nearest of the ground and of others, in metres, negative where it is in it; and
+    /// what that is.
+    fn nearest<'a>(
+        &self,
+        (built, others): (&Articulated, &[&'a Articulated]),
+        middle_m: Vector3<f64>,
+    ) -> (f64, Obstacle<'a>) {
         let mut nearest = (f64::INFINITY, Obstacle::Ground);
         let Some(own) = solid_at(built, middle_m) else {
             return nearest;
@@ -127,7 +143,7 @@ impl World {
             nearest.0 = nearest.0.min(gap_m(&own, &solid));
         }
         let (piece, bounds) = (own.piece(), own.bounds());
-        for body in self.bodies.iter().chain(self.islands.bodies()) {
+        for body in others {
             let mut least_m = nearest.0;
             for solid in solids(body, &body.state) {
                 // Of what is further away by the boxes around them nothing more is asked.
@@ -148,6 +164,13 @@ impl World {
         }
         nearest
     }
+}
+
+/// All that lies over or under bounds.
+fn column(own: &Bounds) -> Bounds {
+    let mut column = *own;
+    (column.least_m.z, column.most_m.z) = (f64::NEG_INFINITY, f64::INFINITY);
+    column
 }
 
 /// The shape of a free body with its middle at a place.

@@ -489,6 +489,7 @@ impl GuestBody {
             slow_s: 0.0,
             from_robots: Vector3::zeros(),
             work_j: 0.0,
+            pressed_m: 0.0,
             guest: Some(Box::new(Guest {
                 own,
                 start: self.velocities.into(),
