@@ -9,6 +9,7 @@ use ilon_control::{
 use ilon_robot::{Pose, Robot, Twist, wrap_angle};
 use nalgebra::Vector2;
 
+use super::contradiction::Contradiction;
 use super::command::{Commanded, Decided, WheelCommand};
 use super::guidance::guidance;
 use super::hubs::Hubs;
@@ -264,6 +265,11 @@ impl Pilot {
         self.decision.move_to_origin(point_m);
     }
 
+    /// The kinematics about the robot's origin.
+    pub fn kinematics(&self) -> &Kinematics {
+        &self.kinematics
+    }
+
     /// The point of the body that follows the reference, in the body frame, in metres.
     pub fn reference_point_m(&self) -> Vector2<f64> {
         self.guidance.kinematics().reference_point_m()
@@ -305,6 +311,7 @@ impl Pilot {
             granted_twist_in_body: self.decision.granted_twist_in_body,
             tasks: &self.decision.tasks,
             wheel_rates_rad_s: &self.wheel_rates_rad_s,
+            commanded: self.commanded,
         }
     }
 
@@ -363,6 +370,24 @@ impl Pilot {
             }
             Planned::Own(..) => None,
         }
+    }
+
+    /// Wheel rates that a log asks for, over the run, as far as they contradict each other.
+    pub fn contradiction(&self, duration_s: f64) -> Contradiction {
+        let count = self.kinematics.wheel_count();
+        let mut found = Contradiction::new(count);
+        let Planned::Log(log) = &self.motion else {
+            return found;
+        };
+        let mut rates_rad_s = vec![0.0; count];
+        let periods = (duration_s / self.period_s).round() as u64;
+        for period in 0..periods {
+            let t_s = period as f64 * self.period_s;
+            if log.rates_alone(t_s, &mut rates_rad_s) {
+                found.add(&self.kinematics, &rates_rad_s, [t_s, self.period_s]);
+            }
+        }
+        found
     }
 
     /// The heading that is desired at a time in seconds, in radians, where a reference says one.

@@ -32,6 +32,8 @@ pub struct Resolved {
     announced: Option<Announced>,
     stability: Option<Stability>,
     has_unstable_loops: bool,
+    /// Whether a log asks for wheel rates that contradict each other, which is remarked already.
+    is_contradictory: bool,
     warnings: Vec<String>,
 }
 
@@ -118,6 +120,10 @@ pub(super) fn resolve_as_given(
         Driver::Own => None,
     };
     warnings.extend(beyond.as_ref().map(|beyond| beyond.remark(robot)));
+    let contradiction = pilot.contradiction(scenario.run.duration_s);
+    let played_back = contradiction.remark(pilot.kinematics(), robot, "the wheel rates of the log");
+    let is_contradictory = played_back.is_some();
+    warnings.extend(played_back);
     let mut stability = None;
     match pilot.feasibility(scenario.run.duration_s) {
         Some(feasibility) => {
@@ -144,6 +150,7 @@ pub(super) fn resolve_as_given(
         announced: beyond.map(|beyond| beyond.announced),
         stability,
         has_unstable_loops: unstable_loops.is_some(),
+        is_contradictory,
         warnings,
     })
 }
@@ -329,6 +336,11 @@ impl Resolved {
     /// Whether the wheel loops cannot settle at the physics step, see [`super::loop_stability`].
     pub(super) fn has_unstable_loops(&self) -> bool {
         self.has_unstable_loops
+    }
+
+    /// Whether a log asks for wheel rates that contradict each other, which is remarked already.
+    pub(super) fn is_contradictory(&self) -> bool {
+        self.is_contradictory
     }
 
     /// The point of the body frame that follows the reference, in metres.

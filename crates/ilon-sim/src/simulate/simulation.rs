@@ -357,6 +357,10 @@ impl Simulation {
         let resolved = self.run.plant.resolved();
         let remarks = warnings::of_summary(&summary, resolved.has_unstable_loops());
         self.warnings.extend(remarks);
+        if !resolved.is_contradictory() {
+            let remark = self.run.recorder.contradiction_remark(self.run.plant.robot());
+            self.warnings.extend(remark);
+        }
         let twins = &trace.header().twins;
         let was_asked = self.scenario().run.converge;
         let remarks = warnings::of_convergence(&summary.converge, twins, was_asked);

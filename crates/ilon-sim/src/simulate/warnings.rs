@@ -141,17 +141,7 @@ pub(super) fn of_summary(summary: &Summary, has_unstable_loops: bool) -> Vec<Str
              the robot was off, comes from gains that are unstable at this step, and not from the floor"
         ));
     }
-    for wheel in &summary.wheels {
-        if let Some(share) = wheel.lost_contact
-            && share > MOST_AIRBORNE
-        {
-            remarks.push(format!(
-                "wheel `{}` was in the air for {:.0} % of the run: it does not carry the robot",
-                wheel.name,
-                100.0 * share
-            ));
-        }
-    }
+    remarks.extend(of_wheels_in_the_air(summary));
     if let Some(residual_m_s) = summary.contact_residual_max_m_s
         && residual_m_s > WORST_RESIDUAL_M_S
     {
@@ -163,6 +153,25 @@ pub(super) fn of_summary(summary: &Summary, has_unstable_loops: bool) -> Vec<Str
     }
     remarks.extend(of_energy(&summary.energy));
     remarks
+}
+
+/// Of wheels that were in the air for most of the run: of one or two that do not carry the robot, or of so many that it hops.
+fn of_wheels_in_the_air(summary: &Summary) -> Option<String> {
+    let wheels = summary.wheels.iter();
+    let aloft = wheels.filter_map(|wheel| {
+        let share = wheel.lost_contact.filter(|share| *share > MOST_AIRBORNE)?;
+        Some(format!("`{}` for {:.0} %", wheel.name, 100.0 * share))
+    });
+    let aloft: Vec<String> = aloft.collect();
+    // Two wheels or fewer carry nothing: the others carry the robot in turn.
+    let hops = aloft.len() + 2 > summary.wheels.len();
+    let what = match (aloft.len(), hops) {
+        (0, _) => return None,
+        (_, true) => "the robot hops from wheel to wheel, which carry it in turn",
+        (1, false) => "it does not carry the robot",
+        (_, false) => "they do not carry the robot",
+    };
+    Some(format!("in the air were, of the run, {}: {what}", aloft.join(", ")))
 }
 
 /// Of energies that do not add up, and of losses that gave energy.
@@ -303,15 +312,24 @@ mod tests {
             wheel
         };
         let mut summary = Summary::default();
-        summary.wheels = vec![wheel("front", 0.02), wheel("rear", 1.0)];
+        summary.wheels = ["left", "right", "front"].map(|name| wheel(name, 0.02)).into();
+        summary.wheels.push(wheel("rear", 1.0));
         summary.contact_residual_max_m_s = Some(1e-8);
         let [remark] = &of_summary(&summary, false)[..] else {
             panic!("one wheel does not touch");
         };
         assert!(
-            remark.contains("`rear`") && remark.contains("100 %"),
+            remark.contains("`rear` for 100 %") && remark.ends_with("it does not carry the robot"),
             "{remark}"
         );
+        for wheel in &mut summary.wheels {
+            wheel.lost_contact = Some(0.6);
+        }
+        // None of them carries the robot all the time, and together they do.
+        let [hops] = &of_summary(&summary, false)[..] else {
+            panic!("one remark for all");
+        };
+        assert!(hops.contains("hops") && !hops.contains("does not carry"), "{hops}");
         summary.wheels.clear();
         summary.energy.unexplained_share = Some(0.004);
         summary.contact_residual_max_m_s = Some(0.02);
