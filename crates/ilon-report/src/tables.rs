@@ -100,9 +100,11 @@ pub(super) fn ledger_table(summary: &Summary) -> String {
     let causes = [
         "a task was saturated",
         "the command allowed for the rollers' geometry in advance",
-        "the wheels had not reached their targets",
+        "the wheels were behind their targets, or ahead of them",
         "the touching roller is tilted and off the wheel's middle",
-        "the contacts slid",
+        "wheels were in the air, or carried less than others",
+        "the wheels' rates belong to no one motion, so that they slid against each other",
+        "the contacts slid besides",
     ];
     let cells = |i: &ilon_trace::ledger::Integral| {
         [

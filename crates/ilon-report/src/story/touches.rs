@@ -13,8 +13,6 @@ pub(crate) struct Touches {
     bodies: Vec<Spells>,
     /// What robots had done on each in the row before, in J.
     work_before_j: Vec<f64>,
-    /// Work of the motors so far, in J.
-    motor_j: f64,
 }
 
 impl Touches {
@@ -22,13 +20,11 @@ impl Touches {
         Self {
             bodies: vec![Spells::default(); header.bodies.len()],
             work_before_j: vec![0.0; header.bodies.len()],
-            motor_j: 0.0,
         }
     }
 
     pub fn add(&mut self, header: &Header, record: &Record) {
         let (t_s, dt_s) = (record.t_s, header.row_span_s(record.t_s));
-        self.motor_j = record.motor_positive_energy_j.max(record.motor_energy_j);
         let before = self.bodies.iter_mut().zip(&mut self.work_before_j);
         for (sample, (spells, work_j)) in record.bodies.iter().zip(before) {
             let before_j = std::mem::replace(work_j, sample.work_j);
@@ -44,7 +40,7 @@ impl Touches {
         let of_body = of_all.flat_map(|(spells, body)| {
             let say = |spell: &Spell| {
                 let most_n = spell.largest;
-                let took = self.took(spell.energy_j[1] - spell.energy_j[0]);
+                let took = took(spell.energy_j[1] - spell.energy_j[0], None);
                 let text = format!(
                     "the robot presses on `{}` with up to {most_n:.1} N; {took}",
                     body.name
@@ -56,8 +52,8 @@ impl Touches {
         of_body.collect()
     }
 
-    /// Which body the robot touched first, and what pushing all of them took; `None` where it touched none.
-    pub fn sentence(&self, header: &Header) -> Option<String> {
+    /// Which body the robot touched first, and what pushing all of them took of what was put in, in J; `None` where it touched none.
+    pub fn sentence(&self, header: &Header, put_in_j: Option<f64>) -> Option<String> {
         let of_all = self.bodies.iter().zip(&header.bodies);
         let firsts = of_all.filter_map(|(spells, body)| Some((spells.found.first()?, &body.name)));
         let (first, name) = firsts.min_by(|(a, _), (b, _)| a.from_s.total_cmp(&b.from_s))?;
@@ -66,30 +62,26 @@ impl Touches {
             "The robot first touched <b>{}</b> at {}; in all, moving bodies {}.",
             escape(name),
             time(first.from_s),
-            self.took(all_j),
+            took(all_j, put_in_j),
         ))
     }
+}
 
-    /// What work on bodies took, in words.
-    fn took(&self, work_j: f64) -> String {
-        /// Less than this is nothing, in J.
-        const LEAST_J: f64 = 5e-4;
-        if work_j.abs() < LEAST_J {
-            return "took less than 1 mJ".to_owned();
-        }
-        if work_j < 0.0 {
-            return format!("gave it {}", energy(-work_j));
-        }
-        let took = format!("took {}", energy(work_j));
-        if self.motor_j > 0.0 {
-            format!(
-                "{took}, {} of the motors' work",
-                percent(work_j / self.motor_j)
-            )
-        } else {
-            took
-        }
+/// What work on bodies took in J, in words, and of how much, if that is known.
+fn took(work_j: f64, put_in_j: Option<f64>) -> String {
+    /// Less than this is nothing, in J.
+    const LEAST_J: f64 = 5e-4;
+    if work_j.abs() < LEAST_J {
+        return "took less than 1 mJ".to_owned();
     }
+    if work_j < 0.0 {
+        return format!("gave it {}", energy(-work_j));
+    }
+    let of_all = put_in_j.filter(|all_j| *all_j >= work_j);
+    let of_all = of_all.map_or_else(String::new, |all_j| {
+        format!(", {} of what was put in", percent(work_j / all_j))
+    });
+    format!("took {}{of_all}", energy(work_j))
 }
 
 #[cfg(test)]
@@ -115,14 +107,13 @@ mod tests {
             let t_s = 0.01 * f64::from(row);
             let mut record = Record {
                 t_s,
-                motor_energy_j: 2.0 * t_s,
                 ..Record::default()
             };
             record.bodies[0].push_n = if t_s > 1.0 { 5.0 } else { 0.0 };
             record.bodies[0].work_j = (t_s - 1.0).max(0.0);
             touches.add(&header, &record);
         }
-        let said = touches.sentence(&header).expect("it was touched");
+        let said = touches.sentence(&header, Some(4.0)).expect("it was touched");
         assert!(said.contains("<b>crate</b> at 1.0"), "{said}");
         assert!(said.contains("25"), "{said}");
         let episodes = touches.episodes(&header);
