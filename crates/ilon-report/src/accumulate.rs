@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use ilon_robot::{Twist, wrap_angle};
-use ilon_trace::slip::constraint_residual_m_s;
 use ilon_trace::ledger::TERMS;
+use ilon_trace::slip::constraint_residual_m_s;
 use ilon_trace::{Header, MAX_TASKS, Projection, Record, Rows, Trace, WheelHeader, WheelSample};
 
 use super::decimate::{Envelope, Evenly, MAX_POINTS};

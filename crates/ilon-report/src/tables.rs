@@ -16,7 +16,7 @@ use super::text::{angle, energy, length, percent, speed, time};
 /// The figures that tiles show: each quantity of the summary by its key, from which magnitude on.
 const TILES: [(&str, f64); 6] = [
     ("slip_speed_rms_m_s", 0.0),
-    ("slip_energy_j", 5e-4),
+    ("wheel_slip_energy_j", 5e-4),
     ("energy.spin_up_j", 5e-4),
     ("wheel_torque_max_n_m", 0.0),
     ("odometry_drift_m_per_m", 0.0),

@@ -15,7 +15,8 @@
 //! | slip | settled - real | the contacts slide besides |
 //!
 //! where ideal is Indiveri 2009, eq. (7), contact the contact kinematics, and carried the same with each wheel weighted by the load that it
-//! carries. What the weighted wheels leave open, as fewer than three carry, is as the robot really moves. Rates q' that eq. (9) maps from no twist
+//! carries. What the weighted wheels leave open, as fewer than three carry, is as the robot really moves; and so is a part of all, where they carry
+//! less than half of its weight. Rates q' that eq. (9) maps from no twist
 //! leave a residual r = q' - M M^+ q', and each wheel with a part of r slides. As long as friction acts against that slide, any motion will do:
 //! settled is the motion nearest to the real one, on the way to it from carried, at which no wheel's slide has turned round.
 //!

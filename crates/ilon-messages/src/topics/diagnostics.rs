@@ -115,7 +115,13 @@ impl Window {
         let parts = terms.named();
         let speed = |twist: &Twist| libm::hypot(twist.vx_m_s, twist.vy_m_s);
         // Of equals the first.
-        let larger = |a: usize, b: usize| if speed(&parts[b].1) > speed(&parts[a].1) { b } else { a };
+        let larger = |a: usize, b: usize| {
+            if speed(&parts[b].1) > speed(&parts[a].1) {
+                b
+            } else {
+                a
+            }
+        };
         let (largest, of_largest) = parts[(1..parts.len()).fold(0, larger)];
         let message = format!(
             "asked and real differ by {:.1} mm/s; the largest part is {}, {:.1} mm/s",

@@ -105,7 +105,10 @@ impl Integrator {
             [point.x_m, point.y_m]
         };
         let total = of_point(&grown.total);
-        let [servo, went] = [of_point(&grown.servo), [0, 1].map(|axis| real(record)[axis] - real(before)[axis])];
+        let [servo, went] = [
+            of_point(&grown.servo),
+            [0, 1].map(|axis| real(record)[axis] - real(before)[axis]),
+        ];
         let went_m = went[0].hypot(went[1]);
         if went_m > 0.0 {
             self.behind_m += (servo[0] * went[0] + servo[1] * went[1]) / went_m;

@@ -69,7 +69,9 @@ fn of_what_was_put_in(summary: &Summary, header: &Header, part_j: f64) -> String
         (outside, energy_of.outside_positive_j),
         ("gravity's", energy_of.fall_j),
     ];
-    let named = who.into_iter().filter(|(_, j)| j.is_some_and(|j| j > LEAST * all_j));
+    let named = who
+        .into_iter()
+        .filter(|(_, j)| j.is_some_and(|j| j > LEAST * all_j));
     let named: Vec<String> = named.map(|(who, _)| who.to_owned()).collect();
     match named.is_empty() {
         true => format!(" of {}", energy(all_j)),

@@ -66,6 +66,7 @@ impl Story {
         lines.extend(sentences.take(MOST_OF_A_KIND));
         lines.extend(shown.all.measured.sentence());
         lines.extend(watch.touches.sentence(header, summary.energy.put_in_j));
+        lines.extend(watch.touches.falls(header));
         lines.extend(shortfall::at_rest(header, summary, &watch.means));
 
         let ends_at_m_s = shown.all.ends_at_m_s;
@@ -77,7 +78,11 @@ impl Story {
         };
         lines.extend(slope_first);
         lines.extend(tracking(summary, &start));
-        lines.extend(budget.as_ref().map(|b| excursion(b, &start, header.storage)));
+        lines.extend(
+            budget
+                .as_ref()
+                .map(|b| excursion(b, &start, header.storage)),
+        );
         match header.twins.is_empty() {
             true => lines.extend(on_purpose(header)),
             false => lines.extend(effects::sentences(header, summary, posture)),
@@ -276,7 +281,9 @@ fn in_words<'a>(part: &'a str, budget: &Budget, is_spring: bool) -> &'a str {
     const CLEARLY: f64 = 0.5;
     let servo_m = budget.parts_m[3];
     match part {
-        "correction by guidance" if is_spring => "forces that stretch the law's spring to the reference",
+        "correction by guidance" if is_spring => {
+            "forces that stretch the law's spring to the reference"
+        }
         "slip" => "sliding contacts",
         "geometry" => "the rollers' geometry",
         "lift-off" => "wheels in the air, or with little load,",

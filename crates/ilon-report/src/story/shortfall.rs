@@ -56,13 +56,18 @@ pub(crate) struct Means {
 
 /// The size of a twist in m/s, its turning at the farthest wheel.
 fn size_m_s(header: &Header, twist: Twist) -> f64 {
-    twist.linear_m_s().norm().hypot(arm_m(header) * twist.omega_rad_s)
+    twist
+        .linear_m_s()
+        .norm()
+        .hypot(arm_m(header) * twist.omega_rad_s)
 }
 
 /// The distance of the farthest wheel from the body's origin, in metres.
 fn arm_m(header: &Header) -> f64 {
     let positions = header.wheels.iter().map(|wheel| wheel.position_m);
-    positions.map(|[x_m, y_m]| x_m.hypot(y_m)).fold(0.0, f64::max)
+    positions
+        .map(|[x_m, y_m]| x_m.hypot(y_m))
+        .fold(0.0, f64::max)
 }
 
 impl Stretch {
@@ -71,7 +76,9 @@ impl Stretch {
         let real = before.truth.pose.displacement_to(&record.truth.pose);
         let terms = Terms::between(before, record);
         self.moved = self.moved + real;
-        self.terms = self.terms.zip(&terms, |sum, term| sum + term.scaled(span_s));
+        self.terms = self
+            .terms
+            .zip(&terms, |sum, term| sum + term.scaled(span_s));
         self.time_s += span_s;
         self.until_s = record.t_s;
         let share = supply_share(header, record.t_s);
@@ -318,7 +325,11 @@ fn of_stretch(
     with_shares: bool,
     is_schedule: bool,
 ) -> Vec<String> {
-    let [asked, ideal, real] = [stretch.asked(), stretch.ideal(), stretch.mean(stretch.moved)];
+    let [asked, ideal, real] = [
+        stretch.asked(),
+        stretch.ideal(),
+        stretch.mean(stretch.moved),
+    ];
     let speed_m_s = asked.linear_m_s().norm();
     let least_m_s = (DRIVEN_SHARE * size_m_s(header, ideal)).max(DRIVEN_M_S);
     let mut lines = Vec::new();
@@ -392,7 +403,9 @@ fn of_stretch(
 /// What each of some terms takes, where it can be shown, each with a comma.
 fn taken<const N: usize>(terms: [(&str, Twist); N], mean: impl Fn(Twist) -> f64) -> String {
     let shares = terms.map(|(name, term)| (name, mean(term)));
-    let shown = shares.into_iter().filter(|(_, share)| share.abs() >= LEAST_SHARE);
+    let shown = shares
+        .into_iter()
+        .filter(|(_, share)| share.abs() >= LEAST_SHARE);
     shown
         .map(|(name, share)| format!("{name} {}, ", takes(share)))
         .collect()
@@ -401,8 +414,14 @@ fn taken<const N: usize>(terms: [(&str, Twist); N], mean: impl Fn(Twist) -> f64)
 /// What is missing between the wheels' rates and the robot's motion.
 fn of_contacts(terms: &Terms, mean: impl Fn(Twist) -> f64 + Copy) -> String {
     let rare = [
-        ("wheels in the air or with little load", terms.lift_off),
-        ("wheels that contradict each other", terms.conflict),
+        (
+            "lift-off, as wheels are in the air or carry little,",
+            terms.lift_off,
+        ),
+        (
+            "the contradiction between the wheels' rates",
+            terms.conflict,
+        ),
     ];
     format!(
         "the rollers' geometry {}, {}slip {}",

@@ -18,6 +18,7 @@ const SLACK: f64 = 1e-6;
 /// Counts the [`Ledger`] over spans of a few physics steps, however often rows are written.
 pub(super) struct Budget {
     ledger: Ledger,
+    weight_n: f64,
     /// Twists in the body frame that hold until the next decision: asked for, granted, and that of the wheels' targets; `None` where there are no
     /// rate targets.
     decided: Option<[Twist; 3]>,
@@ -39,9 +40,10 @@ pub(super) struct Budget {
 }
 
 impl Budget {
-    /// For a robot that begins at a pose with all wheel angles zero.
-    pub fn new(start: Pose, wheels: usize) -> Self {
+    /// For a robot of a weight in N that begins at a pose with all wheel angles zero.
+    pub fn new(start: Pose, wheels: usize, weight_n: f64) -> Self {
         Self {
+            weight_n,
             ledger: Ledger::default(),
             decided: Some([Twist::default(); 3]),
             contradiction: Contradiction::new(wheels),
@@ -121,9 +123,12 @@ impl Budget {
         let ideal = kinematics.twist(&self.turned_rad);
         let of_contacts = contact.twist(&self.middle_rad, &self.turned_rad);
         let carried = contact.twist_by_load_here(&self.turned_rad, &self.loads_n_s, real);
+        let carried = real + (carried - real).scaled(self.hold(span_s));
         self.loads_n_s.fill(0.0);
         let settled = self.settled(kinematics, span_s, [carried, real]);
-        let decided = self.decided.map(|twists| twists.map(|twist| twist.scaled(span_s)));
+        let decided = self
+            .decided
+            .map(|twists| twists.map(|twist| twist.scaled(span_s)));
         let [asked, granted, ideal_of_targets] = decided.unwrap_or([ideal; 3]);
         let chain = Chain {
             asked,
@@ -137,6 +142,17 @@ impl Budget {
         };
         self.ledger
             .count(&chain, [before.heading_rad, pose.heading_rad]);
+    }
+
+    /// How far the wheels have hold of the robot, in [0, 1]: fully from half of its weight on, so that neither a slope nor a shake takes of it. What
+    /// carries less while the robot hops moves it as much less.
+    fn hold(&self, span_s: f64) -> f64 {
+        let load_n_s: f64 = self.loads_n_s.iter().sum();
+        let whole_n_s = 0.5 * self.weight_n * span_s;
+        match load_n_s < whole_n_s {
+            true => load_n_s / whole_n_s,
+            false => 1.0,
+        }
     }
 
     /// How far, on its way from `carried` to `real`, the robot moves as the wheels that contradict each other let it: as long as each wheel slides

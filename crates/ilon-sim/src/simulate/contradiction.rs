@@ -106,7 +106,9 @@ impl Contradiction {
         let count = products.nrows();
         let projector =
             DMatrix::identity(count, count) - kinematics.rate_matrix() * kinematics.twist_matrix();
-        (&projector * products * projector.transpose()).trace().max(0.0)
+        (&projector * products * projector.transpose())
+            .trace()
+            .max(0.0)
     }
 
     /// Each reversal of one wheel, and each exchange of two, that removes the contradiction; first what lets the robot go ahead most.
@@ -176,7 +178,11 @@ mod tests {
         let first = reversed.split("removes it").next().unwrap_or_default();
         assert!(first.ends_with("reversing `front_left` "), "{reversed}");
         // What also turns leaves one reversal alone.
-        let turns = said(&[[-6.0, 6.0, 6.0, 6.0], [6.0, 6.0, -6.0, 6.0], [3.0, 6.0, 1.0, 8.0]]);
+        let turns = said(&[
+            [-6.0, 6.0, 6.0, 6.0],
+            [6.0, 6.0, -6.0, 6.0],
+            [3.0, 6.0, 1.0, 8.0],
+        ]);
         let turns = turns.unwrap_or_default();
         assert!(turns.contains("no single reversal or exchange"), "{turns}");
         let free = said(&[[7.0, -2.0, 3.0, 5.0], [1.0, 4.0, -6.0, 2.0]]).unwrap_or_default();

@@ -9,8 +9,8 @@ use ilon_control::{
 use ilon_robot::{Pose, Robot, Twist, wrap_angle};
 use nalgebra::Vector2;
 
-use super::contradiction::Contradiction;
 use super::command::{Commanded, Decided, WheelCommand};
+use super::contradiction::Contradiction;
 use super::guidance::guidance;
 use super::hubs::Hubs;
 use super::playback::{Asked, Log, Placing};
@@ -370,6 +370,31 @@ impl Pilot {
             }
             Planned::Own(..) => None,
         }
+    }
+
+    /// Of the twists of a schedule the one that takes the fastest wheels, and what saturation leaves of it; `None` without a schedule.
+    pub fn held_to_limits(&self) -> Option<[Twist; 2]> {
+        let Planned::Twist(profile) = &self.motion else {
+            return None;
+        };
+        let mut guidance = self.guidance.clone();
+        let mut rates_rad_s = vec![0.0; self.kinematics.wheel_count()];
+        let mut fastest = |twist: Twist| {
+            self.kinematics.wheel_rates(twist, &mut rates_rad_s);
+            rates_rad_s
+                .iter()
+                .fold(0.0, |most: f64, rate| most.max(rate.abs()))
+        };
+        let held = profile.held().map(|twist| (fastest(twist), twist));
+        let (_, twist_in_body) = held.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let task = Task {
+            name: "twist",
+            twist_in_body,
+        };
+        Some([
+            twist_in_body,
+            guidance.command(&[task]).saturated_twist_in_body,
+        ])
     }
 
     /// Wheel rates that a log asks for, over the run, as far as they contradict each other.

@@ -121,6 +121,7 @@ impl Recorder {
             rate_noise_rad_s: scenario.sensors.encoders.rate_noise_rad_s,
             ..errors
         });
+        let weight_n = header.mass_kg * scenario.world.gravity_m_s2;
         let roller_angles_hz = scenario.run.roller_angles_hz;
         Self {
             covariance: errors
@@ -144,7 +145,7 @@ impl Recorder {
                 target_peaks_rad_s: vec![0.0; wheel_count],
                 ..Decisions::default()
             },
-            budget: Budget::new(start, wheel_count),
+            budget: Budget::new(start, wheel_count, weight_n),
             samples: vec![WheelSample::default(); wheel_count],
             rollers_every_s: roller_angles_hz.map(|rate_hz| 1.0 / rate_hz),
             rollers_taken: 0,

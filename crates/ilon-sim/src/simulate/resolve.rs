@@ -135,7 +135,19 @@ pub(super) fn resolve_as_given(
         }
         None => {
             let asked_rad_s = pilot.fastest_rate_asked_rad_s(&scenario).unwrap_or(0.0);
-            warnings.extend(warnings::of_twist(asked_rad_s, wheel_rate_limit_rad_s));
+            let playback = scenario.playback.as_ref();
+            let is_twist = playback.is_none_or(|playback| {
+                !matches!(playback.drives, Drives::WheelRates | Drives::WheelAngles)
+            });
+            warnings.extend(warnings::of_twist(
+                asked_rad_s,
+                wheel_rate_limit_rad_s,
+                is_twist.then_some(scenario.guidance.saturation),
+                pilot.held_to_limits(),
+            ));
+            if matches!(driver, Driver::Guidance) {
+                warnings.extend(warnings::of_guidance_in_open_loop(&scenario));
+            }
         }
     }
     Ok(Resolved {

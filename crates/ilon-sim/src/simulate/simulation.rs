@@ -358,7 +358,10 @@ impl Simulation {
         let remarks = warnings::of_summary(&summary, resolved.has_unstable_loops());
         self.warnings.extend(remarks);
         if !resolved.is_contradictory() {
-            let remark = self.run.recorder.contradiction_remark(self.run.plant.robot());
+            let remark = self
+                .run
+                .recorder
+                .contradiction_remark(self.run.plant.robot());
             self.warnings.extend(remark);
         }
         let twins = &trace.header().twins;
