@@ -283,7 +283,6 @@ mod tests {
             let said = Budget {
                 error_m: 0.1,
                 ahead_m: 0.0,
-                ahead_m: 0.0,
                 before_m: 0.0,
                 parts_m: [0.1 - rest_m, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
                 rest_m,

@@ -48,7 +48,8 @@ fn under_wheels_j(summary: &Summary) -> f64 {
 /// All that was put in, in J.
 fn put_in_j(summary: &Summary) -> Option<f64> {
     let energy = &summary.energy;
-    energy.put_in_j.or(energy.motor_positive_j)
+    let motors_j = energy.motor_positive_j.or(energy.motor_j);
+    energy.put_in_j.or(motors_j)
 }
 
 /// Of all that was put in and of whom, for a part of it in J; empty of what cannot be a part.
@@ -65,7 +66,10 @@ fn of_what_was_put_in(summary: &Summary, header: &Header, part_j: f64) -> String
         false => "outside's",
     };
     let who = [
-        ("the motors'", energy_of.motor_positive_j),
+        (
+            "the motors'",
+            energy_of.motor_positive_j.or(energy_of.motor_j),
+        ),
         (outside, energy_of.outside_positive_j),
         ("gravity's", energy_of.fall_j),
     ];

@@ -90,6 +90,10 @@ impl Stretch {
         }
     }
 
+    fn is_long(&self) -> bool {
+        self.until_s - self.from_s >= LEAST_STRETCH_S
+    }
+
     /// A sum as a mean.
     fn mean(&self, sum: Twist) -> Twist {
         sum.scaled(1.0 / self.time_s.max(f64::MIN_POSITIVE))
@@ -127,30 +131,28 @@ impl Means {
         self.most_asked_m_s = self.most_asked_m_s.max(size_m_s(header, asked));
         let torques = samples.iter().map(|sample| sample.torque_n_m.abs());
         self.most_torque_n_m = torques.fold(self.most_torque_n_m, f64::max);
-        let Some(before) = self.before.replace(*record) else {
-            return;
-        };
-        // The first row of the window has nothing before it.
-        if header.is_measured(before.t_s) && header.is_measured(record.t_s) {
-            self.window.add(header, [&before, record], samples);
+        let before = self.before.replace(*record);
+        if let Some(before) = &before {
+            // The first row of the window has nothing before it.
+            if header.is_measured(before.t_s) && header.is_measured(record.t_s) {
+                self.window.add(header, [before, record], samples);
+            }
+            // What was asked for at the row before held until this one.
+            if let Some(stretch) = self.stretches.last_mut() {
+                stretch.until_s = record.t_s;
+                if before.t_s >= stretch.from_s + SETTLE_S {
+                    stretch.add(header, [before, record], samples);
+                }
+            }
         }
-        if before.command_twist_in_body != asked || self.stretches.is_empty() {
+        if before.is_none_or(|before| before.command_twist_in_body != asked) {
+            // A twist that changes from row to row is no stretch.
+            self.stretches.pop_if(|last| !last.is_long());
             self.stretches.push(Stretch {
                 from_s: record.t_s,
                 until_s: record.t_s,
                 ..Stretch::default()
             });
-        }
-        let last = self.stretches.last_mut();
-        let last = last.filter(|last| before.t_s >= last.from_s + SETTLE_S);
-        if let Some(stretch) = last {
-            stretch.add(header, [&before, record], samples);
-        }
-        // A twist that changes from row to row is no stretch, and leaves none.
-        if let [.., one_before, _] = &self.stretches[..]
-            && one_before.until_s - one_before.from_s < LEAST_STRETCH_S
-        {
-            self.stretches.remove(self.stretches.len() - 2);
         }
     }
 
@@ -158,7 +160,7 @@ impl Means {
     fn earlier(&self, header: &Header) -> Vec<&Stretch> {
         let stretches = self.stretches.iter();
         let told = stretches.filter(|stretch| {
-            stretch.until_s - stretch.from_s >= LEAST_STRETCH_S
+            stretch.is_long()
                 && stretch.until_s <= header.measure_from_s
                 && size_m_s(header, stretch.asked()) > STANDING
         });

@@ -28,6 +28,8 @@ pub(super) struct Budget {
     conflict: Sizes,
     /// What each wheel carried in the span, in N s.
     loads_n_s: Vec<f64>,
+    /// For how long any wheel touched the ground in it, in seconds.
+    touched_s: f64,
     /// When the span that is not counted yet began, in seconds since the start.
     begun_s: f64,
     /// How long the span that is not counted yet has lasted, in seconds, and where the robot and its wheels were as it began.
@@ -49,6 +51,7 @@ impl Budget {
             contradiction: Contradiction::new(wheels),
             conflict: Sizes::default(),
             loads_n_s: vec![0.0; wheels],
+            touched_s: 0.0,
             begun_s: 0.0,
             lasted_s: 0.0,
             pose: start,
@@ -88,9 +91,12 @@ impl Budget {
         kinematics: (&Kinematics, &mut ContactKinematics),
     ) {
         self.lasted_s += dt_s;
+        let mut touching: f64 = 0.0;
         for (load, tally) in self.loads_n_s.iter_mut().zip(world.robot().wheel_tallies()) {
             *load += tally.normal_force_mean_n() * dt_s;
+            touching += tally.touching_share();
         }
+        self.touched_s += touching.min(1.0) * dt_s;
         if self.lasted_s >= SPAN_S * (1.0 - SLACK) {
             self.end_span(world, kinematics);
         }
@@ -124,8 +130,9 @@ impl Budget {
         let of_contacts = contact.twist(&self.middle_rad, &self.turned_rad);
         let carried = contact.twist_by_load_here(&self.turned_rad, &self.loads_n_s, real);
         let carried = real + (carried - real).scaled(self.hold(span_s));
+        let all_carry = self.loads_n_s.iter().all(|load| *load > 0.0);
         self.loads_n_s.fill(0.0);
-        let settled = self.settled(kinematics, span_s, [carried, real]);
+        let settled = self.settled(kinematics, (span_s, all_carry), [carried, real]);
         let decided = self
             .decided
             .map(|twists| twists.map(|twist| twist.scaled(span_s)));
@@ -144,14 +151,20 @@ impl Budget {
             .count(&chain, [before.heading_rad, pose.heading_rad]);
     }
 
-    /// How far the wheels have hold of the robot, in [0, 1]: fully from half of its weight on, so that neither a slope nor a shake takes of it. What
-    /// carries less while the robot hops moves it as much less.
-    fn hold(&self, span_s: f64) -> f64 {
+    /// How far the wheels have hold of the robot, in [0, 1]: for the part of the span in which any of them touches, and fully from half of the
+    /// robot's weight on, so that neither a slope nor a shake takes of it. In what is left the robot flies on as it is.
+    fn hold(&mut self, span_s: f64) -> f64 {
         let load_n_s: f64 = self.loads_n_s.iter().sum();
         let whole_n_s = 0.5 * self.weight_n * span_s;
-        match load_n_s < whole_n_s {
+        let by_load = match load_n_s < whole_n_s {
             true => load_n_s / whole_n_s,
             false => 1.0,
+        };
+        // A sum of steps may miss the span by rounding.
+        let touched = std::mem::take(&mut self.touched_s) / span_s;
+        match touched < 1.0 - SLACK {
+            true => by_load.min(touched),
+            false => by_load,
         }
     }
 
@@ -163,14 +176,18 @@ impl Budget {
     fn settled(
         &mut self,
         kinematics: &Kinematics,
-        span_s: f64,
+        (span_s, all_carry): (f64, bool),
         [carried, real]: [Twist; 2],
     ) -> Twist {
         let wheels = self.turned_rad.iter().zip(&mut self.rates_rad_s);
         wheels.for_each(|(turned, rate)| *rate = turned / span_s);
         let begun_s = self.begun_s;
         self.begun_s += span_s;
-        let sizes = (self.contradiction).add(kinematics, &self.rates_rad_s, [begun_s, span_s]);
+        let sizes = self.contradiction.of(kinematics, &self.rates_rad_s);
+        if all_carry {
+            let when_s = [begun_s, span_s];
+            (self.contradiction).add(kinematics, &self.rates_rad_s, sizes, when_s);
+        }
         self.conflict.of_no_motion += sizes.of_no_motion * span_s;
         self.conflict.of_all += sizes.of_all * span_s;
         let off = (carried - real).scaled(1.0 / span_s);

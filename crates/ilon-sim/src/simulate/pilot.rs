@@ -409,7 +409,8 @@ impl Pilot {
         for period in 0..periods {
             let t_s = period as f64 * self.period_s;
             if log.rates_alone(t_s, &mut rates_rad_s) {
-                found.add(&self.kinematics, &rates_rad_s, [t_s, self.period_s]);
+                let sizes = found.of(&self.kinematics, &rates_rad_s);
+                found.add(&self.kinematics, &rates_rad_s, sizes, [t_s, self.period_s]);
             }
         }
         found

@@ -122,7 +122,7 @@ fn bent(held: Option<[Twist; 2]>) -> String {
     let turned_rad = wrap_angle(heading(left) - heading(asked));
     let turns = match asked.linear_m_s().norm() > 0.0 {
         true => format!(
-            ", and the direction turns by {:.1} deg",
+            ", and the direction turns by {:.2} deg",
             turned_rad.to_degrees().abs()
         ),
         false => String::new(),
@@ -389,7 +389,7 @@ mod tests {
         let held = [Twist::new(1.0, 0.8, 0.0), Twist::new(0.85, 0.65, 0.0)];
         let said = of_twist(36.0, 30.0, Some(Saturation::Clip), Some(held)).unwrap_or_default();
         assert!(
-            said.contains("(0.850, 0.650) m/s") && said.contains("turns by 1.2 deg"),
+            said.contains("(0.850, 0.650) m/s") && said.contains("turns by 1.25 deg"),
             "{said}"
         );
     }

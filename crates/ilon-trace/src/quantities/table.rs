@@ -241,6 +241,8 @@ pub static GROUPS: &[Group] = &[
             main!(energy.motor_j, "work of the motors", JOULE, 3),
             detail!(energy.motor_positive_j, "work of the motors while they drove", JOULE, 3),
             detail!(energy.outside_j, "brought from outside", JOULE, 3),
+            detail!(energy.outside_positive_j, "brought from outside, without what went there", JOULE, 3),
+            detail!(energy.fall_j, "given by the deepest fall", JOULE, 3),
             detail!(energy.put_in_j, "put in by motors, pushes and gravity", JOULE, 3),
             detail!(energy.stored_j, "gain of kinetic and potential energy", JOULE, 3),
             detail!(energy.slip_j, "lost to sliding", JOULE, 4),
