@@ -173,8 +173,9 @@ mod tests {
         found.remark(&kinematics, &robot, "the wheel rates")
     }
 
-    /// Rates of a motion have no r. With n = (1, -1, -1, 1) / 2, which no motion of its wheels has a part of, the rates (-6, 6, 6, 6) rad/s have n . q' = -6: half of
-    /// their length 12. A drive ahead with the first wheel reversed is also one that turns, or goes sideways, with another reversed.
+    /// Rates of a motion have no r. No motion of these wheels has a part of n = (1, -1, -1, 1) / 2, and the rates (-6, 6, 6, 6) rad/s have
+    /// n . q' = -6: half of their length 12. A drive ahead with the first wheel reversed is also one that turns, or goes sideways, with another
+    /// reversed.
     #[test]
     fn a_reversed_motor_is_found_and_four_free_numbers_are_not_mended() {
         assert_eq!(said(&[[6.0; 4], [6.0, -6.0, 6.0, -6.0]]), None);
