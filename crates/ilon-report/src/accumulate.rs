@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use ilon_robot::{Twist, wrap_angle};
+use ilon_trace::ledger::TERMS;
 use ilon_trace::slip::constraint_residual_m_s;
 use ilon_trace::{Header, MAX_TASKS, Projection, Record, Rows, Trace, WheelHeader, WheelSample};
 
@@ -244,7 +245,7 @@ pub(super) struct Way {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Grown {
     pub t_s: f64,
-    pub ways: [Way; 5],
+    pub ways: [Way; TERMS],
 }
 
 /// Sectors of a wheel's turn.
@@ -320,7 +321,7 @@ impl Accumulated {
         }
         self.grown.add(Grown {
             t_s: record.t_s,
-            ways: record.ledger.named().map(|(_, term)| Way {
+            ways: record.ledger.terms().map(|term| Way {
                 way_mm: 1e3 * term.path_m,
                 turn_deg: term.turned_rad.to_degrees(),
             }),

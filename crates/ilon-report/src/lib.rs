@@ -32,7 +32,7 @@ use std::path::Path;
 
 use ilon_robot::Robot;
 use ilon_trace::file::{ROWS_A_GROUP, write_text};
-use ilon_trace::{Recorded, Settings, Summary, Trace, TraceError};
+use ilon_trace::{FaultKind, Header, Recorded, Settings, Summary, Trace, TraceError};
 
 pub use decimate::short;
 use figure::{dashed, dotted, solid};
@@ -137,7 +137,7 @@ fn page_of(
     let head = Head {
         kind: "run report",
         title: trace.header.scenario_name.clone(),
-        facts: facts(trace, summary),
+        facts: facts(trace, summary, &context.provenance),
         lead: format!(
             "<div class=\"first\"><div>{}{}{}</div>\n{}</div>\n",
             provenance::verdict(&context.expectations),
@@ -160,7 +160,7 @@ fn page_of(
 }
 
 /// What the run was, as HTML.
-fn facts(trace: &Trace, summary: &Summary) -> Vec<String> {
+fn facts(trace: &Trace, summary: &Summary, provenance: &Provenance) -> Vec<String> {
     let header = &trace.header;
     let mut gammas_deg: Vec<i64> = header
         .wheels
@@ -186,6 +186,7 @@ fn facts(trace: &Trace, summary: &Summary) -> Vec<String> {
                 "closed loop"
             }
         ),
+        conditions(header, provenance),
         format!(
             "<b>{:.2} s</b> in steps of {:.3} ms",
             summary.duration_s,
@@ -197,6 +198,7 @@ fn facts(trace: &Trace, summary: &Summary) -> Vec<String> {
             angle(summary.turned_rad)
         ),
     ];
+    facts.retain(|fact| !fact.is_empty());
     if let Some(speed) = summary.sim_seconds_per_cpu_second {
         facts.push(format!("<b>{speed:.1}×</b> real time"));
     }
@@ -209,6 +211,49 @@ fn facts(trace: &Trace, summary: &Summary) -> Vec<String> {
         facts.push(versions.join(", "));
     }
     facts
+}
+
+/// What is not as by default: slope, gravity, law of the wheels, floor that tilts, and keys that were set beside the scenario. As HTML.
+fn conditions(header: &Header, provenance: &Provenance) -> String {
+    let scenario: toml::Table = header.scenario_toml.parse().unwrap_or_default();
+    let part = |section: &str, key: &str| scenario.get(section)?.get(key).cloned();
+    let slope_rad = header
+        .ground
+        .as_ref()
+        .map_or(0.0, |ground| ground.slope_rad);
+    let gravity = part("world", "gravity_m_s2").and_then(|value| value.as_float());
+    let law = part("wheel_loop", "law").and_then(|law| law.as_str().map(str::to_owned));
+    let tilts = header.faults.iter().flatten();
+    let tilts = tilts.filter(|fault| matches!(fault.kind, FaultKind::Tilt { .. }));
+    let found = [
+        (slope_rad != 0.0).then(|| format!("slope {}", angle(slope_rad))),
+        gravity
+            .filter(|g| *g != 9.81)
+            .map(|g| format!("gravity {g} m/s²")),
+        law.filter(|law| law != "pid")
+            .map(|law| format!("wheel law {}", escape(&law.replace('_', " ")))),
+        (tilts.count() > 0).then(|| "a floor that tilts".to_owned()),
+    ];
+    let words = provenance
+        .command
+        .as_deref()
+        .unwrap_or_default()
+        .split_whitespace();
+    let mut words = words.peekable();
+    let mut set = Vec::new();
+    while let Some(word) = words.next() {
+        match word.strip_prefix("--set=") {
+            Some(value) => set.push(escape(value)),
+            None if word == "--set" => set.extend(words.peek().map(|value| escape(value))),
+            None => {}
+        }
+    }
+    let set = set.into_iter().map(|value| format!("set: {value}"));
+    let all: Vec<String> = found.into_iter().flatten().chain(set).collect();
+    match all.is_empty() {
+        true => String::new(),
+        false => format!("<b>{}</b>", all.join("; ")),
+    }
 }
 
 fn motion_section(shown: &RunInput, settings: &Settings) -> Section {

@@ -17,7 +17,7 @@ use super::text::{angle, angle_known, energy, length, length_known, percent, spe
 /// The figures that tiles show: each quantity of the summary by its key, from which magnitude on.
 const TILES: [(&str, f64); 6] = [
     ("slip_speed_rms_m_s", 0.0),
-    ("slip_energy_j", 5e-4),
+    ("wheel_slip_energy_j", 5e-4),
     ("energy.spin_up_j", 5e-4),
     ("wheel_torque_max_n_m", 0.0),
     ("odometry_drift_m_per_m", 0.0),
@@ -101,9 +101,11 @@ pub(super) fn ledger_table(summary: &Summary) -> String {
     let causes = [
         "a task was saturated",
         "the command allowed for the rollers' geometry in advance",
-        "the wheels had not reached their targets",
+        "the wheels were behind their targets, or ahead of them",
         "the touching roller is tilted and off the wheel's middle",
-        "the contacts slid",
+        "wheels were in the air, or carried less than others",
+        "the wheels' rates belong to no one motion, so that they slid against each other",
+        "the contacts slid besides",
     ];
     let cells = |i: &ilon_trace::ledger::Integral| {
         [

@@ -12,7 +12,7 @@ use crate::ledger::{Ledger, Terms};
 use crate::metrics::{Settings, Summary, TwistRatio, error};
 use crate::odometry;
 use crate::projection::Projection;
-use crate::record::Record;
+use crate::record::{Record, WheelSample};
 use crate::rows::Rows;
 use crate::slip::WheelAccumulator;
 use crate::trace::Trace;
@@ -80,6 +80,7 @@ impl Summary {
             wheel_rate_error_rms_rad_s: all_wheels.rate_error_rad_s.get(),
             wheel_rate_command_max_rad_s: all_wheels.command_rad_s.get(),
             wheel_torque_max_n_m: all_wheels.torque_n_m.get(),
+            rate_conflict_share: run.conflict.get(),
             saturated_share: run.saturated.get(),
             twist_asked_mean,
             twist_mean,
@@ -94,6 +95,7 @@ impl Summary {
             slip_speed_rms_m_s: all_wheels.slip_m_s.get(),
             slip_speed_max_m_s: all_wheels.slip_largest_m_s.get(),
             slip_energy_j: run.last.and_then(|r| finite(r.slip_energy_j)),
+            wheel_slip_energy_j: finite(wheels.iter().map(|wheel| wheel.energy_j).sum()),
             friction_used_max: wheels
                 .iter()
                 .filter_map(|wheel| wheel.friction_used_max)
@@ -140,6 +142,7 @@ struct Accumulator {
     seen_m: Rms,
     seen_rad: Rms,
     saturated: Mean,
+    conflict: Conflict,
     twist: MeanTwist,
     twist_asked: MeanTwist,
     twist_ideal: MeanTwist,
@@ -168,6 +171,7 @@ impl Accumulator {
             seen_m: Rms::default(),
             seen_rad: Rms::default(),
             saturated: Mean::default(),
+            conflict: Conflict::default(),
             twist: MeanTwist::default(),
             twist_asked: MeanTwist::default(),
             twist_ideal: MeanTwist::default(),
@@ -188,6 +192,7 @@ impl Accumulator {
 
     fn add(&mut self, header: &Header, chunk: &Trace) {
         for (record, samples) in chunk.steps() {
+            self.conflict.add(header, record, samples);
             self.add_record(header, record);
             for (wheel, sample) in self.wheels.iter_mut().zip(samples) {
                 wheel.add(header, record, sample);
@@ -248,7 +253,7 @@ impl Accumulator {
         let span_s = record.t_s - before.t_s;
         let real = before.truth.pose.displacement_to(&record.truth.pose);
         let terms = Terms::between(before, record);
-        let contact = real + terms.slip.scaled(span_s);
+        let contact = real + (terms.slip + terms.conflict + terms.lift_off).scaled(span_s);
         self.twist.add(real, span_s);
         self.twist_asked
             .add(real + terms.total.scaled(span_s), span_s);
@@ -273,6 +278,26 @@ impl Accumulator {
         };
         [mean.vx_m_s, mean.vy_m_s, self.arm_m * mean.omega_rad_s]
             .map(|component| component.abs() > (share * speed_rms).max(STANDING_M_S))
+    }
+}
+
+/// How much of the wheels' rates belongs to no one motion: sums over time of squares of rates, in rad^2/s.
+#[derive(Default)]
+struct Conflict {
+    of_no_motion: f64,
+    of_all: f64,
+}
+
+impl Conflict {
+    fn add(&mut self, header: &Header, record: &Record, samples: &[WheelSample]) {
+        let rates = samples.iter().map(|sample| sample.rate_rad_s);
+        let of_row = rates.map(|rate| rate * rate).sum::<f64>() * header.row_span_s(record.t_s);
+        self.of_all += of_row;
+        self.of_no_motion += of_row * record.rate_conflict_share * record.rate_conflict_share;
+    }
+
+    fn get(&self) -> Option<f64> {
+        (self.of_all > 0.0).then(|| (self.of_no_motion / self.of_all).sqrt())
     }
 }
 

@@ -2,11 +2,12 @@
 
 use ilon_robot::{Twist, wrap_angle};
 
-use crate::ledger::{Chain, Integral, Terms};
+use crate::ledger::{Chain, Terms};
 use crate::record::Record;
 
 impl Chain {
-    /// The chain of a robot that moves for a time in seconds as it does at the instant of a row.
+    /// The chain of a robot that moves for a time in seconds as it does at the instant of a row, with all wheels on the ground and rates that
+    /// belong to one motion.
     pub fn held(record: &Record, time_s: f64) -> Self {
         Self {
             asked: record.command_twist_in_body.scaled(time_s),
@@ -14,6 +15,8 @@ impl Chain {
             ideal_of_targets: record.twist_target_ideal.scaled(time_s),
             ideal: record.twist_ideal.scaled(time_s),
             contact: record.twist_contact.scaled(time_s),
+            carried: record.twist_contact.scaled(time_s),
+            settled: record.twist_contact.scaled(time_s),
             real: record.truth.twist_in_body.scaled(time_s),
         }
     }
@@ -30,19 +33,11 @@ impl Terms {
         let heading_rad = before.truth.pose.heading_rad;
         let turned_rad = wrap_angle(after.truth.pose.heading_rad - heading_rad);
         let grown = after.ledger.since(&before.ledger);
-        let mean = |term: &Integral| {
-            Twist::new(term.x_m, term.y_m, term.heading_rad)
-                .rotated(-(heading_rad + 0.5 * turned_rad))
-                .scaled(1.0 / span_s)
-        };
-        Self {
-            total: mean(&grown.total),
-            guidance: mean(&grown.guidance),
-            compensation: mean(&grown.compensation),
-            servo: mean(&grown.servo),
-            geometry: mean(&grown.geometry),
-            slip: mean(&grown.slip),
-        }
+        let body_rad = -(heading_rad + 0.5 * turned_rad);
+        grown.zip(&grown, |term, _| {
+            let net = Twist::new(term.x_m, term.y_m, term.heading_rad);
+            net.rotated(body_rad).scaled(1.0 / span_s)
+        })
     }
 }
 

@@ -33,8 +33,13 @@ pub(crate) struct Column<T: 'static> {
 /// The signal that says when a row is.
 const TIME: &str = "t_s";
 
-/// The signal of the motors' positive work.
-const MOTOR_POSITIVE: &str = "motor_positive_energy_j";
+/// What names of columns begin with that older versions did not write.
+const NEWER: [&str; 4] = [
+    "motor_positive_energy_j",
+    "rate_conflict_share",
+    "budget_lift_off_",
+    "budget_conflict_",
+];
 
 macro_rules! reals {
     ($t:ty; $($name:literal => $($path:ident).+ $([$at:literal])?,)*) => {
@@ -47,7 +52,7 @@ macro_rules! reals {
     };
 }
 
-static RECORD: [Column<Record>; 77] = reals! { Record;
+static RECORD: [Column<Record>; 88] = reals! { Record;
     "t_s" => t_s,
     "truth_x_m" => truth.pose.x_m,
     "truth_y_m" => truth.pose.y_m,
@@ -95,6 +100,7 @@ static RECORD: [Column<Record>; 77] = reals! { Record;
     "kinetic_energy_j" => kinetic_energy_j,
     "potential_energy_j" => potential_energy_j,
     "contact_residual_m_s" => contact_residual_m_s,
+    "rate_conflict_share" => rate_conflict_share,
     "budget_total_x_m" => ledger.total.x_m,
     "budget_total_y_m" => ledger.total.y_m,
     "budget_total_heading_rad" => ledger.total.heading_rad,
@@ -120,6 +126,16 @@ static RECORD: [Column<Record>; 77] = reals! { Record;
     "budget_geometry_heading_rad" => ledger.geometry.heading_rad,
     "budget_geometry_path_m" => ledger.geometry.path_m,
     "budget_geometry_turned_rad" => ledger.geometry.turned_rad,
+    "budget_lift_off_x_m" => ledger.lift_off.x_m,
+    "budget_lift_off_y_m" => ledger.lift_off.y_m,
+    "budget_lift_off_heading_rad" => ledger.lift_off.heading_rad,
+    "budget_lift_off_path_m" => ledger.lift_off.path_m,
+    "budget_lift_off_turned_rad" => ledger.lift_off.turned_rad,
+    "budget_conflict_x_m" => ledger.conflict.x_m,
+    "budget_conflict_y_m" => ledger.conflict.y_m,
+    "budget_conflict_heading_rad" => ledger.conflict.heading_rad,
+    "budget_conflict_path_m" => ledger.conflict.path_m,
+    "budget_conflict_turned_rad" => ledger.conflict.turned_rad,
     "budget_slip_x_m" => ledger.slip.x_m,
     "budget_slip_y_m" => ledger.slip.y_m,
     "budget_slip_heading_rad" => ledger.slip.heading_rad,
@@ -336,7 +352,7 @@ impl Signal {
     pub(crate) fn is_newer(&self) -> bool {
         match &self.source {
             Source::Support(_) | Source::Posed(_) => true,
-            Source::Record(column) => column.name == MOTOR_POSITIVE,
+            Source::Record(column) => NEWER.iter().any(|newer| column.name.starts_with(newer)),
             _ => false,
         }
     }

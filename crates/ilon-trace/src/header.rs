@@ -213,7 +213,7 @@ pub struct Ground {
 }
 
 /// A rectangle of floor, along the world's axes, with a friction of its own.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GroundPatch {
     /// Its middle, x and y, in metres.
     pub center_m: [f64; 2],
@@ -221,6 +221,9 @@ pub struct GroundPatch {
     pub sides_m: [f64; 2],
     /// Coulomb's coefficient of friction there.
     pub friction: f64,
+    /// What it changes of the floor's surface beside friction, in words; empty where that is nothing, or not known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<String>,
     /// When it appears, in seconds.
     pub from_s: f64,
     /// When it is gone, in seconds; `None` where it stays.

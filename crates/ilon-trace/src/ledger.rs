@@ -2,39 +2,76 @@
 //!
 //! Over any time, in the body frame,
 //!
-//! asked - real = guidance + compensation + servo + geometry + slip
+//! asked - real = guidance + compensation + servo + geometry + lift-off + conflict + slip
 //!
 //! | term | is | why |
 //! |---|---|---|
 //! | guidance | asked - granted | saturation made a task give way |
 //! | compensation | granted - ideal(targets) | the command allows for the rollers' geometry; zero under eq. (7) |
-//! | servo | ideal(targets) - ideal(rates) | the wheels have not reached their targets |
+//! | servo | ideal(targets) - ideal(rates) | the wheels are behind their targets, or ahead of them |
 //! | geometry | ideal(rates) - contact(rates) | the touching roller is tilted and stands off the wheel's middle |
-//! | slip | contact(rates) - real | the contacts slide |
+//! | lift-off | contact(rates) - carried(rates) | wheels are in the air, or carry less than others |
+//! | conflict | carried(rates) - settled | the rates belong to no one motion, so that wheels slide against each other |
+//! | slip | settled - real | the contacts slide besides |
 //!
-//! where ideal is Indiveri 2009, eq. (7), and contact the contact kinematics. The sum telescopes, so that it equals
-//! the total to rounding, whatever the run did. A recorder counts it over spans of a few physics steps ([`Ledger::count`]), by the angles that
-//! the wheels turned and the way that the robot went in each, so that it does not depend on how often rows are written.
+//! where ideal is Indiveri 2009, eq. (7), contact the contact kinematics, and carried the same with each wheel weighted by the load that it
+//! carries. What the weighted wheels leave open, as fewer than three carry, is as the robot really moves; and so is a part of all, where they carry
+//! less than half of its weight. Rates q' that eq. (9) maps from no twist
+//! leave a residual r = q' - M M^+ q', and each wheel with a part of r slides. As long as friction acts against that slide, any motion will do:
+//! settled is the motion nearest to the real one, on the way to it from carried, at which no wheel's slide has turned round.
+//!
+//! Under a law without rate targets nobody asks for a twist: asked is then what the wheels do, and the first three terms are zero.
+//!
+//! The sum telescopes, so that it equals the total to rounding, whatever the run did. A recorder counts it over spans of a few physics steps
+//! ([`Ledger::count`]), by the angles that the wheels turned and the way that the robot went in each, so that it does not depend on how often rows
+//! are written.
 
 use ilon_robot::{Twist, wrap_angle};
 use serde::{Deserialize, Serialize};
 
-/// The terms of the ledger over some time, as mean twists in the body frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Terms {
-    /// Asked minus real: what the others add up to.
-    pub total: Twist,
-    /// What saturation took away.
-    pub guidance: Twist,
-    /// What the command gave in advance against the rollers' geometry.
-    pub compensation: Twist,
-    /// What the wheels have not reached.
-    pub servo: Twist,
+/// What is known of each term, and of their sum.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Parts<T> {
+    /// Asked minus real: what the others add up to, but for lengths of paths.
+    pub total: T,
+    /// What saturation takes.
+    pub guidance: T,
+    /// What the command gives in advance against the rollers' geometry.
+    pub compensation: T,
+    /// What the wheels are off their targets.
+    pub servo: T,
     /// What the rollers' geometry takes.
-    pub geometry: Twist,
-    /// What sliding takes.
-    pub slip: Twist,
+    pub geometry: T,
+    /// What wheels take that are in the air, or carry less than others.
+    #[serde(default)]
+    pub lift_off: T,
+    /// What wheels take that contradict each other.
+    #[serde(default)]
+    pub conflict: T,
+    /// What sliding takes besides.
+    pub slip: T,
 }
+
+/// The number of terms.
+pub const TERMS: usize = 7;
+
+/// The names of the terms, in the order of the chain from asked to real.
+pub const NAMES: [&str; TERMS] = [
+    "guidance",
+    "compensation",
+    "servo",
+    "geometry",
+    "lift-off",
+    "conflict",
+    "slip",
+];
+
+/// The terms of the ledger over some time, as mean twists or displacements in the body frame.
+pub type Terms = Parts<Twist>;
+
+/// The ledger integrated over the run, each twist turned to the world frame by the true heading. The total is what the others add up to in `x_m`,
+/// `y_m` and `heading_rad`.
+pub type Ledger = Parts<Integral>;
 
 /// The motion at each link of the chain from asked to real over a span of time, as displacements in the body frame: m, m and rad.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -49,6 +86,10 @@ pub struct Chain {
     pub ideal: Twist,
     /// What the contact kinematics makes of them.
     pub contact: Twist,
+    /// What it makes of them with each wheel weighted by its load.
+    pub carried: Twist,
+    /// What is left of that where wheels that contradict each other slide against each other.
+    pub settled: Twist,
     /// How the robot moved.
     pub real: Twist,
 }
@@ -62,21 +103,45 @@ impl Chain {
             compensation: self.granted - self.ideal_of_targets,
             servo: self.ideal_of_targets - self.ideal,
             geometry: self.ideal - self.contact,
-            slip: self.contact - self.real,
+            lift_off: self.contact - self.carried,
+            conflict: self.carried - self.settled,
+            slip: self.settled - self.real,
         }
     }
 }
 
-impl Terms {
-    /// The five terms with their names, in the order of the chain from asked to real.
-    pub fn named(&self) -> [(&'static str, Twist); 5] {
+impl<T: Copy> Parts<T> {
+    /// The terms without their sum, in the order of [`NAMES`].
+    pub fn terms(&self) -> [T; TERMS] {
         [
-            ("guidance", self.guidance),
-            ("compensation", self.compensation),
-            ("servo", self.servo),
-            ("geometry", self.geometry),
-            ("slip", self.slip),
+            self.guidance,
+            self.compensation,
+            self.servo,
+            self.geometry,
+            self.lift_off,
+            self.conflict,
+            self.slip,
         ]
+    }
+
+    /// The terms with their names.
+    pub fn named(&self) -> [(&'static str, T); TERMS] {
+        let terms = self.terms();
+        std::array::from_fn(|term| (NAMES[term], terms[term]))
+    }
+
+    /// Each term, and their sum, with that of another ledger.
+    pub fn zip<U: Copy, V>(&self, other: &Parts<U>, of: impl Fn(T, U) -> V) -> Parts<V> {
+        Parts {
+            total: of(self.total, other.total),
+            guidance: of(self.guidance, other.guidance),
+            compensation: of(self.compensation, other.compensation),
+            servo: of(self.servo, other.servo),
+            geometry: of(self.geometry, other.geometry),
+            lift_off: of(self.lift_off, other.lift_off),
+            conflict: of(self.conflict, other.conflict),
+            slip: of(self.slip, other.slip),
+        }
     }
 }
 
@@ -95,75 +160,30 @@ pub struct Integral {
     pub turned_rad: f64,
 }
 
-/// The ledger integrated over the run, each twist turned to the world frame by the true heading.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct Ledger {
-    /// Asked minus real: what the others add up to in `x_m`, `y_m` and `heading_rad`.
-    pub total: Integral,
-    /// What saturation took away.
-    pub guidance: Integral,
-    /// What the command gave in advance against the rollers' geometry.
-    pub compensation: Integral,
-    /// What the wheels had not reached.
-    pub servo: Integral,
-    /// What the rollers' geometry took.
-    pub geometry: Integral,
-    /// What sliding took.
-    pub slip: Integral,
-}
-
 impl Ledger {
     /// Counts a span of time in which the robot turned from one heading to another, in radians: the terms are turned into the world at the
     /// mean of both, which is of second order in what it turned.
     pub fn count(&mut self, chain: &Chain, [before_rad, after_rad]: [f64; 2]) {
         let heading_rad = before_rad + 0.5 * wrap_angle(after_rad - before_rad);
         let (sin, cos) = libm::sincos(heading_rad);
-        let terms = chain.terms();
-        for (sum, term) in [
-            (&mut self.total, terms.total),
-            (&mut self.guidance, terms.guidance),
-            (&mut self.compensation, terms.compensation),
-            (&mut self.servo, terms.servo),
-            (&mut self.geometry, terms.geometry),
-            (&mut self.slip, terms.slip),
-        ] {
-            sum.add(term, [sin, cos]);
-        }
+        *self = self.zip(&chain.terms(), |sum, term| sum.plus(term, [sin, cos]));
     }
 
     /// What has been added since an earlier state of this ledger.
     pub fn since(&self, earlier: &Self) -> Self {
-        Self {
-            total: self.total.since(&earlier.total),
-            guidance: self.guidance.since(&earlier.guidance),
-            compensation: self.compensation.since(&earlier.compensation),
-            servo: self.servo.since(&earlier.servo),
-            geometry: self.geometry.since(&earlier.geometry),
-            slip: self.slip.since(&earlier.slip),
-        }
-    }
-
-    /// The five terms with their names, in the order of the chain from asked to real.
-    pub fn named(&self) -> [(&'static str, Integral); 5] {
-        [
-            ("guidance", self.guidance),
-            ("compensation", self.compensation),
-            ("servo", self.servo),
-            ("geometry", self.geometry),
-            ("slip", self.slip),
-        ]
+        self.zip(earlier, |now, before| now.since(&before))
     }
 }
 
 impl Integral {
-    /// Adds a displacement in the body frame at a heading with this sine and cosine.
-    fn add(&mut self, moved: Twist, [sin, cos]: [f64; 2]) {
+    /// With a displacement in the body frame at a heading with this sine and cosine.
+    fn plus(mut self, moved: Twist, [sin, cos]: [f64; 2]) -> Self {
         self.x_m += cos * moved.vx_m_s - sin * moved.vy_m_s;
         self.y_m += sin * moved.vx_m_s + cos * moved.vy_m_s;
         self.heading_rad += moved.omega_rad_s;
         self.path_m += moved.linear_m_s().norm();
         self.turned_rad += moved.omega_rad_s.abs();
+        self
     }
 
     fn since(&self, earlier: &Self) -> Self {
@@ -182,7 +202,7 @@ mod tests {
     use super::*;
 
     /// A robot asked for 1 m/s to the left and 1 rad/s to the right for a span: saturation leaves 0.8, the wheels reach 0.7, of which
-    /// the rollers' geometry leaves 0.69, of which slip leaves 0.66.
+    /// the rollers' geometry leaves 0.69, wheels in the air 0.64, those that contradict each other 0.56, and slip 0.53.
     fn falls_short(span_s: f64) -> Chain {
         let left = |v: f64| Twist::new(0.0, v * span_s, -v * span_s);
         Chain {
@@ -191,7 +211,9 @@ mod tests {
             ideal_of_targets: left(0.8),
             ideal: left(0.7),
             contact: left(0.69),
-            real: left(0.66),
+            carried: left(0.64),
+            settled: left(0.56),
+            real: left(0.53),
         }
     }
 
@@ -208,8 +230,10 @@ mod tests {
             (ledger.compensation, 0.0),
             (ledger.servo, 0.2),
             (ledger.geometry, 0.02),
+            (ledger.lift_off, 0.1),
+            (ledger.conflict, 0.16),
             (ledger.slip, 0.06),
-            (ledger.total, 0.68),
+            (ledger.total, 0.94),
         ] {
             // Differences of decimals near 1: a few 1e-16 each, four of them.
             let near = |a: f64, b: f64| (a - b).abs() < 1e-14;
@@ -219,7 +243,7 @@ mod tests {
         }
     }
 
-    /// Over any chain the five terms add up to the total, along the world's axes too.
+    /// Over any chain the terms add up to the total, along the world's axes too.
     #[test]
     fn the_terms_add_up_to_the_total() {
         let some = |k: f64| Twist::new((1.7 * k).sin(), (2.3 * k).cos(), (3.1 * k).sin());
@@ -232,7 +256,9 @@ mod tests {
                 ideal_of_targets: some(k + 0.2),
                 ideal: some(k + 0.3),
                 contact: some(k + 0.4),
-                real: some(k + 0.5),
+                carried: some(k + 0.5),
+                settled: some(k + 0.6),
+                real: some(k + 0.7),
             };
             ledger.count(&chain, [k, k + 0.01]);
         }

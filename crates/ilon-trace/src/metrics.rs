@@ -93,6 +93,10 @@ pub struct Summary {
     pub wheel_rate_command_max_rad_s: Option<f64>,
     /// The largest wheel torque of any wheel, its magnitude, in N m.
     pub wheel_torque_max_n_m: Option<f64>,
+    /// How much of the wheels' rates belongs to no one motion, over the run: root mean squares of [`Record::rate_conflict_share`] weighted by the
+    /// rates' squares, in [0, 1]; `None` where no wheel turned.
+    #[serde(default)]
+    pub rate_conflict_share: Option<f64>,
     /// The part of the run in which some task gave way, in [0, 1]; `None` without guidance.
     pub saturated_share: Option<f64>,
 
@@ -120,8 +124,11 @@ pub struct Summary {
     pub slip_speed_rms_m_s: Option<f64>,
     /// The largest sliding speed, in m/s.
     pub slip_speed_max_m_s: Option<f64>,
-    /// Energy lost to sliding, in J.
+    /// Energy lost to sliding anywhere, in J: under wheels, where the robot's body rubs, and under what it pushes.
     pub slip_energy_j: Option<f64>,
+    /// Of that, what was lost under the robot's own wheels, in J.
+    #[serde(default)]
+    pub wheel_slip_energy_j: Option<f64>,
     /// The most grip that any wheel used: the friction force over what the floor can give, in [0, 1] but for rounding.
     #[serde(default)]
     pub friction_used_max: Option<f64>,
@@ -227,6 +234,16 @@ pub struct Energy {
     pub motor_positive_j: Option<f64>,
     /// Brought by pushes and payloads.
     pub outside_j: Option<f64>,
+    /// All that was put in: by motors while they drove, by pushes and payloads while they did work, and by the deepest fall. Shares are of this,
+    /// as nothing is set off against anything in it.
+    #[serde(default)]
+    pub put_in_j: Option<f64>,
+    /// Of that, what pushes and payloads did.
+    #[serde(default)]
+    pub outside_positive_j: Option<f64>,
+    /// Of that, what gravity did.
+    #[serde(default)]
+    pub fall_j: Option<f64>,
     /// Gain of kinetic and potential energy.
     pub stored_j: Option<f64>,
     /// Lost to sliding.

@@ -141,6 +141,9 @@ pub struct Record {
     /// By how much the laws of contact and of dry friction were broken since the last row, in m/s or rad/s: the speed at
     /// which something moved that should not, at the worst place and step.
     pub contact_residual_m_s: f64,
+    /// How much of the wheels' real rates q' belongs to no one motion: |r| over |q'| with r = q' - M M^+ q', root mean squares over the period, in
+    /// [0, 1]; 0 where the wheels stand.
+    pub rate_conflict_share: f64,
     /// What carried the robot, and what stood in its way; `None` where a trace does not say.
     pub support: Option<Support>,
     /// What dead reckoning by Indiveri 2009, eq. (7), says beside `odometry_ideal`; `None` where nobody worked it out. It goes with messages, and is

@@ -251,6 +251,28 @@ impl ContactKinematics {
         Twist::new(x.x, x.y, x.z / self.length_m)
     }
 
+    /// [`Self::twist_here`] with each wheel weighted by the load that it carries, in any unit. Motions that the loaded wheels leave open, as fewer
+    /// than three carry, are as in `real`, the twist of the robot's true motion; so is all of it where no wheel carries anything.
+    pub fn twist_by_load_here(&self, rates_rad_s: &[f64], loads: &[f64], real: Twist) -> Twist {
+        /// A motion on which this part of the load bears has no hold.
+        const LEAST_HOLD: f64 = 1e-6;
+        // From the real motion on: A^T W A x = A^T W (y - A real).
+        let (mut ata, mut aty) = (Matrix3::zeros(), Vector3::zeros());
+        let moved = Vector3::new(real.vx_m_s, real.vy_m_s, real.omega_rad_s);
+        let wheels = self.rows.row_iter().zip(&self.lever_m);
+        for (((row, lever_m), rate_rad_s), load) in wheels.zip(rates_rad_s).zip(loads) {
+            let a = Vector3::new(row[0], row[1], row[2] / self.length_m);
+            ata += a * a.transpose() * *load;
+            aty += a * (*load * (lever_m * rate_rad_s - (row * moved).x));
+        }
+        let held = ata + Matrix3::identity() * (LEAST_HOLD * ata.trace());
+        let Some(factor) = held.cholesky() else {
+            return real;
+        };
+        let x = factor.solve(&aty);
+        real + Twist::new(x.x, x.y, x.z / self.length_m)
+    }
+
     /// [`Self::wheel_rates`] at the wheel angles of the last update.
     pub fn wheel_rates_here(&self, twist_in_body: Twist, out: &mut [f64]) {
         multiply(&self.rate_matrix, twist_in_body, out);

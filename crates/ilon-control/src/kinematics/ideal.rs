@@ -160,6 +160,15 @@ impl Kinematics {
         Twist::new(sum.x, sum.y, sum.z)
     }
 
+    /// What of wheel rates belongs to no motion, r = q' - M M^+ q' in rad/s: zero where some twist turns the wheels at these rates by eq. (9). Of
+    /// three wheels it is zero always.
+    pub fn contradiction(&self, rates_rad_s: &[f64], out: &mut [f64]) {
+        multiply(&self.rate_matrix, self.twist(rates_rad_s), out);
+        for (out, rate_rad_s) in out.iter_mut().zip(rates_rad_s) {
+            *out = rate_rad_s - *out;
+        }
+    }
+
     /// By how much each wheel misses eq. (5), in m/s: its left-hand side for `twist_in_body` less rho q'. Zero is
     /// perfect rolling; the velocity at which the wheel slides along its roller's axis is cos(gamma) times this.
     pub fn residuals(&self, twist_in_body: Twist, rates_rad_s: &[f64], out: &mut [f64]) {

@@ -111,34 +111,26 @@ impl Window {
     }
 
     fn error_budget(&self) -> DiagnosticStatus {
-        const NAMES: [&str; 6] = [
-            "total",
-            "guidance",
-            "compensation",
-            "servo",
-            "geometry",
-            "slip",
-        ];
         let terms = Terms::between(self.before.as_ref().unwrap_or(&self.last), &self.last);
-        let mut means = [terms.total; 6];
-        for (mean, (_, term)) in means[1..].iter_mut().zip(terms.named()) {
-            *mean = term;
-        }
+        let parts = terms.named();
         let speed = |twist: &Twist| libm::hypot(twist.vx_m_s, twist.vy_m_s);
-        let mut largest = 1;
-        for term in 2..means.len() {
-            if speed(&means[term]) > speed(&means[largest]) {
-                largest = term;
+        // Of equals the first.
+        let larger = |a: usize, b: usize| {
+            if speed(&parts[b].1) > speed(&parts[a].1) {
+                b
+            } else {
+                a
             }
-        }
+        };
+        let (largest, of_largest) = parts[(1..parts.len()).fold(0, larger)];
         let message = format!(
             "asked and real differ by {:.1} mm/s; the largest part is {}, {:.1} mm/s",
-            1e3 * speed(&means[0]),
-            NAMES[largest],
-            1e3 * speed(&means[largest]),
+            1e3 * speed(&terms.total),
+            largest,
+            1e3 * speed(&of_largest),
         );
         let mut values = Vec::new();
-        for (name, mean) in NAMES.iter().zip(&means) {
+        for (name, mean) in std::iter::once(("total", terms.total)).chain(parts) {
             values.push((format!("{name} vx, m/s"), format!("{:.6}", mean.vx_m_s)));
             values.push((format!("{name} vy, m/s"), format!("{:.6}", mean.vy_m_s)));
             values.push((

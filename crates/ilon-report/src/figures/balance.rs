@@ -1,6 +1,6 @@
 //! Where the difference between asked and real motion went, and where the motors' work went.
 
-use ilon_trace::ledger::{Integral, Terms};
+use ilon_trace::ledger::{Integral, NAMES, TERMS};
 use ilon_trace::{Ledger, Record, Summary};
 
 use crate::accumulate::{OfRobot, Way};
@@ -16,8 +16,15 @@ use crate::text::{label, length};
 type Quantity = fn(&Integral) -> f64;
 
 /// Colour names of the ledger's terms, in its order.
-pub(crate) const TERM_COLORS: [&str; 5] =
-    ["@guidance", "@compensation", "@servo", "@geometry", "@slip"];
+pub(crate) const TERM_COLORS: [&str; TERMS] = [
+    "@guidance",
+    "@compensation",
+    "@servo",
+    "@geometry",
+    "@lift-off",
+    "@conflict",
+    "@slip",
+];
 
 /// The ledger: net bars, and how the terms grew.
 pub(crate) fn ledger(shown: &RunInput, summary: &Summary) -> Vec<Figure> {
@@ -62,21 +69,14 @@ pub(crate) fn ledger(shown: &RunInput, summary: &Summary) -> Vec<Figure> {
 
 /// What carried the robot off its reference up to the worst instant, and what brought it back.
 pub(crate) fn budget(budget: &Budget) -> Figure {
-    const COLORS: [&str; 6] = [
-        "@asked",
-        "@guidance",
-        "@compensation",
-        "@servo",
-        "@geometry",
-        "@slip",
-    ];
+    let colors = std::iter::once("@asked").chain(TERM_COLORS);
     // What is below a hundredth of the error is none that a bar can show.
     let least_m = 0.01 * budget.error_m;
     let mut rows: Vec<(String, f64, &'static str)> = Vec::new();
     if budget.before_m.abs() > least_m {
         rows.push(("off before".to_owned(), budget.before_m, "@asked"));
     }
-    for ((name, m), color) in PARTS.into_iter().zip(budget.parts_m).zip(COLORS) {
+    for ((name, m), color) in PARTS.into_iter().zip(budget.parts_m).zip(colors) {
         if m.abs() > least_m {
             rows.push((name.to_owned(), m, color));
         }
@@ -213,8 +213,7 @@ fn growth(
     of: fn(&Way) -> f64,
 ) -> Figure {
     let mut traces: Vec<Curve> = Vec::new();
-    let names = Terms::default().named().map(|(name, _)| name);
-    for (term, (name, color)) in names.into_iter().zip(TERM_COLORS).enumerate() {
+    for (term, (name, color)) in NAMES.into_iter().zip(TERM_COLORS).enumerate() {
         let grown = shown.all.grown().iter();
         let points = grown.map(|grown| (grown.t_s, of(&grown.ways[term])));
         traces.push(exact_curve(name, points, solid(color).width(0.8)).stacked());
@@ -231,8 +230,9 @@ mod tests {
     fn an_error_budget_has_a_bar_for_each_part_that_can_be_seen() {
         let said = Budget {
             error_m: 0.1,
+            ahead_m: 0.0,
             before_m: -0.02,
-            parts_m: [0.0005, 0.03, -0.002, 0.0, 0.0, 0.0915],
+            parts_m: [0.0005, 0.03, -0.002, 0.0, 0.0, 0.0, 0.0, 0.0915],
             rest_m: 0.0,
             from_s: 0.0,
             at_s: 1.0,
@@ -252,7 +252,7 @@ mod tests {
         let lengths: Vec<f64> = bars.iter().map(|(_, mm)| *mm).collect();
         assert_eq!(lengths, [-20.0, 30.0, -2.0, 91.5, 100.0], "{bars:?}");
         let named = [bars[1].0.as_str(), bars[2].0.as_str(), bars[3].0.as_str()];
-        assert_eq!(named, [PARTS[1], PARTS[2], PARTS[5]]);
+        assert_eq!(named, [PARTS[1], PARTS[2], PARTS[7]]);
     }
 
     #[test]
@@ -282,8 +282,9 @@ mod tests {
         for rest_m in [-0.03, 0.03] {
             let said = Budget {
                 error_m: 0.1,
+                ahead_m: 0.0,
                 before_m: 0.0,
-                parts_m: [0.1 - rest_m, 0.0, 0.0, 0.0, 0.0, 0.0],
+                parts_m: [0.1 - rest_m, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
                 rest_m,
                 from_s: 0.0,
                 at_s: 1.0,

@@ -10,16 +10,18 @@
 //! that feedback renews for ever.
 
 use ilon_robot::wrap_angle;
-use ilon_trace::ledger::Integral;
+use ilon_trace::ledger::{Integral, TERMS};
 use ilon_trace::{Header, Record};
 
 /// Names of the parts: the guidance's correction, then the terms of the ledger in their order.
-pub(crate) const PARTS: [&str; 6] = [
+pub(crate) const PARTS: [&str; 1 + TERMS] = [
     "correction by guidance",
     "saturation",
     "compensation",
     "servo",
     "geometry",
+    "lift-off",
+    "conflict",
     "slip",
 ];
 
@@ -30,7 +32,9 @@ pub(crate) struct Standing {
     /// Desired minus real place of the reference point, in the world, in metres.
     pub error_m: [f64; 2],
     /// The integral of each part since the start, in the world, in metres.
-    pub parts_m: [[f64; 2]; 6],
+    pub parts_m: [[f64; 2]; 1 + TERMS],
+    /// How far the wheels fell behind their targets, counted along the way that the robot really went, in metres.
+    pub behind_m: f64,
 }
 
 /// The error budget of a growth of the error.
@@ -45,7 +49,9 @@ pub(crate) struct Budget {
     /// Along the error: what it was at the start, in metres.
     pub before_m: f64,
     /// Along the error: what each part of [`PARTS`] added, in metres.
-    pub parts_m: [f64; 6],
+    pub parts_m: [f64; 1 + TERMS],
+    /// By how much the wheels got ahead of their targets, counted along the way that the robot really went, in metres.
+    pub ahead_m: f64,
     /// What the parts leave open, in metres: of second order in what the robot turns from row to row.
     pub rest_m: f64,
 }
@@ -53,7 +59,8 @@ pub(crate) struct Budget {
 /// Adds the parts up row by row.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Integrator {
-    parts_m: [[f64; 2]; 6],
+    parts_m: [[f64; 2]; 1 + TERMS],
+    behind_m: f64,
     before: Option<Record>,
 }
 
@@ -69,6 +76,7 @@ impl Integrator {
             t_s: record.t_s,
             error_m: [desired.x_m - real.x_m, desired.y_m - real.y_m],
             parts_m: self.parts_m,
+            behind_m: self.behind_m,
         })
     }
 
@@ -97,13 +105,20 @@ impl Integrator {
             [point.x_m, point.y_m]
         };
         let total = of_point(&grown.total);
+        let [servo, went] = [
+            of_point(&grown.servo),
+            [0, 1].map(|axis| real(record)[axis] - real(before)[axis]),
+        ];
+        let went_m = went[0].hypot(went[1]);
+        if went_m > 0.0 {
+            self.behind_m += (servo[0] * went[0] + servo[1] * went[1]) / went_m;
+        }
         let correction = [0, 1].map(|axis| {
             let wanted_m = place(record)[axis] - place(before)[axis];
-            let moved_m = real(record)[axis] - real(before)[axis];
             // What was asked is what was done and the total of the ledger.
-            wanted_m - (moved_m + total[axis])
+            wanted_m - (went[axis] + total[axis])
         });
-        let terms = grown.named().map(|(_, term)| of_point(&term));
+        let terms = grown.terms().map(|term| of_point(&term));
         let parts = std::iter::once(correction).chain(terms);
         for (sum, part) in self.parts_m.iter_mut().zip(parts) {
             sum[0] += part[0];
@@ -147,7 +162,7 @@ pub(crate) fn at_the_worst(standings: &[Standing], after_s: f64) -> Option<Budge
     }
     let along = peak.error_m.map(|x| x / size_m);
     let dot = |v: [f64; 2]| v[0] * along[0] + v[1] * along[1];
-    let mut parts_m = [0.0; 6];
+    let mut parts_m = [0.0; 1 + TERMS];
     for (part, (to, from)) in parts_m
         .iter_mut()
         .zip(peak.parts_m.iter().zip(&start.parts_m))
@@ -162,6 +177,7 @@ pub(crate) fn at_the_worst(standings: &[Standing], after_s: f64) -> Option<Budge
         before_m,
         rest_m: size_m - before_m - parts_m.iter().sum::<f64>(),
         parts_m,
+        ahead_m: start.behind_m - peak.behind_m,
     })
 }
 
@@ -253,7 +269,7 @@ mod tests {
         // back 0.1 m/s. Sums of a hundred terms: rounding below 1e-12.
         assert!((budget.error_m - 0.3).abs() < 1e-12, "{budget:?}");
         assert!((budget.before_m - 0.03).abs() < 1e-12, "{budget:?}");
-        assert!((budget.parts_m[5] - 0.36).abs() < 1e-12, "{budget:?}");
+        assert!((budget.parts_m[7] - 0.36).abs() < 1e-12, "{budget:?}");
         assert!((budget.parts_m[0] + 0.09).abs() < 1e-12, "{budget:?}");
         assert!(budget.rest_m.abs() < 1e-12, "{budget:?}");
         assert!((budget.from_s - 1.1).abs() < 0.011 && (budget.at_s - 2.0).abs() < 0.011);

@@ -1,9 +1,10 @@
 //! What slid and what that cost, how long tasks waited, and how far dead reckoning drifts, in words.
 
 use ilon_trace::slip::WheelSlip;
-use ilon_trace::{Header, JointTravel, Summary};
+use ilon_trace::{Fault, FaultKind, Header, JointTravel, Summary};
 
 use super::events::{Event, EventKind, LEAST_SLIDE_M, SLIDING_SHARE};
+use super::phrases::list;
 use crate::page::escape;
 use crate::text::{angle, energy, length, percent, time};
 
@@ -44,9 +45,52 @@ fn under_wheels_j(summary: &Summary) -> f64 {
     summary.wheels.iter().map(|wheel| wheel.energy_j).sum()
 }
 
-/// What the motors did while they drove, in J.
-fn driven_j(summary: &Summary) -> Option<f64> {
-    summary.energy.motor_positive_j.or(summary.energy.motor_j)
+/// All that was put in, in J.
+fn put_in_j(summary: &Summary) -> Option<f64> {
+    let energy = &summary.energy;
+    let motors_j = energy.motor_positive_j.or(energy.motor_j);
+    energy.put_in_j.or(motors_j)
+}
+
+/// Of all that was put in and of whom, for a part of it in J; empty of what cannot be a part.
+fn of_what_was_put_in(summary: &Summary, header: &Header, part_j: f64) -> String {
+    /// Who put in less than this share is not named.
+    const LEAST: f64 = 0.01;
+    let Some(all_j) = put_in_j(summary).filter(|all_j| *all_j >= part_j) else {
+        return String::new();
+    };
+    let energy_of = &summary.energy;
+    let is_push = |fault: &Fault| matches!(fault.kind, FaultKind::Push { .. });
+    let outside = match header.faults.iter().flatten().any(is_push) {
+        true => "the push's",
+        false => "outside's",
+    };
+    let who = [
+        (
+            "the motors'",
+            energy_of.motor_positive_j.or(energy_of.motor_j),
+        ),
+        (outside, energy_of.outside_positive_j),
+        ("gravity's", energy_of.fall_j),
+    ];
+    let named = who
+        .into_iter()
+        .filter(|(_, j)| j.is_some_and(|j| j > LEAST * all_j));
+    let named: Vec<String> = named.map(|(who, _)| who.to_owned()).collect();
+    match named.is_empty() {
+        true => format!(" of {}", energy(all_j)),
+        false => format!(" of {} {}", list(&named), energy(all_j)),
+    }
+}
+
+/// What hits and landings took, where that is a part of all that was put in.
+pub(super) fn landings(summary: &Summary, header: &Header) -> Option<String> {
+    /// What is less than this share of it goes without saying.
+    const LEAST: f64 = 0.05;
+    let hits_j = summary.energy.impact_j?;
+    let is_told = hits_j > LEAST_J && hits_j > LEAST * put_in_j(summary)?;
+    let of_work = of_what_was_put_in(summary, header, hits_j);
+    is_told.then(|| format!("Hits and landings took <b>{}</b>{of_work}.", energy(hits_j)))
 }
 
 /// What of the loss to sliding lay not under the wheels, and where it lay; `None` where it is next to nothing.
@@ -67,11 +111,11 @@ fn rubbing(summary: &Summary, header: &Header) -> Option<(f64, &'static str)> {
 /// What there is to say of sliding where no wheel slid far: short slides and creeping below the limit, where they cost a share of the work, and what
 /// else rubbed.
 fn without_slides(summary: &Summary, rubbing: Option<(f64, &str)>, of_work: &str) -> String {
-    /// What is less than this share of the motors' work is not told of.
+    /// What is less than this share of what was put in is not told of.
     const LEAST: f64 = 0.01;
     let under_wheels_j = under_wheels_j(summary);
-    let drove_j = driven_j(summary).unwrap_or(0.0);
-    let costs = under_wheels_j > LEAST_J.max(LEAST * drove_j);
+    let all_j = put_in_j(summary).unwrap_or(0.0);
+    let costs = under_wheels_j > LEAST_J.max(LEAST * all_j);
     let cost = energy(under_wheels_j);
     let reached = summary
         .friction_used_max
@@ -97,12 +141,7 @@ fn without_slides(summary: &Summary, rubbing: Option<(f64, &str)>, of_work: &str
 pub(super) fn slipping(summary: &Summary, header: &Header, events: &[Event]) -> Option<String> {
     let slip_j = summary.energy.slip_j?;
     let rubbing = rubbing(summary, header);
-    // Of the motors' work it is a part only where it can be: pushes and slopes do work as well.
-    let of_work = driven_j(summary)
-        .filter(|&drove_j| drove_j > slip_j)
-        .map_or_else(String::new, |drove_j| {
-            format!(" of the motors' {}", energy(drove_j))
-        });
+    let of_work = of_what_was_put_in(summary, header, slip_j);
     let hand_over = summary
         .energy
         .spin_up_j

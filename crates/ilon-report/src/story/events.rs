@@ -1,7 +1,8 @@
 //! What happened, and when: faults, how the robot stood, slides, lost contacts, other ground and saturation.
 
-use ilon_trace::{Announced, Header, Record, WheelSample};
+use ilon_trace::{Announced, GroundPatch, Header, Record, WheelSample};
 
+use super::phrases::list;
 use super::posture::{Posture, Stance};
 use super::shortfall::Means;
 use super::spells::{Spell, Spells};
@@ -211,7 +212,10 @@ impl Watch {
         if let Some(ground) = &header.ground {
             for (patch, spells) in ground.patches.iter().zip(&self.patches) {
                 for spell in &spells.found {
-                    let text = format!("wheels are on a patch of friction {}", patch.friction);
+                    let text = format!(
+                        "wheels are on a patch of {}",
+                        of_patch(patch, ground.friction)
+                    );
                     push(EventKind::Ground, spell, text, 0.0);
                 }
             }
@@ -234,6 +238,17 @@ impl Watch {
         events.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
         events
     }
+}
+
+/// What a patch is, as far as it is not as the floor: its friction goes without saying where it is the floor's.
+fn of_patch(patch: &GroundPatch, floor_friction: f64) -> String {
+    let is_own = patch.friction != floor_friction || patch.changes.is_empty();
+    let friction = is_own.then(|| format!("friction {}", patch.friction));
+    let all: Vec<String> = friction
+        .into_iter()
+        .chain(patch.changes.iter().cloned())
+        .collect();
+    list(&all)
 }
 
 /// Slides that begin within so much of each other begin at once.
@@ -517,6 +532,7 @@ mod tests {
             center_m: [x_m, y_m],
             sides_m: [0.1, 0.1],
             friction: 0.2,
+            changes: vec!["creep 0.1".to_owned()],
             from_s: 1.0,
             until_s,
         };
@@ -546,6 +562,22 @@ mod tests {
             panic!("one patch was touched: {events:?}")
         };
         assert_eq!(event.kind, EventKind::Ground);
+        assert!(
+            event
+                .text
+                .ends_with("a patch of friction 0.2 and creep 0.1"),
+            "{}",
+            event.text
+        );
+        // Of the floor's own friction nothing is said.
+        if let Some(ground) = &mut header.ground {
+            ground.friction = 0.2;
+        }
+        let as_the_floor = &watch.events(&header)[0].text;
+        assert!(
+            as_the_floor.ends_with("a patch of creep 0.1"),
+            "{as_the_floor}"
+        );
         // To a row.
         assert!((event.from_s - 1.0).abs() < 0.015 && (event.until_s - 2.0).abs() < 0.015);
     }

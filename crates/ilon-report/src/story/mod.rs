@@ -65,7 +65,9 @@ impl Story {
         let mut lines: Vec<String> = instability.into_iter().collect();
         lines.extend(sentences.take(MOST_OF_A_KIND));
         lines.extend(shown.all.measured.sentence());
-        lines.extend(watch.touches.sentence(header));
+        lines.extend(watch.touches.sentence(header, summary.energy.put_in_j));
+        lines.extend(watch.touches.falls(header));
+        lines.extend(shortfall::at_rest(header, summary, &watch.means));
 
         let ends_at_m_s = shown.all.ends_at_m_s;
         let slope = slope::sentence(header, summary, &events, ends_at_m_s);
@@ -76,7 +78,11 @@ impl Story {
         };
         lines.extend(slope_first);
         lines.extend(tracking(summary, &start));
-        lines.extend(budget.as_ref().map(|b| excursion(b, &start)));
+        lines.extend(
+            budget
+                .as_ref()
+                .map(|b| excursion(b, &start, header.storage)),
+        );
         match header.twins.is_empty() {
             true => lines.extend(on_purpose(header)),
             false => lines.extend(effects::sentences(header, summary, posture)),
@@ -86,12 +92,13 @@ impl Story {
         }
         let lies = |stance| matches!(stance, Stance::Fallen | Stance::Tipped);
         if !(spoilt && stood.iter().any(|episode| lies(episode.stance))) {
-            let axes = shortfall::sentences(header, summary, &watch.means, !spoilt);
+            let axes = shortfall::sentences(header, &watch.means, !spoilt);
             lines.extend(axes);
         }
         if !spoilt {
             let costs = [
                 slope,
+                costs::landings(summary, header),
                 costs::off_the_ground(summary),
                 costs::joints(summary),
                 costs::slipping(summary, header, &events),
@@ -231,7 +238,7 @@ fn on_purpose(header: &Header) -> Option<String> {
 }
 
 /// The largest error and its parts.
-fn excursion(budget: &Budget, start: &Start) -> String {
+fn excursion(budget: &Budget, start: &Start, is_spring: bool) -> String {
     let after = if start.is_off {
         " after it had arrived"
     } else {
@@ -241,25 +248,26 @@ fn excursion(budget: &Budget, start: &Start) -> String {
         "The largest position error{after} was <b>{}</b> at <b>{}</b>. {}",
         length(budget.error_m),
         time(budget.at_s),
-        shares(budget)
+        shares(budget, is_spring)
     )
 }
 
-/// Which parts made the error, the largest first.
-fn shares(budget: &Budget) -> String {
+/// Which parts made the error, the largest first. Under a law that pulls the robot like a spring, and asks no rates of its wheels, the reference is
+/// missed by what stretches the spring.
+fn shares(budget: &Budget, is_spring: bool) -> String {
     let mut grew: Vec<(&str, f64)> = PARTS.into_iter().zip(budget.parts_m).collect();
     grew.sort_by(|a, b| b.1.total_cmp(&a.1));
     let causes: Vec<String> = grew
         .iter()
         .filter(|(_, m)| *m > 0.15 * budget.error_m)
         .take(2)
-        .map(|(name, m)| format!("{} made {}", in_words(name), length(*m)))
+        .map(|(name, m)| format!("{} made {}", in_words(name, budget, is_spring), length(*m)))
         .collect();
     if causes.is_empty() {
         return String::new();
     }
     let corrected_m = budget.parts_m[0];
-    let back = if corrected_m < -0.15 * budget.error_m {
+    let back = if !is_spring && corrected_m < -0.15 * budget.error_m {
         format!(", and the guidance took back {}", length(-corrected_m))
     } else {
         String::new()
@@ -268,11 +276,21 @@ fn shares(budget: &Budget) -> String {
 }
 
 /// A part of the budget in a sentence.
-fn in_words(part: &str) -> &str {
+fn in_words<'a>(part: &'a str, budget: &Budget, is_spring: bool) -> &'a str {
+    /// Wheels are ahead of their targets, or behind them, where that is so for this share of what the servo term made.
+    const CLEARLY: f64 = 0.5;
+    let servo_m = budget.parts_m[3];
     match part {
+        "correction by guidance" if is_spring => {
+            "forces that stretch the law's spring to the reference"
+        }
         "slip" => "sliding contacts",
         "geometry" => "the rollers' geometry",
-        "servo" => "wheels that lag their targets",
+        "lift-off" => "wheels in the air, or with little load,",
+        "conflict" => "wheels that contradict each other",
+        "servo" if budget.ahead_m > CLEARLY * servo_m => "wheels that run ahead of their targets",
+        "servo" if budget.ahead_m < -CLEARLY * servo_m => "wheels that lag their targets",
+        "servo" => "wheels that are off their targets",
         "compensation" => "the command's compensation",
         other => other,
     }

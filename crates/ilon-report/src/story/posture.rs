@@ -7,6 +7,7 @@ use ilon_trace::{GroundBox, Header, Record, WheelSample};
 
 use super::phrases::span;
 use super::spells::GAP_S;
+use crate::page::escape;
 use crate::text::{angle, capital, energy, force, length, percent, speed};
 
 /// A robot that leans more than this against the floor's normal has tipped over, in radians: a right angle's half.
@@ -71,6 +72,8 @@ pub(crate) struct Episode {
     /// What hits had taken when it began, and a little after its end, in J.
     hits_j: [f64; 2],
     obstacle: Option<GroundBox>,
+    /// The free body that stood in its way, in place of a box of the ground.
+    body: Option<usize>,
 }
 
 /// Watches how the robot stands.
@@ -110,12 +113,39 @@ fn asked(record: &Record) -> Option<([f64; 2], f64)> {
 }
 
 /// The progress along the motion asked for in m/s, and what holds it back in N.
-fn progress(record: &Record) -> Option<(f64, f64)> {
+fn progress(header: &Header, record: &Record) -> Option<(f64, f64)> {
     let ([x, y], _) = asked(record)?;
     let real = record.truth.twist_in_body;
     let support = record.support.unwrap_or_default();
-    let held_back_n = -(support.obstacles_x_n * x + support.obstacles_y_n * y);
+    let by_ground_n = -(support.obstacles_x_n * x + support.obstacles_y_n * y);
+    let held_back_n = by_ground_n + in_the_way(header, record).map_or(0.0, |(_, push_n)| push_n);
     Some((real.vx_m_s * x + real.vy_m_s * y, held_back_n))
+}
+
+/// The free body on which the robot presses hardest, and with which force in N; what lies on its deck, within its wheels, stands in no way.
+fn in_the_way(header: &Header, record: &Record) -> Option<(usize, f64)> {
+    let pose = record.truth.pose;
+    let (sin, cos) = pose.heading_rad.sin_cos();
+    let bounds = |axis: usize| {
+        let places = header
+            .wheels
+            .iter()
+            .map(move |wheel| wheel.position_m[axis]);
+        places.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], m| {
+            [low.min(m), high.max(m)]
+        })
+    };
+    let [xs, ys] = [bounds(0), bounds(1)];
+    let is_on_deck = |place_m: [f64; 3]| {
+        let [dx, dy] = [place_m[0] - pose.x_m, place_m[1] - pose.y_m];
+        let [x, y] = [cos * dx + sin * dy, cos * dy - sin * dx];
+        (xs[0]..=xs[1]).contains(&x) && (ys[0]..=ys[1]).contains(&y)
+    };
+    let bodies = record.bodies.iter().take(header.bodies.len()).enumerate();
+    let pressed = bodies.filter(|(_, body)| body.push_n > 0.0 && !is_on_deck(body.place_m));
+    pressed
+        .map(|(index, body)| (index, body.push_n))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// What a robot stands on beside its wheels, and what carries there: a trace does not tell its chassis from bodies on its joints.
@@ -127,7 +157,7 @@ fn on_which(header: &Header) -> [&'static str; 2] {
 }
 
 /// How the robot stands in a row, if not free on its wheels.
-fn stances(record: &Record, samples: &[WheelSample]) -> [Option<Stance>; 2] {
+fn stances(header: &Header, record: &Record, samples: &[WheelSample]) -> [Option<Stance>; 2] {
     let touches = samples.iter().any(WheelSample::touched);
     let (carried_n, chassis_n, pushed_n) = match record.support {
         Some(s) => (
@@ -152,7 +182,7 @@ fn stances(record: &Record, samples: &[WheelSample]) -> [Option<Stance>; 2] {
     } else {
         None
     };
-    let blocked = asked(record).zip(progress(record)).is_some_and(
+    let blocked = asked(record).zip(progress(header, record)).is_some_and(
         |((_, asked_m_s), (done_m_s, held_back_n))| {
             done_m_s < BLOCKED_SHARE * asked_m_s && held_back_n > ON_CHASSIS_SHARE * carried_n
         },
@@ -171,7 +201,7 @@ impl Posture {
         }
         // At the start no step has been taken yet.
         if t_s > 0.0 && !samples.is_empty() {
-            for stance in stances(record, samples).into_iter().flatten() {
+            for stance in stances(header, record, samples).into_iter().flatten() {
                 self.extend(stance, header, record, samples);
             }
         }
@@ -208,6 +238,10 @@ impl Posture {
                     height_m: [self.height_before_m; 2],
                     highest_hub_m: 0.0,
                     hits_j: [self.hits_before_j; 2],
+                    body: match stance {
+                        Stance::Blocked => in_the_way(header, record).map(|(body, _)| body),
+                        _ => None,
+                    },
                     obstacle: match stance {
                         Stance::Blocked => nearest_box(header, record),
                         _ => None,
@@ -223,7 +257,7 @@ impl Posture {
         episode.carried_n_s[0] += support.wheels_n * dt_s;
         episode.carried_n_s[1] += support.chassis_n * dt_s;
         if let (Some((_, asked_m_s)), Some((done_m_s, held_back_n))) =
-            (asked(record), progress(record))
+            (asked(record), progress(header, record))
         {
             episode.asked_s += dt_s;
             episode.asked_m += asked_m_s * dt_s;
@@ -357,7 +391,15 @@ impl Episode {
             Stance::Blocked => {
                 let radii_m = header.wheels.iter().map(|wheel| wheel.radius_m);
                 let least_m = radii_m.fold(f64::INFINITY, f64::min);
+                let body = self.body.and_then(|body| header.bodies.get(body));
                 let what = match self.obstacle.map(|of| of.sides_m[2]) {
+                    _ if body.is_some() => {
+                        let name = body.map_or("", |body| body.name.as_str());
+                        format!(
+                            "stood <b>against {}</b>, which it could not push on",
+                            escape(name)
+                        )
+                    }
                     Some(height_m) if height_m < least_m => {
                         format!(
                             "was <b>caught at a kerb</b>, a box {} high",

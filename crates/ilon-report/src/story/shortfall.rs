@@ -19,44 +19,181 @@ const AT_LIMIT: f64 = 0.95;
 const DRIFT_SHARE: f64 = 0.02;
 const LEAST_DRIFT: f64 = 5e-3;
 
-/// Means over the window of the means, of what stands between the twist asked for and that of the wheels.
+/// A stretch is told of where it lasts as long as this, in seconds, and counted from so long after its command on.
+const LEAST_STRETCH_S: f64 = 0.5;
+const SETTLE_S: f64 = 0.3;
+/// The most stretches before the last that are told of.
+const MOST_STRETCHES: usize = 4;
+/// A component of the motion is driven from this share of the whole on, and from this speed on, in m/s.
+const DRIVEN_SHARE: f64 = 0.01;
+const DRIVEN_M_S: f64 = 1e-6;
+
+/// A time through which one twist was asked for: sums over it.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Means {
-    guidance: Twist,
-    compensation: Twist,
-    servo: Twist,
+struct Stretch {
+    from_s: f64,
+    until_s: f64,
     time_s: f64,
-    /// The last row within the window.
-    before: Option<Record>,
-    /// How many samples of wheels there were, and how many with their motor at its limit.
+    /// How the robot moved, and each term of the ledger: displacements in the body frame.
+    moved: Twist,
+    terms: Terms,
+    /// How many samples of wheels there were, how many with their motor at its limit, and how many of these at that of its rate.
     samples: u32,
     at_limit: u32,
+    at_rate_limit: u32,
+}
+
+/// What was asked for and what came of it, in the window of the means, and in each stretch of a schedule.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Means {
+    window: Stretch,
+    stretches: Vec<Stretch>,
+    before: Option<Record>,
+    /// The fastest motion asked for, in m/s at the farthest wheel, and the largest torque of a motor, in N m.
+    most_asked_m_s: f64,
+    most_torque_n_m: f64,
+}
+
+/// The size of a twist in m/s, its turning at the farthest wheel.
+fn size_m_s(header: &Header, twist: Twist) -> f64 {
+    twist
+        .linear_m_s()
+        .norm()
+        .hypot(arm_m(header) * twist.omega_rad_s)
+}
+
+/// The distance of the farthest wheel from the body's origin, in metres.
+fn arm_m(header: &Header) -> f64 {
+    let positions = header.wheels.iter().map(|wheel| wheel.position_m);
+    positions
+        .map(|[x_m, y_m]| x_m.hypot(y_m))
+        .fold(0.0, f64::max)
+}
+
+impl Stretch {
+    fn add(&mut self, header: &Header, [before, record]: [&Record; 2], samples: &[WheelSample]) {
+        let span_s = record.t_s - before.t_s;
+        let real = before.truth.pose.displacement_to(&record.truth.pose);
+        let terms = Terms::between(before, record);
+        self.moved = self.moved + real;
+        self.terms = self
+            .terms
+            .zip(&terms, |sum, term| sum + term.scaled(span_s));
+        self.time_s += span_s;
+        self.until_s = record.t_s;
+        let share = supply_share(header, record.t_s);
+        for (wheel, sample) in header.wheels.iter().zip(samples) {
+            self.samples += 1;
+            let [gives_all, turns_fastest] = limits_met(header, wheel, sample, share);
+            self.at_limit += u32::from(gives_all || turns_fastest);
+            self.at_rate_limit += u32::from(turns_fastest);
+        }
+    }
+
+    fn is_long(&self) -> bool {
+        self.until_s - self.from_s >= LEAST_STRETCH_S
+    }
+
+    /// A sum as a mean.
+    fn mean(&self, sum: Twist) -> Twist {
+        sum.scaled(1.0 / self.time_s.max(f64::MIN_POSITIVE))
+    }
+
+    fn asked(&self) -> Twist {
+        self.mean(self.moved + self.terms.total)
+    }
+
+    /// That of the wheels' rates by Indiveri 2009, eq. (7).
+    fn ideal(&self) -> Twist {
+        let Terms {
+            geometry,
+            lift_off,
+            conflict,
+            slip,
+            ..
+        } = self.terms;
+        self.mean(self.moved + slip + conflict + lift_off + geometry)
+    }
+
+    /// What kept the wheels from their targets: what motors cannot, where they gave all they can for most of the time, or the wheel loops.
+    fn behind_targets(&self) -> &'static str {
+        match 2 * self.at_limit > self.samples {
+            true if 2 * self.at_rate_limit > self.at_limit => "the motors' rate limit",
+            true => "the motors' limit",
+            false => "the wheel loops' error",
+        }
+    }
 }
 
 impl Means {
     pub fn add(&mut self, header: &Header, record: &Record, samples: &[WheelSample]) {
-        if !header.is_measured(record.t_s) {
-            return;
+        let asked = record.command_twist_in_body;
+        self.most_asked_m_s = self.most_asked_m_s.max(size_m_s(header, asked));
+        let torques = samples.iter().map(|sample| sample.torque_n_m.abs());
+        self.most_torque_n_m = torques.fold(self.most_torque_n_m, f64::max);
+        let before = self.before.replace(*record);
+        if let Some(before) = &before {
+            // The first row of the window has nothing before it.
+            if header.is_measured(before.t_s) && header.is_measured(record.t_s) {
+                self.window.add(header, [before, record], samples);
+            }
+            // What was asked for at the row before held until this one.
+            if let Some(stretch) = self.stretches.last_mut() {
+                stretch.until_s = record.t_s;
+                if before.t_s >= stretch.from_s + SETTLE_S {
+                    stretch.add(header, [before, record], samples);
+                }
+            }
         }
-        if let Some(before) = self.before.replace(*record) {
-            let terms = Terms::between(&before, record);
-            let span_s = record.t_s - before.t_s;
-            self.guidance = self.guidance + terms.guidance.scaled(span_s);
-            self.compensation = self.compensation + terms.compensation.scaled(span_s);
-            self.servo = self.servo + terms.servo.scaled(span_s);
-            self.time_s += span_s;
-        }
-        let share = supply_share(header, record.t_s);
-        for (wheel, sample) in header.wheels.iter().zip(samples) {
-            self.samples += 1;
-            self.at_limit += u32::from(is_at_limit(header, wheel, sample, share));
+        if before.is_none_or(|before| before.command_twist_in_body != asked) {
+            // A twist that changes from row to row is no stretch.
+            self.stretches.pop_if(|last| !last.is_long());
+            self.stretches.push(Stretch {
+                from_s: record.t_s,
+                until_s: record.t_s,
+                ..Stretch::default()
+            });
         }
     }
 
-    /// Whether the motors gave all they can for most of the time.
-    fn are_motors_at_limit(&self) -> bool {
-        2 * self.at_limit > self.samples
+    /// The stretches before the window of the means in which the robot was asked to move.
+    fn earlier(&self, header: &Header) -> Vec<&Stretch> {
+        let stretches = self.stretches.iter();
+        let told = stretches.filter(|stretch| {
+            stretch.is_long()
+                && stretch.until_s <= header.measure_from_s
+                && size_m_s(header, stretch.asked()) > STANDING
+        });
+        told.collect()
     }
+}
+
+/// Why a robot did not move at all: nothing was asked of it, or its motors gave nothing; `None` where it moved, or for other reasons.
+pub(super) fn at_rest(header: &Header, summary: &Summary, means: &Means) -> Option<String> {
+    /// A robot that went and turned no further than this did not move, in m and rad.
+    const LEAST: f64 = 1e-3;
+    /// A motor that gave less than this gave nothing, in N m.
+    const NO_TORQUE_N_M: f64 = 1e-9;
+    if summary.travelled_m > LEAST || summary.turned_rad > LEAST {
+        return None;
+    }
+    let why = if means.most_asked_m_s <= STANDING {
+        match header.open_loop && header.measure_from_s >= summary.duration_s {
+            true => format!(
+                "no motion was asked for within {}: the robot rests for `twist.rest_s` first",
+                time(summary.duration_s)
+            ),
+            false => "no motion was asked for".to_owned(),
+        }
+    } else if means.most_torque_n_m <= NO_TORQUE_N_M {
+        format!(
+            "up to {} were asked for, and the motors gave no torque",
+            metres(means.most_asked_m_s)
+        )
+    } else {
+        return None;
+    };
+    Some(format!("The robot <b>did not move</b>: {why}."))
 }
 
 /// What is left of the battery's voltage at a time in seconds, from 0 to 1.
@@ -70,8 +207,8 @@ fn supply_share(header: &Header, t_s: f64) -> f64 {
     .product()
 }
 
-/// Whether a wheel is slower than it should be and its motor gives all it can on a share of its supply.
-fn is_at_limit(header: &Header, wheel: &WheelHeader, sample: &WheelSample, share: f64) -> bool {
+/// Whether a wheel is slower than it should be while its motor gives all it can on a share of its supply, and while it turns as fast as it may.
+fn limits_met(header: &Header, wheel: &WheelHeader, sample: &WheelSample, share: f64) -> [bool; 2] {
     let rate_rad_s = sample.rate_rad_s.abs();
     let line = header.motor_line;
     let by_line_n_m = line.map(|line| {
@@ -79,14 +216,13 @@ fn is_at_limit(header: &Header, wheel: &WheelHeader, sample: &WheelSample, share
     });
     let by_current_n_m = line.and_then(|line| line.current_limit_n_m);
     let limits = [wheel.torque_limit_n_m, by_line_n_m, by_current_n_m];
-    let limits = limits.into_iter().flatten();
-    let most_n_m = limits.reduce(f64::min);
+    let most_n_m = limits.into_iter().flatten().reduce(f64::min);
     let too_slow = sample.target_rad_s.abs() > rate_rad_s;
     let gives_all = most_n_m.is_some_and(|most_n_m| sample.torque_n_m.abs() >= AT_LIMIT * most_n_m);
     let turns_fastest = wheel
         .rate_limit_rad_s
         .is_some_and(|limit_rad_s| rate_rad_s >= AT_LIMIT * limit_rad_s);
-    too_slow && (gives_all || turns_fastest)
+    [gives_all, turns_fastest].map(|is_met| is_met && too_slow)
 }
 
 /// A component of the mean twists, with what it is called and its unit.
@@ -95,6 +231,7 @@ struct Axis {
     plus: &'static str,
     minus: &'static str,
     unit: fn(f64) -> String,
+    is_turn: bool,
     /// Below this a value is shown as zero.
     shown: f64,
 }
@@ -113,6 +250,7 @@ const AXES: [Axis; 3] = [
         plus: "Ahead",
         minus: "Backwards",
         unit: metres,
+        is_turn: false,
         shown: 5e-5,
     },
     Axis {
@@ -120,6 +258,7 @@ const AXES: [Axis; 3] = [
         plus: "To the left",
         minus: "To the right",
         unit: metres,
+        is_turn: false,
         shown: 5e-5,
     },
     Axis {
@@ -127,6 +266,7 @@ const AXES: [Axis; 3] = [
         plus: "Turning left",
         minus: "Turning right",
         unit: degrees,
+        is_turn: true,
         shown: 8.7e-5,
     },
 ];
@@ -147,100 +287,150 @@ impl Axis {
     }
 }
 
-/// What of the motion asked for is missing, and why, for each axis of an open-loop run. Without `with_shares` the robot did not stand
-/// free on its wheels, and shares would say nothing.
-pub(super) fn sentences(
-    header: &Header,
-    summary: &Summary,
-    means: &Means,
-    with_shares: bool,
-) -> Vec<String> {
-    if !header.open_loop {
+/// What of the motion asked for is missing, and why, for each axis of an open-loop run: in each stretch of its schedule, and in the window of the
+/// means. Without `with_shares` the robot did not stand free on its wheels, and shares would say nothing.
+pub(super) fn sentences(header: &Header, means: &Means, with_shares: bool) -> Vec<String> {
+    if !header.open_loop || means.most_asked_m_s <= STANDING && means.window.time_s <= 0.0 {
         return Vec::new();
     }
-    let (Some(real), Some(ideal), Some(contact)) = (
-        summary.twist_mean,
-        summary.twist_ideal_mean,
-        summary.twist_contact_mean,
-    ) else {
+    let earlier = means.earlier(header);
+    if means.window.time_s <= 0.0 && earlier.is_empty() {
         let from = time(header.measure_from_s);
         return vec![format!(
             "The run is too short for mean velocities: they are taken from {from} on, after rest and ramp."
         )];
-    };
-    let asked = summary.twist_asked_mean.unwrap_or(ideal);
-    let (by_asked, by_ideal) = (summary.twist_ratio_asked, summary.twist_ratio_ideal);
-    let driven = [
-        by_asked.vx.or(by_ideal.vx),
-        by_asked.vy.or(by_ideal.vy),
-        by_asked.omega.or(by_ideal.omega),
+    }
+    let is_schedule = !earlier.is_empty();
+    let mut lines: Vec<String> = earlier
+        .iter()
+        .take(MOST_STRETCHES)
+        .flat_map(|stretch| of_stretch(header, stretch, with_shares, is_schedule))
+        .collect();
+    if earlier.len() > MOST_STRETCHES {
+        let more = earlier.len() - MOST_STRETCHES;
+        lines.push(format!("{more} more stretches of the schedule follow."));
+    }
+    if means.window.time_s > 0.0 {
+        let window = Stretch {
+            from_s: header.measure_from_s,
+            ..means.window
+        };
+        lines.extend(of_stretch(header, &window, with_shares, is_schedule));
+    }
+    lines
+}
+
+/// What is missing in a stretch, for each axis, with its time where there are others.
+fn of_stretch(
+    header: &Header,
+    stretch: &Stretch,
+    with_shares: bool,
+    is_schedule: bool,
+) -> Vec<String> {
+    let [asked, ideal, real] = [
+        stretch.asked(),
+        stretch.ideal(),
+        stretch.mean(stretch.moved),
     ];
-    let speed_m_s = asked.vx_m_s.hypot(asked.vy_m_s);
+    let speed_m_s = asked.linear_m_s().norm();
+    let least_m_s = (DRIVEN_SHARE * size_m_s(header, ideal)).max(DRIVEN_M_S);
     let mut lines = Vec::new();
-    for (axis, driven) in AXES.iter().zip(driven) {
+    for axis in &AXES {
         let of = axis.of;
-        let [asked, ideal, contact, real] = [asked, ideal, contact, real].map(of);
+        let arm_m = if axis.is_turn { arm_m(header) } else { 1.0 };
+        let [asked, ideal, real] = [asked, ideal, real].map(of);
+        let is_driven = asked.abs().max(ideal.abs()) * arm_m > least_m_s;
+        let when = |direction: &str| match is_schedule {
+            true => format!(
+                "From {:.2} to {} <b>{}</b>",
+                stretch.from_s,
+                time(stretch.until_s),
+                direction.to_lowercase()
+            ),
+            false => format!("<b>{direction}</b>"),
+        };
         let follows = (asked - ideal).abs() <= AS_ASKED * asked.abs();
         // Of wheels that do as they were asked it is enough to tell what they did.
         let base = match follows && with_shares {
             true => ideal,
             false => asked,
         };
-        if driven.is_none() || base.abs() <= STANDING {
+        if !is_driven || base.abs() <= STANDING {
             let drifts = real.abs() > LEAST_DRIFT.max(DRIFT_SHARE * speed_m_s);
             if drifts && with_shares && asked.abs() <= STANDING {
                 lines.push(format!(
-                    "<b>{}</b> the robot did <b>{}</b> that nobody asked for.",
-                    axis.direction(real),
+                    "{} the robot did <b>{}</b> that nobody asked for.",
+                    when(axis.direction(real)),
                     (axis.unit)(real)
                 ));
             }
             continue;
         }
-        let direction = axis.direction(base);
+        let direction = when(axis.direction(base));
         let (unit, did) = (axis.unit, axis.did(real, base));
         if !with_shares {
             lines.push(format!(
-                "<b>{direction}</b> {} were asked for, and the robot did <b>{did}</b>.",
+                "{direction} {} were asked for, and the robot did <b>{did}</b>.",
                 unit(base)
             ));
             continue;
         }
         let share = percent(real / base);
-        let geometry = takes((ideal - contact) / base);
-        let slip = takes((contact - real) / base);
+        let mean = |sum: Twist| of(stretch.mean(sum)) / base;
+        let terms = &stretch.terms;
         if follows {
             lines.push(format!(
-                "<b>{direction}</b> the wheels turned for {} and the robot did {did}: <b>{share}</b> of the ideal kinematics. \
-                 The rollers' geometry {geometry}, slip {slip}.",
+                "{direction} the wheels turned for {} and the robot did {did}: <b>{share}</b> of the ideal kinematics. {}.",
                 unit(ideal),
+                capital(&of_contacts(terms, mean))
             ));
             continue;
         }
-        let motors = match means.are_motors_at_limit() {
-            true => "the motors' limit",
-            false => "the wheel loops' error",
-        };
-        let mean = |sum: Twist| of(sum) / means.time_s.max(f64::MIN_POSITIVE) / base;
         let before = [
-            ("saturation", mean(means.guidance)),
-            ("the command's compensation", mean(means.compensation)),
-            (motors, mean(means.servo)),
+            ("saturation", terms.guidance),
+            ("the command's compensation", terms.compensation),
+            (stretch.behind_targets(), terms.servo),
         ];
-        let before: String = before
-            .into_iter()
-            .filter(|(_, share)| share.abs() >= LEAST_SHARE)
-            .map(|(name, share)| format!("{name} {}, ", takes(share)))
-            .collect();
-        let all = format!("{before}the rollers' geometry {geometry}, slip {slip}.");
+        let before = taken(before, mean);
         lines.push(format!(
-            "<b>{direction}</b> {} were asked for, the wheels turned for {}, and the robot did {did}: <b>{share}</b> of what was asked. {}",
+            "{direction} {} were asked for, the wheels turned for {}, and the robot did {did}: <b>{share}</b> of what was asked. {}.",
             unit(asked),
             axis.did(ideal, base),
-            capital(&all)
+            capital(&format!("{before}{}", of_contacts(terms, mean)))
         ));
     }
     lines
+}
+
+/// What each of some terms takes, where it can be shown, each with a comma.
+fn taken<const N: usize>(terms: [(&str, Twist); N], mean: impl Fn(Twist) -> f64) -> String {
+    let shares = terms.map(|(name, term)| (name, mean(term)));
+    let shown = shares
+        .into_iter()
+        .filter(|(_, share)| share.abs() >= LEAST_SHARE);
+    shown
+        .map(|(name, share)| format!("{name} {}, ", takes(share)))
+        .collect()
+}
+
+/// What is missing between the wheels' rates and the robot's motion.
+fn of_contacts(terms: &Terms, mean: impl Fn(Twist) -> f64 + Copy) -> String {
+    let rare = [
+        (
+            "lift-off, as wheels are in the air or carry little,",
+            terms.lift_off,
+        ),
+        (
+            "the contradiction between the wheels' rates",
+            terms.conflict,
+        ),
+    ];
+    format!(
+        "the rollers' geometry {}, {}slip {}",
+        takes(mean(terms.geometry)),
+        taken(rare, mean),
+        takes(mean(terms.slip))
+    )
 }
 
 /// What a cause takes of the motion, as a verb: a floor that slopes or a push can make slip add to it.
@@ -261,7 +451,6 @@ fn takes(share: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ilon_trace::metrics::TwistRatio;
 
     #[test]
     fn slip_that_carries_the_robot_on_adds_to_its_motion() {
@@ -278,24 +467,25 @@ mod tests {
             open_loop: true,
             ..Header::default()
         };
-        let ahead = |v: f64| Some(Twist::new(v, 0.0, 0.0));
-        let mut summary = Summary::default();
-        summary.twist_asked_mean = ahead(asked);
-        summary.twist_ideal_mean = ahead(ideal);
-        summary.twist_contact_mean = ahead(ideal);
-        summary.twist_mean = ahead(real);
-        summary.twist_ratio_asked = TwistRatio {
-            vx: Some(real / asked),
-            ..TwistRatio::default()
-        };
-        let means = Means {
-            servo: Twist::new(asked - ideal, 0.0, 0.0),
+        let ahead = |v: f64| Twist::new(v, 0.0, 0.0);
+        let window = Stretch {
             time_s: 1.0,
+            moved: ahead(real),
+            terms: Terms {
+                total: ahead(asked - real),
+                servo: ahead(asked - ideal),
+                slip: ahead(ideal - real),
+                ..Terms::default()
+            },
             samples: 4,
             at_limit: 4,
+            ..Stretch::default()
+        };
+        let means = Means {
+            window,
             ..Means::default()
         };
-        sentences(&header, &summary, &means, with_shares)
+        sentences(&header, &means, with_shares)
     }
 
     #[test]
@@ -358,10 +548,80 @@ mod tests {
                 ..WheelSample::default()
             }
             .steady();
-            is_at_limit(&Header::default(), &wheel, &sample, 1.0)
+            limits_met(&Header::default(), &wheel, &sample, 1.0)[0]
         };
         assert!(at_limit(6.0, 2.0));
         assert!(!at_limit(4.0, -2.0));
         assert!(!at_limit(6.0, 1.0));
+    }
+
+    /// From 1 to 3 s 2 m/s are asked for, of which motors that turn no faster than for 1 m/s give the half; then 0.
+    #[test]
+    fn each_stretch_of_a_schedule_is_told_of_and_a_robot_that_rests_says_why() {
+        let header = Header {
+            open_loop: true,
+            control_dt_s: 0.01,
+            measure_from_s: 3.5,
+            measure_to_s: 5.0,
+            wheels: vec![WheelHeader {
+                rate_limit_rad_s: Some(20.0),
+                ..WheelHeader::default()
+            }],
+            ..Header::default()
+        };
+        let run = |asked_m_s: f64, end: u32| {
+            let mut means = Means::default();
+            let mut ledger = ilon_trace::Ledger::default();
+            let mut x_m = 0.0;
+            for row in 0..=end {
+                let t_s = 0.01 * f64::from(row);
+                let is_asked = (1.0..3.0).contains(&t_s) && asked_m_s > 0.0;
+                let ahead = |v: f64| Twist::new(if is_asked { v } else { 0.0 }, 0.0, 0.0);
+                let mut record = Record {
+                    t_s,
+                    ledger,
+                    command_twist_in_body: ahead(asked_m_s),
+                    granted_twist_in_body: ahead(asked_m_s),
+                    twist_target_ideal: ahead(asked_m_s),
+                    twist_ideal: ahead(1.0),
+                    twist_contact: ahead(1.0),
+                    ..Record::default()
+                };
+                record.truth.pose.x_m = x_m;
+                record.truth.twist_in_body = ahead(1.0);
+                ledger.count(&ilon_trace::ledger::Chain::held(&record, 0.01), [0.0; 2]);
+                x_m += 0.01 * ahead(1.0).vx_m_s;
+                let sample = WheelSample {
+                    target_rad_s: if is_asked { 40.0 } else { 0.0 },
+                    rate_rad_s: if is_asked { 20.0 } else { 0.0 },
+                    ..WheelSample::default()
+                };
+                means.add(&header, &record, &[sample.steady()]);
+            }
+            means
+        };
+        let lines = sentences(&header, &run(2.0, 500), true);
+        let [line] = &lines[..] else {
+            panic!("one stretch moves: {lines:?}");
+        };
+        for words in [
+            "From 1.00 to 3.00 s <b>ahead</b> 2.0000 m/s were asked for",
+            "did 1.0000 m/s: <b>50.0 %</b>",
+            "The motors' rate limit takes 50.0 %",
+        ] {
+            assert!(line.contains(words), "{line}");
+        }
+        let still = run(0.0, 500);
+        assert!(sentences(&header, &still, true).is_empty());
+        let mut summary = Summary::default();
+        summary.duration_s = 5.0;
+        let said = |summary: &Summary| at_rest(&header, summary, &still).unwrap_or_default();
+        assert!(said(&summary).ends_with("no motion was asked for."));
+        summary.duration_s = 1.0;
+        assert!(said(&summary).contains("`twist.rest_s`"));
+        let no_torque = at_rest(&header, &summary, &run(2.0, 500)).unwrap_or_default();
+        assert!(no_torque.contains("2.0000 m/s were asked for, and the motors gave no torque"));
+        summary.travelled_m = 1.0;
+        assert_eq!(said(&summary), "");
     }
 }

@@ -48,10 +48,12 @@ pub(super) fn sentence(
                 ground.friction.atan().to_degrees()
             )
         } else {
+            let held = ground.friction * held_at_best(header, downhill, summary.end_heading_rad);
             format!(
-                ", {:.0} % of what friction {} could hold at best",
-                100.0 * part,
-                crate::short(ground.friction, 3)
+                ", {:.0} % of what its rollers can hold in this direction on friction {} (up to {:.1}°)",
+                100.0 * slope_rad.abs().tan() / held,
+                crate::short(ground.friction, 3),
+                held.atan().to_degrees()
             )
         };
         return Some((
@@ -90,6 +92,32 @@ pub(super) fn sentence(
         });
     }
     (!causes.is_empty()).then(|| (format!("{falls}: {}.", causes.join("; ")), false))
+}
+
+/// The share of friction that the rollers can use downhill, of a robot that stands level on all wheels alike at a heading: each contact holds along its
+/// roller's axis d alone.
+///
+/// Forces of up to 1 / n along n axes reach the edge of a polygon; its sides are perpendicular to normals n_k of the axes, at the distance
+/// sum |n_k . d| / n, so that along e it reaches the least of these over |n_k . e|.
+fn held_at_best(header: &Header, downhill: f64, heading_rad: Option<f64>) -> f64 {
+    let axes: Vec<[f64; 2]> = header
+        .wheels
+        .iter()
+        .map(|wheel| {
+            // The roller rolls at gamma from the hub axis, and its own axis is across that.
+            let (sin, cos) = wheel.gamma_rad.sin_cos();
+            let [x, y] = wheel.axis;
+            [-(sin * x + cos * y), cos * x - sin * y]
+        })
+        .collect();
+    let (sin, cos) = heading_rad.unwrap_or(0.0).sin_cos();
+    let along = [downhill * cos, -downhill * sin];
+    let reached = axes.iter().map(|[x, y]| {
+        let normal = [-y, *x];
+        let dot = |of: &[f64; 2]| (normal[0] * of[0] + normal[1] * of[1]).abs();
+        axes.iter().map(dot).sum::<f64>() / axes.len() as f64 / dot(&along)
+    });
+    reached.fold(1.0, f64::min)
 }
 
 #[cfg(test)]
@@ -132,6 +160,25 @@ mod tests {
         sentence(&header, &summary, &[], ends_at_m_s)
     }
 
+    /// Four rollers at 45 degrees hold cos 45 degrees of the friction ahead and sideways, and half of it along two of their axes.
+    #[test]
+    fn rollers_hold_along_their_axes_alone() {
+        let quarter = std::f64::consts::FRAC_PI_4;
+        let wheel = |gamma_rad: f64| ilon_trace::WheelHeader {
+            gamma_rad,
+            axis: [0.0, 1.0],
+            ..ilon_trace::WheelHeader::default()
+        };
+        let header = Header {
+            wheels: [quarter, -quarter, -quarter, quarter].map(wheel).into(),
+            ..Header::default()
+        };
+        let held = |heading_deg: f64| held_at_best(&header, 1.0, Some(heading_deg.to_radians()));
+        for (heading_deg, share) in [(0.0, 0.5f64.sqrt()), (90.0, 0.5f64.sqrt()), (45.0, 0.5)] {
+            assert!((held(heading_deg) - share).abs() < 1e-12, "{heading_deg}");
+        }
+    }
+
     #[test]
     fn a_slope_is_named_where_it_carried_the_robot_and_only_there() {
         // atan 0.6 = 31.0 degrees; tan 20 / 0.6 = 61 %.
@@ -143,7 +190,10 @@ mod tests {
         assert!(steep.contains("<b>12.000 m downhill</b>"), "{steep}");
         let (gripping, first) = said(20.0, 0.01, 0.0).unwrap_or_default();
         assert!(
-            first && gripping.contains("61 % of what friction 0.6"),
+            first
+                && gripping.contains(
+                    "61 % of what its rollers can hold in this direction on friction 0.6"
+                ),
             "{gripping}"
         );
         let (creeping, first) = said(6.0, 2e-4, 1e-3).unwrap_or_default();

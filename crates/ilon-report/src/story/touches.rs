@@ -2,9 +2,10 @@
 
 use ilon_trace::{Header, Record};
 
+use super::phrases::list;
 use super::spells::{Spell, Spells};
 use crate::page::escape;
-use crate::text::{energy, percent, time};
+use crate::text::{energy, length, percent, time};
 
 /// Watches the free bodies of a run.
 #[derive(Clone, Debug, Default)]
@@ -13,8 +14,33 @@ pub(crate) struct Touches {
     bodies: Vec<Spells>,
     /// What robots had done on each in the row before, in J.
     work_before_j: Vec<f64>,
-    /// Work of the motors so far, in J.
-    motor_j: f64,
+    falls: Vec<Fall>,
+}
+
+/// The deepest free fall of a body.
+#[derive(Clone, Copy, Debug, Default)]
+struct Fall {
+    /// Where the fall that goes on began, if one does, in metres.
+    from_m: Option<f64>,
+    most_m: f64,
+    at_s: f64,
+}
+
+impl Fall {
+    /// A body that goes down faster than this falls, in m/s: what rolls down a slope of a robot's world is slower.
+    const FALLS_M_S: f64 = 0.7;
+
+    fn add(&mut self, t_s: f64, height_m: f64, rate_m_s: f64) {
+        if rate_m_s > -Self::FALLS_M_S {
+            self.from_m = None;
+            return;
+        }
+        // Before it was so fast it had fallen by v^2 / 2 g already.
+        let from_m = *(self.from_m).get_or_insert(height_m + rate_m_s * rate_m_s / (2.0 * 9.81));
+        if from_m - height_m > self.most_m {
+            (self.most_m, self.at_s) = (from_m - height_m, t_s);
+        }
+    }
 }
 
 impl Touches {
@@ -22,13 +48,15 @@ impl Touches {
         Self {
             bodies: vec![Spells::default(); header.bodies.len()],
             work_before_j: vec![0.0; header.bodies.len()],
-            motor_j: 0.0,
+            falls: vec![Fall::default(); header.bodies.len()],
         }
     }
 
     pub fn add(&mut self, header: &Header, record: &Record) {
         let (t_s, dt_s) = (record.t_s, header.row_span_s(record.t_s));
-        self.motor_j = record.motor_positive_energy_j.max(record.motor_energy_j);
+        for (sample, fall) in record.bodies.iter().zip(&mut self.falls) {
+            fall.add(t_s, sample.place_m[2], sample.velocity_m_s[2]);
+        }
         let before = self.bodies.iter_mut().zip(&mut self.work_before_j);
         for (sample, (spells, work_j)) in record.bodies.iter().zip(before) {
             let before_j = std::mem::replace(work_j, sample.work_j);
@@ -44,7 +72,7 @@ impl Touches {
         let of_body = of_all.flat_map(|(spells, body)| {
             let say = |spell: &Spell| {
                 let most_n = spell.largest;
-                let took = self.took(spell.energy_j[1] - spell.energy_j[0]);
+                let took = took(spell.energy_j[1] - spell.energy_j[0], None);
                 let text = format!(
                     "the robot presses on `{}` with up to {most_n:.1} N; {took}",
                     body.name
@@ -56,8 +84,26 @@ impl Touches {
         of_body.collect()
     }
 
-    /// Which body the robot touched first, and what pushing all of them took; `None` where it touched none.
-    pub fn sentence(&self, header: &Header) -> Option<String> {
+    /// Which bodies fell, from the deck or onto it, and how far.
+    pub fn falls(&self, header: &Header) -> Option<String> {
+        /// A fall of less goes without saying, in metres.
+        const LEAST_M: f64 = 0.03;
+        let of_all = self.falls.iter().zip(&header.bodies);
+        let fell = of_all.filter(|(fall, _)| fall.most_m > LEAST_M);
+        let fell: Vec<String> = fell
+            .map(|(fall, body)| {
+                let (name, at) = (escape(&body.name), time(fall.at_s));
+                format!(
+                    "<b>{name}</b> fell by <b>{}</b> until {at}",
+                    length(fall.most_m)
+                )
+            })
+            .collect();
+        (!fell.is_empty()).then(|| format!("{}.", list(&fell)))
+    }
+
+    /// Which body the robot touched first, and what pushing all of them took of what was put in, in J; `None` where it touched none.
+    pub fn sentence(&self, header: &Header, put_in_j: Option<f64>) -> Option<String> {
         let of_all = self.bodies.iter().zip(&header.bodies);
         let firsts = of_all.filter_map(|(spells, body)| Some((spells.found.first()?, &body.name)));
         let (first, name) = firsts.min_by(|(a, _), (b, _)| a.from_s.total_cmp(&b.from_s))?;
@@ -66,30 +112,26 @@ impl Touches {
             "The robot first touched <b>{}</b> at {}; in all, moving bodies {}.",
             escape(name),
             time(first.from_s),
-            self.took(all_j),
+            took(all_j, put_in_j),
         ))
     }
+}
 
-    /// What work on bodies took, in words.
-    fn took(&self, work_j: f64) -> String {
-        /// Less than this is nothing, in J.
-        const LEAST_J: f64 = 5e-4;
-        if work_j.abs() < LEAST_J {
-            return "took less than 1 mJ".to_owned();
-        }
-        if work_j < 0.0 {
-            return format!("gave it {}", energy(-work_j));
-        }
-        let took = format!("took {}", energy(work_j));
-        if self.motor_j > 0.0 {
-            format!(
-                "{took}, {} of the motors' work",
-                percent(work_j / self.motor_j)
-            )
-        } else {
-            took
-        }
+/// What work on bodies took in J, in words, and of how much, if that is known.
+fn took(work_j: f64, put_in_j: Option<f64>) -> String {
+    /// Less than this is nothing, in J.
+    const LEAST_J: f64 = 5e-4;
+    if work_j.abs() < LEAST_J {
+        return "took less than 1 mJ".to_owned();
     }
+    if work_j < 0.0 {
+        return format!("gave it {}", energy(-work_j));
+    }
+    let of_all = put_in_j.filter(|all_j| *all_j >= work_j);
+    let of_all = of_all.map_or_else(String::new, |all_j| {
+        format!(", {} of what was put in", percent(work_j / all_j))
+    });
+    format!("took {}{of_all}", energy(work_j))
 }
 
 #[cfg(test)]
@@ -115,18 +157,51 @@ mod tests {
             let t_s = 0.01 * f64::from(row);
             let mut record = Record {
                 t_s,
-                motor_energy_j: 2.0 * t_s,
                 ..Record::default()
             };
             record.bodies[0].push_n = if t_s > 1.0 { 5.0 } else { 0.0 };
             record.bodies[0].work_j = (t_s - 1.0).max(0.0);
             touches.add(&header, &record);
         }
-        let said = touches.sentence(&header).expect("it was touched");
+        assert_eq!(touches.falls(&header), None);
+        let said = touches
+            .sentence(&header, Some(4.0))
+            .expect("it was touched");
         assert!(said.contains("<b>crate</b> at 1.0"), "{said}");
         assert!(said.contains("25"), "{said}");
         let episodes = touches.episodes(&header);
         assert_eq!(episodes.len(), 1);
         assert!(episodes[0].1.contains("up to 5.0 N"), "{}", episodes[0].1);
+    }
+
+    /// A body that falls freely from 1 s on by 0.3 m, and lies then: v = g t, and rows of 10 ms at 2.4 m/s.
+    #[test]
+    fn a_body_that_falls_is_told_of() {
+        let header = Header {
+            control_dt_s: 0.01,
+            bodies: vec![BodyHeader {
+                name: "cargo".to_owned(),
+                shape: BodyShape::Box { size_m: [0.2; 3] },
+                mass_kg: 1.0,
+                friction: 0.5,
+            }],
+            ..Header::default()
+        };
+        let mut touches = Touches::new(&header);
+        for row in 0..=200 {
+            let t_s = 0.01 * f64::from(row);
+            let for_s = (t_s - 1.0).max(0.0);
+            let fell_m = 0.5 * 9.81 * for_s * for_s;
+            let mut record = Record {
+                t_s,
+                ..Record::default()
+            };
+            record.bodies[0].place_m[2] = 0.4 - fell_m.min(0.3);
+            record.bodies[0].velocity_m_s[2] = if fell_m < 0.3 { -9.81 * for_s } else { 0.0 };
+            touches.add(&header, &record);
+        }
+        let said = touches.falls(&header).unwrap_or_default();
+        // The last row of the fall is at 0.24 s: 0.2825 m.
+        assert_eq!(said, "<b>cargo</b> fell by <b>282.5 mm</b> until 1.24 s.");
     }
 }

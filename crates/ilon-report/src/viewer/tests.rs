@@ -13,6 +13,7 @@ fn a_patch_is_drawn_as_large_as_it_is() {
                 friction: 0.25,
                 from_s: 1.0,
                 until_s: Some(5.0),
+                ..GroundPatch::default()
             }],
             ..Ground::default()
         }),

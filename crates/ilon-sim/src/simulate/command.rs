@@ -21,9 +21,10 @@ impl WheelCommand<'_> {
 }
 
 /// What the numbers are that a [`Controller`](super::Controller) has written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Commanded {
     /// Wheel rates in rad/s, for the wheel loops to reach.
+    #[default]
     Rates,
     /// Torques in N m, held for the control period; the motors' limits still stand.
     Torques,
@@ -42,8 +43,10 @@ pub struct Decided<'a> {
     pub granted_twist_in_body: Twist,
     /// The guidance's tasks, highest priority first; none of what has no guidance.
     pub tasks: &'a [ilon_control::TaskShare],
-    /// The rate commanded of each wheel, in rad/s.
+    /// The rate commanded of each wheel, in rad/s; zero where torques are.
     pub wheel_rates_rad_s: &'a [f64],
+    /// Whether rates are commanded, or torques.
+    pub commanded: Commanded,
 }
 
 /// What the servo of a joint between bodies is told, in rad and N m where it turns, in m and N where it slides.

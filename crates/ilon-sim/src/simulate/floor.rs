@@ -11,7 +11,7 @@ use super::surface::ContactSurfaces;
 use super::timed_patch::TimedPatch;
 use super::{height_map, roughness};
 use crate::Error;
-use crate::scenario::{self, FloorRamp, FloorStairs, Rough, RoughnessClass, Scenario};
+use crate::scenario::{self, FloorPatch, FloorRamp, FloorStairs, Rough, RoughnessClass, Scenario};
 
 /// The most cells a rough floor may have along a side: 4 million triangles are as many as a machine can be asked for.
 const MOST_CELLS: f64 = 500.0;
@@ -70,6 +70,26 @@ pub(super) fn patches(scenario: &Scenario, robot: &Robot) -> Result<Vec<TimedPat
     ContactSurfaces::new(scenario, robot)?.patches()
 }
 
+/// What a patch sets beside its friction, in words.
+fn changes(patch: &FloorPatch) -> Vec<String> {
+    let number = |name: &str, value: Option<f64>| value.map(|value| format!("{name} {value}"));
+    let changed = [
+        patch
+            .material
+            .as_ref()
+            .map(|name| format!("material `{name}`")),
+        number("rolling resistance", patch.rolling_resistance),
+        number("radius exponent", patch.radius_exponent),
+        number("creep", patch.creep),
+        patch
+            .sliding
+            .map(|_| "friction that falls as a roller slides".to_owned()),
+        (patch.across.is_some() || patch.against.is_some() || patch.nap_deg.is_some())
+            .then(|| "a nap of its own".to_owned()),
+    ];
+    changed.into_iter().flatten().collect()
+}
+
 /// The ground of a scenario under a robot as a trace keeps it, with what [`uneven`] says.
 ///
 /// # Errors
@@ -87,10 +107,12 @@ pub(super) fn ground(
         patches: footings
             .patches()?
             .iter()
-            .map(|timed| GroundPatch {
+            .zip(&section.patches)
+            .map(|(timed, patch)| GroundPatch {
                 center_m: timed.patch.center_m.into(),
                 sides_m: (2.0 * timed.patch.half_sides_m).into(),
                 friction: timed.patch.friction,
+                changes: changes(patch),
                 from_s: timed.from_s,
                 until_s: timed.until_s,
             })

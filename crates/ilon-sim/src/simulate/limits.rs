@@ -547,6 +547,8 @@ pub(super) struct Beyond {
     pub announced: Announced,
     /// At how many of the [`LOOKS`].
     looks: u32,
+    /// What would help where it asks for most.
+    remedy: &'static str,
 }
 
 /// Where a planned motion takes more than grip or motors give: when first, how much at most, of which wheel, and of what. Steps of a speed, which
@@ -559,6 +561,7 @@ pub(super) fn beyond(
     // What is wrong with a scenario is said elsewhere.
     let mut limiter = Limiter::new(scenario, (robot, targets), 1.0).ok()?;
     let mut beyond: Option<Beyond> = None;
+    let tops_rad_s = top_rates(scenario, robot);
     for look in 0..=LOOKS {
         let t_s = scenario.run.duration_s * look as f64 / LOOKS as f64;
         let (twist, twist_rate) = pilot.planned(t_s)?;
@@ -589,9 +592,22 @@ pub(super) fn beyond(
                     share: Some(0.0),
                 },
                 looks: 0,
+                remedy: "",
             }),
         };
-        beyond.take(t_s, &used);
+        if beyond.take(t_s, &used) {
+            let mut rates_rad_s = vec![0.0; tops_rad_s.len()];
+            pilot.kinematics().wheel_rates(twist, &mut rates_rad_s);
+            let tops = rates_rad_s.iter().zip(&tops_rad_s);
+            let is_too_fast = tops.into_iter().any(|(rate, top)| rate.abs() > *top);
+            beyond.remedy = match (is_too_fast, twist_rate == Twist::default()) {
+                (true, _) => "its wheels cannot turn so fast: ask for less speed",
+                (false, true) => {
+                    "no acceleration is asked for: the slope or the speed alone takes that"
+                }
+                (false, false) => "ask for less acceleration",
+            };
+        }
     }
     beyond
 }
@@ -606,16 +622,18 @@ fn nearly_most_used(shares: &[f64]) -> Vec<usize> {
 }
 
 impl Beyond {
-    /// Takes in what the motion asks for at a time.
-    fn take(&mut self, t_s: f64, used: &AccelerationUse) {
+    /// Takes in what the motion asks for at a time, and says whether it asks for most then.
+    fn take(&mut self, t_s: f64, used: &AccelerationUse) -> bool {
         self.looks += 1;
         let announced = &mut self.announced;
-        if used.share > announced.share.unwrap_or(f64::INFINITY) {
+        let is_most = used.share > announced.share.unwrap_or(f64::INFINITY);
+        if is_most {
             announced.most_at_s = t_s;
             announced.wheel = used.by.wheel;
             announced.of_grip = used.by.cause == LimitCause::Grip;
             announced.share = used.share.is_finite().then_some(used.share);
         }
+        is_most
     }
 
     /// It in words.
@@ -640,8 +658,9 @@ impl Beyond {
         };
         format!(
             "the motion asks for more than there is for {:.1} % of the run, first at {from_s:.2} s of {first}: at {most_at_s:.2} s wheel `{wheel}` {needs}, \
-             so that {then}; ask for less acceleration",
-            100.0 * f64::from(self.looks) / (LOOKS + 1) as f64
+             so that {then}; {}",
+            100.0 * f64::from(self.looks) / (LOOKS + 1) as f64,
+            self.remedy
         )
     }
 }

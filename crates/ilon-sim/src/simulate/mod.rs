@@ -4,6 +4,7 @@ mod bodies;
 mod budget;
 mod clock;
 mod command;
+mod contradiction;
 mod defaults;
 mod design;
 mod disturbances;

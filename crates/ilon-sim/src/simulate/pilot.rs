@@ -10,6 +10,7 @@ use ilon_robot::{Pose, Robot, Twist, wrap_angle};
 use nalgebra::Vector2;
 
 use super::command::{Commanded, Decided, WheelCommand};
+use super::contradiction::Contradiction;
 use super::guidance::guidance;
 use super::hubs::Hubs;
 use super::playback::{Asked, Log, Placing};
@@ -264,6 +265,11 @@ impl Pilot {
         self.decision.move_to_origin(point_m);
     }
 
+    /// The kinematics about the robot's origin.
+    pub fn kinematics(&self) -> &Kinematics {
+        &self.kinematics
+    }
+
     /// The point of the body that follows the reference, in the body frame, in metres.
     pub fn reference_point_m(&self) -> Vector2<f64> {
         self.guidance.kinematics().reference_point_m()
@@ -305,6 +311,7 @@ impl Pilot {
             granted_twist_in_body: self.decision.granted_twist_in_body,
             tasks: &self.decision.tasks,
             wheel_rates_rad_s: &self.wheel_rates_rad_s,
+            commanded: self.commanded,
         }
     }
 
@@ -363,6 +370,50 @@ impl Pilot {
             }
             Planned::Own(..) => None,
         }
+    }
+
+    /// Of the twists of a schedule the one that takes the fastest wheels, and what saturation leaves of it; `None` without a schedule.
+    pub fn held_to_limits(&self) -> Option<[Twist; 2]> {
+        let Planned::Twist(profile) = &self.motion else {
+            return None;
+        };
+        let mut guidance = self.guidance.clone();
+        let mut rates_rad_s = vec![0.0; self.kinematics.wheel_count()];
+        let mut fastest = |twist: Twist| {
+            self.kinematics.wheel_rates(twist, &mut rates_rad_s);
+            rates_rad_s
+                .iter()
+                .fold(0.0, |most: f64, rate| most.max(rate.abs()))
+        };
+        let held = profile.held().map(|twist| (fastest(twist), twist));
+        let (_, twist_in_body) = held.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let task = Task {
+            name: "twist",
+            twist_in_body,
+        };
+        Some([
+            twist_in_body,
+            guidance.command(&[task]).saturated_twist_in_body,
+        ])
+    }
+
+    /// Wheel rates that a log asks for, over the run, as far as they contradict each other.
+    pub fn contradiction(&self, duration_s: f64) -> Contradiction {
+        let count = self.kinematics.wheel_count();
+        let mut found = Contradiction::new(count);
+        let Planned::Log(log) = &self.motion else {
+            return found;
+        };
+        let mut rates_rad_s = vec![0.0; count];
+        let periods = (duration_s / self.period_s).round() as u64;
+        for period in 0..periods {
+            let t_s = period as f64 * self.period_s;
+            if log.rates_alone(t_s, &mut rates_rad_s) {
+                let sizes = found.of(&self.kinematics, &rates_rad_s);
+                found.add(&self.kinematics, &rates_rad_s, sizes, [t_s, self.period_s]);
+            }
+        }
+        found
     }
 
     /// The heading that is desired at a time in seconds, in radians, where a reference says one.

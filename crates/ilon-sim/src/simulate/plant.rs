@@ -536,6 +536,11 @@ impl Plant {
         self.clock.tick();
     }
 
+    /// Whether the wheel loops have targets for the wheels' rates: a passive law has none.
+    pub fn has_rate_targets(&self) -> bool {
+        self.drive.passive_effort().is_none()
+    }
+
     /// What a passive wheel law stores and was supplied with, after its last decision; `None` of any other.
     pub fn storage(&self) -> Option<Storage> {
         let (storage, effort) = (self.storage.as_ref()?, self.drive.passive_effort()?);

@@ -8,7 +8,7 @@ use ilon_trace::{Desired, Header, MAX_TASKS, Reckoned, Record, TaskShare, Trace,
 use ilon_world::World;
 
 use super::budget::Budget;
-use super::command::Decided;
+use super::command::{Commanded, Decided};
 use super::header::{Appearance, header};
 use super::hubs::{self, Hubs};
 use super::period::Period;
@@ -121,6 +121,7 @@ impl Recorder {
             rate_noise_rad_s: scenario.sensors.encoders.rate_noise_rad_s,
             ..errors
         });
+        let weight_n = header.mass_kg * scenario.world.gravity_m_s2;
         let roller_angles_hz = scenario.run.roller_angles_hz;
         Self {
             covariance: errors
@@ -144,7 +145,7 @@ impl Recorder {
                 target_peaks_rad_s: vec![0.0; wheel_count],
                 ..Decisions::default()
             },
-            budget: Budget::new(start, wheel_count),
+            budget: Budget::new(start, wheel_count, weight_n),
             samples: vec![WheelSample::default(); wheel_count],
             rollers_every_s: roller_angles_hz.map(|rate_hz| 1.0 / rate_hz),
             rollers_taken: 0,
@@ -205,11 +206,14 @@ impl Recorder {
         self.decisions.add(&self.trace.header, pose, decided);
         let kinematics = (&self.kinematics, &mut self.contact_kinematics);
         self.budget.end_span(plant.world(), kinematics);
-        self.budget.decide([
-            decided.command_twist_in_body,
-            decided.granted_twist_in_body,
-            self.kinematics.twist(decided.wheel_rates_rad_s),
-        ]);
+        let has_targets = plant.has_rate_targets() && decided.commanded == Commanded::Rates;
+        self.budget.decide(has_targets.then(|| {
+            [
+                decided.command_twist_in_body,
+                decided.granted_twist_in_body,
+                self.kinematics.twist(decided.wheel_rates_rad_s),
+            ]
+        }));
     }
 
     /// Adds a row: the state now, what was decided on it, and what happened since the last row.
@@ -267,6 +271,7 @@ impl Recorder {
             kinetic_energy_j: energy.kinetic_j,
             potential_energy_j: energy.potential_j,
             contact_residual_m_s: self.period.residual_m_s,
+            rate_conflict_share: self.budget.take_conflict_share(),
             support: Some(self.period.support(plant.truth().pose.heading_rad)),
             reckoned: self.reckoned(&seen.wheel_rates_rad_s),
             imu: seen.imu,
@@ -313,6 +318,12 @@ impl Recorder {
             let angles = wheels.flat_map(|wheel| world.robot().roller_angles_rad(wheel));
             self.trace.push_roller_angles(angles);
         }
+    }
+
+    /// When and how the wheels' real rates contradicted each other, in words; `None` where they did not.
+    pub(super) fn contradiction_remark(&self, robot: &Robot) -> Option<String> {
+        let found = self.budget.contradiction();
+        found.remark(&self.kinematics, robot, "the rates of the wheels")
     }
 
     /// What was recorded so far.

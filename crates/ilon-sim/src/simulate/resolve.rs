@@ -32,6 +32,8 @@ pub struct Resolved {
     announced: Option<Announced>,
     stability: Option<Stability>,
     has_unstable_loops: bool,
+    /// Whether a log asks for wheel rates that contradict each other, which is remarked already.
+    is_contradictory: bool,
     warnings: Vec<String>,
 }
 
@@ -118,6 +120,10 @@ pub(super) fn resolve_as_given(
         Driver::Own => None,
     };
     warnings.extend(beyond.as_ref().map(|beyond| beyond.remark(robot)));
+    let contradiction = pilot.contradiction(scenario.run.duration_s);
+    let played_back = contradiction.remark(pilot.kinematics(), robot, "the wheel rates of the log");
+    let is_contradictory = played_back.is_some();
+    warnings.extend(played_back);
     let mut stability = None;
     match pilot.feasibility(scenario.run.duration_s) {
         Some(feasibility) => {
@@ -129,7 +135,19 @@ pub(super) fn resolve_as_given(
         }
         None => {
             let asked_rad_s = pilot.fastest_rate_asked_rad_s(&scenario).unwrap_or(0.0);
-            warnings.extend(warnings::of_twist(asked_rad_s, wheel_rate_limit_rad_s));
+            let playback = scenario.playback.as_ref();
+            let is_twist = playback.is_none_or(|playback| {
+                !matches!(playback.drives, Drives::WheelRates | Drives::WheelAngles)
+            });
+            warnings.extend(warnings::of_twist(
+                asked_rad_s,
+                wheel_rate_limit_rad_s,
+                is_twist.then_some(scenario.guidance.saturation),
+                pilot.held_to_limits(),
+            ));
+            if matches!(driver, Driver::Guidance) {
+                warnings.extend(warnings::of_guidance_in_open_loop(&scenario));
+            }
         }
     }
     Ok(Resolved {
@@ -144,6 +162,7 @@ pub(super) fn resolve_as_given(
         announced: beyond.map(|beyond| beyond.announced),
         stability,
         has_unstable_loops: unstable_loops.is_some(),
+        is_contradictory,
         warnings,
     })
 }
@@ -329,6 +348,11 @@ impl Resolved {
     /// Whether the wheel loops cannot settle at the physics step, see [`super::loop_stability`].
     pub(super) fn has_unstable_loops(&self) -> bool {
         self.has_unstable_loops
+    }
+
+    /// Whether a log asks for wheel rates that contradict each other, which is remarked already.
+    pub(super) fn is_contradictory(&self) -> bool {
+        self.is_contradictory
     }
 
     /// The point of the body frame that follows the reference, in metres.

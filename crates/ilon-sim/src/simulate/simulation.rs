@@ -357,6 +357,13 @@ impl Simulation {
         let resolved = self.run.plant.resolved();
         let remarks = warnings::of_summary(&summary, resolved.has_unstable_loops());
         self.warnings.extend(remarks);
+        if !resolved.is_contradictory() {
+            let remark = self
+                .run
+                .recorder
+                .contradiction_remark(self.run.plant.robot());
+            self.warnings.extend(remark);
+        }
         self.warnings.extend(warnings::of_bodies(
             self.run.plant.robot(),
             self.run.plant.world(),

@@ -1,13 +1,13 @@
 //! What a person should know of a run although it could be run: before it, of what was asked for, and after it, of what came.
 
-use ilon_robot::{BodyJoint, JointKind, Robot};
+use ilon_robot::{BodyJoint, JointKind, Robot, Twist, wrap_angle};
 use ilon_trace::metrics::Energy;
 use ilon_trace::quantities::{self, Measure};
 use ilon_trace::{Convergence, Quantity, Summary, Twin};
 use ilon_world::{FreeBodyId, World};
 
 use super::pilot::FeasibilityInTime;
-use crate::scenario::Scenario;
+use crate::scenario::{Priority, ReferencePoint, Saturation, Scenario};
 
 /// No two materials that wheels and floors are made of grip better.
 const MOST_FRICTION: f64 = 2.0;
@@ -85,12 +85,77 @@ pub(super) fn of_heading(scenario: &Scenario) -> Option<String> {
     })
 }
 
-/// Of an open-loop twist that takes more than the wheels' limit: it is scaled down.
-pub(super) fn of_twist(asked_rad_s: f64, limit_rad_s: f64) -> Option<String> {
-    (asked_rad_s > limit_rad_s * (1.0 + 1e-9)).then(|| {
+/// Of a motion in open loop that takes more than the wheels' limit, and what comes of it: of a twist what saturation makes of it, `None` of rates that a
+/// log asks for. `held` is the fastest twist asked for and what is left of it.
+pub(super) fn of_twist(
+    asked_rad_s: f64,
+    limit_rad_s: f64,
+    saturation: Option<Saturation>,
+    held: Option<[Twist; 2]>,
+) -> Option<String> {
+    if asked_rad_s <= limit_rad_s * (1.0 + 1e-9) {
+        return None;
+    }
+    let what = match saturation {
+        None => "the log asks for wheel rates",
+        Some(_) => "the twist asked for takes wheel rates",
+    };
+    let comes = match saturation {
+        Some(Saturation::Prioritised | Saturation::Scale) => "it is scaled down to that".to_owned(),
+        Some(Saturation::Clip) => format!("each wheel is clipped to that by itself{}", bent(held)),
+        Some(Saturation::None) => {
+            "nothing holds the command to that, and the wheels turn as fast as their motors let them".to_owned()
+        }
+        None => "rates of a log are commanded as they are, and the wheels turn as fast as their motors let them".to_owned(),
+    };
+    Some(format!(
+        "{what} of {asked_rad_s:.3} rad/s, but the limit is {limit_rad_s:.3} rad/s: {comes}; ask for less or raise \
+         `guidance.wheel_rate_limit_rad_s`"
+    ))
+}
+
+/// What is left of a twist whose wheels were clipped one by one.
+fn bent(held: Option<[Twist; 2]>) -> String {
+    let Some([asked, left]) = held else {
+        return ", which bends the motion".to_owned();
+    };
+    let heading = |twist: Twist| libm::atan2(twist.vy_m_s, twist.vx_m_s);
+    let turned_rad = wrap_angle(heading(left) - heading(asked));
+    let turns = match asked.linear_m_s().norm() > 0.0 {
+        true => format!(
+            ", and the direction turns by {:.2} deg",
+            turned_rad.to_degrees().abs()
+        ),
+        false => String::new(),
+    };
+    format!(
+        ": ({:.3}, {:.3}) m/s and {:.3} rad/s are left of ({:.3}, {:.3}) m/s and {:.3} rad/s{turns}",
+        left.vx_m_s, left.vy_m_s, left.omega_rad_s, asked.vx_m_s, asked.vy_m_s, asked.omega_rad_s
+    )
+}
+
+/// Of keys of the guidance that are set and that a motion in open loop does not look at: it has one task alone.
+pub(super) fn of_guidance_in_open_loop(scenario: &Scenario) -> Option<String> {
+    let guidance = &scenario.guidance;
+    let keys = [
+        ("priority", guidance.priority != Priority::default()),
+        ("tasks", !guidance.tasks.is_empty()),
+        (
+            "position_gain_matrix_per_s",
+            guidance.position_gain_matrix_per_s.is_some(),
+        ),
+        (
+            "reference_point",
+            guidance.reference_point != ReferencePoint::default(),
+        ),
+    ];
+    let set = keys.into_iter().filter(|(_, is_set)| *is_set);
+    let set: Vec<String> = set.map(|(key, _)| format!("`guidance.{key}`")).collect();
+    (!set.is_empty()).then(|| {
+        let verb = if set.len() == 1 { "has" } else { "have" };
         format!(
-            "the twist asked for takes wheel rates of {asked_rad_s:.3} rad/s, but the limit is {limit_rad_s:.3} rad/s: it is \
-             scaled down to that; ask for less or raise `guidance.wheel_rate_limit_rad_s`"
+            "{} {verb} no effect without a reference: all of the motion asked for is one task, which saturation slows as a whole",
+            set.join(" and ")
         )
     })
 }
@@ -162,17 +227,7 @@ pub(super) fn of_summary(summary: &Summary, has_unstable_loops: bool) -> Vec<Str
              the robot was off, comes from gains that are unstable at this step, and not from the floor"
         ));
     }
-    for wheel in &summary.wheels {
-        if let Some(share) = wheel.lost_contact
-            && share > MOST_AIRBORNE
-        {
-            remarks.push(format!(
-                "wheel `{}` was in the air for {:.0} % of the run: it does not carry the robot",
-                wheel.name,
-                100.0 * share
-            ));
-        }
-    }
+    remarks.extend(of_wheels_in_the_air(summary));
     if let Some(residual_m_s) = summary.contact_residual_max_m_s
         && residual_m_s > WORST_RESIDUAL_M_S
     {
@@ -184,6 +239,28 @@ pub(super) fn of_summary(summary: &Summary, has_unstable_loops: bool) -> Vec<Str
     }
     remarks.extend(of_energy(&summary.energy));
     remarks
+}
+
+/// Of wheels that were in the air for most of the run: of one or two that do not carry the robot, or of so many that it hops.
+fn of_wheels_in_the_air(summary: &Summary) -> Option<String> {
+    let wheels = summary.wheels.iter();
+    let aloft = wheels.filter_map(|wheel| {
+        let share = wheel.lost_contact.filter(|share| *share > MOST_AIRBORNE)?;
+        Some(format!("`{}` for {:.0} %", wheel.name, 100.0 * share))
+    });
+    let aloft: Vec<String> = aloft.collect();
+    // Two wheels or fewer carry nothing: the others carry the robot in turn.
+    let hops = aloft.len() + 2 > summary.wheels.len();
+    let what = match (aloft.len(), hops) {
+        (0, _) => return None,
+        (_, true) => "the robot hops from wheel to wheel, which carry it in turn",
+        (1, false) => "it does not carry the robot",
+        (_, false) => "they do not carry the robot",
+    };
+    Some(format!(
+        "in the air were, of the run, {}: {what}",
+        aloft.join(", ")
+    ))
 }
 
 /// Of energies that do not add up, and of losses that gave energy.
@@ -309,10 +386,49 @@ mod tests {
     }
 
     #[test]
-    fn a_twist_is_remarked_when_it_is_scaled_down() {
-        assert_eq!(of_twist(10.0, 10.0), None);
-        assert_eq!(of_twist(10.0, f64::INFINITY), None);
-        assert!(of_twist(10.1, 10.0).is_some_and(|text| text.contains("10.100")));
+    fn a_twist_is_remarked_when_it_is_too_fast_with_what_comes_of_it() {
+        let of = |asked, limit, saturation| of_twist(asked, limit, saturation, None);
+        let scaled = Some(Saturation::Prioritised);
+        assert_eq!(of(10.0, 10.0, scaled), None);
+        assert_eq!(of(10.0, f64::INFINITY, scaled), None);
+        assert!(of(10.1, 10.0, scaled).is_some_and(|text| text.contains("10.100")));
+        let words = [
+            (scaled, "scaled down"),
+            (
+                Some(Saturation::Clip),
+                "clipped to that by itself, which bends",
+            ),
+            (Some(Saturation::None), "nothing holds the command"),
+            (None, "rates of a log are commanded as they are"),
+        ];
+        for (saturation, words) in words {
+            let said = of(10.1, 10.0, saturation).unwrap_or_default();
+            assert!(said.contains(words), "{said}");
+        }
+        // (1, 0.8) m/s of wheels that turn at 4, 36, 36 and 4 rad/s, held to 30: (0.85, 0.65) m/s. Its direction is atan 0.65 / 0.85 = 37.41 deg
+        // and was atan 0.8 = 38.66 deg.
+        let held = [Twist::new(1.0, 0.8, 0.0), Twist::new(0.85, 0.65, 0.0)];
+        let said = of_twist(36.0, 30.0, Some(Saturation::Clip), Some(held)).unwrap_or_default();
+        assert!(
+            said.contains("(0.850, 0.650) m/s") && said.contains("turns by 1.25 deg"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn keys_that_a_motion_in_open_loop_does_not_look_at_are_remarked() {
+        let of = |guidance: &str| {
+            let text = format!(
+                "robot.file = 'r.urdf'\ntwist.vx_m_s = 0.1\nrun.duration_s = 1\n[guidance]\n{guidance}"
+            );
+            of_guidance_in_open_loop(&Scenario::from_toml(&text, "s", ".").expect("a scenario"))
+        };
+        assert_eq!(of("saturation = 'clip'"), None);
+        let said = of("priority = 'heading'").unwrap_or_default();
+        assert!(
+            said.starts_with("`guidance.priority` has no effect"),
+            "{said}"
+        );
     }
 
     #[test]
@@ -324,14 +440,28 @@ mod tests {
             wheel
         };
         let mut summary = Summary::default();
-        summary.wheels = vec![wheel("front", 0.02), wheel("rear", 1.0)];
+        summary.wheels = ["left", "right", "front"]
+            .map(|name| wheel(name, 0.02))
+            .into();
+        summary.wheels.push(wheel("rear", 1.0));
         summary.contact_residual_max_m_s = Some(1e-8);
         let [remark] = &of_summary(&summary, false)[..] else {
             panic!("one wheel does not touch");
         };
         assert!(
-            remark.contains("`rear`") && remark.contains("100 %"),
+            remark.contains("`rear` for 100 %") && remark.ends_with("it does not carry the robot"),
             "{remark}"
+        );
+        for wheel in &mut summary.wheels {
+            wheel.lost_contact = Some(0.6);
+        }
+        // None of them carries the robot all the time, and together they do.
+        let [hops] = &of_summary(&summary, false)[..] else {
+            panic!("one remark for all");
+        };
+        assert!(
+            hops.contains("hops") && !hops.contains("does not carry"),
+            "{hops}"
         );
         summary.wheels.clear();
         summary.energy.unexplained_share = Some(0.004);

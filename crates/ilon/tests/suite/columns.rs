@@ -177,8 +177,11 @@ fn every_signal_of_the_robot_is_what_happened() {
             odometry_posed,
             bodies,
             saturated_share,
+            rate_conflict_share,
             ledger,
         } = *record;
+        // |r| of a projection is no longer than what it is of.
+        assert!((0.0..=1.0).contains(&rate_conflict_share));
         assert_relative_eq!(t_s, dt_s * step as f64, epsilon = 1e-12);
         assert!(
             [0.0, 1.0].contains(&saturated_share),

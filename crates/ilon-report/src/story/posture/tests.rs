@@ -201,3 +201,47 @@ fn the_box_that_is_nearest_stands_in_the_way() {
     };
     assert_eq!(nearest_box(&header, &record), Some(near_block));
 }
+
+/// A box of 40 kg ahead that does not move, and one on the deck that presses on the robot by its weight.
+#[test]
+fn a_robot_that_a_body_holds_stands_against_it() {
+    let body = |name: &str| ilon_trace::BodyHeader {
+        name: name.to_owned(),
+        shape: ilon_trace::BodyShape::Box { size_m: [0.2; 3] },
+        mass_kg: 40.0,
+        friction: 0.5,
+    };
+    let wheel = |x_m: f64, y_m: f64| WheelHeader {
+        position_m: [x_m, y_m],
+        radius_m: 0.05,
+        ..WheelHeader::default()
+    };
+    let header = Header {
+        wheels: vec![wheel(0.15, 0.16), wheel(-0.15, -0.16)],
+        bodies: vec![body("load"), body("block")],
+        ..header()
+    };
+    let said = |push_n: f64| {
+        let mut posture = Posture::default();
+        for step in 0..200 {
+            let (mut record, sample) = standing(111.0, 0.0);
+            record.t_s = 0.01 * f64::from(step);
+            record.command_twist_in_body.vx_m_s = 0.3;
+            (record.bodies[0].push_n, record.bodies[0].place_m) = (20.0, [0.0, 0.0, 0.3]);
+            (record.bodies[1].push_n, record.bodies[1].place_m) = (push_n, [0.4, 0.0, 0.1]);
+            posture.add(&header, &record, &[sample; 2]);
+        }
+        let told = posture.episodes().into_iter();
+        told.map(|episode| episode.sentence(&header, posture.end_s))
+            .collect::<Vec<_>>()
+    };
+    let lines = said(39.4);
+    assert!(
+        lines.len() == 1
+            && lines[0].contains("stood <b>against block</b>")
+            && lines[0].contains("39.4 N"),
+        "{lines:?}"
+    );
+    // What lies on the deck holds nobody.
+    assert_eq!(said(0.0), Vec::<String>::new());
+}

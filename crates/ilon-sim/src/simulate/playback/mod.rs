@@ -352,6 +352,18 @@ impl Log {
         }
     }
 
+    /// The wheel rates that the log asks for at a time, in seconds, of wheels that follow it; `false` where it asks for something else.
+    pub fn rates_alone(&self, t_s: f64, rates_rad_s: &mut [f64]) -> bool {
+        let angles: Vec<f64> = match self.drives {
+            Drives::WheelRates => vec![0.0; self.driving.width],
+            Drives::WheelAngles => (0..self.driving.width)
+                .map(|column| self.driving.between(t_s, column))
+                .collect(),
+            _ => return false,
+        };
+        matches!(self.ask(t_s, &angles, rates_rad_s), Asked::Rates)
+    }
+
     /// Where the real robot was at a time, in seconds; `None` where the log does not say. In the frame of the log unless
     /// [`Log::measured_is_placed`].
     pub fn measured_at(&self, t_s: f64) -> Option<Pose> {
