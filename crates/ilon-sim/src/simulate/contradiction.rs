@@ -173,7 +173,7 @@ mod tests {
         found.remark(&kinematics, &robot, "the wheel rates")
     }
 
-    /// Rates of a motion have no r. No motion of these wheels has a part of n = (1, -1, -1, 1) / 2, and the rates (-6, 6, 6, 6) rad/s have
+    /// Rates of a motion have no r. No motion of these wheels, front left and right, then rear, has a part of n = (1, 1, -1, -1) / 2, and the rates (-6, 6, 6, 6) rad/s have
     /// n . q' = -6: half of their length 12. A drive ahead with the first wheel reversed is also one that turns, or goes sideways, with another
     /// reversed.
     #[test]
@@ -183,8 +183,8 @@ mod tests {
         assert!(reversed.contains("50 % of them"), "{reversed}");
         let first = reversed.split("removes it").next().unwrap_or_default();
         assert!(first.ends_with("reversing `front_left` "), "{reversed}");
-        // Of a drive that turns as well, (2, 4, 4, 6) rad/s, one reversal alone is left.
-        let turns = said(&[[-6.0, 6.0, 6.0, 6.0], [-2.0, 4.0, 4.0, 6.0]]);
+        // Of a drive that turns as well, (2, 6, 4, 4) rad/s, one reversal alone is left.
+        let turns = said(&[[-6.0, 6.0, 6.0, 6.0], [-2.0, 6.0, 4.0, 4.0]]);
         let turns = turns.unwrap_or_default();
         assert!(
             turns.ends_with("; reversing `front_left` removes it"),

@@ -124,7 +124,7 @@ fn the_header_holds_the_robot_and_its_ground() {
     assert_eq!(solid.center_m, [1.0, 0.5]);
     assert_eq!(solid.sides_m, [0.2, 0.4, 0.01]);
     assert_eq!(solid.heading_rad, 30.0_f64.to_radians());
-    let patch = ground.patches[0];
+    let patch = &ground.patches[0];
     assert_eq!((patch.friction, patch.until_s), (0.2, Some(5.0)));
     assert_eq!((patch.center_m, patch.sides_m), ([2.0, 0.0], [1.0, 2.0]));
     assert!(ground.relief.is_none());
