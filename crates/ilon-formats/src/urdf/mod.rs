@@ -37,6 +37,7 @@ mod repair;
 mod roller_dimensions;
 mod roller_gaps;
 mod schema;
+mod sides;
 mod source;
 mod transmission;
 mod tree;

@@ -16,6 +16,7 @@ mod one_answer;
 mod rollers_as_made;
 mod round_trip;
 mod scale;
+mod sides;
 mod standing;
 mod strangers;
 mod traits;
