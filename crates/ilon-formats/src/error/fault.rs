@@ -250,6 +250,24 @@ pub enum Fault {
         /// How far it reaches from its centre of mass, in metres.
         reach_m: f64,
     },
+    /// The inertia of a body is next to nothing for its mass and shapes.
+    #[error(
+        "with {mass_kg:.4} kg its inertia has a radius of gyration of {:.3} mm, where a solid of its shape has {:.1} mm",
+        1e3 * gyration_m, 1e3 * solid_m
+    )]
+    InertiaTooSmall {
+        /// Its mass, in kg.
+        mass_kg: f64,
+        /// sqrt(I / m) of its largest principal moment, in metres.
+        gyration_m: f64,
+        /// The same of a solid of its shape, in metres.
+        solid_m: f64,
+    },
+    /// The moments of inertia of a body are those of its shape about other axes.
+    #[error(
+        "its moments are those of its shape about other axes: ixx, iyy and izz may be exchanged, or its frame be turned"
+    )]
+    InertiaExchanged,
     /// The robot has fewer than three wheels.
     #[error(
         "{} with passive rollers{}, but moving freely in the plane takes three{}{has}",

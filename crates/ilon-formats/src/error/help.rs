@@ -108,7 +108,9 @@ impl Fault {
             }
             Self::InertiaNotPositive { .. }
             | Self::InertiaImpossible { .. }
-            | Self::InertiaTooLarge { .. } => {
+            | Self::InertiaTooLarge { .. }
+            | Self::InertiaTooSmall { .. }
+            | Self::InertiaExchanged => {
                 return format!("take the inertia from a CAD program, or {BOX}");
             }
             Self::UnknownGeometry => "give the collision one of these geometries",
@@ -264,6 +266,8 @@ impl Fault {
             | Self::InertiaNotPositive { .. }
             | Self::InertiaImpossible { .. }
             | Self::InertiaTooLarge { .. }
+            | Self::InertiaTooSmall { .. }
+            | Self::InertiaExchanged
             | Self::NoMass
             | Self::HubDoesNotTurn { .. } => vec![Remedy::Repair],
             Self::Xacro {

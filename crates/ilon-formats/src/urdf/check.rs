@@ -10,7 +10,7 @@ use super::loading::Loading;
 use super::recognise::{Candidate, fixed_hubs};
 use super::source::Source;
 use super::tree::{Motion, PlacedShape, Tree};
-use super::{infer, plausibility, schema, wheel_size};
+use super::{inertia_doubts, infer, plausibility, schema, wheel_size};
 use crate::error::{CandidateJoint, Fault, RobotError};
 use crate::model::{Chassis, Collision, MassProperties, Remark, Robot, StandingPose, Wheel};
 
@@ -22,7 +22,7 @@ const LARGEST_WHEEL_M: f64 = 5.0;
 const MOST_TILT_DEG: f64 = 5.0;
 /// A lean below this is not worth a word, in degrees.
 const REMARKED_TILT_DEG: f64 = 0.05;
-/// A radius of gyration this many times as long as the body's reach is impossible, and one of half as many is doubted.
+/// A radius of gyration this many times as long as the body's reach is refused; one that is longer than it is doubted.
 const MOST_GYRATION: f64 = 5.0;
 /// Density of steel, in kg/m^3, beyond which a wheel is doubted.
 const STEEL_KG_M3: f64 = 8000.0;
@@ -195,7 +195,7 @@ pub(super) fn chassis(loading: &mut Loading, body: RigidBody) -> Result<Chassis,
     })
 }
 
-/// Refuses an inertia that no body of that mass and reach has, and doubts one that hardly any has.
+/// Refuses an inertia that is far beyond what a body of that mass and reach has, and doubts one that is beyond it.
 pub(super) fn check_gyration(
     source: &Source,
     link: &str,
@@ -203,9 +203,11 @@ pub(super) fn check_gyration(
     reach_m: f64,
     remarks: &mut Vec<Remark>,
 ) -> Result<(), RobotError> {
+    /// What rounding adds to a radius of gyration, as a share.
+    const ROUNDED: f64 = 1e-3;
     let [_, _, most] = mass.principal_moments_kg_m2();
     let gyration_m = (most / mass.mass_kg).sqrt();
-    if reach_m <= 0.0 || gyration_m <= 0.5 * MOST_GYRATION * reach_m {
+    if reach_m <= 0.0 || gyration_m <= reach_m * (1.0 + ROUNDED) {
         return Ok(());
     }
     let fault = Fault::InertiaTooLarge {
@@ -216,10 +218,14 @@ pub(super) fn check_gyration(
     if gyration_m > MOST_GYRATION * reach_m {
         return Err(source.inertial_error(link, fault));
     }
-    remarks.push(Remark::new(
-        format!("link `{link}`"),
-        format!("its inertia is doubtful: {fault}"),
-    ));
+    // Its links may have been doubted one by one.
+    let remark = inertia_doubts::doubtful(link, &fault);
+    if !remarks
+        .iter()
+        .any(|known| known.subject == remark.subject && known.text.contains("doubtful"))
+    {
+        remarks.push(remark);
+    }
     Ok(())
 }
 

@@ -19,6 +19,7 @@ mod from_options;
 mod from_rollers;
 mod geometry;
 mod hub;
+mod inertia_doubts;
 mod inertia_from_shapes;
 mod inertial;
 mod infer;
@@ -47,6 +48,8 @@ mod wheel_dimensions;
 mod wheel_size;
 
 use std::collections::HashSet;
+
+use nalgebra::{Unit, Vector3};
 
 use crate::error::{Fault, RobotError};
 use crate::model::{MassProperties, Remark, Robot, Wheel};
@@ -229,7 +232,7 @@ fn wheels(
     for candidate in candidates {
         let hub = hub_body(loading, candidate.hub, &moving);
         let measured = wheel_dimensions::measure(loading, candidate, &hub).and_then(|wheel| {
-            check_wheel(loading, &wheel, &hub)?;
+            check_wheel(loading, &wheel, &hub, false)?;
             Ok((candidate.hub, wheel))
         });
         wheels.extend(faults.keep(measured));
@@ -238,7 +241,7 @@ fn wheels(
         let j = given.like.joint;
         let body = hub_body(loading, j, &moving);
         let made = from_options::wheel(loading, rollers, given, &body).and_then(|wheel| {
-            check_wheel(loading, &wheel, &body)?;
+            check_wheel(loading, &wheel, &body, true)?;
             Ok((j, wheel))
         });
         wheels.extend(faults.keep(made));
@@ -276,10 +279,18 @@ fn hub_body(loading: &mut Loading, joint: usize, moving: &HashSet<usize>) -> Rig
 }
 
 /// Holds the inertia of a wheel and of its rollers against their sizes.
-fn check_wheel(loading: &mut Loading, wheel: &Wheel, body: &RigidBody) -> Result<(), RobotError> {
+fn check_wheel(
+    loading: &mut Loading,
+    wheel: &Wheel,
+    body: &RigidBody,
+    is_bare: bool,
+) -> Result<(), RobotError> {
     let (source, tree) = (loading.source, loading.tree);
-    let remarks = &mut loading.remarks;
     let mut faults = Faults::default();
+    let axis = Unit::new_normalize(wheel.body_from_hub * Vector3::z());
+    let as_wheel = is_bare.then_some((&axis, wheel.radius_m));
+    faults.keep(inertia_doubts::check(loading, body, as_wheel));
+    let remarks = &mut loading.remarks;
     if let Some(mass) = &body.mass {
         let link = &tree.links[body.link].name;
         let reach_m = body.reach_m(&mass.center_of_mass_m).max(wheel.radius_m);
@@ -319,6 +330,7 @@ fn assemble(
             .map(|w| (w.position_m() - mass.center_of_mass_m).norm());
         to_wheels.fold(body.reach_m(&mass.center_of_mass_m), f64::max)
     };
+    inertia_doubts::check(&mut loading, &body, None)?;
     if let Some(mass) = &body.mass {
         let link = &tree.links[body.link].name;
         check::check_gyration(source, link, mass, reach_m(mass), &mut loading.remarks)?;

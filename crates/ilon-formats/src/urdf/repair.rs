@@ -130,7 +130,9 @@ fn repair(
         | Fault::OutOfRange { .. }
         | Fault::InertiaNotPositive { .. }
         | Fault::InertiaImpossible { .. }
-        | Fault::InertiaTooLarge { .. } => {
+        | Fault::InertiaTooLarge { .. }
+        | Fault::InertiaTooSmall { .. }
+        | Fault::InertiaExchanged => {
             let link = node.ancestors().find(|n| n.has_tag_name("link"))?;
             let inertial = child(link, "inertial");
             let of_inertia = ["link", "inertial", "mass", "inertia"];

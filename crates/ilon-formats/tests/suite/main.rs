@@ -9,6 +9,7 @@ mod common;
 mod described;
 mod faults;
 mod formats;
+mod inertias;
 mod joints_of_people;
 mod level;
 mod linkage;
