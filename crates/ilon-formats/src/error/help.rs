@@ -175,7 +175,7 @@ impl Fault {
             }
             Self::HubDoesNotTurn { .. } => "make the joint `continuous`, with the hub's axis",
             Self::ChassisBelowFloor { .. } => {
-                "raise the collision geometry, or lower the wheels: the wheels must reach the floor first"
+                "raise the collision geometry, or lower the wheels: where it touches the floor it carries the robot in their place"
             }
             Self::GammaRightAngle => {
                 "turn the roller's axis away from the hub's: gamma is 45 deg for mecanum wheels and 0 for omni wheels"
@@ -321,11 +321,14 @@ impl Fault {
                 wheels,
                 rollers,
                 why,
+                ..
             } => vec![Remedy::WhichRollers {
                 wheels: wheels.clone(),
                 parallel: *rollers == Proposed::NothingSaid || why.is_some(),
             }],
-            Self::Steered { wheels, rollers } => vec![Remedy::WhichRollers {
+            Self::Steered {
+                wheels, rollers, ..
+            } => vec![Remedy::WhichRollers {
                 wheels: wheels.clone(),
                 parallel: *rollers == Proposed::NothingSaid,
             }],

@@ -67,6 +67,7 @@ pub(super) fn check_wheel_count(
                 wheels: names(&bare),
                 rollers,
                 why,
+                left_out: survey.left_out(tree, &bare),
             };
             return with_sizes(loading, &bare, fault);
         }
@@ -77,6 +78,7 @@ pub(super) fn check_wheel_count(
             let fault = Fault::Steered {
                 wheels: names(&steered),
                 rollers: infer::fitting(loading, &steered, true, &survey.looked).0,
+                left_out: survey.left_out(tree, &steered),
             };
             return with_sizes(loading, &steered, fault);
         }
@@ -248,7 +250,7 @@ pub(super) fn check(source: &Source, mut robot: Robot) -> Result<Robot, RobotErr
             "the robot's centre of mass lies outside the area of its wheels: it does not stand on them",
         )),
     }
-    check_chassis_above_floor(source, &robot, pose.as_ref(), &mut remarks)?;
+    check_chassis_above_floor(source, &robot, pose.as_ref())?;
     remark_root(&robot, &mut remarks);
     remark_masses(&robot, &mut remarks);
     plausibility::remark(&robot, &mut remarks);
@@ -318,12 +320,11 @@ fn check_standing(
     Ok(())
 }
 
-/// The chassis must not reach below the floor; where it touches that is remarked.
+/// The chassis must not touch the floor on which the wheels stand: it would carry the robot in their place.
 fn check_chassis_above_floor(
     source: &Source,
     robot: &Robot,
     pose: Option<&StandingPose>,
-    remarks: &mut Vec<Remark>,
 ) -> Result<(), RobotError> {
     /// Of a wheel's radius: so little above the floor, the first bump or the sag of a tread lays the chassis on it.
     const TOUCHES: f64 = 1e-3;
@@ -343,28 +344,16 @@ fn check_chassis_above_floor(
         .iter()
         .map(|w| w.radius_m)
         .fold(f64::INFINITY, f64::min);
-    if lowest_m < floor_m - 0.01 * radius_m {
-        let fault = Fault::ChassisBelowFloor {
-            deep_mm: 1e3 * (floor_m - lowest_m),
-        };
-        return Err(source.link_error(&robot.chassis.name, fault));
-    }
     let above_m = lowest_m - floor_m;
-    if above_m < TOUCHES * radius_m {
-        let at = lowest.farthest(&down);
-        let side = if above_m < 0.0 { "below" } else { "above" };
-        remarks.push(Remark::new(
-            format!("link `{}`", robot.chassis.name),
-            format!(
-                "at rest the chassis touches the floor: at x = {:.3} m, y = {:.3} m its collision geometry is {:.3} mm {side} the floor on which \
-                 the wheels stand, and takes weight off them",
-                at.x,
-                at.y,
-                1e3 * above_m.abs()
-            ),
-        ));
+    if above_m >= TOUCHES * radius_m {
+        return Ok(());
     }
-    Ok(())
+    let at = lowest.farthest(&down);
+    let fault = Fault::ChassisBelowFloor {
+        deep_mm: -1e3 * above_m,
+        at_m: [at.x, at.y],
+    };
+    Err(source.link_error(&robot.chassis.name, fault))
 }
 
 /// Says that the body frame, about which the robot is turned, lies outside its wheels.

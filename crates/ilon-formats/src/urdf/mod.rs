@@ -51,7 +51,7 @@ use std::collections::HashSet;
 
 use nalgebra::{Unit, Vector3};
 
-use crate::error::{Fault, RobotError};
+use crate::error::{CandidateJoint, Fault, RobotError};
 use crate::model::{MassProperties, Remark, Robot, Wheel};
 use crate::options::{LoadOptions, RollerForms, WheelOptions};
 use body::RigidBody;
@@ -209,7 +209,10 @@ fn other_values(choices: &[(String, Vec<String>)]) -> String {
 /// Says which turning joints are no wheels, where it was looked for wheels without names.
 fn remark_left_alone(loading: &mut Loading, rollers: &Option<WheelOptions>, survey: &Survey) {
     if rollers.is_some() {
-        for looked in &survey.looked {
+        let steered = survey.left_out(loading.tree, &survey.likely());
+        let is_new =
+            |of: &&CandidateJoint| survey.looked.iter().all(|known| known.joint != of.joint);
+        for looked in survey.looked.iter().chain(steered.iter().filter(is_new)) {
             let subject = format!("joint `{}`", looked.joint);
             loading
                 .remarks

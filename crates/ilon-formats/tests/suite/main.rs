@@ -1,5 +1,6 @@
 //! The tests of `ilon-formats` from outside, one module for each subject, in one program.
 
+mod as_built;
 mod asked;
 mod assets;
 mod assets_load;
