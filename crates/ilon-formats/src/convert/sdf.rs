@@ -156,7 +156,7 @@ impl<'a, 'i> Model<'a, 'i, '_> {
         for hinge in &hinges {
             self.write_joint(&mut writer, hinge, &frames)?;
         }
-        self.write_settings(&mut writer, &links);
+        self.write_settings(&mut writer, &links, remarks);
         Ok(writer.finish())
     }
 
@@ -473,7 +473,7 @@ impl<'a, 'i> Model<'a, 'i, '_> {
     }
 
     /// What speaks of the wheels' rollers: directions of friction, and the plug-ins' names.
-    fn write_settings(&self, writer: &mut Writer, links: &[Node]) {
+    fn write_settings(&self, writer: &mut Writer, links: &[Node], remarks: &mut Vec<Remark>) {
         for link in links {
             let name = escaped(link.attribute("name").unwrap_or_default());
             let ode = link
@@ -483,19 +483,30 @@ impl<'a, 'i> Model<'a, 'i, '_> {
                 continue;
             };
             let frame = fdir1.attributes().find(|a| a.name() == "expressed_in");
-            let (Some(frame), Some(mu2)) = (frame, number_of(ode, "mu2")) else {
-                continue;
-            };
-            let mu = number_of(ode, "mu").unwrap_or(1.0);
+            let frame = frame.map_or("", |frame| frame.value());
+            let number = |tag: &str| number_of(ode, tag).unwrap_or(1.0);
             writer.raw(
                 fdir1,
                 "gazebo",
                 &format!(
-                    " reference=\"{name}\"><mu>{mu}</mu><mu2>{mu2}</mu2><fdir1 expressed_in=\"{}\">{}</fdir1></gazebo>",
-                    escaped(frame.value()),
+                    " reference=\"{name}\"><mu>{}</mu><mu2>{}</mu2><fdir1 expressed_in=\"{}\">{}</fdir1></gazebo>",
+                    number("mu"),
+                    number("mu2"),
+                    escaped(frame),
                     escaped(fdir1.text().unwrap_or_default())
                 ),
             );
+        }
+        let friction = self
+            .model
+            .descendants()
+            .filter(|n| n.has_tag_name("friction"));
+        if friction
+            .flat_map(|n| n.descendants())
+            .any(|n| n.has_tag_name("mu"))
+        {
+            let words = "that of the file's surfaces is not read, but for its directions: what counts is the floor's, `world.floor.friction`";
+            remarks.push(Remark::new("friction", words));
         }
         for plugin in self.all("plugin") {
             let attribute = |name| escaped(plugin.attribute(name).unwrap_or_default());

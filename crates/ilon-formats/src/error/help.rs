@@ -230,11 +230,23 @@ impl Fault {
         let mut stood_in = options.clone();
         match self {
             Self::NoRollers { wheels, .. } | Self::Steered { wheels, .. } => {
-                let rollers = WheelOptions::new(ROLLERS, Handedness::AllDeg(0.0));
+                // On parallel hubs only rollers that lean let a robot move sideways.
+                let parallel = matches!(
+                    self.remedies()[..],
+                    [Remedy::WhichRollers { parallel: true, .. }, ..]
+                );
+                let gamma = match parallel {
+                    true => Handedness::XDeg(45.0),
+                    false => Handedness::AllDeg(0.0),
+                };
+                let rollers = WheelOptions::new(ROLLERS, gamma);
                 stood_in.wheels = Some(rollers.on(wheels.clone()));
             }
             Self::WheelSizeUnknown { clues, .. } => {
                 stood_in.wheel_radius_m = Some(clues.stand_in_m());
+            }
+            Self::MissingArgument { name, .. } => {
+                stood_in.arguments.insert(name.clone(), "1".to_owned());
             }
             _ => return None,
         }
@@ -272,7 +284,8 @@ impl Fault {
             | Self::HubDoesNotTurn { .. } => vec![Remedy::Repair],
             Self::Xacro {
                 before_2014: true, ..
-            } => vec![Remedy::Repair],
+            }
+            | Self::OldXacro { .. } => vec![Remedy::Repair],
             // Whatever a robot is called, it is the same robot.
             Self::MissingArgument { name, .. } if is_of_names(name) => vec![Remedy::Argument {
                 name: name.clone(),

@@ -1,6 +1,6 @@
 //! Robots as people build them: joints to the world above the base, rollers for show, wheels that do not fit the others.
 
-use ilon_formats::{Fault, LoadRobot, RobotError};
+use ilon_formats::{Fault, LoadOptions, LoadRobot, Remedy, RobotError};
 use ilon_robot::Robot;
 
 const PLACES: [(&str, f64, f64); 4] = [
@@ -189,4 +189,189 @@ fn a_file_without_wheels_says_what_was_looked_at() {
          links, and joints of which 6 turn within limits"
     );
     assert!(said.len() < 2 * 240);
+}
+
+/// Wheels that weigh nothing and show nothing: a radius alone does not make them wheels, so that it is not asked for alone; what stands in the way is said.
+#[test]
+fn a_question_that_no_answer_helps_says_what_stands_in_the_way() {
+    let folder = tempfile::tempdir().unwrap();
+    let diagnose = |text: &str| {
+        let path = folder.path().join("r.urdf");
+        std::fs::write(&path, format!(r#"<robot name="r">{text}</robot>"#)).unwrap();
+        let diagnosis = Robot::diagnose(&path, &LoadOptions::default(), |_| true);
+        diagnosis.question.expect("a question")
+    };
+    let bare = |name: &str| format!(r#"<link name="{name}"/>"#);
+    let all = |link: &dyn Fn(&str) -> String| {
+        let wheel = |(name, x, y): (&str, f64, f64)| {
+            let own = format!("mecanum_{name}");
+            link(&own)
+                + &joint(
+                    &own,
+                    "continuous",
+                    ["base", &own],
+                    &format!(r#"xyz="{x} {y} 0""#),
+                    "0 1 0",
+                )
+        };
+        BASE.to_owned() + &PLACES.map(wheel).concat()
+    };
+    let blocked = diagnose(&all(&bare)).in_the_way.expect("blocked");
+    assert!(
+        blocked.contains("neither it nor anything fixed to it has mass"),
+        "{blocked}"
+    );
+    // With mass it is a question of the radius alone.
+    let question = diagnose(&all(&|name| link(name, "")));
+    assert_eq!(
+        (&question.asked[..], question.in_the_way),
+        (&[Remedy::WheelRadius { guess_m: None }][..], None)
+    );
+    // Wheels in a line: whichever rollers are said, they do not stand in an X.
+    let line = all(&|name| link(name, DISC))
+        .replace("mecanum_", "plain_")
+        .replace("-0.18", "0.18");
+    let question = diagnose(&line);
+    assert!(
+        question
+            .in_the_way
+            .is_some_and(|what| what.contains("middle line"))
+    );
+}
+
+/// Arguments without a value are asked for at once.
+#[test]
+fn all_arguments_that_are_missing_are_asked_for_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("r.xacro");
+    std::fs::write(
+        &path,
+        format!(
+            r#"<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="half"/><xacro:arg name="other"/>
+<xacro:property name="h" value="$(arg half)"/><xacro:property name="o" value="$(arg other)"/>{BASE}
+<xacro:if value="${{h == 'left'}}"><link name="x"/></xacro:if><xacro:if value="${{o == 'left'}}"><link name="y"/></xacro:if></robot>"#
+        ),
+    )
+    .unwrap();
+    let diagnosis = Robot::diagnose(&path, &LoadOptions::default(), |_| true);
+    let names: Vec<String> = diagnosis
+        .question
+        .expect("a question")
+        .asked
+        .into_iter()
+        .filter_map(|remedy| match remedy {
+            Remedy::Argument { name, .. } => Some(name),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(names, ["half", "other"]);
+}
+
+/// `<insert_block>` without its prefix puts nothing in: all wheels would stand in one place. The repair reads it.
+#[test]
+fn blocks_of_xacro_without_their_prefix_are_repaired() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("r.xacro");
+    let calls = PLACES.map(|(name, x, y)| {
+        format!(r#"<xacro:wheel name="mecanum_{name}"><origin xyz="{x} {y} 0"/></xacro:wheel>"#)
+    });
+    let wheel = link("${name}", DISC);
+    std::fs::write(
+        &path,
+        format!(
+            r#"<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+<xacro:macro name="wheel" params="name *place">{wheel}
+<joint name="${{name}}_joint" type="continuous"><parent link="base"/><child link="${{name}}"/><insert_block name="place"/><axis xyz="0 1 0"/></joint></xacro:macro>
+{BASE}{}</robot>"#,
+            calls.concat()
+        ),
+    )
+    .unwrap();
+    let error = Robot::load(&path).unwrap_err();
+    assert!(
+        matches!(error.fault(), Fault::OldXacro { tag } if tag == "insert_block"),
+        "{error}"
+    );
+    assert_eq!(error.line(), Some(3));
+    let diagnosis = Robot::diagnose(&path, &LoadOptions::default(), |_| true);
+    assert!(diagnosis.proposal.is_some_and(|options| options.repair));
+    assert_eq!(
+        gammas(&diagnosis.loaded.unwrap().robot),
+        [-45.0, 45.0, 45.0, -45.0]
+    );
+}
+
+/// The axis of the roller on the ground, by the direction of more friction, whichever of the two is named first. In the frame of the wheel it turns with
+/// it, which is said.
+#[test]
+fn directions_of_friction_are_read_in_either_order() {
+    let text = |fdir1: &dyn Fn(f64) -> String| {
+        let settings = PLACES.map(|(name, x, y)| {
+            format!(
+                r#"<gazebo reference="plain_{name}">{}</gazebo>"#,
+                fdir1(-(x * y).signum())
+            )
+        });
+        format!("{BASE}{}{}", wheels("plain", "base"), settings.concat())
+    };
+    // Along (1, -1) at the front left and the rear right: gamma is -45 there.
+    let along = |side: f64| {
+        format!(r#"<mu1>1</mu1><mu2>0</mu2><fdir1 expressed_in="base">1 {side} 0</fdir1>"#)
+    };
+    let across = |side: f64| {
+        format!(
+            r#"<mu1>0</mu1><mu2>1</mu2><fdir1 expressed_in="base">1 {} 0</fdir1>"#,
+            -side
+        )
+    };
+    for fdir1 in [&along as &dyn Fn(f64) -> String, &across] {
+        assert_eq!(
+            gammas(&robot(&[&text(fdir1)]).unwrap()),
+            [-45.0, 45.0, 45.0, -45.0]
+        );
+    }
+    let turning = |side: f64| format!("<mu1>1</mu1><mu2>0</mu2><fdir1>1 {side} 0</fdir1>");
+    let error = robot(&[&text(&turning)]).unwrap_err();
+    let help = error.help();
+    assert!(
+        help.contains("`<fdir1>` of `plain_fl` names no frame but the wheel's own"),
+        "{help}"
+    );
+}
+
+/// Three rollers of four have a shape: the ring of their axes, 38 mm, and their radius, 12 mm, are the wheel's, and a hub of 42 mm with the inertia of
+/// such a disc is none.
+#[test]
+fn a_hub_is_no_clue_where_rollers_are_known() {
+    let mut text = crate::common::small();
+    let plain = Robot::from_urdf_str(&text, "small.urdf").unwrap();
+    assert!((plain.wheels[0].radius_m - 0.05).abs() < 1e-9);
+    // One roller of each wheel loses its shape.
+    for wheel in 1..=3 {
+        let start = text
+            .find(&format!("<link name=\"wheel_{wheel}_roller_1_link\""))
+            .unwrap();
+        let end = start + text[start..].find("</link>").unwrap();
+        let kept = text[start..end].find("<collision").unwrap();
+        text.replace_range(start + kept..end, "");
+    }
+    let hub = r#"<visual><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.042" length="0.02"/></geometry></visual>"#;
+    let text = text.replace(
+        "<link name=\"wheel_1_link\">",
+        &format!("<link name=\"wheel_1_link\">{hub}"),
+    );
+    let error = Robot::from_urdf_str(&text, "small.urdf").unwrap_err();
+    let Fault::WheelSizeUnknown { clues, .. } = error.fault() else {
+        panic!("{error}");
+    };
+    let radii: Vec<f64> = clues
+        .clues
+        .iter()
+        .flat_map(|clue| clue.radii_m.clone())
+        .collect();
+    assert!(radii.iter().any(|m| (m - 0.05).abs() < 1e-4), "{clues:?}");
+    assert!(
+        clues.proposed_m().is_none_or(|m| (m - 0.05).abs() < 1e-4),
+        "{clues:?}"
+    );
 }
