@@ -197,19 +197,20 @@ pub(super) fn chassis(loading: &mut Loading, body: RigidBody) -> Result<Chassis,
     })
 }
 
-/// Refuses an inertia that is far beyond what a body of that mass and reach has, and doubts one that is beyond it.
+/// Refuses an inertia that is far beyond what a body of that mass and reach has, and doubts one that is beyond it by a factor: 1 where all of the body is
+/// known.
 pub(super) fn check_gyration(
     source: &Source,
     link: &str,
     mass: &MassProperties,
-    reach_m: f64,
+    (reach_m, doubted): (f64, f64),
     remarks: &mut Vec<Remark>,
 ) -> Result<(), RobotError> {
     /// What rounding adds to a radius of gyration, as a share.
     const ROUNDED: f64 = 1e-3;
     let [_, _, most] = mass.principal_moments_kg_m2();
     let gyration_m = (most / mass.mass_kg).sqrt();
-    if reach_m <= 0.0 || gyration_m <= reach_m * (1.0 + ROUNDED) {
+    if reach_m <= 0.0 || gyration_m <= doubted * reach_m * (1.0 + ROUNDED) {
         return Ok(());
     }
     let fault = Fault::InertiaTooLarge {

@@ -297,7 +297,13 @@ fn check_wheel(
     if let Some(mass) = &body.mass {
         let link = &tree.links[body.link].name;
         let reach_m = body.reach_m(&mass.center_of_mass_m).max(wheel.radius_m);
-        faults.keep(check::check_gyration(source, link, mass, reach_m, remarks));
+        faults.keep(check::check_gyration(
+            source,
+            link,
+            mass,
+            (reach_m, 1.0),
+            remarks,
+        ));
     }
     for roller in &wheel.rollers {
         let joint = tree.joints.iter().find(|joint| joint.name == roller.name);
@@ -307,7 +313,13 @@ fn check_wheel(
         let link = &tree.links[joint.child].name;
         let reach_m = libm::hypot(roller.radius_m, 0.5 * roller.length_m);
         let mass = roller.mass_in_hub();
-        faults.keep(check::check_gyration(source, link, &mass, reach_m, remarks));
+        faults.keep(check::check_gyration(
+            source,
+            link,
+            &mass,
+            (reach_m, 1.0),
+            remarks,
+        ));
     }
     faults.into_result()
 }
@@ -336,7 +348,12 @@ fn assemble(
     inertia_doubts::check(&mut loading, &body, None)?;
     if let Some(mass) = &body.mass {
         let link = &tree.links[body.link].name;
-        check::check_gyration(source, link, mass, reach_m(mass), &mut loading.remarks)?;
+        // How far a mesh reaches is not known: half of what is refused is doubted then.
+        let is_mesh =
+            |shape: &tree::PlacedShape| matches!(shape.geometry, urdf_rs::Geometry::Mesh { .. });
+        let has_meshes = body.shapes.iter().chain(&body.visuals).any(is_mesh);
+        let reach = (reach_m(mass), if has_meshes { 2.5 } else { 1.0 });
+        check::check_gyration(source, link, mass, reach, &mut loading.remarks)?;
     }
     let chassis = check::chassis(&mut loading, body)?;
     let (joints, couplings) = linkage::assemble(&mut loading, linkage, &moving, &mut wheels)?;

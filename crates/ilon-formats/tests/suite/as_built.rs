@@ -352,7 +352,8 @@ fn a_hub_is_no_clue_where_rollers_are_known() {
             .find(&format!("<link name=\"wheel_{wheel}_roller_1_link\""))
             .unwrap();
         let end = start + text[start..].find("</link>").unwrap();
-        let kept = text[start..end].find("<collision").unwrap();
+        let shapes = ["<visual", "<collision"].map(|tag| text[start..end].find(tag));
+        let kept = shapes.into_iter().flatten().min().unwrap();
         text.replace_range(start + kept..end, "");
     }
     let hub = r#"<visual><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.042" length="0.02"/></geometry></visual>"#;
