@@ -30,14 +30,18 @@ pub(super) fn one_line(text: &str) -> Cow<'_, str> {
 }
 
 /// A long line as several, broken between words; not within backticks, for what stands there may be copied, and not where the next line would begin as
-/// a command to a machine does.
+/// a command to a machine does. What is to be copied stands in a line of its own.
 pub(super) fn folded(line: &str) -> String {
+    /// How that begins.
+    const COPIED: [&str; 2] = ["this works", "fill in "];
     /// The longest line that stays whole, and how long those are that it is broken into, in characters.
     const WHOLE: usize = 240;
     const PART: usize = 180;
     if line.chars().count() <= WHOLE {
         return line.to_owned();
     }
+    let copied = COPIED.iter().filter_map(|words| line.find(words)).min();
+    let (line, copied) = line.split_at(copied.unwrap_or(line.len()));
     let mut folded = String::with_capacity(line.len());
     let (mut length, mut is_quoted) = (0, false);
     for (i, word) in line.split(' ').enumerate() {
@@ -54,7 +58,11 @@ pub(super) fn folded(line: &str) -> String {
         length += of_word;
         is_quoted ^= word.matches('`').count() % 2 == 1;
     }
-    folded
+    if !copied.is_empty() {
+        folded.truncate(folded.trim_end().len());
+        folded.push('\n');
+    }
+    folded + copied
 }
 
 /// A path for a place in a line.
@@ -149,6 +157,15 @@ mod tests {
             "{last}"
         );
         assert!(!folded(&"::error:: ".repeat(60)).contains('\n'));
+        let keys = format!(
+            "{long}; this works, in `[robot]`: {}",
+            "`a = 1`, ".repeat(40)
+        );
+        let last = folded(&keys);
+        assert!(
+            last.lines().last().unwrap().starts_with("this works, in"),
+            "{last}"
+        );
     }
 
     #[test]
