@@ -100,5 +100,6 @@ pub use guidance::priority::{Task, TaskShare, share_capacity, sigma};
 pub use guidance::reference::{Desired, Heading, Reference};
 pub use kinematics::analysis::{Arrangement, SpeedLimits};
 pub use kinematics::contact::{ContactKinematics, RollerContact};
+pub use kinematics::handedness::{WrongHands, handed, other_hands};
 pub use kinematics::ideal::Kinematics;
 pub use kinematics::singularity::{Singularity, SingularityKind};

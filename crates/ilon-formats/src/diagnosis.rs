@@ -33,6 +33,8 @@ pub struct Question {
     pub asked: Vec<Remedy>,
     /// The other options that it takes. What is asked is not in them.
     pub options: LoadOptions,
+    /// What stands in the way whatever is answered, tried with plausible answers; `None` where they do.
+    pub in_the_way: Option<String>,
 }
 
 /// Looks for everything that is wrong with a file, and for options with which it can be read.
@@ -332,14 +334,16 @@ fn question(path: &Path, options: &LoadOptions, course: &mut Course) -> Option<Q
             break;
         }
         let Err(error) = loaded::read_file(path, &inquiry.tried) else {
+            errors.clear();
             break;
         };
         let all = std::iter::once(&error).chain(error.others());
         errors = all.cloned().collect();
-        let sizes_are_open = inquiry.sizes_are_open();
-        let of_the_file = |new: &&RobotError| !(sizes_are_open && new.fault().is_of_sizes());
+        let of_the_file = |new: &&RobotError| inquiry.is_of_the_file(new);
         course.meets(errors.iter().filter(of_the_file));
     }
+    let in_the_way = errors.iter().find(|error| inquiry.is_of_the_file(error));
+    let in_the_way = in_the_way.map(ToString::to_string);
     let mut known = with(options, &inquiry.applied);
     // How thick a mesh shows rollers is nothing for a wheel of another size.
     if inquiry.sizes_are_open()
@@ -351,6 +355,7 @@ fn question(path: &Path, options: &LoadOptions, course: &mut Course) -> Option<Q
     (!inquiry.asked.is_empty()).then_some(Question {
         options: known,
         asked: inquiry.asked,
+        in_the_way,
     })
 }
 
@@ -388,6 +393,14 @@ impl Inquiry {
         self.applied.push(remedy);
         self.tried = next;
         true
+    }
+
+    /// Whether an error is the file's, and does not come of a stand-in: of a size, or of a value that a xacro file wants.
+    fn is_of_the_file(&self, error: &RobotError) -> bool {
+        let is_argument = |remedy: &Remedy| matches!(remedy, Remedy::Argument { .. });
+        let has_argument = self.asked.iter().any(is_argument);
+        let asks_more = error.remedies().iter().any(Remedy::is_asked);
+        !(self.sizes_are_open() && error.fault().is_of_sizes()) && (!has_argument || asks_more)
     }
 
     fn sizes_are_open(&self) -> bool {

@@ -248,6 +248,11 @@ fn expanded(prepared: &UrdfText, options: &LoadOptions) -> Result<UrdfText, Robo
     let machine = options.machine();
     let expanded = xacro_expand::expand(path, &prepared.text, &settings, &machine)
         .map_err(|failure| of_failure(file, *failure, options))?;
+    let left = (!options.repair).then(|| left_over(&expanded)).flatten();
+    if let Some((tag, place)) = left {
+        let fault = Fault::OldXacro { tag };
+        return Err(RobotError::new(&place.file, fault).at(&place.text, place.bytes.clone()));
+    }
     let mut lines = Lines::default();
     let mut remarks = vec![Remark::new("xacro", of_arguments(&expanded.arguments))];
     for note in &expanded.notes {
@@ -287,6 +292,15 @@ fn expanded(prepared: &UrdfText, options: &LoadOptions) -> Result<UrdfText, Robo
         choices: expanded.choices,
         ..UrdfText::as_it_is(file, "")
     })
+}
+
+/// An element of xacro that is left in what a file was expanded to, for it stands there without its prefix: what it would have put in is missing.
+fn left_over(expanded: &xacro_expand::Expanded) -> Option<(String, &xacro_expand::Place)> {
+    const TAG: &str = "insert_block";
+    let at = expanded.text.find(&format!("<{TAG}"))?;
+    let after = expanded.origins.partition_point(|(start, _)| *start <= at);
+    let (_, place) = expanded.origins.get(after.checked_sub(1)?)?;
+    Some((TAG.to_owned(), place))
 }
 
 /// The lines of places in files.

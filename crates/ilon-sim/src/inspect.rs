@@ -238,6 +238,12 @@ impl SurfaceInspection {
     }
 }
 
+/// What is to be said of wheels whose hands do not fit their places.
+pub(crate) fn wrong_hands(robot: &Robot) -> Option<String> {
+    let wrong = control::WrongHands::of(&robot.wheels);
+    wrong.map(|wrong| format!("the wheels: {wrong}"))
+}
+
 /// As a scenario has it where it says nothing.
 const STANDARD_GRAVITY_M_S2: f64 = 9.81;
 
@@ -349,6 +355,7 @@ impl Inspection {
                     STANDARD_GRAVITY_M_S2,
                 ))
                 .chain(wheels_to_spare::remark(robot, None, STANDARD_GRAVITY_M_S2))
+                .chain(wrong_hands(robot))
                 .collect(),
             limits: None,
         })

@@ -194,7 +194,12 @@ impl Refusal {
             closing.push(format!("say {}", advice.join(", ")));
         }
         let question = diagnosis.question.as_ref();
-        closing.extend(question.map(|question| wording.question(question, options)));
+        closing.extend(question.map(|question| match &question.in_the_way {
+            None => wording.question(question, options),
+            Some(what) => format!(
+                "no option is enough: whatever else is said, this stands in the way: {what}"
+            ),
+        }));
         let proposal = diagnosis.proposal.as_ref();
         closing.extend(proposal.map(|proposal| wording.proposed(proposal, options)));
         Self {

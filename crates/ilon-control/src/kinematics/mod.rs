@@ -3,6 +3,7 @@
 
 pub(crate) mod analysis;
 pub(crate) mod contact;
+pub(crate) mod handedness;
 pub(crate) mod ideal;
 pub(crate) mod matrix;
 pub(crate) mod singularity;

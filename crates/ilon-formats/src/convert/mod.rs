@@ -3,9 +3,12 @@
 //! Only the robot is read of them: links, joints, masses and shapes. What is written keeps the place that it came from, so that
 //! errors are shown there, and goes the way of any URDF from there on.
 
+mod assembled;
 mod choice;
+mod ellipsoid;
 mod malformed;
 mod mjcf;
+mod nested;
 mod sdf;
 mod writer;
 
@@ -21,7 +24,7 @@ pub(crate) fn converted(
     options: &LoadOptions,
 ) -> Option<Result<UrdfText, RobotError>> {
     match root_tag {
-        "sdf" => Some(sdf::converted(file, text)),
+        "sdf" => Some(sdf::converted(file, text, options)),
         "mujoco" | "mujocoinclude" => Some(mjcf::converted(file, text, options)),
         _ => None,
     }

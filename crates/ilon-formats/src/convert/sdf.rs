@@ -5,15 +5,20 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::f64::consts::TAU;
+use std::rc::Rc;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::Node;
 
+use super::assembled::Assembled;
 use super::choice::with_most_wheels;
+use super::ellipsoid::{Placed, ellipsoid};
 use super::malformed::of_xml;
+use super::nested;
 use super::writer::{JointOf, ShapeOf, Writer, escaped};
-use crate::error::{Fault, RobotError};
+use crate::error::RobotError;
 use crate::model::{JointSpring, Remark};
+use crate::options::LoadOptions;
 use crate::urdf::UrdfText;
 use crate::xml;
 
@@ -25,7 +30,14 @@ const MOST_MODELS: usize = 20;
 const NO_LIMIT: f64 = 1e12;
 
 /// The URDF of the robot in an SDF text.
-pub(super) fn converted(file: &str, text: &str) -> Result<UrdfText, RobotError> {
+pub(super) fn converted(
+    file: &str,
+    text: &str,
+    options: &LoadOptions,
+) -> Result<UrdfText, RobotError> {
+    let mut remarks = Vec::new();
+    let whole = Rc::new(nested::flattened(file, text, options, &mut remarks)?);
+    let text = &whole.text;
     let document = xml::parse(text).map_err(|fault| of_xml(file, text, fault))?;
     let root = document.root_element();
     let mut models: Vec<Node> = root
@@ -35,10 +47,8 @@ pub(super) fn converted(file: &str, text: &str) -> Result<UrdfText, RobotError> 
     let joints_of = |model: &Node| model.children().filter(|n| n.has_tag_name("joint")).count();
     models.sort_by_key(|model| std::cmp::Reverse(joints_of(model)));
     models.truncate(MOST_MODELS);
-    let fault = |node: Node, reason: String| {
-        let bytes = xml::opening_tag(text, node);
-        RobotError::new(file, Fault::Format { reason }).at(&text.into(), bytes)
-    };
+    let fault =
+        |node: Node, reason: String| whole.error(file, xml::opening_tag(text, node), reason);
     let version = root.attribute("version").unwrap_or_default();
     let written = models.iter().map(|model| {
         let reader = Model {
@@ -47,7 +57,8 @@ pub(super) fn converted(file: &str, text: &str) -> Result<UrdfText, RobotError> 
             fault: &fault,
         };
         let mut prepared = UrdfText::as_it_is(file, "");
-        let (urdf, origins) = reader.write(file, text, &mut prepared.remarks)?;
+        prepared.remarks.clone_from(&remarks);
+        let (urdf, origins) = reader.write(&whole, &mut prepared.remarks)?;
         prepared.springs = reader.springs()?;
         prepared.text = urdf.into();
         prepared.origins = origins;
@@ -120,18 +131,11 @@ type Written = (String, Vec<(usize, crate::urdf::Origin)>);
 impl<'a, 'i> Model<'a, 'i, '_> {
     fn write(
         &self,
-        file: &str,
-        text: &str,
+        whole: &Rc<Assembled>,
         remarks: &mut Vec<Remark>,
     ) -> Result<Written, RobotError> {
         let name = self.model.attribute("name").unwrap_or("model");
-        let mut writer = Writer::new(file, text, name, self.model);
-        for nested in ["include", "model"] {
-            if let Some(node) = child(self.model, nested) {
-                let reason = format!("a model within the model, `<{nested}>`, is not read");
-                return Err((self.fault)(node, reason));
-            }
-        }
+        let mut writer = Writer::new(whole, name, self.model);
         let links: Vec<Node> = self.all("link").collect();
         let hinges = self.hinges(remarks)?;
         let above: HashMap<&str, &Hinge> = hinges.iter().map(|h| (h.child.as_str(), h)).collect();
@@ -147,12 +151,12 @@ impl<'a, 'i> Model<'a, 'i, '_> {
         }
         for link in &links {
             let name = link.attribute("name").unwrap_or_default();
-            self.write_link(&mut writer, *link, &frames[name])?;
+            self.write_link(&mut writer, *link, &frames[name], remarks)?;
         }
         for hinge in &hinges {
             self.write_joint(&mut writer, hinge, &frames)?;
         }
-        self.write_settings(&mut writer, &links);
+        self.write_settings(&mut writer, &links, remarks);
         Ok(writer.finish())
     }
 
@@ -278,6 +282,7 @@ impl<'a, 'i> Model<'a, 'i, '_> {
         writer: &mut Writer,
         link: Node,
         model_from_frame: &Isometry3<f64>,
+        remarks: &mut Vec<Remark>,
     ) -> Result<(), RobotError> {
         let name = link.attribute("name").unwrap_or_default();
         let frame_from_link = model_from_frame.inverse() * self.pose_of(link, "__model__", 0)?;
@@ -304,9 +309,21 @@ impl<'a, 'i> Model<'a, 'i, '_> {
         }
         for tag in ["collision", "visual"] {
             for node in link.children().filter(|n| n.has_tag_name(tag)) {
-                if let Some(shape) = child(node, "geometry").and_then(shape) {
-                    let place = frame_from_link * self.own_pose(node)?.0;
-                    writer.shape(tag, node, &place, &shape);
+                let Some(geometry) = child(node, "geometry") else {
+                    continue;
+                };
+                let place = frame_from_link * self.own_pose(node)?.0;
+                match shapes(geometry) {
+                    Ok(shapes) => {
+                        for (offset, shape) in shapes {
+                            writer.shape(tag, node, &(place * offset), &shape);
+                        }
+                    }
+                    Err(kind) if tag == "collision" => {
+                        let words = format!("a collision is not read: `<{kind}>`");
+                        remarks.push(Remark::new(format!("link `{name}`"), words));
+                    }
+                    Err(_) => {}
                 }
             }
         }
@@ -456,7 +473,7 @@ impl<'a, 'i> Model<'a, 'i, '_> {
     }
 
     /// What speaks of the wheels' rollers: directions of friction, and the plug-ins' names.
-    fn write_settings(&self, writer: &mut Writer, links: &[Node]) {
+    fn write_settings(&self, writer: &mut Writer, links: &[Node], remarks: &mut Vec<Remark>) {
         for link in links {
             let name = escaped(link.attribute("name").unwrap_or_default());
             let ode = link
@@ -466,19 +483,30 @@ impl<'a, 'i> Model<'a, 'i, '_> {
                 continue;
             };
             let frame = fdir1.attributes().find(|a| a.name() == "expressed_in");
-            let (Some(frame), Some(mu2)) = (frame, number_of(ode, "mu2")) else {
-                continue;
-            };
-            let mu = number_of(ode, "mu").unwrap_or(1.0);
+            let frame = frame.map_or("", |frame| frame.value());
+            let number = |tag: &str| number_of(ode, tag).unwrap_or(1.0);
             writer.raw(
                 fdir1,
                 "gazebo",
                 &format!(
-                    " reference=\"{name}\"><mu>{mu}</mu><mu2>{mu2}</mu2><fdir1 expressed_in=\"{}\">{}</fdir1></gazebo>",
-                    escaped(frame.value()),
+                    " reference=\"{name}\"><mu>{}</mu><mu2>{}</mu2><fdir1 expressed_in=\"{}\">{}</fdir1></gazebo>",
+                    number("mu"),
+                    number("mu2"),
+                    escaped(frame),
                     escaped(fdir1.text().unwrap_or_default())
                 ),
             );
+        }
+        let friction = self
+            .model
+            .descendants()
+            .filter(|n| n.has_tag_name("friction"));
+        if friction
+            .flat_map(|n| n.descendants())
+            .any(|n| n.has_tag_name("mu"))
+        {
+            let words = "that of the file's surfaces is not read, but for its directions: what counts is the floor's, `world.floor.friction`";
+            remarks.push(Remark::new("friction", words));
         }
         for plugin in self.all("plugin") {
             let attribute = |name| escaped(plugin.attribute(name).unwrap_or_default());
@@ -492,8 +520,25 @@ impl<'a, 'i> Model<'a, 'i, '_> {
     }
 }
 
-fn shape(geometry: Node) -> Option<ShapeOf> {
-    let kind = geometry.children().find(Node::is_element)?;
+/// The shapes that stand for a geometry, placed in its frame; the name of one that is not read.
+fn shapes(geometry: Node) -> Result<Placed, String> {
+    let Some(kind) = geometry.children().find(Node::is_element) else {
+        return Err("geometry".to_owned());
+    };
+    let three = |tag: &str| -> Option<Vector3<f64>> {
+        let values = numbers(text_of(kind, tag)?)?;
+        Some(Vector3::from(<[f64; 3]>::try_from(values).ok()?))
+    };
+    let found = match kind.tag_name().name() {
+        "ellipsoid" => three("radii")
+            .filter(|radii| radii.min() > 0.0)
+            .and_then(|radii| ellipsoid(radii.into())),
+        _ => shape(kind).map(|shape| vec![(Isometry3::identity(), shape)]),
+    };
+    found.ok_or_else(|| kind.tag_name().name().to_owned())
+}
+
+fn shape(kind: Node) -> Option<ShapeOf> {
     let number = |tag: &str| number_of(kind, tag).filter(|x| *x > 0.0);
     let three = |tag: &str| -> Option<Vector3<f64>> {
         let values = numbers(text_of(kind, tag)?)?;
@@ -514,12 +559,6 @@ fn shape(geometry: Node) -> Option<ShapeOf> {
             file: text_of(kind, "uri")?.to_owned(),
             scale: three("scale").unwrap_or(Vector3::repeat(1.0)),
         },
-        // A ball that is pressed flat stands for its smallest sphere that holds it only where it is none.
-        "ellipsoid" => {
-            let radii = three("radii")?;
-            let round = (radii.max() - radii.min()).abs() < 1e-6 * radii.max();
-            return round.then(|| ShapeOf::Sphere(radii.max()));
-        }
         _ => return None,
     })
 }

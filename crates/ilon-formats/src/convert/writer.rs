@@ -1,20 +1,19 @@
 //! Writes a URDF, and keeps where its elements came from.
 
 use std::fmt::Write;
-use std::sync::Arc;
+use std::rc::Rc;
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use roxmltree::Node;
 
+use super::assembled::Assembled;
 use crate::urdf::Origin;
 use crate::xml;
 use ilon_robot::roll_pitch_yaw;
 
 /// A URDF that is being written.
 pub(super) struct Writer {
-    file: Arc<str>,
-    text: Arc<str>,
-    line_breaks: Vec<usize>,
+    source: Rc<Assembled>,
     out: String,
     origins: Vec<(usize, Origin)>,
 }
@@ -47,12 +46,10 @@ pub(super) enum ShapeOf {
 }
 
 impl Writer {
-    /// For a file with that text.
-    pub(super) fn new(file: &str, text: &str, robot: &str, root: Node) -> Self {
+    /// For a robot that stands in a text.
+    pub(super) fn new(source: &Rc<Assembled>, robot: &str, root: Node) -> Self {
         let mut writer = Self {
-            file: file.into(),
-            text: text.into(),
-            line_breaks: text.match_indices('\n').map(|(at, _)| at).collect(),
+            source: Rc::clone(source),
             out: String::new(),
             origins: Vec::new(),
         };
@@ -69,15 +66,11 @@ impl Writer {
     }
 
     fn begin(&mut self, tag: &str, node: Node) {
-        let bytes = xml::opening_tag(&self.text, node);
-        let before = self.line_breaks.partition_point(|at| *at < bytes.start);
-        let origin = Origin {
-            file: Arc::clone(&self.file),
-            text: Arc::clone(&self.text),
-            line: before + 1,
-            bytes,
-        };
-        self.origins.push((self.out.len(), origin));
+        let origin = self
+            .source
+            .origin(xml::opening_tag(&self.source.text, node));
+        self.origins
+            .extend(origin.map(|origin| (self.out.len(), origin)));
         self.out.push('<');
         self.out.push_str(tag);
     }

@@ -188,8 +188,10 @@ impl Clues {
                 |(m, what): &(f64, String)| format!("{what} ({} mm or {than})", millimetres(*m));
             bounds.iter().map(words).collect()
         };
-        all.extend(bounds(&self.least_m, "more"));
-        all.extend(bounds(&self.most_m, "less"));
+        // A bound that is a clue too is named once.
+        let is_named = |words: &String| self.clues.iter().any(|clue| words.starts_with(&clue.what));
+        let of_bounds = [bounds(&self.least_m, "more"), bounds(&self.most_m, "less")].concat();
+        all.extend(of_bounds.into_iter().filter(|words| !is_named(words)));
         match &all[..] {
             [] => "say the wheels' radius; nothing in the file speaks for one".to_owned(),
             _ => format!(

@@ -1,7 +1,7 @@
 //! The faults of robot files.
 
 use super::clue::Clues;
-use super::lists::{counted, listed, looked_at, missing};
+use super::lists::{above_floor, counted, left_out_of, listed, looked_at, missing};
 use super::named::{CandidateJoint, MissingFile};
 use crate::options::WheelOptions;
 
@@ -250,6 +250,24 @@ pub enum Fault {
         /// How far it reaches from its centre of mass, in metres.
         reach_m: f64,
     },
+    /// The inertia of a body is next to nothing for its mass and shapes.
+    #[error(
+        "with {mass_kg:.4} kg its inertia has a radius of gyration of {:.3} mm, where a solid of its shape has {:.1} mm",
+        1e3 * gyration_m, 1e3 * solid_m
+    )]
+    InertiaTooSmall {
+        /// Its mass, in kg.
+        mass_kg: f64,
+        /// sqrt(I / m) of its largest principal moment, in metres.
+        gyration_m: f64,
+        /// The same of a solid of its shape, in metres.
+        solid_m: f64,
+    },
+    /// The moments of inertia of a body are those of its shape about other axes.
+    #[error(
+        "its moments are those of its shape about other axes: ixx, iyy and izz may be exchanged, or its frame be turned"
+    )]
+    InertiaExchanged,
     /// The robot has fewer than three wheels.
     #[error(
         "{} with passive rollers{}, but moving freely in the plane takes three{}{has}",
@@ -266,7 +284,10 @@ pub enum Fault {
         has: String,
     },
     /// The robot has wheels, but they carry no rollers.
-    #[error("{} without rollers: {}", counted(wheels.len(), "wheel"), listed(wheels))]
+    #[error(
+        "{} without rollers: {}{}",
+        counted(wheels.len(), "wheel"), listed(wheels), left_out_of(left_out)
+    )]
     NoRollers {
         /// Their joints.
         wheels: Vec<String>,
@@ -274,14 +295,21 @@ pub enum Fault {
         rollers: Proposed,
         /// What speaks for these and which of their numbers are assumed, or what hints at some without being enough, in words.
         why: Option<String>,
+        /// Joints that are called wheels or turn like some and are not among these, and why.
+        left_out: Vec<CandidateJoint>,
     },
     /// The robot has steered wheels.
-    #[error("{} on upright joints: {}. These are not Swedish wheels", counted(wheels.len(), "steered wheel"), listed(wheels))]
+    #[error(
+        "{} on upright joints: {}{}. These are not Swedish wheels",
+        counted(wheels.len(), "steered wheel"), listed(wheels), left_out_of(left_out)
+    )]
     Steered {
         /// Their joints.
         wheels: Vec<String>,
         /// Rollers that fit how they stand with the upright joints held.
         rollers: Proposed,
+        /// Joints that are called wheels or turn like some and are not among these, and why.
+        left_out: Vec<CandidateJoint>,
     },
     /// A joint carries rollers, but does not turn.
     #[error(
@@ -294,13 +322,16 @@ pub enum Fault {
         /// How many wheels the robot has without it.
         wheels: usize,
     },
-    /// The chassis reaches below the floor on which the wheels stand.
+    /// The chassis reaches down to the floor on which the wheels stand, or below it.
     #[error(
-        "its collision geometry reaches {deep_mm:.1} mm below the floor on which the wheels stand"
+        "its collision geometry {}, at x = {:.3} m, y = {:.3} m",
+        above_floor(*deep_mm), at_m[0], at_m[1]
     )]
     ChassisBelowFloor {
-        /// How far, in millimetres.
+        /// How far, in millimetres; below 0 of one that stands less above it than the first bump or a tread gives.
         deep_mm: f64,
+        /// Where, in the body frame, in metres.
+        at_m: [f64; 2],
     },
     /// A roller's axis is parallel to its hub's.
     #[error("gamma = 90 deg: the roller turns about the hub axis, and the wheel cannot drive")]

@@ -108,7 +108,9 @@ impl Fault {
             }
             Self::InertiaNotPositive { .. }
             | Self::InertiaImpossible { .. }
-            | Self::InertiaTooLarge { .. } => {
+            | Self::InertiaTooLarge { .. }
+            | Self::InertiaTooSmall { .. }
+            | Self::InertiaExchanged => {
                 return format!("take the inertia from a CAD program, or {BOX}");
             }
             Self::UnknownGeometry => "give the collision one of these geometries",
@@ -173,7 +175,7 @@ impl Fault {
             }
             Self::HubDoesNotTurn { .. } => "make the joint `continuous`, with the hub's axis",
             Self::ChassisBelowFloor { .. } => {
-                "raise the collision geometry, or lower the wheels: the wheels must reach the floor first"
+                "raise the collision geometry, or lower the wheels: where it touches the floor it carries the robot in their place"
             }
             Self::GammaRightAngle => {
                 "turn the roller's axis away from the hub's: gamma is 45 deg for mecanum wheels and 0 for omni wheels"
@@ -228,11 +230,23 @@ impl Fault {
         let mut stood_in = options.clone();
         match self {
             Self::NoRollers { wheels, .. } | Self::Steered { wheels, .. } => {
-                let rollers = WheelOptions::new(ROLLERS, Handedness::AllDeg(0.0));
+                // On parallel hubs only rollers that lean let a robot move sideways.
+                let parallel = matches!(
+                    self.remedies()[..],
+                    [Remedy::WhichRollers { parallel: true, .. }, ..]
+                );
+                let gamma = match parallel {
+                    true => Handedness::XDeg(45.0),
+                    false => Handedness::AllDeg(0.0),
+                };
+                let rollers = WheelOptions::new(ROLLERS, gamma);
                 stood_in.wheels = Some(rollers.on(wheels.clone()));
             }
             Self::WheelSizeUnknown { clues, .. } => {
                 stood_in.wheel_radius_m = Some(clues.stand_in_m());
+            }
+            Self::MissingArgument { name, .. } => {
+                stood_in.arguments.insert(name.clone(), "1".to_owned());
             }
             _ => return None,
         }
@@ -264,11 +278,14 @@ impl Fault {
             | Self::InertiaNotPositive { .. }
             | Self::InertiaImpossible { .. }
             | Self::InertiaTooLarge { .. }
+            | Self::InertiaTooSmall { .. }
+            | Self::InertiaExchanged
             | Self::NoMass
             | Self::HubDoesNotTurn { .. } => vec![Remedy::Repair],
             Self::Xacro {
                 before_2014: true, ..
-            } => vec![Remedy::Repair],
+            }
+            | Self::OldXacro { .. } => vec![Remedy::Repair],
             // Whatever a robot is called, it is the same robot.
             Self::MissingArgument { name, .. } if is_of_names(name) => vec![Remedy::Argument {
                 name: name.clone(),
@@ -317,11 +334,14 @@ impl Fault {
                 wheels,
                 rollers,
                 why,
+                ..
             } => vec![Remedy::WhichRollers {
                 wheels: wheels.clone(),
                 parallel: *rollers == Proposed::NothingSaid || why.is_some(),
             }],
-            Self::Steered { wheels, rollers } => vec![Remedy::WhichRollers {
+            Self::Steered {
+                wheels, rollers, ..
+            } => vec![Remedy::WhichRollers {
                 wheels: wheels.clone(),
                 parallel: *rollers == Proposed::NothingSaid,
             }],

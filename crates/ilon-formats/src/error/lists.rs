@@ -29,7 +29,7 @@ pub(super) fn missing(files: &[MissingFile]) -> String {
 
 /// The joints that were looked at for wheels, and why they are none.
 pub(super) fn looked_at(looked: &[CandidateJoint]) -> String {
-    const SHOWN: usize = 6;
+    const SHOWN: usize = 3;
     if looked.is_empty() {
         return String::new();
     }
@@ -42,7 +42,34 @@ pub(super) fn looked_at(looked: &[CandidateJoint]) -> String {
         0 => String::new(),
         rest => format!("; and {rest} more"),
     };
-    format!(". CandidateJoint at: {}{rest}", shown.join("; "))
+    format!(". Looked at: {}{rest}", shown.join("; "))
+}
+
+/// The joints that are not among some wheels, and why.
+pub(super) fn left_out_of(left_out: &[CandidateJoint]) -> String {
+    const SHOWN: usize = 4;
+    if left_out.is_empty() {
+        return String::new();
+    }
+    let shown = left_out.iter().take(SHOWN);
+    let shown: Vec<String> = shown
+        .map(|of| format!("`{}` ({})", of.joint, of.reason))
+        .collect();
+    let rest = match left_out.len().saturating_sub(SHOWN) {
+        0 => String::new(),
+        rest => format!(" and {rest} more"),
+    };
+    format!("; left out: {}{rest}", shown.join(", "))
+}
+
+/// Where a chassis is that touches the floor, by how deep it lies below it, in millimetres.
+pub(super) fn above_floor(deep_mm: f64) -> String {
+    const FLOOR: &str = "the floor on which the wheels stand";
+    match deep_mm {
+        deep_mm if deep_mm > 0.05 => format!("reaches {deep_mm:.1} mm below {FLOOR}"),
+        deep_mm if deep_mm > 5e-4 => format!("reaches {deep_mm:.3} mm below {FLOOR}"),
+        deep_mm => format!("touches {FLOOR}: it is {:.3} mm above it", deep_mm.abs()),
+    }
 }
 
 /// `no wheels`, `1 wheel`, `2 wheels`.

@@ -104,7 +104,10 @@ impl RigidBody {
             let carried: Vec<String> = carried
                 .map(|&wheel| format!("`{}`", tree.joints[wheel].name))
                 .collect();
-            let words = if carried.is_empty() {
+            let words = if carried.len() == wheels.len() && !carried.is_empty() {
+                "it carries the whole robot, as joints to the world do, and is held at zero"
+                    .to_owned()
+            } else if carried.is_empty() {
                 format!("neither wheel nor roller: it is held at zero and moves with {of}")
             } else {
                 format!(

@@ -11,7 +11,7 @@ use super::disc::{self, Disc, NoDisc};
 use super::hub::hub_frame;
 use super::mesh::Meshes;
 use super::names;
-use super::recognise::Candidate;
+use super::recognise::{Candidate, LEAST_ROLLERS};
 use super::tree::{Motion, PlacedShape, Tree, TreeJoint};
 use crate::error::CandidateJoint;
 
@@ -112,45 +112,61 @@ pub(super) fn named(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike,
 /// The joint that turns in place of a wheel's rollers: one that crosses the wheel's own and turns a ball. So people model a mecanum wheel
 /// without modelling each roller: the ball turns about the axis of the roller which touches the ground.
 pub(super) fn in_place_of_rollers(tree: &Tree, hub: usize) -> Option<usize> {
-    let crossing = crossing(tree, hub)?;
+    let &[crossing] = &parts_of_wheel(tree, hub)[..] else {
+        return None;
+    };
     let shapes = &tree.links[tree.joints[crossing].child].shapes;
     let is_ball = |shape: &PlacedShape| matches!(shape.geometry, urdf_rs::Geometry::Sphere { .. });
-    shapes.iter().any(is_ball).then_some(crossing)
+    let is_in_hub = (tree.joints[crossing].origin - tree.joints[hub].origin).norm() < SAME_PLACE_M;
+    let turns_level = tree.is_level(crossing);
+    (is_in_hub && turns_level && shapes.iter().any(is_ball)).then_some(crossing)
 }
 
-/// The only joint that turns below a level one, where it does so through the same point about another level axis.
-fn crossing(tree: &Tree, hub: usize) -> Option<usize> {
-    /// What stands this near is in one place, in metres.
-    const SAME_PLACE_M: f64 = 5e-3;
+/// What stands this near is in one place, in metres.
+const SAME_PLACE_M: f64 = 5e-3;
+
+/// The joints that turn below a level one within its wheel, too few to be a ring of rollers, across its axis: one that stands for them, or some for show.
+/// None where anything else turns below it or above it.
+fn parts_of_wheel(tree: &Tree, hub: usize) -> Vec<usize> {
     /// The cosine of the least angle between the axes, of 10 degrees.
     const APART: f64 = 0.985;
-    let below = tree.turning_below(hub)?;
-    let (wheel, other) = (&tree.joints[hub], &tree.joints[below]);
+    /// What is farther than the wheel's own shapes, by this share, is no part of it.
+    const MARGIN: f64 = 0.05;
+    let wheel = &tree.joints[hub];
     let is_wheel = wheel.motion == Motion::Turning && tree.is_level(hub);
-    let turns_across = tree.is_level(below)
-        && (other.origin - wheel.origin).norm() < SAME_PLACE_M
-        && other.axis.dot(&wheel.axis).abs() < APART;
-    let is_last = tree.turning_below(below).is_none() && tree.turning_above(hub).is_none();
-    // All joints are gone through for those few alone that are such otherwise.
-    let is_alone = || {
-        let mut turning = tree.moving(Motion::Turning);
-        turning.all(|j| j == below || tree.turning_above(j) != Some(hub))
+    if !is_wheel || tree.turning_below(hub).is_none() || steering_above(tree, hub).is_some() {
+        return Vec::new();
+    }
+    let reach_m = tree.lone_body(wheel.child).reach_m(&wheel.origin.coords);
+    let within_m = SAME_PLACE_M.max((1.0 + MARGIN) * reach_m);
+    let turning = tree.moving(Motion::Turning);
+    let below: Vec<usize> = turning
+        .filter(|&j| j != hub && tree.turning_above(j) == Some(hub))
+        .collect();
+    let is_part = |&j: &usize| {
+        let part = &tree.joints[j];
+        (part.origin - wheel.origin).norm() < within_m
+            && part.axis.dot(&wheel.axis).abs() < APART
+            && tree.turning_below(j).is_none()
     };
-    (is_wheel && turns_across && is_last && is_alone()).then_some(below)
+    match below.len() < LEAST_ROLLERS && below.iter().all(is_part) {
+        true => below,
+        false => Vec::new(),
+    }
 }
 
-/// A joint that turns below one, but for what turns in place of rollers.
+/// A joint that turns below one, but for parts of a wheel.
 fn carried(tree: &Tree, j: usize) -> Option<usize> {
     let below = tree.turning_below(j)?;
-    (in_place_of_rollers(tree, j) != Some(below)).then_some(below)
+    parts_of_wheel(tree, j).is_empty().then_some(below)
 }
 
 fn look(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
     let joint = &tree.joints[j];
     let above = tree.turning_above(j);
-    if let Some(hub) = above.filter(|&hub| crossing(tree, hub) == Some(j)) {
+    if let Some(hub) = above.filter(|&hub| parts_of_wheel(tree, hub).contains(&j)) {
         return Err(format!(
-            "turns across `{}`, through the same point",
+            "turns across `{}` as a part of its wheel",
             tree.joints[hub].name
         ));
     }
@@ -215,9 +231,9 @@ pub(super) fn is_called_wheel(tree: &Tree, j: usize) -> bool {
 
 fn on_own_axis(tree: &Tree, j: usize, meshes: &Meshes) -> WheelLike {
     let joint = &tree.joints[j];
-    let part = in_place_of_rollers(tree, j);
+    let parts = parts_of_wheel(tree, j);
     let body = tree.rigid_body(joint.child, |k| {
-        tree.joints[k].motion == Motion::Turning && Some(k) != part
+        tree.joints[k].motion == Motion::Turning && !parts.contains(&k)
     });
     let disc = if tree.is_level(j) {
         disc::about(&body, &hub_frame(&joint.origin, &joint.axis), meshes).ok()
@@ -390,6 +406,32 @@ impl Survey {
             in_hub || is_small || turning.iter().chain(&others).any(within)
         };
         self.others.retain(|like| !is_part(like));
+    }
+
+    /// Joints that are called wheels, or turn like some, and are not among these; with why not.
+    pub(super) fn left_out(&self, tree: &Tree, wheels: &[&WheelLike]) -> Vec<CandidateJoint> {
+        let is_in = |j: usize| wheels.iter().any(|wheel| wheel.joint == j);
+        let like = |like: &WheelLike, reason: &str| {
+            (!is_in(like.joint)).then(|| CandidateJoint {
+                joint: tree.joints[like.joint].name.clone(),
+                reason: reason.to_owned(),
+                is_too_high: false,
+            })
+        };
+        let steered = self.steered.iter();
+        let steered = steered.filter_map(|of| like(of, "hangs by an upright joint that steers it"));
+        let turning = self.turning.iter();
+        let turning = turning.filter_map(|of| like(of, "hangs by no upright joint"));
+        let others = self.others.iter();
+        let others = others.filter(|of| is_called_wheel(tree, of.joint));
+        let others = others.filter_map(|of| like(of, "does not turn freely"));
+        let is_called = |looked: &&CandidateJoint| {
+            let mut joints = 0..tree.joints.len();
+            let of = joints.find(|&j| tree.joints[j].name == looked.joint);
+            of.is_some_and(|j| !is_in(j) && is_called_wheel(tree, j))
+        };
+        let looked = self.looked.iter().filter(is_called).cloned();
+        steered.chain(turning).chain(others).chain(looked).collect()
     }
 
     /// What could be wheels, named or not.

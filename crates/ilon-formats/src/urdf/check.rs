@@ -10,7 +10,7 @@ use super::loading::Loading;
 use super::recognise::{Candidate, fixed_hubs};
 use super::source::Source;
 use super::tree::{Motion, PlacedShape, Tree};
-use super::{infer, plausibility, schema, wheel_size};
+use super::{inertia_doubts, infer, plausibility, schema, wheel_size};
 use crate::error::{CandidateJoint, Fault, RobotError};
 use crate::model::{Chassis, Collision, MassProperties, Remark, Robot, StandingPose, Wheel};
 
@@ -22,7 +22,7 @@ const LARGEST_WHEEL_M: f64 = 5.0;
 const MOST_TILT_DEG: f64 = 5.0;
 /// A lean below this is not worth a word, in degrees.
 const REMARKED_TILT_DEG: f64 = 0.05;
-/// A radius of gyration this many times as long as the body's reach is impossible, and one of half as many is doubted.
+/// A radius of gyration this many times as long as the body's reach is refused; one that is longer than it is doubted.
 const MOST_GYRATION: f64 = 5.0;
 /// Density of steel, in kg/m^3, beyond which a wheel is doubted.
 const STEEL_KG_M3: f64 = 8000.0;
@@ -67,6 +67,7 @@ pub(super) fn check_wheel_count(
                 wheels: names(&bare),
                 rollers,
                 why,
+                left_out: survey.left_out(tree, &bare),
             };
             return with_sizes(loading, &bare, fault);
         }
@@ -77,6 +78,7 @@ pub(super) fn check_wheel_count(
             let fault = Fault::Steered {
                 wheels: names(&steered),
                 rollers: infer::fitting(loading, &steered, true, &survey.looked).0,
+                left_out: survey.left_out(tree, &steered),
             };
             return with_sizes(loading, &steered, fault);
         }
@@ -195,17 +197,20 @@ pub(super) fn chassis(loading: &mut Loading, body: RigidBody) -> Result<Chassis,
     })
 }
 
-/// Refuses an inertia that no body of that mass and reach has, and doubts one that hardly any has.
+/// Refuses an inertia that is far beyond what a body of that mass and reach has, and doubts one that is beyond it by a factor: 1 where all of the body is
+/// known.
 pub(super) fn check_gyration(
     source: &Source,
     link: &str,
     mass: &MassProperties,
-    reach_m: f64,
+    (reach_m, doubted): (f64, f64),
     remarks: &mut Vec<Remark>,
 ) -> Result<(), RobotError> {
+    /// What rounding adds to a radius of gyration, as a share.
+    const ROUNDED: f64 = 1e-3;
     let [_, _, most] = mass.principal_moments_kg_m2();
     let gyration_m = (most / mass.mass_kg).sqrt();
-    if reach_m <= 0.0 || gyration_m <= 0.5 * MOST_GYRATION * reach_m {
+    if reach_m <= 0.0 || gyration_m <= doubted * reach_m * (1.0 + ROUNDED) {
         return Ok(());
     }
     let fault = Fault::InertiaTooLarge {
@@ -216,10 +221,14 @@ pub(super) fn check_gyration(
     if gyration_m > MOST_GYRATION * reach_m {
         return Err(source.inertial_error(link, fault));
     }
-    remarks.push(Remark::new(
-        format!("link `{link}`"),
-        format!("its inertia is doubtful: {fault}"),
-    ));
+    // Its links may have been doubted one by one.
+    let remark = inertia_doubts::doubtful(link, &fault);
+    if !remarks
+        .iter()
+        .any(|known| known.subject == remark.subject && known.text.contains("doubtful"))
+    {
+        remarks.push(remark);
+    }
     Ok(())
 }
 
@@ -242,7 +251,7 @@ pub(super) fn check(source: &Source, mut robot: Robot) -> Result<Robot, RobotErr
             "the robot's centre of mass lies outside the area of its wheels: it does not stand on them",
         )),
     }
-    check_chassis_above_floor(source, &robot, pose.as_ref(), &mut remarks)?;
+    check_chassis_above_floor(source, &robot, pose.as_ref())?;
     remark_root(&robot, &mut remarks);
     remark_masses(&robot, &mut remarks);
     plausibility::remark(&robot, &mut remarks);
@@ -312,12 +321,11 @@ fn check_standing(
     Ok(())
 }
 
-/// The chassis must not reach below the floor; where it touches that is remarked.
+/// The chassis must not touch the floor on which the wheels stand: it would carry the robot in their place.
 fn check_chassis_above_floor(
     source: &Source,
     robot: &Robot,
     pose: Option<&StandingPose>,
-    remarks: &mut Vec<Remark>,
 ) -> Result<(), RobotError> {
     /// Of a wheel's radius: so little above the floor, the first bump or the sag of a tread lays the chassis on it.
     const TOUCHES: f64 = 1e-3;
@@ -337,28 +345,16 @@ fn check_chassis_above_floor(
         .iter()
         .map(|w| w.radius_m)
         .fold(f64::INFINITY, f64::min);
-    if lowest_m < floor_m - 0.01 * radius_m {
-        let fault = Fault::ChassisBelowFloor {
-            deep_mm: 1e3 * (floor_m - lowest_m),
-        };
-        return Err(source.link_error(&robot.chassis.name, fault));
-    }
     let above_m = lowest_m - floor_m;
-    if above_m < TOUCHES * radius_m {
-        let at = lowest.farthest(&down);
-        let side = if above_m < 0.0 { "below" } else { "above" };
-        remarks.push(Remark::new(
-            format!("link `{}`", robot.chassis.name),
-            format!(
-                "at rest the chassis touches the floor: at x = {:.3} m, y = {:.3} m its collision geometry is {:.3} mm {side} the floor on which \
-                 the wheels stand, and takes weight off them",
-                at.x,
-                at.y,
-                1e3 * above_m.abs()
-            ),
-        ));
+    if above_m >= TOUCHES * radius_m {
+        return Ok(());
     }
-    Ok(())
+    let at = lowest.farthest(&down);
+    let fault = Fault::ChassisBelowFloor {
+        deep_mm: -1e3 * above_m,
+        at_m: [at.x, at.y],
+    };
+    Err(source.link_error(&robot.chassis.name, fault))
 }
 
 /// Says that the body frame, about which the robot is turned, lies outside its wheels.

@@ -240,6 +240,7 @@ fn size(loading: &mut Loading, given: &BareWheel, body: &RigidBody) -> Result<(f
         axis: like.axis,
         body,
         ring_m: None,
+        roller_m: None,
     };
     match (loading.options.wheel_radius_m, shown) {
         (Some(radius_m), Ok(disc)) => {

@@ -58,14 +58,23 @@ pub(super) fn rollers(
     let Some(fault) = bare.first() else {
         return Ok(seen);
     };
+    let radius_m = loading.options.wheel_radius_m;
     let unsized_wheel = Unsized {
         joint: candidate.hub,
         origin: joint.origin,
         axis: joint.axis,
         body: hub,
         ring_m: ring_m(loading, candidate, body_from_joint),
+        roller_m: match radius_m {
+            // With a radius, those without a shape were given one.
+            Some(_) => None,
+            None => seen
+                .iter()
+                .flat_map(|of| of.profile.parts())
+                .map(|part| part.ring_m + part.ball_m)
+                .reduce(f64::max),
+        },
     };
-    let radius_m = loading.options.wheel_radius_m;
     if let Some(radius_m) = radius_m.filter(|_| seen.len() == candidate.rollers.len()) {
         let words = format!(
             "{} of its rollers have no geometry that can be read, and are taken to reach its radius; {}",

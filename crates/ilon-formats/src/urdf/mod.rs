@@ -19,6 +19,7 @@ mod from_options;
 mod from_rollers;
 mod geometry;
 mod hub;
+mod inertia_doubts;
 mod inertia_from_shapes;
 mod inertial;
 mod infer;
@@ -37,6 +38,7 @@ mod repair;
 mod roller_dimensions;
 mod roller_gaps;
 mod schema;
+mod sides;
 mod source;
 mod transmission;
 mod tree;
@@ -47,7 +49,9 @@ mod wheel_size;
 
 use std::collections::HashSet;
 
-use crate::error::{Fault, RobotError};
+use nalgebra::{Unit, Vector3};
+
+use crate::error::{CandidateJoint, Fault, RobotError};
 use crate::model::{MassProperties, Remark, Robot, Wheel};
 use crate::options::{LoadOptions, RollerForms, WheelOptions};
 use body::RigidBody;
@@ -205,7 +209,10 @@ fn other_values(choices: &[(String, Vec<String>)]) -> String {
 /// Says which turning joints are no wheels, where it was looked for wheels without names.
 fn remark_left_alone(loading: &mut Loading, rollers: &Option<WheelOptions>, survey: &Survey) {
     if rollers.is_some() {
-        for looked in &survey.looked {
+        let steered = survey.left_out(loading.tree, &survey.likely());
+        let is_new =
+            |of: &&CandidateJoint| survey.looked.iter().all(|known| known.joint != of.joint);
+        for looked in survey.looked.iter().chain(steered.iter().filter(is_new)) {
             let subject = format!("joint `{}`", looked.joint);
             loading
                 .remarks
@@ -228,7 +235,7 @@ fn wheels(
     for candidate in candidates {
         let hub = hub_body(loading, candidate.hub, &moving);
         let measured = wheel_dimensions::measure(loading, candidate, &hub).and_then(|wheel| {
-            check_wheel(loading, &wheel, &hub)?;
+            check_wheel(loading, &wheel, &hub, false)?;
             Ok((candidate.hub, wheel))
         });
         wheels.extend(faults.keep(measured));
@@ -237,7 +244,7 @@ fn wheels(
         let j = given.like.joint;
         let body = hub_body(loading, j, &moving);
         let made = from_options::wheel(loading, rollers, given, &body).and_then(|wheel| {
-            check_wheel(loading, &wheel, &body)?;
+            check_wheel(loading, &wheel, &body, true)?;
             Ok((j, wheel))
         });
         wheels.extend(faults.keep(made));
@@ -275,14 +282,28 @@ fn hub_body(loading: &mut Loading, joint: usize, moving: &HashSet<usize>) -> Rig
 }
 
 /// Holds the inertia of a wheel and of its rollers against their sizes.
-fn check_wheel(loading: &mut Loading, wheel: &Wheel, body: &RigidBody) -> Result<(), RobotError> {
+fn check_wheel(
+    loading: &mut Loading,
+    wheel: &Wheel,
+    body: &RigidBody,
+    is_bare: bool,
+) -> Result<(), RobotError> {
     let (source, tree) = (loading.source, loading.tree);
-    let remarks = &mut loading.remarks;
     let mut faults = Faults::default();
+    let axis = Unit::new_normalize(wheel.body_from_hub * Vector3::z());
+    let as_wheel = is_bare.then_some((&axis, wheel.radius_m));
+    faults.keep(inertia_doubts::check(loading, body, as_wheel));
+    let remarks = &mut loading.remarks;
     if let Some(mass) = &body.mass {
         let link = &tree.links[body.link].name;
         let reach_m = body.reach_m(&mass.center_of_mass_m).max(wheel.radius_m);
-        faults.keep(check::check_gyration(source, link, mass, reach_m, remarks));
+        faults.keep(check::check_gyration(
+            source,
+            link,
+            mass,
+            (reach_m, 1.0),
+            remarks,
+        ));
     }
     for roller in &wheel.rollers {
         let joint = tree.joints.iter().find(|joint| joint.name == roller.name);
@@ -292,7 +313,13 @@ fn check_wheel(loading: &mut Loading, wheel: &Wheel, body: &RigidBody) -> Result
         let link = &tree.links[joint.child].name;
         let reach_m = libm::hypot(roller.radius_m, 0.5 * roller.length_m);
         let mass = roller.mass_in_hub();
-        faults.keep(check::check_gyration(source, link, &mass, reach_m, remarks));
+        faults.keep(check::check_gyration(
+            source,
+            link,
+            &mass,
+            (reach_m, 1.0),
+            remarks,
+        ));
     }
     faults.into_result()
 }
@@ -318,9 +345,15 @@ fn assemble(
             .map(|w| (w.position_m() - mass.center_of_mass_m).norm());
         to_wheels.fold(body.reach_m(&mass.center_of_mass_m), f64::max)
     };
+    inertia_doubts::check(&mut loading, &body, None)?;
     if let Some(mass) = &body.mass {
         let link = &tree.links[body.link].name;
-        check::check_gyration(source, link, mass, reach_m(mass), &mut loading.remarks)?;
+        // How far a mesh reaches is not known: half of what is refused is doubted then.
+        let is_mesh =
+            |shape: &tree::PlacedShape| matches!(shape.geometry, urdf_rs::Geometry::Mesh { .. });
+        let has_meshes = body.shapes.iter().chain(&body.visuals).any(is_mesh);
+        let reach = (reach_m(mass), if has_meshes { 2.5 } else { 1.0 });
+        check::check_gyration(source, link, mass, reach, &mut loading.remarks)?;
     }
     let chassis = check::chassis(&mut loading, body)?;
     let (joints, couplings) = linkage::assemble(&mut loading, linkage, &moving, &mut wheels)?;

@@ -4,11 +4,13 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Isometry3, Point3};
 
+use super::sides;
 use crate::model::{Remark, Robot, Wheel};
 
 /// Says what of a robot can hardly be meant.
 pub(super) fn remark(robot: &Robot, remarks: &mut Vec<Remark>) {
     remark_small_gamma(robot, remarks);
+    sides::remark(&robot.wheels, remarks);
     remark_overlap(robot, remarks);
 }
 

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, SymmetricEigen, Unit, Vector3};
 use super::tree::{Motion, Tree};
 
 /// Fewest rollers that make a wheel.
-const LEAST_ROLLERS: usize = 3;
+pub(super) const LEAST_ROLLERS: usize = 3;
 
 /// How far the axis of a ring of rollers may rise: the sine of 30 degrees.
 const MOST_RISE: f64 = 0.5;
@@ -28,18 +28,31 @@ pub(super) fn find(tree: &Tree) -> Vec<Candidate> {
             below[above].push(j);
         }
     }
-    turning
-        .iter()
-        .filter_map(|&hub| {
-            let ends: Vec<usize> = below[hub]
-                .iter()
-                .copied()
-                .filter(|&j| below[j].is_empty())
-                .collect();
-            let rollers = on_one_ring(tree, hub, &ends);
-            (rollers.len() >= LEAST_ROLLERS).then_some(Candidate { hub, rollers })
-        })
-        .collect()
+    let of_hubs = turning.iter().filter_map(|&hub| {
+        let ends: Vec<usize> = below[hub]
+            .iter()
+            .copied()
+            .filter(|&j| below[j].is_empty())
+            .collect();
+        let rollers = on_one_ring(tree, hub, &ends);
+        (rollers.len() >= LEAST_ROLLERS).then_some(Candidate { hub, rollers })
+    });
+    let mut found: Vec<Candidate> = of_hubs.collect();
+    // One upright joint above level ones alone turns the robot on its wheels, as the last of a planar base does.
+    if let [only] = &found[..]
+        && is_upright(tree, only.hub)
+        && only.rollers.iter().all(|&roller| tree.is_level(roller))
+    {
+        found.clear();
+    }
+    found
+}
+
+/// Whether a joint's axis stands on the ground.
+fn is_upright(tree: &Tree, joint: usize) -> bool {
+    /// The cosine of 8 degrees.
+    const UPRIGHT: f64 = 0.99;
+    tree.joints[joint].axis.z.abs() > UPRIGHT
 }
 
 /// Those of the joints whose axes pass the hub's axis at the common distance, within a twentieth.

@@ -114,7 +114,7 @@ fn repair(
     match fault {
         Fault::DuplicateName { tag, .. } => rename(source, node, tag),
         Fault::HubDoesNotTurn { .. } => turn_hub(source, node),
-        Fault::ChassisBelowFloor { .. } => leave_out_lowest(source),
+        Fault::ChassisBelowFloor { deep_mm, .. } => leave_out_lowest(source, 1e-3 * deep_mm),
         Fault::MissingAttribute { .. } if number_in(node).is_some() => move_number(source, node),
         Fault::OutOfRange { key, value, .. } if is_zero_size(key, value) => {
             let shape = node.ancestors().find(|n| n.has_tag_name("collision"))?;
@@ -130,7 +130,9 @@ fn repair(
         | Fault::OutOfRange { .. }
         | Fault::InertiaNotPositive { .. }
         | Fault::InertiaImpossible { .. }
-        | Fault::InertiaTooLarge { .. } => {
+        | Fault::InertiaTooLarge { .. }
+        | Fault::InertiaTooSmall { .. }
+        | Fault::InertiaExchanged => {
             let link = node.ancestors().find(|n| n.has_tag_name("link"))?;
             let inertial = child(link, "inertial");
             let of_inertia = ["link", "inertial", "mass", "inertia"];
@@ -352,10 +354,13 @@ fn turn_hub(source: &Source, joint: Node) -> Option<(Vec<Edit>, String)> {
     ))
 }
 
-/// Leaves out the collision geometry that reaches lowest of all that does not turn.
-fn leave_out_lowest(source: &Source) -> Option<(Vec<Edit>, String)> {
+/// Leaves out the collision geometry that reaches down to the floor, of all that does not turn: what reaches lowest, and what reaches lower than
+/// that less its depth below the floor.
+fn leave_out_lowest(source: &Source, deep_m: f64) -> Option<(Vec<Edit>, String)> {
+    /// What ends so little above the floor touches it too, in metres.
+    const NEAR_M: f64 = 1e-4;
     let tree = tree(source)?;
-    let mut lowest: Option<(f64, usize, usize)> = None;
+    let mut reaches: Vec<(f64, usize, usize)> = Vec::new();
     let mut waiting = vec![tree.root];
     while let Some(link) = waiting.pop() {
         for (i, shape) in tree.links[link].shapes.iter().enumerate() {
@@ -366,29 +371,35 @@ fn leave_out_lowest(source: &Source) -> Option<(Vec<Edit>, String)> {
                 body_from_shape: shape.body_from_shape,
                 shape: primitive,
             };
-            let down_m = collision.reach_m(&-Vector3::z());
-            if lowest.is_none_or(|(deepest_m, ..)| down_m > deepest_m) {
-                lowest = Some((down_m, link, i));
-            }
+            reaches.push((collision.reach_m(&-Vector3::z()), link, i));
         }
         let below = tree.links[link].joints_below.iter();
         let still = below.filter(|&&j| tree.joints[j].motion != Motion::Turning);
         waiting.extend(still.map(|&j| tree.joints[j].child));
     }
-    let (_, link, i) = lowest?;
-    let name = &tree.links[link].name;
-    let node = source.named("link", name)?;
-    let shape = node
-        .children()
-        .filter(|n| n.has_tag_name("collision"))
-        .nth(i)?;
-    let lines = lines_of(&source.text()[shape.range()]);
+    let lowest_m = reaches.iter().map(|of| of.0).reduce(f64::max)?;
+    let floor_m = lowest_m - deep_m.max(0.0) - NEAR_M;
+    let mut edits = Vec::new();
+    let mut names = Vec::new();
+    for (_, link, i) in reaches.into_iter().filter(|of| of.0 > floor_m) {
+        let name = &tree.links[link].name;
+        let node = source.named("link", name)?;
+        let mut shapes = node.children().filter(|n| n.has_tag_name("collision"));
+        let shape = shapes.nth(i)?;
+        edits.push((shape.range(), lines_of(&source.text()[shape.range()])));
+        let line = source.line_of(shape);
+        names.push(format!("collision {} of `{name}` on line {line}", i + 1));
+    }
+    let rest = match names.len() {
+        0..=4 => String::new(),
+        count => format!(" and {} more", count - 4),
+    };
+    names.truncate(4);
     let said = format!(
-        "collision {} of the link `{name}`, on line {}, left out: it reaches below the floor on which the wheels stand",
-        i + 1,
-        source.line_of(shape)
+        "{}{rest} left out, down to the floor on which the wheels stand, or below it",
+        names.join(", ")
     );
-    Some((vec![(shape.range(), lines)], said))
+    Some((edits, said))
 }
 
 /// The tree of a text, where it can be read.

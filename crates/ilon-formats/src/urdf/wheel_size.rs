@@ -31,6 +31,7 @@ pub(super) fn unknown(loading: &Loading, like: &WheelLike) -> Fault {
         axis: like.axis,
         body: &body,
         ring_m: None,
+        roller_m: None,
     }
     .fault(loading, &shown.err().unwrap_or(NoDisc::Bare))
 }
@@ -43,6 +44,8 @@ pub(super) struct Unsized<'a> {
     pub(super) body: &'a RigidBody,
     /// Distance of its rollers' axes from the hub axis, in metres, where it has some.
     pub(super) ring_m: Option<f64>,
+    /// The largest radius of those of its rollers that have a shape, in metres.
+    pub(super) roller_m: Option<f64>,
 }
 
 impl Unsized<'_> {
@@ -77,6 +80,15 @@ impl Unsized<'_> {
         clues.clues.extend(self.named(source, tree));
         self.add_heights(tree, &mut clues);
         clues.clues.extend(self.inertia());
+        if let (Some(ring_m), Some(roller_m)) = (self.ring_m, self.roller_m) {
+            let what =
+                "the ring of its rollers' axes and the radius of those with a shape".to_owned();
+            // What is read of the hub is no clue beside them.
+            clues.clues.retain(|clue| clue.kind != ClueKind::Shape);
+            clues
+                .clues
+                .push(Clue::new(ClueKind::Shape, what, ring_m + roller_m));
+        }
         if let Some(ring_m) = self.ring_m {
             let what = "the ring on which its rollers' axes stand";
             clues.least_m.push((ring_m, what.to_owned()));
@@ -171,7 +183,14 @@ impl Unsized<'_> {
             (0.5, "its inertia about its axis, as that of a solid disc")
         };
         let radius_m = (axial / (share * mass.mass_kg)).sqrt();
-        Some(Clue::new(ClueKind::Inertia, what.to_owned(), radius_m))
+        // Without its rollers it is the hub's, as are the shapes: two clues about one part are one.
+        let kind = match self.ring_m {
+            Some(_) => ClueKind::Shape,
+            None => ClueKind::Inertia,
+        };
+        let is_wheel =
+            self.ring_m.is_none_or(|ring_m| radius_m > ring_m) && self.roller_m.is_none();
+        is_wheel.then(|| Clue::new(kind, what.to_owned(), radius_m))
     }
 
     /// Half of the way to the nearest wheel in its plane: beyond it they would cut into each other.

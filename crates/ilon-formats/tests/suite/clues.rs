@@ -424,7 +424,7 @@ fn brackets_and_rollers_that_do_not_turn_are_no_wheels_beside_the_real_ones() {
         text += &joint(&mount, "fixed", [x, 0.9 * y, 0.0], 0.0, ABOUT_Y);
         let roller = format!("{name}_roller");
         text += &link(&roller, &DISC.replace("0.05", "0.01"));
-        text += &joint(&roller, "fixed", [x, y, -0.04], 0.0, ABOUT_Y);
+        text += &joint(&roller, "fixed", [x, y, -0.035], 0.0, ABOUT_Y);
     }
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mecanum.urdf");

@@ -505,7 +505,7 @@ fn refused(text: &str) -> RobotError {
 )]
 #[test_case(
     "<sdf version=\"1.9\"><model name=\"m\"><link name=\"l\"/><include><uri>x</uri></include></model></sdf>",
-    "a model within the model";
+    "1 file that it names cannot be found: `x` at";
     "nested"
 )]
 #[test_case(
@@ -682,4 +682,207 @@ fn what_an_mjcf_replicates_is_written_out() {
 fn what_cannot_be_replicated_is_refused(wheels: &str, words: &str) {
     let error = Robot::from_urdf_str(&omni_mjcf(wheels, ""), "small.xml").unwrap_err();
     assert!(error.to_string().contains(words), "{error}");
+}
+
+/// A wheel of four, with an ellipsoid to show, in a file of its own beside the robot's, or within it. Its frame is the model's.
+fn sdf_wheel() -> String {
+    r#"<link name="hub"><inertial><mass>0.5</mass><inertia><ixx>0.0004</ixx><iyy>0.0006</iyy><izz>0.0004</izz></inertia></inertial>
+<collision name="c"><pose>0 0 0 1.5707963267948966 0 0</pose><geometry><cylinder><radius>0.05</radius><length>0.04</length></cylinder></geometry></collision></link>"#
+        .to_owned()
+}
+
+/// A base with four wheels, each a model of its own; `wheel` writes one with a name and a pose.
+fn sdf_of_models(wheel: impl Fn(&str, &str) -> String, link: impl Fn(&str) -> String) -> String {
+    let places = [
+        ("fl", 0.2, 0.18),
+        ("fr", 0.2, -0.18),
+        ("rl", -0.2, 0.18),
+        ("rr", -0.2, -0.18),
+    ];
+    let wheels = places.map(|(name, x, y)| {
+        format!(
+            "{}\n<joint name=\"mecanum_{name}\" type=\"revolute\"><parent>base</parent><child>{}</child><axis><xyz>0 1 0</xyz></axis></joint>",
+            wheel(&format!("wheel_{name}"), &format!("{x} {y} 0 0 0 0")),
+            link(name)
+        )
+    });
+    format!(
+        r#"<sdf version="1.9"><model name="rover"><link name="base"><pose>0 0 0.05 0 0 0</pose><inertial><mass>10</mass><inertia><ixx>0.1</ixx><iyy>0.2</iyy><izz>0.3</izz></inertia></inertial></link>
+{}</model></sdf>"#,
+        wheels.join("\n")
+    )
+}
+
+/// Where wheels stand, and their angles.
+fn stand(robot: &Robot) -> Vec<(String, [f64; 3], f64)> {
+    let round = |x: f64| (1e9 * x).round() / 1e9 + 0.0;
+    let of = |w: &ilon_robot::Wheel| {
+        let place = w.position_m();
+        (
+            w.name.clone(),
+            [place.x, place.y, place.z].map(round),
+            round(w.gamma_rad),
+        )
+    };
+    robot.wheels.iter().map(of).collect()
+}
+
+#[test]
+fn models_within_a_model_included_and_merged_ones_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::create_dir(at("wheel")).unwrap();
+    std::fs::write(
+        at("wheel/model.sdf"),
+        format!(
+            "<sdf version=\"1.9\"><model name=\"wheel\">{}</model></sdf>",
+            sdf_wheel()
+        ),
+    )
+    .unwrap();
+    let plain = sdf_of_models(
+        |name, pose| {
+            sdf_wheel().replace(
+                "name=\"hub\">",
+                &format!("name=\"{name}\"><pose>{pose}</pose>"),
+            )
+        },
+        |name| format!("wheel_{name}"),
+    );
+    let within = sdf_of_models(
+        |name, pose| {
+            format!(
+                "<model name=\"{name}\"><pose>{pose}</pose>{}</model>",
+                sdf_wheel()
+            )
+        },
+        |name| format!("wheel_{name}::hub"),
+    );
+    let included = sdf_of_models(
+        |name, pose| {
+            format!(
+                "<include><uri>model://wheel</uri><name>{name}</name><pose>{pose}</pose></include>"
+            )
+        },
+        |name| format!("wheel_{name}::hub"),
+    );
+    // Merged, the links keep their names, so that each wheel is a file of its own.
+    let merged = sdf_of_models(
+        |name, pose| {
+            std::fs::create_dir_all(at(name)).unwrap();
+            let own = sdf_wheel().replace("name=\"hub\"", &format!("name=\"{name}_hub\""));
+            let model = format!("<sdf version=\"1.9\"><model name=\"{name}\">{own}</model></sdf>");
+            std::fs::write(at(name).join("model.sdf"), model).unwrap();
+            format!(
+                "<include merge=\"true\"><uri>model://{name}</uri><pose>{pose}</pose></include>"
+            )
+        },
+        |name| format!("wheel_{name}_hub"),
+    );
+    let world = "<sdf version=\"1.9\"><world name=\"w\"><include><uri>model://sun</uri></include><include><uri>model://rover</uri></include></world></sdf>";
+    std::fs::create_dir(at("rover")).unwrap();
+    std::fs::write(at("rover/model.sdf"), &included).unwrap();
+    let mut found = Vec::new();
+    for (name, text) in [
+        ("plain", &plain[..]),
+        ("within", &within),
+        ("included", &included),
+        ("merged", &merged),
+        ("world", world),
+    ] {
+        let path = at(&format!("{name}.sdf"));
+        std::fs::write(&path, text).unwrap();
+        let loaded = Robot::load(&path).unwrap_or_else(|error| panic!("{name}: {error}"));
+        found.push(stand(&loaded));
+    }
+    assert!(
+        found.windows(2).all(|pair| pair[0] == pair[1]),
+        "{found:#?}"
+    );
+    // Its frame is that of the base, 50 mm up.
+    assert_eq!(found[0][0].1, [0.2, 0.18, -0.05]);
+    // A fault in an included file is shown there.
+    std::fs::write(at("wheel/model.sdf"), "<sdf version=\"1.9\">\n<model name=\"w\">\n<link name=\"hub\"><pose>1 2</pose></link></model></sdf>").unwrap();
+    let error = Robot::load(at("included.sdf")).unwrap_err();
+    assert!(
+        error.file().ends_with("model.sdf") && error.line() == Some(3),
+        "{error}"
+    );
+    // What is missing is named, and left out where that is asked for.
+    std::fs::remove_file(at("wheel/model.sdf")).unwrap();
+    let error = Robot::load(at("included.sdf")).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("4 files that it names cannot be found: `model://wheel`"),
+        "{error}"
+    );
+}
+
+/// An ellipsoid that is round across its longest axis stands for itself by balls: at its middle it is as thick as its half axis.
+#[test]
+fn ellipsoids_of_sdf_are_read() {
+    let text = sdf_of_models(
+        |name, pose| {
+            sdf_wheel()
+                .replace(
+                    "name=\"hub\">",
+                    &format!("name=\"{name}\"><pose>{pose}</pose>"),
+                )
+                .replace(
+                    "<cylinder><radius>0.05</radius><length>0.04</length></cylinder>",
+                    "<ellipsoid><radii>0.05 0.05 0.05</radii></ellipsoid>",
+                )
+        },
+        |name| format!("wheel_{name}"),
+    );
+    let robot = load(&text, "r.sdf");
+    assert!(
+        robot
+            .wheels
+            .iter()
+            .all(|wheel| (wheel.radius_m - 0.05).abs() < 1e-9)
+    );
+}
+
+/// The lines of a file that another includes are its own.
+#[test]
+fn lines_of_included_mjcf_are_those_of_their_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let padding = "<!-- -->\n".repeat(40);
+    std::fs::write(
+        at("parts.xml"),
+        format!("<mujocoinclude>\n{padding}<default/>\n</mujocoinclude>\n"),
+    )
+    .unwrap();
+    let wheel = |name: &str, x: f64, y: f64| {
+        format!(
+            "<body name=\"{name}\" pos=\"{x} {y} 0\"><inertial pos=\"0 0 0\" mass=\"0.5\" diaginertia=\"0.001 0.001 0.001\"/><joint name=\"w_{name}\" type=\"hinge\" axis=\"0 1 0\"/></body>\n"
+        )
+    };
+    let wheels = [
+        wheel("fl", 0.2, 0.18),
+        wheel("fr", 0.2, -0.18),
+        wheel("rl", -0.2, 0.18),
+        wheel("rr", -0.2, -0.18),
+    ]
+    .concat();
+    let base =
+        "<body name=\"base\"><inertial pos=\"0 0 0\" mass=\"9\" diaginertia=\"0.1 0.1 0.1\"/>\n";
+    std::fs::write(at("r.xml"), format!("<mujoco>\n<include file=\"parts.xml\"/>\n<worldbody>\n{base}{wheels}</body></worldbody></mujoco>\n")).unwrap();
+    let error = Robot::load(at("r.xml")).unwrap_err();
+    assert_eq!(error.line(), Some(5), "{error}");
+    // The same where the wheels stand in the included file.
+    std::fs::write(
+        at("wheels.xml"),
+        format!("<mujocoinclude>\n{padding}{wheels}</mujocoinclude>\n"),
+    )
+    .unwrap();
+    std::fs::write(at("q.xml"), format!("<mujoco>\n<worldbody>\n{base}<include file=\"wheels.xml\"/></body></worldbody></mujoco>\n")).unwrap();
+    let error = Robot::load(at("q.xml")).unwrap_err();
+    assert!(
+        error.file().ends_with("wheels.xml") && error.line() == Some(42),
+        "{error}"
+    );
 }

@@ -1,5 +1,6 @@
 //! The tests of `ilon-formats` from outside, one module for each subject, in one program.
 
+mod as_built;
 mod asked;
 mod assets;
 mod assets_load;
@@ -9,6 +10,7 @@ mod common;
 mod described;
 mod faults;
 mod formats;
+mod inertias;
 mod joints_of_people;
 mod level;
 mod linkage;
@@ -16,6 +18,7 @@ mod one_answer;
 mod rollers_as_made;
 mod round_trip;
 mod scale;
+mod sides;
 mod standing;
 mod strangers;
 mod traits;

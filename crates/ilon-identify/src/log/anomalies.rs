@@ -27,6 +27,8 @@ pub enum AnomalyKind {
     Unit,
     /// Wheels are swapped or count the other way, or the tracker's axes do.
     Wiring,
+    /// Wheels are handed otherwise than it is stated.
+    Hands,
     /// The poses are of other times than the wheels.
     Delay,
     /// What was seen is no motion that any wiring of the wheels explains.

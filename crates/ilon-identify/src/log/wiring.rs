@@ -6,16 +6,17 @@ use ilon_robot::Robot;
 use nalgebra::Matrix3xX;
 
 use super::anomalies::{Anomaly, AnomalyKind, anomaly, shown};
+use super::hands;
 use super::series::Log;
 use crate::model::{Model, Parameter};
 use crate::motion::{Window, windows};
 
 /// What is explained of a motion below which it is not the robot's as it is stated.
-const EXPLAINED: f64 = 0.9;
+pub(super) const EXPLAINED: f64 = 0.9;
 /// Less of the motion than this in turns does not show their unit.
 const TURNS: f64 = 0.05;
 /// A tracker's heading may be off by so much, in radians, before the wheels are doubted.
-const OFF_RAD: f64 = 0.4;
+pub(super) const OFF_RAD: f64 = 0.4;
 
 /// What the motion of all runs shows: whether the wheels as stated explain it, and if not, what would.
 pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
@@ -53,14 +54,20 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
             }
         }
     }
+    let of_hands = hands::of_motion(windows, robot, &stated);
     if stated.explained >= EXPLAINED && stated.turned_rad.abs() <= OFF_RAD {
+        if of_hands.is_some() {
+            return of_hands;
+        }
         return scale_doubt(&stated);
     }
     // Where something else explains much more, that is what is wrong; the least change first.
     let mut best: Option<(usize, Guess, String)> = None;
     for (changes, words, changed, mirrored) in wirings(robot, &matrix) {
         let guess = Guess::of(windows, &changed, lever_m, mirrored);
-        if guess.explained < EXPLAINED || guess.turned_rad.abs() > OFF_RAD {
+        // Wheels that are handed otherwise look like swapped ones that turn the robot by another lever.
+        let turns_otherwise = of_hands.is_some() && !hands::turns_alike(&guess);
+        if guess.explained < EXPLAINED || guess.turned_rad.abs() > OFF_RAD || turns_otherwise {
             continue;
         }
         let is_better = best.as_ref().is_none_or(|(fewest, known, _)| {
@@ -69,6 +76,9 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
         if is_better {
             best = Some((changes, guess, words));
         }
+    }
+    if best.is_none() && of_hands.is_some() {
+        return of_hands;
     }
     let turned_deg = stated.turned_rad.to_degrees();
     if let Some((changes, guess, words)) = best {
@@ -252,18 +262,26 @@ fn near(a: f64, b: f64) -> bool {
 }
 
 /// How well a map from wheel rates to twists explains a motion, up to its scale, the tracker's direction and its place.
-struct Guess {
-    explained: f64,
+pub(super) struct Guess {
+    /// The share of the motion that it explains.
+    pub(super) explained: f64,
     /// By what the displacements of the wheels are multiplied.
-    scale: f64,
-    turned_rad: f64,
-    turn_scale: f64,
+    pub(super) scale: f64,
+    /// How far the tracker's direction is turned against the body's.
+    pub(super) turned_rad: f64,
+    /// By what the turns of the wheels are multiplied.
+    pub(super) turn_scale: f64,
     /// What turns are of the motion, each over its own scale.
     turns: f64,
 }
 
 impl Guess {
-    fn of(windows: &[&Window], matrix: &Matrix3xX<f64>, lever_m: f64, mirrored: bool) -> Self {
+    pub(super) fn of(
+        windows: &[&Window],
+        matrix: &Matrix3xX<f64>,
+        lever_m: f64,
+        mirrored: bool,
+    ) -> Self {
         // Displacements as complex numbers: seen = c wheels + i l o, with c the scale and the direction, o the tracked point and l twice the
         // sine of half the turn. Normal equations of c and o, both complex.
         let flip = if mirrored { -1.0 } else { 1.0 };

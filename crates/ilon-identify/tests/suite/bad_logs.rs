@@ -112,6 +112,26 @@ fn wheels_that_are_swapped_are_named() {
     );
 }
 
+/// Arms of 0.15 and 0.16 m make a lever of 0.31 m in the X and of 0.01 m in the O; with one axle exchanged, the wheels of that axle have the one and
+/// the others the other. What drives is the robot of the other hands.
+#[test]
+fn wheels_that_are_handed_otherwise_are_named_and_no_lever_is_advised() {
+    let stated = robot("mecanum4.toml");
+    for (reversed, lever) in [
+        (vec![0, 1, 2, 3], "then 10.0 mm in place of 310.0 mm"),
+        (vec![0, 1], "then 160.0 mm in place of 310.0 mm"),
+    ] {
+        let mut other = stated.clone();
+        other.wheels = ilon_control::handed(&stated.wheels, &reversed);
+        let log = drive(&plain(&other), &[], &Drive::default());
+        let said = outcome(&stated, "mecanum4.toml", &csv(&log, &stated), "");
+        holds(
+            &said,
+            &["handed otherwise", "`front_left`, `front_right`", lever],
+        );
+    }
+}
+
 #[test]
 fn wheels_that_count_the_other_way_are_named() {
     holds(

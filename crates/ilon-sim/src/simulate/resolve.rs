@@ -14,6 +14,7 @@ use super::stability::Stability;
 use super::{defaults, floor, limits, loop_stability, reference, warnings, wheel_loop};
 use crate::Error;
 use crate::bearing_drag;
+use crate::inspect;
 use crate::scenario::{Contacts, Drives, RollerBodies, Rollers, Scenario, Step};
 use crate::wheels_to_spare;
 
@@ -241,6 +242,7 @@ fn of_scenario(scenario: &Scenario, robot: &Robot, of_ground: Vec<String>) -> Ve
             world.gravity_m_s2,
         ));
     }
+    remarks.extend(inspect::wrong_hands(robot));
     remarks.extend(of_ground);
     remarks.extend(warnings::of_friction(scenario));
     remarks.extend(warnings::of_what_comes_too_late(scenario));

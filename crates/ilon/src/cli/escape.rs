@@ -29,6 +29,42 @@ pub(super) fn one_line(text: &str) -> Cow<'_, str> {
     }
 }
 
+/// A long line as several, broken between words; not within backticks, for what stands there may be copied, and not where the next line would begin as
+/// a command to a machine does. What is to be copied stands in a line of its own.
+pub(super) fn folded(line: &str) -> String {
+    /// How that begins.
+    const COPIED: [&str; 2] = ["this works", "fill in "];
+    /// The longest line that stays whole, and how long those are that it is broken into, in characters.
+    const WHOLE: usize = 240;
+    const PART: usize = 180;
+    if line.chars().count() <= WHOLE {
+        return line.to_owned();
+    }
+    let copied = COPIED.iter().filter_map(|words| line.find(words)).min();
+    let (line, copied) = line.split_at(copied.unwrap_or(line.len()));
+    let mut folded = String::with_capacity(line.len());
+    let (mut length, mut is_quoted) = (0, false);
+    for (i, word) in line.split(' ').enumerate() {
+        let of_word = word.chars().count();
+        let may_break = i > 0 && !is_quoted && !word.starts_with("::");
+        if may_break && length + 1 + of_word > PART {
+            folded.push('\n');
+            length = 0;
+        } else if i > 0 {
+            folded.push(' ');
+            length += 1;
+        }
+        folded.push_str(word);
+        length += of_word;
+        is_quoted ^= word.matches('`').count() % 2 == 1;
+    }
+    if !copied.is_empty() {
+        folded.truncate(folded.trim_end().len());
+        folded.push('\n');
+    }
+    folded + copied
+}
+
 /// A path for a place in a line.
 pub(super) fn path_in_line(path: &Path) -> String {
     one_line(&path.display().to_string()).into_owned()
@@ -106,6 +142,31 @@ pub(super) fn standing_in(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn long_lines_are_folded_between_words_and_not_in_what_is_copied() {
+        let short = "a word ".repeat(30);
+        assert_eq!(folded(&short), short);
+        let long = "a word ".repeat(60);
+        assert!(folded(&long).lines().all(|line| line.len() <= 180));
+        assert_eq!(folded(&long).replace('\n', " "), long);
+        let command = format!("{long}: `ilon inspect {}`", "--wheels a ".repeat(40));
+        let last = folded(&command);
+        assert!(
+            last.contains(&command[command.find('`').unwrap()..]),
+            "{last}"
+        );
+        assert!(!folded(&"::error:: ".repeat(60)).contains('\n'));
+        let keys = format!(
+            "{long}; this works, in `[robot]`: {}",
+            "`a = 1`, ".repeat(40)
+        );
+        let last = folded(&keys);
+        assert!(
+            last.lines().last().unwrap().starts_with("this works, in"),
+            "{last}"
+        );
+    }
 
     #[test]
     fn a_name_stays_in_its_line_and_does_nothing() {

@@ -75,7 +75,7 @@ struct PlainFault {
 
 impl PlainFault {
     fn of(error: &dyn Diagnostic, settings: &str) -> Self {
-        let text = |text: &dyn fmt::Display| escape::one_line(&text.to_string()).into_owned();
+        let text = |text: &dyn fmt::Display| escape::folded(&escape::one_line(&text.to_string()));
         let label = error.labels().and_then(|mut labels| labels.next());
         Self {
             message: text(&error),

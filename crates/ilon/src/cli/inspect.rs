@@ -7,7 +7,7 @@ use ilon_files::FileAccess;
 use ilon_formats::{LoadOptions, Loaded, WheelOutline};
 use ilon_trace::file::write_text;
 
-use super::escape::{one_line, path_in_line};
+use super::escape::{folded, one_line, path_in_line};
 use super::options::Sandbox;
 use super::outcome::Outcome;
 use super::robot::{Reading, load, not_scenario};
@@ -333,6 +333,8 @@ fn by_name(robot: &Inspection) -> impl Iterator<Item = (&str, &WheelInspection)>
 }
 
 fn text(robot: &Inspection) -> String {
+    /// Most elements that a remark names.
+    const MOST_SUBJECTS: usize = 8;
     let any = |has: fn(&WheelInspection) -> bool| robot.wheels.iter().any(has);
     let mut tables = vec![wheels(robot), rollers(robot)];
     if !robot.joints.is_empty() {
@@ -361,8 +363,14 @@ fn text(robot: &Inspection) -> String {
     if !robot.remarks.is_empty() {
         text.push_str("\nremarks on the file\n");
         for (subjects, said) in gathered(&robot.remarks) {
-            let remark = format!("{}: {said}", subjects.join(", "));
-            text.push_str(&format!("  {}\n", one_line(&remark)));
+            let rest = match subjects.len().saturating_sub(MOST_SUBJECTS) {
+                0 => String::new(),
+                rest => format!(" and {rest} more"),
+            };
+            let subjects = &subjects[..subjects.len().min(MOST_SUBJECTS)];
+            let remark = format!("{}{rest}: {said}", subjects.join(", "));
+            let folded = folded(&one_line(&remark)).replace('\n', "\n    ");
+            text.push_str(&format!("  {folded}\n"));
         }
     }
     text

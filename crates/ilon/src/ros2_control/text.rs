@@ -25,6 +25,7 @@ pub fn yaml(robot: &Robot, drive: &DriveParameters, limits: Option<&Limits>) -> 
             wheels_radius_m,
             center_sum_m,
             base_frame_offset_m: [x_m, y_m],
+            base_frame_offset_rad,
         } => {
             let [front_left, front_right, rear_right, rear_left] =
                 wheels.each_ref().map(|w| quoted(w));
@@ -35,7 +36,7 @@ pub fn yaml(robot: &Robot, drive: &DriveParameters, limits: Option<&Limits>) -> 
                  mecanum_drive_controller:\n  ros__parameters:\n    reference_timeout: 0.5\n    \
                  front_left_wheel_command_joint_name: {front_left}\n    front_right_wheel_command_joint_name: {front_right}\n    \
                  rear_right_wheel_command_joint_name: {rear_right}\n    rear_left_wheel_command_joint_name: {rear_left}\n    \
-                 kinematics:\n      base_frame_offset: {{x: {x}, y: {y}, theta: 0.0}}\n{radius}      \
+                 kinematics:\n      base_frame_offset: {{x: {x}, y: {y}, theta: {theta}}}\n{radius}      \
                  wheels_radius: {wheels_radius_m:.6}\n      \
                  # Half of the wheelbase and half of the track together, times what turning on rollers loses.\n      \
                  sum_of_robot_center_projection_on_X_Y_axis: {center_sum_m:.6}\n{frames}    \
@@ -43,6 +44,7 @@ pub fn yaml(robot: &Robot, drive: &DriveParameters, limits: Option<&Limits>) -> 
                  twist_covariance_diagonal: [0.001, 0.001, 1000000.0, 1000000.0, 1000000.0, 0.01]\n",
                 x = number(*x_m),
                 y = number(*y_m),
+                theta = number(*base_frame_offset_rad),
                 radius = about_radius(drive, *wheels_radius_m, "      "),
                 frames = frames(&base),
             );

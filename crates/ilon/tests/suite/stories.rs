@@ -212,16 +212,11 @@ fn low(center_z_m: f64) -> impl Fn(String) -> String {
 const SHORT: &str =
     "[twist]\nvx_m_s = 0.3\nrest_s = 0.2\nramp_s = 0.2\nsettle_s = 0.2\n[run]\nduration_s = 1.5\n";
 
-/// A box whose bottom lies on the floor, or a hair below or above it, and treads that sag more than the clearance.
+/// Treads that sag more than the clearance of a box above the floor. A box that touches it at rest is refused before.
 #[test]
 fn a_robot_on_its_chassis_is_told_before_all_else_and_without_shares_of_slip() {
     let tread = "[rollers.tread]\nstiffness_n_m = 5e4\n";
-    for (center_z_m, more) in [
-        (0.05, ""),
-        (0.05 - 1e-6, ""),
-        (0.05 - 1e-4, ""),
-        (0.0502, tread),
-    ] {
+    for (center_z_m, more) in [(0.0501, tread), (0.0502, tread)] {
         let told = Told::of(low(center_z_m), &format!("{SHORT}{more}"));
         let line = told.lines.first().expect("an answer");
         assert!(

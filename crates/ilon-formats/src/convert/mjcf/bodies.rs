@@ -1,6 +1,7 @@
 //! Bodies and their joints, written as links and joints.
 
 use std::f64::consts::TAU;
+use std::rc::Rc;
 
 use mjcf_rs::compiler::InertiaFromGeom;
 use mjcf_rs::equality::Equality;
@@ -9,18 +10,23 @@ use nalgebra::{Isometry3, Translation3, Vector3};
 
 use super::geoms::{shapes_of, tensor, weight_of};
 use super::model::{Robot, pose};
+use crate::convert::assembled::Assembled;
 use crate::convert::writer::{JointOf, Writer};
 use crate::error::{Fault, RobotError};
 use crate::model::{DriveTrain, JointSpring, Remark};
 use crate::urdf::{Meshes, UrdfText};
 
 /// The URDF of a robot that stands in a text.
-pub(super) fn written(robot: &Robot, text: &str, meshes: &Meshes) -> Result<UrdfText, RobotError> {
+pub(super) fn written(
+    robot: &Robot,
+    text: &Rc<Assembled>,
+    meshes: &Meshes,
+) -> Result<UrdfText, RobotError> {
     let name = robot.model.name.as_deref().unwrap_or("mujoco");
     let mut bodies = Bodies {
         robot,
         meshes,
-        writer: Writer::new(robot.file, text, name, robot.root_node),
+        writer: Writer::new(text, name, robot.root_node),
         prepared: UrdfText::as_it_is(robot.file, ""),
     };
     let mut waiting = vec![(robot.root, None)];
@@ -288,7 +294,19 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
     }
 
     fn shapes(&mut self, id: usize, link_from_body: &Isometry3<f64>) {
+        /// What a geom has that says none.
+        const DEFAULT_FRICTION: f64 = 1.0;
         for geom in &self.robot.model.bodies[id].body.geoms {
+            if (geom.friction[0] - DEFAULT_FRICTION).abs() > 1e-9 {
+                let said = self.prepared.remarks.iter();
+                if !said.into_iter().any(|known| known.subject == "friction") {
+                    let words = format!(
+                        "that of geoms, such as {}, is not read: what counts is the floor's, `world.floor.friction`",
+                        geom.friction[0]
+                    );
+                    self.prepared.remarks.push(Remark::new("friction", words));
+                }
+            }
             let tag = if geom.contype == 0 && geom.conaffinity == 0 {
                 "visual"
             } else {

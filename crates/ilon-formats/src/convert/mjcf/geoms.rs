@@ -5,21 +5,17 @@ use std::path::Path;
 
 use mjcf_rs::assets::{Mesh, MeshInertia};
 use mjcf_rs::body as mj;
-use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 
 use super::mesh_weight;
 use super::model::{Robot, pose};
+use crate::convert::ellipsoid::{Placed, ellipsoid};
 use crate::convert::writer::ShapeOf;
 use crate::model::MassProperties;
 use crate::urdf::{Meshes, mesh_triangles};
 
-/// Balls that stand for an ellipsoid, of which they are the envelope.
-const BALLS: usize = 15;
 /// Density of a geom that says none, in kg/m^3: MuJoCo's own.
 const DENSITY_KG_M3: f64 = 1000.0;
-
-/// Shapes, placed in a frame.
-type Placed = Vec<(Isometry3<f64>, ShapeOf)>;
 
 /// Gives a geom that is said by its ends, `fromto`, the place, the turn and the sizes that it has by them, as MuJoCo does: its z axis lies along the line
 /// between them, and of a box and an ellipsoid both sizes across are the first.
@@ -94,29 +90,6 @@ fn called<'m>(model: &'m mjcf_rs::Model, name: &str) -> Option<&'m Mesh> {
         mesh.name.as_deref().or(stem) == Some(name)
     };
     model.assets.meshes.iter().find(is_called)
-}
-
-/// Balls whose envelope an ellipsoid of revolution is, if it is one that is longer than it is thick.
-///
-/// Of an ellipsoid with the half axes a across and c > a along, the ball at t along the axis that touches it from inside has the
-/// radius a sqrt(1 - t^2 / (c^2 - a^2)), as long as it touches at all: |t| <= c - a^2 / c.
-fn ellipsoid(halves: [f64; 3]) -> Option<Placed> {
-    let along = (0..3).find(|&i| {
-        let (p, q) = (halves[(i + 1) % 3], halves[(i + 2) % 3]);
-        (p - q).abs() < 1e-6 * p.max(q) && halves[i] >= p * (1.0 - 1e-6)
-    })?;
-    let (a, c) = (halves[(along + 1) % 3], halves[along]);
-    if c <= a * (1.0 + 1e-6) {
-        return Some(vec![(Isometry3::identity(), ShapeOf::Sphere(a))]);
-    }
-    let farthest = c - a * a / c;
-    let balls = (0..BALLS).map(|i| {
-        let t = farthest * (2.0 * i as f64 / (BALLS - 1) as f64 - 1.0);
-        let radius = a * (1.0 - t * t / (c * c - a * a)).sqrt();
-        let place = Translation3::from(Vector3::ith(along, t));
-        (Isometry3::from(place), ShapeOf::Sphere(radius))
-    });
-    Some(balls.collect())
 }
 
 /// What a body's geoms weigh together, as MuJoCo has it; `None` of those that weigh nothing.

@@ -1,9 +1,11 @@
 //! What a file includes, and what is refused of it.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use roxmltree::{Document, Node};
 
+use crate::convert::assembled::Assembled;
 use crate::convert::malformed::of_xml;
 use crate::error::{Fault, RobotError};
 use crate::files::ReadError;
@@ -21,7 +23,7 @@ pub(super) fn put_in(
     text: &str,
     folder: &Path,
     options: &LoadOptions,
-) -> Result<String, RobotError> {
+) -> Result<Assembled, RobotError> {
     let mut left = Left {
         files: MOST_INCLUDES,
         bytes: MAX_BYTES,
@@ -42,9 +44,10 @@ fn with_includes(
     folder: &Path,
     options: &LoadOptions,
     left: &mut Left,
-) -> Result<String, RobotError> {
+) -> Result<Assembled, RobotError> {
+    let own = Assembled::of_file(file, text);
     let document = xml::parse(text).map_err(|fault| of_xml(file, text, fault))?;
-    let mut whole = String::new();
+    let mut whole = Assembled::default();
     let mut done = 0;
     for node in document.descendants().filter(|n| n.has_tag_name("include")) {
         let fault = |reason: String| {
@@ -69,12 +72,13 @@ fn with_includes(
         left.bytes = left.bytes.saturating_sub(included.len() as u64);
         let name = path.display().to_string();
         let included = with_includes(&name, &included, folder, options, left)?;
-        let inner = xml::parse(&included).map_err(|fault| of_xml(&name, &included, fault))?;
-        whole.push_str(&text[done..node.range().start]);
-        whole.push_str(inside(&included, inner.root_element()));
+        let inner =
+            xml::parse(&included.text).map_err(|fault| of_xml(&name, &included.text, fault))?;
+        whole.append(&own, done..node.range().start);
+        whole.append(&included, inside(inner.root_element()));
         done = node.range().end;
     }
-    whole.push_str(&text[done..]);
+    whole.append(&own, done..text.len());
     Ok(whole)
 }
 
@@ -92,18 +96,18 @@ fn included_path(file: &str, folder: &Path, name: &str, options: &LoadOptions) -
 }
 
 /// What stands between an element's tags.
-fn inside<'t>(text: &'t str, node: Node) -> &'t str {
+fn inside(node: Node) -> Range<usize> {
     let children = || node.children();
     match (children().next(), children().next_back()) {
-        (Some(first), Some(last)) => &text[first.range().start..last.range().end],
-        _ => "",
+        (Some(first), Some(last)) => first.range().start..last.range().end,
+        _ => 0..0,
     }
 }
 
 /// Refuses elements that would make bodies which nothing here knows of.
 pub(super) fn refuse_what_is_not_read(
     file: &str,
-    text: &str,
+    whole: &Assembled,
     document: &Document,
 ) -> Result<(), RobotError> {
     let tags = ["composite", "flexcomp", "attach", "model"];
@@ -117,8 +121,7 @@ pub(super) fn refuse_what_is_not_read(
                 "`<{}>` is not read: save the model from MuJoCo (`mj_saveLastXML`), which writes it out",
                 node.tag_name().name()
             );
-            let bytes = xml::opening_tag(text, node);
-            Err(RobotError::new(file, Fault::Format { reason }).at(&text.into(), bytes))
+            Err(whole.error(file, xml::opening_tag(&whole.text, node), reason))
         }
     }
 }

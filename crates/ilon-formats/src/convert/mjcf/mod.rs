@@ -11,6 +11,7 @@ mod model;
 mod replicate;
 
 use std::path::Path;
+use std::rc::Rc;
 
 use super::choice::with_most_wheels;
 use super::malformed::of_xml;
@@ -30,9 +31,11 @@ pub(super) fn converted(
     let folder = Path::new(file).parent().unwrap_or(Path::new(""));
     let whole = includes::put_in(file, text, folder, options)?;
     let whole = replicate::written_out(file, whole)?;
-    let document = xml::parse(&whole).map_err(|fault| of_xml(file, &whole, fault))?;
+    let whole = Rc::new(whole);
+    let text = &whole.text;
+    let document = xml::parse(text).map_err(|fault| of_xml(file, text, fault))?;
     includes::refuse_what_is_not_read(file, &whole, &document)?;
-    let mut model = mjcf_rs::Model::from_str(&whole, folder).map_err(|e| {
+    let mut model = mjcf_rs::Model::from_str(text, folder).map_err(|e| {
         let reason = e.to_string();
         RobotError::new(file, Fault::Format { reason })
     })?;

@@ -3,8 +3,9 @@
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 
+use crate::convert::assembled::Assembled;
 use crate::convert::malformed::of_xml;
-use crate::error::{Fault, RobotError};
+use crate::error::RobotError;
 use crate::xml;
 
 /// Longest text that may come of replicating, in bytes.
@@ -18,28 +19,27 @@ const MOST_COPIES: usize = 10_000;
 ///
 /// Copy i stands where i of its offsets and turns lead, and all names in it end in its separator and i. An actuator of a joint that is
 /// replicated is replicated with it, as in MuJoCo.
-pub(super) fn written_out(file: &str, text: String) -> Result<String, RobotError> {
-    let mut text = text;
+pub(super) fn written_out(file: &str, whole: Assembled) -> Result<Assembled, RobotError> {
+    let mut whole = whole;
     for left in (0..=MOST_ELEMENTS).rev() {
-        let document = xml::parse(&text).map_err(|fault| of_xml(file, &text, fault))?;
+        let text = &whole.text;
+        let document = xml::parse(text).map_err(|fault| of_xml(file, text, fault))?;
         let mut all = document.descendants().filter(is_replicate);
         let Some(node) = all.find(|node| !node.descendants().skip(1).any(|n| is_replicate(&n)))
         else {
             break;
         };
         let replicated = Replicated::read(node, &document)
-            .and_then(|replicated| replicated.in_place_of(node, &document, &text))
+            .and_then(|replicated| replicated.in_place_of(node, &document, &whole))
             .and_then(|written| match left {
                 0 => Err(format!("more than {MOST_ELEMENTS} `<replicate>`")),
                 _ => Ok(written),
             });
-        let written = replicated.map_err(|reason| {
-            let bytes = xml::opening_tag(&text, node);
-            RobotError::new(file, Fault::Format { reason }).at(&text.as_str().into(), bytes)
-        })?;
-        text = written;
+        let written =
+            replicated.map_err(|reason| whole.error(file, xml::opening_tag(text, node), reason))?;
+        whole = written;
     }
-    Ok(text)
+    Ok(whole)
 }
 
 fn is_replicate(node: &Node) -> bool {
@@ -85,7 +85,13 @@ impl<'t> Replicated<'t> {
     }
 
     /// The text with the copies where the element stood, and those of its actuators.
-    fn in_place_of(&self, node: Node, document: &Document, text: &str) -> Result<String, String> {
+    fn in_place_of(
+        &self,
+        node: Node,
+        document: &Document,
+        old: &Assembled,
+    ) -> Result<Assembled, String> {
+        let text = &old.text;
         let joints: Vec<&str> = node
             .descendants()
             .filter(|n| n.has_tag_name("joint"))
@@ -115,15 +121,15 @@ impl<'t> Replicated<'t> {
             pieces.push((actuator.range(), copies.collect()));
         }
         pieces.sort_by_key(|(range, _)| range.start);
-        let mut whole = String::new();
+        let mut whole = Assembled::default();
         let mut done = 0;
         for (range, written) in pieces {
-            whole.push_str(&text[done..range.start]);
-            whole.push_str(&written);
+            whole.append(old, done..range.start);
+            whole.made(&written, old, range.start);
             done = range.end;
         }
-        whole.push_str(&text[done..]);
-        enough(whole.len())?;
+        whole.append(old, done..text.len());
+        enough(whole.text.len())?;
         Ok(whole)
     }
 

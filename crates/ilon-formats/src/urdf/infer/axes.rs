@@ -1,6 +1,7 @@
 //! How wheels stand, and which way their rollers lie by joints and by directions of friction.
 
 use nalgebra::{Unit, Vector3};
+use roxmltree::Node;
 
 use crate::urdf::candidates::{WheelLike, in_place_of_rollers};
 use crate::urdf::source::{Source, child};
@@ -65,27 +66,57 @@ pub(super) fn by_friction(source: &Source, tree: &Tree, wheels: &[WheelLike]) ->
         .collect()
 }
 
-/// The direction in which a link grips, in the body frame.
-fn friction_direction(source: &Source, tree: &Tree, link: &str) -> Option<Vector3<f64>> {
+/// A direction of friction that turns with its wheel, in words: in a frame that does not, it would say how rollers lie.
+pub(super) fn turning_friction(
+    source: &Source,
+    tree: &Tree,
+    wheels: &[WheelLike],
+) -> Option<String> {
+    let of_link = |wheel: &WheelLike| tree.links[tree.joints[wheel.joint].child].name.as_str();
+    let turning = wheels.iter().find(|wheel| {
+        let fdir1 = friction_settings(source, of_link(wheel)).and_then(|ode| child(ode, "fdir1"));
+        fdir1.is_some_and(|fdir1| {
+            let frame = frame_of(&fdir1);
+            frame.is_none_or(|frame| frame == of_link(wheel))
+        })
+    })?;
+    Some(format!(
+        "the `<fdir1>` of `{}` names no frame but the wheel's own, with which it turns, so that it says nothing of rollers: name one that stands, as \
+         `expressed_in`",
+        of_link(turning)
+    ))
+}
+
+/// What the file says of a link's friction that has a direction.
+fn friction_settings<'a, 'i>(source: &'a Source<'i>, link: &str) -> Option<Node<'a, 'i>> {
     let settings = source
         .robot()
         .children()
         .filter(|n| n.has_tag_name("gazebo") && n.attribute("reference") == Some(link));
-    let ode = settings
+    settings
         .flat_map(|n| n.descendants())
-        .find(|n| child(*n, "fdir1").is_some())?;
+        .find(|n| child(*n, "fdir1").is_some())
+}
+
+/// The frame that a direction is expressed in.
+fn frame_of<'a>(fdir1: &Node<'a, '_>) -> Option<&'a str> {
+    let mut attributes = fdir1.attributes();
+    let of = attributes.find(|a| a.name() == "expressed_in")?;
+    Some(of.value()).filter(|frame| !frame.is_empty())
+}
+
+/// The direction in which a link grips, in the body frame: the first, or that across it on the ground, whichever has the more friction.
+fn friction_direction(source: &Source, tree: &Tree, link: &str) -> Option<Vector3<f64>> {
+    let ode = friction_settings(source, link)?;
     let number = |tag: &str| child(ode, tag)?.text()?.trim().parse::<f64>().ok();
-    let along = number("mu").or_else(|| number("mu1")).unwrap_or(1.0);
-    let across = number("mu2")?;
-    if across > 0.1 * along {
+    let first = number("mu").or_else(|| number("mu1")).unwrap_or(1.0);
+    let second = number("mu2")?;
+    if first.max(second) <= 0.0 || first.min(second) > 0.1 * first.max(second) {
         return None;
     }
     let fdir1 = child(ode, "fdir1")?;
     // In the wheel's own frame, which turns with it, the direction would mean nothing.
-    let frame = fdir1
-        .attributes()
-        .find(|a| a.name() == "expressed_in")?
-        .value();
+    let frame = frame_of(&fdir1).filter(|frame| *frame != link)?;
     let numbers: Vec<f64> = fdir1
         .text()?
         .split_whitespace()
@@ -93,7 +124,11 @@ fn friction_direction(source: &Source, tree: &Tree, link: &str) -> Option<Vector
         .collect();
     let [x, y, z] = numbers[..] else { return None };
     let frame = tree.links.iter().find(|l| l.name == frame)?;
-    Some(frame.body_from_link.rotation * Vector3::new(x, y, z))
+    let direction = frame.body_from_link.rotation * Vector3::new(x, y, z);
+    Some(match first > second {
+        true => direction,
+        false => Vector3::z().cross(&direction),
+    })
 }
 
 /// gamma of a wheel whose roller on the ground has its axis along `grip`: the rolling direction is across it, and gamma the angle

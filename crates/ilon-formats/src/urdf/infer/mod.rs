@@ -18,7 +18,7 @@ use super::source::Source;
 use super::tree::{Motion, Tree};
 use crate::error::{CandidateJoint, Proposed};
 use crate::options::{Handedness, WheelOptions};
-use axes::{are_aligned, are_parallel, by_friction, by_joints, stand_in_x};
+use axes::{are_aligned, are_parallel, by_friction, by_joints, stand_in_x, turning_friction};
 use called::{
     Kind, are_of_two_kinds, called, free_name, heading, hint, is_called_omni, is_driven_as_plain,
     kind, mover, plugin, robot_called, speaks_of_mecanum,
@@ -146,7 +146,8 @@ pub(super) fn fitting(
     {
         (in_x(), format!("{mover}, {BY_AXES}"))
     } else {
-        return (Proposed::NothingSaid, hint(source));
+        let why = turning_friction(source, tree, &wheels).or_else(|| hint(source));
+        return (Proposed::NothingSaid, why);
     };
     let Some(gamma) = gamma else {
         return (Proposed::Contradiction, None);

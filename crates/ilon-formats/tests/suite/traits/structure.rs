@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_4, PI};
 
 use super::{fault_of, load, mecanum, remarked};
-use crate::traits::common::{SPEC, small};
+use crate::traits::common::{self, SPEC, small};
 use ilon_formats::{Fault, LoadRobot, Spec, generate};
 use ilon_robot::Robot;
 use test_case::test_case;
@@ -193,33 +193,38 @@ fn a_chassis_below_the_floor_is_told() {
     // A box of 0.3 x 0.3 x 0.1 m, its centre 0.03 m high: 20 mm of it are below the floor.
     let spec = SPEC.replace("[0.0, 0.0, 0.06]", "[0.0, 0.0, 0.03]");
     let text = generate(&Spec::from_toml_str(&spec, "low.toml").expect("good")).expect("in range");
-    let Fault::ChassisBelowFloor { deep_mm } = fault_of(&text) else {
+    let Fault::ChassisBelowFloor { deep_mm, .. } = fault_of(&text) else {
         panic!("another fault")
     };
     assert!((deep_mm - 20.0).abs() < 1e-9);
 }
 
-/// The box's lower side at a clearance, over which the same box at twice the height stands: of two shapes the lower one is named.
-#[test_case(-0.2e-3, "0.200 mm below"; "within what a file is rounded by")]
-#[test_case(0.0, "0.000 mm above"; "on it")]
-#[test_case(0.02e-3, "0.020 mm above"; "nearly")]
+/// The box's lower side at a clearance. On the floor the chassis carries the robot in the wheels' place, so that it does not move: between a thousandth of
+/// the radius above it, 0.05 mm, and any depth below it is refused, and the remedy leaves it out.
+#[test_case(-1e-3, "reaches 1.0 mm below"; "below it")]
+#[test_case(-0.2e-3, "reaches 0.2 mm below"; "within what a file is rounded by")]
+#[test_case(0.0, "it is 0.000 mm above"; "on it")]
+#[test_case(0.02e-3, "it is 0.020 mm above"; "nearly")]
 #[test_case(2e-3, ""; "above")]
-fn a_chassis_that_touches_the_floor_at_rest_is_remarked(clearance_m: f64, words: &str) {
+fn a_chassis_that_touches_the_floor_at_rest_is_refused_and_repaired(clearance_m: f64, words: &str) {
     let height_m = 0.05 + clearance_m;
     let spec = SPEC.replace("[0.0, 0.0, 0.06]", &format!("[0.01, 0.02, {height_m}]"));
     let text = generate(&Spec::from_toml_str(&spec, "low.toml").expect("good")).expect("in range");
-    let robot = Robot::from_urdf_str(&text, "low.urdf").expect("it loads");
-    let said = robot
-        .remarks
-        .iter()
-        .find(|r| r.text.contains("touches the floor"));
-    assert_eq!(said.is_some(), !words.is_empty(), "{said:?}");
-    if let Some(remark) = said {
-        assert!(
-            remark.text.contains(words) && remark.text.contains("x = 0.010 m, y = 0.020 m"),
-            "{remark}"
-        );
-    }
+    let Err(error) = Robot::from_urdf_str(&text, "low.urdf") else {
+        assert!(words.is_empty());
+        return;
+    };
+    let said = error.to_string();
+    assert!(
+        !words.is_empty() && said.contains(words) && said.contains("x = 0.010 m, y = 0.020 m"),
+        "{said}"
+    );
+    assert_eq!(error.remedies(), [ilon_formats::Remedy::Repair]);
+    let options = common::options(|o| o.repair = true);
+    let repaired = Robot::from_urdf_str_with(&text, "low.urdf", &options)
+        .expect("repaired")
+        .robot;
+    assert!(repaired.chassis.collisions.is_empty());
 }
 
 /// A chain of links as files that are made by programs have it: twice as many links take about twice as long, where each joint was held against

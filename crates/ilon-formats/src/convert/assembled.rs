@@ -1,0 +1,135 @@
+//! A text that is put together of several files, which knows where each of its bytes came from.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::error::{Fault, RobotError};
+use crate::urdf::Origin;
+
+/// A text of pieces of files.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Assembled {
+    pub(super) text: String,
+    pieces: Vec<Piece>,
+}
+
+/// Bytes from a place of the text on, up to the next piece.
+#[derive(Clone, Debug)]
+struct Piece {
+    at: usize,
+    file: Arc<str>,
+    source: Arc<str>,
+    /// Where they stand in the file's text.
+    from: usize,
+    /// Whether they stand there as they are, and not in the place of what does.
+    is_copy: bool,
+}
+
+impl Assembled {
+    /// A file's own text.
+    pub(super) fn of_file(file: &str, text: &str) -> Self {
+        let piece = Piece {
+            at: 0,
+            file: file.into(),
+            source: text.into(),
+            from: 0,
+            is_copy: true,
+        };
+        Self {
+            text: text.to_owned(),
+            pieces: vec![piece],
+        }
+    }
+
+    /// The piece that holds a byte, and how far into it that is.
+    fn piece(&self, byte: usize) -> Option<(&Piece, usize)> {
+        let after = self.pieces.partition_point(|piece| piece.at <= byte);
+        let piece = self.pieces.get(after.checked_sub(1)?)?;
+        Some((piece, if piece.is_copy { byte - piece.at } else { 0 }))
+    }
+
+    /// Adds a part of another text.
+    pub(super) fn append(&mut self, other: &Self, part: Range<usize>) {
+        if part.is_empty() {
+            return;
+        }
+        let start = self.text.len();
+        if let Some((piece, into)) = other.piece(part.start) {
+            self.pieces.push(Piece {
+                at: start,
+                from: piece.from + into,
+                ..piece.clone()
+            });
+        }
+        let inside = other.pieces.iter();
+        let inside = inside.filter(|piece| part.start < piece.at && piece.at < part.end);
+        self.pieces.extend(inside.map(|piece| Piece {
+            at: start + piece.at - part.start,
+            ..piece.clone()
+        }));
+        self.text.push_str(&other.text[part]);
+    }
+
+    /// Adds what was made of something that stands in another text.
+    pub(super) fn made(&mut self, text: &str, other: &Self, byte: usize) {
+        if let Some((piece, into)) = other.piece(byte).filter(|_| !text.is_empty()) {
+            self.pieces.push(Piece {
+                at: self.text.len(),
+                from: piece.from + into,
+                is_copy: false,
+                ..piece.clone()
+            });
+        }
+        self.text.push_str(text);
+    }
+
+    /// Where bytes came from: they end with their piece.
+    pub(super) fn origin(&self, bytes: Range<usize>) -> Option<Origin> {
+        let (piece, into) = self.piece(bytes.start)?;
+        let start = (piece.from + into).min(piece.source.len());
+        let length = if piece.is_copy { bytes.len() } else { 1 };
+        let end = (start + length).min(piece.source.len());
+        Some(Origin {
+            line: 1 + piece.source[..start].matches('\n').count(),
+            bytes: start..end,
+            file: Arc::clone(&piece.file),
+            text: Arc::clone(&piece.source),
+        })
+    }
+
+    /// A fault of some bytes, where they stand in their file.
+    pub(super) fn error(&self, file: &str, bytes: Range<usize>, reason: String) -> RobotError {
+        let fault = Fault::Format { reason };
+        match self.origin(bytes) {
+            Some(origin) => RobotError::new(&origin.file, fault).at(&origin.text, origin.bytes),
+            None => RobotError::new(file, fault),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_are_found_in_the_files_that_they_came_from() {
+        let outer = Assembled::of_file("outer", "a\n<i/>\nb");
+        let inner = Assembled::of_file("inner", "x\ny\nz");
+        let mut whole = Assembled::default();
+        whole.append(&outer, 0..2);
+        whole.append(&inner, 2..5);
+        whole.made("made", &outer, 2);
+        whole.append(&outer, 6..8);
+        assert_eq!(whole.text, "a\ny\nzmade\nb");
+        let at = |byte: usize| {
+            let origin = whole.origin(byte..byte + 1).expect("a piece");
+            (origin.file.to_string(), origin.line)
+        };
+        assert_eq!(at(0), ("outer".to_owned(), 1));
+        assert_eq!(at(2), ("inner".to_owned(), 2));
+        assert_eq!(at(4), ("inner".to_owned(), 3));
+        // What was made stands where that stood of which it was made.
+        assert_eq!(at(7), ("outer".to_owned(), 2));
+        assert_eq!(at(10), ("outer".to_owned(), 3));
+    }
+}

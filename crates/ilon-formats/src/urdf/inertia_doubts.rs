@@ -1,0 +1,152 @@
+//! Inertias that no body of the mass and the shapes of its link can have, or hardly any.
+//!
+//! A radius of gyration never exceeds the reach from the centre of mass. What is beyond that, what is a hundredth of a solid's, and what belongs to
+//! other axes is remarked, and mended from the shapes where a repair is asked for.
+
+use nalgebra::{Matrix3, SymmetricEigen, Unit, Vector3};
+
+use super::body::RigidBody;
+use super::faults::Faults;
+use super::inertia_from_shapes::{self, Solid};
+use super::loading::Loading;
+use crate::error::{Fault, RobotError};
+use crate::model::{MassProperties, Remark};
+
+/// Of a solid's moments, the share below which they are doubted: a body whose mass is all within a tenth of its size.
+const LEAST_SHARE: f64 = 0.01;
+/// What rounding adds to a radius of gyration, as a share.
+const ROUNDED: f64 = 1e-3;
+
+/// A wheel's axis and radius in metres, where it carries no rollers of its own in the file.
+pub(super) type AsWheel<'a> = Option<(&'a Unit<Vector3<f64>>, f64)>;
+
+/// Doubts the inertias of a body's links. Where a repair is asked for and a link has shapes to repair them by, the doubt is a fault.
+///
+/// # Errors
+/// What is to be repaired.
+pub(super) fn check(
+    loading: &mut Loading,
+    body: &RigidBody,
+    wheel: AsWheel,
+) -> Result<(), RobotError> {
+    let (source, tree) = (loading.source, loading.tree);
+    let mut faults = Faults::default();
+    for &link in &body.links {
+        let of = &tree.links[link];
+        let Some(mass) = &of.mass else { continue };
+        let solid = tree.solid_of(link, source);
+        let by_shape = solid.as_ref().and_then(|solid| by_shape(mass, solid));
+        let wheel = wheel.filter(|_| body.links.len() == 1);
+        let Some(fault) = by_shape.or_else(|| as_wheel(mass, wheel?)) else {
+            continue;
+        };
+        if loading.options.repair && solid.is_some() {
+            faults.push(source.inertial_error(&of.name, fault));
+        } else {
+            loading.remarks.push(doubtful(&of.name, &fault));
+        }
+    }
+    faults.into_result()
+}
+
+/// What is to be said of a link whose inertia is doubted.
+pub(super) fn doubtful(link: &str, fault: &Fault) -> Remark {
+    Remark::new(
+        format!("link `{link}`"),
+        format!("its inertia is doubtful: {fault}"),
+    )
+}
+
+/// What no solid of a link's shapes has; all of it in the body frame.
+fn by_shape(mass: &MassProperties, (solid, reach_m): &(MassProperties, f64)) -> Option<Fault> {
+    let [_, _, most] = mass.principal_moments_kg_m2();
+    let [_, _, of_solid] = solid.principal_moments_kg_m2();
+    let gyration_m = (most / mass.mass_kg).sqrt();
+    if gyration_m > reach_m * (1.0 + ROUNDED) {
+        return Some(Fault::InertiaTooLarge {
+            mass_kg: mass.mass_kg,
+            gyration_m,
+            reach_m: *reach_m,
+        });
+    }
+    let solid_m = (of_solid / solid.mass_kg).sqrt();
+    if gyration_m * gyration_m < LEAST_SHARE * solid_m * solid_m {
+        return Some(Fault::InertiaTooSmall {
+            mass_kg: mass.mass_kg,
+            gyration_m,
+            solid_m,
+        });
+    }
+    are_exchanged(&mass.inertia_kg_m2, &solid.inertia_kg_m2).then_some(Fault::InertiaExchanged)
+}
+
+/// Whether moments are those of a solid about other axes of it, up to their size.
+fn are_exchanged(inertia: &Matrix3<f64>, solid: &Matrix3<f64>) -> bool {
+    /// Moments that differ by less than this factor are alike, and by more than that are not.
+    const ALIKE: f64 = 1.15;
+    const UNLIKE: f64 = 1.3;
+    const ORDERS: [[usize; 3]; 5] = [[0, 2, 1], [1, 0, 2], [2, 1, 0], [1, 2, 0], [2, 0, 1]];
+    let eigen = SymmetricEigen::new(*solid);
+    let axes = eigen.eigenvectors;
+    let own = (axes.transpose() * inertia * axes).diagonal() / inertia.trace();
+    let solid = eigen.eigenvalues / solid.trace();
+    let off = |order: [usize; 3]| {
+        let each = (0..3).map(|i| {
+            let ratio = own[order[i]] / solid[i];
+            ratio.max(1.0 / ratio)
+        });
+        each.fold(1.0, f64::max)
+    };
+    off([0, 1, 2]) > UNLIKE && ORDERS.into_iter().any(|order| off(order) < ALIKE)
+}
+
+/// What a wheel hardly has, whatever it is made of: the moments of a disc about another axis than its own, or next to none.
+fn as_wheel(mass: &MassProperties, (axis, radius_m): (&Unit<Vector3<f64>>, f64)) -> Option<Fault> {
+    /// Moments that differ by less than this share are meant to be the same, and by more than that are not.
+    const SAME: f64 = 0.02;
+    const OTHER: f64 = 0.1;
+    let axial = axis.dot(&(mass.inertia_kg_m2 * axis.into_inner()));
+    let [least, middle, most] = mass.principal_moments_kg_m2();
+    let gyration_m = (most / mass.mass_kg).sqrt();
+    if gyration_m > radius_m * (1.0 + ROUNDED) {
+        return Some(Fault::InertiaTooLarge {
+            mass_kg: mass.mass_kg,
+            gyration_m,
+            reach_m: radius_m,
+        });
+    }
+    let disc_m = radius_m * 0.5_f64.sqrt();
+    if gyration_m * gyration_m < LEAST_SHARE * disc_m * disc_m {
+        return Some(Fault::InertiaTooSmall {
+            mass_kg: mass.mass_kg,
+            gyration_m,
+            solid_m: disc_m,
+        });
+    }
+    let is_disc = middle - least < SAME * middle && most - middle > OTHER * most;
+    (is_disc && (axial - least).abs() < SAME * least).then_some(Fault::InertiaExchanged)
+}
+
+impl super::tree::Tree {
+    /// The solid of a link's shapes in the body frame, with its mass, and how far these reach from the link's centre of mass, in metres; `None` of a
+    /// link with meshes or without shapes, of which nothing is known.
+    fn solid_of(
+        &self,
+        link: usize,
+        source: &super::source::Source,
+    ) -> Option<(MassProperties, f64)> {
+        let of = &self.links[link];
+        let mass = of.mass.as_ref()?;
+        let all = || of.shapes.iter().chain(&of.visuals);
+        let is_mesh = |shape: &super::tree::PlacedShape| {
+            matches!(shape.geometry, urdf_rs::Geometry::Mesh { .. })
+        };
+        if all().any(is_mesh) {
+            return None;
+        }
+        let solid: Solid = inertia_from_shapes::of_link(source.named("link", &of.name)?)?;
+        let reach_m = self.lone_body(link).reach_m(&mass.center_of_mass_m);
+        let solid = solid.weighing(mass.mass_kg).moved(&of.body_from_link);
+        Some((solid, reach_m))
+    }
+}

@@ -1,0 +1,104 @@
+//! Inertias that no body of the mass and shapes has: remarked, and mended from the shapes where a repair is asked for.
+
+use crate::common;
+
+use ilon_formats::{LoadOptions, LoadRobot};
+use ilon_robot::Robot;
+use test_case::test_case;
+
+/// Of a wheel of 0.5 kg, radius 0.05 m and width 0.04 m about y: across (3 r^2 + w^2) m / 12, along m r^2 / 2.
+const WHEEL: [f64; 3] = [3.791_667e-4, 6.25e-4, 3.791_667e-4];
+/// Of a box of 10 kg, 0.4 x 0.3 x 0.1 m: m (b^2 + c^2) / 12.
+const BOX: [f64; 3] = [0.083_333, 0.141_667, 0.208_333];
+
+fn text(base: [f64; 3], wheel: [f64; 3]) -> String {
+    let inertia = |[x, y, z]: [f64; 3]| {
+        format!(r#"<inertia ixx="{x}" ixy="0" ixz="0" iyy="{y}" iyz="0" izz="{z}"/>"#)
+    };
+    let wheels = [
+        ("fl", 0.2, 0.18),
+        ("fr", 0.2, -0.18),
+        ("rl", -0.2, 0.18),
+        ("rr", -0.2, -0.18),
+    ];
+    let wheels = wheels.map(|(name, x, y)| {
+        format!(
+            r#"<link name="{name}"><inertial><mass value="0.5"/>{}</inertial>
+<collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.05" length="0.04"/></geometry></collision></link>
+<joint name="mecanum_{name}" type="continuous"><parent link="base"/><child link="{name}"/><origin xyz="{x} {y} 0"/><axis xyz="0 1 0"/></joint>"#,
+            inertia(wheel)
+        )
+    });
+    format!(
+        r#"<robot name="r"><link name="base"><inertial><mass value="10"/>{}</inertial>
+<collision><origin xyz="0 0 0.05"/><geometry><box size="0.4 0.3 0.1"/></geometry></collision></link>
+{}</robot>"#,
+        inertia(base),
+        wheels.join("\n")
+    )
+}
+
+fn load(text: &str, options: &LoadOptions) -> (Robot, String) {
+    let robot = Robot::from_urdf_str_with(text, "r.urdf", options)
+        .unwrap()
+        .robot;
+    let said = robot.remarks.iter().map(ToString::to_string);
+    let said = said.collect::<Vec<_>>().join("\n");
+    (robot, said)
+}
+
+/// The inertia of a wheel with its rollers about its middle: along its axis, and the two across.
+fn of_wheel(robot: &Robot) -> [f64; 3] {
+    let wheel = &robot.wheels[0];
+    let mut parts = vec![wheel.hub.clone()];
+    parts.extend(wheel.rollers.iter().map(|roller| roller.mass_in_hub()));
+    let whole = ilon_robot::MassProperties::merged(&parts).unwrap();
+    let i = whole.inertia_kg_m2;
+    [i.m33, i.m11, i.m22]
+}
+
+#[test]
+fn inertias_of_the_shapes_are_not_doubted() {
+    let (robot, said) = load(&text(BOX, WHEEL), &LoadOptions::default());
+    assert!(!said.contains("doubtful"), "{said}");
+    // A ring of the same mass, a heavy rim and a battery in the middle of the chassis are no faults.
+    for (base, wheel) in [
+        (BOX, [0.000_7, 0.001_2, 0.000_7]),
+        (BOX.map(|i| 0.2 * i), WHEEL),
+        (BOX, WHEEL.map(|i| 0.3 * i)),
+    ] {
+        let (_, said) = load(&text(base, wheel), &LoadOptions::default());
+        assert!(!said.contains("doubtful"), "{said}");
+    }
+    assert!((of_wheel(&robot)[0] - WHEEL[1]).abs() < 1e-9);
+}
+
+// Reach of the wheel hypot(0.05, 0.02) = 53.9 mm: 1.01 of it, and 2.4 times. Of the box half of its diagonal, 255 mm from its middle, which
+// lies 50 mm above the centre of mass.
+#[test_case(BOX, [0.0005, 0.00149, 0.00148], "radius of gyration"; "a wheel just beyond its reach")]
+#[test_case(BOX, [0.008, 0.008, 0.008], "radius of gyration"; "a wheel 2.4 times beyond")]
+#[test_case([0.4, 0.7, 0.99], WHEEL, "radius of gyration"; "a chassis just beyond")]
+#[test_case(BOX, [3.791_667e-4, 3.791_667e-4, 6.25e-4], "about other axes"; "a wheel whose axes are exchanged")]
+#[test_case([0.208_333, 0.141_667, 0.083_333], WHEEL, "about other axes"; "a box whose axes are exchanged")]
+#[test_case(BOX, [3.79e-8, 6.25e-8, 3.79e-8], "where a solid of its shape has"; "a wheel a ten thousandth")]
+#[test_case([8.3e-6, 1.4e-5, 2.1e-5], WHEEL, "where a solid of its shape has"; "a chassis a ten thousandth")]
+fn impossible_inertias_are_remarked_and_mended(base: [f64; 3], wheel: [f64; 3], words: &str) {
+    let text = text(base, wheel);
+    let (_, said) = load(&text, &LoadOptions::default());
+    assert!(said.contains("doubtful") && said.contains(words), "{said}");
+    let (robot, said) = load(&text, &common::options(|o| o.repair = true));
+    assert!(
+        said.contains("repaired") && !said.contains("doubtful"),
+        "{said}"
+    );
+    // Six digits are written above.
+    let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-5;
+    assert!(
+        near(of_wheel(&robot)[0], WHEEL[1]),
+        "{:?}",
+        of_wheel(&robot)
+    );
+    // What is not at fault stays.
+    let chassis = robot.chassis.mass.inertia_kg_m2.diagonal();
+    assert!((0..3).all(|i| near(chassis[i], BOX[i])), "{chassis}");
+}

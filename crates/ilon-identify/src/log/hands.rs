@@ -1,0 +1,74 @@
+//! Whether a motion is that of a robot whose wheels are handed otherwise than it is stated: exchanged on the robot, or in its file.
+//!
+//! Handed otherwise, mecanum wheels drive ahead alike and turn with another lever, the difference of the arms instead of their sum. A lever that was
+//! fitted to such a motion would be that of no robot.
+
+use ilon_control::{handed, other_hands};
+use ilon_robot::Robot;
+use nalgebra::Matrix3xX;
+
+use super::anomalies::{Anomaly, AnomalyKind, anomaly, shown};
+use super::wiring::{EXPLAINED, Guess, OFF_RAD};
+use crate::model::{Model, Parameter};
+use crate::motion::Window;
+
+/// Turns and ways that are multiplied by factors this near to each other are of one robot.
+const ALIKE: f64 = 0.1;
+/// A robot as stated is doubted where these factors are further apart than this.
+const APART: f64 = 0.2;
+/// Less than this turned in all shows no lever, in radians.
+const LEAST_TURN_RAD: f64 = 0.5;
+
+/// Whether a guess multiplies turns as it does ways.
+pub(super) fn turns_alike(guess: &Guess) -> bool {
+    off(guess) < ALIKE
+}
+
+/// How far a guess multiplies turns otherwise than ways.
+fn off(guess: &Guess) -> f64 {
+    (guess.turn_scale / guess.scale - 1.0).abs()
+}
+
+/// Other hands that explain a motion, where those that are stated do not: in ways, or in how far it turns.
+pub(super) fn of_motion(windows: &[&Window], robot: &Robot, stated: &Guess) -> Option<Anomaly> {
+    let fits = stated.explained >= EXPLAINED && stated.turned_rad.abs() <= OFF_RAD;
+    let turned_rad: f64 = windows.iter().map(|window| window.seen[2].abs()).sum();
+    if turned_rad < LEAST_TURN_RAD || (fits && off(stated) < APART) {
+        return None;
+    }
+    let guess = |reversed: Vec<usize>| {
+        let mut other = robot.clone();
+        other.wheels = handed(&robot.wheels, &reversed);
+        let lever_m = Parameter::Lever.nominal(&other);
+        let matrix: Matrix3xX<f64> = Model::new(&other, &[]).ok()?.twist_matrix(&[])?;
+        let guess = Guess::of(windows, &matrix, lever_m, false);
+        let is_it = guess.explained >= EXPLAINED
+            && guess.turned_rad.abs() <= OFF_RAD
+            && turns_alike(&guess);
+        is_it.then_some((reversed, guess, lever_m))
+    };
+    let guesses = other_hands(&robot.wheels).into_iter().filter_map(guess);
+    let (reversed, guess, lever_m) =
+        guesses.max_by(|(.., p, _), (.., q, _)| p.explained.total_cmp(&q.explained))?;
+    let names: Vec<String> = reversed
+        .iter()
+        .map(|&wheel| format!("`{}`", robot.wheels[wheel].name))
+        .collect();
+    Some(anomaly(
+        AnomalyKind::Hands,
+        true,
+        format!(
+            "the robot turns {} times as much as its wheels as stated turn it, and they explain {:.0} % of the motion; handed otherwise they explain {:.0} %",
+            shown(stated.turn_scale / stated.scale),
+            100.0 * stated.explained.max(0.0),
+            100.0 * guess.explained
+        ),
+        format!(
+            "likely {} stand on the wrong sides, on the robot or in its file: exchange them, or change the sign of gamma there. The lever of turns is \
+             then {:.1} mm in place of {:.1} mm",
+            names.join(", "),
+            1e3 * lever_m,
+            1e3 * Parameter::Lever.nominal(robot)
+        ),
+    ))
+}
