@@ -46,7 +46,7 @@ pub(super) fn folded(line: &str) -> String {
     let (mut length, mut is_quoted) = (0, false);
     for (i, word) in line.split(' ').enumerate() {
         let of_word = word.chars().count();
-        let may_break = i > 0 && !is_quoted && !word.starts_with("::");
+        let may_break = i > 0 && !is_quoted && !word.is_empty() && !word.starts_with("::");
         if may_break && length + 1 + of_word > PART {
             folded.push('\n');
             length = 0;

@@ -88,16 +88,28 @@ impl Bench {
         if let Ok(mut left) = std::fs::read_dir(self.path("results")) {
             assert!(left.next().is_none(), "results were left half-written");
         }
-        let after = |mark: &str| {
-            stderr
-                .lines()
-                .find_map(|line| line.trim_start().strip_prefix(mark))
-                .map(|rest| rest.replace(&self.folder.path().display().to_string(), "FOLDER"))
+        let here = self.folder.path().display().to_string();
+        let lines_after = |mark: &str| {
+            let mut lines = stderr.lines();
+            let first = lines.find_map(|line| line.trim_start().strip_prefix(mark))?;
+            Some(std::iter::once(first).chain(lines))
         };
+        // A long line is folded: what follows begins with a bar or with spaces.
+        let whole = |mark: &str| {
+            let folded = lines_after(mark)?.map(|line| line.trim_start().trim_start_matches("│ "));
+            let is_more = |line: &&str| {
+                !line.is_empty()
+                    && !line.starts_with(['╭', '╰', '│'])
+                    && !line.starts_with("help: ")
+            };
+            let lines: Vec<&str> = folded.take_while(is_more).collect();
+            Some(lines.join(" ").replace(&here, "FOLDER"))
+        };
+        let after = |mark: &str| Some(lines_after(mark)?.next()?.replace(&here, "FOLDER"));
         Told {
-            what: after("× ").unwrap_or_else(|| panic!("no message in {stderr}")),
+            what: whole("× ").unwrap_or_else(|| panic!("no message in {stderr}")),
             place: after("╭─[").map(|rest| rest.trim_end_matches(']').to_owned()),
-            mend: after("help: ").unwrap_or_else(|| panic!("no help in {stderr}")),
+            mend: whole("help: ").unwrap_or_else(|| panic!("no help in {stderr}")),
         }
     }
 }

@@ -387,9 +387,13 @@ fn updating_bounds_through_a_link_keeps_link_and_rights() {
     let file = folder.path("good.toml");
     fs::set_permissions(&file, fs::Permissions::from_mode(0o640)).expect("it is ours");
     std::os::unix::fs::symlink("good.toml", folder.path("link.toml")).expect("a link");
+    let kept = folder.read("good.toml");
     ended_with(0, &folder.ilon(&["check", "link.toml", "--update", "0.05"]));
+    assert_eq!(folder.read("good.toml"), kept, "bounds that hold stay");
+    fs::write(&file, kept.replace("max = 1.1 }", "max = 0.95 }")).expect("it is ours");
+    folder.ilon(&["check", "link.toml", "--update", "0.05"]);
     assert!(
-        !folder.read("good.toml").contains("max = 1.1 }"),
+        !folder.read("good.toml").contains("max = 0.95 }"),
         "the bound moved"
     );
     assert!(

@@ -184,12 +184,31 @@ fn inspect_puts_rollers_into_plain_wheels_and_draws_them() {
         "--rollers",
         "7",
         "--wheels",
+        "fl,fr,rl,rr",
+        "--gamma-deg",
+        "-30,30,30,-45",
+        "--json",
+    ]);
+    assert_eq!(gammas_deg(&json(&each)["wheels"]), [-30, 30, 30, -45]);
+
+    // A wheel that is left out is a part of the chassis, and drags over the floor.
+    let three = [
+        "inspect",
+        "base.urdf",
+        "--mend",
+        "--rollers",
+        "7",
+        "--wheels",
         "fl,fr,rr",
         "--gamma-deg",
         "-30,30,45",
-        "--json",
-    ]);
-    assert_eq!(gammas_deg(&json(&each)["wheels"]), [-30, 30, 45]);
+    ];
+    let refused = bench.ilon(&three);
+    assert!(
+        err(&refused).contains("touches the floor"),
+        "{}",
+        err(&refused)
+    );
 
     // Rollers want an angle, and an angle wants rollers.
     for lone in [

@@ -51,6 +51,10 @@ impl Reactions {
                 None
             };
             let body = &bodies[reaction.a.body];
+            // A robot without joints stands on wheels that do not lean: what bears its load until then is in line with what lands.
+            if body.robot.joints.is_empty() {
+                continue;
+            }
             let Some(comes) = approach(reaction, gaps_m, body, dt_s) else {
                 continue;
             };
