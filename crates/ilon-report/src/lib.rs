@@ -234,21 +234,8 @@ fn conditions(header: &Header, provenance: &Provenance) -> String {
             .map(|law| format!("wheel law {}", escape(&law.replace('_', " ")))),
         (tilts.count() > 0).then(|| "a floor that tilts".to_owned()),
     ];
-    let words = provenance
-        .command
-        .as_deref()
-        .unwrap_or_default()
-        .split_whitespace();
-    let mut words = words.peekable();
-    let mut set = Vec::new();
-    while let Some(word) = words.next() {
-        match word.strip_prefix("--set=") {
-            Some(value) => set.push(escape(value)),
-            None if word == "--set" => set.extend(words.peek().map(|value| escape(value))),
-            None => {}
-        }
-    }
-    let set = set.into_iter().map(|value| format!("set: {value}"));
+    let set = provenance.changed.iter();
+    let set = set.map(|value| format!("set: {}", escape(value)));
     let all: Vec<String> = found.into_iter().flatten().chain(set).collect();
     match all.is_empty() {
         true => String::new(),

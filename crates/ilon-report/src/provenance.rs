@@ -23,6 +23,8 @@ pub struct Expectation {
 pub struct Provenance {
     /// The command that made it.
     pub command: Option<String>,
+    /// Keys of the scenario that the command changed, as `key=value`.
+    pub changed: Vec<String>,
     /// When, as a person reads it.
     pub date: Option<String>,
     /// Files and the hashes of their contents.

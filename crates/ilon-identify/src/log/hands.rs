@@ -8,7 +8,7 @@ use ilon_robot::Robot;
 use nalgebra::Matrix3xX;
 
 use super::anomalies::{Anomaly, AnomalyKind, anomaly, shown};
-use super::wiring::{EXPLAINED, Guess, OFF_RAD};
+use super::guess::{EXPLAINED, Guess, OFF_RAD};
 use crate::model::{Model, Parameter};
 use crate::motion::Window;
 

@@ -4,6 +4,7 @@ pub mod anomalies;
 mod bag;
 mod csv;
 mod format;
+mod guess;
 mod hands;
 mod series;
 pub mod wiring;

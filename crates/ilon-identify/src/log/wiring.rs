@@ -6,17 +6,11 @@ use ilon_robot::Robot;
 use nalgebra::Matrix3xX;
 
 use super::anomalies::{Anomaly, AnomalyKind, anomaly, shown};
+use super::guess::{EXPLAINED, Guess, OFF_RAD, TURNS};
 use super::hands;
 use super::series::Log;
 use crate::model::{Model, Parameter};
 use crate::motion::{Window, windows};
-
-/// What is explained of a motion below which it is not the robot's as it is stated.
-pub(super) const EXPLAINED: f64 = 0.9;
-/// Less of the motion than this in turns does not show their unit.
-const TURNS: f64 = 0.05;
-/// A tracker's heading may be off by so much, in radians, before the wheels are doubted.
-pub(super) const OFF_RAD: f64 = 0.4;
 
 /// What the motion of all runs shows: whether the wheels as stated explain it, and if not, what would.
 pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
@@ -259,109 +253,6 @@ fn scale_doubt(stated: &Guess) -> Option<Anomaly> {
 
 fn near(a: f64, b: f64) -> bool {
     (a / b - 1.0).abs() < 0.25
-}
-
-/// How well a map from wheel rates to twists explains a motion, up to its scale, the tracker's direction and its place.
-pub(super) struct Guess {
-    /// The share of the motion that it explains.
-    pub(super) explained: f64,
-    /// By what the displacements of the wheels are multiplied.
-    pub(super) scale: f64,
-    /// How far the tracker's direction is turned against the body's.
-    pub(super) turned_rad: f64,
-    /// By what the turns of the wheels are multiplied.
-    pub(super) turn_scale: f64,
-    /// What turns are of the motion, each over its own scale.
-    turns: f64,
-}
-
-impl Guess {
-    pub(super) fn of(
-        windows: &[&Window],
-        matrix: &Matrix3xX<f64>,
-        lever_m: f64,
-        mirrored: bool,
-    ) -> Self {
-        // Displacements as complex numbers: seen = c wheels + i l o, with c the scale and the direction, o the tracked point and l twice the
-        // sine of half the turn. Normal equations of c and o, both complex.
-        let flip = if mirrored { -1.0 } else { 1.0 };
-        let (mut ww, mut ll, mut wl) = (0.0, 0.0, [0.0; 2]);
-        let (mut ws, mut ls) = ([0.0; 2], [0.0; 2]);
-        let (mut ss, mut tt, mut ts, mut turned) = (0.0, 0.0, 0.0, 0.0);
-        for window in windows {
-            // A mirrored tracker mirrors headings too, with which the steps of the wheels were turned.
-            let moved = mirror(window, flip).of_wheels(matrix);
-            let seen = [window.seen[0], flip * window.seen[1], flip * window.seen[2]];
-            let l = 2.0 * libm::sin(0.5 * seen[2]);
-            // i l, times the conjugate of the wheels'.
-            ww += moved[0] * moved[0] + moved[1] * moved[1];
-            ll += l * l;
-            wl[0] += l * moved[1];
-            wl[1] += l * moved[0];
-            ws[0] += moved[0] * seen[0] + moved[1] * seen[1];
-            ws[1] += moved[0] * seen[1] - moved[1] * seen[0];
-            ls[0] += l * seen[1];
-            ls[1] += -l * seen[0];
-            ss += seen[0] * seen[0] + seen[1] * seen[1];
-            tt += moved[2] * moved[2];
-            ts += moved[2] * seen[2];
-            turned += seen[2] * seen[2];
-        }
-        // [ww, wl; conj(wl), ll] [c; o] = [ws; ls]; without turns the point is not seen.
-        let cross = wl[0] * wl[0] + wl[1] * wl[1];
-        let determinant = ww * ll - cross;
-        let c = if ll > 1e-9 && determinant > 1e-9 * ww * ll {
-            let times = [wl[0] * ls[0] - wl[1] * ls[1], wl[0] * ls[1] + wl[1] * ls[0]];
-            [
-                (ll * ws[0] - times[0]) / determinant,
-                (ll * ws[1] - times[1]) / determinant,
-            ]
-        } else {
-            [ws[0] / ww, ws[1] / ww]
-        };
-        let o = match ll > 1e-9 {
-            true => [
-                (ls[0] - (wl[0] * c[0] + wl[1] * c[1])) / ll,
-                (ls[1] - (wl[0] * c[1] - wl[1] * c[0])) / ll,
-            ],
-            false => [0.0; 2],
-        };
-        let explained_planar = c[0] * ws[0] + c[1] * ws[1] + o[0] * ls[0] + o[1] * ls[1];
-        let scale = libm::hypot(c[0], c[1]);
-        let turn_scale = if tt > 0.0 { ts / tt } else { 0.0 };
-        let turns = tt * lever_m * lever_m / (ww + tt * lever_m * lever_m);
-        // Where the wheels ask for no turns, what there is of them is drift, and shows no scale of its own.
-        let turn_size = if turns > TURNS && turn_scale.abs() > 0.0 {
-            turn_scale.abs()
-        } else {
-            scale
-        };
-        let left_planar = (ss - explained_planar).max(0.0) / (scale * scale);
-        // Turns in the wrong direction explain nothing.
-        let explained_turn = if turn_scale > 0.0 {
-            ts * turn_scale
-        } else {
-            0.0
-        };
-        let left_turn = (turned - explained_turn).max(0.0) * (lever_m / turn_size).powi(2);
-        let all_planar = ss / (scale * scale);
-        let all_turn = turned * (lever_m / turn_size).powi(2);
-        let all = all_planar + all_turn;
-        Self {
-            explained: 1.0 - (left_planar + left_turn) / all,
-            scale,
-            turned_rad: libm::atan2(c[1], c[0]),
-            turn_scale,
-            turns,
-        }
-    }
-}
-
-/// The steps of the wheels as a tracker of the other hand would have turned them.
-fn mirror(window: &Window, flip: f64) -> Window {
-    let mut mirrored = window.clone();
-    mirrored.sin_rad.iter_mut().for_each(|sin| *sin *= flip);
-    mirrored
 }
 
 /// Maps of the same robot with wheels swapped or counting the other way, each with how much is changed and in words.

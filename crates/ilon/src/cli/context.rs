@@ -53,10 +53,27 @@ fn now(command: &str) -> Provenance {
     // WebAssembly without a system has no clock, and asking for it would be a panic.
     let has_clock = !cfg!(all(target_family = "wasm", target_os = "unknown"));
     Provenance {
+        changed: changed_by(command),
         command: Some(command.to_owned()),
         date: has_clock.then(|| now().to_rfc3339_opts(SecondsFormat::Secs, true)),
         ..Provenance::default()
     }
+}
+
+/// The keys that a command line sets.
+fn changed_by(command: &str) -> Vec<String> {
+    let mut words = command.split_whitespace().peekable();
+    let mut changed = Vec::new();
+    while let Some(word) = words.next() {
+        match word.strip_prefix("--set=") {
+            Some(value) => changed.push(value.to_owned()),
+            None if word == "--set" => {
+                changed.extend(words.peek().map(|value| (*value).to_owned()))
+            }
+            None => {}
+        }
+    }
+    changed
 }
 
 fn expectation(verdict: &Verdict) -> Expectation {
