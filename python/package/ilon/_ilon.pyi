@@ -37,6 +37,7 @@ __all__ = [
     "merge_sweeps",
     "run",
     "schema",
+    "suspects",
 ]
 
 __version__: str
