@@ -261,18 +261,28 @@ fn shares(budget: &Budget, is_spring: bool) -> String {
         .iter()
         .filter(|(_, m)| *m > 0.15 * budget.error_m)
         .take(2)
-        .map(|(name, m)| format!("{} made {}", in_words(name, budget, is_spring), length(*m)))
+        .map(|(name, m)| {
+            format!(
+                "{} carried it {}",
+                in_words(name, budget, is_spring),
+                length(*m)
+            )
+        })
         .collect();
     if causes.is_empty() {
         return String::new();
     }
     let corrected_m = budget.parts_m[0];
     let back = if !is_spring && corrected_m < -0.15 * budget.error_m {
-        format!(", and the guidance took back {}", length(-corrected_m))
+        format!("; the guidance brought it back by {}", length(-corrected_m))
     } else {
         String::new()
     };
-    format!("Since {} {}{back}.", time(budget.from_s), causes.join(", "))
+    format!(
+        "From {} on {} off{back}.",
+        time(budget.from_s),
+        causes.join(", ")
+    )
 }
 
 /// A part of the budget in a sentence.

@@ -61,13 +61,13 @@ pub(super) fn of(scenario: &Scenario, summary: &Summary) -> Vec<(Cause, Null)> {
         );
     }
     if slips && !is_open_loop && scenario.wheel_loop.law == WheelLaw::Pid {
+        let friction = scenario.world.floor.friction();
         add(
-            "wheel_loop.law = \"prioritised_torque\"".to_owned(),
+            format!("wheel_loop = {{ law = \"prioritised_torque\", friction = {friction} }}"),
             "torques weighed by grip",
-            Box::new(|scenario, _| {
-                let friction = scenario.world.floor.friction();
+            Box::new(move |scenario, _| {
                 scenario.wheel_loop.law = WheelLaw::PrioritisedTorque;
-                scenario.wheel_loop.friction.get_or_insert(friction);
+                scenario.wheel_loop.friction = Some(friction);
             }),
         );
     }
