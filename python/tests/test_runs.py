@@ -13,7 +13,7 @@ import ilon
 
 
 def test_a_run_is_the_same_to_the_bit_as_that_of_the_command(lateral, lateral_run, command, tmp_path):
-    command("run", lateral, "--out", tmp_path)
+    command("run", lateral, "--no-twins", "--out", tmp_path)
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert lateral_run.summary["trace_hash"] == summary["trace_hash"]
     # All figures but the one that measures this machine.
