@@ -1,4 +1,4 @@
-//! What a cause did to a figure of a run, as it is stored.
+//! The stored effect of a cause on a figure of a run.
 
 use serde::{Deserialize, Serialize};
 

@@ -405,7 +405,7 @@ fn renamed(open: &str, node: Node, place: &Place) -> String {
     })
 }
 
-/// A name of a model as it is outside of it.
+/// The name that a model has in the file around it.
 fn scoped(name: &str, place: &Place) -> String {
     match name {
         "__model__" if !place.frame.is_empty() => place.frame.clone(),

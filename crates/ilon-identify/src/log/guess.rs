@@ -4,7 +4,7 @@ use nalgebra::Matrix3xX;
 
 use crate::motion::Window;
 
-/// What is explained of a motion below which it is not the robot's as it is stated.
+/// The least share of a motion that the stated robot must explain.
 pub(super) const EXPLAINED: f64 = 0.9;
 /// A tracker's heading may be off by so much, in radians, before the wheels are doubted.
 pub(super) const OFF_RAD: f64 = 0.4;

@@ -240,7 +240,7 @@ impl Watch {
     }
 }
 
-/// What a patch is, as far as it is not as the floor: its friction goes without saying where it is the floor's.
+/// What a patch has otherwise than the floor. Its friction is left out where it is the floor's.
 fn of_patch(patch: &GroundPatch, floor_friction: f64) -> String {
     let is_own = patch.friction != floor_friction || patch.changes.is_empty();
     let friction = is_own.then(|| format!("friction {}", patch.friction));

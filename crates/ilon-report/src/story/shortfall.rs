@@ -19,7 +19,7 @@ const AT_LIMIT: f64 = 0.95;
 const DRIFT_SHARE: f64 = 0.02;
 const LEAST_DRIFT: f64 = 5e-3;
 
-/// A stretch is told of where it lasts as long as this, in seconds, and counted from so long after its command on.
+/// A stretch is reported where it lasts this long, in seconds. Its means begin so long after its command.
 const LEAST_STRETCH_S: f64 = 0.5;
 const SETTLE_S: f64 = 0.3;
 /// The most stretches before the last that are told of.

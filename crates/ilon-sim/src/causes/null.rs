@@ -54,6 +54,34 @@ impl List {
         };
         self.0.push((cause, Box::new(null)));
     }
+
+    /// Each thing of a list of the scenario by itself; of many all together, called by `many`.
+    fn each<T>(
+        &mut self,
+        key: &str,
+        things: &[T],
+        of: fn(&mut Scenario) -> &mut Vec<T>,
+        many: &str,
+        words: impl Fn(&T) -> String,
+    ) where
+        T: 'static,
+    {
+        let count = things.len();
+        if count > MOST_OF_A_KIND {
+            return self.add(key, format!("the {count} {many}"), move |scenario, _| {
+                of(scenario).clear();
+            });
+        }
+        for (index, thing) in things.iter().enumerate() {
+            self.add(
+                format!("{key}.{index}"),
+                words(thing),
+                move |scenario, _| {
+                    of(scenario).remove(index);
+                },
+            );
+        }
+    }
 }
 
 /// Each fault by itself. The header's faults stand in the scenario's order.
@@ -73,50 +101,29 @@ fn faults(header: &Header, list: &mut List) {
 /// What lies on the floor, what is in its place, and how it slopes.
 fn ground(floor: &Floor, list: &mut List) {
     let at = |x_m: f64, y_m: f64| format!("at ({x_m}, {y_m}) m");
-    match floor.patches.len() {
-        count if count > MOST_OF_A_KIND => list.add(
-            "world.floor.patches",
-            format!("the {count} patches of floor"),
-            |scenario, _| scenario.world.floor.patches.clear(),
-        ),
-        _ => {
-            for (index, patch) in floor.patches.iter().enumerate() {
-                list.add(
-                    format!("world.floor.patches.{index}"),
-                    format!(
-                        "the patch of {} {}",
-                        of_patch(patch),
-                        at(patch.x_m, patch.y_m)
-                    ),
-                    move |scenario, _| {
-                        scenario.world.floor.patches.remove(index);
-                    },
-                );
-            }
-        }
-    }
-    match floor.boxes.len() {
-        count if count > MOST_OF_A_KIND => list.add(
-            "world.floor.boxes",
-            format!("the {count} boxes on the floor"),
-            |scenario, _| scenario.world.floor.boxes.clear(),
-        ),
-        _ => {
-            for (index, one) in floor.boxes.iter().enumerate() {
-                list.add(
-                    format!("world.floor.boxes.{index}"),
-                    format!(
-                        "the box {:.1} mm high {}",
-                        1e3 * one.height_m,
-                        at(one.x_m, one.y_m)
-                    ),
-                    move |scenario, _| {
-                        scenario.world.floor.boxes.remove(index);
-                    },
-                );
-            }
-        }
-    }
+    list.each(
+        "world.floor.patches",
+        &floor.patches,
+        |scenario| &mut scenario.world.floor.patches,
+        "patches of floor",
+        |patch| {
+            format!(
+                "the patch of {} {}",
+                of_patch(patch),
+                at(patch.x_m, patch.y_m)
+            )
+        },
+    );
+    list.each(
+        "world.floor.boxes",
+        &floor.boxes,
+        |scenario| &mut scenario.world.floor.boxes,
+        "boxes on the floor",
+        |one| {
+            let high_mm = 1e3 * one.height_m;
+            format!("the box {high_mm:.1} mm high {}", at(one.x_m, one.y_m))
+        },
+    );
     if !floor.ramps.is_empty() {
         list.add("world.floor.ramps", "the ramps", |scenario, _| {
             scenario.world.floor.ramps.clear();
@@ -177,28 +184,19 @@ fn of_patch(patch: &FloorPatch) -> String {
 /// Free bodies one by one. Those that may lie on one another go together.
 fn bodies(scenario: &Scenario, list: &mut List) {
     let bodies = &scenario.world.bodies;
-    let are_stacked = bodies.iter().filter(|body| body.z_m.is_some()).count() > 1;
-    match bodies.len() {
-        0 => {}
-        count if count > MOST_OF_A_KIND || are_stacked => {
-            list.add(
-                "world.bodies",
-                format!("the {count} bodies that lie about"),
-                |scenario, _| scenario.world.bodies.clear(),
-            );
-        }
-        _ => {
-            for (index, body) in bodies.iter().enumerate() {
-                list.add(
-                    format!("world.bodies.{index}"),
-                    format!("the body `{}`", body.name),
-                    move |scenario, _| {
-                        scenario.world.bodies.remove(index);
-                    },
-                );
-            }
-        }
+    if bodies.iter().filter(|body| body.z_m.is_some()).count() > 1 {
+        let words = format!("the {} bodies that lie about", bodies.len());
+        return list.add("world.bodies", words, |scenario, _| {
+            scenario.world.bodies.clear();
+        });
     }
+    list.each(
+        "world.bodies",
+        bodies,
+        |scenario| &mut scenario.world.bodies,
+        "bodies that lie about",
+        |body| format!("the body `{}`", body.name),
+    );
 }
 
 /// What the robot sees late, seldom or with noise.

@@ -152,7 +152,7 @@ impl Budget {
     }
 
     /// How far the wheels have hold of the robot, in [0, 1]: for the part of the span in which any of them touches, and fully from half of the
-    /// robot's weight on, so that neither a slope nor a shake takes of it. In what is left the robot flies on as it is.
+    /// robot's weight on, so that neither a slope nor a shake takes of it. For the rest of the step the robot flies freely.
     fn hold(&mut self, span_s: f64) -> f64 {
         let load_n_s: f64 = self.loads_n_s.iter().sum();
         let whole_n_s = 0.5 * self.weight_n * span_s;

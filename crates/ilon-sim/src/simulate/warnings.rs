@@ -85,7 +85,7 @@ pub(super) fn of_heading(scenario: &Scenario) -> Option<String> {
     })
 }
 
-/// Of a motion in open loop that takes more than the wheels' limit, and what comes of it: of a twist what saturation makes of it, `None` of rates that a
+/// Of a motion in open loop that takes more than the wheels' limit, with the result: of a twist what saturation makes of it, `None` of rates that a
 /// log asks for. `held` is the fastest twist asked for and what is left of it.
 pub(super) fn of_twist(
     asked_rad_s: f64,
