@@ -12,7 +12,7 @@ case "$(uname -s) $(uname -m)" in
   "Linux x86_64")                 host=x86_64-unknown-linux-gnu ;;
   "Linux aarch64"|"Linux arm64")  host=aarch64-unknown-linux-gnu ;;
   "Darwin arm64")                 host=aarch64-apple-darwin ;;
-  *) fail "there is no archive for $(uname -s) on $(uname -m); build it from its sources: cargo install --locked --path crates/ilon" ;;
+  *) fail "there is no archive for $(uname -s) on $(uname -m); build it from its sources: cargo install --locked --path crates/doors/ilon" ;;
 esac
 case "$release" in
   */*) ;;

@@ -12,7 +12,7 @@ use libfuzzer_sys::{fuzz_mutator, fuzz_target};
 static OPTIONS: LazyLock<LoadOptions> = LazyLock::new(|| {
     let packages = concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../crates/ilon-robot/tests/xacro/packages"
+        "/../crates/files/xacro/tests/packages"
     );
     let mut options = LoadOptions::default();
     options.files = FileAccess::below([packages]).expect("they are there");

@@ -1,0 +1,419 @@
+//! `[rollers]`: what the rollers touch the ground with.
+
+use std::collections::BTreeMap;
+
+use ilon_formats::RollerBearings;
+use ilon_robot::{
+    NotMade, Robot, Roller, RollerSurface as RobotSurface, RollersAsMade, Tread as RobotTread,
+};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+
+/// What the rollers touch the ground with. What is left out stays as the robot's file says, or else rigid and without loss.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "RollersSection")]
+pub struct RollerSurface {
+    /// Length of each roller over that at which neighbours hand over with neither gap nor overlap: longer rollers share the ground
+    /// about each hand-over, where they have a tread; shorter ones leave gaps, over which the wheel stands on their ends.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.1, max = 10.0))]
+    pub length_factor: Option<f64>,
+    /// Curvature of the outline along a roller, at its middle, over that of the ideal barrel: 1 makes the wheel a circle, below
+    /// is flatter, above rounder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.01, max = 100.0))]
+    pub crown: Option<f64>,
+    /// `[[t, radius], ...]`: the outline of a roller by numbers, in place of a barrel: places along its axis from its middle, and
+    /// the radius there, in metres, joined by straight lines. Two points make a cylinder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile_m: Option<Vec<[f64; 2]>>,
+    /// Radius to which all edges of `profile_m` are rounded, in metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub edge_radius_m: Option<f64>,
+    /// Tolerance of the rollers' radius, in metres: each is off by a draw, even from minus this to plus this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub radius_spread_m: Option<f64>,
+    /// Seed of these draws.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius_seed: Option<u32>,
+    /// What the radius of single rollers is off, in metres, by the names of their joints: in place of a draw.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius_offsets_m: Option<BTreeMap<String, f64>>,
+    /// Rolling resistance of the rollers: drag per load on a level floor, dimensionless. That of the floor comes on top.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub rolling_resistance: Option<f64>,
+    /// What the rollers of all wheels are made of: a name that `[materials]` knows; left out, what the robot's file says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub material: Option<String>,
+    /// What the rollers of single wheels are made of, by the names of the wheels' joints, in place of `material`.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub wheel_materials: BTreeMap<String, String>,
+    /// Play of each roller along its axle, from stop to stop, in metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub axial_play_m: Option<f64>,
+    /// How the rollers turn on their axles, as a class of wheels that says `axle_friction` and `axle_radius_m`, by makers' tables of bearings:
+    /// `"bushings"` 0.2 on axles of 0.15 of the rollers' radius, dry plastic or bronze on a pin; `"ball"` 0.0015 on the same axles;
+    /// `"industrial"`, needle or tapered roller bearings, 0.0020 on axles of 0.3. Left out, what the robot's file says, or else no friction
+    /// that follows the load: next to ball bearings.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bearings: Option<RollerBearings>,
+    /// Coefficient of the friction between roller and axle, in place of that of `bearings`: under a load it holds the roller with this times
+    /// `axle_radius_m` times the load, beside the dry friction of its joint.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub axle_friction: Option<f64>,
+    /// Radius of the rollers' axles, in metres, in place of that of `bearings`; of a rolling bearing that of its bore.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub axle_radius_m: Option<f64>,
+    /// A tread: rollers that give, so that every roller which reaches the ground carries its share.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tread: Option<Tread>,
+}
+
+/// A tread between a roller's core and the ground: a spring with a damper beside it, along the normal and across it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "TreadSection")]
+pub struct Tread {
+    /// Stiffness along the ground's normal, in N/m: that of rubber on hard ground is 1e4 to 1e6. Needed where the robot's file
+    /// says nothing of a tread.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub stiffness_n_m: Option<f64>,
+    /// Damping along the normal, in N s/m; left out, what the robot's file says, or else a tenth of what is critical for the load
+    /// on a wheel.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub damping_n_s_m: Option<f64>,
+    /// Stiffness across the normal, in N/m; left out, what the robot's file says, or else 2/3 of that along it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub shear_stiffness_n_m: Option<f64>,
+    /// Damping across the normal, in N s/m; left out, what the robot's file says, or else as much of the stiffness as along it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub shear_damping_n_s_m: Option<f64>,
+    /// The way over which sheared tread leaves the ground as the roller rolls on, in metres: a roller that pulls creeps by its
+    /// pull over `shear_stiffness_n_m` times this. Left out, what the robot's file says, or else no creep.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub relaxation_length_m: Option<f64>,
+}
+
+impl RollerSurface {
+    /// Whether nothing is said.
+    pub(super) fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Puts what is said here of the rollers in the place of what the robot's file says of them.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where a tread has no stiffness, or a roller cannot be so long.
+    pub fn apply(&self, robot: &mut Robot) -> Result<(), Error> {
+        for wheel in &mut robot.wheels {
+            let surface = &mut wheel.surface;
+            surface.rolling_resistance = self
+                .rolling_resistance
+                .unwrap_or(surface.rolling_resistance);
+            surface.axial_play_m = self.axial_play_m.unwrap_or(surface.axial_play_m);
+            self.put_on_axles(surface, &wheel.rollers);
+            check_axle(surface, &wheel.name)?;
+            if let Some(tread) = &self.tread {
+                surface.tread = Some(tread.laid_over(surface.tread, &wheel.name)?);
+            }
+        }
+        self.apply_materials(robot)?;
+        self.check_names(robot)?;
+        for wheel in &mut robot.wheels {
+            let made = self.made_over(&wheel.made);
+            if made == wheel.made && self.length_factor.is_none() {
+                continue;
+            }
+            let name = wheel.name.clone();
+            let made = wheel.make_rollers(made, self.length_factor);
+            made.map_err(|fault| of_wheel(&name, &fault))?;
+        }
+        Ok(())
+    }
+
+    /// Says how the rollers of a wheel turn on their axles.
+    fn put_on_axles(&self, surface: &mut RobotSurface, rollers: &[Roller]) {
+        if let Some(bearings) = self.bearings {
+            let radius_m = rollers.iter().map(|r| r.radius_m).fold(0.0, f64::max);
+            surface.axle_friction = bearings.axle_friction();
+            surface.axle_radius_m = bearings.axle_radius_m(radius_m);
+        }
+        surface.axle_friction = self.axle_friction.unwrap_or(surface.axle_friction);
+        surface.axle_radius_m = self.axle_radius_m.unwrap_or(surface.axle_radius_m);
+    }
+
+    /// Says what the rollers are made of.
+    fn apply_materials(&self, robot: &mut Robot) -> Result<(), Error> {
+        for wheel in &mut robot.wheels {
+            let said = self.wheel_materials.get(&wheel.name);
+            if let Some(material) = said.or(self.material.as_ref()) {
+                wheel.material = Some(material.clone());
+            }
+        }
+        let is_wheel = |name: &&String| robot.wheels.iter().any(|wheel| wheel.name == **name);
+        match self.wheel_materials.keys().find(|name| !is_wheel(name)) {
+            None => Ok(()),
+            Some(name) => {
+                let wheels: Vec<&str> = robot.wheels.iter().map(|w| w.name.as_str()).collect();
+                Err(Error::invalid(
+                    format!(
+                        "`rollers.wheel_materials` names `{name}`, which is no wheel of the robot"
+                    ),
+                    format!("its wheels are {}", wheels.join(", ")),
+                ))
+            }
+        }
+    }
+
+    /// How rollers are made, with what is left out here from what the robot's file says.
+    fn made_over(&self, below: &RollersAsMade) -> RollersAsMade {
+        let mut made = below.clone();
+        made.crown = self.crown.unwrap_or(made.crown);
+        made.profile_m = self.profile_m.clone().or(made.profile_m);
+        made.edge_radius_m = self.edge_radius_m.unwrap_or(made.edge_radius_m);
+        made.radius_spread_m = self.radius_spread_m.unwrap_or(made.radius_spread_m);
+        made.radius_seed = self.radius_seed.map_or(made.radius_seed, u64::from);
+        if let Some(offsets_m) = &self.radius_offsets_m {
+            made.radius_offsets_m.clone_from(offsets_m);
+        }
+        made
+    }
+
+    /// Refuses radii of rollers that the robot does not have.
+    fn check_names(&self, robot: &Robot) -> Result<(), Error> {
+        let mut names = self.radius_offsets_m.iter().flat_map(BTreeMap::keys);
+        let rollers = || robot.wheels.iter().flat_map(|wheel| &wheel.rollers);
+        let Some(name) = names.find(|name| rollers().all(|roller| roller.name != **name)) else {
+            return Ok(());
+        };
+        let known = rollers().next().map_or("", |roller| &roller.name);
+        Err(Error::invalid(
+            format!("`rollers.radius_offsets_m` names `{name}`, which is no roller of the robot"),
+            format!("write the name of a roller's joint, such as `{known}`"),
+        ))
+    }
+}
+
+impl Tread {
+    /// This tread, with what it leaves out from another.
+    fn laid_over(&self, below: Option<RobotTread>, wheel: &str) -> Result<RobotTread, Error> {
+        let stiffness_n_m = self
+            .stiffness_n_m
+            .or(below.map(|tread| tread.stiffness_n_m));
+        let Some(stiffness_n_m) = stiffness_n_m else {
+            return Err(Error::invalid(
+                format!(
+                    "`rollers.tread` says nothing of the stiffness, and the robot's file has no tread on the wheel `{wheel}`"
+                ),
+                "add `rollers.tread.stiffness_n_m`, in N/m: that of rubber on hard ground is 1e4 to 1e6",
+            ));
+        };
+        let mut tread = below.unwrap_or(RobotTread::new(stiffness_n_m));
+        tread.stiffness_n_m = stiffness_n_m;
+        for (value, said) in [
+            (&mut tread.damping_n_s_m, self.damping_n_s_m),
+            (&mut tread.shear_stiffness_n_m, self.shear_stiffness_n_m),
+            (&mut tread.shear_damping_n_s_m, self.shear_damping_n_s_m),
+            (&mut tread.relaxation_length_m, self.relaxation_length_m),
+        ] {
+            *value = said.or(*value);
+        }
+        Ok(tread)
+    }
+}
+
+/// Refuses friction on axles of which nobody says how thick they are.
+fn check_axle(surface: &RobotSurface, wheel: &str) -> Result<(), Error> {
+    if surface.axle_friction == 0.0 || surface.axle_radius_m > 0.0 {
+        return Ok(());
+    }
+    Err(Error::invalid(
+        format!(
+            "`rollers.axle_friction` is given, but nothing says how thick the axles of the wheel `{wheel}` are"
+        ),
+        "add `rollers.axle_radius_m`, in metres, or a class of wheels: `rollers.bearings` = \"bushings\"",
+    ))
+}
+
+/// Rollers of a wheel that cannot be made so, in words.
+fn of_wheel(wheel: &str, fault: &NotMade) -> Error {
+    let help = match fault {
+        NotMade::AsModelled => {
+            "leave out how they are made, or take barrels: `robot.rollers` = \"barrel\""
+        }
+        _ => "write a value within its range, or leave it out",
+    };
+    Error::invalid(format!("the rollers of the wheel `{wheel}`: {fault}"), help)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ilon_formats::LoadRobot;
+
+    const ROBOT: &str = "../../../assets/robots/mecanum4.toml";
+
+    fn applied(lines: &str) -> Result<Robot, Error> {
+        let mut robot = Robot::load(ROBOT).unwrap();
+        let section: RollerSurface = toml::from_str(lines).unwrap();
+        section.apply(&mut robot)?;
+        Ok(robot)
+    }
+
+    #[test]
+    fn what_is_left_out_stays_as_the_file_says() {
+        let mut robot = applied("rolling_resistance = 0.02\ntread.stiffness_n_m = 1e5").unwrap();
+        let more: RollerSurface = toml::from_str("tread.shear_stiffness_n_m = 4e4").unwrap();
+        more.apply(&mut robot).unwrap();
+        for wheel in &robot.wheels {
+            let tread = wheel.surface.tread.unwrap();
+            assert_eq!(
+                (tread.stiffness_n_m, tread.shear_stiffness_n_m),
+                (1e5, Some(4e4))
+            );
+            assert_eq!(wheel.surface.rolling_resistance, 0.02);
+        }
+    }
+
+    #[test]
+    fn bearings_say_friction_and_axle_and_single_keys_go_before() {
+        let axles = |lines: &str| {
+            let surface = applied(lines).unwrap().wheels[0].surface;
+            (surface.axle_friction, surface.axle_radius_m)
+        };
+        // Rollers of 12 mm.
+        let close = |found: (f64, f64), said: (f64, f64)| {
+            let off = (found.0 - said.0).abs() + (found.1 - said.1).abs();
+            assert!(off < 1e-9, "{found:?} {said:?}");
+        };
+        close(axles(""), (0.0, 0.0));
+        close(axles("bearings = 'bushings'"), (0.2, 1.8e-3));
+        close(axles("bearings = 'ball'"), (0.0015, 1.8e-3));
+        close(axles("bearings = 'industrial'"), (0.002, 3.6e-3));
+        close(
+            axles("bearings = 'ball'\naxle_friction = 0.1"),
+            (0.1, 1.8e-3),
+        );
+        close(
+            axles("bearings = 'ball'\naxle_radius_m = 2e-3"),
+            (0.0015, 2e-3),
+        );
+        let fault = applied("axle_friction = 0.1").unwrap_err().to_string();
+        assert!(
+            fault.contains("how thick") && fault.contains("front_left"),
+            "{fault}"
+        );
+    }
+
+    #[test]
+    fn a_description_says_the_same_of_the_axles() {
+        for lines in [
+            "bearings = 'bushings'",
+            "axle_friction = 0.3\naxle_radius_m = 2.5e-3",
+        ] {
+            let mut options = ilon_formats::LoadOptions::default();
+            options.spec = toml::from_str(&format!("[rollers]\n{lines}")).unwrap();
+            let described = Robot::load_with(ROBOT, &options).unwrap().robot;
+            let (a, b) = (
+                described.wheels[1].surface,
+                applied(lines).unwrap().wheels[1].surface,
+            );
+            assert!((a.axle_friction - b.axle_friction).abs() < 1e-12);
+            assert!((a.axle_radius_m - b.axle_radius_m).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_tread_without_a_stiffness_is_refused() {
+        let fault = applied("tread.damping_n_s_m = 3.0")
+            .unwrap_err()
+            .to_string();
+        assert!(
+            fault.contains("stiffness") && fault.contains("front_left"),
+            "{fault}"
+        );
+    }
+
+    #[test]
+    fn a_longer_roller_is_as_a_description_makes_it() {
+        // The same factor in the description of the robot: lengths and moments agree to what the file's digits hold.
+        let mut options = ilon_formats::LoadOptions::default();
+        options.spec = toml::from_str("rollers.length_factor = 1.3").unwrap();
+        let described = Robot::load_with(ROBOT, &options).unwrap().robot;
+        let applied = applied("length_factor = 1.3").unwrap();
+        for (a, b) in applied.wheels.iter().zip(&described.wheels) {
+            for (a, b) in a.rollers.iter().zip(&b.rollers) {
+                assert!((a.length_m / b.length_m - 1.0).abs() < 1e-9);
+                assert!((a.axial_inertia_kg_m2 / b.axial_inertia_kg_m2 - 1.0).abs() < 1e-6);
+                let across = a.transverse_inertia_kg_m2 / b.transverse_inertia_kg_m2;
+                assert!((across - 1.0).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn a_scenario_makes_rollers_as_a_description_does() {
+        // Key by key: the description's crown stays where the scenario says a length.
+        let lines =
+            "rollers.crown = 0.8\nrollers.length_factor = 0.9\nrollers.radius_spread_m = 1e-4";
+        let mut options = ilon_formats::LoadOptions::default();
+        options.spec = toml::from_str(lines).unwrap();
+        let described = Robot::load_with(ROBOT, &options).unwrap().robot;
+        options.spec = toml::from_str("rollers.crown = 0.8").unwrap();
+        let mut robot = Robot::load_with(ROBOT, &options).unwrap().robot;
+        let section: RollerSurface =
+            toml::from_str("length_factor = 0.9\nradius_spread_m = 1e-4").unwrap();
+        section.apply(&mut robot).unwrap();
+        for (a, b) in robot.wheels.iter().zip(&described.wheels) {
+            assert_eq!(a.made, b.made);
+            for (one, other) in a.rollers.iter().zip(&b.rollers) {
+                let (p, q) = (a.barrel(one), b.barrel(other));
+                // What the file's fifteen digits leave.
+                assert!((p.wheel_radius_m / q.wheel_radius_m - 1.0).abs() < 1e-9);
+                assert!((p.half_length_m / q.half_length_m - 1.0).abs() < 1e-9);
+                assert!((one.axial_inertia_kg_m2 / other.axial_inertia_kg_m2 - 1.0).abs() < 1e-6);
+            }
+        }
+        // And where the section is empty, nothing is touched.
+        let before = robot.wheels[0].rollers.clone();
+        RollerSurface::default().apply(&mut robot).unwrap();
+        assert_eq!(before, robot.wheels[0].rollers);
+    }
+
+    #[test]
+    fn rollers_that_cannot_be_made_are_refused_in_words() {
+        for (lines, said) in [
+            ("radius_offsets_m = { nobody = 1e-4 }", "front_left_roller"),
+            ("crown = 30.0", "front_left"),
+            (
+                "profile_m = [[-0.01, 0.012], [0.0, 0.01], [0.01, 0.012]]",
+                "hollow",
+            ),
+            ("profile_m = [[-10.0, 12.0], [10.0, 12.0]]", "metres"),
+        ] {
+            let fault = applied(lines).unwrap_err();
+            let text = format!("{fault:?}");
+            assert!(text.contains(said), "{lines}: {text}");
+        }
+    }
+
+    #[test]
+    fn a_roller_that_would_taper_to_nothing_is_refused() {
+        let fault = applied("length_factor = 3.0").unwrap_err().to_string();
+        assert!(fault.contains("taper to nothing"), "{fault}");
+    }
+}

@@ -1,0 +1,237 @@
+//! `[wheel_loop]` and `[motors]`: from wheel rates asked for to torques.
+
+use ilon_robot::Robot;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The law that turns wheel rates asked for into torques. Gains of the PID that are left out follow from the bandwidth and the robot's own inertia.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "WheelLoopSection")]
+pub struct WheelLoop {
+    /// Which law it is.
+    pub law: WheelLaw,
+    /// How the PID's torque goes with the physics steps.
+    pub timing: LoopTiming,
+    /// The period of a sampled PID or of a torque law, in seconds: a whole number of physics steps, and a whole part of the control period. Left
+    /// out, every physics step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub period_s: Option<f64>,
+    /// The bandwidth of the computed torque, and that which gains left out aim at, in rad/s; a wheel in the air, being
+    /// light, may allow less.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub bandwidth_rad_s: f64,
+    /// Friction coefficient that the prioritised and the passive torque count on; left out, grip holds no task back, and the loads alone
+    /// say how the wheels share a push.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub friction: Option<f64>,
+    /// Torque per rate error, in N m s/rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub proportional_n_m_s: Option<f64>,
+    /// Torque per angle error, in N m/rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub integral_n_m: Option<f64>,
+    /// Torque per acceleration of the wheel, in N m s^2/rad.
+    #[schemars(range(min = 0.0))]
+    pub derivative_n_m_s2: f64,
+    /// Time constant of the derivative's low-pass, in seconds; 0 for none.
+    #[schemars(range(min = 0.0))]
+    pub derivative_filter_s: f64,
+    /// Viscous damping of the wheel's bearing that is made up for, in N m s/rad.
+    #[schemars(range(min = 0.0))]
+    pub feedforward_damping_n_m_s: f64,
+    /// Dry friction of the wheel's bearing that is made up for, in N m.
+    #[schemars(range(min = 0.0))]
+    pub feedforward_friction_n_m: f64,
+    /// What the passive law makes of the robot: springs and dampers. What is left out follows from mass and control period.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub passive: Option<Passive>,
+}
+
+/// Springs and dampers of the passive law. The spring on the pose stands in place of the guidance's gains, which become stiffness over damping.
+/// A stiffness without its damping, and a damping without its stiffness, is completed to a damping ratio of 0.7.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "PassiveSection")]
+pub struct Passive {
+    /// Force per position error of the reference point, in N/m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub stiffness_n_m: Option<f64>,
+    /// Force per velocity error, in N s/m; left out with the stiffness, the robot stops within ten control periods.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub damping_n_s_m: Option<f64>,
+    /// Moment per heading error, in N m/rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub heading_stiffness_n_m_rad: Option<f64>,
+    /// Moment per error of the yaw rate, in N m s/rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub heading_damping_n_m_s_rad: Option<f64>,
+    /// Torque per angle by which wheels have slid against each other, in N m/rad: what keeps one on ice from spinning. Three wheels know of none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub wheel_stiffness_n_m_rad: Option<f64>,
+    /// Torque per rate at which wheels slide against each other, in N m s/rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub wheel_damping_n_m_s_rad: Option<f64>,
+    /// Torque at which the springs between the wheels give way, in N m; left out, that of a friction of 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub wheel_limit_n_m: Option<f64>,
+}
+
+/// How a wheel loop's torque goes with the physics steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LoopTiming {
+    /// Computed once a physics step and held over it: a digital loop whose period is the step, with its limits of
+    /// stability.
+    Sampled,
+    /// Falling within the step as the wheel gains rate: a loop much faster than the step, stable at any.
+    #[default]
+    Continuous,
+}
+
+/// A law from wheel rates to torques.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum WheelLaw {
+    /// A PID on each wheel's rate by itself.
+    #[default]
+    Pid,
+    /// Computed torque from the robot's dynamic model, Indiveri 2009, equation (12).
+    ComputedTorque,
+    /// Computed torque that lets the task of lower priority (`guidance.priority`) give way where motors or grip cannot give
+    /// both, and shares what the wheels push so that the worst use of grip is least.
+    PrioritisedTorque,
+    /// A spring and a damper to the reference, and springs between the wheels: gives way to a push by force over stiffness, needs no contact sensor,
+    /// no friction coefficient and no integrator, and with `[sensors.imu]` holds a slope that it was not told of.
+    Passive,
+}
+
+impl Default for WheelLoop {
+    fn default() -> Self {
+        Self {
+            law: WheelLaw::default(),
+            timing: LoopTiming::default(),
+            period_s: None,
+            bandwidth_rad_s: 60.0,
+            friction: None,
+            proportional_n_m_s: None,
+            integral_n_m: None,
+            derivative_n_m_s2: 0.0,
+            derivative_filter_s: 0.0,
+            feedforward_damping_n_m_s: 0.0,
+            feedforward_friction_n_m: 0.0,
+            passive: None,
+        }
+    }
+}
+
+impl WheelLoop {
+    /// Whether it decides once in a period and holds its torques meanwhile.
+    pub fn is_sampled(&self) -> bool {
+        self.law != WheelLaw::Pid || self.timing == LoopTiming::Sampled
+    }
+}
+
+/// What the motors can do, beyond the `effort` and `velocity` of the URDF, which always hold.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "MotorsSection")]
+pub struct Motors {
+    /// The torque-speed curve of a direct-current motor with its gear; without it, only the URDF's limits hold.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dc: Option<DcMotor>,
+    /// Turns of a motor's rotor per turn of its wheel; left out, what the robot's file says, or else 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub gear_ratio: Option<f64>,
+    /// Inertia of a motor's rotor about its own axis, before the gear, in kg m^2: the wheel feels gear_ratio^2 times it. Left out,
+    /// what the robot's file says, or else none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub rotor_inertia_kg_m2: Option<f64>,
+    /// Efficiency eta of a gear: the share of its motor's power that arrives at the wheel. Where the load drives, 2 - 1 / eta of the wheel's
+    /// power arrives at the motor; at 0.5 and below the gear locks itself, and a wheel turns only as far as its motor drives it. Left
+    /// out, what the robot's file says, or else no loss.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1.0))]
+    pub gear_efficiency: Option<f64>,
+    /// Dry friction of a gear at the wheel, in N m, beside that of the wheel's bearing; left out, what the robot's file says, or
+    /// else none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub gear_friction_n_m: Option<f64>,
+}
+
+impl Motors {
+    /// Puts what is said here of the drives in the place of what the robot's file says of them.
+    pub fn apply(&self, robot: &mut Robot) {
+        for drive in robot.wheels.iter_mut().map(|wheel| &mut wheel.drive) {
+            let set = |value: &mut f64, said: Option<f64>| *value = said.unwrap_or(*value);
+            set(&mut drive.gear_ratio, self.gear_ratio);
+            set(&mut drive.rotor_inertia_kg_m2, self.rotor_inertia_kg_m2);
+            set(&mut drive.gear_efficiency, self.gear_efficiency);
+            set(&mut drive.gear_friction_n_m, self.gear_friction_n_m);
+        }
+    }
+}
+
+/// A direct-current motor at the wheel, on a voltage from full reverse to full forward: its torque at the share u of the voltage,
+/// -1 to 1, is stall_torque (u - rate / no_load_rate), at every rate, also beyond the no-load rate and turned backwards.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "DcMotorSection")]
+pub struct DcMotor {
+    /// Torque at standstill on the full voltage, at the wheel, in N m.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub stall_torque_n_m: f64,
+    /// Rate without load on the full voltage, at the wheel, in rad/s.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub no_load_rate_rad_s: f64,
+    /// Torque at which the controller's current limit holds the motor, driving and braking alike, at the wheel, in N m; left out, only the
+    /// effort of the robot's file holds it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub current_limit_n_m: Option<f64>,
+    /// Whether the battery, or a chopper beside it, takes the power that the motor gives back. Where nothing takes it, braking heats the
+    /// winding alone, and beyond its no-load rate the motor coasts on full voltage.
+    #[serde(default = "yes")]
+    pub regeneration: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ilon_formats::LoadRobot;
+
+    const ROBOT: &str = "../../../assets/robots/volksbot.toml";
+
+    #[test]
+    fn what_a_scenario_says_of_the_drives_stands_before_what_the_file_says() {
+        let mut robot = Robot::load(ROBOT).unwrap();
+        robot.wheels[0].drive.gear_ratio = 12.0;
+        robot.wheels[0].drive.gear_efficiency = 0.7;
+        let motors: Motors =
+            toml::from_str("rotor_inertia_kg_m2 = 1e-6\ngear_efficiency = 0.9").unwrap();
+        motors.apply(&mut robot);
+        let (first, second) = (robot.wheels[0].drive, robot.wheels[1].drive);
+        assert_eq!((first.gear_ratio, second.gear_ratio), (12.0, 1.0));
+        assert_eq!((first.gear_efficiency, second.gear_efficiency), (0.9, 0.9));
+        // 144 times 1e-6 kg m^2.
+        assert!((first.reflected_inertia_kg_m2() - 1.44e-4).abs() < 1e-18);
+    }
+}

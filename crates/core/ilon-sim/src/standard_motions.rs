@@ -1,0 +1,109 @@
+//! Five motions that show what a robot does: ahead, to the left, diagonally, in an arc, and on the spot.
+
+use ilon_control::{Kinematics, SpeedLimits};
+use ilon_robot::{Robot, Twist};
+
+use crate::Error;
+
+/// Their names, in their order. Each goes one metre, or turns once on the spot.
+pub const MOTIONS: [&str; 5] = ["ahead", "left", "diagonal", "arc", "turn"];
+
+/// Each is driven at this share of the robot's top speed, and no faster than so many m/s and rad/s.
+const SHARE_OF_TOP: f64 = 0.4;
+const SPEED_M_S: f64 = 0.3;
+const RATE_RAD_S: f64 = 1.0;
+/// The radius of the arc, in metres.
+const ARC_M: f64 = 0.5;
+/// The time from rest to speed, in seconds.
+const RAMP_S: f64 = 0.5;
+
+/// One of the motions, at a speed that the robot can do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct StandardMotion {
+    /// Its name, one of [`MOTIONS`].
+    pub name: &'static str,
+    /// The twist of the body's origin once it is at speed, in the body frame.
+    pub twist_in_body: Twist,
+    /// How long it takes from rest, in seconds.
+    pub duration_s: f64,
+}
+
+impl StandardMotion {
+    /// Its lines in a scenario: `twist` and `run`.
+    pub fn toml(&self) -> String {
+        let Twist {
+            vx_m_s,
+            vy_m_s,
+            omega_rad_s,
+        } = self.twist_in_body;
+        format!(
+            "twist = {{ vx_m_s = {vx_m_s}, vy_m_s = {vy_m_s}, omega_rad_s = {omega_rad_s}, rest_s = 0.0, ramp_s = {RAMP_S}, settle_s = 0.2 }}\n\
+             run.duration_s = {:.3}\n",
+            self.duration_s
+        )
+    }
+}
+
+/// The motions of a robot, in the order of [`MOTIONS`].
+///
+/// # Errors
+/// For wheels from whose rates no twist follows.
+pub fn standard_motions(robot: &Robot) -> Result<[StandardMotion; 5], Error> {
+    let motors = robot.wheels.iter().map(|wheel| wheel.motor.velocity_rad_s);
+    let tops = SpeedLimits::new(&Kinematics::new(robot)?, &motors.collect::<Vec<_>>());
+    let v = rounded(SPEED_M_S.min(SHARE_OF_TOP * tops.top_speed_range_m_s().0));
+    let w = rounded(RATE_RAD_S.min(SHARE_OF_TOP * tops.top_yaw_rate_rad_s()));
+    let arc = rounded((0.5 * v).min(0.5 * w * ARC_M));
+    let diagonal = rounded(v * std::f64::consts::FRAC_1_SQRT_2);
+    let of = |place: usize, twist: [f64; 3], lasts_s: f64| StandardMotion {
+        name: MOTIONS[place],
+        twist_in_body: Twist::new(twist[0], twist[1], twist[2]),
+        // The ramp takes half its time of full speed.
+        duration_s: lasts_s + 0.5 * RAMP_S,
+    };
+    Ok([
+        of(0, [v, 0.0, 0.0], 1.0 / v),
+        of(1, [0.0, v, 0.0], 1.0 / v),
+        of(2, [diagonal, diagonal, 0.0], 1.0 / v),
+        of(3, [arc, 0.0, rounded(arc / ARC_M)], 1.0 / arc),
+        of(4, [0.0, 0.0, w], std::f64::consts::TAU / w),
+    ])
+}
+
+/// A number with three significant digits, for a file that a person reads.
+fn rounded(x: f64) -> f64 {
+    format!("{x:.2e}").parse().unwrap_or(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_formats::LoadRobot;
+
+    use super::*;
+
+    #[test]
+    fn each_goes_a_metre_or_turns_once_within_what_the_motors_can() {
+        let mut robot = Robot::load("../../../assets/robots/mecanum4.toml").expect("a shipped robot");
+        for limit_rad_s in [f64::INFINITY, 2.0] {
+            for wheel in &mut robot.wheels {
+                wheel.motor.velocity_rad_s = limit_rad_s;
+            }
+            let kinematics = Kinematics::new(&robot).expect("four wheels");
+            for motion in standard_motions(&robot).expect("four wheels") {
+                let twist = motion.twist_in_body;
+                let way_m = twist.linear_m_s().norm() * (motion.duration_s - 0.25);
+                let turns = twist.omega_rad_s * (motion.duration_s - 0.25) / std::f64::consts::TAU;
+                let amount = if way_m > 0.0 { way_m } else { turns };
+                // Speeds have three digits.
+                assert!((amount - 1.0).abs() < 6e-3, "{motion:?}");
+                let mut rates = [0.0; 4];
+                kinematics.wheel_rates(twist, &mut rates);
+                assert!(
+                    rates.iter().all(|rate| rate.abs() < 0.9 * limit_rad_s),
+                    "{rates:?}"
+                );
+            }
+        }
+    }
+}

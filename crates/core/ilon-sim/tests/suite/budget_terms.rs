@@ -1,0 +1,66 @@
+//! The terms of the error budget are what they are called: what hopping, contradicting rates and springs take is not slip, nor lag.
+
+use std::path::Path;
+
+use ilon_sim::{Run, Scenario, run};
+
+fn driven(text: &str) -> Run {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
+    let text = format!("robot = {{ file = \"mecanum4.toml\", roller_bodies = \"near\" }}\n{text}");
+    let scenario = Scenario::from_toml(&text, "terms", folder).expect("a scenario");
+    run(&scenario).expect("it runs")
+}
+
+/// Cylinders for rollers let the wheels hop. What they lack of the way while they are in the air is lift-off.
+#[test]
+fn what_wheels_in_the_air_take_is_not_slip() {
+    let found = driven(
+        "rollers.profile_m = [[-0.0196, 0.012], [0.0196, 0.012]]\ntwist = { vx_m_s = 1.2, rest_s = 0.0, ramp_s = 1.0 }\nrun.duration_s = 3.0\n",
+    );
+    let ledger = &found.summary.ledger;
+    assert!(found.summary.airborne_share.unwrap_or(0.0) > 0.3);
+    // The robot goes ahead along x.
+    let (lift_off_m, slip_m) = (ledger.lift_off.x_m, ledger.slip.x_m.abs());
+    assert!(
+        lift_off_m > 0.1 && lift_off_m > 3.0 * slip_m,
+        "{lift_off_m} {slip_m}"
+    );
+}
+
+/// The front left wheel turns the wrong way: by r = w - M M^+ w each of four wheels is 3 of 6 rad/s off the nearest motion, half of all.
+#[test]
+fn what_rates_take_that_contradict_each_other_is_not_slip() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let log = folder.path().join("rates.csv");
+    let head = "t_s,front_left_rate_rad_s,front_right_rate_rad_s,rear_left_rate_rad_s,rear_right_rate_rad_s";
+    std::fs::write(&log, format!("{head}\n0,0,0,0,0\n1,-6,6,6,6\n3,-6,6,6,6\n")).expect("a log");
+    let file = log.display();
+    let found = driven(&format!(
+        "playback = {{ file = \"{file}\", drives = \"wheel_rates\" }}\nrun.duration_s = 3.0\n"
+    ));
+    let share = found.summary.rate_conflict_share.expect("four wheels");
+    assert!((share - 0.5).abs() < 0.01, "{share}");
+    let ledger = &found.summary.ledger;
+    let (conflict_m, slip_m) = (ledger.conflict.path_m, ledger.slip.path_m);
+    assert!(
+        conflict_m > 0.1 && conflict_m > 5.0 * slip_m,
+        "{conflict_m} {slip_m}"
+    );
+    let remarked = found
+        .warnings
+        .iter()
+        .any(|remark| remark.contains("reversing `front_left`"));
+    assert!(remarked, "{:?}", found.warnings);
+}
+
+/// A law without rate targets has wheels that lag behind none.
+#[test]
+fn a_law_without_rate_targets_has_no_servo_term() {
+    let found = driven(
+        "reference.hold_pose = { x_m = 0, y_m = 0, heading_deg = 0 }\nwheel_loop.law = \"passive\"\nworld.floor.slope_deg = 5\n\
+         run = { duration_s = 1.0, physics_dt_s = 0.001 }\n",
+    );
+    assert_eq!(found.summary.ledger.servo.path_m, 0.0);
+    // It gave way by something.
+    assert!(found.summary.position_error_final_m.unwrap_or(0.0) > 1e-3);
+}

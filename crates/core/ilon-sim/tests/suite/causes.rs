@@ -1,0 +1,192 @@
+//! What a cause did is the run minus the same run without it: nothing where it changes nothing, and otherwise what two runs made by hand differ by.
+
+use std::path::Path;
+
+use ilon_sim::trace::{Change, effects};
+use ilon_sim::{Causes, Run, Scenario, Simulation, run};
+
+const OPEN: &str = "twist = { vx_m_s = 0.2, vy_m_s = 0.2, rest_s = 0.1, ramp_s = 0.4, schedule = [{ from_s = 0.9, omega_rad_s = 1.0 }] }";
+const CLOSED: &str = "reference.circle = { radius_m = 0.5, speed_m_s = 0.4 }";
+
+/// A second and a half of a robot that is driven in one of two ways.
+fn scenario(motion: &str, faults: &[String]) -> Scenario {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
+    let faults = faults.join(", ");
+    let text = format!(
+        "robot = {{ file = \"mecanum4.urdf\", roller_bodies = \"near\" }}\n{motion}\nfaults = [{faults}]\nrun.duration_s = 1.5\n"
+    );
+    Scenario::from_toml(&text, "causes", folder).expect("a scenario")
+}
+
+fn explained(scenario: &Scenario, causes: Causes) -> Run {
+    let simulation = Simulation::new(scenario).expect("it stands");
+    simulation.explaining(causes).run()
+}
+
+/// Of each kind of fault that has such a thing, one that does nothing, within a window.
+fn null_faults(window: &str) -> Vec<String> {
+    let kinds = [
+        "encoder_scaled = { wheel = 'front_left', factor = 1.0, ",
+        "pose_shifted = { ",
+        "battery_sag = { share = 1.0, ",
+        "payload = { mass_kg = 0.0, ",
+        "payload = { mass_kg = 1e-3, ",
+        "friction_changed = { friction = 0.6, ",
+        "tilt = { amplitude_deg = 0.0, ",
+    ];
+    let of_kind = |kind: &&str| format!("{{ {kind}{window} }} }}");
+    let mut faults: Vec<String> = kinds.iter().map(of_kind).collect();
+    let from_s = window.split(',').next().unwrap_or_default();
+    faults.push(format!("{{ push = {{ {from_s} }} }}"));
+    faults
+}
+
+#[test]
+fn what_changes_nothing_made_no_difference() {
+    for motion in [OPEN, CLOSED] {
+        // All through the run, within the ramp, and up to a change of motion.
+        for window in [
+            "from_s = 0.0",
+            "from_s = 0.2, until_s = 0.4",
+            "from_s = 0.7, until_s = 0.9",
+        ] {
+            let faults = null_faults(window);
+            let found = explained(&scenario(motion, &faults), Causes::Named);
+            let ablations = effects::of_causes(&found.summary, &found.trace.header);
+            assert_eq!(ablations.len(), faults.len() + 1, "{motion} {window}");
+            for one in &ablations {
+                let words = one.cause.map(|cause| &cause.words);
+                assert!(!one.differs(), "{motion} {window}: {words:?} {one:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_effect_is_what_two_runs_made_by_hand_differ_by() {
+    let faults = [
+        "motor_lost = { wheel = 'front_left', from_s = 0.5 }",
+        "encoder_lost = { wheel = 'front_right', from_s = 0.5, until_s = 0.7 }",
+        "encoder_scaled = { wheel = 'rear_right', factor = 0.9 }",
+        "battery_sag = { share = 0.02 }",
+        "push = { impulse_y_n_s = 6.0, from_s = 0.5 }",
+        "payload = { mass_kg = 20.0, x_m = 0.1, y_m = 0.1, from_s = 0.2 }",
+        "roller_stuck = { wheel = 'front_right', roller = 0 }",
+        "friction_changed = { friction = 0.005 }",
+        "tilt = { amplitude_deg = 8.0, frequency_hz = 1.0 }",
+    ];
+    for motion in [OPEN, CLOSED] {
+        let without = run(&scenario(motion, &[])).expect("it runs").summary;
+        for fault in faults {
+            let found = explained(
+                &scenario(motion, &[format!("{{ {fault} }}")]),
+                Causes::Named,
+            );
+            let summary = &found.summary;
+            for (key, with, without) in [
+                ("end_x_m", summary.end_x_m, without.end_x_m),
+                ("end_y_m", summary.end_y_m, without.end_y_m),
+                (
+                    "end_heading_rad",
+                    summary.end_heading_rad,
+                    without.end_heading_rad,
+                ),
+            ] {
+                let effect = summary.effects.get("faults.0", key).expect("an effect");
+                assert_eq!(
+                    (effect.with, effect.without),
+                    (with, without),
+                    "{motion} {fault}"
+                );
+            }
+            let moved = summary.effects.get("faults.0", effects::APART_M);
+            assert!(
+                moved.is_some_and(|moved| moved.differs),
+                "{motion} {fault}: {moved:?}"
+            );
+        }
+    }
+}
+
+/// What the pose sensor does matters under guidance alone.
+#[test]
+fn a_pose_that_nobody_looks_at_makes_no_difference() {
+    let shifted = ["{ pose_shifted = { x_m = 0.1 } }".to_owned()];
+    for (motion, differs) in [(OPEN, false), (CLOSED, true)] {
+        let found = explained(&scenario(motion, &shifted), Causes::Named);
+        let moved = found.summary.effects.get("faults.0", effects::APART_M);
+        assert_eq!(moved.map(|moved| moved.differs), Some(differs), "{motion}");
+    }
+}
+
+/// A floor that is slippery and a push on it: each alone does less than both.
+#[test]
+fn two_causes_do_together_what_neither_does_alone() {
+    let faults = [
+        "{ friction_changed = { friction = 0.02 } }".to_owned(),
+        "{ push = { impulse_y_n_s = 8.0, from_s = 0.6 } }".to_owned(),
+    ];
+    let summary = explained(&scenario(OPEN, &faults), Causes::Named).summary;
+    let of = |cause: &str| {
+        summary
+            .effects
+            .get(cause, "end_y_m")
+            .expect("an effect")
+            .difference
+    };
+    let (floor, push, all) = (of("faults.0"), of("faults.1"), of("all"));
+    assert!((of("interplay") - (all - floor - push)).abs() < 1e-12);
+    assert!(
+        of("interplay").abs() > 0.2 * all.abs(),
+        "{floor} {push} {all}"
+    );
+}
+
+/// No twin touches the run, and all come to the same on one thread and on several.
+#[test]
+fn effects_are_the_same_on_any_threads_and_leave_the_run_alone() {
+    let faults = ["{ push = { impulse_y_n_s = 6.0, from_s = 0.5 } }".to_owned()];
+    let scenario = scenario(OPEN, &faults);
+    let found = explained(&scenario, Causes::All);
+    assert_eq!(
+        found.summary.trace_hash,
+        run(&scenario).expect("it runs").summary.trace_hash
+    );
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let again = pool
+        .expect("a thread")
+        .install(|| explained(&scenario, Causes::All));
+    assert_eq!(found.summary.effects, again.summary.effects);
+    assert_eq!(found.trace.header.twins, again.trace.header.twins);
+    let failed: Vec<_> = found
+        .trace
+        .header
+        .twins
+        .iter()
+        .filter(|twin| twin.error.is_some())
+        .collect();
+    assert!(failed.is_empty(), "{failed:?}");
+}
+
+/// The rollers' geometry takes 2 % of a motion to the left, and commands that allow for it give it back: it is tried before it is reported.
+#[test]
+fn a_remedy_was_tried() {
+    let left = "twist = { vy_m_s = 0.3, rest_s = 0.1, ramp_s = 0.4, settle_s = 0.3 }";
+    let found = explained(&scenario(left, &[]), Causes::Named);
+    let tried = found
+        .trace
+        .header
+        .twins
+        .iter()
+        .find_map(|twin| match &twin.change {
+            Change::With(remedy) => Some((remedy, twin)),
+            _ => None,
+        });
+    let (remedy, twin) = tried.expect("a remedy was tried");
+    assert_eq!(remedy.key, "guidance.kinematics = \"contact\"");
+    // Where they allow for it the robot does what is asked but for the wheel loops' give.
+    let reached = twin.figures["twist_mean.vy_m_s"];
+    assert!((reached / 0.3 - 1.0).abs() < 1e-3, "{reached}");
+    let before = found.summary.twist_mean.expect("a mean").vy_m_s;
+    assert!((before / 0.3 - 0.98).abs() < 1e-3, "{before}");
+}

@@ -1,0 +1,619 @@
+//! A plant is stepped from outside: what it says is repeatable, and what it is given is checked.
+
+use std::path::Path;
+
+use ilon_sim::robot::{Pose, Robot};
+use ilon_sim::trace::{Truth, trace_hash};
+use ilon_sim::world::Floor;
+use ilon_sim::{
+    Commanded, Controller, Driver, Error, Measurements, Moment, Plant, Scenario, Simulation,
+    Snapshot, WheelCommand, load_robot, resolve, resolve_for,
+};
+use test_case::test_case;
+
+/// All that may lie between two moments: noise, a late sensor that is fused with odometry, pushes, payloads, a seized roller, a
+/// floor that changes, a box, the wheel law with the most state.
+const EVENTFUL: &str = r#"
+[robot]
+file = "mecanum4.urdf"
+
+[twist]
+vx_m_s = 0.2
+
+[[world.floor.boxes]]
+x_m = 0.45
+y_m = 0.0
+length_x_m = 0.2
+length_y_m = 2.0
+height_m = 0.004
+
+[wheel_loop]
+law = "computed_torque"
+
+[sensors]
+seed = 7
+encoders.rate_noise_rad_s = 0.05
+fusion = {}
+
+[sensors.pose]
+rate_hz = 30
+latency_s = 0.03
+position_noise_m = 0.002
+heading_noise_deg = 0.2
+
+[[faults]]
+push = { impulse_y_n_s = 1.5, from_s = 0.3, lasts_s = 0.2 }
+
+[[faults]]
+payload = { mass_kg = 2, x_m = 0.05, from_s = 0.25, until_s = 0.55 }
+
+[[faults]]
+roller_stuck = { wheel = "front_left", roller = 2, from_s = 0.1, until_s = 0.6 }
+
+[[faults]]
+friction_changed = { friction = 0.15, from_s = 0.35, until_s = 0.5 }
+
+[run]
+duration_s = 1.0
+"#;
+
+const PERIOD_S: f64 = 0.01;
+
+fn folder() -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots")
+}
+
+fn eventful(further: &str) -> (Scenario, Robot) {
+    let text = format!("{EVENTFUL}{further}");
+    let scenario = Scenario::from_toml(&text, "eventful", folder()).expect("a scenario");
+    let robot = load_robot(&scenario).expect("a shipped robot");
+    (scenario, robot)
+}
+
+fn plant() -> Plant {
+    plant_with("")
+}
+
+fn plant_with(further: &str) -> Plant {
+    let (scenario, robot) = eventful(further);
+    let resolved = resolve(&scenario, &robot).expect("it can be run");
+    Plant::new(&resolved, &robot).expect("it stands")
+}
+
+/// Drives by what is seen, so that noise counts; gives what was true and what was seen.
+fn drive(plant: &mut Plant, periods: usize) -> Vec<(Truth, Measurements)> {
+    (0..periods)
+        .map(|_| {
+            let seen = plant.observe().clone();
+            let turn = 3.0 * seen.pose.heading_rad + 0.1 * seen.wheel_rates_rad_s[0];
+            let rates_rad_s = [8.0 + turn, 8.0 - turn, 7.0 + turn, 9.0 - turn];
+            let command = WheelCommand::Rates(&rates_rad_s);
+            plant.advance(command, PERIOD_S).expect("it drives");
+            (plant.truth(), seen)
+        })
+        .collect()
+}
+
+#[test]
+fn a_plant_goes_on_from_a_snapshot_to_the_bit_in_whatever_moment_it_was_taken() {
+    // Before, within and after each of the events.
+    for before in [0, 5, 15, 28, 40, 52, 70] {
+        let mut plant = plant();
+        drive(&mut plant, before);
+        let snapshot = plant.snapshot();
+        let first = drive(&mut plant, 40);
+        plant.restore(&snapshot).expect("its own");
+        assert_eq!(
+            drive(&mut plant, 40),
+            first,
+            "restored after {before} periods"
+        );
+        let mut other = self::plant();
+        other.restore(&snapshot).expect("of the same scenario");
+        assert_eq!(drive(&mut other, 40), first, "restored into another");
+    }
+}
+
+/// Of another floor, another robot, another course: a plant does not turn into another one.
+#[test]
+fn a_snapshot_of_another_plant_is_refused_and_changes_nothing() {
+    let mut plant = plant();
+    drive(&mut plant, 20);
+    let here = plant.snapshot();
+    let ahead = drive(&mut plant, 20);
+    plant.restore(&here).expect("its own");
+    let ice = plant_with("[world.floor]\nfriction = 0.05\n");
+    let other_robot = {
+        let text = "robot.file = \"volksbot.urdf\"\ntwist = {}\nrun.duration_s = 1\n";
+        let scenario = Scenario::from_toml(text, "three", folder()).expect("a scenario");
+        let robot = load_robot(&scenario).expect("a shipped robot");
+        Plant::new(&resolve(&scenario, &robot).expect("it runs"), &robot).expect("it stands")
+    };
+    // The same scenario, but a robot that is not what its file says any more.
+    let changed_robot = {
+        let (scenario, mut robot) = eventful("");
+        robot.chassis.mass.mass_kg += 1.0;
+        Plant::new(&resolve(&scenario, &robot).expect("it runs"), &robot).expect("it stands")
+    };
+    // The same scenario and robot on a ground of somebody's own.
+    let own_ground = {
+        let (scenario, robot) = eventful("");
+        let resolved = resolve(&scenario, &robot).expect("it runs");
+        Plant::on_floor(&resolved, &robot, Floor::default()).expect("it stands")
+    };
+    for mut other in [ice, other_robot, changed_robot, own_ground] {
+        let before = other.truth();
+        for refused in [plant.restore(&other.snapshot()), other.restore(&here)] {
+            let said = refused.expect_err("it is another").to_string();
+            assert!(said.contains("another simulation"), "{said}");
+        }
+        assert_eq!(other.truth(), before);
+    }
+    assert_eq!(drive(&mut plant, 20), ahead);
+}
+
+/// Where rapier solves contacts itself, a plant goes through the same: noise, a box, a push, a payload, a seized roller, a floor that
+/// turns slippery. The step is chosen for it, nothing that it does not know is written into the scenario, and a snapshot is
+/// one.
+#[test]
+fn a_plant_whose_contacts_rapier_solves_goes_through_the_same_events() {
+    let (scenario, robot) = eventful("[world.solver]\ncontacts = \"rapier\"\n");
+    let resolved = resolve(&scenario, &robot).expect("it can be run");
+    assert!(
+        resolved.physics_dt_s() <= 1e-3,
+        "{}",
+        resolved.physics_dt_s()
+    );
+    let again = resolve(resolved.scenario(), &robot).expect("what is spelled out can be run too");
+    assert_eq!(
+        again.scenario().to_toml().unwrap(),
+        resolved.scenario().to_toml().unwrap()
+    );
+
+    let mut plant = Plant::new(&resolved, &robot).expect("it stands");
+    drive(&mut plant, 28);
+    let snapshot = plant.snapshot();
+    let first = drive(&mut plant, 40);
+    plant.restore(&snapshot).expect("its own");
+    assert_eq!(drive(&mut plant, 40), first);
+    // Ahead at some 0.4 m/s for 0.68 s, over a box: nothing has thrown it.
+    let truth = plant.truth();
+    assert!(truth.pose.x_m > 0.1 && truth.pose.x_m < 0.4, "{truth:?}");
+    assert!(
+        truth.roll_rad.abs() < 0.1 && truth.pitch_rad.abs() < 0.1,
+        "{truth:?}"
+    );
+}
+
+#[test]
+fn a_snapshot_is_of_the_energies_and_contacts_too() {
+    let mut plant = plant();
+    drive(&mut plant, 33);
+    let snapshot = plant.snapshot();
+    let look = |plant: &Plant| {
+        let world = plant.world();
+        (
+            world.slip_energy_j(),
+            world.motor_energy_j(),
+            world.robot().contacts().to_vec(),
+            world.robot().roller_spins_rad_s(0),
+        )
+    };
+    drive(&mut plant, 20);
+    let first = look(&plant);
+    plant.restore(&snapshot).expect("its own");
+    drive(&mut plant, 20);
+    assert_eq!(look(&plant), first);
+}
+
+#[test]
+fn plants_on_two_threads_do_what_they_do_on_one() {
+    let alone = drive(&mut plant(), 80);
+    let runs: Vec<_> = std::thread::scope(|scope| {
+        let started = [(); 2].map(|()| scope.spawn(|| drive(&mut plant(), 80)));
+        started
+            .into_iter()
+            .map(|run| run.join().expect("it drives"))
+            .collect()
+    });
+    assert!(runs.iter().all(|run| *run == alone));
+    // And one that moves to another thread in the middle of its way.
+    let mut moved = plant();
+    let mut way = drive(&mut moved, 40);
+    let rest = std::thread::spawn(move || drive(&mut moved, 40));
+    way.extend(rest.join().expect("it drives"));
+    assert_eq!(way, alone);
+}
+
+#[test]
+fn what_runs_may_go_to_another_thread() {
+    fn is_send<T: Send>() {}
+    is_send::<Plant>();
+    is_send::<Snapshot>();
+    is_send::<Simulation>();
+}
+
+/// Also where each roller slides along its axle, and where treads are strained.
+#[test_case(""; "rigid rollers")]
+#[test_case("[rollers]\naxial_play_m = 4e-4\n"; "rollers with play")]
+#[test_case("[rollers.tread]\nstiffness_n_m = 1e6\n"; "rollers with a tread")]
+fn a_plant_that_is_reset_is_a_new_one_of_that_seed_and_place(further: &str) {
+    let (scenario, robot) = eventful(further);
+    let start = Pose {
+        x_m: -0.3,
+        y_m: 0.1,
+        heading_rad: 0.2,
+    };
+    let mut elsewhere = scenario.clone();
+    elsewhere.sensors.seed = 99;
+    elsewhere.robot.x_m = start.x_m;
+    elsewhere.robot.y_m = start.y_m;
+    elsewhere.robot.heading_deg = 0.2_f64.to_degrees();
+    // 0.2 rad in degrees and back is not 0.2 rad to the last bit.
+    let start = Pose {
+        heading_rad: elsewhere.robot.heading_deg.to_radians(),
+        ..start
+    };
+    let resolved = resolve(&elsewhere, &robot).expect("it can be run");
+    let mut fresh = Plant::new(&resolved, &robot).expect("it stands");
+    let mut reset = plant_with(further);
+    drive(&mut reset, 37);
+    reset.reset(99, start).expect("it stands there");
+    assert_eq!(reset.time_s(), 0.0);
+    assert_eq!(reset.truth(), fresh.truth());
+    assert_eq!(drive(&mut reset, 60), drive(&mut fresh, 60));
+
+    // Rounding leaves such numbers.
+    let nearly = Pose {
+        heading_rad: 1e-17,
+        ..Pose::default()
+    };
+    plant_with(further)
+        .reset(1, nearly)
+        .expect("it stands there");
+
+    // A seed more or less is another noise, and another way.
+    let mut other = plant_with(further);
+    other.reset(100, start).expect("it stands there");
+    assert_ne!(drive(&mut other, 60).last(), drive(&mut reset, 60).last());
+}
+
+#[test]
+fn a_reset_to_where_no_robot_can_stand_leaves_the_plant_as_it_was() {
+    let mut plant = plant();
+    drive(&mut plant, 10);
+    let before = plant.truth();
+    for x_m in [f64::NAN, f64::INFINITY, 1e300] {
+        let pose = Pose {
+            x_m,
+            ..Pose::default()
+        };
+        assert!(plant.reset(1, pose).is_err());
+        assert_eq!(plant.truth(), before);
+    }
+}
+
+#[test]
+fn sensors_asked_twice_say_the_same_and_asking_changes_nothing() {
+    let (mut asked, mut unasked) = (plant(), plant());
+    let rates = WheelCommand::Rates(&[5.0; 4]);
+    for _ in 0..30 {
+        let seen = asked.observe().clone();
+        assert_eq!(*asked.observe(), seen);
+        asked.advance(rates, PERIOD_S).expect("it drives");
+        unasked.advance(rates, PERIOD_S).expect("it drives");
+    }
+    assert_eq!(asked.truth(), unasked.truth());
+    assert_eq!(asked.observe(), unasked.observe());
+}
+
+/// What a plant's encoders add to the real wheel rates at each sample of the control, in rad/s, with so many physics steps
+/// between two samples.
+fn encoder_errors_rad_s(steps_a_sample: u32) -> Vec<f64> {
+    let physics_dt_s = PERIOD_S / f64::from(steps_a_sample);
+    let text = format!(
+        "[robot]\nfile = \"mecanum4.urdf\"\n[twist]\nvx_m_s = 0.2\n\
+         [sensors]\nseed = 7\nencoders.rate_noise_rad_s = 0.05\n\
+         [run]\nduration_s = 1.0\ncontrol_dt_s = {PERIOD_S}\nphysics_dt_s = {physics_dt_s}\n"
+    );
+    let scenario = Scenario::from_toml(&text, "noisy", folder()).expect("a scenario");
+    let robot = load_robot(&scenario).expect("a shipped robot");
+    let resolved = resolve(&scenario, &robot).expect("it can be run");
+    let mut plant = Plant::new(&resolved, &robot).expect("it stands");
+    let mut errors_rad_s = Vec::new();
+    for _ in 0..100 {
+        let seen = plant.observe().wheel_rates_rad_s.clone();
+        let real = plant.world().robot().wheel_rates_rad_s();
+        errors_rad_s.extend(seen.iter().zip(real).map(|(seen, real)| seen - real));
+        let command = WheelCommand::Rates(&[2.0; 4]);
+        plant.advance(command, PERIOD_S).expect("it drives");
+    }
+    errors_rad_s
+}
+
+#[test]
+fn encoder_noise_is_a_matter_of_samples_and_not_of_physics_steps() {
+    let [coarse, fine] = [4, 10].map(encoder_errors_rad_s);
+    for (coarse, fine) in coarse.iter().zip(&fine) {
+        // Rates of some rad/s: the sum of rate and noise is rounded at 1e-15.
+        assert!((coarse - fine).abs() < 1e-13, "{coarse} is not {fine}");
+    }
+    // 400 draws of a standard deviation of 0.05 rad/s scatter by 1 / sqrt(2 * 400) = 3.5 % about it: within four times that.
+    let squares: f64 = coarse.iter().map(|error| error * error).sum();
+    let rms_rad_s = (squares / coarse.len() as f64).sqrt();
+    assert!((rms_rad_s / 0.05 - 1.0).abs() < 0.14, "{rms_rad_s} rad/s");
+}
+
+#[test]
+fn one_long_advance_is_many_short_ones() {
+    let (mut long, mut short) = (plant(), plant());
+    let rates = WheelCommand::Rates(&[6.0, 5.0, 5.0, 6.0]);
+    long.advance(rates, 0.3).expect("it drives");
+    for _ in 0..30 {
+        short.advance(rates, PERIOD_S).expect("it drives");
+    }
+    assert_eq!(long.truth(), short.truth());
+    assert_eq!(long.time_s(), short.time_s());
+}
+
+#[test]
+fn the_torques_of_an_outcome_are_the_mean_of_what_acted() {
+    let mut plant = plant();
+    let mut steps = Vec::new();
+    let outcome = plant
+        .advance_watched(WheelCommand::Rates(&[5.0; 4]), PERIOD_S, |world, dt_s| {
+            steps.push((world.robot().motor_torques_n_m()[0], dt_s));
+        })
+        .expect("it drives")
+        .clone();
+    let impulse_n_m_s: f64 = steps.iter().map(|(torque, dt_s)| torque * dt_s).sum();
+    // Sums of some ten numbers, rounded.
+    assert!((outcome.torques_n_m[0] - impulse_n_m_s / PERIOD_S).abs() < 1e-12);
+    assert!(outcome.torques_n_m[0] > 0.0);
+}
+
+/// A DC motor brings a wheel that nothing loads to its no-load rate and no further, at any step: with J w' = stall (1 - w / no_load)
+/// the rate nears it as an exponential, here within 0.8 ms.
+#[test]
+fn a_dc_motor_ends_at_its_no_load_rate_at_any_step() {
+    const NO_LOAD_RAD_S: f64 = 20.0;
+    for dt_s in [0.0005, 0.001, 0.002, 0.004] {
+        let text = format!(
+            "robot.file = \"mecanum4.toml\"\nrobot.spec.wheel = {{ motor_effort_n_m = 20.0, motor_velocity_rad_s = 1000.0 }}\n\
+             motors.dc = {{ stall_torque_n_m = 6.0, no_load_rate_rad_s = {NO_LOAD_RAD_S} }}\ntwist = {{}}\n\
+             world.floor.friction = 0.0\nrun = {{ duration_s = 1, physics_dt_s = {dt_s}, control_dt_s = 0.02 }}\n"
+        );
+        let scenario = Scenario::from_toml(&text, "dc", folder()).expect("a scenario");
+        let robot = load_robot(&scenario).expect("a shipped robot");
+        let resolved = resolve(&scenario, &robot).expect("it can be run");
+        let commands = [
+            WheelCommand::Torques(&[6.0, 6.0, -6.0, -6.0]),
+            WheelCommand::Rates(&[60.0, 60.0, -60.0, -60.0]),
+        ];
+        for command in commands {
+            let mut plant = Plant::new(&resolved, &robot).expect("it stands");
+            let mut fastest_rad_s = 0.0_f64;
+            plant
+                .advance_watched(command, 0.1, |world, _| {
+                    let rates = world.robot().wheel_rates_rad_s().iter();
+                    fastest_rad_s = rates.fold(fastest_rad_s, |most, rate| most.max(rate.abs()));
+                })
+                .expect("it drives");
+            // The solver's residual.
+            assert!(
+                fastest_rad_s < NO_LOAD_RAD_S + 1e-4,
+                "{dt_s}: {fastest_rad_s}"
+            );
+            for rate in &plant.observe().wheel_rates_rad_s {
+                assert!(rate.abs() > 0.9 * NO_LOAD_RAD_S, "{dt_s}: {rate}");
+            }
+        }
+    }
+}
+
+#[test]
+fn bad_commands_and_periods_are_refused_and_move_nothing() {
+    let mut plant = plant();
+    let before = plant.truth();
+    let good = [1.0; 4];
+    let numbers: [&[f64]; 4] = [
+        &[],
+        &[1.0; 3],
+        &[1.0, f64::NAN, 0.0, 0.0],
+        &[f64::INFINITY; 4],
+    ];
+    for numbers in numbers {
+        for command in [WheelCommand::Rates(numbers), WheelCommand::Torques(numbers)] {
+            let refused = plant.advance(command, PERIOD_S);
+            assert!(matches!(refused, Err(Error::Invalid { .. })), "{command:?}");
+        }
+    }
+    for period_s in [
+        0.0,
+        -PERIOD_S,
+        0.5e-9,
+        1.37 * PERIOD_S,
+        1e300,
+        f64::NAN,
+        f64::INFINITY,
+    ] {
+        let refused = plant.advance(WheelCommand::Rates(&good), period_s);
+        assert!(matches!(refused, Err(Error::Invalid { .. })), "{period_s}");
+    }
+    assert_eq!((plant.time_s(), plant.truth()), (0.0, before));
+}
+
+/// Says what the guidance of an open loop would, from the kinematics that it is told.
+struct Forward;
+
+impl Controller for Forward {
+    fn command(&mut self, now: &Moment<'_>, wheels: &mut [f64]) -> Commanded {
+        assert_eq!(now.robot.wheels.len(), wheels.len());
+        assert!(wheels.iter().all(|wheel| *wheel == 0.0));
+        let twist = ilon_sim::robot::Twist::new(0.2, 0.0, 0.0);
+        now.kinematics.wheel_rates(twist, wheels);
+        Commanded::Rates
+    }
+}
+
+#[test]
+fn a_run_under_a_controller_is_its_plant_under_the_same_commands() {
+    let (scenario, robot) = eventful("");
+    let run = Simulation::with_controller(&scenario, Forward)
+        .expect("it can be run")
+        .run();
+    let resolved = resolve_for(&scenario, &robot, Driver::Own).expect("it can be run");
+    let mut plant = Plant::new(&resolved, &robot).expect("it stands");
+    let mut rates_rad_s = [0.0; 4];
+    let twist = ilon_sim::robot::Twist::new(0.2, 0.0, 0.0);
+    plant.kinematics().wheel_rates(twist, &mut rates_rad_s);
+    for record in run.trace.records() {
+        assert_eq!(record.truth, plant.truth(), "at {} s", record.t_s);
+        assert_eq!(record.seen_pose, plant.observe().pose);
+        let command = WheelCommand::Rates(&rates_rad_s);
+        plant.advance(command, PERIOD_S).expect("it drives");
+    }
+}
+
+#[test]
+fn to_resolve_is_to_resolve_once() {
+    let (scenario, robot) = eventful("");
+    let before = scenario.to_toml().expect("text");
+    let once = resolve(&scenario, &robot).expect("it can be run");
+    assert_eq!(scenario.to_toml().expect("text"), before);
+    let twice = resolve(once.scenario(), &robot).expect("it can be run");
+    let text = |scenario: &Scenario| scenario.to_toml().expect("text");
+    assert_eq!(text(twice.scenario()), text(once.scenario()));
+    let hash =
+        |scenario: &Scenario| trace_hash(&ilon_sim::run(scenario).expect("it can be run").trace);
+    assert_eq!(hash(&scenario), hash(once.scenario()));
+}
+
+#[test]
+fn a_push_from_outside_is_the_same_push_of_a_scenario() {
+    // 6 N for 0.25 s from 0.3 s on, which divide without rounding: given as its impulse in the scenario, and as a force when the time has come.
+    let fault = "\n[[faults]]\npush = { impulse_x_n_s = 1.5, x_m = 0.1, y_m = 0.05, z_m = 0.0, from_s = 0.3, lasts_s = 0.25 }\n";
+    let of = |further: &str| {
+        let (scenario, robot) = eventful(further);
+        let resolved = resolve(&scenario, &robot).expect("it can be run");
+        Plant::new(&resolved, &robot).expect("it stands")
+    };
+    let (mut scheduled, mut pushed, mut left_alone) = (of(fault), of(""), of(""));
+    for period in 0..60 {
+        if period == 30 {
+            let place_m = Some([0.1, 0.05, 0.0]);
+            pushed.push([6.0, 0.0, 0.0], place_m, 0.25).expect("a push");
+        }
+        for plant in [&mut scheduled, &mut pushed, &mut left_alone] {
+            plant
+                .advance(WheelCommand::Torques(&[0.0; 4]), PERIOD_S)
+                .expect("it drives");
+        }
+    }
+    assert_eq!(pushed.truth(), scheduled.truth());
+    assert_ne!(pushed.truth(), left_alone.truth());
+}
+
+#[test]
+fn a_push_ends_with_a_reset_and_is_refused_where_it_is_no_push() {
+    let (mut plant, start) = (plant(), Pose::default());
+    for (force_n, place_m, lasts_s) in [
+        ([f64::NAN, 0.0, 0.0], None, 1.0),
+        ([1.0, 0.0, 0.0], Some([f64::INFINITY, 0.0, 0.0]), 1.0),
+        ([1.0, 0.0, 0.0], None, 0.0),
+        ([1.0, 0.0, 0.0], None, f64::NAN),
+    ] {
+        assert!(plant.push(force_n, place_m, lasts_s).is_err());
+    }
+    plant.reset(7, start).expect("it stands");
+    let drive = |plant: &mut Plant| {
+        plant
+            .advance(WheelCommand::Torques(&[0.0; 4]), PERIOD_S)
+            .expect("it drives");
+        plant.truth()
+    };
+    let alone = drive(&mut plant);
+    plant.reset(7, start).expect("it stands");
+    plant.push([50.0, 0.0, 0.0], None, 5.0).expect("a push");
+    assert_ne!(drive(&mut plant), alone);
+    plant.reset(7, start).expect("it stands");
+    assert_eq!(drive(&mut plant), alone);
+}
+
+/// A plant of which a camera sees the pose with this delay, and which is pushed to one side by its wheels.
+fn seen_late(latency_s: f64) -> Plant {
+    let text = format!(
+        "[robot]\nfile = \"mecanum4.urdf\"\n[twist]\n[sensors.pose]\nlatency_s = {latency_s}\n[run]\nduration_s = 1.0\n"
+    );
+    let scenario = Scenario::from_toml(&text, "late", folder()).expect("a scenario");
+    let robot = load_robot(&scenario).expect("a shipped robot");
+    let resolved = resolve(&scenario, &robot).expect("it can be run");
+    Plant::new(&resolved, &robot).expect("it stands")
+}
+
+/// A late pose is the true one of that long ago.
+#[test]
+fn a_late_pose_is_where_the_robot_was_then() {
+    for periods_late in [1, 3, 7] {
+        let mut plant = seen_late(PERIOD_S * f64::from(periods_late));
+        let mut truths = vec![plant.truth().pose];
+        for period in 1..=20 {
+            let command = WheelCommand::Rates(&[8.0, 6.0, 6.0, 8.0]);
+            plant.advance(command, PERIOD_S).expect("it drives");
+            truths.push(plant.truth().pose);
+            // Before the first has arrived, where it was set down.
+            let then = truths[(period - periods_late).max(0) as usize];
+            assert_eq!(
+                plant.observe().pose,
+                then,
+                "{periods_late} late, at {period}"
+            );
+        }
+        // It moves on each time, so that no other moment would do.
+        let moved = truths
+            .windows(2)
+            .skip(2)
+            .map(|pair| pair[1].x_m - pair[0].x_m);
+        assert!(moved.into_iter().all(|m| m.abs() > 1e-5));
+    }
+}
+
+/// An encoder whose factor is wrong counts the way that its wheel turned since it is, times the factor; its rate is wrong at once.
+#[test]
+fn a_scaled_encoder_counts_the_factor_of_what_its_wheel_turns() {
+    let text = "[robot]\nfile = \"mecanum4.urdf\"\n[twist]\n[run]\nduration_s = 1.0\n\
+        [[faults]]\nencoder_scaled = { wheel = \"front_left\", factor = 1.25, from_s = 0.1 }\n";
+    let scenario = Scenario::from_toml(text, "scaled", folder()).expect("a scenario");
+    let robot = load_robot(&scenario).expect("a shipped robot");
+    let resolved = resolve(&scenario, &robot).expect("it can be run");
+    let mut plant = Plant::new(&resolved, &robot).expect("it stands");
+    let wheel = robot
+        .wheels
+        .iter()
+        .position(|wheel| wheel.name.starts_with("front_left"));
+    let wheel = wheel.expect("it has one");
+    let mut angle_when_it_broke = 0.0;
+    for period in 1..=30 {
+        let command = WheelCommand::Rates(&[8.0; 4]);
+        plant.advance(command, PERIOD_S).expect("it drives");
+        let true_angle = plant.world().robot().wheel_angles_rad()[wheel];
+        let true_rate = plant.world().robot().wheel_rates_rad_s()[wheel];
+        if period <= 10 {
+            angle_when_it_broke = true_angle;
+        }
+        let broken = period >= 10;
+        let seen = plant.observe();
+        let expected = true_angle + 0.25 * (true_angle - angle_when_it_broke);
+        // The step within which it breaks is counted by the factor that holds at its end: a step at 10 rad/s, as the loop overshoots 8.
+        let step_rad = 10.0 * resolved.physics_dt_s() * 0.25;
+        assert!(
+            (seen.wheel_angles_rad[wheel] - expected).abs() <= step_rad,
+            "{period}: {} {expected}",
+            seen.wheel_angles_rad[wheel]
+        );
+        if period != 10 {
+            let factor = if broken { 1.25 } else { 1.0 };
+            assert!((seen.wheel_rates_rad_s[wheel] - factor * true_rate).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! A row is its period: what happened between two rows is in the second of them, however far apart they are.
+
+use std::path::Path;
+
+use ilon_sim::trace::{Settings, Summary, Trace};
+use ilon_sim::{Scenario, Simulation};
+
+fn run(text: &str) -> (Trace, Summary) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
+    let text = format!("robot.file = 'mecanum4.urdf'\n{text}");
+    let scenario = Scenario::from_toml(&text, "rows", folder).expect("a scenario");
+    let run = Simulation::new(&scenario).expect("it can be run").run();
+    let summary = Summary::of(&run.trace, &Settings::default());
+    (run.trace, summary)
+}
+
+/// Ahead with 1 m/s^2 up to 1.2 m/s on a floor of friction 0.2, as a staircase of wheel targets that changes every `stair_ms`, decided and
+/// recorded every `period_ms`; all with physics steps of 1 ms. The last 0.4 s are steady.
+fn stairs(stair_ms: u32, period_ms: u32) -> (Trace, Summary) {
+    let stairs = 1200 / stair_ms;
+    let schedule: Vec<String> = (1..=stairs)
+        .map(|stair| {
+            let t_s = f64::from(stair * stair_ms) * 1e-3;
+            // As many digits as milliseconds have: a sum of binary fractions would be late by a control period.
+            format!("{{ from_s = {:.3}, vx_m_s = {t_s} }}", 0.2 + t_s)
+        })
+        .collect();
+    run(&format!(
+        "[twist]\nvx_m_s = 0\nrest_s = 0.2\nramp_s = 0.0\nschedule = [{}]\n\
+         [world.floor]\nfriction = 0.2\n\
+         [run]\nduration_s = 1.8\ncontrol_dt_s = {}\nphysics_dt_s = 0.001\n",
+        schedule.join(", "),
+        f64::from(period_ms) * 1e-3,
+    ))
+}
+
+/// The force is a pulse that decays within each stair. Rows of the last instants of their periods missed three quarters of it at 50 ms.
+#[test]
+fn extremes_and_budget_do_not_depend_on_how_often_rows_are_written() {
+    for stair_ms in [10, 20, 50] {
+        let (_, fine) = stairs(stair_ms, 1);
+        let (_, coarse) = stairs(stair_ms, stair_ms);
+        let near = |what: fn(&Summary) -> Option<f64>, share: f64| {
+            let (a, b) = (
+                what(&fine).expect("a figure"),
+                what(&coarse).expect("a figure"),
+            );
+            assert!((a - b).abs() <= share * a.abs(), "{stair_ms} ms: {a} {b}");
+        };
+        // The same physics to the bit, and so the same extremes but for the rounding of sums.
+        near(|summary| summary.friction_used_max, 1e-9);
+        near(|summary| summary.slip_speed_max_m_s, 1e-9);
+        near(|summary| summary.wheel_torque_max_n_m, 1e-9);
+        // Rows end at 1.799 and at 1.75 to 1.79 s: the last, steady stretch weighs a little less.
+        near(|summary| summary.slip_speed_rms_m_s, 0.03);
+        let way_m = fine.travelled_m;
+        for ((name, fine), (_, coarse)) in fine.ledger.named().iter().zip(coarse.ledger.named()) {
+            // What slips does so in the first milliseconds of each stair, and spans of the budget are 5 ms.
+            let apart_m = (fine.path_m - coarse.path_m).abs();
+            assert!(apart_m < 1e-3 * way_m, "{stair_ms} ms, {name}: {apart_m} m");
+        }
+    }
+    let (_, far) = stairs(50, 50);
+    assert!(far.friction_used_max.expect("contacts") > 0.999);
+    assert!(far.slip_speed_max_m_s.expect("contacts") > 0.02);
+}
+
+/// Newton: the forces of all wheels, each a mean over its row's period, accelerate the robot's mass.
+#[test]
+fn the_forces_of_a_row_are_mass_times_acceleration() {
+    for period_ms in [1, 10, 20, 50] {
+        let (trace, _) = stairs(50, period_ms);
+        let mass_kg = trace.header.mass_kg;
+        let mut pushed_n_s = 0.0;
+        for row in 1..trace.records().len() {
+            let (before, now) = (&trace.records()[row - 1], &trace.records()[row]);
+            let force_n: f64 = trace
+                .wheels_at(row)
+                .iter()
+                .map(|wheel| wheel.force_x_n)
+                .sum();
+            pushed_n_s += force_n * (now.t_s - before.t_s);
+            let gained_n_s = mass_kg * now.truth.twist_in_body.vx_m_s;
+            // The frame's origin also pitches by micrometres on its springy contacts: 1e-6 of 13 N s.
+            assert!(
+                (pushed_n_s - gained_n_s).abs() < 1e-4 * (1.0 + gained_n_s.abs()),
+                "{period_ms} ms, {} s: {pushed_n_s} {gained_n_s}",
+                now.t_s
+            );
+        }
+        assert!(pushed_n_s > 13.0, "{pushed_n_s} N s");
+    }
+}
+
+/// Rows that are left out take nothing with them: extremes, budget and saturation are those of all control periods.
+#[test]
+fn fewer_rows_say_the_same() {
+    let circle = |every: u32| {
+        run(&format!(
+            "[reference.circle]\nradius_m = 0.5\nspeed_m_s = 0.6\nheading = {{ constant_deg = 0 }}\n\
+             [guidance]\nwheel_rate_limit_rad_s = 13\n\
+             [world.floor]\nfriction = 0.3\n\
+             [run]\nduration_s = 3\nrecord_every = {every}\n"
+        ))
+    };
+    let (_, all) = circle(1);
+    let (_, few) = circle(20);
+    for (what, a, b) in [
+        ("grip", all.friction_used_max, few.friction_used_max),
+        ("slip", all.slip_speed_max_m_s, few.slip_speed_max_m_s),
+        ("torque", all.wheel_torque_max_n_m, few.wheel_torque_max_n_m),
+        ("error", all.position_error_max_m, few.position_error_max_m),
+        (
+            "command",
+            all.wheel_rate_command_max_rad_s,
+            few.wheel_rate_command_max_rad_s,
+        ),
+    ] {
+        assert_eq!(a, b, "{what}");
+    }
+    assert_eq!(all.ledger, few.ledger);
+    let near = |a: Option<f64>, b: Option<f64>| (a.expect("a figure") - b.expect("a figure")).abs();
+    // Means of the same numbers, added up in another order.
+    assert!(near(all.saturated_share, few.saturated_share) < 1e-12);
+    assert!(near(all.slip_speed_rms_m_s, few.slip_speed_rms_m_s) < 1e-12);
+    assert!(near(all.airborne_share, few.airborne_share) < 1e-12);
+}

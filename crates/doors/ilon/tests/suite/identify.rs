@@ -1,0 +1,487 @@
+//! `ilon identify` as a person meets it: from a proposed course over a bag to the robot that is found, with logs that cannot be right, ended
+//! by Ctrl-C, and what is written.
+
+use crate::support;
+
+use std::f64::consts::PI;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use support::{Folder, ended_with, stdout};
+
+/// The folder's copy of a robot on three omni wheels, as its description says it is.
+fn volksbot(folder: &Folder) {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
+    let text = std::fs::read_to_string(format!("{root}/volksbot.toml")).expect("a shipped robot");
+    folder.write("known.toml", &text);
+    // What it is in truth: smaller wheels, longer arms.
+    let truth = text.replace("radius_m = 0.05\n", "radius_m = 0.0492\n");
+    let truth = truth.replace("distance_m = 0.25", "distance_m = 0.26");
+    assert_ne!(truth, text);
+    folder.write("truth.toml", &truth);
+}
+
+/// A log of ideal omni wheels of 49.2 mm at 0.26 m, driven ahead, to the left and round, as a table of text.
+fn table() -> String {
+    table_of(1.0, 500)
+}
+
+/// The same of a robot that makes a share of its way sideways, and of which each drive takes so many rows but for that round.
+fn table_of(sideways: f64, rows: u32) -> String {
+    let (radius_m, lever_m) = (0.0492, 0.26);
+    let mut text = "t,x,y,heading,w1,w2,w3\n".to_owned();
+    let (mut x, mut y, mut heading, mut wheels) = (0.0, 0.0, 0.0_f64, [0.0; 3]);
+    let row_s = 0.02;
+    for row in 0..2 * rows + 500 {
+        // What a tracker sees to 0.1 mm, in a pattern that repeats after long.
+        let noise = |salt: f64| 1e-4 * (f64::from(row) * salt).sin();
+        text += &format!(
+            "{:.3},{:.6},{:.6},{:.6},{:.5},{:.5},{:.5}\n",
+            f64::from(row) * row_s,
+            x + noise(91.7),
+            y + noise(53.3),
+            heading + noise(17.9),
+            wheels[0],
+            wheels[1],
+            wheels[2]
+        );
+        let [vx, vy, omega] =
+            [[0.2, 0.0, 0.0], [0.0, 0.2, 0.1], [0.0, 0.0, 0.6]][(row / rows).min(2) as usize];
+        // Wheels at 0, 120 and 240 degrees, the first straight ahead of the middle: each drives along its tangent.
+        for (wheel, angle) in wheels.iter_mut().enumerate() {
+            let place = wheel as f64 * 2.0 * PI / 3.0;
+            let tangent = vy * place.cos() - vx * place.sin() + lever_m * omega;
+            *angle -= tangent / radius_m * row_s;
+        }
+        let vy = sideways * vy;
+        let middle = heading + 0.5 * omega * row_s;
+        x += (middle.cos() * vx - middle.sin() * vy) * row_s;
+        y += (middle.sin() * vx + middle.cos() * vy) * row_s;
+        heading += omega * row_s;
+    }
+    text
+}
+
+const STUDY: &str = "\
+robot = \"known.toml\"
+
+[log]
+time = { column = \"t\", unit = \"s\" }
+x = { column = \"x\", unit = \"m\" }
+y = { column = \"y\", unit = \"m\" }
+heading = { column = \"heading\", unit = \"rad\" }
+
+[log.wheels]
+wheel_1 = { column = \"w1\", unit = \"rad\" }
+wheel_2 = { column = \"w2\", unit = \"rad\" }
+wheel_3 = { column = \"w3\", unit = \"rad\" }
+
+[[runs]]
+file = \"log.csv\"
+";
+
+fn value(json: &serde_json::Value, name: &str) -> f64 {
+    let value = &json["parameters"][name]["value"];
+    value.as_f64().unwrap_or_else(|| panic!("{name} in {json}"))
+}
+
+/// A course is proposed, the robot as it is drives it, a bag records it, and what the robot is comes out of the bag.
+#[test]
+fn a_proposed_course_recorded_as_a_bag_makes_the_robot_known() {
+    let folder = Folder::new();
+    volksbot(&folder);
+    let planned = folder.ilon(&[
+        "identify",
+        "--plan",
+        "known.toml",
+        "--free",
+        "radius_m,lever_m",
+        "--out",
+        "course",
+    ]);
+    let said = ended_with(0, &planned);
+    assert!(said.contains("standard error that it leaves"), "{said}");
+    assert_eq!(
+        folder.names("course"),
+        ["course.json", "waypoints.csv", "wheel_rates.csv"]
+    );
+    let course: serde_json::Value =
+        serde_json::from_str(&folder.read("course/course.json")).expect("JSON");
+    assert!(
+        course["errors"].is_object() || course["errors"].is_array(),
+        "{course}"
+    );
+    let rows = folder.read("course/wheel_rates.csv");
+    let last = rows.lines().last().expect("rows");
+    let until_s: f64 = last
+        .split(',')
+        .next()
+        .and_then(|t| t.parse().ok())
+        .expect("a time");
+    folder.write(
+        "drive.toml",
+        &format!(
+            "[robot]\nfile = \"truth.toml\"\n\n[playback]\nfile = \"course/wheel_rates.csv\"\ndrives = \"wheel_rates\"\n\n\
+             [run]\nduration_s = {}\n",
+            until_s + 1.0
+        ),
+    );
+    ended_with(
+        0,
+        &folder.ilon(&[
+            "run",
+            "drive.toml",
+            "--mcap",
+            "--no-report",
+            "--out",
+            "driven",
+        ]),
+    );
+    folder.write(
+        "study.toml",
+        "robot = \"known.toml\"\n\n[log.bag]\njoints = \"/joint_states\"\npose = \"/ground_truth/odom\"\n\n[[runs]]\nfile = \"driven/bag\"\n\n\
+         [[models]]\nname = \"radius and lever\"\nfree = [\"radius_m\", \"lever_m\"]\n",
+    );
+    let found = folder.ilon(&["identify", "study.toml", "--out", "found", "--json"]);
+    ended_with(0, &found);
+    let json: serde_json::Value = serde_json::from_str(&stdout(&found)).expect("nothing but JSON");
+    // Rows of the bag are of one moment, so that what is left are hand-overs: far below a thousandth. Two rows of rollers 0 mm apart leave the
+    // arm as it is.
+    assert!(
+        (value(&json, "radius_m") / 0.0492 - 1.0).abs() < 1e-3,
+        "{json}"
+    );
+    assert!(
+        (value(&json, "lever_m") / 0.26 - 1.0).abs() < 2e-3,
+        "{json}"
+    );
+    // What it wrote is a robot and a scenario ready to run.
+    ended_with(
+        0,
+        &folder.ilon(&[
+            "run",
+            "found/scenario.toml",
+            "--no-report",
+            "--out",
+            "again",
+        ]),
+    );
+}
+
+#[test]
+fn a_table_of_text_makes_the_robot_known_and_all_results_are_written() {
+    let folder = Folder::new();
+    volksbot(&folder);
+    folder.write("log.csv", &table());
+    folder.write("study.toml", STUDY);
+    let output = folder.ilon(&["identify", "study.toml", "--out", "found"]);
+    let said = ended_with(0, &output);
+    assert!(said.contains("radius_m"), "{said}");
+    let json: serde_json::Value =
+        serde_json::from_str(&folder.read("found/identified.json")).expect("JSON");
+    let lever_m = value(&json, "lever_m");
+    // Displacements of 0.2 m a stretch are seen to 0.14 mm, over 30 stretches.
+    assert!((lever_m / 0.26 - 1.0).abs() < 2e-3, "{lever_m}");
+    let names = folder.names("found");
+    for name in [
+        "drive.csv",
+        "identified.json",
+        "report.html",
+        "robot.toml",
+        "scenario.toml",
+    ] {
+        assert!(names.iter().any(|known| known == name), "{names:?}");
+    }
+    // Again, and from another folder's name: the same to the byte.
+    ended_with(
+        0,
+        &folder.ilon(&["identify", "study.toml", "--out", "again"]),
+    );
+    assert_eq!(
+        folder.read("found/identified.json"),
+        folder.read("again/identified.json")
+    );
+}
+
+/// What the page and the terminal say in sentences, of the same findings: each line but the last of a wish is one.
+fn sentences(folder: &Folder, out: &str, printed: &str) -> Vec<String> {
+    let page = folder.read(&format!("{out}/report.html"));
+    let lead = page.split("<div class=\"story\">").nth(1).expect("a lead");
+    let lead = lead.split("</div>").next().unwrap_or_default();
+    let plain = |line: &str| {
+        let line = line
+            .replace("<b>✓</b> ", "")
+            .replace("<b class=\"failed\">✗</b> ", "");
+        let line = line
+            .replace("<p>", "")
+            .replace("<code>", "`")
+            .replace("</code>", "`")
+            .replace("&quot;", "\"")
+            .replace("&#39;", "'");
+        line.replace("&lt;", "<")
+            .replace("&gt;", ">")
+            .replace("&amp;", "&")
+    };
+    let lines: Vec<String> = lead
+        .split("</p>")
+        .map(plain)
+        .filter(|line| !line.is_empty())
+        .collect();
+    for line in &lines {
+        assert!(
+            printed.contains(line.as_str()),
+            "`{line}` is not in {printed}"
+        );
+    }
+    lines
+}
+
+/// The numbers of a sentence.
+fn numbers(sentence: &str) -> Vec<f64> {
+    let parts = sentence.split(|c: char| !(c.is_ascii_digit() || c == '.' || c == '-'));
+    parts
+        .filter_map(|part| part.trim_end_matches('.').parse().ok())
+        .collect()
+}
+
+fn starting<'l>(lines: &'l [String], with: &str) -> &'l str {
+    let line = lines.iter().find(|line| line.starts_with(with));
+    line.unwrap_or_else(|| panic!("no line starts with `{with}`: {lines:#?}"))
+}
+
+/// A robot with wheels of 49.2 mm for 50 at 260 mm for 250, which makes 0.96 of its way sideways: what it does and what to set follow on paper.
+#[test]
+fn what_the_robot_does_and_what_to_set_is_said_first_with_the_numbers_of_the_truth() {
+    let folder = Folder::new();
+    volksbot(&folder);
+    folder.write("log.csv", &table_of(0.96, 500));
+    folder.write("study.toml", STUDY);
+    let output = folder.ilon(&["identify", "study.toml", "--out", "found"]);
+    ended_with(0, &output);
+    let printed = stdout(&output);
+    let lines = sentences(&folder, "found", &printed);
+    let near = |value: f64, truth: f64, within: f64| {
+        assert!(
+            (value - truth).abs() <= within,
+            "{value} for {truth}: {lines:#?}"
+        );
+    };
+    // 4 % less than ahead, by noise of 0.1 mm on 0.2 m a stretch, over tens of stretches: to a twentieth of a percent.
+    let sideways = numbers(starting(&lines, "Sideways it goes"));
+    near(sideways[0], 4.0, 0.1);
+    assert!(
+        sideways[1] <= sideways[0] && sideways[0] <= sideways[2],
+        "{lines:#?}"
+    );
+    let sideways_line = starting(&lines, "Sideways it goes");
+    assert!(
+        sideways_line.contains("% less far than ahead ("),
+        "{sideways_line}"
+    );
+    assert!(
+        sideways_line.contains("rigid rollers explain nothing of it"),
+        "{sideways_line}"
+    );
+    near(numbers(starting(&lines, "Ahead it goes"))[0], 1.6, 0.1);
+    // 1 - (49.2 / 50) (250 / 260).
+    near(numbers(starting(&lines, "It turns"))[0], 5.38, 0.1);
+    let set = starting(
+        &lines,
+        "In omni_wheel_drive_controller set the wheel radius rho, `wheel_radius`, to ",
+    );
+    let [radius, _, _, before, lever, ..] = numbers(set)[..] else {
+        panic!("{set}");
+    };
+    near(radius, 49.2, 0.05);
+    near(before, 50.0, 0.0);
+    assert!(set.contains("`robot_radius`"), "{set}");
+    near(lever, 260.0, 0.5);
+    let factor = numbers(starting(&lines, "Multiply vy, the speed sideways, by "));
+    near(factor[0], 1.0 / 0.96, 0.001);
+    // One run: what others would scatter by is not known.
+    assert!(
+        starting(&lines, "To know more, ").contains("six runs or more"),
+        "{lines:#?}"
+    );
+    // The answer stands before the values, and all other tables only where they are asked for.
+    let place = |text: &str| printed.find(text);
+    assert!(place("Sideways it goes") < place("Parameters"), "{printed}");
+    assert_eq!(place("Ends of runs"), None, "{printed}");
+    let full = folder.ilon(&["identify", "study.toml", "--out", "found", "--table"]);
+    assert!(stdout(&full).contains("Ends of runs"), "{}", stdout(&full));
+    let quiet = folder.ilon(&["identify", "study.toml", "--out", "found", "-q"]);
+    assert_eq!(ended_with(0, &quiet), "");
+}
+
+/// Of a log in which nothing goes sideways nothing is said of that but what to drive.
+#[test]
+fn what_a_log_does_not_hold_is_what_is_to_be_driven() {
+    let folder = Folder::new();
+    volksbot(&folder);
+    let rows: Vec<String> = table().lines().take(501).map(str::to_owned).collect();
+    folder.write("log.csv", &(rows.join("\n") + "\n"));
+    folder.write("study.toml", STUDY);
+    let output = folder.ilon(&["identify", "study.toml", "--out", "found"]);
+    ended_with(0, &output);
+    let lines = sentences(&folder, "found", &stdout(&output));
+    assert!(
+        !lines.iter().any(|line| line.starts_with("Sideways")),
+        "{lines:#?}"
+    );
+    assert!(!lines.iter().any(|line| line.contains("vy")), "{lines:#?}");
+    let wish = starting(&lines, "To know more, drive sideways");
+    assert!(wish.contains("turns on the spot"), "{wish}");
+    let json: serde_json::Value =
+        serde_json::from_str(&folder.read("found/identified.json")).expect("JSON");
+    assert!(json["gains"]["sideways"].is_null() && json["controller"]["sideways_factor"].is_null());
+}
+
+#[test]
+fn bad_studies_and_logs_end_with_code_2_their_place_and_nothing_written() {
+    let folder = Folder::new();
+    volksbot(&folder);
+    folder.write("log.csv", &table());
+    let refused = |study: &str, words: &str| {
+        folder.write("study.toml", study);
+        let output = folder.ilon(&["identify", "study.toml", "--out", "found"]);
+        let said = ended_with(2, &output);
+        assert!(said.contains(words), "`{words}` is not in {said}");
+        let written = folder.path("found/identified.json").exists();
+        assert!(!written, "{said}");
+    };
+    refused(&STUDY.replace("log.csv", "missing.csv"), "missing.csv");
+    refused(&STUDY.replace("\"w2\"", "\"w9\""), "w9");
+    refused(&STUDY.replace("known.toml", "nobody.toml"), "nobody.toml");
+    refused(
+        &STUDY.replace("unit = \"m\" }\ny", "unit = \"ell\" }\ny"),
+        "ell",
+    );
+    refused(
+        &format!("{STUDY}\n[simulate]\nphases = 0\n[simulate.free]\n"),
+        "phases",
+    );
+    refused(
+        &format!(
+            "{STUDY}\n[simulate]\ndrive_s = 1.0\nripple = {{ stretch_s = 3.0 }}\n[simulate.free]\n"
+        ),
+        "stretch_s",
+    );
+    refused(
+        &format!(
+            "{STUDY}\n[simulate]\nripple = {{ together = [[\"wheel_7\"]] }}\n[simulate.free]\n"
+        ),
+        "wheel_7",
+    );
+    refused(
+        &format!(
+            "{STUDY}\n[simulate]\n[simulate.free]\nworld.floor.creep = {{ from = 2.0, to = 1.0 }}\n"
+        ),
+        "world.floor.creep",
+    );
+    let simulated = "[simulate.free]\nworld.floor.creep = { from = 0.1, to = 1.0 }\n";
+    let motors = "[simulate.currents]\ntorque_constant_n_m_a = 0.05\n";
+    refused(
+        &format!("{STUDY}\n[simulate]\n{motors}{simulated}"),
+        "[log.currents]",
+    );
+    let own = STUDY.replace(
+        "[[runs]]",
+        "[log.currents]\nwheel_1 = { column = \"w1\", unit = \"A\" }\nwheel_2 = { column = \"w2\", unit = \"A\" }\nwheel_3 = { column = \"w3\", unit = \"A\" }\n\n[[runs]]",
+    );
+    for (bad, said) in [
+        ("torque_constant_n_m_a = 0.0", "torque_constant_n_m_a"),
+        (
+            "torque_constant_n_m_a = 0.05\ngear_ratio = -3",
+            "gear_ratio",
+        ),
+        (
+            "torque_constant_n_m_a = 0.05\nfriction_n_m = -1",
+            "friction_n_m",
+        ),
+    ] {
+        let study = format!("{own}\n[simulate]\n[simulate.currents]\n{bad}\n{simulated}");
+        refused(&study, said);
+    }
+    refused(
+        &format!("{STUDY}\n[simulate]\nheading = {{ least_error_rad_per_m = 0 }}\n{simulated}"),
+        "least_error_rad_per_m",
+    );
+    let twice = "[[simulate.beside]]\nname = \"same\"\nset = {}\n";
+    refused(
+        &format!("{STUDY}\n[simulate]\n{simulated}{twice}{twice}"),
+        "simulate.beside",
+    );
+    let unknown = "[[simulate.beside]]\nname = \"ice\"\nset = { world.flor.friction = 0.1 }\n";
+    refused(
+        &format!("{STUDY}\n[simulate]\ndrive_s = 0.5\n{simulated}{unknown}"),
+        "world.flor",
+    );
+    // A clock that was set back, in the middle.
+    let mut rows: Vec<String> = table().lines().map(str::to_owned).collect();
+    rows.swap(700, 760);
+    folder.write("log.csv", &(rows.join("\n") + "\n"));
+    refused(STUDY, "times do not grow");
+    // Two wheels swapped.
+    let swapped = table().replace("w1,w2,w3", "w2,w1,w3");
+    folder.write("log.csv", &swapped);
+    refused(STUDY, "wheel_");
+    let plan = folder.ilon(&["identify", "--plan", "nobody.toml"]);
+    assert!(ended_with(2, &plan).contains("nobody.toml"));
+    let both = folder.ilon(&["identify", "study.toml", "--plan", "known.toml"]);
+    ended_with(2, &both);
+    // Results never replace what they are made from.
+    folder.write("log.csv", &table());
+    folder.write("robot.toml", &folder.read("known.toml"));
+    let study = STUDY.replace("known.toml", "robot.toml");
+    folder.write("study.toml", &study);
+    let output = folder.ilon(&["identify", "study.toml", "--out", "."]);
+    assert!(ended_with(2, &output).contains("robot.toml"));
+}
+
+#[cfg(unix)]
+#[test]
+fn ended_in_the_middle_it_leaves_no_half_of_anything_and_begins_again() {
+    let folder = Folder::new();
+    volksbot(&folder);
+    folder.write("log.csv", &table());
+    // Minutes of simulation.
+    folder.write(
+        "study.toml",
+        &format!(
+            "{STUDY}\n[simulate]\ndrive_s = 500.0\n[simulate.free]\nworld.floor.friction = {{ from = 0.3, to = 0.9 }}\n"
+        ),
+    );
+    let mut child = folder
+        .command(&["identify", "study.toml", "--out", "found"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the command runs");
+    std::thread::sleep(Duration::from_millis(1500));
+    assert!(
+        child.try_wait().expect("a child").is_none(),
+        "it was over before"
+    );
+    // A shell that runs tests in its background has them ignore the interrupt of Ctrl-C, which does the same otherwise.
+    let killed = Command::new("kill")
+        .args(["-TERM", &child.id().to_string()])
+        .status();
+    assert!(killed.expect("kill").success());
+    let status = child.wait().expect("a child");
+    assert!(!status.success());
+    let left = match folder.path("found").exists() {
+        true => folder.names("found"),
+        false => Vec::new(),
+    };
+    let is_result = |name: &String| {
+        ["json", "html", "toml", "csv"]
+            .iter()
+            .any(|end| name.ends_with(end))
+    };
+    assert!(!left.iter().any(is_result), "{left:?}");
+    folder.write("study.toml", STUDY);
+    ended_with(
+        0,
+        &folder.ilon(&["identify", "study.toml", "--out", "found"]),
+    );
+}
