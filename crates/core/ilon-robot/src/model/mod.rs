@@ -3,6 +3,7 @@
 pub mod barrel_profile;
 mod collision;
 mod droop;
+mod held;
 mod joint;
 mod linkage;
 pub mod mass;

@@ -86,7 +86,7 @@ impl BodyJoint {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use nalgebra::Matrix3;
 
     use super::*;
@@ -94,7 +94,7 @@ mod tests {
         Body, Collision, CollisionShape, Coupling, JointServo, JointSpring, MassProperties,
     };
 
-    fn joint(parent: Option<usize>, kind: JointKind, at_m: Vector3<f64>) -> BodyJoint {
+    pub fn joint(parent: Option<usize>, kind: JointKind, at_m: Vector3<f64>) -> BodyJoint {
         BodyJoint {
             name: "joint".to_owned(),
             parent,
@@ -116,7 +116,7 @@ mod tests {
         }
     }
 
-    fn robot(joints: Vec<BodyJoint>) -> Robot {
+    pub fn robot(joints: Vec<BodyJoint>) -> Robot {
         Robot {
             name: "posed".to_owned(),
             chassis: crate::Chassis {

@@ -1,5 +1,7 @@
 //! What can make a difference to a run, and the null of each: what the scenario and the robot are without it.
 
+use std::collections::BTreeMap;
+
 use ilon_robot::{Joint, MotorLimits, Robot, RollersAsMade};
 use ilon_trace::{Cause, Header};
 
@@ -20,21 +22,39 @@ const HOLDS: f64 = 100.0;
 /// By how much wheel loops that follow at once are stiffer than those of the run.
 const AT_ONCE: f64 = 50.0;
 
-/// What a scenario names that is no default: what goes wrong, what is there, and what the robot sees badly.
-pub(super) fn named(scenario: &Scenario, header: &Header) -> Vec<(Cause, Null)> {
+/// A run whose causes are asked for.
+#[derive(Clone, Copy)]
+pub(super) struct Run<'a> {
+    /// Its scenario, resolved.
+    pub scenario: &'a Scenario,
+    pub robot: &'a Robot,
+    /// The header of its trace.
+    pub header: &'a Header,
+    /// Where the robot's joints stand as it begins, in rad or m.
+    pub stands: &'a [f64],
+    /// Its physics step in seconds.
+    pub physics_dt_s: f64,
+}
+
+/// What a scenario names that is no default: what goes wrong, what is there, what moves, and what the robot sees badly.
+pub(super) fn named(run: Run) -> Vec<(Cause, Null)> {
     let mut list = List::default();
-    faults(header, &mut list);
-    ground(&scenario.world.floor, &mut list);
-    bodies(scenario, &mut list);
-    sensors(scenario, &mut list);
+    faults(run.header, &mut list);
+    ground(&run.scenario.world.floor, &mut list);
+    bodies(run.scenario, &mut list);
+    sensors(run.scenario, &mut list);
+    joints(run, true, &mut list);
     list.0
 }
 
 /// All that can make a difference: what [`named`] gives, and what every robot has.
-pub(super) fn all(scenario: &Scenario, robot: &Robot, header: &Header) -> Vec<(Cause, Null)> {
-    let mut list = List(named(scenario, header));
+pub(super) fn all(run: Run) -> Vec<(Cause, Null)> {
+    let (scenario, robot) = (run.scenario, run.robot);
+    let mut list = List(named(run));
+    joints(run, false, &mut list);
     of_rollers(scenario, robot, &mut list);
     of_drive(scenario, robot, &mut list);
+    of_control(scenario, run.physics_dt_s, &mut list);
     list.0
 }
 
@@ -197,6 +217,49 @@ fn bodies(scenario: &Scenario, list: &mut List) {
         "bodies that lie about",
         |body| format!("the body `{}`", body.name),
     );
+}
+
+/// Joints that move, each held where it stands as the run begins: those that setpoints move, or the others. What is coupled is held together, and many
+/// are.
+fn joints(run: Run, sent: bool, list: &mut List) {
+    let robot = run.robot;
+    let is_sent = |name: &str| {
+        let asked = run.scenario.robot.joints.get(name);
+        asked.is_some_and(|asked| !asked.setpoints.is_empty())
+    };
+    let all_together = !robot.couplings.is_empty();
+    let names = robot.joints.iter().map(|joint| joint.name.as_str());
+    let any_sent = names.clone().any(is_sent);
+    let chosen: Vec<usize> = match all_together {
+        true if any_sent == sent => (0..robot.joints.len()).collect(),
+        true => Vec::new(),
+        false => names
+            .enumerate()
+            .filter_map(|(index, name)| (is_sent(name) == sent).then_some(index))
+            .collect(),
+    };
+    let hold = |joints: &[usize]| {
+        let stands =
+            |joint: &usize| Some((robot.joints[*joint].name.clone(), *run.stands.get(*joint)?));
+        let stands: BTreeMap<String, f64> = joints.iter().filter_map(stands).collect();
+        move |_: &mut Scenario, robot: &mut Robot| {
+            let joints = robot.joints.iter();
+            let held: Vec<Option<f64>> = joints.map(|of| stands.get(&of.name).copied()).collect();
+            *robot = robot.with_joints_held(&held);
+        }
+    };
+    if chosen.len() > MOST_OF_A_KIND || (all_together && chosen.len() > 1) {
+        let words = format!("the movement of its {} joints", chosen.len());
+        return list.add("joints", words, hold(&chosen));
+    }
+    for joint in chosen {
+        let name = &robot.joints[joint].name;
+        list.add(
+            format!("joints.{name}"),
+            format!("the movement of the joint `{name}`"),
+            hold(&[joint]),
+        );
+    }
 }
 
 /// What the robot sees late, seldom or with noise.
@@ -412,15 +475,54 @@ fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
             }
         });
     }
-    if scenario.wheel_loop.law == WheelLaw::Pid {
-        list.add(
-            "wheel_loop",
-            "the give of the wheel loops (wheels that follow at once in its place)",
-            |scenario, _| {
-                let section = &mut scenario.wheel_loop;
-                section.timing = LoopTiming::Continuous;
-                section.proportional_n_m_s = section.proportional_n_m_s.map(|gain| AT_ONCE * gain);
-            },
-        );
-    }
+    let words = match scenario.wheel_loop.law {
+        WheelLaw::Pid => {
+            return list.add(
+                "wheel_loop",
+                "the give of the wheel loops (wheels that follow at once in its place)",
+                |scenario, _| {
+                    let section = &mut scenario.wheel_loop;
+                    section.timing = LoopTiming::Continuous;
+                    section.proportional_n_m_s =
+                        section.proportional_n_m_s.map(|gain| AT_ONCE * gain);
+                },
+            );
+        }
+        WheelLaw::ComputedTorque => "computed torque",
+        WheelLaw::PrioritisedTorque => "torques by priority",
+        WheelLaw::Passive => "the passive law",
+    };
+    list.add(
+        "wheel_loop.law",
+        format!("{words} (a loop for each wheel in its place)"),
+        |scenario, _| {
+            let section = &mut scenario.wheel_loop;
+            (section.law, section.passive) = (WheelLaw::Pid, None);
+            (section.friction, section.period_s) = (None, None);
+        },
+    );
+}
+
+/// How often it decides.
+fn of_control(scenario: &Scenario, physics_dt_s: f64, list: &mut List) {
+    let period_s = scenario.run.control_dt_s;
+    // A control period is a whole number of steps.
+    let steps = (period_s / physics_dt_s).round() as u32;
+    let parts = (2..=10).rev().find(|parts| steps.is_multiple_of(*parts));
+    let Some(parts) = parts else {
+        return;
+    };
+    let words = format!(
+        "the control period of {:.3} ms ({:.3} ms in its place)",
+        1e3 * period_s,
+        1e3 * period_s / f64::from(parts)
+    );
+    list.add("run.control_dt_s", words, move |scenario, _| {
+        let run = &mut scenario.run;
+        // Both end with a row at the same time.
+        let last_row_s = run.last_row_s();
+        run.control_dt_s /= f64::from(parts);
+        run.record_every *= parts;
+        run.duration_s = last_row_s + run.control_dt_s;
+    });
 }

@@ -23,11 +23,12 @@ pub(crate) struct Path {
 }
 
 impl Path {
-    /// The path of a run that has so many control instants.
-    pub fn of(control_periods: u64) -> Self {
+    /// The path of a run that has so many control instants, or of its twin, which has `parts` of them for
+    /// each of these.
+    pub fn of(control_periods: u64, parts: u64) -> Self {
         Self {
-            every: control_periods.div_ceil(MOST_MARKS).max(1),
-            last: control_periods.saturating_sub(1),
+            every: parts * control_periods.div_ceil(MOST_MARKS).max(1),
+            last: parts * control_periods.saturating_sub(1),
             seen: 0,
             marks: Vec::new(),
             leaned_rad: 0.0,

@@ -55,10 +55,12 @@ fn run(
     apply: impl FnOnce(&mut Scenario, &mut Robot),
     stop: &AtomicBool,
 ) -> Result<Option<(Summary, Path)>, Error> {
+    let of_run = resolved.scenario().run.clone();
     let (resolved, robot) = resolved.with(robot, apply)?;
     let mut run = RunLoop::of_guidance(&resolved, &robot)?;
     let mut recording = Recording::temporary(run.rows_mut().header.clone());
-    let mut path = Path::of(resolved.scenario().run.control_periods());
+    let parts = of_run.control_dt_s / resolved.scenario().run.control_dt_s;
+    let mut path = Path::of(of_run.control_periods(), parts.round() as u64);
     while !run.is_done() {
         if run.control_is_due() {
             if stop.load(Ordering::Relaxed) {

@@ -1,5 +1,6 @@
 //! The twins of a run, which go on beside it.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use ilon_robot::Robot;
@@ -44,18 +45,30 @@ impl CameToo {
 
 impl Twins {
     /// Of a scenario that was resolved for a robot: those that leave causes out, and where the scenario says so those at half its step. The header is
-    /// that of its trace.
-    pub fn of(resolved: &Resolved, robot: &Robot, header: &Header, causes: Causes) -> Option<Self> {
+    /// that of its trace; `stands` is where the robot's joints stand as the run begins, in rad or m.
+    pub fn of(
+        resolved: &Resolved,
+        robot: &Robot,
+        header: &Header,
+        stands: &[f64],
+        causes: Causes,
+    ) -> Option<Self> {
         let scenario = resolved.scenario();
-        let left_out = match causes {
-            Causes::None => Vec::new(),
-            Causes::Named => {
-                let mut named = null::named(scenario, header);
-                named.truncate(MOST_NAMED);
-                named
-            }
-            Causes::All => null::all(scenario, robot, header),
+        let run = null::Run {
+            scenario,
+            robot,
+            header,
+            stands,
+            physics_dt_s: resolved.physics_dt_s(),
         };
+        let mut left_out = match causes {
+            Causes::None => Vec::new(),
+            Causes::Named => null::named(run),
+            Causes::All => null::all(run),
+        };
+        if causes == Causes::Named {
+            left_out.truncate(MOST_NAMED);
+        }
         let explains = causes != Causes::None;
         let converges = scenario.run.converge;
         if !explains && !converges {
@@ -71,15 +84,17 @@ impl Twins {
         if explains && is_noisy(scenario) {
             changes.push((Change::OtherSeed, other_seed()));
         }
-        let several = left_out.len() > 1;
-        changes.extend(
-            left_out
-                .into_iter()
-                .map(|(cause, null)| (Change::Without(cause), null)),
-        );
-        if several && causes == Causes::Named {
-            changes.push((Change::WithoutAll, without_all(scenario, header)));
+        let nulls = left_out.into_iter();
+        let nulls: Vec<(Cause, Arc<Null>)> =
+            nulls.map(|(cause, null)| (cause, null.into())).collect();
+        if nulls.len() > 1 && causes == Causes::Named {
+            let all: Vec<Arc<Null>> = nulls.iter().map(|(_, null)| Arc::clone(null)).collect();
+            changes.push((Change::WithoutAll, without_all(all)));
         }
+        changes.extend(nulls.into_iter().map(|(cause, null)| {
+            let apply = move |scenario: &mut Scenario, robot: &mut Robot| null(scenario, robot);
+            (Change::Without(cause), Box::new(apply) as Null)
+        }));
         Some(Self {
             resolved: resolved.clone(),
             robot: robot.clone(),
@@ -163,11 +178,10 @@ fn other_seed() -> Null {
 }
 
 /// All that the scenario names left out, the last first: what is left of a list keeps its places.
-fn without_all(scenario: &Scenario, header: &Header) -> Null {
-    let named = null::named(scenario, header);
+fn without_all(nulls: Vec<Arc<Null>>) -> Null {
     Box::new(move |scenario, robot| {
-        let nulls = named.iter().take(MOST_NAMED).rev();
-        nulls.for_each(|(_, null)| null(scenario, robot));
+        let nulls = nulls.iter().rev();
+        nulls.for_each(|null| null(scenario, robot));
     })
 }
 

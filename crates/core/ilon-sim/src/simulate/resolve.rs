@@ -266,11 +266,28 @@ impl Resolved {
         robot: &Robot,
         change: impl FnOnce(&mut Scenario, &mut Robot),
     ) -> Result<(Self, Robot), Error> {
-        let (mut changed, mut robot) = (self.clone(), robot.clone());
+        let (mut changed, of) = (self.clone(), robot);
+        let mut robot = of.clone();
         change(&mut changed.scenario, &mut robot);
+        let changed_joints = robot.joints.len() != of.joints.len();
         changed.scenario.validate()?;
         if let Step::Seconds(dt_s) = changed.scenario.run.physics_dt_s {
             changed.physics_dt_s = dt_s;
+        }
+        if changed_joints {
+            let played = &mut changed.played;
+            played.joints.retain_mut(|(joint, _)| {
+                let name = &of.joints[*joint].name;
+                let place = robot.joints.iter().position(|one| one.name == *name);
+                *joint = place.unwrap_or(*joint);
+                place.is_some()
+            });
+            changed.joint_targets = JointTargets::new(&changed.scenario, played, &robot)?;
+        }
+        let section = &mut changed.scenario.wheel_loop;
+        if section.law != self.scenario.wheel_loop.law {
+            let model = wheel_loop::dynamic_model(&changed.joint_targets.standing(&robot))?;
+            wheel_loop::choose_gains(section, &model, changed.physics_dt_s)?;
         }
         let floor = &changed.scenario.world.floor;
         if floor.rough.is_none() && floor.height_map.is_none() {

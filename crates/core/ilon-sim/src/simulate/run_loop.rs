@@ -98,6 +98,11 @@ impl RunLoop {
         self.plant.truth()
     }
 
+    /// Where the joints between its bodies stand, in rad or m.
+    pub fn joint_positions(&self) -> &[f64] {
+        self.plant.world().robot().joint_positions()
+    }
+
     /// Time since the start of the run, in seconds.
     pub fn time_s(&self) -> f64 {
         self.plant.clock().time_s()

@@ -203,7 +203,8 @@ impl Simulation {
     pub fn explaining(mut self, causes: Causes) -> Self {
         if !self.is_foreign {
             let (resolved, robot) = (self.run.plant.resolved(), self.run.plant.robot());
-            self.twins = Twins::of(resolved, robot, &self.trace().header, causes);
+            let stands = self.run.joint_positions();
+            self.twins = Twins::of(resolved, robot, &self.trace().header, stands, causes);
         }
         self
     }
@@ -325,7 +326,7 @@ impl Simulation {
         &mut self,
         watch: impl FnMut(&mut Self) -> Result<(), E>,
     ) -> Result<(Option<f64>, Vec<Twin>), E> {
-        let mut path = Path::of(self.scenario().run.control_periods());
+        let mut path = Path::of(self.scenario().run.control_periods(), 1);
         let twins = self.twins.take();
         let drive = || self.drive_to_the_end(&mut path, watch);
         let (cpu_s, came) = match twins {

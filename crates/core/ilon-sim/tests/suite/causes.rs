@@ -190,3 +190,93 @@ fn a_remedy_was_tried() {
     let before = found.summary.twist_mean.expect("a mean").vy_m_s;
     assert!((before / 0.3 - 0.98).abs() < 1e-3, "{before}");
 }
+
+/// An arm that swings, in `robot.joints` and with these keys.
+fn swinging(joint: &str, to_rad: f64) -> Scenario {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
+    let text = format!(
+        "[robot]\nfile = \"mecanum4_arm.urdf\"\nroller_bodies = \"near\"\n\
+         [robot.wheels]\nrollers = 9\nroller_radius_m = 0.012\nroller_mass_kg = 0.01\ndamping_n_m_s = 1e-6\ngamma.x_deg = 45\n\
+         [robot.joints.{joint}]\nrole = \"driven\"\nsetpoints = [{{ t_s = 0.3, position_rad = 0 }}, {{ t_s = 0.8, position_rad = {to_rad} }}]\n\
+         [twist]\nvx_m_s = 0.2\nrest_s = 0.1\nramp_s = 0.4\n[run]\nduration_s = 1.5\n"
+    );
+    Scenario::from_toml(&text, "swinging", folder).expect("a scenario")
+}
+
+fn end(summary: &ilon_sim::trace::Summary) -> [Option<f64>; 3] {
+    let of = summary;
+    [of.end_x_m, of.end_y_m, of.end_heading_rad]
+}
+
+/// What a cause's twin came to at the end.
+fn end_without(found: &Run, cause: &str) -> [Option<f64>; 3] {
+    ["end_x_m", "end_y_m", "end_heading_rad"].map(|key| {
+        let effect = found.summary.effects.get(cause, key);
+        effect
+            .unwrap_or_else(|| panic!("{cause} has no effect on {key}"))
+            .without
+    })
+}
+
+/// The twin of an arm that swings is the robot whose file holds the arm where it begins.
+#[test]
+fn a_joint_that_moves_is_held_where_it_begins() {
+    let mut scenario = swinging("arm", 1.2);
+    let found = explained(&scenario, Causes::Named);
+    let moved = found.summary.effects.get("joints.arm", effects::APART_M);
+    assert!(moved.is_some_and(|moved| moved.differs), "{moved:?}");
+    // The file's own way to hold it, with the step of the run.
+    scenario.run.physics_dt_s = found.scenario.run.physics_dt_s;
+    scenario.world.solver.split_dt_s = found.scenario.world.solver.split_dt_s;
+    scenario.wheel_loop = found.scenario.wheel_loop.clone();
+    let solver = found.scenario.world.solver.clone();
+    scenario.world.solver = solver;
+    let arm = scenario.robot.joints.get_mut("arm").expect("the arm");
+    arm.setpoints.clear();
+    arm.role = Some(ilon_sim::scenario::JointRole::Held);
+    let by_hand = end(&run(&scenario).expect("it runs").summary);
+    for (twin, by_hand) in end_without(&found, "joints.arm").into_iter().zip(by_hand) {
+        // The two add up the masses of bodies in another order, and what rolls keeps what it has.
+        let off = twin.zip(by_hand).map(|(a, b)| (a - b).abs());
+        assert!(off.is_some_and(|off| off < 1e-9), "{twin:?} {by_hand:?}");
+    }
+}
+
+#[test]
+fn a_joint_that_is_sent_where_it_stands_makes_no_difference() {
+    let found = explained(&swinging("arm", 0.0), Causes::Named);
+    let ablations = effects::of_causes(&found.summary, &found.trace.header);
+    assert_eq!(ablations.len(), 1);
+    // The servo gives way by what accelerations of the robot ask of it.
+    assert!(!ablations[0].differs(), "{:?}", ablations[0]);
+}
+
+/// A control period and a law of the wheels are causes too: their twins are the runs with another.
+#[test]
+fn other_control_is_what_the_scenario_with_it_gives() {
+    let mut closed = scenario(CLOSED, &[]);
+    let found = explained(&closed, Causes::All);
+    let half = found.scenario.run.physics_dt_s;
+    let ilon_sim::scenario::Step::Seconds(dt_s) = half else {
+        panic!("the step is chosen");
+    };
+    let steps = (0.01_f64 / dt_s).round() as u32;
+    let parts = (2..=10).rev().find(|parts| steps.is_multiple_of(*parts));
+    closed.run.control_dt_s /= f64::from(parts.expect("more than one step"));
+    (closed.run.physics_dt_s, closed.world.solver) = (half, found.scenario.world.solver.clone());
+    closed.wheel_loop = found.scenario.wheel_loop.clone();
+    closed.run.duration_s = 1.49 + closed.run.control_dt_s;
+    let by_hand = end(&run(&closed).expect("it runs").summary);
+    assert_eq!(end_without(&found, "run.control_dt_s"), by_hand);
+
+    let mut by_torque = scenario(CLOSED, &[]);
+    by_torque.wheel_loop.law = ilon_sim::scenario::WheelLaw::ComputedTorque;
+    let found = explained(&by_torque, Causes::All);
+    by_torque.wheel_loop.law = ilon_sim::scenario::WheelLaw::Pid;
+    (by_torque.run.physics_dt_s, by_torque.world.solver) = (
+        found.scenario.run.physics_dt_s,
+        found.scenario.world.solver.clone(),
+    );
+    let by_hand = end(&run(&by_torque).expect("it runs").summary);
+    assert_eq!(end_without(&found, "wheel_loop.law"), by_hand);
+}
