@@ -401,6 +401,18 @@ impl Limiter {
         Ok(nearly_most_used(&shares))
     }
 
+    /// The share of grip and torques that an acceleration takes where the wheels share what they push by their grip, the floor falling towards an angle in rad
+    /// from the robot's heading.
+    fn by_grip(&self, twist_rate: Twist, twist: Twist, downhill_rad: f64) -> Result<f64, Error> {
+        let settings = LimitSettings {
+            sharing: PushSharing::ByGrip,
+            downhill_rad,
+            ..self.settings
+        };
+        let mut limits = AccelerationLimits::new(&self.robot.posed(&self.positions), &settings)?;
+        Ok(limits.used(twist_rate, twist, &self.motors)?.share)
+    }
+
     /// The box of [`Limits::acceleration_box`].
     fn box_from_rest(&mut self) -> Result<[f64; 3], Error> {
         const SHARE: f64 = 0.9;
@@ -549,6 +561,8 @@ pub(super) struct Beyond {
     looks: u32,
     /// What would help where it asks for most.
     remedy: &'static str,
+    /// The share of grip that it takes there where all wheels share it by their grip, as they do once one slides.
+    together: Option<f64>,
 }
 
 /// Where a planned motion takes more than grip or motors give: when first, how much at most, of which wheel, and of what. Steps of a speed, which
@@ -593,6 +607,7 @@ pub(super) fn beyond(
                 },
                 looks: 0,
                 remedy: "",
+                together: None,
             }),
         };
         if beyond.take(t_s, &used) {
@@ -602,11 +617,10 @@ pub(super) fn beyond(
             let is_too_fast = tops.into_iter().any(|(rate, top)| rate.abs() > *top);
             beyond.remedy = match (is_too_fast, twist_rate == Twist::default()) {
                 (true, _) => "its wheels cannot turn so fast: ask for less speed",
-                (false, true) => {
-                    "no acceleration is asked for: the slope or the speed alone takes that"
-                }
+                (false, true) => "the slope or the speed alone takes that",
                 (false, false) => "ask for less acceleration",
             };
+            beyond.together = limiter.by_grip(twist_rate, twist, -heading_rad).ok();
         }
     }
     beyond
@@ -648,17 +662,29 @@ impl Beyond {
         } = self.announced;
         let wheel = &robot.wheels[wheel].name;
         let first = named(robot, first);
-        let (of_what, then) = match of_grip {
-            true => ("grip on the floor", "it slides"),
-            false => ("motor's torque", "the robot falls behind"),
+        let of_what = match of_grip {
+            true => "grip on the floor",
+            false => "motor's torque",
         };
         let needs = match share {
             Some(share) => format!("needs {:.0} % of its {of_what}", 100.0 * share),
             None => format!("needs more than its {of_what}"),
         };
+        let then = match (of_grip, self.together) {
+            (false, _) => "the robot falls behind".to_owned(),
+            // It and the others are short alike.
+            (true, Some(together)) if together > 1.0 => format!(
+                "all wheels together need {:.0} % of theirs, and the robot slides",
+                100.0 * together
+            ),
+            (true, Some(together)) => format!(
+                "it slides until the others take its share, which then need {:.0} % of theirs",
+                100.0 * together
+            ),
+            (true, None) => "it slides".to_owned(),
+        };
         format!(
-            "the motion asks for more than there is for {:.1} % of the run, first at {from_s:.2} s of {first}: at {most_at_s:.2} s wheel `{wheel}` {needs}, \
-             so that {then}; {}",
+            "the motion asks for more than there is for {:.1} % of the run, first at {from_s:.2} s of {first}. At {most_at_s:.2} s wheel `{wheel}` {needs}: {then}; {}",
             100.0 * f64::from(self.looks) / (LOOKS + 1) as f64,
             self.remedy
         )

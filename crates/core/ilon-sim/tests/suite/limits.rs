@@ -661,7 +661,7 @@ fn a_motion_that_asks_for_more_than_there_is_is_remarked_before_it_is_run() {
     };
     assert_eq!(ramp(0.5), None);
     // Front wheels are relieved alike.
-    let both = "s of wheels `front_left`, `front_right`, about alike: at 1.";
+    let both = "s of wheels `front_left`, `front_right`, about alike. At 1.";
     let ramped = ramp(0.125).expect("a remark");
     assert!(
         ramped.contains("first at 1.0") && ramped.contains(both),
@@ -1003,4 +1003,38 @@ fn a_corner_of_the_acceleration_box_takes_nine_tenths_of_what_there_is() {
             .all(|share| (share / shares[0] - 1.0).abs() < 1e-9),
         "{shares:?}"
     );
+}
+
+/// On a slope loops ask the wheels uphill, which bear less, for as much as the others; what all together hold is the whole robot's, tan(slope) against
+/// mu cos(45 deg) along rollers at 45 deg.
+#[test]
+fn a_slope_that_wheels_hold_together_is_told_from_one_that_they_do_not() {
+    for (slope_deg, slides) in [(21.0_f64, false), (23.5, true)] {
+        let text = format!(
+            "robot.file = \"mecanum4.urdf\"\nworld.floor = {{ slope_deg = {slope_deg}, friction = 0.6 }}\ntwist = {{}}\nrun.duration_s = 1\n"
+        );
+        let said = warnings(&text);
+        let note = said
+            .iter()
+            .find(|line| line.contains("asks for more than there is"));
+        let share = 100.0 * slope_deg.to_radians().tan() / (0.6 * std::f64::consts::FRAC_1_SQRT_2);
+        let expected = match slides {
+            true => {
+                format!("all wheels together need {share:.0} % of theirs, and the robot slides")
+            }
+            false => format!(
+                "it slides until the others take its share, which then need {share:.0} % of theirs"
+            ),
+        };
+        assert!(
+            note.is_some_and(|note| note.contains(&expected)),
+            "{expected}: {said:?}"
+        );
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
+        let scenario = Scenario::from_toml(&text, "slope", folder).expect("a scenario");
+        let run = ilon_sim::run(&scenario).expect("it runs");
+        let fell_m = run.summary.end_x_m.expect("an end");
+        // The loops give way by some millimetres; 2.5 % more than is held is 0.1 m/s^2, 50 mm in a second.
+        assert_eq!(fell_m > 0.01, slides, "{slope_deg}: {fell_m}");
+    }
 }
