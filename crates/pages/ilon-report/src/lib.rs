@@ -139,7 +139,8 @@ fn page_of(
         title: trace.header.scenario_name.clone(),
         facts: facts(trace, summary, &context.provenance),
         lead: format!(
-            "<div class=\"first\"><div>{}{}{}</div>\n{}</div>\n",
+            "{}<div class=\"first\"><div>{}{}{}</div>\n{}</div>\n",
+            about(&trace.header),
             provenance::verdict(&context.expectations),
             story.html(),
             tables::tiles(summary, &context.expectations),
@@ -157,6 +158,15 @@ fn page_of(
         viewer::page(&head, &sections, &footer(shown), scene.is_some()),
         story.plain(),
     )
+}
+
+/// What the scenario says that it is about, the comment at its head, as HTML.
+fn about(header: &Header) -> String {
+    let first = header.scenario_toml.lines().next().unwrap_or_default();
+    match first.strip_prefix("# ") {
+        Some(words) => format!("<p class=\"about\">{}</p>\n", escape(words)),
+        None => String::new(),
+    }
 }
 
 /// What the run was, as HTML.

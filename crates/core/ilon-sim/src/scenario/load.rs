@@ -19,6 +19,9 @@ use crate::{Error, ScenarioFault};
 /// The longest scenario that is read, in bytes: one with a schedule of a hundred thousand twists stays below.
 pub const MAX_BYTES: u64 = 16 << 20;
 
+/// The most characters of what a scenario says that it is about.
+pub const MOST_ABOUT: usize = 600;
+
 impl Scenario {
     /// Reads a scenario file.
     ///
@@ -120,9 +123,13 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// The scenario as TOML, with every default spelled out.
+    /// The scenario as TOML, with every default spelled out, under a comment of what it is about.
     pub fn to_toml(&self) -> Result<String, Error> {
-        encode(self).map_err(|source| Error::encode("the scenario", &source))
+        let keys = encode(self).map_err(|source| Error::encode("the scenario", &source))?;
+        Ok(match self.about.is_empty() {
+            true => keys,
+            false => format!("# {}\n\n{keys}", self.about),
+        })
     }
 
     /// A path of the scenario, from its own folder.
@@ -296,6 +303,7 @@ fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error
         let (source, span) = origins.of(&error.path, error.span.unwrap_or_default());
         Error::toml_value(&error.message, source, span)
     })?;
+    scenario.about = about(text);
     scenario.world.floor.fill();
     scenario.object().map_err(|objection| {
         let Some((path, span)) = objection.place(document.get_ref()) else {
@@ -310,6 +318,21 @@ fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error
         }))
     })?;
     Ok(scenario)
+}
+
+/// The first paragraph of the comment at the head of a text, in one line. What ilon notes there itself begins with `#:`.
+fn about(text: &str) -> String {
+    let is_no_word_of_it = |line: &&str| line.is_empty() || line.starts_with("#:");
+    let lines = text.lines().map(str::trim).skip_while(is_no_word_of_it);
+    let comment = lines.map_while(|line| line.strip_prefix('#'));
+    let paragraph = comment.map(str::trim).take_while(|line| !line.is_empty());
+    let words: Vec<&str> = paragraph.flat_map(str::split_whitespace).collect();
+    let whole = words.join(" ");
+    whole
+        .chars()
+        .filter(|c| !c.is_control())
+        .take(MOST_ABOUT)
+        .collect()
 }
 
 #[cfg(test)]

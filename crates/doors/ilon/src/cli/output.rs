@@ -29,7 +29,7 @@ const TRACE: &str = "trace.parquet";
 const SCENARIO: &str = "scenario.toml";
 
 /// How the scenario of a run begins, by which it is known from one that a person wrote.
-const RESOLVED: &str = "# The scenario as ilon ran it, every default spelled out.\n";
+const RESOLVED: &str = "#: The scenario as ilon ran it, every default spelled out.\n";
 
 /// Where the trace stands while it grows.
 const GROWING: &str = "trace.partial";

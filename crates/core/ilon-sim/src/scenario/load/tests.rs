@@ -459,3 +459,30 @@ fn keys_of_several_kinds_are_listed_once() {
         assert_eq!(help.matches(key).count(), 1, "{help}");
     }
 }
+
+#[test]
+fn what_a_scenario_is_about_is_the_comment_at_its_head() {
+    let keys = "robot.file = \"x.urdf\"\ntwist = {}\nrun.duration_s = 1\n";
+    let about = |head: &str| {
+        let text = format!("{head}{keys}# not this\n");
+        Scenario::from_toml(&text, "x", "").unwrap()
+    };
+    let read =
+        about("#: As it was run.\n\n# Sideways over bars,\n#   on springs.\n#\n# Not this.\n\n");
+    assert_eq!(read.about, "Sideways over bars, on springs.");
+    // What is written can be read again.
+    let written = read.to_toml().unwrap();
+    assert!(
+        written.starts_with("# Sideways over bars, on springs.\n\n"),
+        "{written}"
+    );
+    let again = Scenario::from_toml(&written, "x", "").unwrap();
+    assert_eq!(again.about, read.about);
+    assert_eq!(again.to_toml().unwrap(), written);
+    assert_eq!(about("").about, "");
+    assert_eq!(about("\n\n").to_toml().unwrap().find('#'), None);
+    assert_eq!(
+        about(&format!("# {}\n", "a".repeat(5000))).about.len(),
+        MOST_ABOUT
+    );
+}

@@ -17,7 +17,7 @@ use crate::cli::{console, flags};
 use crate::simulate::load_robot;
 
 /// How each scenario begins that is written for a robot, by which it is known from one that a person changed.
-const WRITTEN: &str = "# A standard motion, as `ilon run` writes it for a robot alone. Change it under another name.\n";
+const WRITTEN: &str = "#: A standard motion, as `ilon run` writes it for a robot alone. Change it under another name.\n";
 
 /// Writes a scenario for each motion, runs them, and prints what the robot does in each.
 pub(super) fn run(
