@@ -16,6 +16,10 @@ pub(super) const TIPPED_RAD: f64 = std::f64::consts::FRAC_PI_4;
 const ON_CHASSIS_SHARE: f64 = 1e-3;
 /// What gets less than this share of the motion asked for is held back.
 const BLOCKED_SHARE: f64 = 0.1;
+/// A wall pushes the robot aside where it pushes with more than this share of the weight, and with more than [`ASIDE_SHARE`] of that across the motion
+/// asked for.
+const PUSHED_SHARE: f64 = 0.03;
+const ASIDE_SHARE: f64 = 0.2;
 /// A motion asked for that is slower stands, in m/s.
 const SLOWEST_ASKED_M_S: f64 = 0.01;
 /// Forces below this are none, in N.
@@ -47,6 +51,8 @@ pub(crate) enum Stance {
     OnChassis,
     /// Something stands in its way.
     Blocked,
+    /// A wall pushes it aside.
+    Along,
 }
 
 /// A time through which the robot stood in one way.
@@ -59,6 +65,8 @@ pub(crate) struct Episode {
     /// What wheels and chassis carried, and what held the robot back: sums over time, in N s.
     carried_n_s: [f64; 2],
     held_back_n_s: f64,
+    /// What pushed it to the left of the motion asked for, in N s.
+    aside_n_s: f64,
     /// The way asked for, and what came of it along that, in metres.
     asked_m: f64,
     done_m: f64,
@@ -187,7 +195,23 @@ fn stances(header: &Header, record: &Record, samples: &[WheelSample]) -> [Option
             done_m_s < BLOCKED_SHARE * asked_m_s && held_back_n > ON_CHASSIS_SHARE * carried_n
         },
     );
-    [stands, blocked.then_some(Stance::Blocked)]
+    let along = aside_n(record).is_some_and(|aside_n| {
+        let is_pushed = pushed_n > PUSHED_SHARE * carried_n;
+        is_pushed && aside_n.abs() > ASIDE_SHARE * pushed_n && is_at_wall(header, record)
+    });
+    let way = match (blocked, along) {
+        (true, _) => Some(Stance::Blocked),
+        (false, true) => Some(Stance::Along),
+        (false, false) => None,
+    };
+    [stands, way]
+}
+
+/// With what obstacles of the ground push the robot to the left of the motion asked for, in N.
+fn aside_n(record: &Record) -> Option<f64> {
+    let ([x, y], _) = asked(record)?;
+    let support = record.support?;
+    Some(support.obstacles_y_n * x - support.obstacles_x_n * y)
 }
 
 impl Posture {
@@ -230,6 +254,7 @@ impl Posture {
                     time_s: 0.0,
                     carried_n_s: [0.0; 2],
                     held_back_n_s: 0.0,
+                    aside_n_s: 0.0,
                     asked_m: 0.0,
                     done_m: 0.0,
                     asked_s: 0.0,
@@ -243,7 +268,7 @@ impl Posture {
                         _ => None,
                     },
                     obstacle: match stance {
-                        Stance::Blocked => nearest_box(header, record),
+                        Stance::Blocked | Stance::Along => nearest_box(header, record),
                         _ => None,
                     },
                 });
@@ -263,6 +288,7 @@ impl Posture {
             episode.asked_m += asked_m_s * dt_s;
             episode.done_m += done_m_s * dt_s;
             episode.held_back_n_s += held_back_n * dt_s;
+            episode.aside_n_s += aside_n(record).unwrap_or(0.0) * dt_s;
         }
         let (lean_rad, lies_on) = lean(record);
         episode.lean_rad = episode.lean_rad.max(lean_rad);
@@ -298,7 +324,7 @@ impl Episode {
         match self.stance {
             Stance::Fallen | Stance::Tipped | Stance::OnChassis => self.time_s >= LEAST_S,
             Stance::InTheAir => self.time_s >= LEAST_FLIGHT_S && self.rise_m() >= LEAST_HEIGHT_M,
-            Stance::Blocked => self.time_s >= LEAST_BLOCKED_S,
+            Stance::Blocked | Stance::Along => self.time_s >= LEAST_BLOCKED_S,
         }
     }
 
@@ -314,6 +340,7 @@ impl Episode {
             Stance::InTheAir => "the robot was in the air".to_owned(),
             Stance::OnChassis => "the robot stood on its chassis".to_owned(),
             Stance::Blocked => "the robot stood against an obstacle".to_owned(),
+            Stance::Along => "the robot slid along an obstacle".to_owned(),
         }
     }
 
@@ -389,8 +416,7 @@ impl Episode {
                 )
             }
             Stance::Blocked => {
-                let radii_m = header.wheels.iter().map(|wheel| wheel.radius_m);
-                let least_m = radii_m.fold(f64::INFINITY, f64::min);
+                let least_m = least_radius_m(header);
                 let body = self.body.and_then(|body| header.bodies.get(body));
                 let what = match self.obstacle.map(|of| of.sides_m[2]) {
                     _ if body.is_some() => {
@@ -419,8 +445,32 @@ impl Episode {
                     force(self.held_back_n_s / asked_s)
                 )
             }
+            Stance::Along => {
+                let height_m = self.obstacle.map_or(0.0, |of| of.sides_m[2]);
+                let side = match self.aside_n_s > 0.0 {
+                    true => "left",
+                    false => "right",
+                };
+                format!(
+                    "{when} the robot slid <b>along a wall</b>, a box {} high: {of_asked}; the wall held it back by <b>{}</b> and pushed it to the {side} by <b>{}</b>.",
+                    length(height_m),
+                    force(self.held_back_n_s / asked_s),
+                    force(self.aside_n_s.abs() / asked_s)
+                )
+            }
         }
     }
+}
+
+/// The smallest radius of a wheel, in metres: lower obstacles are kerbs, others walls.
+fn least_radius_m(header: &Header) -> f64 {
+    let radii_m = header.wheels.iter().map(|wheel| wheel.radius_m);
+    radii_m.fold(f64::INFINITY, f64::min)
+}
+
+/// Whether the box that is nearest to the robot is a wall.
+fn is_at_wall(header: &Header, record: &Record) -> bool {
+    nearest_box(header, record).is_some_and(|of| of.sides_m[2] >= least_radius_m(header))
 }
 
 /// The box of the ground that is nearest to the robot's hubs and outlines.

@@ -245,3 +245,43 @@ fn a_robot_that_a_body_holds_stands_against_it() {
     // What lies on the deck holds nobody.
     assert_eq!(said(0.0), Vec::<String>::new());
 }
+
+/// A wall to the robot's right pushes it to the left, with 20 N across and 5 N against its way; a kerb that does so is driven over, and what is pushed
+/// straight back is not slid along.
+#[test]
+fn a_wall_that_pushes_aside_is_slid_along() {
+    let lines = |height_m: f64, x_n: f64, y_n: f64| {
+        let header = Header {
+            ground: Some(ilon_trace::Ground {
+                boxes: vec![GroundBox {
+                    center_m: [0.0, -0.5],
+                    sides_m: [5.0, 0.2, height_m],
+                    heading_rad: 0.0,
+                }],
+                ..ilon_trace::Ground::default()
+            }),
+            ..header()
+        };
+        let mut posture = Posture::default();
+        for step in 0..100 {
+            let (mut record, sample) = standing(100.0, 0.0);
+            record.t_s = 0.01 * f64::from(step);
+            record.command_twist_in_body.vx_m_s = 0.4;
+            record.truth.twist_in_body.vx_m_s = 0.2;
+            let support = record.support.as_mut().expect("it stands");
+            (support.obstacles_x_n, support.obstacles_y_n) = (x_n, y_n);
+            posture.add(&header, &record, &[sample]);
+        }
+        let found = posture.episodes().into_iter();
+        let said = found.map(|episode| episode.sentence(&header, posture.end_s));
+        said.collect::<Vec<String>>()
+    };
+    let said = lines(0.3, -5.0, 20.0);
+    let expected = "<b>along a wall</b>, a box 300.0 mm high: of <b>400 mm/s</b> asked for it did <b>200 mm/s</b>; the wall held it back by \
+                    <b>5.0 N</b> and pushed it to the left by <b>20.0 N</b>.";
+    assert!(said.len() == 1 && said[0].contains(expected), "{said:?}");
+    assert!(lines(0.3, -5.0, -20.0)[0].contains("pushed it to the right by <b>20.0 N</b>"));
+    for (height_m, x_n, y_n) in [(0.02, -5.0, 20.0), (0.3, -20.0, 0.0), (0.3, 0.0, 2.0)] {
+        assert_eq!(lines(height_m, x_n, y_n), Vec::<String>::new());
+    }
+}
