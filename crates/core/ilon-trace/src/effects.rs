@@ -12,6 +12,9 @@ use crate::quantities::{self, Scales, by_key};
 /// A difference of fewer noise floors than this cannot be told from none.
 pub const FLOORS: f64 = 3.0;
 
+/// Causes that are noise: what another seed moves is of their own size, and no floor of theirs.
+const NOISES: [&str; 3] = ["sensors.pose.noise", "sensors.encoders", "sensors.imu"];
+
 /// Figures that are given of every cause, whether they differ or not.
 const ALWAYS: [&str; 4] = [
     "end_x_m",
@@ -90,7 +93,11 @@ fn ablation<'a>(
     cause: Option<&'a Cause>,
 ) -> Option<Ablation<'a>> {
     let apart = twin.apart?;
-    let noise = || header.twins.iter().filter(|twin| twin.change.is_noise());
+    let is_noise = cause.is_some_and(|cause| NOISES.contains(&cause.key.as_str()));
+    let is_floor = move |twin: &&Twin| {
+        twin.change.is_noise() && !(is_noise && twin.change == Change::OtherSeed)
+    };
+    let noise = || header.twins.iter().filter(is_floor);
     let scales = Scales::of(summary, header);
     let place = by_key("end_x_m").map_or(0.0, |quantity| scales.floor(quantity));
     let turn = by_key("end_heading_rad").map_or(0.0, |quantity| scales.floor(quantity));
@@ -249,6 +256,21 @@ mod tests {
         assert!((interplay.difference - 0.04).abs() < 1e-12 && interplay.differs);
         let turned = summary.effects.get("interplay", "end_heading_rad");
         assert!(turned.is_some_and(|turned| !turned.differs));
+    }
+
+    /// Another seed moves the end by 5 mm: what 6 mm of another cause is cannot be told, and 6 mm of the noise itself can.
+    #[test]
+    fn another_seed_is_no_floor_of_the_noise_itself() {
+        for (key, differs) in [("load", false), (NOISES[0], true)] {
+            let summary = with_twins(|alone| {
+                vec![
+                    twin(Change::OtherSeed, alone, 5e-3),
+                    twin(without(key), alone, 6e-3),
+                ]
+            });
+            let effect = summary.effects.get(key, "end_x_m").expect("an effect");
+            assert_eq!(effect.differs, differs, "{effect:?}");
+        }
     }
 
     #[test]

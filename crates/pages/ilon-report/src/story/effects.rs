@@ -38,7 +38,7 @@ pub(super) fn sentences(header: &Header, summary: &Summary, posture: &Posture) -
         lines.push(format!("{more} more made less difference."));
     }
     lines.extend(together(&ablations));
-    lines.extend(no_difference(&idle));
+    lines.extend(no_difference(&idle, header));
     let failed = header.twins.iter().filter_map(|twin| match &twin.change {
         Change::Without(cause) => Some((cause, twin.error.as_ref()?)),
         _ => None,
@@ -158,6 +158,7 @@ fn of_way(one: &Ablation, cause: &str, is_first: bool) -> String {
     };
     let what = [passing, Some(ended)].into_iter().flatten();
     let against = match is_first {
+        true if is_plural(cause) => ", compared with the same run without them",
         true => ", compared with the same run without it",
         false => "",
     };
@@ -166,6 +167,15 @@ fn of_way(one: &Ablation, cause: &str, is_first: bool) -> String {
         capital(cause),
         what.collect::<Vec<_>>().join("; ")
     )
+}
+
+/// Whether a cause's words are of several things: "the 10 boxes", "the ramps", "the losses of its gears".
+fn is_plural(cause: &str) -> bool {
+    let mut words = cause
+        .split(' ')
+        .skip_while(|word| ["the", "The"].contains(word));
+    let first = words.next().unwrap_or_default();
+    first.parse::<u32>().is_ok() || (first.ends_with('s') && !first.ends_with("ss"))
 }
 
 /// What causes do only together.
@@ -189,7 +199,7 @@ fn together(ablations: &[Ablation]) -> Option<String> {
     let floor_m = floor_x_m.max(floor_y_m);
     (over_m > FLOORS * floor_m && over_m > TOLD_TOGETHER * whole_m).then(|| {
         format!(
-            "Without any of them the robot would have ended <b>{}</b> from where it did; what each does by itself differs from that by <b>{}</b>.",
+            "All of them together put its end <b>{}</b> elsewhere, and not by the sum of what each does: that differs by <b>{}</b>.",
             length_known(whole_m, floor_m),
             length_known(over_m, floor_m)
         )
@@ -197,7 +207,7 @@ fn together(ablations: &[Ablation]) -> Option<String> {
 }
 
 /// The causes that made no difference, in one sentence.
-fn no_difference(idle: &[&Ablation]) -> Option<String> {
+fn no_difference(idle: &[&Ablation], header: &Header) -> Option<String> {
     let names: Vec<String> = idle.iter().map(|one| words(one)).collect();
     let floor_m = idle.iter().map(|one| one.floor[0]).fold(0.0, f64::max);
     (!names.is_empty()).then(|| {
@@ -209,11 +219,23 @@ fn no_difference(idle: &[&Ablation]) -> Option<String> {
                 least(floor_m)
             ),
             true => format!(
-                "What {names} did to the way cannot be told: at half the step the run itself goes up to <b>{}</b> elsewhere.",
+                "What {names} did to the way cannot be told: {} the run itself goes up to <b>{}</b> elsewhere.",
+                with_what(header, floor_m),
                 length_known(floor_m, floor_m)
             ),
         }
     })
+}
+
+/// By which change a run moves by as much as its floor, in metres.
+fn with_what(header: &Header, floor_m: f64) -> &'static str {
+    let mut twins = header.twins.iter();
+    let half = twins.find(|twin| twin.change == Change::HalfStep);
+    let moved_m = half.and_then(|twin| Some(twin.apart?.most_m));
+    match moved_m.is_some_and(|moved_m| moved_m >= floor_m) {
+        true => "at half the step",
+        false => "with other noise",
+    }
 }
 
 /// By how much a figure differs, against its larger value.
