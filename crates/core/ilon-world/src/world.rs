@@ -59,6 +59,8 @@ pub struct World {
     /// How the laws of contact were solved in the step.
     solution: ContactSolution,
     steps: u64,
+    /// How far the step that comes has gone by already, in seconds.
+    gone_s: f64,
 }
 
 thread_local! {
@@ -170,6 +172,7 @@ impl World {
             energies: Energies::default(),
             solution: ContactSolution::default(),
             steps: 0,
+            gone_s: 0.0,
         };
         world.find_equilibrium();
         Ok(world)
@@ -184,6 +187,23 @@ impl World {
         self.step_islands();
         self.step_in_rapier();
         self.steps += 1;
+    }
+
+    /// Advances the world by a time in seconds, at most a step: a part of one, where a host ends its own within it.
+    pub fn step_for(&mut self, part_s: f64) {
+        let dt_s = self.settings.dt_s;
+        if part_s >= dt_s {
+            return self.step();
+        }
+        self.settings.dt_s = part_s;
+        self.step();
+        self.settings.dt_s = dt_s;
+        self.steps -= 1;
+        self.gone_s += part_s;
+        if self.gone_s > dt_s * (1.0 - 1e-9) {
+            self.gone_s = 0.0;
+            self.steps += 1;
+        }
     }
 
     /// Steps what is solved together.

@@ -203,11 +203,11 @@ IlonStatus ilon_plant_reset(IlonPlant plant,
                             uint64_t seed,
                             const IlonPose *pose);
 
-// Lets the wheel loops follow rates in rad/s, one a wheel, for a period in seconds: a whole number of physics steps.
+// Lets the wheel loops follow rates in rad/s, one a wheel, for a period in seconds; with sampled wheel loops a whole
+// number of physics steps.
 IlonStatus ilon_plant_advance_rates(IlonPlant plant, const double *rates_rad_s, size_t count, double period_s);
 
-// Lets the motors put torques in N m on the wheels, one a wheel and within their limits, for a period in seconds: a whole number of physics
-// steps.
+// Lets the motors put torques in N m on the wheels, one a wheel and within their limits, for a period in seconds.
 IlonStatus ilon_plant_advance_torques(IlonPlant plant, const double *torques_n_m, size_t count, double period_s);
 
 // The robot as a whole, as it really is now.

@@ -153,7 +153,8 @@ pub unsafe extern "C" fn ilon_plant_reset(
     })
 }
 
-/// Lets the wheel loops follow rates in rad/s, one a wheel, for a period in seconds: a whole number of physics steps.
+/// Lets the wheel loops follow rates in rad/s, one a wheel, for a period in seconds; with sampled wheel loops a whole
+/// number of physics steps.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_advance_rates(
     plant: IlonPlant,
@@ -169,8 +170,7 @@ pub unsafe extern "C" fn ilon_plant_advance_rates(
     })
 }
 
-/// Lets the motors put torques in N m on the wheels, one a wheel and within their limits, for a period in seconds: a whole number of physics
-/// steps.
+/// Lets the motors put torques in N m on the wheels, one a wheel and within their limits, for a period in seconds.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_advance_torques(
     plant: IlonPlant,

@@ -85,7 +85,7 @@ int main(int argc, char** argv) try {
       ++refused;
     }
   };
-  refuses([&] { coupled.advance(0.3 * step_s, engine.base, own, scene); });
+  refuses([&] { coupled.advance(-step_s, engine.base, own, scene); });
   refuses([&] { coupled.command_rates({1.0}); });
   refuses([&] { coupled.command_twist(NAN, 0.0, 0.0); });
   refuses([] { Base("nowhere.toml"); });

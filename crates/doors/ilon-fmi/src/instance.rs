@@ -286,7 +286,7 @@ impl Instance {
         self.began_s + self.plant.time_s()
     }
 
-    /// Goes on from a time by a step, both in seconds, under what is set. The step is a whole number of physics steps.
+    /// Goes on from a time by a step, both in seconds, under what is set. Any step will do; with sampled wheel loops a whole number of physics steps.
     ///
     /// # Errors
     /// In another phase, for another time than that it is at, for a step that is none, and where the robot's motion is no number any more.

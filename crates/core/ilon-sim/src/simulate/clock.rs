@@ -11,6 +11,10 @@ pub(super) struct Clock {
     control_periods: u64,
     record_every: u64,
     steps: u64,
+    /// How far the step that comes has gone by already, in seconds: a host took a part of it.
+    gone_s: f64,
+    /// How many steps and parts of steps were taken.
+    moments: u64,
 }
 
 impl Clock {
@@ -24,16 +28,32 @@ impl Clock {
             control_periods: run.control_periods(),
             record_every: u64::from(run.record_every.max(1)),
             steps: 0,
+            gone_s: 0.0,
+            moments: 0,
         }
     }
 
-    /// How many physics steps have been taken.
-    pub fn steps(&self) -> u64 {
-        self.steps
+    /// How often time has gone on, by steps and by parts of steps.
+    pub fn moments(&self) -> u64 {
+        self.moments
     }
 
+    /// Goes on by a step, or by the rest of one.
     pub fn tick(&mut self) {
         self.steps += 1;
+        self.gone_s = 0.0;
+        self.moments += 1;
+    }
+
+    /// Goes on by a part of a step, in seconds, which leaves some of it.
+    pub fn tick_part(&mut self, part_s: f64) {
+        self.gone_s += part_s;
+        self.moments += 1;
+    }
+
+    /// What is left of the step that comes, in seconds.
+    pub fn left_s(&self) -> f64 {
+        self.physics_dt_s - self.gone_s
     }
 
     /// Seconds since the start. Control instants fall on multiples of the control period to the last bit.
@@ -42,7 +62,7 @@ impl Clock {
             self.steps / self.steps_per_control,
             self.steps % self.steps_per_control,
         );
-        periods as f64 * self.control_dt_s + rest as f64 * self.physics_dt_s
+        periods as f64 * self.control_dt_s + rest as f64 * self.physics_dt_s + self.gone_s
     }
 
     pub fn duration_s(&self) -> f64 {
@@ -61,7 +81,7 @@ impl Clock {
     }
 
     pub fn control_is_due(&self) -> bool {
-        self.steps.is_multiple_of(self.steps_per_control)
+        self.gone_s == 0.0 && self.steps.is_multiple_of(self.steps_per_control)
     }
 
     pub fn is_over(&self) -> bool {

@@ -27,6 +27,12 @@ use crate::{Error, scenario};
 /// The most physics steps that are taken at once: days of a robot's time. More are a mistake.
 const MOST_STEPS: f64 = 1e9;
 
+/// The shortest time that a plant is advanced by, as a share of its step.
+const SHORTEST_PART: f64 = 1e-3;
+
+/// A part of a step that is no time: far beyond the rounding of a sum of steps, and far below what could be meant.
+const NO_TIME: f64 = 1e-6;
+
 /// What came of an advance.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
@@ -226,9 +232,9 @@ impl Plant {
 
     /// What the robot's sensors say now. Asked again at the same moment, they say the same.
     pub fn observe(&mut self) -> &Measurements {
-        let step = self.clock.steps() + 1;
-        if self.sensed != step {
-            self.sensed = step;
+        let moment = self.clock.moments() + 1;
+        if self.sensed != moment {
+            self.sensed = moment;
             self.sensors.sense(
                 self.clock.time_s(),
                 self.clock.control_is_due(),
@@ -239,13 +245,14 @@ impl Plant {
         self.sensors.seen()
     }
 
-    /// Lets the robot act on a command for a time in seconds, a whole number of physics steps.
+    /// Lets the robot act on a command for a time in seconds. Where it ends within a physics step, a part of that step is taken, and the next advance takes
+    /// the rest of it first: whatever a host's steps are, those of the plant stay where they are. Wheel loops that are sampled take whole steps alone.
     ///
     /// Sensors with a rate or a delay of their own go on meanwhile; those without take their samples at multiples of the
     /// scenario's control period.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where the command is not one finite number a wheel or the time is no whole number of steps: nothing
+    /// [`Error::Invalid`] where the command is not one finite number a wheel or the time is none that can be advanced by: nothing
     /// has happened then. [`Error::Diverged`] where the robot's motion is no number afterwards.
     pub fn advance(&mut self, command: WheelCommand<'_>, period_s: f64) -> Result<&Outcome, Error> {
         self.advance_watched(command, period_s, |_, _| ())
@@ -262,13 +269,16 @@ impl Plant {
         mut watch: impl FnMut(&World, f64),
     ) -> Result<&Outcome, Error> {
         self.check(command)?;
-        let steps = self.steps_in(period_s)?;
+        self.check_period(period_s)?;
         self.outcome.wheels.fill(WheelTally::default());
         self.outcome.contact_residual_m_s = 0.0;
         let before_m_s = self.velocity_in_world_m_s();
-        for _ in 0..steps {
-            self.actuate(command);
-            self.step();
+        let mut left_s = period_s;
+        while left_s > NO_TIME * self.clock.physics_dt_s() {
+            let part_s = self.next_part_s(left_s);
+            left_s -= part_s;
+            self.actuate_for(command, part_s);
+            self.step_for(part_s);
             let acted = self.world.robot().wheel_tallies();
             for (sum, step) in self.outcome.wheels.iter_mut().zip(acted) {
                 sum.add(step);
@@ -276,7 +286,7 @@ impl Plant {
             let residual_m_s = self.world.contact_residual_m_s();
             let worst_m_s = &mut self.outcome.contact_residual_m_s;
             *worst_m_s = worst_m_s.max(residual_m_s);
-            watch(&self.world, self.clock.physics_dt_s());
+            watch(&self.world, part_s);
         }
         for (mean_n_m, wheel) in (self.outcome.torques_n_m.iter_mut()).zip(&self.outcome.wheels) {
             *mean_n_m = wheel.torque_mean_n_m();
@@ -465,25 +475,49 @@ impl Plant {
         }
     }
 
-    /// How many physics steps a time in seconds has.
-    fn steps_in(&self, period_s: f64) -> Result<u64, Error> {
+    /// Refuses a time in seconds by which the plant cannot be advanced.
+    fn check_period(&self, period_s: f64) -> Result<(), Error> {
         let physics_dt_s = self.clock.physics_dt_s();
         let steps = period_s / physics_dt_s;
-        let whole = steps.round();
-        // A part in a million is far beyond the rounding of a sum of steps, and far below what could be meant.
-        if (1.0..=MOST_STEPS).contains(&whole) && (steps - whole).abs() <= 1e-6 * whole {
-            return Ok(whole as u64);
+        let is_whole = (steps - steps.round()).abs() <= NO_TIME * steps.round();
+        let takes_parts = !self.plan.resolved.scenario().wheel_loop.is_sampled();
+        if (SHORTEST_PART..=MOST_STEPS).contains(&steps) && (is_whole || takes_parts) {
+            return Ok(());
         }
-        Err(Error::invalid(
-            format!(
-                "the plant cannot be advanced by {period_s} s: its physics takes steps of {physics_dt_s} s"
+        let (why, help) = match is_whole || takes_parts {
+            true => (
+                "that is no time that it can be advanced by".to_owned(),
+                "advance by a time between a thousandth of a step and a thousand million steps",
             ),
-            "advance by a whole number of steps, such as the control period, or set `run.physics_dt_s`",
+            false => (
+                format!("its wheel loops are sampled, in steps of {physics_dt_s} s"),
+                "advance by a whole number of steps, such as the control period, or set `run.physics_dt_s`",
+            ),
+        };
+        Err(Error::invalid(
+            format!("the plant cannot be advanced by {period_s} s: {why}"),
+            help,
         ))
+    }
+
+    /// What comes next of a time that is left, in seconds: the rest of a step, or what is left where that ends before.
+    fn next_part_s(&self, left_s: f64) -> f64 {
+        let of_step_s = self.clock.left_s();
+        // What differs by rounding is the step.
+        if left_s > of_step_s - NO_TIME * self.clock.physics_dt_s() {
+            of_step_s
+        } else {
+            left_s
+        }
     }
 
     /// Turns a command into what the motors do in the coming physics step.
     pub(super) fn actuate(&mut self, command: WheelCommand<'_>) {
+        self.actuate_for(command, self.clock.physics_dt_s());
+    }
+
+    /// Like [`Self::actuate`], for a part of a step, in seconds.
+    fn actuate_for(&mut self, command: WheelCommand<'_>, part_s: f64) {
         self.observe();
         let t_s = self.clock.time_s();
         if self.clock.control_is_due() {
@@ -502,7 +536,7 @@ impl Plant {
             command,
             (rates, &known),
             self.faults.supply_share(t_s),
-            self.clock.physics_dt_s(),
+            part_s,
         );
         self.motors.copy_from_slice(torques);
         for (wheel, motor) in self.motors.iter_mut().enumerate() {
@@ -519,7 +553,12 @@ impl Plant {
 
     /// Takes a physics step with the motors as they are.
     pub(super) fn step(&mut self) {
-        let (t_s, dt_s) = (self.clock.time_s(), self.clock.physics_dt_s());
+        self.step_for(self.clock.physics_dt_s());
+    }
+
+    /// Like [`Self::step`], for a part of a step, in seconds.
+    fn step_for(&mut self, dt_s: f64) {
+        let t_s = self.clock.time_s();
         self.joint_targets
             .send(t_s + 0.5 * dt_s, dt_s, &mut self.world);
         self.disturbances.act(t_s, dt_s, &mut self.world);
@@ -528,12 +567,16 @@ impl Plant {
             let desired = self.plan.desired(t_s);
             storage.before(&self.world, &effort, desired.as_ref());
         }
-        self.world.step();
+        self.world.step_for(dt_s);
         if let (Some(storage), Some(effort)) = (&mut self.storage, self.drive.passive_effort()) {
             let desired = self.plan.desired(t_s + dt_s);
             storage.after(&self.world, &effort, desired.as_ref(), dt_s);
         }
-        self.clock.tick();
+        if dt_s < self.clock.left_s() {
+            self.clock.tick_part(dt_s);
+        } else {
+            self.clock.tick();
+        }
     }
 
     /// Whether the wheel loops have targets for the wheels' rates: a passive law has none.

@@ -617,3 +617,58 @@ fn a_scaled_encoder_counts_the_factor_of_what_its_wheel_turns() {
         }
     }
 }
+
+/// Hosts have steps of their own: one millisecond, five, and one that no sum of meets the plant's steps of 3.33 ms. The robot goes where it goes by
+/// control periods, sensors that sample at control instants do so, and energies close.
+#[test]
+fn a_plant_takes_whatever_steps_its_host_takes() {
+    let scenario = |keys: &str| {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
+        let text =
+            format!("robot.file = \"mecanum4.urdf\"\ntwist = {{}}\nrun.duration_s = 5\n{keys}");
+        Scenario::from_toml(&text, "hosts", folder).expect("a scenario")
+    };
+    let drive = |step_s: f64, keys: &str| {
+        let mut plant = Plant::of_scenario(&scenario(keys)).expect("it stands");
+        for index in 1..=(0.9 / step_s).round() as u32 {
+            // Up to 6 rad/s within 0.6 s, diagonally.
+            let rate = 10.0 * (f64::from(index) * step_s).min(0.6);
+            let command = [rate, 0.5 * rate, 0.5 * rate, rate];
+            plant
+                .advance(WheelCommand::Rates(&command), step_s)
+                .expect("it goes on");
+            // Some sums of steps end within rounding of the time.
+            assert!((plant.time_s() - f64::from(index) * step_s).abs() < 1e-9);
+        }
+        let truth = plant.truth();
+        (truth.pose, plant.world().motor_energy_j())
+    };
+    let body = "world.bodies = [{ name = \"box\", mass_kg = 1, x_m = 0.5, y_m = 0.1, box.size_m = [0.2, 0.4, 0.2] }]\n";
+    for keys in ["", "world.solver.contacts = \"rapier\"\n", body] {
+        let (by_periods, motor_j) = drive(0.01, keys);
+        for step_s in [1e-3, 5e-3, 7.5e-4] {
+            let (pose, energy_j) = drive(step_s, keys);
+            let off_m = (pose.position_m() - by_periods.position_m()).norm();
+            // Commands that are held for 10 ms lag by half of that: 5 ms of the last 0.3 m/s, less than 2 mm.
+            assert!(off_m < 2e-3, "{keys} {step_s}: {off_m}");
+            // A box of 1 kg rubs with 6 N on those millimetres.
+            let off_j = (energy_j - motor_j).abs();
+            assert!(
+                off_j < 0.02 * motor_j + 6.0 * 2e-3,
+                "{keys} {step_s}: {off_j}"
+            );
+        }
+    }
+    let mut sampled =
+        Plant::of_scenario(&scenario("wheel_loop.timing = \"sampled\"\n")).expect("it stands");
+    let refused = sampled.advance(WheelCommand::Rates(&[1.0; 4]), 1e-3);
+    assert!(refused.is_err_and(|error| error.to_string().contains("sampled")));
+    for none in [0.0, -1e-3, f64::NAN, 1e-9, 1e12] {
+        let mut plant = Plant::of_scenario(&scenario("")).expect("it stands");
+        assert!(
+            plant.advance(WheelCommand::Rates(&[1.0; 4]), none).is_err(),
+            "{none}"
+        );
+        assert_eq!(plant.time_s(), 0.0);
+    }
+}

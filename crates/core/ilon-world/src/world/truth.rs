@@ -9,7 +9,7 @@ use crate::robot::energy::Energy;
 impl World {
     /// Simulated time since the start, in seconds.
     pub fn time_s(&self) -> f64 {
-        self.steps as f64 * self.settings.dt_s
+        self.steps as f64 * self.settings.dt_s + self.gone_s
     }
 
     /// Length of one step, in seconds.

@@ -20,7 +20,9 @@ fn driven(scene_kg: f64, said: f64) -> Option<Vec<Vec<f64>>> {
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{said}");
     assert!(
-        said.contains("wheels") && said.contains("nowhere.toml") && said.contains("whole number"),
+        said.contains("wheels")
+            && said.contains("nowhere.toml")
+            && said.contains("cannot be advanced"),
         "{said}"
     );
     let text = String::from_utf8(output.stdout).unwrap();

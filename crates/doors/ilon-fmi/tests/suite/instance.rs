@@ -209,7 +209,7 @@ fn calls_out_of_season_and_values_that_make_no_sense_are_refused() {
         (0.0, 0.0),
         (0.0, -period_s),
         (0.0, f64::NAN),
-        (0.0, 0.33 * instance.plant().resolved().physics_dt_s()),
+        (0.0, 1e-9),
     ] {
         assert!(instance.step(at_s, step_s).is_err(), "{at_s} {step_s}");
     }
@@ -256,4 +256,38 @@ fn references_are_places_and_names_are_unique() {
         .iter()
         .filter(|of| of.causality == Causality::Output);
     assert!(outputs.count() > 50);
+}
+
+/// Importers couple by steps of one or five milliseconds, which are none of the plant's 3.33: the robot goes where it goes by control periods.
+#[test]
+fn any_step_of_the_importer_will_do() {
+    let end = |step_s: f64| {
+        let mut instance = instance("mecanum4_lateral.toml");
+        begin(&mut instance);
+        for (wheel, rate) in [-4.0, 4.0, 4.0, -4.0].iter().enumerate() {
+            set(
+                &mut instance,
+                &format!("wheel[{}].rate_command", wheel + 1),
+                *rate,
+            );
+        }
+        for step in 0..(0.5 / step_s).round() as u32 {
+            instance.step(f64::from(step) * step_s, step_s).unwrap();
+        }
+        assert!((instance.time_s() - 0.5).abs() < 1e-9);
+        [
+            get(&mut instance, "position.x"),
+            get(&mut instance, "position.y"),
+        ]
+    };
+    let [x_m, y_m] = end(0.01);
+    assert!(y_m.abs() > 0.08, "{y_m}");
+    for step_s in [1e-3, 5e-3] {
+        let [x, y] = end(step_s);
+        // Rates are constant; what differs is how finely the start is stepped: 20 m/s^2 over some milliseconds squared.
+        assert!(
+            (x - x_m).hypot(y - y_m) < 5e-4,
+            "{step_s}: {x} {y} for {x_m} {y_m}"
+        );
+    }
 }
