@@ -30,6 +30,14 @@ pub enum Fault {
         /// The first part of each key.
         keys: Vec<String>,
     },
+    /// More joints turn as wheels do than a robot has.
+    #[error("{count} joints turn as wheels do, and a robot of more than {most} wheels is not read")]
+    TooManyWheels {
+        /// How many.
+        count: usize,
+        /// How many are read.
+        most: usize,
+    },
     /// A value of the description is out of its range.
     #[error("`{key}` is {value}, but must be {range}")]
     OutOfRange {

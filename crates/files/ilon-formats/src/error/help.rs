@@ -29,6 +29,9 @@ impl Fault {
     pub(super) fn help(&self) -> String {
         let fixed = match self {
             Self::OutOfRange { key, range, .. } => return format!("make `{key}` {range}"),
+            Self::TooManyWheels { .. } => {
+                "write type=\"fixed\" for joints that do not turn, or read a file of one robot"
+            }
             Self::RollersTooSlender {
                 least_radius_mm, ..
             } => {
@@ -59,6 +62,9 @@ impl Fault {
             Self::Xml { reason } if reason.contains("XML declaration") => {
                 "an XML declaration, `<?xml ...?>`, stands at the very beginning of a file or nowhere: put it before all else, comments and empty \
                  lines too, or leave it out"
+            }
+            Self::Xml { reason } if reason.contains("DTD") => {
+                "leave out `<!DOCTYPE ...>`: it can name other files, and none of a robot's formats needs it"
             }
             Self::Xml { .. } => "close every element and quote every attribute",
             Self::NotUrdf { .. } => {

@@ -144,6 +144,9 @@ fn tree(
     Tree::build(source, urdf)
 }
 
+/// The most joints that may be wheels: what is asked of each looks at all others.
+const MOST_WHEELS: usize = 500;
+
 /// The wheels that are given rollers: by the options, or by what the file itself says of them. With what they are given, and
 /// whether the file said so.
 type Bare = (Vec<BareWheel>, Option<WheelOptions>, Option<WheelOptions>);
@@ -159,6 +162,12 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
         Some(rollers) if enough && !rollers.joints.is_empty() => Survey::default(),
         _ => candidates::survey(loading.tree, candidates, &loading.meshes),
     };
+    if survey.turning.len() > MOST_WHEELS {
+        return Err(loading.source.robot_error(Fault::TooManyWheels {
+            count: survey.turning.len(),
+            most: MOST_WHEELS,
+        }));
+    }
     let inferred = if candidates.is_empty() && asked.is_none() && loading.options.infer_rollers {
         infer::infer(loading, &survey)
     } else {

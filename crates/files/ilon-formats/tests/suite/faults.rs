@@ -529,3 +529,21 @@ fn inertias_far_beyond_the_size_of_many_rollers_are_reported_at_once() {
     let options = common::options(|o| o.repair = true);
     assert!(Robot::from_urdf_str_with(&text, "small.urdf", &options).is_ok());
 }
+
+/// What is asked of each wheel looks at all others: a file of thousands that turn is refused before, and so is one with a DTD, in words of its own.
+#[test]
+fn thousands_of_wheels_and_a_dtd_are_refused_in_words() {
+    let links: String = (0..2000)
+        .map(|i| {
+            format!(
+                "<link name=\"l{i}\"/><joint name=\"j{i}\" type=\"continuous\"><parent link=\"b\"/><child link=\"l{i}\"/><axis xyz=\"0 1 0\"/></joint>"
+            )
+        })
+        .collect();
+    let star = format!("<robot name=\"x\"><link name=\"b\"/>{links}</robot>");
+    let said = fault_of(&star).to_string();
+    assert!(said.contains("2000 joints turn as wheels do"), "{said}");
+    let dtd = "<!DOCTYPE robot SYSTEM \"robot.dtd\"><robot name=\"x\"><link name=\"b\"/></robot>";
+    let help = fault_of(dtd).help();
+    assert!(help.contains("<!DOCTYPE"), "{help}");
+}
