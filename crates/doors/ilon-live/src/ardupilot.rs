@@ -12,8 +12,8 @@ mod packet;
 
 use std::fmt::Write;
 use std::io::ErrorKind;
-use std::net::{Ipv4Addr, UdpSocket};
-use std::time::Duration;
+use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
+use std::time::{Duration, Instant};
 
 use ilon_sim::simulate::WheelCommand;
 use ilon_sim::{Error, Plant, Scenario};
@@ -25,6 +25,12 @@ pub use packet::Packet;
 /// The pulse at which a wheel stands, and by how much more it turns as fast as it can, in microseconds: ArduPilot's own SERVO_TRIM, and
 /// SERVO_MAX less that.
 const PULSE_US: (f64, f64) = (1500.0, 400.0);
+
+/// ArduPilot's function of an output that is its first motor, `k_motor1`.
+const FIRST_MOTOR: f64 = 33.0;
+
+/// Who drives keeps driving until so long after its last frame.
+const KEEPS: Duration = Duration::from_secs(2);
 
 /// The longest step that is taken at once, in seconds: ArduPilot takes no longer one.
 const MOST_S: f64 = 0.05;
@@ -88,6 +94,34 @@ impl Vehicle {
         order.map(|(wheel, _)| wheels[*wheel].name.as_str())
     }
 
+    /// The parameters with which ArduPilot's Rover drives it, as a file for `--add-param-file`.
+    ///
+    /// Rover gives its first and third output to steering and throttle by default, and then no motor to them; and its SITL's own parameters stretch their
+    /// pulses. So function and pulses of each output are set.
+    pub fn parameters(&self) -> String {
+        let frame = self.mixer.frame;
+        let mut text = format!(
+            "# Parameters of ArduPilot's Rover for {}, {}.\nFRAME_TYPE {}\n",
+            self.plant.robot().name,
+            frame.name,
+            frame.frame_type
+        );
+        let (trim_us, span_us) = PULSE_US;
+        for (output, wheel) in (1_u8..).zip(self.wheels()) {
+            let _ = writeln!(text, "# {wheel}");
+            for (key, value) in [
+                ("FUNCTION", FIRST_MOTOR + f64::from(output) - 1.0),
+                ("MIN", trim_us - span_us),
+                ("TRIM", trim_us),
+                ("MAX", trim_us + span_us),
+                ("REVERSED", 0.0),
+            ] {
+                let _ = writeln!(text, "SERVO{output}_{key} {value}");
+            }
+        }
+        text
+    }
+
     /// Goes on by a frame; gives the answer to it.
     ///
     /// # Errors
@@ -133,11 +167,17 @@ impl Vehicle {
             0 => resolved.control_dt_s(),
             rate_hz => 1.0 / f64::from(rate_hz),
         };
-        // At least one, so that time goes on with every frame: a step that is no whole number of physics steps is the next one that is.
-        let dt_s = resolved.physics_dt_s();
-        let steps = (wanted_s.min(MOST_S) / dt_s).round().max(1.0);
+        let wanted_s = wanted_s.min(MOST_S);
+        let step_s = match resolved.scenario().wheel_loop.is_sampled() {
+            // Such loops take whole steps: at least one, so that time goes on with every frame.
+            true => {
+                let dt_s = resolved.physics_dt_s();
+                (wanted_s / dt_s).round().max(1.0) * dt_s
+            }
+            false => wanted_s,
+        };
         self.plant
-            .advance(WheelCommand::Rates(&self.rates_rad_s), steps * dt_s)?;
+            .advance(WheelCommand::Rates(&self.rates_rad_s), step_s)?;
         Ok(())
     }
 
@@ -210,7 +250,8 @@ impl ArduPilot {
         self.port
     }
 
-    /// Answers frames until `go_on` says otherwise; `say` gets what a person should know.
+    /// Answers frames until `go_on` says otherwise; `say` gets what a person should know. Who sends first drives alone, until it has sent nothing for two
+    /// seconds.
     ///
     /// # Errors
     /// Where the network is gone, or the simulation cannot go on at all.
@@ -221,7 +262,8 @@ impl ArduPilot {
         mut say: impl FnMut(&str),
     ) -> Result<(), LiveError> {
         let mut bytes = [0; 256];
-        let mut strange = false;
+        let (mut strange, mut second) = (false, false);
+        let mut driver: Option<(SocketAddr, Instant)> = None;
         while go_on() {
             let (length, from) = match self.socket.recv_from(&mut bytes) {
                 Ok(received) => received,
@@ -242,6 +284,20 @@ impl ArduPilot {
                 }
                 continue;
             };
+            let drives = driver.filter(|(_, heard)| heard.elapsed() < KEEPS);
+            if drives.is_some_and(|(who, _)| who != from) {
+                if !std::mem::replace(&mut second, true) {
+                    say(&format!(
+                        "{from} sends frames too, and another drives: it is left alone"
+                    ));
+                }
+                continue;
+            }
+            if driver.is_some_and(|(who, _)| who != from) {
+                vehicle.reset()?;
+                say("another ArduPilot drives: the robot is back at its start");
+            }
+            driver = Some((from, Instant::now()));
             let time_s = vehicle.plant.time_s();
             match vehicle.answer(&packet).map(str::to_owned) {
                 Ok(answer) => {

@@ -275,3 +275,117 @@ fn a_robot_that_no_frame_fits_is_refused_in_words() {
     );
     assert_eq!(vehicle.mixer().frame.frame_type, 2);
 }
+
+/// Outputs as `AP_MotorsUGV` gives them out. Rover begins with steering on output 1 and throttle on 3; a motor is put on the output of its number where
+/// none has it and that output has no function.
+struct Outputs {
+    /// Of each output: function, least, middle and largest pulse in microseconds.
+    channels: [[f64; 4]; 16],
+}
+
+impl Outputs {
+    /// With Rover's defaults, those of its SITL, and a file of parameters.
+    fn of(parameters: &str) -> Self {
+        let mut channels = [[0.0, 1100.0, 1500.0, 1900.0]; 16];
+        (channels[0], channels[2]) = (
+            [26.0, 1000.0, 1500.0, 2000.0],
+            [70.0, 1000.0, 1500.0, 2000.0],
+        );
+        for line in parameters.lines().filter(|line| line.starts_with("SERVO")) {
+            let (key, value) = line.split_once(' ').expect("a key and a value");
+            let (number, of) = key["SERVO".len()..].split_once('_').expect("an output");
+            let channel = &mut channels[number.parse::<usize>().unwrap() - 1];
+            let place = ["FUNCTION", "MIN", "TRIM", "MAX"]
+                .iter()
+                .position(|it| *it == of);
+            let value = value.parse().unwrap();
+            match place {
+                Some(place) => channel[place] = value,
+                None => assert_eq!((of, value), ("REVERSED", 0.0)),
+            }
+        }
+        for motor in 0..4 {
+            let function = 33.0 + motor as f64;
+            let is_there = channels.iter().any(|channel| channel[0] == function);
+            if !is_there && channels[motor][0] == 0.0 {
+                channels[motor][0] = function;
+            }
+        }
+        Self { channels }
+    }
+
+    /// The pulses for what the motors are to do, from -1 to 1, beside a throttle and no steering.
+    fn pulses(&self, motors: &[f64], throttle: f64) -> [u16; 16] {
+        self.channels.map(|[function, least, middle, most]| {
+            let motor = (function - 33.0).max(-1.0) as isize;
+            let share = match usize::try_from(motor).ok().and_then(|it| motors.get(it)) {
+                Some(share) if function >= 33.0 => *share,
+                _ if function == 70.0 => throttle,
+                _ => 0.0,
+            };
+            let span = if share < 0.0 {
+                middle - least
+            } else {
+                most - middle
+            };
+            (middle + share * span).round() as u16
+        })
+    }
+}
+
+/// Three seconds of a quarter of throttle: with the file of parameters the robot goes straight ahead at a quarter of 10 rad/s on 50 mm; with Rover's own
+/// two of its motors are never put out.
+#[test]
+fn the_parameters_make_rover_drive_straight() {
+    let drive = |parameters: &str| {
+        let mut sitl = Sitl::start("mecanum4.urdf");
+        let outputs = Outputs::of(parameters);
+        let mut state = Value::Null;
+        for frame in 1..=3 * u32::from(RATE_HZ) {
+            let pulses = outputs.pulses(&[0.25; 4], 0.25);
+            sitl.send(18458, frame, &pulses);
+            state = sitl.receive();
+        }
+        (triple(&state["position"]), triple(&state["attitude"])[2])
+    };
+    let parameters = Vehicle::new(&scenario("mecanum4.urdf"))
+        .unwrap()
+        .parameters();
+    assert!(parameters.contains("FRAME_TYPE 2\n"), "{parameters}");
+    let ([north_m, east_m, _], yaw_rad) = drive(&parameters);
+    // 2.5 rad/s on 50 mm for 3 s, less a start of some hundredths.
+    assert!((north_m - 0.375).abs() < 0.01, "{north_m}");
+    assert!(
+        east_m.abs() < 1e-3 && yaw_rad.abs() < 1e-3,
+        "{east_m} {yaw_rad}"
+    );
+    let ([north_m, ..], yaw_rad) = drive("");
+    assert!(north_m < 0.3 || yaw_rad.abs() > 0.1, "{north_m} {yaw_rad}");
+}
+
+/// What another process sends while somebody drives changes nothing.
+#[test]
+fn who_drives_is_not_disturbed_by_another() {
+    let mut sitl = Sitl::start("mecanum4.urdf");
+    for _ in 0..5 {
+        sitl.drive(OMNI_X, [0.2, 0.0, 0.0]);
+    }
+    let other = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let mut bytes = 18458_u16.to_le_bytes().to_vec();
+    bytes.extend(RATE_HZ.to_le_bytes());
+    bytes.extend(1_u32.to_le_bytes());
+    bytes.extend([1500_u16; 16].iter().flat_map(|pulse| pulse.to_le_bytes()));
+    let server = sitl.socket.peer_addr().unwrap();
+    other.send_to(&bytes, server).unwrap();
+    let state = sitl.drive(OMNI_X, [0.2, 0.0, 0.0]);
+    let expected_s = 6.0 / f64::from(RATE_HZ);
+    assert!(
+        (state["timestamp"].as_f64().unwrap() - expected_s).abs() < 1e-9,
+        "{state}"
+    );
+    let said = sitl.said.lock().unwrap();
+    assert!(
+        said.iter().any(|note| note.contains("another drives")),
+        "{said:?}"
+    );
+}

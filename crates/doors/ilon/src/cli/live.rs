@@ -48,7 +48,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8766")]
     foxglove: Option<u16>,
     /// Be the physics of ArduPilot's SITL, `sim_vehicle.py -v Rover -f rover --model JSON:127.0.0.1`, in lock step: no page is served, and time
-    /// goes on with ArduPilot's frames.
+    /// goes on with ArduPilot's frames. Writes `SCENARIO.parm` beside you, the parameters that Rover needs.
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "9002", conflicts_with_all = ["speed", "paused"])]
     ardupilot: Option<u16>,
     /// End after this many seconds; without it, when it is interrupted.
@@ -155,22 +155,49 @@ fn ardupilot(port: u16, scenario: &Scenario, end: Option<Instant>) -> Result<Out
         let remedy = "choose another port with --ardupilot=PORT, or 0 for any that is free";
         Failure::usage(fault.to_string(), remedy)
     })?;
+    let parameters = write_parameters(&scenario.name, &vehicle)?;
     let frame = vehicle.mixer().frame;
     let motors = vehicle.wheels().zip(1..);
     let motors: Vec<String> = motors
         .map(|(wheel, motor)| format!("{motor} {wheel}"))
         .collect();
     console::lines(&format!(
-        "ArduPilot: frames at 127.0.0.1:{}  (end with Ctrl-C)\nset FRAME_TYPE to {} ({}); its motors are {}\n",
+        "ArduPilot: frames at 127.0.0.1:{}  (end with Ctrl-C)\nframe {} ({}); its motors are {}\n\
+         sim_vehicle.py -v Rover -f rover --model JSON:127.0.0.1 --add-param-file={}\n",
         server.port(),
         frame.frame_type,
         frame.name,
-        motors.join(", ")
+        motors.join(", "),
+        parameters.display()
     ))?;
     let go_on = || end.is_none_or(|end| Instant::now() < end);
     let served = server.serve(&mut vehicle, go_on, console::note);
     served.map_err(failure)?;
     Ok(Outcome::Done)
+}
+
+/// Writes the parameters of a vehicle beside the caller; gives the file's path.
+fn write_parameters(
+    name: &str,
+    vehicle: &ilon_live::ardupilot::Vehicle,
+) -> Result<PathBuf, Failure> {
+    let path = std::path::absolute(format!("{name}.parm"));
+    let path =
+        path.map_err(|error| Failure::usage(error.to_string(), "go to a folder that exists"))?;
+    let text = vehicle.parameters();
+    let first = text.lines().next().unwrap_or_default();
+    let there = std::fs::read_to_string(&path).unwrap_or_default();
+    if !there.is_empty() && !there.starts_with(first) {
+        return Err(Failure::usage(
+            format!(
+                "`{}` is there already, and was not written for this robot",
+                path.display()
+            ),
+            "move it elsewhere, or go to another folder",
+        ));
+    }
+    ilon_trace::file::write_text(&path, &text)?;
+    Ok(path)
 }
 
 /// A door that this build does not have.
