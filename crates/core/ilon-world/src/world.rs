@@ -20,8 +20,8 @@ use ilon_robot::Pose as PlanarPose;
 use nalgebra::Vector3;
 
 use crate::contact::law::SolverEffort;
-use crate::contact::reactions::Reactions;
 use crate::contact::reactions::support::Support;
+use crate::contact::reactions::{ReactionSolver, Reactions};
 use crate::ground::Ground;
 use crate::reference::Reference;
 use crate::robot::articulated::{Articulated, WheelCounts};
@@ -62,9 +62,13 @@ pub struct World {
 }
 
 thread_local! {
-    /// Where the worlds of a thread work their reactions out, one after the other: so they are smaller, and what they all write to
-    /// stays in the processor's cache.
-    static ROOM: RefCell<Reactions> = RefCell::default();
+    /// What the worlds of a thread find their reactions with, one after the other.
+    static SOLVER: RefCell<ReactionSolver> = RefCell::default();
+}
+
+/// Lets something use the thread's solver.
+fn with_solver<T>(use_it: impl FnOnce(&mut ReactionSolver) -> T) -> T {
+    SOLVER.with_borrow_mut(use_it)
 }
 
 /// How the laws of contact were solved in a step, of all bodies.
@@ -178,16 +182,18 @@ impl World {
     /// Advances the world by one physics step; in parts, where [`Settings::split_dt_s`] says so.
     pub fn step(&mut self) {
         self.look_in_rapier();
-        self.regroup();
-        self.solution = ContactSolution::default();
-        self.step_together();
-        self.step_islands();
+        with_solver(|solver| {
+            self.regroup(solver);
+            self.solution = ContactSolution::default();
+            self.step_together(solver);
+            self.step_islands(solver);
+        });
         self.step_in_rapier();
         self.steps += 1;
     }
 
     /// Steps what is solved together.
-    fn step_together(&mut self) {
+    fn step_together(&mut self, solver: &mut ReactionSolver) {
         let hosts = self.bodies.len();
         self.seat_guests();
         for body in &mut self.bodies {
@@ -203,20 +209,16 @@ impl World {
             body.joint_forces.fill(0.0);
         }
         let mut taken = 0;
-        ROOM.with_borrow_mut(|room| {
-            self.reactions.swap_room(room);
-            let mut left_s = self.settings.dt_s;
-            while left_s > 0.0 {
-                let span_s = self.span_s(left_s);
-                let parts = self.parts(span_s);
-                for _ in 0..parts {
-                    self.advance(span_s / f64::from(parts));
-                }
-                left_s -= span_s;
-                taken += parts;
+        let mut left_s = self.settings.dt_s;
+        while left_s > 0.0 {
+            let span_s = self.span_s(left_s);
+            let parts = self.parts(span_s);
+            for _ in 0..parts {
+                self.advance(solver, span_s / f64::from(parts));
             }
-            self.reactions.swap_room(room);
-        });
+            left_s -= span_s;
+            taken += parts;
+        }
         let dt_s = self.settings.dt_s;
         self.count_slow(dt_s);
         for body in &mut self.bodies {

@@ -3,6 +3,7 @@
 use ilon_robot::{Robot, Scale};
 use nalgebra::Vector3;
 
+use crate::contact::reactions::Reactions;
 use crate::contact::reactions::row::Side;
 use crate::dynamics::{Factors, Motion, Path, Tree};
 use crate::ground::Ground;
@@ -20,6 +21,8 @@ pub(crate) struct Scenes<'a> {
     /// How long the step is, in seconds.
     pub dt_s: f64,
     pub bodies: &'a [Articulated],
+    /// What acted between them in the last step.
+    pub reactions: &'a Reactions,
 }
 
 /// What concerns one articulated body of it.
@@ -38,6 +41,8 @@ pub(crate) struct Scene<'a> {
     pub settings: &'a Settings,
     /// How long the step is, in seconds.
     pub dt_s: f64,
+    /// What acted between the bodies in the last step.
+    pub reactions: &'a Reactions,
     /// The robot when the step began.
     pub before: &'a State,
     /// Its poses in the middle of the step, with the rates of its beginning.
@@ -74,6 +79,7 @@ impl<'a> Scenes<'a> {
             shapes: &body.shapes,
             settings: self.settings,
             dt_s: self.dt_s,
+            reactions: self.reactions,
             before: &body.before,
             middle: &body.middle,
             ahead: &body.ahead,

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::{Energies, World};
 use crate::ContactSolver;
-use crate::contact::reactions::Reactions;
+use crate::contact::reactions::ReactionSolver;
 use crate::contact::reactions::reaction::Part;
 use crate::contact::reactions::wheel_contact::{Taken, WheelContact};
 use crate::contact::scene::Scenes;
@@ -33,7 +33,7 @@ impl World {
     /// Advances the world by a time: in one part, or in two where something lands in it or its contacts cannot be solved.
     ///
     /// The reactions of a part are found before anything has moved, so that a part that is given up has left nothing behind.
-    pub(super) fn advance(&mut self, dt_s: f64) {
+    pub(super) fn advance(&mut self, solver: &mut ReactionSolver, dt_s: f64) {
         if self.settings.contacts == ContactSolver::Rapier {
             self.bodies
                 .iter_mut()
@@ -41,34 +41,33 @@ impl World {
             self.advance_in_rapier(dt_s);
             return self.tally(dt_s);
         }
-        self.find_reactions(dt_s);
-        let Some(first_s) = self.first_part_s(dt_s) else {
-            self.move_on(dt_s);
+        self.find_reactions(solver, dt_s);
+        let Some(first_s) = self.first_part_s(solver, dt_s) else {
+            self.move_on(solver, dt_s);
             return self.tally(dt_s);
         };
         self.give_up();
-        self.advance(first_s);
-        self.advance(dt_s - first_s);
+        self.advance(solver, first_s);
+        self.advance(solver, dt_s - first_s);
     }
 
     /// The first of the two parts in which a part of a step is to be taken whose reactions have been found, in seconds; `None` where it is well solved
     /// as a whole.
-    fn first_part_s(&self, dt_s: f64) -> Option<f64> {
+    fn first_part_s(&self, solver: &ReactionSolver, dt_s: f64) -> Option<f64> {
         let shortest_s = self.shortest_part_s();
         // A little before it lands, so that what bears the load until then does so to the end.
-        let lands_s = (1.0 - SHORTEST_PART) * self.reactions.lands_after_s(&self.bodies, dt_s);
+        let lands_s = (1.0 - SHORTEST_PART) * solver.lands_after_s(&self.bodies, dt_s);
         if (shortest_s..dt_s).contains(&lands_s) {
             return Some(lands_s);
         }
         let half_s = 0.5 * dt_s;
-        let is_solved = self.reactions.error() <= UNSOLVED_M_S || half_s < shortest_s;
+        let is_solved = solver.error() <= UNSOLVED_M_S || half_s < shortest_s;
         (!is_solved).then_some(half_s)
     }
 
     /// Gives up a part of a step whose reactions have been found, and goes back to where it began.
     pub(super) fn give_up(&mut self) {
         self.solution.halvings += 1;
-        self.reactions.give_up();
         self.bodies.iter_mut().for_each(Articulated::begin_again);
     }
 
@@ -83,7 +82,7 @@ impl World {
     /// Finds the reactions of a part of a step, without moving anything.
     ///
     /// The poses are taken on by half of it with the rates of its beginning; contacts and accelerations are found there, and the reactions follow.
-    pub(super) fn find_reactions(&mut self, dt_s: f64) {
+    pub(super) fn find_reactions(&mut self, solver: &mut ReactionSolver, dt_s: f64) {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         for body in &mut self.bodies {
             body.ask_motors(dt_s);
@@ -91,36 +90,40 @@ impl World {
             body.move_freely(&gravity, dt_s);
             body.find_shapes(&self.ground);
         }
-        let scenes = Scenes {
+        solver.react(self.scenes(dt_s));
+        if self.turn_with_jumps(solver, &gravity, dt_s) {
+            solver.react_again(self.scenes(dt_s));
+        }
+        self.solution.add(solver.take_effort());
+    }
+
+    /// What the reactions of a part of a step depend on.
+    fn scenes(&self, dt_s: f64) -> Scenes<'_> {
+        Scenes {
             ground: &self.ground,
             settings: &self.settings,
             dt_s,
             bodies: &self.bodies,
-        };
-        self.reactions.react(scenes);
-        if self.turn_with_jumps(&gravity, dt_s) {
-            self.reactions.react_again(Scenes {
-                bodies: &self.bodies,
-                ground: &self.ground,
-                settings: &self.settings,
-                dt_s,
-            });
+            reactions: &self.reactions,
         }
-        self.solution.add(self.reactions.take_effort());
     }
 
     /// Moves everything on to the end of a part of a step whose reactions have been found, and counts what they did.
     ///
     /// The poses move on with the mean of the rates before and after. That is of second order in the time where nothing lands.
-    pub(super) fn move_on(&mut self, dt_s: f64) {
+    pub(super) fn move_on(&mut self, solver: &mut ReactionSolver, dt_s: f64) {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         for (index, body) in self.bodies.iter_mut().enumerate() {
-            let lands = body.sets_out || body.lands(index, &self.reactions, dt_s);
-            body.take_reactions(index, &self.reactions, lands, dt_s);
+            let lands = body.sets_out || body.lands(index, solver, dt_s);
+            body.take_reactions(index, solver, lands, dt_s);
             let gravity = body.pulled_by(&gravity);
             body.move_on(lands, &gravity, dt_s, &mut self.energies);
             body.from_middle_s += dt_s;
+            if let Some(free) = &mut body.free {
+                free.pressed_m = free.pressed_m.max(solver.pressed_m(index));
+            }
         }
+        solver.keep_in(&mut self.reactions, dt_s);
         self.count_motors(dt_s);
         self.count_joints(dt_s);
         self.count_pushing();
@@ -137,13 +140,18 @@ impl World {
     }
 
     /// Takes what turning frames ask of bodies with joints that are stopped within the step as their rates jump; says whether there are any.
-    fn turn_with_jumps(&mut self, gravity: &Vector3<f64>, dt_s: f64) -> bool {
+    fn turn_with_jumps(
+        &mut self,
+        solver: &ReactionSolver,
+        gravity: &Vector3<f64>,
+        dt_s: f64,
+    ) -> bool {
         let mut any = false;
         for (index, body) in self.bodies.iter_mut().enumerate() {
             let jumps = !body.robot.joints.is_empty() && !body.sets_out;
-            if jumps && body.lands(index, &self.reactions, dt_s) {
+            if jumps && body.lands(index, solver, dt_s) {
                 let gravity = body.pulled_by(gravity);
-                body.accelerate_in_jump(self.reactions.change(index), &gravity, dt_s);
+                body.accelerate_in_jump(solver.change(index), &gravity, dt_s);
                 any = true;
             }
         }
@@ -431,7 +439,7 @@ impl Articulated {
 
     /// Whether something of the body was stopped within the step, so that it cannot move on with the mean of the rates before and after: a contact would
     /// end deep in the ground, or a joint beyond its stop.
-    fn lands(&self, index: usize, reactions: &Reactions, dt_s: f64) -> bool {
+    fn lands(&self, index: usize, reactions: &ReactionSolver, dt_s: f64) -> bool {
         let change = reactions.change(index);
         let mean = |dof: usize| {
             let start_change = reactions.start_change(index).nth(dof).unwrap_or(0.0);
@@ -459,7 +467,7 @@ impl Articulated {
     }
 
     /// Corrects the rates by the reactions of the step.
-    fn take_reactions(&mut self, index: usize, reactions: &Reactions, lands: bool, dt_s: f64) {
+    fn take_reactions(&mut self, index: usize, reactions: &ReactionSolver, lands: bool, dt_s: f64) {
         for (rate, change) in self.rates_free.iter_mut().zip(reactions.change(index)) {
             *rate += change;
         }

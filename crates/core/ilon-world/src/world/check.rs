@@ -3,6 +3,7 @@
 use ilon_robot::{Robot, Roller, RollerForm, Wheel};
 
 use super::check_joints::check_joints;
+use crate::contact::reactions::Reactions;
 use crate::contact::scene::Scenes;
 use crate::contact::search::free_bodies::parts;
 use crate::engine::shapes::shape_of_roller;
@@ -83,6 +84,7 @@ pub(super) fn check_together(
         settings,
         dt_s: settings.dt_s,
         bodies,
+        reactions: &Reactions::default(),
     };
     let mut near = Vec::new();
     scenes.find_between_chassis(&mut near);

@@ -7,8 +7,8 @@
 use ilon_robot::roll_pitch_yaw;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::{ContactSolution, Energies, World};
-use crate::contact::reactions::Reactions;
+use super::{ContactSolution, Energies, World, with_solver};
+use crate::contact::reactions::{ReactionSolver, Reactions};
 use crate::robot::articulated::Articulated;
 use crate::robot::state::State;
 use crate::settings::NEAR;
@@ -38,7 +38,7 @@ impl World {
         for body in &mut self.bodies {
             body.sets_out = true;
         }
-        let is_found = self.come_to_rest(&put_down);
+        let is_found = with_solver(|solver| self.come_to_rest(solver, &put_down));
         self.ground = ground;
         let came = std::mem::replace(&mut self.bodies, put_down);
         if is_found {
@@ -52,7 +52,7 @@ impl World {
     }
 
     /// Says whether they come to rest.
-    fn come_to_rest(&mut self, put_down: &[Articulated]) -> bool {
+    fn come_to_rest(&mut self, solver: &mut ReactionSolver, put_down: &[Articulated]) -> bool {
         let scales = || put_down.iter().map(|body| &body.scale);
         let time_s = scales().map(|s| s.time_s()).fold(0.0, f64::max);
         let length_m = scales().map(|s| s.length_m).fold(f64::INFINITY, f64::min);
@@ -60,8 +60,8 @@ impl World {
         let mut last_m = f64::INFINITY;
         let mut from: Vec<State> = put_down.iter().map(|body| body.state.clone()).collect();
         for _ in 0..MOST_STEPS {
-            self.find_reactions(dt_s);
-            self.move_on(dt_s);
+            self.find_reactions(solver, dt_s);
+            self.move_on(solver, dt_s);
             let bodies = self.bodies.iter_mut().zip(put_down);
             bodies.for_each(|(body, put_down)| body.halt(put_down));
             let moves = self.bodies.iter().zip(&from);

@@ -184,11 +184,6 @@ impl World {
         if self.bodies.last().is_none_or(|body| body.free.is_none()) {
             return;
         }
-        for (index, body) in self.bodies.iter_mut().enumerate() {
-            if let Some(free) = &mut body.free {
-                free.pressed_m = free.pressed_m.max(self.reactions.pressed_m(index));
-            }
-        }
         for (reaction, b) in self.reactions.on_bodies() {
             if self.bodies[reaction.a.body].free.is_some() {
                 continue;

@@ -50,12 +50,6 @@ impl Solver {
         std::mem::take(&mut self.effort)
     }
 
-    /// Where matrices are written; what stands there counts for nothing between two calls: whoever solves something else afterwards may use
-    /// it, so that the robots of a fleet do not each keep another.
-    pub fn room(&mut self) -> &mut Vec<f64> {
-        &mut self.matrix
-    }
-
     fn solve_in_discs(&mut self, problem: &mut ImpulseProblem) -> f64 {
         let mut least = problem.error();
         if least <= TOLERANCE {

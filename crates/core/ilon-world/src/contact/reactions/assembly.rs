@@ -2,8 +2,9 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use super::ReactionSolver;
 use super::compliance::stays_open;
-use super::{Reactions, spring_between};
+use super::last_step::spring_between;
 use crate::contact::frame::along_frame;
 use crate::contact::law::Law;
 use crate::contact::law::tread::Press;
@@ -49,7 +50,7 @@ fn nap_among(nap: &Nap, frame: &[Vector3<f64>; 3]) -> Option<Vector2<f64>> {
     lies.try_normalize(LEAST)
 }
 
-impl Reactions {
+impl ReactionSolver {
     /// Finds the places where the bodies are near the ground and one another.
     pub(super) fn find(&mut self, scenes: Scenes<'_>) {
         for scene in scenes.each() {
@@ -222,7 +223,7 @@ impl Reactions {
             gap_m / dt_s
         } else {
             // No faster than what the spring was loaded with, and a little.
-            let before = self.impulse_before(place.a, place.b);
+            let before = self.impulse_before(&scene, (place.a, place.b));
             let loaded_m_s = compliance * before.map_or(0.0, |impulse| impulse.x);
             let relaxed_s = dt_s + spring.relaxation_s;
             (gap_m / relaxed_s).max(-loaded_m_s - PUSH_OUT * scene.scale.speed_m_s())
@@ -250,17 +251,20 @@ impl Reactions {
         let key = |axle: &Axle| (axle.body, axle.wheel, axle.roller);
         let of_this = |other: &Axle| key(other) == key(axle);
         self.axles.iter().position(of_this).unwrap_or_else(|| {
-            self.axles.reserve_exact(1);
             self.axles.push(*axle);
             self.axles.len() - 1
         })
     }
 
     /// What acted in the last step where a new reaction between these goes on from it.
-    pub(super) fn impulse_before(&self, a: Member, b: Partner) -> Option<Vector3<f64>> {
+    pub(super) fn impulse_before(
+        &self,
+        scene: &Scene<'_>,
+        (a, b): (Member, Partner),
+    ) -> Option<Vector3<f64>> {
         let follows = |other: &&Reaction| a.follows(other.a) && b.follows(other.b);
         let place = self.all.iter().filter(follows).count();
-        let mut before = self.before.iter().filter(follows);
+        let mut before = scene.reactions.all().iter().filter(follows);
         before.nth(place).map(|reaction| reaction.impulse)
     }
 
@@ -361,10 +365,7 @@ impl Reactions {
     /// Adds a law and where it acts.
     pub(super) fn push(&mut self, law: Law, reaction: Reaction, rows: &[Row], free: &[f64]) {
         self.problem.push(law, free);
-        // Both are large, and there is one list of them for every robot of a fleet: they grow by what is needed.
-        self.rows.reserve_exact(rows.len());
         self.rows.extend_from_slice(rows);
-        self.all.reserve_exact(1);
         self.all.push(reaction);
     }
 }

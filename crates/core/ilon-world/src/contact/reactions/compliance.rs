@@ -3,7 +3,7 @@
 use ilon_robot::Scale;
 use nalgebra::{Vector2, Vector3};
 
-use super::Reactions;
+use super::ReactionSolver;
 use crate::contact::law::tread::{Press, Softness, TreadLaw};
 use crate::contact::reactions::potential::PotentialContact;
 use crate::contact::reactions::reaction::{Part, TangentCompliance, Tread, turned_to};
@@ -37,7 +37,7 @@ fn tread_of<'a>(scene: &'a Scene<'_>, part: Part) -> Option<&'a TreadLaw> {
     }
 }
 
-impl Reactions {
+impl ReactionSolver {
     /// How the tread of a contact is pressed; `None` where it has none.
     pub(super) fn press(
         &self,
@@ -61,10 +61,12 @@ impl Reactions {
             return press.load_n;
         }
         let Candidate { a, b, .. } = *place;
-        let before = self.impulse_before(a, b).filter(|_| self.before_dt_s > 0.0);
+        let before_dt_s = scene.reactions.dt_s();
+        let before = self.impulse_before(scene, (a, b));
+        let before = before.filter(|_| before_dt_s > 0.0);
         before.map_or_else(
             || mean_load_n(scene, a.part),
-            |impulse| impulse.x / self.before_dt_s,
+            |impulse| impulse.x / before_dt_s,
         )
     }
 
@@ -94,10 +96,8 @@ impl Reactions {
         // What pressed on here in the last step goes on from there.
         let same = |normal: &Vector3<f64>| normal.dot(&contact.frame[0]) > 0.7;
         let Candidate { a, b, .. } = *place;
-        let mut before = self
-            .before
-            .iter()
-            .filter(|other| (other.a, other.b) == (a, b));
+        let before = scene.reactions.all().iter();
+        let mut before = before.filter(|other| (other.a, other.b) == (a, b));
         let before = before
             .find(|other| same(&other.frame[0]))
             .and_then(|other| other.tread());

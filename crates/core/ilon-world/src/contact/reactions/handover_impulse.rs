@@ -92,11 +92,6 @@ impl HandoverImpulse {
         self.share = 0.0;
     }
 
-    /// Where matrices are written; what stands there counts for nothing between two calls.
-    pub fn room(&mut self) -> &mut Vec<f64> {
-        &mut self.matrix
-    }
-
     /// Finds the jump of a step that has been solved.
     pub fn find(
         &mut self,

@@ -3,7 +3,7 @@
 use ilon_robot::{BodyJoint, Coupling};
 use nalgebra::Vector3;
 
-use super::Reactions;
+use super::ReactionSolver;
 use crate::contact::law::Law;
 use crate::contact::reactions::potential::Axle;
 use crate::contact::reactions::reaction::{Part, Reaction};
@@ -17,7 +17,7 @@ const NEAR_STOP: f64 = 0.02;
 /// What is beyond its stop, or not where its coupling has it, comes back at this many of its units in a unit of time: too slowly to bounce.
 const COMES_BACK: f64 = 7.1e-3;
 
-impl Reactions {
+impl ReactionSolver {
     /// Adds the laws of the joints between a robot's bodies.
     pub(super) fn hold_joints(&mut self, scene: &Scene<'_>) {
         for (index, joint) in scene.robot.joints.iter().enumerate() {

@@ -3,7 +3,7 @@
 //! A stop that is not reached yet when a step begins lets the joint come no further than to it: the impulse that stops it there acts over the whole step. That
 //! is of first order in the step. So a step in which a joint reaches its stop is taken in two parts, and the first of them ends just before that.
 
-use super::Reactions;
+use super::ReactionSolver;
 use crate::contact::reactions::reaction::{Part, Reaction};
 use crate::robot::articulated::Articulated;
 
@@ -27,7 +27,7 @@ impl Approach {
     }
 }
 
-impl Reactions {
+impl ReactionSolver {
     /// After how many seconds of a step of `dt_s` that has been solved the first joint reaches its stop; infinite where none does.
     pub fn lands_after_s(&self, bodies: &[Articulated], dt_s: f64) -> f64 {
         let mut first_s = f64::INFINITY;

@@ -1,6 +1,6 @@
 //! Wheels whose drive is more than a straight line: motors at their bounds, and gears that lose a share of what they pass on.
 
-use super::Reactions;
+use super::ReactionSolver;
 use crate::MotorTorque;
 use crate::contact::law::Law;
 use crate::contact::reactions::reaction::Part;
@@ -8,7 +8,7 @@ use crate::contact::scene::{Scene, Scenes};
 use crate::dynamics::ROOT_DOFS;
 use crate::robot::drive::WheelDrive;
 
-impl Reactions {
+impl ReactionSolver {
     /// Whether a wheel's drive is more than a straight line in this step, as far as that is known.
     pub(super) fn needs_drive(&self, scene: &Scene<'_>, wheel: usize) -> bool {
         let gear_loses = scene.robot.wheels[wheel].drive.gear_efficiency < 1.0;

@@ -20,7 +20,7 @@
 
 use nalgebra::{Matrix2, SymmetricEigen, Vector2, Vector3};
 
-use super::Reactions;
+use super::ReactionSolver;
 use crate::contact::law::Law;
 use crate::contact::reactions::potential::{Axle, PotentialContact};
 use crate::contact::reactions::reaction::{Part, Partner, Reaction, turned_to};
@@ -32,7 +32,7 @@ use crate::ground::FloorSurface;
 /// An edge that is sharper than this share of the wheel's radius rolls as one of so much.
 const SHARP: f64 = 1e-3;
 
-impl Reactions {
+impl ReactionSolver {
     /// Lets rolling over the ground cost what ground and roller take of the load, in N. `along` is the direction of the ground's nap among
     /// the tangents.
     pub(super) fn resist_rolling(

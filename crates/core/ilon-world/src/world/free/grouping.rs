@@ -3,10 +3,11 @@
 use std::mem::{swap, take};
 
 use super::islands::{Island, aabb, absorb, meet, near};
+use crate::contact::reactions::ReactionSolver;
 use crate::contact::search::bounds::Bounds;
 use crate::free::FreeBodyId;
 use crate::robot::articulated::Articulated;
-use crate::world::{ROOM, World};
+use crate::world::World;
 
 /// Slower than this, in a body's unit of speed, is slow: 0.1 mm/s for a cube of 0.2 m.
 const SLOW: f64 = 1e-4;
@@ -19,7 +20,7 @@ const TRIED: usize = 50;
 
 impl World {
     /// Finds out which bodies are to be solved together in the coming step, and wakes what something comes near to.
-    pub(in crate::world) fn regroup(&mut self) {
+    pub(in crate::world) fn regroup(&mut self, solver: &mut ReactionSolver) {
         if self.islands.is_empty() {
             return;
         }
@@ -27,14 +28,14 @@ impl World {
             self.take_apart();
         }
         self.put_together();
-        self.try_new();
+        self.try_new(solver);
     }
 
     /// Steps all islands that are awake, and lets those sleep that have come to rest.
-    pub(in crate::world) fn step_islands(&mut self) {
+    pub(in crate::world) fn step_islands(&mut self, solver: &mut ReactionSolver) {
         for at in 0..self.islands.awake.len() {
             self.exchange(at);
-            self.step_together();
+            self.step_together(solver);
             self.exchange(at);
         }
         let mut at = 0;
@@ -182,7 +183,7 @@ impl World {
     }
 
     /// Lets islands sleep at once that were put down at rest, if they stay where they are.
-    fn try_new(&mut self) {
+    fn try_new(&mut self, solver: &mut ReactionSolver) {
         let mut at = 0;
         while at < self.islands.awake.len() {
             let island = &mut self.islands.awake[at];
@@ -196,15 +197,10 @@ impl World {
             self.exchange(at);
             let before_j = self.energy_here_j();
             let dt_s = self.settings.dt_s;
-            let stays = ROOM.with_borrow_mut(|room| {
-                self.reactions.swap_room(room);
-                let stays = (0..TRIED).all(|step| {
-                    self.advance(dt_s);
-                    // First it settles into its contacts.
-                    step < TRIED / 2 || self.bodies.iter().all(is_slow)
-                });
-                self.reactions.swap_room(room);
-                stays
+            let stays = (0..TRIED).all(|step| {
+                self.advance(solver, dt_s);
+                // First it settles into its contacts.
+                step < TRIED / 2 || self.bodies.iter().all(is_slow)
             });
             let sank_j = before_j - self.energy_here_j();
             let before = put_down.bodies.iter().zip(&self.bodies);

@@ -6,6 +6,7 @@ use ilon_robot::{
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::{World, shipped};
+use crate::world::with_solver;
 use crate::{Floor, MotorTorque, Settings};
 
 /// An arm that its servos swing, on rollers with play that motors drive.
@@ -84,11 +85,11 @@ fn what_is_given_up_leaves_no_trace() {
             }
             if gives_up {
                 for tried_s in [2.0 * dt_s, dt_s] {
-                    world.find_reactions(tried_s);
+                    with_solver(|solver| world.find_reactions(solver, tried_s));
                     world.give_up();
                 }
             }
-            world.advance(dt_s);
+            with_solver(|solver| world.advance(solver, dt_s));
         }
         assert_eq!(shown(&at_once), shown(&anew), "step {step}");
     }
