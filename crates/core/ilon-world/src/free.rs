@@ -64,7 +64,7 @@ pub struct FreeBody {
 /// The least gravity by which units are counted, in m/s^2: a tenth of the earth's, as of robots.
 pub(crate) const LEAST_GRAVITY_M_S2: f64 = 0.981;
 
-/// What an articulated body that is a free one has beside its state.
+/// What a free body has beside its state.
 #[derive(Clone, Debug)]
 pub(crate) struct Free {
     pub id: FreeBodyId,
@@ -79,43 +79,41 @@ pub(crate) struct Free {
     pub work_j: f64,
     /// How deep it and what it touched have been in one another at most, in metres.
     pub pressed_m: f64,
-    /// What it is where rapier moves it.
-    pub guest: Option<Box<Guest>>,
 }
 
 /// A handle of rapier's as a key: handles have no order.
 pub(crate) type RawHandle = (u32, u32);
 
-/// What of a program's own in rapier is one body: with its colliders, or a collider without a body.
+/// A user's body in rapier: a rigid body with its colliders, or a collider without a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum RapierObject {
-    Body(RawHandle),
+pub(crate) enum UserBody {
+    Rigid(RawHandle),
     Collider(RawHandle),
 }
 
-/// What a free body has that takes part in a step, but that rapier moves.
+/// What a user's body has that is coupled to a step.
 #[derive(Clone, Debug)]
-pub(crate) struct Guest {
-    /// What it is there.
-    pub own: RapierObject,
+pub(crate) struct Coupled {
+    pub body: UserBody,
     /// Its velocity and angular velocity when the step began, in m/s and rad/s.
     pub start: [Vector3<f64>; 2],
-    /// The contacts that rapier found for it.
-    pub rests: Vec<Rest>,
-    /// What what ilon moves did to it in the step so far: impulse in N s, and moment about its centre of mass in N m s.
+    /// Its contacts with other user bodies and what is fixed, as rapier found them.
+    pub contacts: Vec<RapierContact>,
+    /// What robots and free bodies did to it in the step so far: impulse in N s, and moment about its
+    /// centre of mass in N m s.
     pub impulse: [Vector3<f64>; 2],
 }
 
-/// A contact that rapier found for a guest.
+/// A contact that rapier found for a coupled body.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rest {
-    /// Where, from the guest's centre of mass along its own axes, in metres.
-    pub in_guest_m: Vector3<f64>,
+pub(crate) struct RapierContact {
+    /// Where, from the body's centre of mass along its own axes, in metres.
+    pub in_body_m: Vector3<f64>,
     /// Unit vector in the world out of what it touches.
     pub normal: Vector3<f64>,
-    /// Distance in metres; 0 where it is in it.
+    /// Distance in metres; 0 where the two overlap.
     pub gap_m: f64,
-    /// The place among the step's bodies of the guest that it touches; `None` of what is fixed.
+    /// The place among the step's bodies of the coupled body that it touches; `None` of what is fixed.
     pub other: Option<usize>,
     pub friction: f64,
 }

@@ -197,16 +197,16 @@ impl World {
         let hosts = self.bodies.len();
         self.seat_guests();
         for body in &mut self.bodies {
-            if let Some(free) = &mut body.free {
+            if let Some(free) = body.free_mut() {
                 free.from_robots = Vector3::zeros();
             }
-            body.asked.copy_from_slice(&body.motors);
-            body.rates_asked_rad_s
+            body.command
+                .rates_asked_rad_s
                 .copy_from_slice(body.state.wheel_rates_rad_s());
-            body.from_middle_s = -0.5 * self.settings.dt_s;
-            body.counts.fill(WheelCounts::default());
-            body.support = Support::default();
-            body.joint_forces.fill(0.0);
+            body.command.from_middle_s = -0.5 * self.settings.dt_s;
+            body.done.counts.fill(WheelCounts::default());
+            body.done.support = Support::default();
+            body.done.joint_forces.fill(0.0);
         }
         let mut taken = 0;
         let mut left_s = self.settings.dt_s;
@@ -222,13 +222,13 @@ impl World {
         let dt_s = self.settings.dt_s;
         self.count_slow(dt_s);
         for body in &mut self.bodies {
-            if let Some(free) = &mut body.free {
+            if let Some(free) = body.free_mut() {
                 free.from_robots /= dt_s;
             }
-            for (index, counts) in body.counts.iter_mut().enumerate() {
+            for (index, counts) in body.done.counts.iter_mut().enumerate() {
                 counts.tally.end_step(body.state.hubs()[index].center_m.z);
-                body.acted_n_m[index] = counts.torque_n_m_s / dt_s;
-                let contact = &mut body.contacts[index];
+                body.done.acted_n_m[index] = counts.torque_n_m_s / dt_s;
+                let contact = &mut body.done.contacts[index];
                 if taken > 1 || self.solution.halvings > 0 {
                     counts.tally.put_means_into(contact);
                 }
@@ -236,10 +236,10 @@ impl World {
                 contact.spin_up_power_w = counts.taken.spin_up_j / dt_s;
                 contact.impact_power_w = counts.taken.impact_j / dt_s;
             }
-            body.support = body.support.over(dt_s);
-            body.joint_forces.iter_mut().for_each(|of| *of /= dt_s);
-            body.pushes.clear();
-            body.motors.fill(MotorTorque::constant(0.0));
+            body.done.support = body.done.support.over(dt_s);
+            body.done.joint_forces.iter_mut().for_each(|of| *of /= dt_s);
+            body.command.pushes.clear();
+            body.command.motors.fill(MotorTorque::constant(0.0));
         }
         self.dismiss_guests(hosts);
     }
@@ -247,8 +247,8 @@ impl World {
     /// Counts what the wheels did in a part of the step.
     fn tally(&mut self, part_s: f64) {
         for body in &mut self.bodies {
-            let wheels = body.counts.iter_mut().zip(&body.contacts);
-            for ((counts, contact), torque_n_m) in wheels.zip(&body.acted_n_m) {
+            let wheels = body.done.counts.iter_mut().zip(&body.done.contacts);
+            for ((counts, contact), torque_n_m) in wheels.zip(&body.done.acted_n_m) {
                 counts.tally.add_part(contact, *torque_n_m, part_s);
             }
         }

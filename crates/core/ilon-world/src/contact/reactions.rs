@@ -143,7 +143,7 @@ impl ReactionSolver {
         self.held_n_m_s2.clear();
         self.responses.find_of_joints(scenes);
         for scene in scenes.each() {
-            self.held_n_m_s2.extend_from_slice(scene.held_n_m_s2);
+            self.held_n_m_s2.extend_from_slice(&scene.step.held_n_m_s2);
         }
         self.freed_axles.clear();
         let axles = self.axles.iter();

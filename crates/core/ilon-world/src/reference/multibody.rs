@@ -120,7 +120,7 @@ impl Reference {
 
     /// Puts the robot into rapier as it is in the middle of the step, with the rates of its beginning.
     pub(super) fn place(&mut self, robot: &Articulated) {
-        let middle = &robot.middle;
+        let middle = &robot.step.middle;
         let chassis = &mut self.rapier.bodies[self.chassis];
         chassis.set_position(convert::pose(middle.floor_from_chassis()), false);
         self.set_wheel_angles(middle.wheel_angles_rad());

@@ -69,19 +69,20 @@ impl Articulated {
     pub fn catches_up_s(&self) -> f64 {
         let joints = self.robot.joints.iter().zip(&self.servos);
         let servos = joints.filter_map(|(joint, own)| Some((joint.servo()?, own)));
-        let times_s = servos.filter_map(|(of, own)| own.catches_up_s(of, self.from_middle_s));
+        let times_s =
+            servos.filter_map(|(of, own)| own.catches_up_s(of, self.command.from_middle_s));
         times_s.fold(f64::INFINITY, f64::min)
     }
 
     /// Takes what the servos do in a part of a step.
     pub fn run_servos(&mut self, dt_s: f64) {
-        let middle_s = self.from_middle_s + 0.5 * dt_s;
+        let middle_s = self.command.from_middle_s + 0.5 * dt_s;
         for (index, joint) in self.robot.joints.iter().enumerate() {
             let Some(servo) = joint.servo() else {
                 continue;
             };
-            let position = self.before.joint_positions()[index];
-            let rate = self.before.joint_rates()[index];
+            let position = self.step.before.joint_positions()[index];
+            let rate = self.step.before.joint_rates()[index];
             let own = &mut self.servos[index];
             if self.sets_out {
                 own.act_to_rest(servo, position, dt_s);
@@ -96,36 +97,40 @@ impl Articulated {
     pub fn load_joints(&mut self, dt_s: f64) {
         self.run_servos(dt_s);
         for (index, joint) in self.robot.joints.iter().enumerate() {
-            let position = self.before.joint_positions()[index];
+            let position = self.step.before.joint_positions()[index];
             let acts = if self.sets_out {
                 JointForce::to_rest(joint, position, dt_s)
             } else {
-                JointForce::over(joint, (position, self.before.joint_rates()[index]), dt_s)
+                JointForce::over(
+                    joint,
+                    (position, self.step.before.joint_rates()[index]),
+                    dt_s,
+                )
             };
             let servo = &self.servos[index].straight;
-            self.loads.in_joints[index] = acts.force + servo.torque_n_m;
-            self.held_n_m_s2[index] = (acts.droop + servo.droop_n_m_s) * dt_s;
+            self.step.loads.in_joints[index] = acts.force + servo.torque_n_m;
+            self.step.held_n_m_s2[index] = (acts.droop + servo.droop_n_m_s) * dt_s;
         }
     }
 
     /// Counts the impulses of springs, dampers and servos in a step, the servos' as far as they are straight.
     pub fn count_springs(&mut self, dt_s: f64) {
-        let rates = self.before.joint_rates().iter();
+        let rates = self.step.before.joint_rates().iter();
         let rates = rates.zip(self.state.joint_rates());
         for (index, (before, after)) in rates.enumerate() {
             // The loads are those with which the step was solved.
-            let lost = self.held_n_m_s2[index] * (after - before);
-            self.joint_forces[index] += self.loads.in_joints[index] * dt_s - lost;
+            let lost = self.step.held_n_m_s2[index] * (after - before);
+            self.done.joint_forces[index] += self.step.loads.in_joints[index] * dt_s - lost;
             self.servos[index].count_straight(after - before, dt_s);
         }
     }
 
     /// Energy that the dampers of the joints took in a step, in J.
     pub fn dampers_took_j(&self, dt_s: f64) -> f64 {
-        let rates = self.before.joint_rates().iter();
+        let rates = self.step.before.joint_rates().iter();
         let rates = rates.zip(self.state.joint_rates());
         let joints = self.robot.joints.iter().zip(rates);
-        let means = self.middle.joint_rates();
+        let means = self.step.middle.joint_rates();
         joints
             .zip(means)
             .map(|((joint, (before, after)), mean)| {
@@ -136,7 +141,7 @@ impl Articulated {
 
     /// Whether these mean rates of a step, by degree of freedom, would carry a joint beyond its stop: it was stopped there within the step.
     pub fn passes_stops(&self, mean: impl Fn(usize) -> f64, dt_s: f64) -> bool {
-        let places = self.before.joint_positions().iter();
+        let places = self.step.before.joint_positions().iter();
         let joints = self.robot.joints.iter().zip(places);
         joints.enumerate().any(|(index, (joint, from))| {
             let to = from + dt_s * mean(ROOT_DOFS + index);

@@ -32,7 +32,7 @@ impl World {
 
     /// How many robots there are; they stand before the free bodies.
     fn robots(&self) -> usize {
-        let robots = self.bodies.iter().take_while(|body| body.free.is_none());
+        let robots = self.bodies.iter().take_while(|body| body.is_robot());
         robots.count()
     }
 
@@ -154,10 +154,10 @@ impl<'a> Body<'a> {
     /// middle of that step. At its end such rates would seem to drift sideways, by v omega dt / 2.
     fn rates_from(&self) -> UnitQuaternion<f64> {
         let robot = self.articulated();
-        let state = if robot.sees_rollers_pass {
+        let state = if robot.step.sees_rollers_pass {
             &robot.state
         } else {
-            &robot.middle
+            &robot.step.middle
         };
         state.floor_from_chassis().rotation
     }
@@ -191,17 +191,21 @@ impl<'a> Body<'a> {
     /// What acted in each joint between bodies during the last step along its motion, on its body, in N m or N: spring, damper, friction and
     /// stops; what a coupling carries is not counted.
     pub fn joint_forces(&self) -> &'a [f64] {
-        &self.articulated().joint_forces
+        &self.articulated().done.joint_forces
     }
 
     /// Torques that the motors put on the wheels during the last step, in N m.
     pub fn motor_torques_n_m(&self) -> &'a [f64] {
-        &self.articulated().acted_n_m
+        &self.articulated().done.acted_n_m
     }
 
     /// What each wheel, its motor and its contact did over the last step: means, and the least and largest.
     pub fn wheel_tallies(&self) -> impl Iterator<Item = &'a WheelTally> + use<'a> {
-        self.articulated().counts.iter().map(|counts| &counts.tally)
+        self.articulated()
+            .done
+            .counts
+            .iter()
+            .map(|counts| &counts.tally)
     }
 
     /// Height of a wheel's centre above the floor's plane, level or not, in metres.
@@ -244,12 +248,12 @@ impl<'a> Body<'a> {
 
     /// What each wheel's rollers did to the ground during the last step.
     pub fn contacts(&self) -> &'a [WheelContact] {
-        &self.articulated().contacts
+        &self.articulated().done.contacts
     }
 
     /// What the ground did to the robot as a whole during the last step: what carries it, and what stands in its way.
     pub fn support(&self) -> Support {
-        self.articulated().support
+        self.articulated().done.support
     }
 
     /// Spins of all rollers of a wheel about their own axes against the hub, in rad/s, in the robot's order.
@@ -287,7 +291,7 @@ impl BodyMut<'_> {
     /// # Panics
     /// Where there are more or fewer torques than wheels.
     pub fn apply(&mut self, torques_n_m: &[f64]) {
-        let motors = &mut self.articulated().motors;
+        let motors = &mut self.articulated().command.motors;
         assert_eq!(torques_n_m.len(), motors.len(), "one torque a wheel");
         for (motor, torque_n_m) in motors.iter_mut().zip(torques_n_m) {
             *motor = MotorTorque::constant(*torque_n_m);
@@ -346,7 +350,7 @@ impl BodyMut<'_> {
     /// # Panics
     /// Where there are more or fewer torques than wheels.
     pub fn drive(&mut self, motors: &[MotorTorque]) {
-        self.articulated().motors.copy_from_slice(motors);
+        self.articulated().command.motors.copy_from_slice(motors);
     }
 }
 

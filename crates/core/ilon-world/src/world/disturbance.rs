@@ -27,7 +27,7 @@ impl BodyMut<'_> {
         let robot = self.articulated();
         let center_m = robot.chassis_mass.center_of_mass_m;
         let floor_from_body = robot.state.floor_from_chassis().rotation;
-        robot.pushes.push(ActingPush {
+        robot.command.pushes.push(ActingPush {
             force_n: push.force_in_world_n,
             lever_m: floor_from_body * (push.place_in_body_m - center_m),
             moment_n_m: Vector3::zeros(),
@@ -36,7 +36,7 @@ impl BodyMut<'_> {
 
     /// Turns the chassis with a pure moment in the world frame, in N m, during the next step, and only then. It adds up with all pushes.
     pub fn turn(&mut self, moment_in_world_n_m: Vector3<f64>) {
-        self.articulated().pushes.push(ActingPush {
+        self.articulated().command.pushes.push(ActingPush {
             force_n: Vector3::zeros(),
             lever_m: Vector3::zeros(),
             moment_n_m: moment_in_world_n_m,
@@ -178,7 +178,7 @@ impl Articulated {
     /// The force of the pushes of the coming step, and their torque about the chassis's centre of mass, in N and N m.
     pub(crate) fn pushed(&self) -> (Vector3<f64>, Vector3<f64>) {
         let mut sum = (Vector3::zeros(), Vector3::zeros());
-        for push in &self.pushes {
+        for push in &self.command.pushes {
             sum.0 += push.force_n;
             sum.1 += push.lever_m.cross(&push.force_n) + push.moment_n_m;
         }
@@ -189,11 +189,11 @@ impl Articulated {
     /// constant force gives a body over a step.
     pub(crate) fn pushes_did_j(&self, dt_s: f64) -> f64 {
         let work_j = |push: &ActingPush| {
-            let mean = &self.middle;
+            let mean = &self.step.middle;
             let of_place = mean.velocity_m_s + mean.angular_rad_s.cross(&push.lever_m);
             (push.force_n.dot(&of_place) + push.moment_n_m.dot(&mean.angular_rad_s)) * dt_s
         };
-        self.pushes.iter().map(work_j).sum()
+        self.command.pushes.iter().map(work_j).sum()
     }
 
     /// What was taken in a step by what another engine moves, in J.
@@ -205,6 +205,6 @@ impl Articulated {
             let (v, w) = (state.velocity_m_s, state.angular_rad_s);
             Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z)
         };
-        attached.took_j(&rates(&self.before), &rates(&self.state), dt_s)
+        attached.took_j(&rates(&self.step.before), &rates(&self.state), dt_s)
     }
 }

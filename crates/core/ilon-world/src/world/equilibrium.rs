@@ -123,12 +123,7 @@ impl Articulated {
 
     /// Takes up a state.
     fn stand(&mut self, state: &State) {
-        for own in [
-            &mut self.state,
-            &mut self.before,
-            &mut self.middle,
-            &mut self.ahead,
-        ] {
+        for own in self.states_mut() {
             own.copy_from(state);
         }
     }

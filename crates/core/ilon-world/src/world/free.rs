@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::World;
 use crate::free::{Free, FreeBody, FreeBodyId};
-use crate::robot::articulated::Articulated;
+use crate::robot::articulated::{Articulated, Kind};
 use crate::robot::payload::ActingPush;
 use crate::robot::shared_robot::SharedRobot;
 use crate::settings::ContactSpring;
@@ -63,12 +63,7 @@ impl World {
         let mut built = self.build(body, id);
         let middle_m = self.put_down(body, &built)?;
         let at = Isometry3::from_parts(middle_m.into(), body.rotation);
-        for state in [
-            &mut built.state,
-            &mut built.before,
-            &mut built.middle,
-            &mut built.ahead,
-        ] {
+        for state in built.states_mut() {
             state.place(at);
             state.velocity_m_s = body.velocity_m_s;
             state.angular_rad_s = body.angular_rad_s;
@@ -87,7 +82,7 @@ impl World {
         let mut built = Articulated::build(robot, &at, &self.settings);
         built.scale = body.scale(self.settings.gravity_m_s2);
         built.spring = ContactSpring::of_body(&self.settings, &built.scale);
-        built.free = Some(Box::new(Free {
+        built.kind = Kind::Free(Box::new(Free {
             id,
             name: Arc::from(body.name.as_str()),
             friction: body.friction,
@@ -96,7 +91,6 @@ impl World {
             from_robots: Vector3::zeros(),
             work_j: 0.0,
             pressed_m: 0.0,
-            guest: None,
         }));
         built
     }
@@ -128,7 +122,7 @@ impl World {
     /// A free body as it is now; `None` where it is not in the world.
     pub fn free_body(&self, id: FreeBodyId) -> Option<FreeBodyState> {
         let (body, sleeps) = self.find_body(id)?;
-        let free = body.free.as_ref()?;
+        let free = body.free()?;
         Some(FreeBodyState {
             place_m: body.state.center_m(),
             rotation: body.state.floor_from_chassis().rotation,
@@ -148,7 +142,7 @@ impl World {
     /// What a free body is called; `None` where it is not in the world.
     pub fn free_body_name(&self, id: FreeBodyId) -> Option<&str> {
         let (body, _) = self.find_body(id)?;
-        body.free.as_ref().map(|free| &*free.name)
+        body.free().map(|free| &*free.name)
     }
 
     /// Pushes a free body during the next step, and only then: a force in the world, in N, at a place counted from its middle in its own
@@ -163,7 +157,7 @@ impl World {
         let here = place_among(&self.bodies, id).map(|at| &mut self.bodies[at]);
         if let Some(body) = here.or_else(|| self.islands.awake_mut(id)) {
             let lever_m = body.state.floor_from_chassis().rotation * place_in_body_m;
-            body.pushes.push(ActingPush {
+            body.command.pushes.push(ActingPush {
                 force_n,
                 lever_m,
                 moment_n_m: Vector3::zeros(),
@@ -181,18 +175,18 @@ impl World {
     /// Counts what robots did to free bodies.
     pub(super) fn count_pushing(&mut self) {
         // Free bodies stand behind the robots.
-        if self.bodies.last().is_none_or(|body| body.free.is_none()) {
+        if self.bodies.last().is_none_or(Articulated::is_robot) {
             return;
         }
         for (reaction, b) in self.reactions.on_bodies() {
-            if self.bodies[reaction.a.body].free.is_some() {
+            if !self.bodies[reaction.a.body].is_robot() {
                 continue;
             }
             let body = &mut self.bodies[b];
             let normal = reaction.impulse.x * reaction.frame[0];
             let impulse_n_s = -(normal + reaction.friction_impulse_n_s());
-            let mean_m_s = body.middle.chassis_velocity_m_s(&reaction.at_m);
-            if let Some(free) = &mut body.free {
+            let mean_m_s = body.step.middle.chassis_velocity_m_s(&reaction.at_m);
+            if let Some(free) = body.free_mut() {
                 free.from_robots += impulse_n_s;
                 free.work_j += impulse_n_s.dot(&mean_m_s);
             }

@@ -95,7 +95,7 @@ impl ReactionSolver {
                 // Its spin against the hub.
                 let still = (&Vector3::zeros(), &Vector3::zeros());
                 let (hub, hub_turns) = (Some(body.joint), -axle.axis);
-                let mut side = scene.moving_with(hub, scene.middle, still, &hub_turns);
+                let mut side = scene.moving_with(hub, &scene.step.middle, still, &hub_turns);
                 side.axle = Some((i, 1.0));
                 let part = Part::Axle(axle.wheel, axle.roller);
                 self.hold_bearing(&scene, part, side, friction_n_m);
@@ -144,7 +144,7 @@ impl ReactionSolver {
         let material = material_of(scene, place.a.part);
         let footing = scene.ground.footing_at(&place.place_m, material);
         let ground = match place.b {
-            Partner::Ground if scene.body.free.is_none() => footing.surface,
+            Partner::Ground if scene.body.is_robot() => footing.surface,
             _ => FloorSurface::default(),
         };
         let along = ground.nap.and_then(|nap| nap_among(&nap, &contact.frame));
@@ -216,7 +216,7 @@ impl ReactionSolver {
         let spring = spring_between(scenes.bodies, place.a, place.b);
         let compliance = spring.compliance(dt_s);
         let gap_m = contact.gap_before_m;
-        let approach_m_s = if scene.body.is_guest() {
+        let approach_m_s = if scene.body.coupled().is_some() {
             // rapier lets its contacts be some way in one another.
             place.gap_m / dt_s
         } else if gap_m > 0.0 {
@@ -308,8 +308,8 @@ impl ReactionSolver {
     /// Keeps the motor of a wheel from driving it beyond its rate limit: of what it gives it takes back as much as that
     /// needs, and not more.
     fn limit_motor(&mut self, scene: &Scene<'_>, wheel: usize) {
-        let (motor, dof) = (&scene.motors[wheel], scene.body.dof_of(wheel));
-        let (now_rad_s, free_rad_s) = (scene.rates_before[dof], scene.rates_free[dof]);
+        let (motor, dof) = (&scene.step.motors[wheel], scene.body.dof_of(wheel));
+        let (now_rad_s, free_rad_s) = (scene.step.rates_before[dof], scene.step.rates_free[dof]);
         // The way in which the step would end beyond it; a wheel may start from rest, or turn back within the step.
         let is_near = motor.is_near_limit(now_rad_s);
         let ends_beyond = free_rad_s.abs() > motor.rate_limit_rad_s;
@@ -356,8 +356,8 @@ impl ReactionSolver {
         law: Law,
         from_rad_s: f64,
     ) {
-        let before = self.rate(&side, scene.rates_before, Axle::before) - from_rad_s;
-        let free = self.rate(&side, scene.rates_free, Axle::now) - from_rad_s;
+        let before = self.rate(&side, &scene.step.rates_before, Axle::before) - from_rad_s;
+        let free = self.rate(&side, &scene.step.rates_free, Axle::now) - from_rad_s;
         let reaction = Reaction::within(scene.member(part), Vector3::new(before, 0.0, 0.0));
         self.push(law, reaction, &[Row::of_one(side)], &[free]);
     }

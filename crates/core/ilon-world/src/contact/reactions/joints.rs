@@ -37,7 +37,7 @@ impl ReactionSolver {
 
     /// Keeps a servo within its effort.
     fn bound_servo(&mut self, scene: &Scene<'_>, index: usize) {
-        let rate = scene.before.joint_rates()[index];
+        let rate = scene.step.before.joint_rates()[index];
         let servo = &scene.body.servos[index];
         servo.fill_curve(rate, scene.dt_s, &mut self.curve);
         let place = self.problem.add_curve(&self.curve);
@@ -47,9 +47,9 @@ impl ReactionSolver {
 
     /// Keeps a joint between its stops: it may come no nearer in the step than to the stop itself.
     fn stop_joint(&mut self, scene: &Scene<'_>, index: usize, joint: &BodyJoint) {
-        let position = scene.before.joint_positions()[index];
+        let position = scene.step.before.joint_positions()[index];
         let dof = ROOT_DOFS + index;
-        let rates = scene.rates_before[dof].abs() + scene.rates_free[dof].abs();
+        let rates = scene.step.rates_before[dof].abs() + scene.step.rates_free[dof].abs();
         let unit = scene.body.unit_of(joint);
         let near = 2.0 * scene.dt_s * rates + NEAR_STOP * unit;
         let [behind, ahead] = [position - joint.limits[0], joint.limits[1] - position];
@@ -77,7 +77,7 @@ impl ReactionSolver {
 
     /// Couples a joint to the one that it follows.
     fn couple_joints(&mut self, scene: &Scene<'_>, index: usize, coupling: &Coupling) {
-        let positions = scene.before.joint_positions();
+        let positions = scene.step.before.joint_positions();
         let stands = coupling.factor * positions[coupling.follows] + coupling.offset;
         let off = positions[coupling.joint] - stands;
         let unit = scene.body.unit_of(&scene.robot.joints[coupling.joint]);
@@ -91,8 +91,8 @@ impl ReactionSolver {
             let sides = row.sides().map(|side| self.rate(side, rates, of_axle));
             sides.sum::<f64>() - comes_back
         };
-        let before = sum(scene.rates_before, Axle::before);
-        let free = sum(scene.rates_free, Axle::now);
+        let before = sum(&scene.step.rates_before, Axle::before);
+        let free = sum(&scene.step.rates_free, Axle::now);
         let law = Law::Joint {
             least_n_m_s: f64::NEG_INFINITY,
             most_n_m_s: f64::INFINITY,

@@ -80,8 +80,8 @@ fn approach(reaction: &Reaction, body: &Articulated) -> Option<Approach> {
     let way = if ahead { 1.0 } else { -1.0 };
     let stop = body.robot.joints[joint].limits[usize::from(ahead)];
     Some(Approach {
-        gap: way * (stop - body.before.joint_positions()[joint]),
-        closes: way * body.before.joint_rates()[joint],
+        gap: way * (stop - body.step.before.joint_positions()[joint]),
+        closes: way * body.step.before.joint_rates()[joint],
         impulse: -way * reaction.impulse.x,
     })
 }

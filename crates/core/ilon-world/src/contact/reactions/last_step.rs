@@ -113,10 +113,10 @@ impl Reactions {
 
     /// Energy in the springs of rigid contacts, in J: F^2 / (2 k) each.
     pub fn spring_energy_j(&self, bodies: &[Articulated], dt_s: f64) -> f64 {
-        // Those of guests with what is rapier's, too, are not this world's.
+        // Those of coupled bodies among themselves are rapier's.
         let is_rigid = |reaction: &&Reaction| {
-            let is_guests = bodies[reaction.a.body].is_guest();
-            reaction.rows() == 3 && reaction.tread().is_none() && !is_guests
+            let is_coupled = bodies[reaction.a.body].coupled().is_some();
+            reaction.rows() == 3 && reaction.tread().is_none() && !is_coupled
         };
         let contacts = self.all.iter().filter(is_rigid);
         let energy_j = |reaction: &Reaction| {

@@ -81,16 +81,19 @@ impl Scenes<'_> {
         let (frame, tangent) = match place.turning.came_down_at_m {
             // A roller that came down: its tangents as they were then. Across the ground it is where it is now.
             Some(at_m) => (
-                frame(place.normal, a.axis_of(part, a.before)),
-                (a.before, at_m),
+                frame(place.normal, a.axis_of(part, &a.step.before)),
+                (&a.step.before, at_m),
             ),
-            None => (frame(place.normal, place.along), (a.middle, place.place_m)),
+            None => (
+                frame(place.normal, place.along),
+                (&a.step.middle, place.place_m),
+            ),
         };
         let row = |(state, at_m): (&State, Vector3<f64>), direction: Vector3<f64>| {
             let mut row = Row::of_one(a.side(part, state, at_m, direction));
             // Set where there is one: a side is large, and most contacts are with the ground.
             if let Some((scene, part)) = &b {
-                let side = scene.side(*part, scene.middle, place.place_m, direction);
+                let side = scene.side(*part, &scene.step.middle, place.place_m, direction);
                 row.b = Some(side.reversed());
             }
             row
@@ -100,7 +103,7 @@ impl Scenes<'_> {
             gap_before_m: place.gap_m,
             frame,
             rows: [
-                row((a.middle, place.place_m), frame[0]),
+                row((&a.step.middle, place.place_m), frame[0]),
                 row(tangent, frame[1]),
                 row(tangent, frame[2]),
             ],
@@ -130,8 +133,8 @@ impl Scenes<'_> {
         };
         let tangential = |v: &Vector3<f64>| Vector3::new(0.0, v.y, v.z);
         let turning = &place.turning;
-        let now = velocities(|scene| scene.rates_before, Axle::before);
-        let free = velocities(|scene| scene.rates_free, Axle::now);
+        let now = velocities(|scene| &scene.step.rates_before, Axle::before);
+        let free = velocities(|scene| &scene.step.rates_free, Axle::now);
         contact.gap_before_m -= 0.5 * self.dt_s * now.x;
         contact.before = now - tangential(&turning.until_m_s);
         contact.free = free + tangential(&turning.from_m_s);
@@ -157,7 +160,7 @@ impl Scene<'_> {
             return None;
         };
         let state = &self.wheels[wheel].rollers[roller];
-        let hub = &self.middle.hubs()[wheel];
+        let hub = &self.step.middle.hubs()[wheel];
         Some(Axle {
             body: self.index,
             wheel,

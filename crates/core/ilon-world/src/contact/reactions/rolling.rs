@@ -49,7 +49,7 @@ impl ReactionSolver {
         if of_roller <= 0.0 && !ground.drags() {
             return;
         }
-        let hub = &scene.middle.hubs()[wheel];
+        let hub = &scene.step.middle.hubs()[wheel];
         let state = &scene.wheels[wheel].rollers[roller];
         let [normal, first, second] = contact.frame;
         let Some(radii_m) = state.radii_m(hub, &normal) else {
@@ -63,8 +63,8 @@ impl ReactionSolver {
         let rates = |rates: &[f64], of_axle: fn(&Axle) -> (f64, f64)| {
             travels.map(|side| self.rate(&side, rates, of_axle))
         };
-        let before = Vector2::from(rates(scene.rates_before, Axle::before));
-        let free = rates(scene.rates_free, Axle::now);
+        let before = Vector2::from(rates(&scene.step.rates_before, Axle::before));
+        let free = rates(&scene.step.rates_free, Axle::now);
         let mut hold = |resistance: f64| {
             let most_n_s = resistance * load_n * scene.dt_s;
             let part = scene.member(Part::Rolling(wheel, roller));
@@ -110,12 +110,12 @@ fn turned_by(
     moment: &Vector3<f64>,
 ) -> Side {
     let body = &scene.wheels[wheel];
-    let hub = &scene.middle.hubs()[wheel];
+    let hub = &scene.step.middle.hubs()[wheel];
     let axis = hub.rotation * body.rollers[roller].axis_in_hub;
     let of_axle = axle.map_or(0.0, |_| moment.dot(&axis));
     let of_hub = moment - of_axle * axis;
     let still = (&Vector3::zeros(), &Vector3::zeros());
-    let mut side = scene.moving_with(Some(body.joint), scene.middle, still, &of_hub);
+    let mut side = scene.moving_with(Some(body.joint), &scene.step.middle, still, &of_hub);
     side.axle = axle.map(|index| (index, of_axle));
     side
 }

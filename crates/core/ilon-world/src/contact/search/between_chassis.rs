@@ -14,7 +14,7 @@ use crate::settings::NEAR;
 impl Scenes<'_> {
     /// Adds the places where the chassis of articulated bodies are near each other. Their rollers are not looked at.
     pub fn find_between_chassis(&self, found: &mut Vec<Candidate>) {
-        let robots = || self.each().filter(|scene| scene.body.free.is_none());
+        let robots = || self.each().filter(|scene| scene.body.is_robot());
         for (index, a) in robots().enumerate() {
             for b in robots().skip(index + 1) {
                 self.find_between_two(&a, &b, found);
@@ -23,8 +23,8 @@ impl Scenes<'_> {
     }
 
     fn find_between_two(&self, a: &Scene<'_>, b: &Scene<'_>, found: &mut Vec<Candidate>) {
-        let floor_from_a = a.middle.floor_from_chassis();
-        let a_from_b = floor_from_a.inv_mul(b.middle.floor_from_chassis());
+        let floor_from_a = a.step.middle.floor_from_chassis();
+        let a_from_b = floor_from_a.inv_mul(b.step.middle.floor_from_chassis());
         let closes_m_s = speed_m_s(a) + speed_m_s(b);
         let within_m = NEAR * a.scale.length_m.max(b.scale.length_m) + self.dt_s * closes_m_s;
         for (joint_a, shape_a, a_from_shape) in shapes(a) {
@@ -79,9 +79,9 @@ fn speed_m_s(scene: &Scene<'_>) -> f64 {
         let ball = shape.compute_local_bounding_sphere();
         (pose * ball.center).length() + ball.radius
     });
-    let turns_m_s = scene.before.angular_rad_s.norm() * reach_m.fold(0.0, f64::max);
-    let goes_m_s = scene.before.velocity_m_s.norm() + turns_m_s;
-    goes_m_s.max(fastest_link_m_s(scene.body, scene.before))
+    let turns_m_s = scene.step.before.angular_rad_s.norm() * reach_m.fold(0.0, f64::max);
+    let goes_m_s = scene.step.before.velocity_m_s.norm() + turns_m_s;
+    goes_m_s.max(fastest_link_m_s(scene.body, &scene.step.before))
 }
 
 /// The shapes of a chassis and of the bodies on its joints, each with its joint and its pose in the chassis's frame.
@@ -89,7 +89,7 @@ fn shapes<'a>(
     scene: &Scene<'a>,
 ) -> impl Iterator<Item = (Option<usize>, &'a SharedShape, Pose)> + use<'a> {
     let chassis_from_body = Isometry3::from(-scene.body.chassis_mass.center_of_mass_m);
-    let (center_m, middle) = (scene.body.chassis_mass.center_of_mass_m, scene.middle);
+    let (center_m, middle) = (scene.body.chassis_mass.center_of_mass_m, &scene.step.middle);
     scene.body.robot.shapes().iter().map(move |of| {
         let chassis_from_carrier = match of.joint {
             None => chassis_from_body,

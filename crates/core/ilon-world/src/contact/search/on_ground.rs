@@ -91,27 +91,29 @@ impl Scene<'_> {
     pub fn find_bodies(&self, found: &mut Vec<Candidate>) {
         found.clear();
         let shared = &self.body.robot;
-        (self.shapes).of_bodies(shared, |joint, place_m, normal, gap_m| {
-            let axes = frame(normal, Vector3::x());
-            let gained_m_s = along_frame(&axes, &self.gained_by_turning_m_s(joint, &place_m));
-            found.push(Candidate {
-                a: self.member(Part::of_body(joint)),
-                b: Partner::Ground,
-                place_m,
-                normal,
-                along: Vector3::x(),
-                gap_m,
-                turning: Turning::in_each_half(0.5 * gained_m_s),
-                came_down: false,
-                travel_m_s: Vector3::zeros(),
-                on_barrel: false,
-                gap_ahead_m: gap_m,
-                friction: None,
+        self.step
+            .shapes
+            .of_bodies(shared, |joint, place_m, normal, gap_m| {
+                let axes = frame(normal, Vector3::x());
+                let gained_m_s = along_frame(&axes, &self.gained_by_turning_m_s(joint, &place_m));
+                found.push(Candidate {
+                    a: self.member(Part::of_body(joint)),
+                    b: Partner::Ground,
+                    place_m,
+                    normal,
+                    along: Vector3::x(),
+                    gap_m,
+                    turning: Turning::in_each_half(0.5 * gained_m_s),
+                    came_down: false,
+                    travel_m_s: Vector3::zeros(),
+                    on_barrel: false,
+                    gap_ahead_m: gap_m,
+                    friction: None,
+                });
             });
-        });
         thin(
             (found, 0),
-            self.middle.floor_from_chassis(),
+            self.step.middle.floor_from_chassis(),
             2.0 * self.scale.length_m,
         );
     }
@@ -125,18 +127,18 @@ impl Scene<'_> {
     ) -> Vector3<f64> {
         let center_m = self.body.chassis_mass.center_of_mass_m;
         let Some(joint) = joint else {
-            let lever_m = place_m - self.middle.center_m();
+            let lever_m = place_m - self.step.middle.center_m();
             let of = |state: &State| {
                 let turned = state.floor_from_chassis().rotation
-                    * self.middle.floor_from_chassis().rotation.inverse();
-                self.before.angular_rad_s.cross(&(turned * lever_m))
+                    * self.step.middle.floor_from_chassis().rotation.inverse();
+                self.step.before.angular_rad_s.cross(&(turned * lever_m))
             };
-            return of(self.ahead) - of(self.before);
+            return of(&self.step.ahead) - of(&self.step.before);
         };
         let pose = |state: &State| state.carrier(Some(joint), &center_m);
-        let in_link = pose(self.middle).inverse_transform_point(&Point3::from(*place_m));
+        let in_link = pose(&self.step.middle).inverse_transform_point(&Point3::from(*place_m));
         let of = |state: &State| state.link_velocity_m_s(joint, &(pose(state) * in_link).coords);
-        of(self.ahead) - of(self.before)
+        of(&self.step.ahead) - of(&self.step.before)
     }
 
     /// Fills `found` with the places of a wheel's rollers that are near the ground.
@@ -148,8 +150,8 @@ impl Scene<'_> {
 
     /// How far from the ground a wheel's surface can be and still reach it in the step, in metres.
     pub(super) fn prediction_m(&self, wheel: usize) -> f64 {
-        let speed_m_s = self.before.hub_center_velocity_m_s(wheel).norm()
-            + self.before.hub_rate(wheel).norm() * self.wheels[wheel].reach_m;
+        let speed_m_s = self.step.before.hub_center_velocity_m_s(wheel).norm()
+            + self.step.before.hub_rate(wheel).norm() * self.wheels[wheel].reach_m;
         NEAR * self.scale.length_m + self.dt_s * speed_m_s
     }
 
@@ -157,15 +159,15 @@ impl Scene<'_> {
     fn comes_down_m(&self, wheel: usize) -> f64 {
         /// Beside the motion of the step itself, in wheel radii.
         const MARGIN: f64 = 2e-4;
-        let falls_m_s = self.before.hub_center_velocity_m_s(wheel).norm()
+        let falls_m_s = self.step.before.hub_center_velocity_m_s(wheel).norm()
             + self.settings.gravity_m_s2 * self.dt_s
-            + self.before.hub_rate(wheel).norm() * self.wheels[wheel].reach_m;
+            + self.step.before.hub_rate(wheel).norm() * self.wheels[wheel].reach_m;
         MARGIN * self.scale.length_m + 0.5 * self.dt_s * falls_m_s
     }
 
     fn find_barrels(&self, wheel: usize, room: &mut Workspace, found: &mut Vec<Candidate>) {
         let body = &self.wheels[wheel];
-        let hub = &self.middle.hubs()[wheel];
+        let hub = &self.step.middle.hubs()[wheel];
         let prediction_m = self.prediction_m(wheel);
         let reach_m = body.reach_m + prediction_m;
         self.ground
@@ -208,7 +210,7 @@ impl Scene<'_> {
         let prediction_m = around.within_m;
         let others = room.pieces.len();
         let body = &self.wheels[wheel];
-        let hub = &self.middle.hubs()[wheel];
+        let hub = &self.step.middle.hubs()[wheel];
         let on_plane = around.relief.is_none() && matches!(room.pieces[..], [Piece::Plane]);
         let is_compliant = body.surface.tread.is_some();
         let upright = on_plane && hub.axis().z.abs() < UPRIGHT && !is_compliant && body.is_round;
@@ -296,7 +298,7 @@ impl Scene<'_> {
         found: &mut Vec<Candidate>,
     ) {
         let prediction_m = around.within_m;
-        let hub = &self.middle.hubs()[wheel];
+        let hub = &self.step.middle.hubs()[wheel];
         for (index, roller) in self.wheels[wheel].rollers.iter().enumerate() {
             let Some(placed) = roller.placed_profile(hub) else {
                 continue;
@@ -381,19 +383,19 @@ impl Scene<'_> {
             let spin_rad_s = roller.spin_rad_s(&state.hub_rate_in_hub(wheel)) + more_spin_rad_s;
             along_frame(&touch.axes, &(carried + spin_rad_s * per_spin))
         };
-        let (before, ahead) = (touches(self.before), touches(self.ahead));
+        let (before, ahead) = (touches(&self.step.before), touches(&self.step.ahead));
         // A roller that gives takes its load over bit by bit.
         let is_compliant = self.wheels[wheel].surface.tread.is_some();
         let came_down =
-            self.sees_rollers_pass && !roller.pressed && !roller.seized && !is_compliant;
-        let turning = if !self.sees_rollers_pass {
+            self.step.sees_rollers_pass && !roller.pressed && !roller.seized && !is_compliant;
+        let turning = if !self.step.sees_rollers_pass {
             Turning::NONE
         } else if came_down {
             // It takes over when the step begins, as near as can be said, and from then on it rolls.
             let radius_m = along_frame(&before.axes, &before.per_spin_m()).z;
-            let missing_rad_s = -velocity(self.before, &before, 0.0).z / radius_m;
-            let from_m_s = velocity(self.ahead, &ahead, missing_rad_s)
-                - velocity(self.before, &before, missing_rad_s);
+            let missing_rad_s = -velocity(&self.step.before, &before, 0.0).z / radius_m;
+            let from_m_s = velocity(&self.step.ahead, &ahead, missing_rad_s)
+                - velocity(&self.step.before, &before, missing_rad_s);
             Turning {
                 came_down_at_m: Some(before.place_m),
                 until_m_s: Vector3::zeros(),
@@ -401,13 +403,14 @@ impl Scene<'_> {
             }
         } else if ahead.on_its_end && !is_compliant {
             // Beyond its end it touches no more: how it turns there is not how it turns where it touches.
-            let middle = touches(self.middle);
-            let half_m_s =
-                velocity(self.middle, &middle, 0.0) - velocity(self.before, &before, 0.0);
+            let middle = touches(&self.step.middle);
+            let half_m_s = velocity(&self.step.middle, &middle, 0.0)
+                - velocity(&self.step.before, &before, 0.0);
             Turning::in_each_half(half_m_s)
         } else {
-            let half_m_s =
-                0.5 * (velocity(self.ahead, &ahead, 0.0) - velocity(self.before, &before, 0.0));
+            let half_m_s = 0.5
+                * (velocity(&self.step.ahead, &ahead, 0.0)
+                    - velocity(&self.step.before, &before, 0.0));
             Turning::in_each_half(half_m_s)
         };
         let travel_m_s = (ahead.place_m - before.place_m) / self.dt_s;
@@ -451,8 +454,9 @@ impl Scene<'_> {
     /// The places of rollers with the shapes of their file, as rapier finds them.
     fn find_modelled(&self, wheel: usize, found: &mut Vec<Candidate>) {
         let body = &self.wheels[wheel];
-        let hub = &self.middle.hubs()[wheel];
-        self.shapes
+        let hub = &self.step.middle.hubs()[wheel];
+        self.step
+            .shapes
             .of_rollers(wheel, |index, place_m, normal, gap_m| {
                 let roller = &body.rollers[index];
                 let along = hub.rotation * roller.axis_in_hub;
@@ -474,7 +478,7 @@ impl Scene<'_> {
                     along,
                     gap_m,
                     turning: Turning::in_each_half(
-                        0.5 * (velocity(self.ahead) - velocity(self.before)),
+                        0.5 * (velocity(&self.step.ahead) - velocity(&self.step.before)),
                     ),
                     came_down: !roller.pressed && !roller.seized,
                     travel_m_s: Vector3::zeros(),

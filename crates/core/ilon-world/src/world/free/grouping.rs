@@ -52,7 +52,7 @@ impl World {
     pub(in crate::world) fn count_slow(&mut self, dt_s: f64) {
         for body in &mut self.bodies {
             let slow = is_slow(body);
-            if let Some(free) = &mut body.free {
+            if let Some(free) = body.free_mut() {
                 free.slow_s = if slow { free.slow_s + dt_s } else { 0.0 };
             }
         }
@@ -166,7 +166,7 @@ impl World {
 
     /// Parts what has come apart.
     fn take_apart(&mut self) {
-        let only_robots = self.bodies.iter().all(|body| body.free.is_none());
+        let only_robots = self.bodies.iter().all(Articulated::is_robot);
         if only_robots && self.islands.awake.is_empty() {
             return;
         }
@@ -187,7 +187,10 @@ impl World {
         let mut at = 0;
         while at < self.islands.awake.len() {
             let island = &mut self.islands.awake[at];
-            let is_pushed = island.bodies.iter().any(|body| !body.pushes.is_empty());
+            let is_pushed = island
+                .bodies
+                .iter()
+                .any(|body| !body.command.pushes.is_empty());
             if !take(&mut island.is_new) || is_pushed {
                 at += 1;
                 continue;

@@ -135,7 +135,7 @@ impl Islands {
         let mut island = self.asleep.remove(&home)?;
         self.tree.remove(home);
         for body in &mut island.bodies {
-            if let Some(free) = &mut body.free {
+            if let Some(free) = body.free_mut() {
                 free.slow_s = 0.0;
                 self.homes.remove(&free.id);
             }
@@ -184,7 +184,7 @@ impl Island {
     }
 
     pub fn is_slow_for(&self, time_s: f64) -> bool {
-        let mut free = self.bodies.iter().filter_map(|body| body.free.as_ref());
+        let mut free = self.bodies.iter().filter_map(Articulated::free);
         free.all(|free| free.slow_s >= time_s)
     }
 }
@@ -194,7 +194,7 @@ impl Island {
     pub fn split(mut self, dt_s: f64, parts: &mut Vec<Self>) -> Self {
         loop {
             let bounds = near(&self.bodies, dt_s, APART);
-            let robots = self.bodies.iter().take_while(|body| body.free.is_none());
+            let robots = self.bodies.iter().take_while(|body| body.is_robot());
             let mut linked: Vec<bool> = vec![false; self.bodies.len()];
             let first = robots.count().max(1);
             linked.iter_mut().take(first).for_each(|of| *of = true);
@@ -236,7 +236,7 @@ pub(super) fn absorb(
 
 /// The identity of a free body; `None` of a robot.
 pub(in crate::world) fn id_of(body: &Articulated) -> Option<FreeBodyId> {
-    body.free.as_ref().map(|free| free.id)
+    body.free().map(|free| free.id)
 }
 
 /// The place of a free body among bodies.

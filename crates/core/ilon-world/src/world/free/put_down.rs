@@ -155,7 +155,7 @@ impl World {
                 least_m = least_m.min(rollers_gap_m(body, piece));
             }
             if least_m < nearest.0 {
-                let obstacle = match &body.free {
+                let obstacle = match body.free() {
                     Some(free) => Obstacle::Body(&free.name),
                     None => Obstacle::Robot,
                 };

@@ -1,7 +1,6 @@
 //! Bodies of one's own near what ilon moves, as articulated bodies of its step.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 use ilon_robot::{Chassis, MassProperties, Scale};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Point3, Vector3, Vector6};
@@ -12,8 +11,8 @@ use crate::contact::reactions::reaction::Partner;
 use crate::contact::search::bounds::Bounds;
 use crate::dynamics::Attached;
 use crate::engine::convert;
-use crate::free::{Free, FreeBodyId, Guest, LEAST_GRAVITY_M_S2, RapierObject, RawHandle, Rest};
-use crate::robot::articulated::Articulated;
+use crate::free::{Coupled, LEAST_GRAVITY_M_S2, RapierContact, RawHandle, UserBody};
+use crate::robot::articulated::{Articulated, Kind};
 use crate::robot::payload::ActingPush;
 use crate::robot::shared_robot::{BodyShape, SharedRobot};
 use crate::settings::{ContactSpring, Settings};
@@ -49,7 +48,7 @@ impl World {
             self.bodies.extend(found);
             let (here, guests) = self.bodies.split_at(first);
             let place = |who: &Who| match *who {
-                Who::Robot(index) => (here.get(index)?.free.is_none()).then_some(index),
+                Who::Robot(index) => here.get(index)?.is_robot().then_some(index),
                 Who::Free(id) => place_among(here, id),
                 Who::Own(own) => Some(first + place_of(guests, own)?),
             };
@@ -72,11 +71,10 @@ impl World {
         let Some(rapier) = &mut self.rapier else {
             return;
         };
-        let who = |at: usize| match &self.bodies[at].free {
-            None => Who::Robot(at),
-            Some(free) => {
-                (free.guest.as_ref()).map_or(Who::Free(free.id), |guest| Who::Own(guest.own))
-            }
+        let who = |at: usize| match &self.bodies[at].kind {
+            Kind::Robot => Who::Robot(at),
+            Kind::Free(free) => Who::Free(free.id),
+            Kind::Coupled(coupled) => Who::Own(coupled.body),
         };
         for reaction in self.reactions.split_off_behind(first) {
             let b = match reaction.b {
@@ -90,12 +88,12 @@ impl World {
             // What touches something that rapier moves may not be left alone.
             let free = self.bodies[..first]
                 .iter_mut()
-                .filter_map(|body| body.free.as_mut());
+                .filter_map(Articulated::free_mut);
             free.for_each(|free| free.slow_s = 0.0);
         }
         for body in self.bodies.drain(first..) {
-            let Some((guest, RapierObject::Body(raw))) =
-                guest_of(&body).map(|guest| (guest, guest.own))
+            let Some((coupled, UserBody::Rigid(raw))) =
+                body.coupled().map(|coupled| (coupled, coupled.body))
             else {
                 continue;
             };
@@ -104,34 +102,38 @@ impl World {
             let chassis = body.state.floor_from_chassis();
             let turn = chassis.rotation.to_rotation_matrix();
             let inertia = turn * body.chassis_mass.inertia_kg_m2 * turn.transpose();
-            let gained = [0, 1].map(|k| met.expected[k] - guest.start[k]);
+            let gained = [0, 1].map(|k| met.expected[k] - coupled.start[k]);
             let momentum = [body.chassis_mass.mass_kg * gained[0], inertia * gained[1]];
             for (k, gains) in momentum.iter().enumerate() {
-                met.impulse[k] += guest.impulse[k];
-                met.over_step[k] += guest.impulse[k] - gains;
+                met.impulse[k] += coupled.impulse[k];
+                met.over_step[k] += coupled.impulse[k] - gains;
             }
         }
     }
 
     /// Counts what contacts did to guests in a part of a step.
     pub(in crate::world) fn count_guests(&mut self) {
-        if self.bodies.last().is_none_or(|body| !body.is_guest()) {
+        if self
+            .bodies
+            .last()
+            .is_none_or(|body| body.coupled().is_none())
+        {
             return;
         }
         for (reaction, b) in self.reactions.on_bodies() {
-            if self.bodies[reaction.a.body].is_guest() {
+            if self.bodies[reaction.a.body].coupled().is_some() {
                 continue;
             }
             let body = &mut self.bodies[b];
-            let center_m = body.middle.center_m();
-            let mean_m_s = body.middle.chassis_velocity_m_s(&reaction.at_m);
-            let Some(guest) = body.free.as_mut().and_then(|free| free.guest.as_mut()) else {
+            let center_m = body.step.middle.center_m();
+            let mean_m_s = body.step.middle.chassis_velocity_m_s(&reaction.at_m);
+            let Some(coupled) = body.coupled_mut() else {
                 continue;
             };
             let normal = reaction.impulse.x * reaction.frame[0];
             let impulse_n_s = -(normal + reaction.friction_impulse_n_s());
-            guest.impulse[0] += impulse_n_s;
-            guest.impulse[1] += (reaction.at_m - center_m).cross(&impulse_n_s);
+            coupled.impulse[0] += impulse_n_s;
+            coupled.impulse[1] += (reaction.at_m - center_m).cross(&impulse_n_s);
             self.energies.outside_j -= impulse_n_s.dot(&mean_m_s);
         }
     }
@@ -145,15 +147,11 @@ impl World {
     }
 }
 
-fn guest_of(body: &Articulated) -> Option<&Guest> {
-    body.free.as_ref()?.guest.as_deref()
-}
-
 /// The place of what is one's own among guests.
-fn place_of(guests: &[Articulated], own: RapierObject) -> Option<usize> {
+fn place_of(guests: &[Articulated], own: UserBody) -> Option<usize> {
     guests
         .iter()
-        .position(|body| guest_of(body).is_some_and(|guest| guest.own == own))
+        .position(|body| body.coupled().is_some_and(|coupled| coupled.body == own))
 }
 
 impl InRapier {
@@ -179,7 +177,7 @@ impl InRapier {
         let mut at = 0;
         while at < guests.len() {
             let touched =
-                guest_of(&guests[at]).map_or_else(Vec::new, |guest| self.touched_by(guest.own));
+                (guests[at].coupled()).map_or_else(Vec::new, |of| self.touched_by(of.body));
             let mut rests = Vec::with_capacity(touched.len());
             for (own, rest) in touched {
                 let Some(own) = own else {
@@ -196,18 +194,14 @@ impl InRapier {
                 // Each pair once, by the one that stands behind, or by the one that rapier moves.
                 let is_ours = |other: &usize| *other < at || !self.moves(own);
                 if let Some(other) = other.filter(is_ours) {
-                    rests.push(Rest {
+                    rests.push(RapierContact {
                         other: Some(here.len() + other),
                         ..rest
                     });
                 }
             }
-            if let Some(guest) = guests[at]
-                .free
-                .as_mut()
-                .and_then(|free| free.guest.as_mut())
-            {
-                guest.rests = rests;
+            if let Some(coupled) = guests[at].coupled_mut() {
+                coupled.contacts = rests;
             }
             at += 1;
         }
@@ -215,13 +209,13 @@ impl InRapier {
     }
 
     /// Whether rapier moves what is one's own by forces.
-    fn moves(&self, own: RapierObject) -> bool {
+    fn moves(&self, own: UserBody) -> bool {
         self.moved(own).is_some()
     }
 
     /// A body that rapier moves by forces.
-    fn moved(&self, own: RapierObject) -> Option<&RigidBody> {
-        let RapierObject::Body(raw) = own else {
+    fn moved(&self, own: UserBody) -> Option<&RigidBody> {
+        let UserBody::Rigid(raw) = own else {
             return None;
         };
         let body = self.world.bodies.get(body_of(raw))?;
@@ -229,7 +223,7 @@ impl InRapier {
     }
 
     /// The contacts that rapier solves for a body of one's own, each with the body that it touches if that is not fixed.
-    fn touched_by(&self, own: RapierObject) -> Vec<(Option<RapierObject>, Rest)> {
+    fn touched_by(&self, own: UserBody) -> Vec<(Option<UserBody>, RapierContact)> {
         let Some(body) = self.moved(own) else {
             return Vec::new();
         };
@@ -251,12 +245,12 @@ impl InRapier {
     /// A contact that rapier found for a body of one's own, and the body that it touches if that is not fixed.
     fn rest(
         &self,
-        own: RapierObject,
+        own: UserBody,
         data: &ContactManifoldData,
         contact: &SolverContact,
-    ) -> (Option<RapierObject>, Rest) {
+    ) -> (Option<UserBody>, RapierContact) {
         let as_own =
-            |body: Option<RigidBodyHandle>| body.map(|of| RapierObject::Body(of.into_raw_parts()));
+            |body: Option<RigidBodyHandle>| body.map(|of| UserBody::Rigid(of.into_raw_parts()));
         let bodies = [data.rigid_body1, data.rigid_body2].map(as_own);
         let anchors = [contact.anchor1, contact.anchor2];
         let (this, other) = if bodies[0] == Some(own) {
@@ -276,14 +270,14 @@ impl InRapier {
         // rapier's normal points out of the first.
         let normal = convert::to_vector(data.normal) * if this == 0 { -1.0 } else { 1.0 };
         let gap_m = normal.dot(&convert::to_vector(place(this) - place(other)));
-        let is_fixed = |own: &RapierObject| match own {
-            RapierObject::Body(raw) => {
+        let is_fixed = |own: &UserBody| match own {
+            UserBody::Rigid(raw) => {
                 (self.world.bodies.get(body_of(*raw))).is_none_or(RigidBody::is_fixed)
             }
-            RapierObject::Collider(_) => true,
+            UserBody::Collider(_) => true,
         };
-        let rest = Rest {
-            in_guest_m: convert::to_vector(anchors[this]),
+        let rest = RapierContact {
+            in_body_m: convert::to_vector(anchors[this]),
             normal,
             gap_m: gap_m.max(0.0),
             other: None,
@@ -293,7 +287,7 @@ impl InRapier {
     }
 
     /// What of one's own may be near to bounds in the coming step, in a fixed order.
-    fn near(&self, around: &[Bounds], dt_s: f64) -> BTreeSet<RapierObject> {
+    fn near(&self, around: &[Bounds], dt_s: f64) -> BTreeSet<UserBody> {
         let mut found = BTreeSet::new();
         let query = self.world.query_pipeline();
         let comes_m = self.comes_m(dt_s);
@@ -304,18 +298,18 @@ impl InRapier {
                     continue;
                 }
                 found.insert(match collider.parent() {
-                    Some(body) => RapierObject::Body(body.into_raw_parts()),
-                    None => RapierObject::Collider(handle.into_raw_parts()),
+                    Some(body) => UserBody::Rigid(body.into_raw_parts()),
+                    None => UserBody::Collider(handle.into_raw_parts()),
                 });
             }
         }
         // Of a body that is switched off rapier has switched off the colliders too.
-        let is_rigid = |own: &RapierObject| match own {
-            RapierObject::Body(raw) => {
+        let is_rigid = |own: &UserBody| match own {
+            UserBody::Rigid(raw) => {
                 let body = self.world.bodies.get(body_of(*raw));
                 body.is_some_and(|body| !body.is_soft_frame())
             }
-            RapierObject::Collider(_) => true,
+            UserBody::Collider(_) => true,
         };
         found.retain(is_rigid);
         found
@@ -369,12 +363,12 @@ impl InRapier {
     /// What of one's own is one body, as one more of the step's; the heaviest beside it has so much.
     fn guest(
         &mut self,
-        own: RapierObject,
+        own: UserBody,
         heaviest_kg: f64,
         settings: &Settings,
     ) -> Option<Articulated> {
         let (seen, shapes) = match own {
-            RapierObject::Body(handle) => {
+            UserBody::Rigid(handle) => {
                 let body = self.world.bodies.get(body_of(handle))?;
                 let shapes = self.colliders_of(body).flat_map(|collider| {
                     let body_from_collider = collider.position_wrt_parent();
@@ -385,7 +379,7 @@ impl InRapier {
                     shapes.collect(),
                 )
             }
-            RapierObject::Collider(handle) => {
+            UserBody::Collider(handle) => {
                 let (index, generation) = handle;
                 let handle = ColliderHandle::from_raw_parts(index, generation);
                 let collider = self.world.colliders.get(handle)?;
@@ -396,19 +390,14 @@ impl InRapier {
         let mut guest = seen.built(own, shapes, settings);
         seen.hold(&mut guest, heaviest_kg);
         let velocities = seen.velocities;
-        if let RapierObject::Body(handle) = own {
+        if let UserBody::Rigid(handle) = own {
             let met = self.met.entry(handle).or_default();
             if !std::mem::replace(&mut met.is_here, true) {
                 (met.impulse, met.over_step) = Default::default();
             }
-            guest.pushes.push(seen.acts(met, settings.dt_s));
+            guest.command.pushes.push(seen.acts(met, settings.dt_s));
         }
-        for state in [
-            &mut guest.state,
-            &mut guest.before,
-            &mut guest.middle,
-            &mut guest.ahead,
-        ] {
+        for state in guest.states_mut() {
             (state.velocity_m_s, state.angular_rad_s) = velocities;
         }
         Some(guest)
@@ -462,7 +451,7 @@ impl GuestBody {
     }
 
     /// As an articulated body at rest.
-    fn built(&self, own: RapierObject, shapes: Vec<BodyShape>, settings: &Settings) -> Articulated {
+    fn built(&self, own: UserBody, shapes: Vec<BodyShape>, settings: &Settings) -> Articulated {
         let around = shapes.iter().fold(Bounds::NONE, |around, of| {
             let bounds = of.shape.compute_local_aabb();
             let size = convert::to_vector(bounds.extents());
@@ -481,21 +470,11 @@ impl GuestBody {
         let mut guest = Articulated::build(robot, &self.floor_from_body, settings);
         guest.scale = scale;
         guest.spring = ContactSpring::of(settings, &guest.scale);
-        guest.free = Some(Box::new(Free {
-            id: FreeBodyId(u32::MAX),
-            name: Arc::from(""),
-            friction: 0.0,
-            friction_on_robots: 0.0,
-            slow_s: 0.0,
-            from_robots: Vector3::zeros(),
-            work_j: 0.0,
-            pressed_m: 0.0,
-            guest: Some(Box::new(Guest {
-                own,
-                start: self.velocities.into(),
-                rests: Vec::new(),
-                impulse: Twin::default(),
-            })),
+        guest.kind = Kind::Coupled(Box::new(Coupled {
+            body: own,
+            start: self.velocities.into(),
+            contacts: Vec::new(),
+            impulse: Twin::default(),
         }));
         guest
     }

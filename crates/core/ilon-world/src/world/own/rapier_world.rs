@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use rapier3d::prelude::*;
 
 use crate::contact::reactions::reaction::Reaction;
-use crate::free::{RapierObject, RawHandle};
+use crate::free::{RawHandle, UserBody};
 use crate::{FreeBodyId, WorldObject};
 
 /// rapier's world, and what of it is not one's own.
@@ -102,5 +102,5 @@ pub(super) struct GuestContact {
 pub(super) enum Who {
     Robot(usize),
     Free(FreeBodyId),
-    Own(RapierObject),
+    Own(UserBody),
 }
