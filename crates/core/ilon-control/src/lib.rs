@@ -79,7 +79,7 @@ pub use actuation::motor::{DcMotor, Motor, MotorBounds, MotorCurve, TorqueRange}
 pub use actuation::passive::{PassiveTorque, PassiveTorqueSettings, TiltLoop};
 pub use actuation::pid::{LoopTiming, WheelGains, WheelLoop, WheelLoopSettings};
 pub use actuation::prioritised_torque::{PrioritisedTorque, PrioritisedTorqueSettings};
-pub use actuation::{BodySense, FallingTorque, PassiveEffort, TorqueLaw, TorqueShares};
+pub use actuation::{BodySense, Demand, FallingTorque, PassiveEffort, TorqueLaw, TorqueShares};
 pub use dynamics::acceleration_limits::{
     AccelerationLimit, AccelerationLimits, AccelerationPolytope, AccelerationRange,
     AccelerationUse, LimitCause, LimitSettings, LimitedBy, PushSharing,

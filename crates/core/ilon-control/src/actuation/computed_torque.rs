@@ -12,9 +12,8 @@
 
 use ilon_robot::Robot;
 
-use super::TorqueLaw;
 use super::derivative::{FilteredDerivative, weight};
-use super::motor::TorqueRange;
+use super::{Demand, TorqueLaw};
 use crate::error::{not_negative, positive};
 use crate::{ControlError, DynamicModel};
 
@@ -79,8 +78,19 @@ impl ComputedTorque {
             torques_n_m: vec![0.0; n],
         })
     }
+}
 
-    fn step(&mut self, targets: &[f64], rates: &[f64], limits: &[TorqueRange], dt_s: f64) {
+impl TorqueLaw for ComputedTorque {
+    /// Eq. (12), with the rollers' drag and dry friction made up for as well: dry friction in the targets' direction, so that
+    /// a wheel at rest is left alone. The integral of a wheel stands still while its torque is at the limit and its error
+    /// would drive it beyond.
+    fn step(&mut self, demand: &Demand<'_>) {
+        let Demand {
+            targets_rad_s: targets,
+            rates_rad_s: rates,
+            limits,
+            dt_s,
+        } = *demand;
         let (k_p, k_i) = (self.k_p, 0.25 * self.k_p * self.k_p);
         let weight = weight(self.target_filter_s, dt_s);
         let errors = targets
@@ -121,22 +131,8 @@ impl ComputedTorque {
             *torque_n_m = limit.clamp(*torque_n_m);
         }
     }
-}
 
-impl TorqueLaw for ComputedTorque {
-    /// Eq. (12), with the rollers' drag and dry friction made up for as well: dry friction in the targets' direction, so that
-    /// a wheel at rest is left alone. The integral of a wheel stands still while its torque is at the limit and its error
-    /// would drive it beyond.
-    fn update(
-        &mut self,
-        targets_rad_s: &[f64],
-        rates_rad_s: &[f64],
-        limits: &[TorqueRange],
-        dt_s: f64,
-    ) -> &[f64] {
-        if dt_s > 0.0 {
-            self.step(targets_rad_s, rates_rad_s, limits, dt_s);
-        }
+    fn torques_n_m(&self) -> &[f64] {
         &self.torques_n_m
     }
 
@@ -154,6 +150,7 @@ impl TorqueLaw for ComputedTorque {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::TorqueRange;
     use crate::fixtures::{mecanum4, six_wheels, volksbot};
     use crate::joint_fixtures::{driven, joint};
     use ilon_robot::{Robot, Twist};
@@ -185,7 +182,9 @@ mod tests {
         let (mut worst, mut t_s) = (0.0_f64, 0.0);
         while t_s < end_s {
             model.kinematics().wheel_rates(twist_at(t_s), &mut targets);
-            let torques = law.update(&targets, &rates, &open, dt_s).to_vec();
+            let torques = law
+                .update(&Demand::new(&targets, &rates, &open, dt_s))
+                .to_vec();
             model.accelerations(&rates, &torques, &mut scratch, &mut accelerations);
             for ((rate, acceleration), target) in rates.iter_mut().zip(&accelerations).zip(&targets)
             {
@@ -229,7 +228,9 @@ mod tests {
         let open = [TorqueRange::UNLIMITED; 6];
         let (mut scratch, mut accelerations) = ([0.0; 6], [0.0; 6]);
         for _ in 0..10_000 {
-            let torques = law.update(&targets, &rates, &open, dt_s).to_vec();
+            let torques = law
+                .update(&Demand::new(&targets, &rates, &open, dt_s))
+                .to_vec();
             model.accelerations(&rates, &torques, &mut scratch, &mut accelerations);
             for (rate, acceleration) in rates.iter_mut().zip(accelerations) {
                 *rate += acceleration * dt_s;
@@ -258,10 +259,17 @@ mod tests {
             });
         let open = [TorqueRange::UNLIMITED; 4];
         let (targets, rates) = ([5.0, -3.0, 2.0, 4.0], [4.0, -3.5, 2.0, 4.5]);
-        let before = unmoved.update(&targets, &rates, &open, 1e-3).to_vec();
+        let before = unmoved
+            .update(&Demand::new(&targets, &rates, &open, 1e-3))
+            .to_vec();
         stands.stand(&posed);
-        let torques = stands.update(&targets, &rates, &open, 1e-3).to_vec();
-        assert_eq!(torques, made.update(&targets, &rates, &open, 1e-3));
+        let torques = stands
+            .update(&Demand::new(&targets, &rates, &open, 1e-3))
+            .to_vec();
+        assert_eq!(
+            torques,
+            made.update(&Demand::new(&targets, &rates, &open, 1e-3))
+        );
         let furthest = torques.iter().zip(&before).map(|(a, b)| (a - b).abs());
         let most = torques.iter().fold(0.0, |most: f64, of| most.max(of.abs()));
         assert!(furthest.fold(0.0, f64::max) > 0.01 * most);
@@ -278,7 +286,7 @@ mod tests {
         let open = [TorqueRange::UNLIMITED; 4];
         for _ in 0..5000 {
             let torques = law
-                .update(&[5.0, -3.0, 2.0, 4.0], &rates, &open, dt_s)
+                .update(&Demand::new(&[5.0, -3.0, 2.0, 4.0], &rates, &open, dt_s))
                 .to_vec();
             for (rate, torque) in rates.iter_mut().zip(torques) {
                 *rate += dt_s / j_air * torque;
@@ -299,10 +307,10 @@ mod tests {
             max_n_m: 0.1,
         }; 3];
         for _ in 0..10_000 {
-            let torques = law.update(&[50.0, 50.0, 50.0], &[0.0; 3], &limit, 0.01);
+            let torques = law.update(&Demand::new(&[50.0, 50.0, 50.0], &[0.0; 3], &limit, 0.01));
             assert!(torques.iter().all(|t| *t == 0.1));
         }
-        let torques = law.update(&[50.0; 3], &[51.0; 3], &limit, 0.01);
+        let torques = law.update(&Demand::new(&[50.0; 3], &[51.0; 3], &limit, 0.01));
         assert!(torques.iter().all(|t| *t < 0.1), "{torques:?}");
     }
 
@@ -319,14 +327,26 @@ mod tests {
         for way in [1.0, -1.0] {
             let (mut limited, mut free) = (law(&robot, 20.0, 0.01), law(&robot, 20.0, 0.01));
             for law in [&mut limited, &mut free] {
-                law.update(&[way * 50.0; 3], &[way * 50.0; 3], &open, 0.01);
+                law.update(&Demand::new(
+                    &[way * 50.0; 3],
+                    &[way * 50.0; 3],
+                    &open,
+                    0.01,
+                ));
             }
             let (targets, rates) = ([way * 5.0; 3], [way * 4.5; 3]);
-            let torques = limited.update(&targets, &rates, &limit, 0.01).to_vec();
+            let torques = limited
+                .update(&Demand::new(&targets, &rates, &limit, 0.01))
+                .to_vec();
             assert!(torques.iter().all(|torque| *torque == -0.1 * way));
-            free.update(&targets, &rates, &open, 0.01);
-            let after = limited.update(&targets, &rates, &open, 0.01).to_vec();
-            assert_eq!(after, free.update(&targets, &rates, &open, 0.01));
+            free.update(&Demand::new(&targets, &rates, &open, 0.01));
+            let after = limited
+                .update(&Demand::new(&targets, &rates, &open, 0.01))
+                .to_vec();
+            assert_eq!(
+                after,
+                free.update(&Demand::new(&targets, &rates, &open, 0.01))
+            );
         }
     }
 }

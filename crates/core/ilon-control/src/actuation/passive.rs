@@ -28,13 +28,14 @@
 mod settings;
 mod stability;
 
-use ilon_robot::{Robot, Twist};
+use ilon_robot::Robot;
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 
 use super::motor::TorqueRange;
-use super::torque_law::{BodySense, PassiveEffort, TorqueLaw, TorqueShares};
+use super::torque_law::{BodySense, Demand, PassiveEffort, TorqueLaw, TorqueShares};
 use crate::dynamics::loads::WheelLoads;
 use crate::dynamics::traction::{PushRange, TractionSet};
+use crate::kinematics::matrix::vector_of;
 use crate::{ControlError, DynamicModel, Kinematics, Priority};
 pub use settings::PassiveTorqueSettings;
 pub use stability::TiltLoop;
@@ -165,10 +166,9 @@ impl PassiveTorque {
 
     /// The wrench within what motors and grip give beside the springs between the wheels.
     fn weigh(&mut self, targets: &[f64], limits: &[TorqueRange]) {
-        let vector = |t: Twist| Vector3::new(t.vx_m_s, t.vy_m_s, t.omega_rad_s);
         let damping = self.settings.damping();
-        let nu = vector(self.about.twist(self.rates_rad_s.as_slice()));
-        let pull = damping.component_mul(&vector(self.about.twist(targets)));
+        let nu = vector_of(self.about.twist(self.rates_rad_s.as_slice()));
+        let pull = damping.component_mul(&vector_of(self.about.twist(targets)));
         let held = pull - damping.component_mul(&nu);
         let (g, c) = (self.gravity, self.center_of_mass_m);
         let against = -self.mass_kg * Vector3::new(g.x, g.y, c.x * g.y - c.y * g.x);
@@ -179,36 +179,25 @@ impl PassiveTorque {
         for (h, range) in self.motor.iter_mut().enumerate() {
             let lever_m = self.about.lever_m()[h];
             let beside_n_m = limits[h].clamp(self.between_n_m[h]);
-            let motor = PushRange {
-                min_n: (limits[h].min_n_m - beside_n_m) / lever_m,
-                max_n: (limits[h].max_n_m - beside_n_m) / lever_m,
-            };
+            let motor = PushRange::beside(beside_n_m, &limits[h], lever_m);
             let grip_n = if friction.is_finite() {
                 friction * self.loads_n[h]
             } else {
                 f64::MAX
             };
-            *range = motor.within(PushRange {
-                min_n: -grip_n,
-                max_n: grip_n,
-            });
+            *range = motor.within(PushRange::of_grip(grip_n));
         }
         let ranges = || self.motor.iter().copied();
         let of_gravity = self.set.share(&Vector3::zeros(), &against, ranges());
         let against = of_gravity * against;
         let position = Vector3::new(held.x, held.y, 0.0);
         let heading = Vector3::new(0.0, 0.0, held.z);
-        let (first, second) = match self.settings.priority {
-            Priority::Position => (position, heading),
-            Priority::Heading => (heading, position),
-        };
+        let priority = self.settings.priority;
+        let (first, second) = priority.order(position, heading);
         let w_1 = self.set.share(&against, &first, ranges());
         let given = against + w_1 * first;
         let w_2 = self.set.share(&given, &second, ranges());
-        (self.shares.position, self.shares.heading) = match self.settings.priority {
-            Priority::Position => (w_1, w_2),
-            Priority::Heading => (w_2, w_1),
-        };
+        (self.shares.position, self.shares.heading) = priority.order(w_1, w_2);
         self.pull = pull;
         self.against_gravity = against;
         self.wrench = given + w_2 * second;
@@ -244,22 +233,18 @@ impl PassiveTorque {
 }
 
 impl TorqueLaw for PassiveTorque {
-    fn update(
-        &mut self,
-        targets_rad_s: &[f64],
-        rates_rad_s: &[f64],
-        limits: &[TorqueRange],
-        dt_s: f64,
-    ) -> &[f64] {
-        if dt_s > 0.0 {
-            self.pull_wheels_together(rates_rad_s, dt_s);
-            self.weigh(targets_rad_s, limits);
-            self.distribute();
-            for (h, torque_n_m) in self.torques_n_m.iter_mut().enumerate() {
-                let push_n_m = self.about.lever_m()[h] * self.pushes_n[h];
-                *torque_n_m = limits[h].clamp(push_n_m + self.between_n_m[h]);
-            }
+    fn step(&mut self, demand: &Demand<'_>) {
+        let limits = demand.limits;
+        self.pull_wheels_together(demand.rates_rad_s, demand.dt_s);
+        self.weigh(demand.targets_rad_s, limits);
+        self.distribute();
+        for (h, torque_n_m) in self.torques_n_m.iter_mut().enumerate() {
+            let push_n_m = self.about.lever_m()[h] * self.pushes_n[h];
+            *torque_n_m = limits[h].clamp(push_n_m + self.between_n_m[h]);
         }
+    }
+
+    fn torques_n_m(&self) -> &[f64] {
         &self.torques_n_m
     }
 

@@ -26,7 +26,7 @@ use ilon_robot::mean_of_gain;
 
 use super::derivative::{FilteredDerivative, weight};
 use super::motor::TorqueRange;
-use super::{FallingTorque, TorqueLaw};
+use super::{Demand, FallingTorque, TorqueLaw};
 use crate::error::{not_negative, positive};
 use crate::{ControlError, DynamicModel};
 
@@ -220,22 +220,18 @@ impl WheelLoop {
 
 impl TorqueLaw for WheelLoop {
     /// Of a continuous loop the torques are those that it would hold if the rates stayed; [`TorqueLaw::falling`] says how they fall.
-    fn update(
-        &mut self,
-        targets_rad_s: &[f64],
-        rates_rad_s: &[f64],
-        limits: &[TorqueRange],
-        dt_s: f64,
-    ) -> &[f64] {
-        if dt_s > 0.0 {
-            let inputs = targets_rad_s.iter().zip(rates_rad_s).zip(limits);
-            let outputs = self.torques_n_m.iter_mut().zip(&mut self.falling);
-            let wheels = self.wheels.iter_mut().zip(outputs);
-            for ((wheel, (torque_n_m, falling)), ((target, rate), limit)) in wheels.zip(inputs) {
-                *falling = wheel.update(&self.settings, *target, *rate, limit, dt_s);
-                *torque_n_m = limit.clamp(falling.torque_n_m);
-            }
+    fn step(&mut self, demand: &Demand<'_>) {
+        let inputs = demand.targets_rad_s.iter().zip(demand.rates_rad_s);
+        let inputs = inputs.zip(demand.limits);
+        let outputs = self.torques_n_m.iter_mut().zip(&mut self.falling);
+        let wheels = self.wheels.iter_mut().zip(outputs);
+        for ((wheel, (torque_n_m, falling)), ((target, rate), limit)) in wheels.zip(inputs) {
+            *falling = wheel.update(&self.settings, (*target, *rate), limit, demand.dt_s);
+            *torque_n_m = limit.clamp(falling.torque_n_m);
         }
+    }
+
+    fn torques_n_m(&self) -> &[f64] {
         &self.torques_n_m
     }
 
@@ -256,8 +252,7 @@ impl WheelState {
     fn update(
         &mut self,
         settings: &WheelLoopSettings,
-        target_rad_s: f64,
-        rate_rad_s: f64,
+        (target_rad_s, rate_rad_s): (f64, f64),
         limit: &TorqueRange,
         dt_s: f64,
     ) -> FallingTorque {

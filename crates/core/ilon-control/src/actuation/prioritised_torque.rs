@@ -16,15 +16,14 @@
 //! **Redundancy.** N - 3 torques are free. They are chosen such that the worst use of grip, push over friction times
 //! load, is least.
 
-use ilon_robot::{Robot, Twist};
+use ilon_robot::Robot;
 use nalgebra::{Vector2, Vector3};
 
-use super::{TorqueLaw, TorqueShares};
-
 use super::derivative::{FilteredDerivative, weight};
-use super::motor::TorqueRange;
+use super::{Demand, TorqueLaw, TorqueShares};
 use crate::dynamics::capacity::{Capacity, Moment};
 use crate::error::{not_negative, positive};
+use crate::kinematics::matrix::{twist_of, vector_of};
 use crate::{ControlError, Kinematics, Priority};
 
 /// Settings of the prioritised torques.
@@ -103,13 +102,20 @@ impl PrioritisedTorque {
             capacity,
         })
     }
+}
 
-    fn step(&mut self, targets: &[f64], rates: &[f64], limits: &[TorqueRange], dt_s: f64) {
-        let vector = |t: Twist| Vector3::new(t.vx_m_s, t.vy_m_s, t.omega_rad_s);
+impl TorqueLaw for PrioritisedTorque {
+    fn step(&mut self, demand: &Demand<'_>) {
+        let Demand {
+            targets_rad_s: targets,
+            rates_rad_s: rates,
+            limits,
+            dt_s,
+        } = *demand;
         let nu = self.capacity.model.kinematics().twist(rates);
         // Errors and tasks are those of the reference point c, in components of the body frame.
-        let nu_d = vector(self.about.twist(targets));
-        let e = nu_d - vector(self.about.twist(rates));
+        let nu_d = vector_of(self.about.twist(targets));
+        let e = nu_d - vector_of(self.about.twist(rates));
         let k_i = 0.25 * self.k_p * self.k_p;
 
         let weight = weight(self.settings.target_filter_s, dt_s);
@@ -128,18 +134,11 @@ impl PrioritisedTorque {
             nu,
         };
         self.capacity.begin(&moment);
-        let (nu_rate, shares) = match self.settings.priority {
-            Priority::Position => {
-                let w_1 = self.weight(&moment, Vector3::zeros(), position);
-                let w_2 = self.weight(&moment, w_1 * position, heading);
-                (w_1 * position + w_2 * heading, (w_1, w_2))
-            }
-            Priority::Heading => {
-                let w_1 = self.weight(&moment, Vector3::zeros(), heading);
-                let w_2 = self.weight(&moment, w_1 * heading, position);
-                (w_1 * heading + w_2 * position, (w_2, w_1))
-            }
-        };
+        let (first, second) = self.settings.priority.order(position, heading);
+        let w_1 = self.capacity.weight(&moment, Vector3::zeros(), first);
+        let w_2 = self.capacity.weight(&moment, w_1 * first, second);
+        let nu_rate = w_1 * first + w_2 * second;
+        let shares = self.settings.priority.order(w_1, w_2);
         (self.shares.position, self.shares.heading) = shares;
 
         // A task that gave way does not wind up.
@@ -165,7 +164,7 @@ impl PrioritisedTorque {
         // What of the rate errors is no motion of the body, each wheel damps by its own inertia: it is all that a wheel
         // in the air feels.
         self.about
-            .wheel_rates(Twist::new(e.x, e.y, e.z), &mut self.rates_back_rad_s);
+            .wheel_rates(twist_of(e), &mut self.rates_back_rad_s);
         let levers = self.capacity.model.kinematics().lever_m();
         let inertias = self.capacity.model.wheel_inertias_kg_m2();
         for (h, torque_n_m) in self.torques_n_m.iter_mut().enumerate() {
@@ -177,37 +176,7 @@ impl PrioritisedTorque {
         }
     }
 
-    /// The largest weight in [0, 1] with which `task` can be added to the acceleration `given`.
-    fn weight(&mut self, moment: &Moment<'_>, given: Vector3<f64>, task: Vector3<f64>) -> f64 {
-        if self.capacity.within(moment, given + task) {
-            return 1.0;
-        }
-        // The set is convex and its ranges move linearly with the acceleration, but for a lifted wheel's load: what is
-        // within is an interval from zero. Thirty halvings leave 1e-9 of the task.
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..30 {
-            let middle = 0.5 * (low + high);
-            if self.capacity.within(moment, given + middle * task) {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        low
-    }
-}
-
-impl TorqueLaw for PrioritisedTorque {
-    fn update(
-        &mut self,
-        targets_rad_s: &[f64],
-        rates_rad_s: &[f64],
-        limits: &[TorqueRange],
-        dt_s: f64,
-    ) -> &[f64] {
-        if dt_s > 0.0 {
-            self.step(targets_rad_s, rates_rad_s, limits, dt_s);
-        }
+    fn torques_n_m(&self) -> &[f64] {
         &self.torques_n_m
     }
 

@@ -10,15 +10,19 @@ use super::motor::TorqueRange;
 /// A law that turns wheel rates into wheel torques, step by step: one PID a wheel, computed torque, torque by priority, or one
 /// of a person's own. A copy that has not run is how to begin anew.
 pub trait TorqueLaw: Debug + Send + Sync {
-    /// Torques in N m, one a wheel and within `limits`, from target and measured rates in rad/s. The period `dt_s`, in seconds,
-    /// may change from call to call; without a positive one the torques stay as they were.
-    fn update(
-        &mut self,
-        targets_rad_s: &[f64],
-        rates_rad_s: &[f64],
-        limits: &[TorqueRange],
-        dt_s: f64,
-    ) -> &[f64];
+    /// Finds the torques that a demand asks for, whose period is positive.
+    fn step(&mut self, demand: &Demand<'_>);
+
+    /// The torques that were found last, in N m, one a wheel and within the demand's limits.
+    fn torques_n_m(&self) -> &[f64];
+
+    /// [`Self::torques_n_m`] for a demand; without a positive period they stay as they were.
+    fn update(&mut self, demand: &Demand<'_>) -> &[f64] {
+        if demand.dt_s > 0.0 {
+            self.step(demand);
+        }
+        self.torques_n_m()
+    }
 
     /// What the robot knows beside its wheels' rates, for the next update. A law that goes by rates alone leaves it unread.
     fn sense(&mut self, _known: &BodySense<'_>) {}
@@ -44,6 +48,36 @@ pub trait TorqueLaw: Debug + Send + Sync {
 
     /// A copy in the same state.
     fn boxed(&self) -> Box<dyn TorqueLaw>;
+}
+
+/// What a torque law is asked for, one number a wheel each.
+#[derive(Clone, Copy, Debug)]
+pub struct Demand<'a> {
+    /// Rates that the wheels shall have, in rad/s.
+    pub targets_rad_s: &'a [f64],
+    /// Rates that they have, in rad/s.
+    pub rates_rad_s: &'a [f64],
+    /// What the motors can give.
+    pub limits: &'a [TorqueRange],
+    /// The period until the next demand, in seconds; it may change from one to the next.
+    pub dt_s: f64,
+}
+
+impl<'a> Demand<'a> {
+    /// Target rates and rates in rad/s, what the motors can give, and a period in seconds.
+    pub fn new(
+        targets_rad_s: &'a [f64],
+        rates_rad_s: &'a [f64],
+        limits: &'a [TorqueRange],
+        dt_s: f64,
+    ) -> Self {
+        Self {
+            targets_rad_s,
+            rates_rad_s,
+            limits,
+            dt_s,
+        }
+    }
 }
 
 /// What a robot knows beside its wheels' rates.

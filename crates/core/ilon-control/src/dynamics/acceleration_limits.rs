@@ -28,6 +28,7 @@ use super::capacity::{Capacity, Moment};
 use super::traction::PushRange;
 use super::wheel_force::{Moving, SLACK_N, Touch, WheelForce, share_of};
 use crate::error::{finite, positive};
+use crate::kinematics::matrix::{twist_of, vector_of};
 use crate::{ControlError, Motor, TorqueRange};
 
 pub use answers::{
@@ -307,7 +308,7 @@ impl AccelerationLimits {
 
     /// The fastest rate of a wheel at a twist, in rad/s.
     pub(crate) fn fastest_rate_rad_s(&self, twist: Twist) -> f64 {
-        let nu = Vector3::new(twist.vx_m_s, twist.vy_m_s, twist.omega_rad_s);
+        let nu = vector_of(twist);
         let rows = self.capacity.model.kinematics().rate_matrix().row_iter();
         let rate = rows.map(|row| (row[0] * nu.x + row[1] * nu.y + row[2] * nu.z).abs());
         rate.fold(0.0, f64::max)
@@ -359,7 +360,7 @@ impl AccelerationLimits {
         };
         let kinematics = self.capacity.model.kinematics();
         kinematics.wheel_rates(twist, &mut self.rates);
-        let there = Twist::new(towards.x, towards.y, towards.z);
+        let there = twist_of(towards);
         kinematics.wheel_rates(there, &mut self.towards);
         for (h, limit) in self.limits.iter_mut().enumerate() {
             let range = motors[h].range(self.rates[h]);
@@ -381,7 +382,7 @@ impl AccelerationLimits {
             rates: &self.rates,
             towards: &self.towards,
             limits: &self.limits,
-            nu: Twist::new(moving.nu.x, moving.nu.y, moving.nu.z),
+            nu: twist_of(moving.nu),
         };
         act(&mut self.capacity, &moment)
     }

@@ -23,6 +23,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::Kinematics;
+use crate::actuation::motor::TorqueRange;
 
 /// The geometry of the reachable forces of a robot.
 #[derive(Clone, Debug)]
@@ -47,6 +48,23 @@ impl PushRange {
         Self {
             min_n: self.min_n.max(other.min_n),
             max_n: self.max_n.min(other.max_n),
+        }
+    }
+
+    /// What a motor's torques leave for pushing, at a wheel's lever in metres, beside one in N m that
+    /// the wheel needs for itself.
+    pub fn beside(own_n_m: f64, limit: &TorqueRange, lever_m: f64) -> Self {
+        Self {
+            min_n: (limit.min_n_m - own_n_m) / lever_m,
+            max_n: (limit.max_n_m - own_n_m) / lever_m,
+        }
+    }
+
+    /// What the floor holds, of either sign.
+    pub fn of_grip(grip_n: f64) -> Self {
+        Self {
+            min_n: -grip_n,
+            max_n: grip_n,
         }
     }
 

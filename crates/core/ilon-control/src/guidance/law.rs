@@ -21,6 +21,16 @@ pub enum Priority {
     Heading,
 }
 
+impl Priority {
+    /// The two in the order of their priority; given in that order, position and heading again.
+    pub(crate) fn order<T>(self, position: T, heading: T) -> (T, T) {
+        match self {
+            Self::Position => (position, heading),
+            Self::Heading => (heading, position),
+        }
+    }
+}
+
 /// What happens to wheel rates beyond the limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Saturation {

@@ -1,5 +1,6 @@
 use super::*;
 use crate::fixtures::{mecanum4, six_wheels, volksbot};
+use ilon_robot::Twist;
 
 const DT_S: f64 = 1e-3;
 
@@ -39,7 +40,7 @@ fn the_body_feels_damping_times_the_rate_error_and_gravity_held_off() {
             gravity_in_body_m_s2: Some(g),
         });
         let torques = law
-            .update(&targets, &rates, &limits(n, 50.0), DT_S)
+            .update(&Demand::new(&targets, &rates, &limits(n, 50.0), DT_S))
             .to_vec();
         let c = robot.center_of_mass_m();
         let d = own.damping_n_s_m;
@@ -68,7 +69,7 @@ fn a_wheel_that_slides_against_the_others_is_held_and_the_body_feels_nothing_of_
                 angles_rad: &angles,
                 gravity_in_body_m_s2: None,
             });
-            law.update(&zeros, &zeros, &limits(n, 50.0), DT_S);
+            law.update(&Demand::new(&zeros, &zeros, &limits(n, 50.0), DT_S));
         }
         let torques = law.torques_n_m.clone();
         assert!(torques[0] < -1e-3, "{torques:?}");
@@ -82,7 +83,7 @@ fn a_wheel_that_slides_against_the_others_is_held_and_the_body_feels_nothing_of_
             angles_rad: &[turned, 0.0, 0.0],
             gravity_in_body_m_s2: None,
         });
-        law.update(&[0.0; 3], &[0.0; 3], &limits(3, 50.0), DT_S);
+        law.update(&Demand::new(&[0.0; 3], &[0.0; 3], &limits(3, 50.0), DT_S));
     }
     assert!(law.torques_n_m.iter().all(|torque| torque.abs() < 1e-12));
 }
@@ -117,7 +118,7 @@ fn what_the_wheels_get_comes_out_of_the_springs_between_them() {
             angles_rad: &angles,
             gravity_in_body_m_s2: None,
         });
-        let torques = law.update(&[0.0; 6], &rates, &limits(6, 50.0), fine_s);
+        let torques = law.update(&Demand::new(&[0.0; 6], &rates, &limits(6, 50.0), fine_s));
         let power: f64 = torques.iter().zip(&rates).map(|(t, r)| t * r).sum();
         given_j += power * fine_s;
         worst = f64::max(worst, given_j + law.stored_j);
@@ -138,7 +139,7 @@ fn a_weak_motor_takes_from_the_lower_task_alone() {
         let kinematics = Kinematics::new(&robot).unwrap();
         let (mut targets, rates) = ([0.0; 4], [0.0; 4]);
         kinematics.wheel_rates(Twist::new(0.2, 0.0, 2.0), &mut targets);
-        law.update(&targets, &rates, &limits(4, 0.35), DT_S);
+        law.update(&Demand::new(&targets, &rates, &limits(4, 0.35), DT_S));
         let shares = law.shares().unwrap();
         let (upper, lower) = match priority {
             Priority::Position => (shares.position, shares.heading),

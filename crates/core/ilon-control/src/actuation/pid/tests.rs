@@ -10,7 +10,12 @@ fn run(gains: WheelGains, j: f64, damping: f64, dt_s: f64, steps: usize) -> Vec<
     let mut rate = 0.0;
     (0..steps)
         .map(|_| {
-            let torque = wheel_loop.update(&[5.0], &[rate], &[TorqueRange::UNLIMITED], dt_s)[0];
+            let torque = wheel_loop.update(&Demand::new(
+                &[5.0],
+                &[rate],
+                &[TorqueRange::UNLIMITED],
+                dt_s,
+            ))[0];
             rate += dt_s / j * (torque - damping * rate);
             rate
         })
@@ -79,7 +84,12 @@ fn run_continuous(settings: WheelLoopSettings, j: f64, dt_s: f64, steps: usize) 
     let mut rate = 0.0;
     (0..steps)
         .map(|_| {
-            wheel_loop.update(&[5.0], &[rate], &[TorqueRange::UNLIMITED], dt_s);
+            wheel_loop.update(&Demand::new(
+                &[5.0],
+                &[rate],
+                &[TorqueRange::UNLIMITED],
+                dt_s,
+            ));
             let falling = wheel_loop.falling()[0];
             rate += dt_s * falling.torque_n_m / (j + dt_s * theta * falling.droop_n_m_s);
             rate
@@ -141,7 +151,7 @@ fn what_a_continuous_loop_asks_for_at_the_motors_limit_falls_as_it_does_within()
     };
     let asked = |limit: TorqueRange| {
         let mut wheel_loop = WheelLoop::new(1, settings).unwrap();
-        let torque_n_m = wheel_loop.update(&[5.0], &[0.0], &[limit], 0.01)[0];
+        let torque_n_m = wheel_loop.update(&Demand::new(&[5.0], &[0.0], &[limit], 0.01))[0];
         (torque_n_m, wheel_loop.falling()[0])
     };
     let (limited_n_m, limited) = asked(LIMIT);
@@ -161,11 +171,11 @@ fn the_integral_does_not_wind_up_while_the_motor_is_at_its_limit() {
     let mut wheel_loop = WheelLoop::new(1, WheelLoopSettings::new(gains)).unwrap();
     // Stalled for 100 s at an error of 50 rad/s: an integral that went on would hold 5000 N m.
     for _ in 0..10_000 {
-        let torque = wheel_loop.update(&[50.0], &[0.0], &[LIMIT], 0.01)[0];
+        let torque = wheel_loop.update(&Demand::new(&[50.0], &[0.0], &[LIMIT], 0.01))[0];
         assert_eq!(torque, 1.0);
     }
     // Let go and a little beyond the target: the torque comes off the limit at once.
-    let torque = wheel_loop.update(&[50.0], &[50.1], &[LIMIT], 0.01)[0];
+    let torque = wheel_loop.update(&Demand::new(&[50.0], &[50.1], &[LIMIT], 0.01))[0];
     assert!(torque < 1.0, "{torque}");
 }
 
@@ -180,11 +190,17 @@ fn the_derivative_acts_on_the_rate_and_is_filtered() {
     settings.derivative_filter_s = 0.03;
     let mut wheel_loop = WheelLoop::new(1, settings).unwrap();
     let open = [TorqueRange::UNLIMITED];
-    assert_eq!(wheel_loop.update(&[0.0], &[0.0], &open, 0.01)[0], 0.0);
+    assert_eq!(
+        wheel_loop.update(&Demand::new(&[0.0], &[0.0], &open, 0.01))[0],
+        0.0
+    );
     // A step of the target alone gives no torque.
-    assert_eq!(wheel_loop.update(&[9.0], &[0.0], &open, 0.01)[0], 0.0);
+    assert_eq!(
+        wheel_loop.update(&Demand::new(&[9.0], &[0.0], &open, 0.01))[0],
+        0.0
+    );
     // The rate rises by 10 rad/s^2: a quarter of it passes the filter in the first step, dt / (T + dt).
-    let first = wheel_loop.update(&[9.0], &[0.1], &open, 0.01)[0];
+    let first = wheel_loop.update(&Demand::new(&[9.0], &[0.1], &open, 0.01))[0];
     assert!((first + 0.5 * 10.0 * 0.25).abs() < 1e-12, "{first}");
 }
 
@@ -201,7 +217,12 @@ fn feedforward_makes_up_for_damping_and_dry_friction() {
         ..WheelLoopSettings::new(gains)
     };
     let mut wheel_loop = WheelLoop::new(3, settings).unwrap();
-    let torques = wheel_loop.update(&[5.0, -5.0, 0.0], &[0.0; 3], &[LIMIT; 3], 0.01);
+    let torques = wheel_loop.update(&Demand::new(
+        &[5.0, -5.0, 0.0],
+        &[0.0; 3],
+        &[LIMIT; 3],
+        0.01,
+    ));
     for (torque, expected) in torques.iter().zip([0.4, -0.4, 0.0]) {
         assert!((torque - expected).abs() < 1e-15);
     }
