@@ -8,11 +8,11 @@ mod disturbance;
 mod equilibrium;
 mod free;
 mod in_rapier;
-mod own;
 mod standing;
 #[cfg(test)]
 mod tests;
 mod truth;
+mod user_bodies;
 
 use std::cell::RefCell;
 
@@ -33,19 +33,20 @@ pub use check_joints::longest_step_of_springs_s;
 pub use disturbance::Push;
 use free::islands::Islands;
 pub use free::{FreeBodyState, RayHit};
-use own::rapier_world::InRapier;
+use user_bodies::rapier_world::UserBodies;
 
 /// Robots on the ground, in most worlds one, and free bodies beside them.
 ///
-/// One step is: [`BodyMut::drive`] with what the motors do, then [`World::step`]. What can be read afterwards is the truth; what a
-/// robot's sensors make of it is not this crate's business.
+/// One step is: [`BodyMut::drive`] with what the motors do, then [`World::step`]. What can be read
+/// afterwards is the truth; what a robot's sensors make of it is not this crate's business.
 ///
 /// A copy goes on to the bit as the original does.
 #[derive(Clone)]
 pub struct World {
     ground: Ground,
     settings: Settings,
-    /// What moves on the ground: robots in the order of identities, and then the free bodies near them.
+    /// What moves on the ground: robots in the order of identities, and then the free bodies near
+    /// them.
     bodies: Vec<Articulated>,
     /// The robot in rapier, where that moves it.
     reference: Option<Box<Reference>>,
@@ -53,8 +54,8 @@ pub struct World {
     islands: Islands,
     /// What the bodies and the ground do to one another.
     reactions: Reactions,
-    /// Bodies of a program's own, in rapier, where it has asked for them.
-    rapier: Option<Box<InRapier>>,
+    /// The rapier world with the user bodies, where the program has asked for it.
+    user_bodies: Option<Box<UserBodies>>,
     energies: Energies,
     /// How the laws of contact were solved in the step.
     solution: ContactSolution,
@@ -81,7 +82,8 @@ pub struct ContactSolution {
     pub newton_steps: u32,
     /// How often Newton's method needed another start.
     pub restarts: u32,
-    /// How often a part of the step was given up and taken in two, because something landed in it or its laws could not be held.
+    /// How often a part of the step was given up and taken in two, because something landed in it
+    /// or its laws could not be held.
     pub halvings: u32,
 }
 
@@ -118,16 +120,18 @@ impl Energies {
 }
 
 impl World {
-    /// Builds a robot standing on a floor with its body frame at `start`, at rest, its wheels just touching. Many worlds of one
-    /// robot share it where they are given a [`SharedRobot`].
+    /// Builds a robot standing on a floor with its body frame at `start`, at rest, its wheels just
+    /// touching. Many worlds of one robot share it where they are given a [`SharedRobot`].
     ///
-    /// On a slope `start` counts in the slope's own plane. On boxes and bumps the robot is lowered upright until the first of
-    /// its wheels touches; the others fall the rest of the way in the first steps. A robot with joints begins where springs, stops and the
-    /// ground carry it; [`Body::joint_positions`] says how far it has sagged.
+    /// On a slope `start` counts in the slope's own plane. On boxes and bumps the robot is lowered
+    /// upright until the first of its wheels touches; the others fall the rest of the way in the
+    /// first steps. A robot with joints begins where springs, stops and the ground carry it;
+    /// [`Body::joint_positions`] says how far it has sagged.
     ///
     /// # Errors
-    /// [`WorldError`] where a setting or the floor makes no sense, a roller has no shape, or the robot would lie on its chassis
-    /// or leave a wheel hanging by more than its radius where it starts, or a body on a joint would begin in the ground.
+    /// [`WorldError`] where a setting or the floor makes no sense, a roller has no shape, or the
+    /// robot would lie on its chassis or leave a wheel hanging by more than its radius where it
+    /// starts, or a body on a joint would begin in the ground.
     pub fn new(
         robot: impl Into<SharedRobot>,
         floor: &Floor,
@@ -137,12 +141,13 @@ impl World {
         Self::of_bodies([(robot.into(), start)], floor, settings)
     }
 
-    /// As [`World::new`], of several robots, each with its own start. Their chassis touch each other; rollers touch the ground
-    /// alone. [`World::bodies`] gives their identities in the same order.
+    /// As [`World::new`], of several robots, each with its own start. Their chassis touch each
+    /// other; rollers touch the ground alone. [`World::bodies`] gives their identities in the same
+    /// order.
     ///
     /// # Errors
-    /// As [`World::new`]; and where two chassis would begin in each other, there is no robot at all, or contacts are rapier's,
-    /// which are solved for one robot alone.
+    /// As [`World::new`]; and where two chassis would begin in each other, there is no robot at
+    /// all, or contacts are rapier's, which are solved for one robot alone.
     pub fn of_bodies(
         robots: impl IntoIterator<Item = (SharedRobot, PlanarPose)>,
         floor: &Floor,
@@ -170,7 +175,7 @@ impl World {
             reference,
             islands: Islands::default(),
             reactions: Reactions::default(),
-            rapier: None,
+            user_bodies: None,
             energies: Energies::default(),
             solution: ContactSolution::default(),
             steps: 0,
@@ -181,21 +186,21 @@ impl World {
 
     /// Advances the world by one physics step; in parts, where [`Settings::split_dt_s`] says so.
     pub fn step(&mut self) {
-        self.look_in_rapier();
+        self.look_at_user_bodies();
         with_solver(|solver| {
             self.regroup(solver);
             self.solution = ContactSolution::default();
             self.step_together(solver);
             self.step_islands(solver);
         });
-        self.step_in_rapier();
+        self.step_user_bodies();
         self.steps += 1;
     }
 
     /// Steps what is solved together.
     fn step_together(&mut self, solver: &mut ReactionSolver) {
         let hosts = self.bodies.len();
-        self.seat_guests();
+        self.couple_user_bodies();
         for body in &mut self.bodies {
             if let Some(free) = body.free_mut() {
                 free.from_robots = Vector3::zeros();
@@ -241,7 +246,7 @@ impl World {
             body.command.pushes.clear();
             body.command.motors.fill(MotorTorque::constant(0.0));
         }
-        self.dismiss_guests(hosts);
+        self.release_user_bodies(hosts);
     }
 
     /// Counts what the wheels did in a part of the step.
@@ -254,7 +259,8 @@ impl World {
         }
     }
 
-    /// How much of what is left of a step goes by before a servo's target comes to its aim: its rate jumps there.
+    /// How much of what is left of a step goes by before a servo's target comes to its aim: its
+    /// rate jumps there.
     fn span_s(&self, left_s: f64) -> f64 {
         /// What is shorter, or leaves less, as a share of the step, is no part of its own.
         const LEAST: f64 = 1e-3;

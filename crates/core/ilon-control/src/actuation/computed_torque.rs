@@ -1,14 +1,15 @@
 //! The low-level control of section III-A, centralised: computed torque, eq. (12).
 //!
-//! tau = (C(omega) + F) q' + I y takes the couplings out of (11) and leaves q'' = y. With the rate error e = q'_d - q'
-//! and y = q''_d + k_p e + k_i integral(e), the errors obey e' + k_p e + k_i integral(e) = 0, each wheel by itself.
-//! k_p = w_b and k_i = w_b^2 / 4 put both poles on w_b / 2: critically damped.
+//! tau = (C(omega) + F) q' + I y takes the couplings out of (11) and leaves q'' = y. With the rate
+//! error e = q'_d - q' and y = q''_d + k_p e + k_i integral(e), the errors obey e' + k_p e + k_i
+//! integral(e) = 0, each wheel by itself. k_p = w_b and k_i = w_b^2 / 4 put both poles on w_b / 2:
+//! critically damped.
 //!
 //! **The bandwidth's limit.** With the torque held over dt the rolling robot's loop is that of
-//! [`WheelGains`](crate::WheelGains) with a = k_p dt, whatever the inertia. But wheels that slide, or hang in the air,
-//! feel only their own inertia J_air under torques meant for the whole robot: their errors follow the matrix
-//! k_p dt I / J_air, the largest eigenvalue of which is a = k_p dt J_ground / J_air. As there, a <= 1 is kept:
-//! k_p = min(w_b, J_air / (J_ground dt)).
+//! [`WheelGains`](crate::WheelGains) with a = k_p dt, whatever the inertia. But wheels that slide,
+//! or hang in the air, feel only their own inertia J_air under torques meant for the whole robot:
+//! their errors follow the matrix k_p dt I / J_air, the largest eigenvalue of which is a = k_p dt
+//! J_ground / J_air. As there, a <= 1 is kept: k_p = min(w_b, J_air / (J_ground dt)).
 
 use ilon_robot::Robot;
 
@@ -22,15 +23,16 @@ use crate::{ControlError, DynamicModel};
 pub struct ComputedTorqueSettings {
     /// Bandwidth w_b asked of the rate loops, in rad/s.
     pub bandwidth_rad_s: f64,
-    /// Time constant of the low-pass through which the targets' derivative q''_d is taken, in seconds. Where the
-    /// targets change at a slower period than the loop's, about that period is right; 0 for none.
+    /// Time constant of the low-pass through which the targets' derivative q''_d is taken, in
+    /// seconds. Where the targets change at a slower period than the loop's, about that period is
+    /// right; 0 for none.
     pub target_filter_s: f64,
     /// The longest period at which it will be updated, in seconds.
     pub dt_s: f64,
 }
 
-/// Computed torque for all wheels together. It takes the place of a [`WheelLoop`](crate::WheelLoop): the same inputs,
-/// the same output.
+/// Computed torque for all wheels together. It takes the place of a
+/// [`WheelLoop`](crate::WheelLoop): the same inputs, the same output.
 #[derive(Clone, Debug)]
 pub struct ComputedTorque {
     model: DynamicModel,
@@ -81,9 +83,9 @@ impl ComputedTorque {
 }
 
 impl TorqueLaw for ComputedTorque {
-    /// Eq. (12), with the rollers' drag and dry friction made up for as well: dry friction in the targets' direction, so that
-    /// a wheel at rest is left alone. The integral of a wheel stands still while its torque is at the limit and its error
-    /// would drive it beyond.
+    /// Eq. (12), with the rollers' drag and dry friction made up for as well: dry friction in the
+    /// targets' direction, so that a wheel at rest is left alone. The integral of a wheel stands
+    /// still while its torque is at the limit and its error would drive it beyond.
     fn step(&mut self, demand: &Demand<'_>) {
         let Demand {
             targets_rad_s: targets,
@@ -166,8 +168,8 @@ mod tests {
         ComputedTorque::new(model, &settings).unwrap()
     }
 
-    /// Rolls the model (11) under the law from rest, with the targets of `twist_at` and the torque held over each
-    /// step of `dt_s`: the largest rate error after `settle_s`.
+    /// Rolls the model (11) under the law from rest, with the targets of `twist_at` and the torque
+    /// held over each step of `dt_s`: the largest rate error after `settle_s`.
     fn worst_error(
         robot: &Robot,
         law: &mut ComputedTorque,
@@ -209,8 +211,9 @@ mod tests {
                 |t: f64| Twist::new(0.5 * (2.0 * t).sin(), 0.3 * (3.0 * t).cos(), 2.0 * t.sin());
             let mut law = law(&robot, 20.0, 1e-3);
             let error = worst_error(&robot, &mut law, twist_at, (1e-3, 1.0, 4.0));
-            // Rates reach 20 rad/s and 60 rad/s^2. A derivative taken one step late errs by q''' dt, below 0.3 rad/s^2,
-            // which a loop of 20 rad/s turns into 0.3 / 20 = 0.015 rad/s; and one step of lag adds q'' dt = 0.06.
+            // Rates reach 20 rad/s and 60 rad/s^2. A derivative taken one step late errs by q'''
+            // dt, below 0.3 rad/s^2, which a loop of 20 rad/s turns into 0.3 / 20 = 0.015 rad/s;
+            // and one step of lag adds q'' dt = 0.06.
             assert!(error < 0.08, "{error}");
         }
     }
@@ -236,14 +239,16 @@ mod tests {
                 *rate += acceleration * dt_s;
             }
         }
-        // e' + w e + (w^2/4) integral(e) = 0 from e(0) = target: e(t) = target (1 - w t / 2) exp(-w t / 2), which is
-        // zero at t = 2 / w = 0.1 s. Euler's step of 1e-5 s errs by about w^2 t dt / 8 = 5e-5 of the target.
+        // e' + w e + (w^2/4) integral(e) = 0 from e(0) = target: e(t) = target (1 - w t / 2) exp(-w
+        // t / 2), which is zero at t = 2 / w = 0.1 s. Euler's step of 1e-5 s errs by about w^2 t dt
+        // / 8 = 5e-5 of the target.
         for (target, rate) in targets.iter().zip(rates) {
             assert!(((target - rate) / target).abs() < 3e-4, "{target} {rate}");
         }
     }
 
-    /// A law that has stood up in a pose commands as one that was made for it: an arm swung out asks for other torques.
+    /// A law that has stood up in a pose commands as one that was made for it: an arm swung out
+    /// asks for other torques.
     #[test]
     fn eq_12_takes_masses_where_the_joints_have_them() {
         let mut robot = mecanum4();
@@ -314,8 +319,9 @@ mod tests {
         assert!(torques.iter().all(|t| *t < 0.1), "{torques:?}");
     }
 
-    /// The reference brakes so hard that the motors are at their limits, while the wheels are a little behind it: an error that leads back
-    /// from the limit counts as it would without one, either way round.
+    /// The reference brakes so hard that the motors are at their limits, while the wheels are a
+    /// little behind it: an error that leads back from the limit counts as it would without one,
+    /// either way round.
     #[test]
     fn an_error_that_leads_back_from_the_limit_is_summed_as_without_one() {
         let robot = volksbot();

@@ -1,29 +1,39 @@
-//! Compliance by design: a spring and a damper between the robot and its reference, springs between its wheels, and nothing that knows the ground.
+//! Compliance by design: a spring and a damper between the robot and its reference, springs between
+//! its wheels, and nothing that knows the ground.
 //!
-//! After S.-H. Hyon, "Compliant Terrain Adaptation for Biped Humanoids Without Measuring Ground Surface and Contact Forces", IEEE Transactions on
-//! Robotics 25(1), 2009, carried from feet to wheels. No contact sensor, no map, no friction coefficient and no integrator.
+//! After S.-H. Hyon, "Compliant Terrain Adaptation for Biped Humanoids Without Measuring Ground
+//! Surface and Contact Forces", IEEE Transactions on Robotics 25(1), 2009, carried from feet to
+//! wheels. No contact sensor, no map, no friction coefficient and no integrator.
 //!
-//! **Law.** With L = diag(rho_h cos gamma_h), M of Indiveri 2009, eq. (8), the wheel angles q and nu^ = M^+ L q' the twist that the wheels roll,
+//! **Law.** With L = diag(rho_h cos gamma_h), M of Indiveri 2009, eq. (8), the wheel angles q and
+//! nu^ = M^+ L q' the twist that the wheels roll,
 //!
 //!   w   = D (nu_d - nu^) - m g_t                     the wrench on the body
 //!   f   = argmin max_h |f_h| / N_h,  M^T f = w       shared by the loads N_h that statics gives
 //!   tau = L f - L P (K_n L q + D_n L q') / l^2,  P = I - M M^+
 //!
-//! - nu_d is the twist of the targets. [`Guidance`](crate::Guidance) with the gains K/D ([`PassiveTorqueSettings::position_gain_per_s`]) makes it
-//!   the reference's own twist plus (K/D) e, so that D nu_d is the spring K e; and it holds nu_d within the wheels' rate limit by priority, eqs.
-//!   (30)-(34), so that a robot that is held far from its reference neither pulls nor spins without bound.
-//! - g_t is gravity along the wheels' plane, by the tilt that an IMU sees ([`TiltFilter`](crate::TiltFilter)); it also shifts the loads. Without
-//!   an IMU it is zero, and on a slope the robot stands off by m g sin(slope) / K.
-//! - P L q is how far the wheels have slid against each other: it is no motion of the body. The springs between the wheels keep one that loses
-//!   its grip from spinning, by what the others feel. l is the mean lever. Three wheels have no P.
+//! - nu_d is the twist of the targets. [`Guidance`](crate::Guidance) with the gains K/D
+//!   ([`PassiveTorqueSettings::position_gain_per_s`]) makes it the reference's own twist plus (K/D)
+//!   e, so that D nu_d is the spring K e; and it holds nu_d within the wheels' rate limit by
+//!   priority, eqs. (30)-(34), so that a robot that is held far from its reference neither pulls
+//!   nor spins without bound.
+//! - g_t is gravity along the wheels' plane, by the tilt that an IMU sees
+//!   ([`TiltFilter`](crate::TiltFilter)); it also shifts the loads. Without an IMU it is zero, and
+//!   on a slope the robot stands off by m g sin(slope) / K.
+//! - P L q is how far the wheels have slid against each other: it is no motion of the body. The
+//!   springs between the wheels keep one that loses its grip from spinning, by what the others
+//!   feel. l is the mean lever. Three wheels have no P.
 //!
-//! **Limits.** What the springs between the wheels need comes off the motors' torques first, then gravity, then the tasks by priority, each by
-//! the share that the set of reachable forces has left, as in eqs. (33), (34). A spring between wheels that would push more than its limit gives
-//! way like one on a dry slide: small errors of radii do not add up to strain, and nothing is gained by letting go.
+//! **Limits.** What the springs between the wheels need comes off the motors' torques first, then
+//! gravity, then the tasks by priority, each by the share that the set of reachable forces has
+//! left, as in eqs. (33), (34). A spring between wheels that would push more than its limit gives
+//! way like one on a dry slide: small errors of radii do not add up to strain, and nothing is
+//! gained by letting go.
 //!
-//! **Passive.** While the wheels roll and the reference stands, S = kinetic energy + e^T K e / 2 + |P L q|^2 K_n / (2 l^2) + m g h falls by
-//! D nu^2 and D_n, and rises only by outside work. A spring that is held over a time T and is late by d leaks K (T / 2 + d) nu^2 at most, which
-//! the damper has to outdo. [`PassiveTorque::new`] refuses gains that are not even stable.
+//! **Passive.** While the wheels roll and the reference stands, S = kinetic energy + e^T K e / 2 +
+//! |P L q|^2 K_n / (2 l^2) + m g h falls by D nu^2 and D_n, and rises only by outside work. A
+//! spring that is held over a time T and is late by d leaks K (T / 2 + d) nu^2 at most, which the
+//! damper has to outdo. [`PassiveTorque::new`] refuses gains that are not even stable.
 
 mod settings;
 mod stability;
@@ -36,15 +46,17 @@ use super::torque_law::{BodySense, Demand, PassiveEffort, TorqueLaw, TorqueShare
 use crate::dynamics::loads::WheelLoads;
 use crate::dynamics::traction::{PushRange, TractionSet};
 use crate::kinematics::matrix::vector_of;
-use crate::{ControlError, DynamicModel, Kinematics, Priority};
+use crate::{ControlError, DynamicModel, Kinematics};
 pub use settings::PassiveTorqueSettings;
 pub use stability::TiltLoop;
 use stability::mean_lever_m;
 
-/// Torques of a robot that is compliant about its reference. It takes the place of a [`WheelLoop`](crate::WheelLoop), and wants the wheels'
-/// angles and gravity by [`TorqueLaw::sense`]; without angles it adds up the rates.
+/// Torques of a robot that is compliant about its reference. It takes the place of a
+/// [`WheelLoop`](crate::WheelLoop), and wants the wheels' angles and gravity by
+/// [`TorqueLaw::sense`]; without angles it adds up the rates.
 ///
-/// **Errors** of an update: none. It allocates nothing once it is built, but where a robot with joints between its bodies takes another pose.
+/// **Errors** of an update: none. It allocates nothing once it is built, but where a robot with
+/// joints between its bodies takes another pose.
 #[derive(Clone, Debug)]
 pub struct PassiveTorque {
     settings: PassiveTorqueSettings,
@@ -85,8 +97,9 @@ impl PassiveTorque {
     /// The law for a robot.
     ///
     /// # Errors
-    /// Those of [`DynamicModel::new`]; [`ControlError::NotPositive`], [`ControlError::Negative`], [`ControlError::NotFinite`] for settings;
-    /// [`ControlError::Unstable`] for gains that swing up with these periods and delays, with the limit that holds.
+    /// Those of [`DynamicModel::new`]; [`ControlError::NotPositive`], [`ControlError::Negative`],
+    /// [`ControlError::NotFinite`] for settings; [`ControlError::Unstable`] for gains that swing up
+    /// with these periods and delays, with the limit that holds.
     pub fn new(robot: &Robot, settings: &PassiveTorqueSettings) -> Result<Self, ControlError> {
         settings.check_numbers()?;
         let model = DynamicModel::new(robot)?;
@@ -131,7 +144,8 @@ impl PassiveTorque {
         &self.settings
     }
 
-    /// The torques of the springs between the wheels, -L P (K_n L q + D_n L q') / l^2, into `between_n_m`.
+    /// The torques of the springs between the wheels, -L P (K_n L q + D_n L q') / l^2, into
+    /// `between_n_m`.
     fn pull_wheels_together(&mut self, rates: &[f64], dt_s: f64) {
         self.rates_rad_s.copy_from_slice(rates);
         if !self.has_angles {
@@ -203,7 +217,8 @@ impl PassiveTorque {
         self.wrench = given + w_2 * second;
     }
 
-    /// Shares the wrench among the wheels by their loads, or, where a motor cannot give its share, as evenly as motors allow.
+    /// Shares the wrench among the wheels by their loads, or, where a motor cannot give its share,
+    /// as evenly as motors allow.
     fn distribute(&mut self) {
         let wrench = self.wrench;
         let by_load = self
@@ -261,7 +276,8 @@ impl TorqueLaw for PassiveTorque {
             .unwrap_or_default();
     }
 
-    /// Loads and masses are those of the pose; the springs between the wheels stay as they are, and hold what they store.
+    /// Loads and masses are those of the pose; the springs between the wheels stay as they are, and
+    /// hold what they store.
     fn stand(&mut self, posed: &Robot) {
         self.loads = WheelLoads::new(posed, self.settings.gravity_m_s2);
         self.center_of_mass_m = posed.center_of_mass_m().xy() - self.settings.reference_point_m;

@@ -1,20 +1,24 @@
 //! Priorities under torque limits and limited grip: what section V leaves to future research.
 //!
-//! The guidance shares out wheel *rates* by priority. If a motor then lacks torque, or a wheel grip, plain clipping
-//! bends the acceleration in a way that no priority chose. Here the same idea is applied one level down.
+//! The guidance shares out wheel *rates* by priority. If a motor then lacks torque, or a wheel
+//! grip, plain clipping bends the acceleration in a way that no priority chose. Here the same idea
+//! is applied one level down.
 //!
-//! **Tasks.** Computed torque, eq. (12), asks for the body acceleration nu' = nu'_d + k_p e + k_i integral(e), with
-//! e = nu_d - nu the twist error that the rate errors stand for. It splits into a linear and an angular task. Before both
-//! comes what must be spent anyway: the torques (C + F) q' that keep the motion.
+//! **Tasks.** Computed torque, eq. (12), asks for the body acceleration nu' = nu'_d + k_p e + k_i
+//! integral(e), with e = nu_d - nu the twist error that the rate errors stand for. It splits into a
+//! linear and an angular task. Before both comes what must be spent anyway: the torques (C + F) q'
+//! that keep the motion.
 //!
-//! **Capacity.** The paper measures a task by its infinity norm, which a single wheel decides. Torque limits differ by
-//! wheel, by direction and by rate, and for N > 3 the wheels can step in for each other. So a task's weight is taken from
-//! the set of forces that motors and friction can give (see [`crate::dynamics::traction`]): the largest w in [0, 1] for which the
-//! tasks above it and w times this one are within the set together. As in eqs. (33), (34), a task changes nothing above
-//! it and gets what they leave. The set contains what the infinity norm would allow, so weights are never smaller.
+//! **Capacity.** The paper measures a task by its infinity norm, which a single wheel decides.
+//! Torque limits differ by wheel, by direction and by rate, and for N > 3 the wheels can step in
+//! for each other. So a task's weight is taken from the set of forces that motors and friction can
+//! give (see [`crate::dynamics::traction`]): the largest w in [0, 1] for which the tasks above it
+//! and w times this one are within the set together. As in eqs. (33), (34), a task changes nothing
+//! above it and gets what they leave. The set contains what the infinity norm would allow, so
+//! weights are never smaller.
 //!
-//! **Redundancy.** N - 3 torques are free. They are chosen such that the worst use of grip, push over friction times
-//! load, is least.
+//! **Redundancy.** N - 3 torques are free. They are chosen such that the worst use of grip, push
+//! over friction times load, is least.
 
 use ilon_robot::Robot;
 use nalgebra::{Vector2, Vector3};
@@ -32,16 +36,18 @@ pub struct PrioritisedTorqueSettings {
     /// Bandwidth asked of the twist loop, in rad/s; kept below what wheels in the air allow, as for
     /// [`ComputedTorque`](crate::ComputedTorque).
     pub bandwidth_rad_s: f64,
-    /// Time constant of the low-pass through which the targets' derivative is taken, in seconds; 0 for none.
+    /// Time constant of the low-pass through which the targets' derivative is taken, in seconds; 0
+    /// for none.
     pub target_filter_s: f64,
     /// The longest period at which it will be updated, in seconds.
     pub dt_s: f64,
     /// Which task keeps its acceleration where motors or grip cannot give both.
     pub priority: Priority,
-    /// The point of the body that the linear task accelerates, in the body frame, in metres: that of the guidance.
+    /// The point of the body that the linear task accelerates, in the body frame, in metres: that
+    /// of the guidance.
     pub reference_point_m: Vector2<f64>,
-    /// Friction coefficient to count on; infinite to leave grip out of the weights (loads alone then decide the
-    /// distribution).
+    /// Friction coefficient to count on; infinite to leave grip out of the weights (loads alone
+    /// then decide the distribution).
     pub friction: f64,
     /// Gravity in m/s^2.
     pub gravity_m_s2: f64,
@@ -69,8 +75,8 @@ impl PrioritisedTorque {
     /// The law for a robot.
     ///
     /// # Errors
-    /// Those of [`DynamicModel::new`](crate::DynamicModel::new); [`ControlError::NotPositive`], [`ControlError::Negative`],
-    /// [`ControlError::NotFinite`] for settings.
+    /// Those of [`DynamicModel::new`](crate::DynamicModel::new); [`ControlError::NotPositive`],
+    /// [`ControlError::Negative`], [`ControlError::NotFinite`] for settings.
     pub fn new(robot: &Robot, settings: &PrioritisedTorqueSettings) -> Result<Self, ControlError> {
         let w_b = positive(
             "the torque law's bandwidth in rad/s",
@@ -161,8 +167,8 @@ impl TorqueLaw for PrioritisedTorque {
             self.shares.grip = f64::NAN;
         }
 
-        // What of the rate errors is no motion of the body, each wheel damps by its own inertia: it is all that a wheel
-        // in the air feels.
+        // What of the rate errors is no motion of the body, each wheel damps by its own inertia: it
+        // is all that a wheel in the air feels.
         self.about
             .wheel_rates(twist_of(e), &mut self.rates_back_rad_s);
         let levers = self.capacity.model.kinematics().lever_m();

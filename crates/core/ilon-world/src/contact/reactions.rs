@@ -1,29 +1,34 @@
 //! What bodies, the ground and dry bearings do to one another in a step.
 //!
-//! Each body moves by itself as if nothing touched it, with its mass matrix, gravity, motors and the forces of turning
-//! frames ([`crate::dynamics`]). The impulses of ground and bearings that follow are solved for here, all at once and to the end, and change the
-//! rates with which the step is taken. Each contact is between body A and its partner B, the ground or another body, and its rows
-//! hold what stands for these two alone.
+//! Each body moves by itself as if nothing touched it, with its mass matrix, gravity, motors and
+//! the forces of turning frames ([`crate::dynamics`]). The impulses of ground and bearings that
+//! follow are solved for here, all at once and to the end, and change the rates with which the step
+//! is taken. Each contact is between body A and its partner B, the ground or another body, and its
+//! rows hold what stands for these two alone.
 //!
-//! **The middle of the step.** Impulses act, and velocities are measured, at the poses in the middle of the step. What a
-//! contact's law speaks of is its velocity u_1 at the *end* of the step, in the pose that it has then. With J the rows in
-//! the middle, q'_0 and q'_1 the rates before and after, and J_0 and J_1 the rows in the poses at the start and where q'_0
-//! leads by the end,
+//! **The middle of the step.** Impulses act, and velocities are measured, at the poses in the
+//! middle of the step. What a contact's law speaks of is its velocity u_1 at the *end* of the step,
+//! in the pose that it has then. With J the rows in the middle, q'_0 and q'_1 the rates before and
+//! after, and J_0 and J_1 the rows in the poses at the start and where q'_0 leads by the end,
 //!
 //! u_0 = J q'_0 - b,  u_1 = J q'_1 + b,  b = (J_1 - J_0) q'_0 / 2:
 //!
-//! b is what the turning of the frame does to the velocity in half a step. That is right to second order, and a contact
-//! that is held, u_0 = u_1 = 0, takes no energy: J (q'_0 + q'_1) / 2 = (u_0 + u_1) / 2 = 0. To hold it in the frame at the
-//! start would take m v^2 omega^2 dt / 2 of power from a robot in a turn in which nothing slides. Across the ground b is
-//! left out: a roller that hands over leaves its place there in another way than it turns. A roller that came down takes
-//! over anywhere within half a step of the start, and on average at it: its tangents' rows are J_0, and b is all after it.
+//! b is what the turning of the frame does to the velocity in half a step. That is right to second
+//! order, and a contact that is held, u_0 = u_1 = 0, takes no energy: J (q'_0 + q'_1) / 2 = (u_0 +
+//! u_1) / 2 = 0. To hold it in the frame at the start would take m v^2 omega^2 dt / 2 of power from
+//! a robot in a turn in which nothing slides. Across the ground b is left out: a roller that hands
+//! over leaves its place there in another way than it turns. A roller that came down takes over
+//! anywhere within half a step of the start, and on average at it: its tangents' rows are J_0, and
+//! b is all after it.
 //!
-//! **The work.** An impulse takes its product with the mean of the velocities before and after it, which is exact for a
-//! step of constant inertia; where rollers come down, [`crate::contact::reactions::handover_impulse`] says of which velocities.
+//! **The work.** An impulse takes its product with the mean of the velocities before and after it,
+//! which is exact for a step of constant inertia; where rollers come down,
+//! [`crate::contact::reactions::handover_impulse`] says of which velocities.
 //!
-//! **The compliance.** Every contact of a robot is a spring of the same stiffness k with a damper k tau beside it, which only pushes:
-//! p / dt = -k g_1 - k tau u_1, with g_1 = g_0 + dt u_1 the gap to come. As a law between p and u_1:
-//! u_1 + g_0 / (dt + tau) + p / (k dt (dt + tau)) = 0. A gap that is still open is not damped.
+//! **The compliance.** Every contact of a robot is a spring of the same stiffness k with a damper k
+//! tau beside it, which only pushes: p / dt = -k g_1 - k tau u_1, with g_1 = g_0 + dt u_1 the gap
+//! to come. As a law between p and u_1: u_1 + g_0 / (dt + tau) + p / (k dt (dt + tau)) = 0. A gap
+//! that is still open is not damped.
 //!
 //! **What lasts.** [`Reactions`] are those of the last step: each world and island keeps them. A
 //! [`ReactionSolver`] finds those of the next one, and holds nothing that lasts.
@@ -67,8 +72,8 @@ pub(crate) struct ReactionSolver {
     /// What these places would be as contacts.
     potential: Vec<PotentialContact>,
     workspace: Workspace,
-    /// Of each contact in its order: how far from its partner it is in the middle of the step and was
-    /// at its start, in metres.
+    /// Of each contact in its order: how far from its partner it is in the middle of the step and
+    /// was at its start, in metres.
     gaps_m: Vec<(f64, f64)>,
     /// Of the rollers that may touch.
     axles: Vec<Axle>,
@@ -86,8 +91,8 @@ pub(crate) struct ReactionSolver {
     /// per rad/s or N s per m/s.
     held_n_m_s2: Vec<f64>,
     freed_axles: Vec<f64>,
-    /// By how much the reactions change the rates, by degree of freedom of all bodies, one after the
-    /// other.
+    /// By how much the reactions change the rates, by degree of freedom of all bodies, one after
+    /// the other.
     change: Vec<f64>,
     handover: HandoverImpulse,
     /// The wheels and joints, each with its body and by its place in the tree, whose motors and
@@ -121,7 +126,8 @@ impl ReactionSolver {
     pub fn react_again(&mut self, scenes: Scenes<'_>) {
         self.forget_laws();
         self.driven.clear();
-        // Which motors reach a bound is known when the step is solved; few do, and no step finds more than once that one does.
+        // Which motors reach a bound is known when the step is solved; few do, and no step finds
+        // more than once that one does.
         loop {
             self.assemble(scenes);
             self.responses.clear(scenes);
@@ -200,8 +206,8 @@ impl ReactionSolver {
         &self.change[self.responses.dofs_of(body)]
     }
 
-    /// By how much the rates of an articulated body are further, where the mean over the last step starts from, than they were
-    /// when it began.
+    /// By how much the rates of an articulated body are further, where the mean over the last step
+    /// starts from, than they were when it began.
     pub fn start_change(&self, body: usize) -> impl Iterator<Item = f64> {
         self.handover.start_change(self.responses.dofs_of(body))
     }

@@ -12,7 +12,8 @@ use crate::robot::articulated::{Articulated, BodyStep};
 use crate::robot::state::State;
 use crate::robot::wheel::WheelBody;
 
-/// Everything that a step's reactions depend on: the ground and all articulated bodies, as they move without one another.
+/// Everything that a step's reactions depend on: the ground and all articulated bodies, as they
+/// move without one another.
 #[derive(Clone, Copy)]
 pub(crate) struct Scenes<'a> {
     pub ground: &'a Ground,
@@ -87,8 +88,8 @@ impl<'a> Scene<'a> {
         Side::of_joints(self.index, self.tree.path(joint, share))
     }
 
-    /// How fast what moves with the link of a joint of the tree, or with the chassis, moves along a direction at a place, and turns along another,
-    /// given in the pose of a state.
+    /// How fast what moves with the link of a joint of the tree, or with the chassis, moves along a
+    /// direction at a place, and turns along another, given in the pose of a state.
     pub fn moving_with(
         &self,
         joint: Option<usize>,

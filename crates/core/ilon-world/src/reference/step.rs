@@ -1,6 +1,8 @@
-//! One step of rapier: what it is given, and what is read from it into the same figures as in ilon's own mode.
+//! One step of rapier: what it is given, and what is read from it into the same figures as in
+//! ilon's own mode.
 //!
-//! rapier solves contacts in the poses with which a step begins, and moves on with the rates after it.
+//! rapier solves contacts in the poses with which a step begins, and moves on with the rates after
+//! it.
 
 use nalgebra::Vector3;
 use rapier3d::prelude::*;
@@ -93,7 +95,8 @@ impl Reference {
         }
     }
 
-    /// What rapier's contacts did to a robot, the first body of its world, and by how much each broke the laws of contact, in m/s.
+    /// What rapier's contacts did to a robot, the first body of its world, and by how much each
+    /// broke the laws of contact, in m/s.
     pub fn reactions(&self, robot: &Articulated) -> Vec<(Reaction, f64)> {
         let mut found = Vec::new();
         let (before, after) = (&robot.step.before, &robot.step.ahead);
@@ -132,8 +135,8 @@ impl Reference {
         found
     }
 
-    /// What damping and dry friction took in all joints of a robot, in J. The torque of damping is that of the rate after the step, with
-    /// which rapier solves it; work goes with the mean rate.
+    /// What damping and dry friction took in all joints of a robot, in J. The torque of damping is
+    /// that of the rate after the step, with which rapier solves it; work goes with the mean rate.
     pub fn joints_lost_j(&self, robot: &Articulated, dt_s: f64) -> f64 {
         let power_w = |damping_n_m_s: f64, friction_n_m: f64, (before, after): (f64, f64)| {
             let mean_rad_s = 0.5 * (before + after);
@@ -212,9 +215,9 @@ fn touches(rapier: &Engine, collider: ColliderHandle) -> impl Iterator<Item = To
 }
 
 impl Touch {
-    /// The reaction that it is, given the robot's surface's velocities before and after the step and what a unit of spin adds to them;
-    /// and by how much it breaks the laws of contact, in m/s: moving across the ground while it presses, or sliding although
-    /// friction is within its limit.
+    /// The reaction that it is, given the robot's surface's velocities before and after the step
+    /// and what a unit of spin adds to them; and by how much it breaks the laws of contact, in m/s:
+    /// moving across the ground while it presses, or sliding although friction is within its limit.
     fn reaction(
         &self,
         a: Member,

@@ -22,11 +22,11 @@ use crate::robot::wheel::WheelBody;
 use crate::settings::ContactSpring;
 use crate::{MotorTorque, Settings};
 
-/// A body of a world, articulated, in f64: a robot with chassis, wheels and rollers, or a free body,
-/// which is a chassis alone.
+/// A body of a world, articulated, in f64: a robot with chassis, wheels and rollers, or a free
+/// body, which is a chassis alone.
 ///
-/// Each moves as if no other were there ([`crate::dynamics`]); what they do to each other and to the
-/// ground is solved for all at once ([`crate::contact::reactions`]).
+/// Each moves as if no other were there ([`crate::dynamics`]); what they do to each other and to
+/// the ground is solved for all at once ([`crate::contact::reactions`]).
 #[derive(Clone)]
 pub(crate) struct Articulated {
     pub kind: Kind,
@@ -52,8 +52,7 @@ pub(crate) struct Articulated {
     pub command: Command,
     pub step: BodyStep,
     pub done: Done,
-    /// Whether it is being looked for how it stands at the start: what is springy is taken at the end
-    /// of each step, and steps move on with the rates after them.
+    /// Whether its equilibrium at the start is looked for: see [Modes](crate#modes-of-a-step).
     pub sets_out: bool,
 }
 
@@ -70,12 +69,12 @@ pub(crate) enum Kind {
 /// What lasts of a step beside the state, because the next one depends on it.
 #[derive(Clone, Default)]
 pub(crate) struct Memory {
-    /// Whether something pressed on it.
+    /// Whether something pressed on it: see [Modes](crate#modes-of-a-step).
     pub is_touched: bool,
     /// By how much its rates grew in a second, by degree of freedom.
     pub gained: Vec<f64>,
-    /// What the friction of its contacts, and that of its bearings and gears, gave in steps in which a
-    /// motion turned around, and still owes.
+    /// What the friction of its contacts, and that of its bearings and gears, gave in steps in
+    /// which a motion turned around, and still owes.
     pub friction_owes: Owed,
     pub bearings_owe: Owed,
 }
@@ -86,8 +85,8 @@ pub(crate) struct Command {
     pub motors: Vec<MotorTorque>,
     /// The wheels' rates when the step began, in rad/s.
     pub rates_asked_rad_s: Vec<f64>,
-    /// When the coming part of the step begins, from the middle of the step, in seconds: the targets
-    /// of servos are functions of this time.
+    /// When the coming part of the step begins, from the middle of the step, in seconds: the
+    /// targets of servos are functions of this time.
     pub from_middle_s: f64,
     pub pushes: Vec<ActingPush>,
 }
@@ -102,7 +101,8 @@ pub(crate) struct BodyStep {
     pub middle: State,
     /// Where the rates of its beginning would take the body by its end.
     pub ahead: State,
-    /// Whether it is short enough to see rollers pass over the ground.
+    /// Whether it is short beside the time in which a roller passes over the ground: see
+    /// [Modes](crate#modes-of-a-step).
     pub sees_rollers_pass: bool,
     /// Rates by degree of freedom when it began; once it was taken, those in its middle.
     pub rates_before: Vec<f64>,
@@ -212,7 +212,8 @@ impl Articulated {
         }
     }
 
-    /// Takes over what the chassis carries now, whose centre of mass is further by `moved_m` in the body's axes, and which rollers turn.
+    /// Takes over what the chassis carries now, whose centre of mass is further by `moved_m` in the
+    /// body's axes, and which rollers turn.
     pub fn weigh(&mut self, moved_m: Vector3<f64>) {
         let rollers = self.wheels.iter().map(|wheel| wheel.rollers.as_slice());
         self.tree = Arc::new(tree_of(&self.robot, &self.chassis_mass, rollers));
@@ -261,8 +262,8 @@ impl Articulated {
         }
     }
 
-    /// What it is as a coupled body, if it is one: rapier moves it, and only its contacts are solved
-    /// here.
+    /// What it is as a coupled body, if it is one: rapier moves it, and only its contacts are
+    /// solved here.
     pub fn coupled(&self) -> Option<&Coupled> {
         match &self.kind {
             Kind::Coupled(coupled) => Some(coupled),
@@ -278,8 +279,8 @@ impl Articulated {
         }
     }
 
-    /// What of a gravity in m/s^2 acts on it here: none on a coupled body, whose weight is among what
-    /// rapier does to it.
+    /// What of a gravity in m/s^2 acts on it here: none on a coupled body, whose weight is among
+    /// what rapier does to it.
     pub fn pulled_by(&self, gravity: &Vector3<f64>) -> Vector3<f64> {
         self.coupled().map_or(*gravity, |_| Vector3::zeros())
     }
@@ -290,7 +291,8 @@ impl Articulated {
         kinetic_j(robot, &self.state, &self.wheels)
     }
 
-    /// Its potential energy above the origin of the floor's frame, in J, in a gravity given there, in m/s^2.
+    /// Its potential energy above the origin of the floor's frame, in J, in a gravity given there,
+    /// in m/s^2.
     pub fn potential_j(&self, gravity: &Vector3<f64>) -> f64 {
         let robot = (&*self.robot, &self.chassis_mass);
         potential_j(robot, &self.state, gravity)
@@ -303,8 +305,9 @@ fn servos_of(robot: &Robot) -> Vec<Servo> {
     joints.map(servo).collect()
 }
 
-/// The inertia of a robot's wheels: their hubs' and their rollers' about their axes, and on the ground the share of the robot's mass,
-/// with what it carries in kg, at the rim. On the ground the mean of the wheels, spinning the least.
+/// The inertia of a robot's wheels: their hubs' and their rollers' about their axes, and on the
+/// ground the share of the robot's mass, with what it carries in kg, at the rim. On the ground the
+/// mean of the wheels, spinning the least.
 pub(crate) fn wheel_inertia(robot: &Robot, carried_kg: f64) -> WheelInertia {
     let count = robot.wheels.len() as f64;
     let spinning_kg_m2 = |wheel: &Wheel| {

@@ -1,9 +1,12 @@
-//! What acts in the joints between a robot's bodies: springs and dampers, taken over a step so that they are stable at any length of it.
+//! What acts in the joints between a robot's bodies: springs and dampers, taken over a step so that
+//! they are stable at any length of it.
 //!
-//! **In a step** a spring of stiffness k and a damper c act with what they have in its middle. With q_0 and u_0 where the joint is and how it
-//! moves when the step begins, and u_1 at its end, the middle is at q_0 + dt (u_0 + u_1) / 4, and the force is a straight line in what the joint
-//! gains, as a motor's is: F_0 - D (u_1 - u_0), with F_0 that of no gain and D = k dt / 4 + c / 2. The joint moves on by dt (u_0 + u_1) / 2, so that
-//! the work of the force is to the last digit what the spring gives back and the damper takes.
+//! **In a step** a spring of stiffness k and a damper c act with what they have in its middle. With
+//! q_0 and u_0 where the joint is and how it moves when the step begins, and u_1 at its end, the
+//! middle is at q_0 + dt (u_0 + u_1) / 4, and the force is a straight line in what the joint gains,
+//! as a motor's is: F_0 - D (u_1 - u_0), with F_0 that of no gain and D = k dt / 4 + c / 2. The
+//! joint moves on by dt (u_0 + u_1) / 2, so that the work of the force is to the last digit what
+//! the spring gives back and the damper takes.
 
 use ilon_robot::{BodyJoint, JointKind};
 
@@ -19,7 +22,8 @@ pub(crate) struct JointForce {
     pub droop: f64,
 }
 
-/// What a joint that is beyond its stop by this share of its unit within a step is taken to have hit.
+/// What a joint that is beyond its stop by this share of its unit within a step is taken to have
+/// hit.
 const BEYOND: f64 = 1e-6;
 
 impl JointForce {
@@ -34,7 +38,8 @@ impl JointForce {
         }
     }
 
-    /// Of a joint that does not move yet, taken at the end of the step: it comes to rest where it stands in equilibrium.
+    /// Of a joint that does not move yet, taken at the end of the step: it comes to rest where it
+    /// stands in equilibrium.
     pub fn to_rest(joint: &BodyJoint, position: f64, dt_s: f64) -> Self {
         Self {
             force: (joint.spring()).map_or(0.0, |spring| spring.force_at(position)),
@@ -44,7 +49,8 @@ impl JointForce {
 }
 
 impl Articulated {
-    /// Says where the target of a joint's servo shall be in the middle of the coming step, and how fast it moves then; says whether the joint has one.
+    /// Says where the target of a joint's servo shall be in the middle of the coming step, and how
+    /// fast it moves then; says whether the joint has one.
     pub fn aim(&mut self, joint: usize, position: f64, rate: f64) -> bool {
         let is_driven = self.robot.joints[joint].servo().is_some();
         if is_driven {
@@ -54,7 +60,8 @@ impl Articulated {
         is_driven
     }
 
-    /// Says what a joint's servo acts with in place of going somewhere, in N m or N; says whether the joint has one. Its target stays where the joint is.
+    /// Says what a joint's servo acts with in place of going somewhere, in N m or N; says whether
+    /// the joint has one. Its target stays where the joint is.
     pub fn load_joint(&mut self, joint: usize, effort: f64) -> bool {
         let is_driven = self.robot.joints[joint].servo().is_some();
         if is_driven {
@@ -65,7 +72,8 @@ impl Articulated {
         is_driven
     }
 
-    /// After how many seconds the first of the targets that are behind comes to its aim; infinite where none is.
+    /// After how many seconds the first of the targets that are behind comes to its aim; infinite
+    /// where none is.
     pub fn catches_up_s(&self) -> f64 {
         let joints = self.robot.joints.iter().zip(&self.servos);
         let servos = joints.filter_map(|(joint, own)| Some((joint.servo()?, own)));
@@ -93,7 +101,8 @@ impl Articulated {
         }
     }
 
-    /// Says what springs, dampers and servos do in the step, and what they lose as their joints gain rate.
+    /// Says what springs, dampers and servos do in the step, and what they lose as their joints
+    /// gain rate.
     pub fn load_joints(&mut self, dt_s: f64) {
         self.run_servos(dt_s);
         for (index, joint) in self.robot.joints.iter().enumerate() {
@@ -113,7 +122,8 @@ impl Articulated {
         }
     }
 
-    /// Counts the impulses of springs, dampers and servos in a step, the servos' as far as they are straight.
+    /// Counts the impulses of springs, dampers and servos in a step, the servos' as far as they are
+    /// straight.
     pub fn count_springs(&mut self, dt_s: f64) {
         let rates = self.step.before.joint_rates().iter();
         let rates = rates.zip(self.state.joint_rates());
@@ -139,7 +149,8 @@ impl Articulated {
             .sum()
     }
 
-    /// Whether these mean rates of a step, by degree of freedom, would carry a joint beyond its stop: it was stopped there within the step.
+    /// Whether these mean rates of a step, by degree of freedom, would carry a joint beyond its
+    /// stop: it was stopped there within the step.
     pub fn passes_stops(&self, mean: impl Fn(usize) -> f64, dt_s: f64) -> bool {
         let places = self.step.before.joint_positions().iter();
         let joints = self.robot.joints.iter().zip(places);

@@ -1,4 +1,5 @@
-//! One step: the robot as it is in the step's middle, the reactions of ground and bearings, and what each took.
+//! One step: the robot as it is in the step's middle, the reactions of ground and bearings, and
+//! what each took.
 
 use std::f64::consts::TAU;
 
@@ -18,21 +19,24 @@ use crate::robot::servo::Servo;
 use crate::robot::shapes::Placed;
 use crate::settings::NEAR;
 
-/// What a contact may be in the ground beyond its start at the end of a step that moves on with the mean of the rates, in
-/// wheel radii. Where one would be deeper, it has landed, and the step moves on with the rates after it. 5 um for wheels of 50 mm.
+/// What a contact may be in the ground beyond its start at the end of a step that moves on with the
+/// mean of the rates, in wheel radii. Where one would be deeper, it has landed, and the step moves
+/// on with the rates after it. 5 um for wheels of 50 mm.
 const SINKS: f64 = 1e-4;
 
-/// A part of a step whose contacts break their laws by more than this, in m/s or rad/s, is given up and taken in halves: contacts that jam in a long
-/// step can mostly be solved in a shorter one.
+/// A part of a step whose contacts break their laws by more than this, in m/s or rad/s, is given up
+/// and taken in halves: contacts that jam in a long step can mostly be solved in a shorter one.
 const UNSOLVED_M_S: f64 = 1e-6;
 
 /// The shortest part of a step that is halved, of the step.
 const SHORTEST_PART: f64 = 1.0 / 16.0;
 
 impl World {
-    /// Advances the world by a time: in one part, or in two where something lands in it or its contacts cannot be solved.
+    /// Advances the world by a time: in one part, or in two where something lands in it or its
+    /// contacts cannot be solved.
     ///
-    /// The reactions of a part are found before anything has moved, so that a part that is given up has left nothing behind.
+    /// The reactions of a part are found before anything has moved, so that a part that is given up
+    /// has left nothing behind.
     pub(super) fn advance(&mut self, solver: &mut ReactionSolver, dt_s: f64) {
         if self.settings.contacts == ContactSolver::Rapier {
             self.bodies
@@ -51,8 +55,8 @@ impl World {
         self.advance(solver, dt_s - first_s);
     }
 
-    /// The first of the two parts in which a part of a step is to be taken whose reactions have been found, in seconds; `None` where it is well solved
-    /// as a whole.
+    /// The first of the two parts in which a part of a step is to be taken whose reactions have
+    /// been found, in seconds; `None` where it is well solved as a whole.
     fn first_part_s(&self, solver: &ReactionSolver, dt_s: f64) -> Option<f64> {
         let shortest_s = self.shortest_part_s();
         // A little before it lands, so that what bears the load until then does so to the end.
@@ -81,7 +85,8 @@ impl World {
 
     /// Finds the reactions of a part of a step, without moving anything.
     ///
-    /// The poses are taken on by half of it with the rates of its beginning; contacts and accelerations are found there, and the reactions follow.
+    /// The poses are taken on by half of it with the rates of its beginning; contacts and
+    /// accelerations are found there, and the reactions follow.
     pub(super) fn find_reactions(&mut self, solver: &mut ReactionSolver, dt_s: f64) {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         for body in &mut self.bodies {
@@ -108,9 +113,11 @@ impl World {
         }
     }
 
-    /// Moves everything on to the end of a part of a step whose reactions have been found, and counts what they did.
+    /// Moves everything on to the end of a part of a step whose reactions have been found, and
+    /// counts what they did.
     ///
-    /// The poses move on with the mean of the rates before and after. That is of second order in the time where nothing lands.
+    /// The poses move on with the mean of the rates before and after. That is of second order in
+    /// the time where nothing lands.
     pub(super) fn move_on(&mut self, solver: &mut ReactionSolver, dt_s: f64) {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         for (index, body) in self.bodies.iter_mut().enumerate() {
@@ -127,7 +134,7 @@ impl World {
         self.count_motors(dt_s);
         self.count_joints(dt_s);
         self.count_pushing();
-        self.count_guests();
+        self.count_coupled();
         self.read_contacts(dt_s);
         for (index, body) in self.bodies.iter_mut().enumerate() {
             let took_j = body.run_bearings(&gravity, dt_s) + self.reactions.bearings_took_j(index);
@@ -139,7 +146,8 @@ impl World {
         }
     }
 
-    /// Takes what turning frames ask of bodies with joints that are stopped within the step as their rates jump; says whether there are any.
+    /// Takes what turning frames ask of bodies with joints that are stopped within the step as
+    /// their rates jump; says whether there are any.
     fn turn_with_jumps(
         &mut self,
         solver: &ReactionSolver,
@@ -213,7 +221,8 @@ impl World {
         }
     }
 
-    /// Reads the contacts and counts the energy that they took, the chassis's too where it scrapes along.
+    /// Reads the contacts and counts the energy that they took, the chassis's too where it scrapes
+    /// along.
     pub(super) fn read_contacts(&mut self, dt_s: f64) {
         let residual_m_s = &mut self.solution.residual_m_s;
         *residual_m_s = residual_m_s.max(self.reactions.error());
@@ -307,8 +316,8 @@ impl Articulated {
         }
     }
 
-    /// Counts what the motor of a wheel did whose drive put an impulse on it beside the motor's straight line, in N m s, and gives what
-    /// gear and bearing took of it, in J.
+    /// Counts what the motor of a wheel did whose drive put an impulse on it beside the motor's
+    /// straight line, in N m s, and gives what gear and bearing took of it, in J.
     fn count_drive(&mut self, wheel: usize, impulse_n_m_s: f64, dt_s: f64) -> f64 {
         let before_rad_s = self.step.before.wheel_rates_rad_s()[wheel];
         let after_rad_s = self.state.wheel_rates_rad_s()[wheel];
@@ -320,7 +329,8 @@ impl Articulated {
         (motor_n_m - on_wheel_n_m) * self.step.middle.wheel_rates_rad_s()[wheel] * dt_s
     }
 
-    /// Takes the step as if nothing touched the body, with its accelerations in the middle of the step.
+    /// Takes the step as if nothing touched the body, with its accelerations in the middle of the
+    /// step.
     fn move_freely(&mut self, gravity: &Vector3<f64>, dt_s: f64) {
         let half_s = 0.5 * dt_s;
         self.step.before.copy_from(&self.state);
@@ -339,16 +349,17 @@ impl Articulated {
             .rates_free
             .copy_from_slice(&self.step.rates_before);
         if self.memory.is_touched && !self.robot.joints.is_empty() {
-            // What turning frames ask of a swing arm is as large as its load: it is taken with the rates of the step's middle, as the last step
-            // foretells them.
+            // What turning frames ask of a swing arm is as large as its load: it is taken with the
+            // rates of the step's middle, as the last step foretells them.
             for (rate, gained) in self.step.rates_free.iter_mut().zip(&self.memory.gained) {
                 *rate += 0.5 * dt_s * gained;
             }
         }
         self.accelerate(gravity, dt_s);
         if !self.memory.is_touched {
-            // What turning frames ask for, once more with the rates of the middle, so that what tumbles is right to second order. On the
-            // ground most of what a body would gain without it is no gain at all, and the rates of the beginning are nearer.
+            // What turning frames ask for, once more with the rates of the middle, so that what
+            // tumbles is right to second order. On the ground most of what a body would gain
+            // without it is no gain at all, and the rates of the beginning are nearer.
             for (free, before) in self.step.rates_free.iter_mut().zip(&self.step.rates_before) {
                 *free = 0.5 * (*free + before);
             }
@@ -356,7 +367,8 @@ impl Articulated {
         }
     }
 
-    /// Goes back to where [`Self::move_freely`] began, to take a part of a step anew: all else that it changed it finds anew.
+    /// Goes back to where [`Self::move_freely`] began, to take a part of a step anew: all else that
+    /// it changed it finds anew.
     fn begin_again(&mut self) {
         self.servos.iter_mut().for_each(Servo::begin_again);
         let rollers = self.wheels.iter_mut().flat_map(|wheel| &mut wheel.rollers);
@@ -389,7 +401,8 @@ impl Articulated {
         }
     }
 
-    /// Takes the rates at the end of the step without reactions from those with which the body turns in it, which stand in their place.
+    /// Takes the rates at the end of the step without reactions from those with which the body
+    /// turns in it, which stand in their place.
     fn accelerate(&mut self, gravity: &Vector3<f64>, dt_s: f64) {
         let rates = std::mem::take(&mut self.step.rates_free);
         self.find_forces(&rates, gravity);
@@ -403,12 +416,13 @@ impl Articulated {
         }
     }
 
-    /// Takes the same once more of a body whose rates jump within the step by reactions that change them so, and which moves on with the rates
-    /// after them.
+    /// Takes the same once more of a body whose rates jump within the step by reactions that change
+    /// them so, and which moves on with the rates after them.
     ///
-    /// With A the rows of its momentum, u_0 and u_1 its rates and q_m = q_0 + dt u_0 / 2, q_1 = q_0 + dt u_1 its poses in the middle and at the
-    /// end, A(q_1) u_1 - A(q_0) u_0 is A(q_m) (u_1 - u_0) and, to first order, what turning frames ask for: dt c with, for it is quadratic in
-    /// the rates, c = 5/4 c(u_1) + 3/4 c(u_0) - c((u_0 + u_1) / 2).
+    /// With A the rows of its momentum, u_0 and u_1 its rates and q_m = q_0 + dt u_0 / 2 and
+    /// q_1 = q_0 + dt u_1 its poses in the middle and at the end, A(q_1) u_1 - A(q_0) u_0 is
+    /// A(q_m) (u_1 - u_0) and, to first order, what turning frames ask for: dt c with, for it is
+    /// quadratic in the rates, c = 5/4 c(u_1) + 3/4 c(u_0) - c((u_0 + u_1) / 2).
     fn accelerate_in_jump(&mut self, change: &[f64], gravity: &Vector3<f64>, dt_s: f64) {
         let after = self.step.rates_free.iter().zip(change);
         let after: Vec<f64> = after.map(|(free, change)| free + change).collect();
@@ -427,7 +441,8 @@ impl Articulated {
         }
     }
 
-    /// Finds the generalised forces that are left for accelerations of a body that turns with these rates.
+    /// Finds the generalised forces that are left for accelerations of a body that turns with these
+    /// rates.
     fn find_forces(&mut self, rates: &[f64], gravity: &Vector3<f64>) {
         let angular_rad_s = Vector3::new(rates[3], rates[4], rates[5]);
         for (index, (wheel, hub)) in self.wheels.iter().zip(self.step.middle.hubs()).enumerate() {
@@ -444,8 +459,9 @@ impl Articulated {
             .forces(&self.tree, rates, acting, &mut self.step.forces);
     }
 
-    /// Whether something of the body was stopped within the step, so that it cannot move on with the mean of the rates before and after: a contact would
-    /// end deep in the ground, or a joint beyond its stop.
+    /// Whether something of the body was stopped within the step, so that it cannot move on with
+    /// the mean of the rates before and after: a contact would end deep in the ground, or a joint
+    /// beyond its stop.
     fn lands(&self, index: usize, reactions: &ReactionSolver, dt_s: f64) -> bool {
         let change = reactions.change(index);
         let mean = |dof: usize| {
@@ -514,9 +530,10 @@ impl Articulated {
 
     /// Whether rollers pass over the ground in steps of `dt_s` as the wheels turn now.
     ///
-    /// In longer ones a roller would be taken to turn on far beyond where it hands over. The mean motion is better then if
-    /// each contact stays as it is in the middle of the step, and the robot moves on as that lets it: of many steps the middles
-    /// fall anywhere on the rollers, each place as often as it is passed.
+    /// In longer ones a roller would be taken to turn on far beyond where it hands over. The mean
+    /// motion is better then if each contact stays as it is in the middle of the step, and the
+    /// robot moves on as that lets it: of many steps the middles fall anywhere on the rollers, each
+    /// place as often as it is passed.
     fn rollers_pass_in_steps(&self, dt_s: f64) -> bool {
         /// Steps that a roller's passage takes at least.
         const STEPS: f64 = 6.0;
@@ -528,8 +545,9 @@ impl Articulated {
 
     /// Moves the poses to the end of the step.
     ///
-    /// With the mean of the rates before and after, unless a contact would then end deep in the ground: it was stopped at
-    /// the ground within the step, and the mean would carry it on. Then with the rates after it, with which it ends there.
+    /// With the mean of the rates before and after, unless a contact would then end deep in the
+    /// ground: it was stopped at the ground within the step, and the mean would carry it on. Then
+    /// with the rates after it, with which it ends there.
     fn move_on(&mut self, lands: bool, gravity: &Vector3<f64>, dt_s: f64, energies: &mut Energies) {
         self.state.advance_with(&self.step.middle, dt_s);
         if !self.step.sees_rollers_pass || lands {
@@ -541,10 +559,12 @@ impl Articulated {
         }
     }
 
-    /// Lets the bearings act on rollers that nothing touched, and gives what damping and dry friction took out of all of
-    /// them, in J, but for what is among the reactions. All work goes with the mean rates.
+    /// Lets the bearings act on rollers that nothing touched, and gives what damping and dry
+    /// friction took out of all of them, in J, but for what is among the reactions. All work goes
+    /// with the mean rates.
     ///
-    /// Rollers with play move along their axles, under gravity in the floor's frame where they are in the air.
+    /// Rollers with play move along their axles, under gravity in the floor's frame where they are
+    /// in the air.
     fn run_bearings(&mut self, gravity: &Vector3<f64>, dt_s: f64) -> f64 {
         let mut lost_j = 0.0;
         let wheels = self.wheels.iter_mut().zip(&self.robot.wheels);

@@ -1,7 +1,9 @@
-//! How a robot with joints stands when a world begins: where springs, stops and the ground carry it.
+//! How a robot with joints stands when a world begins: where springs, stops and the ground carry
+//! it.
 //!
-//! It is let go where a rigid robot would stand, on ground without friction, in steps after each of which it stands still again. Springs are taken
-//! at the end of such a step, so that a long one is a step of Newton's method towards their equilibrium, and what touches is solved for as in any
+//! It is let go where a rigid robot would stand, on ground without friction, in steps after each of
+//! which it stands still again. Springs are taken at the end of such a step, so that a long one is
+//! a step of Newton's method towards their equilibrium, and what touches is solved for as in any
 //! step; what it does not reach stays where it is: its place and heading, and its wheels' angles.
 
 use ilon_robot::roll_pitch_yaw;
@@ -18,15 +20,19 @@ const MOST_STEPS: usize = 4000;
 /// The first step, and the longest, in a robot's unit of time.
 const FIRST: f64 = 0.05;
 const LONGEST: f64 = 0.5;
-/// Where no step may be longer than this any more, in that unit: what touches now and then not lets long ones go to and fro.
+/// Where no step may be longer than this any more, in that unit: what touches now and then not lets
+/// long ones go to and fro.
 const SHORTEST: f64 = 0.01;
-/// A step in which nothing moves faster than this has found it, in m/s: it is some times what is left of a solved speed.
+/// A step in which nothing moves faster than this has found it, in m/s: it is some times what is
+/// left of a solved speed.
 const FOUND_M_S: f64 = 5e-8;
-/// What moves by less than this at the end, in wheel radii, stands all the same: rollers that hand over on a lean have no smoother place.
+/// What moves by less than this at the end, in wheel radii, stands all the same: rollers that hand
+/// over on a lean have no smoother place.
 const NEARLY: f64 = 2e-3;
 
 impl World {
-    /// Lets robots with joints find where they stand. One that finds no such place, because it falls over, begins as it was put down.
+    /// Lets robots with joints find where they stand. One that finds no such place, because it
+    /// falls over, begins as it was put down.
     pub(super) fn find_equilibrium(&mut self) {
         let has_joints = |body: &Articulated| !body.robot.joints.is_empty();
         if self.settings.gravity_m_s2 == 0.0 || !self.bodies.iter().any(has_joints) {
@@ -96,7 +102,8 @@ impl World {
     }
 }
 
-/// The furthest that the middle of a body or of a wheel is in one state from where it is in another.
+/// The furthest that the middle of a body or of a wheel is in one state from where it is in
+/// another.
 fn moved_m(state: &State, from: &State) -> f64 {
     let links = state.links().iter().zip(from.links());
     let moved = links.map(|(to, from)| (to.center_m - from.center_m).norm());
@@ -104,7 +111,8 @@ fn moved_m(state: &State, from: &State) -> f64 {
 }
 
 impl Articulated {
-    /// Stands still where it has come to, over the place and with the heading where it was put down.
+    /// Stands still where it has come to, over the place and with the heading where it was put
+    /// down.
     fn halt(&mut self, put_down: &Self) {
         let center_m = self.chassis_mass.center_of_mass_m;
         let body_of = |state: &State| state.floor_from_chassis() * Translation3::from(-center_m);

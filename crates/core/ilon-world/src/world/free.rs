@@ -33,10 +33,11 @@ pub struct FreeBodyState {
     pub angular_rad_s: Vector3<f64>,
     /// What all robots together did to it in the last step: the mean force, in N.
     pub force_from_robots_n: Vector3<f64>,
-    /// Work that robots have done on it where they touch it since it was put in, in J: less what it did on them.
+    /// Work that robots have done on it where they touch it since it was put in, in J: less what it
+    /// did on them.
     pub work_of_robots_j: f64,
-    /// How deep it and what it touched have been in one another since it was put in, at most, in metres: what is too heavy for what it lies on
-    /// sinks into it.
+    /// How deep it and what it touched have been in one another since it was put in, at most, in
+    /// metres: what is too heavy for what it lies on sinks into it.
     pub pressed_m: f64,
     /// Whether it rests, and is left alone until something comes near.
     pub sleeps: bool,
@@ -45,12 +46,13 @@ pub struct FreeBodyState {
 impl World {
     /// Puts a free body into the world.
     ///
-    /// Its chassis contacts are those of robots: stiff springs that only push, Coulomb friction and no bounce. Rollers with the shapes of their
-    /// file do not touch it, and rollers with a profile by numbers touch boxes alone.
+    /// Its chassis contacts are those of robots: stiff springs that only push, Coulomb friction and
+    /// no bounce. Rollers with the shapes of their file do not touch it, and rollers with a profile
+    /// by numbers touch boxes alone.
     ///
     /// # Errors
-    /// [`WorldError`] where its sizes or mass make no sense, where it would begin in the ground, in a robot or in another free body, and where contacts
-    /// are rapier's.
+    /// [`WorldError`] where its sizes or mass make no sense, where it would begin in the ground, in
+    /// a robot or in another free body, and where contacts are rapier's.
     pub fn add_body(&mut self, body: &FreeBody) -> Result<FreeBodyId, WorldError> {
         body.check()?;
         if self.settings.contacts == ContactSolver::Rapier {
@@ -145,8 +147,9 @@ impl World {
         body.free().map(|free| &*free.name)
     }
 
-    /// Pushes a free body during the next step, and only then: a force in the world, in N, at a place counted from its middle in its own
-    /// axes, in metres. Several pushes add up. One that is not in the world is not pushed.
+    /// Pushes a free body during the next step, and only then: a force in the world, in N, at a
+    /// place counted from its middle in its own axes, in metres. Several pushes add up. One that is
+    /// not in the world is not pushed.
     pub fn push_body(
         &mut self,
         id: FreeBodyId,

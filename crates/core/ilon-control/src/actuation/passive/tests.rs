@@ -1,4 +1,5 @@
 use super::*;
+use crate::Priority;
 use crate::fixtures::{mecanum4, six_wheels, volksbot};
 use ilon_robot::Twist;
 
@@ -123,7 +124,8 @@ fn what_the_wheels_get_comes_out_of_the_springs_between_them() {
         given_j += power * fine_s;
         worst = f64::max(worst, given_j + law.stored_j);
     }
-    // Gone into dampers and slides at every moment; what a spring gives over a step counts at the step's end.
+    // Gone into dampers and slides at every moment; what a spring gives over a step counts at the
+    // step's end.
     assert!(worst < 1e-6 && given_j < -1.0, "{worst} {given_j}");
 }
 
@@ -190,7 +192,8 @@ fn gains_that_swing_up_are_refused_with_the_limit_that_holds() {
         wheel_stiffness_n_m_rad: 2.1 * good.wheel_damping_n_m_s_rad / DT_S,
         ..good
     });
-    // A filter that takes the robot's own swing for tilt: m / D - D / K is 12 ms at the first order.
+    // A filter that takes the robot's own swing for tilt: m / D - D / K is 12 ms at the first
+    // order.
     refused(PassiveTorqueSettings {
         damping_n_s_m: 0.2 * good.damping_n_s_m,
         tilt: Some(TiltLoop {

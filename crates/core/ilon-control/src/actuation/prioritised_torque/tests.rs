@@ -42,8 +42,8 @@ fn acceleration(
     model.twist_rate(&rates, &torques, &mut vec![0.0; n])
 }
 
-/// Off-centre robots with damped wheels. Without dry friction: the law makes up for it in the targets' direction,
-/// which here differs from the rates'.
+/// Off-centre robots with damped wheels. Without dry friction: the law makes up for it in the
+/// targets' direction, which here differs from the rates'.
 fn robots() -> Vec<Robot> {
     let mut robots = vec![mecanum4(), volksbot(), six_wheels()];
     for robot in &mut robots {
@@ -135,7 +135,8 @@ fn a_saturating_motor_slows_the_lower_task_and_not_the_higher_one() {
 
 #[test]
 fn position_first_keeps_the_acceleration_of_the_reference_point() {
-    // A point 0.3 m ahead of the origin: a turn that is cut short must not show there, though it does at the origin.
+    // A point 0.3 m ahead of the origin: a turn that is cut short must not show there, though it
+    // does at the origin.
     let c = Vector2::new(0.3, -0.1);
     let at_c = |twist: Twist| {
         let omega = twist.omega_rad_s;
@@ -216,7 +217,8 @@ fn on_a_slippery_floor_no_wheel_is_asked_for_more_than_its_grip() {
 
 #[test]
 fn free_torques_spare_the_wheel_with_little_load() {
-    // Robot A with a payload over one corner: eq. (12) spreads the pushes by inertia, which knows of no load.
+    // Robot A with a payload over one corner: eq. (12) spreads the pushes by inertia, which knows
+    // of no load.
     let mut robot = mecanum4();
     robot.chassis.mass.center_of_mass_m += Vector3::new(0.08, 0.08, 0.0);
     let mut law = law(&robot, Priority::Position, 0.3);
@@ -273,8 +275,8 @@ fn a_wheel_in_the_air_does_not_run_away() {
     }
 }
 
-/// y = k_p e + k_i sum(e dt), k_i = k_p^2 / 4: after n steps of the same error the sum is n of it. What the motors cannot give does not
-/// add to it.
+/// y = k_p e + k_i sum(e dt), k_i = k_p^2 / 4: after n steps of the same error the sum is n of it.
+/// What the motors cannot give does not add to it.
 #[test]
 fn an_error_that_stays_is_summed_in_both_tasks_and_only_where_it_can_be_given() {
     for robot in robots() {

@@ -12,14 +12,16 @@ use crate::contact::scene::Scene;
 use crate::contact::search::candidate::Candidate;
 use crate::ground::FloorSurface;
 
-/// A tread that would still be this far from the ground after a step is none of its contacts, in wheel radii.
+/// A tread that would still be this far from the ground after a step is none of its contacts, in
+/// wheel radii.
 const OPEN: f64 = 2e-5;
 
-/// Of the mean load of a wheel, the least that creep is counted under: a roller that carries next to nothing slips for next to
-/// nothing.
+/// Of the mean load of a wheel, the least that creep is counted under: a roller that carries next
+/// to nothing slips for next to nothing.
 const LEAST_LOAD: f64 = 1e-2;
 
-/// Whether a tread does not reach the ground in the step: with the rate it has, or would have without any contact.
+/// Whether a tread does not reach the ground in the step: with the rate it has, or would have
+/// without any contact.
 pub(super) fn stays_open(
     contact: &PotentialContact,
     press: &Press,
@@ -49,8 +51,8 @@ impl ReactionSolver {
         Some(tread.press(contact.gap_before_m, contact.before.x, scene.dt_s))
     }
 
-    /// What a contact carries when the step begins, in N: of a tread as it is pressed; of a rigid contact, which only the end of
-    /// the step knows, what the wheel carried in the last one.
+    /// What a contact carries when the step begins, in N: of a tread as it is pressed; of a rigid
+    /// contact, which only the end of the step knows, what the wheel carried in the last one.
     pub(super) fn load_n(
         &self,
         scene: &Scene<'_>,
@@ -70,8 +72,8 @@ impl ReactionSolver {
         )
     }
 
-    /// How a contact gives across its normal: by its tread, and by what the ground creeps. `along` is the direction of the ground's nap
-    /// among the tangents.
+    /// How a contact gives across its normal: by its tread, and by what the ground creeps. `along`
+    /// is the direction of the ground's nap among the tangents.
     pub(super) fn tangent_compliance(
         &self,
         scene: &Scene<'_>,

@@ -11,10 +11,12 @@ use crate::contact::reactions::row::Row;
 use crate::contact::scene::Scene;
 use crate::dynamics::ROOT_DOFS;
 
-/// A joint that is nearer to its stop than this, in its unit, may come to it by what the ground does to it in the step.
+/// A joint that is nearer to its stop than this, in its unit, may come to it by what the ground
+/// does to it in the step.
 const NEAR_STOP: f64 = 0.02;
 
-/// What is beyond its stop, or not where its coupling has it, comes back at this many of its units in a unit of time: too slowly to bounce.
+/// What is beyond its stop, or not where its coupling has it, comes back at this many of its units
+/// in a unit of time: too slowly to bounce.
 const COMES_BACK: f64 = 7.1e-3;
 
 impl ReactionSolver {

@@ -1,4 +1,5 @@
-//! The reactions of the last step: what lasts of a step until the next one, and what can be read of it.
+//! The reactions of the last step: what lasts of a step until the next one, and what can be read of
+//! it.
 
 use crate::contact::reactions::reaction::{Member, Part, Partner, Reaction};
 use crate::robot::articulated::Articulated;
@@ -40,7 +41,8 @@ impl Reactions {
         (self.error, self.released_j, self.dt_s) = (error, released_j, dt_s);
     }
 
-    /// Takes over what another solver did in the step: its reactions, and by how much it broke the laws, in m/s or rad/s.
+    /// Takes over what another solver did in the step: its reactions, and by how much it broke the
+    /// laws, in m/s or rad/s.
     pub fn take(&mut self, reactions: Vec<(Reaction, f64)>) {
         self.all.clear();
         self.error = 0.0;
@@ -62,7 +64,8 @@ impl Reactions {
         all.filter(move |reaction| reaction.a.body == body)
     }
 
-    /// What the dry bearings and joints of an articulated body, the stops of its rollers and rolling took in the last step, in J.
+    /// What the dry bearings and joints of an articulated body, the stops of its rollers and
+    /// rolling took in the last step, in J.
     pub fn bearings_took_j(&self, body: usize) -> f64 {
         let is_bearing = |r: &&Reaction| {
             matches!(
@@ -78,12 +81,14 @@ impl Reactions {
         bearings.map(|reaction| reaction.taken_j.sum()).sum()
     }
 
-    /// Whether a rigid roller is about to slide: its friction is near its limit, and it holds or has just begun to slide. One
-    /// that gives is at its limit whenever it takes over, and its tread decides when it slides.
+    /// Whether a rigid roller is about to slide: its friction is near its limit, and it holds or
+    /// has just begun to slide. One that gives is at its limit whenever it takes over, and its
+    /// tread decides when it slides.
     pub fn about_to_slide(&self, bodies: &[Articulated]) -> bool {
         /// Near its limit, as a share of it.
         const NEAR_LIMIT: f64 = 0.5;
-        /// A roller that slides faster, in its robot's unit of speed, has made up its mind: 3 cm/s for wheels of 50 mm.
+        /// A roller that slides faster, in its robot's unit of speed, has made up its mind: 3 cm/s
+        /// for wheels of 50 mm.
         const SLIDES: f64 = 0.043;
         self.all.iter().any(|reaction| {
             let slides_m_s = SLIDES * bodies[reaction.a.body].scale.speed_m_s();
@@ -147,7 +152,8 @@ impl Reactions {
         self.error = self.error.max(other.error);
     }
 
-    /// Those by which a chassis, what hangs on it or a roller acts on another body: each with that body's place.
+    /// Those by which a chassis, what hangs on it or a roller acts on another body: each with that
+    /// body's place.
     pub fn on_bodies(&self) -> impl Iterator<Item = (&Reaction, usize)> {
         self.all
             .iter()
@@ -177,7 +183,8 @@ impl Reactions {
         self.all.extract_if(.., is_behind).collect()
     }
 
-    /// Keeps those of some bodies, as they are numbered among these, and gives those of the others. What was between the two is forgotten.
+    /// Keeps those of some bodies, as they are numbered among these, and gives those of the others.
+    /// What was between the two is forgotten.
     pub fn split_off(&mut self, keeps: impl Fn(usize) -> bool) -> Self {
         let renumbered = |body: usize| (0..body).filter(|of| keeps(*of) == keeps(body)).count();
         let mut left = Self {
@@ -217,8 +224,9 @@ mod tests {
         reactions.all.iter().map(pair).collect()
     }
 
-    /// Of four bodies 0 and 2 stay and 1 and 3 leave, each numbered anew among their own; put behind the first two they are 2 and 3. What was between those that
-    /// stay and those that leave is forgotten.
+    /// Of four bodies 0 and 2 stay and 1 and 3 leave, each numbered anew among their own; put
+    /// behind the first two they are 2 and 3. What was between those that stay and those that leave
+    /// is forgotten.
     #[test]
     fn bodies_that_part_and_meet_keep_their_reactions() {
         let member = |body: usize| Member {

@@ -1,4 +1,5 @@
-//! Wheels whose drive is more than a straight line: motors at their bounds, and gears that lose a share of what they pass on.
+//! Wheels whose drive is more than a straight line: motors at their bounds, and gears that lose a
+//! share of what they pass on.
 
 use super::ReactionSolver;
 use crate::MotorTorque;
@@ -33,7 +34,8 @@ impl ReactionSolver {
         self.hold_joint(scene, Part::Drive(wheel), side, Law::Curve { place }, 0.0);
     }
 
-    /// Finds the motors and servos that the solved step takes off the straight line on which they were solved. Says whether there are any.
+    /// Finds the motors and servos that the solved step takes off the straight line on which they
+    /// were solved. Says whether there are any.
     pub(super) fn find_bounded_motors(&mut self, scenes: Scenes<'_>) -> bool {
         let known = self.driven.len();
         for scene in scenes.each() {
@@ -52,7 +54,8 @@ impl ReactionSolver {
         self.driven.len() > known
     }
 
-    /// Notes a joint of the tree whose drive was solved on a straight line, and is off it as the step was solved.
+    /// Notes a joint of the tree whose drive was solved on a straight line, and is off it as the
+    /// step was solved.
     fn find_bounded(
         &mut self,
         scene: &Scene<'_>,

@@ -1,4 +1,5 @@
-//! What a place where bodies are near each other would be as a contact: how its velocities follow from their rates.
+//! What a place where bodies are near each other would be as a contact: how its velocities follow
+//! from their rates.
 
 use nalgebra::Vector3;
 
@@ -25,7 +26,8 @@ pub(crate) struct Axle {
     pub start_rad_s: f64,
     /// Its rate at the end of the step without any reaction, and then with them, in rad/s.
     pub rate_rad_s: f64,
-    /// What an angular impulse of 1 N m s does to it, in rad/s; `None` where it turns with the hub because it has seized.
+    /// What an angular impulse of 1 N m s does to it, in rad/s; `None` where it turns with the hub
+    /// because it has seized.
     pub response: Option<f64>,
     /// What it would do if its bearing did not act; 0 where it has seized.
     pub free_response: f64,
@@ -79,7 +81,8 @@ impl Scenes<'_> {
         };
         let part = place.a.part;
         let (frame, tangent) = match place.turning.came_down_at_m {
-            // A roller that came down: its tangents as they were then. Across the ground it is where it is now.
+            // A roller that came down: its tangents as they were then. Across the ground it is
+            // where it is now.
             Some(at_m) => (
                 frame(place.normal, a.axis_of(part, &a.step.before)),
                 (&a.step.before, at_m),
@@ -180,11 +183,12 @@ impl Scene<'_> {
         })
     }
 
-    /// How the velocity of a place of a part along a direction follows from the robot's rates, in the pose that it has in a
-    /// state.
+    /// How the velocity of a place of a part along a direction follows from the robot's rates, in
+    /// the pose that it has in a state.
     ///
-    /// A roller moves with its hub but for its rate about its own axis d: with w that rate, W the hub's angular velocity
-    /// and l the lever from the roller's middle, v = v_hub + (w - W . d) d x l.
+    /// A roller moves with its hub but for its rate about its own axis d: with w that rate, W the
+    /// hub's angular velocity and l the lever from the roller's middle, v = v_hub + (w - W . d) d x
+    /// l.
     fn side(
         &self,
         part: Part,

@@ -1,4 +1,5 @@
-//! Where the chassis of two articulated bodies, and what moves on their joints, are near each other.
+//! Where the chassis of two articulated bodies, and what moves on their joints, are near each
+//! other.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use parry3d::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
@@ -12,7 +13,8 @@ use crate::engine::convert;
 use crate::settings::NEAR;
 
 impl Scenes<'_> {
-    /// Adds the places where the chassis of articulated bodies are near each other. Their rollers are not looked at.
+    /// Adds the places where the chassis of articulated bodies are near each other. Their rollers
+    /// are not looked at.
     pub fn find_between_chassis(&self, found: &mut Vec<Candidate>) {
         let robots = || self.each().filter(|scene| scene.body.is_robot());
         for (index, a) in robots().enumerate() {
@@ -31,7 +33,8 @@ impl Scenes<'_> {
             for (joint_b, shape_b, b_from_shape) in shapes(b) {
                 let pose_b = convert::pose(&a_from_b) * b_from_shape;
                 let mut manifolds: Vec<ContactManifold<(), ()>> = Vec::new();
-                // What parry cannot tell of two shapes it says at once, whatever their poses: they do not touch then.
+                // What parry cannot tell of two shapes it says at once, whatever their poses: they
+                // do not touch then.
                 let _ = DefaultQueryDispatcher.contact_manifolds(
                     &(a_from_shape.inverse() * pose_b),
                     &**shape_a,
@@ -84,7 +87,8 @@ fn speed_m_s(scene: &Scene<'_>) -> f64 {
     goes_m_s.max(fastest_link_m_s(scene.body, &scene.step.before))
 }
 
-/// The shapes of a chassis and of the bodies on its joints, each with its joint and its pose in the chassis's frame.
+/// The shapes of a chassis and of the bodies on its joints, each with its joint and its pose in the
+/// chassis's frame.
 fn shapes<'a>(
     scene: &Scene<'a>,
 ) -> impl Iterator<Item = (Option<usize>, &'a SharedShape, Pose)> + use<'a> {

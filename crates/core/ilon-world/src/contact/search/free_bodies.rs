@@ -74,8 +74,8 @@ impl Scenes<'_> {
         }
     }
 
-    /// The friction of a contact where the ground has so much: that of a user's collider where there is
-    /// one, of free bodies the lowest of what touches, but against robots their own.
+    /// The friction of a contact where the ground has so much: that of a user's collider where
+    /// there is one, of free bodies the lowest of what touches, but against robots their own.
     pub fn friction_between(&self, place: &Candidate, of_ground: f64) -> f64 {
         let free = |body: usize| self.bodies[body].free();
         let of_a = free(place.a.body);
@@ -106,7 +106,8 @@ struct FreePart<'a> {
     friction: Option<f64>,
 }
 
-/// The shapes of a robot's chassis and of its bodies on joints, each with its joint, or the shape of a free body, in a state.
+/// The shapes of a robot's chassis and of its bodies on joints, each with its joint, or the shape
+/// of a free body, in a state.
 pub(crate) fn parts<'a, 's>(
     body: &'a Articulated,
     state: &'s State,
@@ -129,7 +130,8 @@ pub(crate) fn solids<'a, 's>(
     parts(body, state).map(|(_, solid)| solid)
 }
 
-/// The furthest that a place of a chassis, or of a body on its joints, may move in a step by the rates of a state, in metres.
+/// The furthest that a place of a chassis, or of a body on its joints, may move in a step by the
+/// rates of a state, in metres.
 pub(crate) fn travel_m(body: &Articulated, state: &State, dt_s: f64) -> f64 {
     let center_m = state.center_m();
     let of_chassis = parts(body, state).filter(|(joint, _)| joint.is_none());
@@ -240,7 +242,8 @@ fn find_robot(
     }
 }
 
-/// A place of A's chassis, or of its body on a joint, near a free body, or of a free body near the ground.
+/// A place of A's chassis, or of its body on a joint, near a free body, or of a free body near the
+/// ground.
 fn candidate(
     (a, joint): (&Scene<'_>, Option<usize>),
     b: Option<&Scene<'_>>,

@@ -19,7 +19,8 @@ const LOOKS_EVERY: u64 = 16;
 const TRIED: usize = 50;
 
 impl World {
-    /// Finds out which bodies are to be solved together in the coming step, and wakes what something comes near to.
+    /// Finds out which bodies are to be solved together in the coming step, and wakes what
+    /// something comes near to.
     pub(in crate::world) fn regroup(&mut self, solver: &mut ReactionSolver) {
         if self.islands.is_empty() {
             return;
@@ -95,20 +96,20 @@ impl World {
     /// Joins what comes near to each other, until nothing does.
     fn put_together(&mut self) {
         let dt_s = self.settings.dt_s;
-        let own = self.own_that_moves();
-        // Two that a body of a program's own is between are solved together, too.
+        let user = self.moving_user_bodies();
+        // Two that a user body is between are solved together, too.
         let meet = |one: &[Bounds], other: &[Bounds]| {
             let is_between = |of: &Bounds| {
                 let of = std::slice::from_ref(of);
                 meet(of, one) && meet(of, other)
             };
-            meet(one, other) || own.iter().any(is_between)
+            meet(one, other) || user.iter().any(is_between)
         };
         loop {
             let robots = near(&self.bodies, dt_s, 1.0);
             let all = self.islands.awake.iter();
             let islands: Vec<Vec<Bounds>> = all.map(|of| near(&of.bodies, dt_s, 1.0)).collect();
-            let woken = self.woken_by([&robots, &own].into_iter().chain(&islands));
+            let woken = self.woken_by([&robots, &user].into_iter().chain(&islands));
             if !woken.is_empty() {
                 for home in woken {
                     let island = self.islands.wake(home);

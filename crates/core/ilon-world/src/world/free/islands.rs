@@ -1,7 +1,8 @@
 //! Free bodies that are not near a robot: which are solved together, and which sleep.
 //!
-//! Robots and the free bodies near them are one problem; free bodies near one another and far from robots are an island of their own. So a
-//! step costs what moves, and not what lies about. An island in which all has been slow for a while sleeps as it is, with its contacts, until
+//! Robots and the free bodies near them are one problem; free bodies near one another and far from
+//! robots are an island of their own. So a step costs what moves, and not what lies about. An
+//! island in which all has been slow for a while sleeps as it is, with its contacts, until
 //! something that is awake comes near, pushes it, or changes the floor: then it goes on from there.
 
 use std::collections::BTreeMap;
@@ -254,7 +255,8 @@ pub(super) fn bounds(body: &Articulated) -> Bounds {
         .fold(Bounds::NONE, |around, of| around.merged(&of))
 }
 
-/// Around each of some bodies, as far as it may be near to another in the coming step; some times as far.
+/// Around each of some bodies, as far as it may be near to another in the coming step; some times
+/// as far.
 pub(in crate::world) fn near(bodies: &[Articulated], dt_s: f64, times: f64) -> Vec<Bounds> {
     let around = |body: &Articulated| {
         let rates = body.state.wheel_rates_rad_s().iter().zip(&body.wheels);

@@ -1,4 +1,5 @@
-//! A part of a step that is given up, because its contacts could not be solved, has left nothing behind.
+//! A part of a step that is given up, because its contacts could not be solved, has left nothing
+//! behind.
 
 use ilon_robot::{
     Body, BodyJoint, JointKind, JointRole, JointServo, MassProperties, Pose as PlanarPose, Robot,
@@ -68,8 +69,9 @@ fn shown(world: &World) -> Vec<u64> {
     all.map(f64::to_bits).collect()
 }
 
-/// One world takes each part at once, another gives up one of twice the length and one of the same before it: they go the same way to the bit, the arm's
-/// targets, the rollers on their axles and all energies too.
+/// One world takes each part at once, another gives up one of twice the length and one of the same
+/// before it: they go the same way to the bit, the arm's targets, the rollers on their axles and
+/// all energies too.
 #[test]
 fn what_is_given_up_leaves_no_trace() {
     let (mut at_once, mut anew) = (swinging(), swinging());
