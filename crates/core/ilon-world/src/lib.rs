@@ -19,6 +19,23 @@
 //! world/user_bodies.rs          rapier takes the same step with a program's user bodies, if there are any
 //! ```
 //!
+//! # Modes of a step
+//!
+//! What else decides how a part of a step is taken:
+//!
+//! | of | mode | holds where | what it changes |
+//! |---|---|---|---|
+//! | body | `is_settling` | the equilibrium at the start is looked for | springs act with their force at the step's end; poses move on with the rates after the step |
+//! | | `is_pressed` | something pressed on it in the last step | the forces of turning frames are those of the rates at the step's beginning, else of their mean |
+//! | its step | `resolves_rollers` | each roller takes six steps or more to pass over the ground | contacts turn on within the step; else they stay as in its middle, and poses move on with the rates after it |
+//! | | `lands` | a contact would end deeper in the ground than it began, or a joint beyond its stop | poses move on with the rates after it |
+//! | wheel | `is_round` | its barrels leave no gap and have no play | it touches a plane where it is lowest only, and a roller's contact passes to the next one |
+//! | | `is_compliant` | its rollers have treads | each roller carries what of it reaches into the ground |
+//! | roller | `seized` | it is said to have seized | it turns with its hub |
+//! | | `touched` | it had a contact in the last part of a step | its bearing acts within the reactions, else by itself |
+//! | | `pressed` | the ground pressed on it then | else a contact on it has come down |
+//! | contact | `came_down` | its roller is rigid and was not pressed | its tangents are those of the step's beginning, and its jump is separated from the rest of the step |
+//!
 //! # Where things are
 //!
 //! | you look for | it is in |

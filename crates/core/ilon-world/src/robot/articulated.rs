@@ -53,7 +53,7 @@ pub(crate) struct Articulated {
     pub step: BodyStep,
     pub done: Done,
     /// Whether its equilibrium at the start is looked for: see [Modes](crate#modes-of-a-step).
-    pub sets_out: bool,
+    pub is_settling: bool,
 }
 
 /// What kind of body it is. Robots stand first among the bodies of a world, then free bodies, and
@@ -70,7 +70,7 @@ pub(crate) enum Kind {
 #[derive(Clone, Default)]
 pub(crate) struct Memory {
     /// Whether something pressed on it: see [Modes](crate#modes-of-a-step).
-    pub is_touched: bool,
+    pub is_pressed: bool,
     /// By how much its rates grew in a second, by degree of freedom.
     pub gained: Vec<f64>,
     /// What the friction of its contacts, and that of its bearings and gears, gave in steps in
@@ -103,7 +103,7 @@ pub(crate) struct BodyStep {
     pub ahead: State,
     /// Whether it is short beside the time in which a roller passes over the ground: see
     /// [Modes](crate#modes-of-a-step).
-    pub sees_rollers_pass: bool,
+    pub resolves_rollers: bool,
     /// Rates by degree of freedom when it began; once it was taken, those in its middle.
     pub rates_before: Vec<f64>,
     /// Rates at its end: without reactions, and once it was taken with them.
@@ -188,7 +188,7 @@ impl Articulated {
                 before: state.clone(),
                 middle: state.clone(),
                 ahead: state.clone(),
-                sees_rollers_pass: true,
+                resolves_rollers: true,
                 rates_before: vec![0.0; dofs],
                 rates_free: vec![0.0; dofs],
                 motors: still.clone(),
@@ -205,7 +205,7 @@ impl Articulated {
                 joint_forces: vec![0.0; robot.joints.len()],
                 counts: vec![WheelCounts::default(); count],
             },
-            sets_out: false,
+            is_settling: false,
             state,
             robot,
             tree,

@@ -92,7 +92,7 @@ impl Articulated {
             let position = self.step.before.joint_positions()[index];
             let rate = self.step.before.joint_rates()[index];
             let own = &mut self.servos[index];
-            if self.sets_out {
+            if self.is_settling {
                 own.act_to_rest(servo, position, dt_s);
             } else {
                 let target = own.follow(servo, (middle_s, dt_s));
@@ -107,7 +107,7 @@ impl Articulated {
         self.run_servos(dt_s);
         for (index, joint) in self.robot.joints.iter().enumerate() {
             let position = self.step.before.joint_positions()[index];
-            let acts = if self.sets_out {
+            let acts = if self.is_settling {
                 JointForce::to_rest(joint, position, dt_s)
             } else {
                 JointForce::over(

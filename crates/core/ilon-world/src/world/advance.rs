@@ -121,7 +121,7 @@ impl World {
     pub(super) fn move_on(&mut self, solver: &mut ReactionSolver, dt_s: f64) {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         for (index, body) in self.bodies.iter_mut().enumerate() {
-            let lands = body.sets_out || body.lands(index, solver, dt_s);
+            let lands = body.is_settling || body.lands(index, solver, dt_s);
             body.take_reactions(index, solver, lands, dt_s);
             let gravity = body.pulled_by(&gravity);
             body.move_on(lands, &gravity, dt_s, &mut self.energies);
@@ -156,7 +156,7 @@ impl World {
     ) -> bool {
         let mut any = false;
         for (index, body) in self.bodies.iter_mut().enumerate() {
-            let jumps = !body.robot.joints.is_empty() && !body.sets_out;
+            let jumps = !body.robot.joints.is_empty() && !body.is_settling;
             if jumps && body.lands(index, solver, dt_s) {
                 let gravity = body.pulled_by(gravity);
                 body.accelerate_in_jump(solver.change(index), &gravity, dt_s);
@@ -336,7 +336,7 @@ impl Articulated {
         self.step.before.copy_from(&self.state);
         self.step.middle.copy_from(&self.state);
         self.step.middle.advance(half_s);
-        self.step.sees_rollers_pass = self.rollers_pass_in_steps(dt_s);
+        self.step.resolves_rollers = self.resolves_rollers(dt_s);
         self.step.ahead.copy_from(&self.step.middle);
         self.step.ahead.advance(half_s);
         self.step.before.write_rates(&mut self.step.rates_before);
@@ -348,7 +348,7 @@ impl Articulated {
         self.step
             .rates_free
             .copy_from_slice(&self.step.rates_before);
-        if self.memory.is_touched && !self.robot.joints.is_empty() {
+        if self.memory.is_pressed && !self.robot.joints.is_empty() {
             // What turning frames ask of a swing arm is as large as its load: it is taken with the
             // rates of the step's middle, as the last step foretells them.
             for (rate, gained) in self.step.rates_free.iter_mut().zip(&self.memory.gained) {
@@ -356,7 +356,7 @@ impl Articulated {
             }
         }
         self.accelerate(gravity, dt_s);
-        if !self.memory.is_touched {
+        if !self.memory.is_pressed {
             // What turning frames ask for, once more with the rates of the middle, so that what
             // tumbles is right to second order. On the ground most of what a body would gain
             // without it is no gain at all, and the rates of the beginning are nearer.
@@ -494,7 +494,7 @@ impl Articulated {
         for (rate, change) in self.step.rates_free.iter_mut().zip(reactions.change(index)) {
             *rate += change;
         }
-        self.memory.is_touched = reactions.press_on(index);
+        self.memory.is_pressed = reactions.press_on(index);
         self.state.take_rates(&self.step.rates_free);
         if !self.robot.joints.is_empty() {
             let rates = self.step.rates_free.iter().zip(&self.step.rates_before);
@@ -534,7 +534,7 @@ impl Articulated {
     /// motion is better then if each contact stays as it is in the middle of the step, and the
     /// robot moves on as that lets it: of many steps the middles fall anywhere on the rollers, each
     /// place as often as it is passed.
-    fn rollers_pass_in_steps(&self, dt_s: f64) -> bool {
+    fn resolves_rollers(&self, dt_s: f64) -> bool {
         /// Steps that a roller's passage takes at least.
         const STEPS: f64 = 6.0;
         let rates = self.state.wheel_rates_rad_s().iter();
@@ -550,7 +550,7 @@ impl Articulated {
     /// with the rates after it, with which it ends there.
     fn move_on(&mut self, lands: bool, gravity: &Vector3<f64>, dt_s: f64, energies: &mut Energies) {
         self.state.advance_with(&self.step.middle, dt_s);
-        if !self.step.sees_rollers_pass || lands {
+        if !self.step.resolves_rollers || lands {
             let with_mean_j = self.potential_j(gravity);
             self.state.take_poses(&self.step.before);
             self.state.advance(dt_s);

@@ -156,7 +156,7 @@ impl<'a> Body<'a> {
     /// sideways, by v omega dt / 2.
     fn rates_from(&self) -> UnitQuaternion<f64> {
         let robot = self.articulated();
-        let state = if robot.step.sees_rollers_pass {
+        let state = if robot.step.resolves_rollers {
             &robot.state
         } else {
             &robot.step.middle

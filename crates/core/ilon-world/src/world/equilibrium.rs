@@ -42,7 +42,7 @@ impl World {
         let ground = self.ground.clone();
         self.ground.set_friction(Some(0.0), &[]);
         for body in &mut self.bodies {
-            body.sets_out = true;
+            body.is_settling = true;
         }
         let is_found = with_solver(|solver| self.come_to_rest(solver, &put_down));
         self.ground = ground;

@@ -1,4 +1,5 @@
-//! Which laws hold in a step: contacts of bodies with the ground and with one another, dry bearings, motors at their rate limits.
+//! Which laws hold in a step: contacts of bodies with the ground and with one another, dry
+//! bearings, motors at their rate limits.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -16,13 +17,13 @@ use crate::contact::search::candidate::Candidate;
 use crate::dynamics::Path;
 use crate::ground::{FloorSurface, Nap};
 
-/// A contact that would still open at this rate, in its robot's unit of speed, after a step without impulses is none: other contacts do
-/// not change it by as much, unless they have to stop more. It spares rough ground most of its potential contacts. 0.1 m/s for wheels of
-/// 50 mm.
+/// A contact that would still open at this rate, in its robot's unit of speed, after a step without
+/// impulses is none: other contacts do not change it by as much, unless they have to stop more. It
+/// spares rough ground most of its potential contacts. 0.1 m/s for wheels of 50 mm.
 const OPEN: f64 = 0.143;
 
-/// What is deeper in the ground than its load explains is pushed out at this speed, in the same unit: too slowly to bounce, by 2.5e-5 of
-/// a wheel's radius. 5 mm/s for wheels of 50 mm.
+/// What is deeper in the ground than its load explains is pushed out at this speed, in the same
+/// unit: too slowly to bounce, by 2.5e-5 of a wheel's radius. 5 mm/s for wheels of 50 mm.
 const PUSH_OUT: f64 = 7.1e-3;
 
 /// What the roller of a part is made of.
@@ -41,7 +42,8 @@ fn grip_of(scene: &Scene<'_>, part: Part) -> f64 {
     }
 }
 
-/// The direction of a nap among the tangents of a contact; `None` where the ground there stands upright along it.
+/// The direction of a nap among the tangents of a contact; `None` where the ground there stands
+/// upright along it.
 fn nap_among(nap: &Nap, frame: &[Vector3<f64>; 3]) -> Option<Vector2<f64>> {
     /// Ground that is steeper than this, as the cosine of an angle, has no nap.
     const LEAST: f64 = 1e-3;
@@ -119,11 +121,11 @@ impl ReactionSolver {
         for (place, contact) in nearby.iter().zip(&mut potential) {
             let scene = &scenes.of(place.a.body);
             let press = self.press(scene, place.a.part, contact);
-            let is_open = match &press {
+            let opens = match &press {
                 Some(press) => stays_open(contact, press, (scene.scale, dt_s)),
                 None => open_m_s(contact) > OPEN * scene.scale.speed_m_s() + comes_m_s,
             };
-            if !is_open {
+            if !opens {
                 self.take_up(scenes, (place, contact), press);
             }
         }
@@ -131,7 +133,8 @@ impl ReactionSolver {
         self.nearby = nearby;
     }
 
-    /// Takes up a contact that may press in the step: the laws of its normal, of its friction and of what rolling over it costs.
+    /// Takes up a contact that may press in the step: the laws of its normal, of its friction and
+    /// of what rolling over it costs.
     fn take_up(
         &mut self,
         scenes: Scenes<'_>,
@@ -201,8 +204,8 @@ impl ReactionSolver {
         self.resist_rolling(scene, (place, contact), (&ground, along), load_n);
     }
 
-    /// How fast a contact may close in the step before it presses, in m/s, negative where it is pushed out; and by how much its normal gives for each
-    /// impulse, in m/s per N s.
+    /// How fast a contact may close in the step before it presses, in m/s, negative where it is
+    /// pushed out; and by how much its normal gives for each impulse, in m/s per N s.
     fn closing(
         &self,
         scenes: Scenes<'_>,
@@ -305,12 +308,13 @@ impl ReactionSolver {
         self.hold_joint(scene, part, side, law, 0.0);
     }
 
-    /// Keeps the motor of a wheel from driving it beyond its rate limit: of what it gives it takes back as much as that
-    /// needs, and not more.
+    /// Keeps the motor of a wheel from driving it beyond its rate limit: of what it gives it takes
+    /// back as much as that needs, and not more.
     fn limit_motor(&mut self, scene: &Scene<'_>, wheel: usize) {
         let (motor, dof) = (&scene.step.motors[wheel], scene.body.dof_of(wheel));
         let (now_rad_s, free_rad_s) = (scene.step.rates_before[dof], scene.step.rates_free[dof]);
-        // The way in which the step would end beyond it; a wheel may start from rest, or turn back within the step.
+        // The way in which the step would end beyond it; a wheel may start from rest, or turn back
+        // within the step.
         let is_near = motor.is_near_limit(now_rad_s);
         let ends_beyond = free_rad_s.abs() > motor.rate_limit_rad_s;
         let way = if is_near && !ends_beyond {

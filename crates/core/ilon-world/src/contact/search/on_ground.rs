@@ -59,8 +59,9 @@ impl Around<'_> {
         self.relief.is_none_or(below)
     }
 
-    /// Looks for places on the triangles of the relief that are near a box, and lays out behind the other pieces those that have some: `find` is given
-    /// a triangle, with its number among the pieces, and says whether it has.
+    /// Looks for places on the triangles of the relief that are near a box, and lays out behind the
+    /// other pieces those that have some: `find` is given a triangle, with its number among the
+    /// pieces, and says whether it has.
     fn find_on_relief(
         &self,
         bounds: impl FnOnce() -> Bounds,
@@ -87,7 +88,8 @@ impl Scene<'_> {
         }
     }
 
-    /// Fills `found` with the places of the chassis and of bodies on joints that are near the ground.
+    /// Fills `found` with the places of the chassis and of bodies on joints that are near the
+    /// ground.
     pub fn find_bodies(&self, found: &mut Vec<Candidate>) {
         found.clear();
         let shared = &self.body.robot;
@@ -118,8 +120,8 @@ impl Scene<'_> {
         );
     }
 
-    /// What a place of a joint's link, or of the chassis, gains in velocity over the step because it turns on, in m/s. It is given as it is in the middle
-    /// of the step.
+    /// What a place of a joint's link, or of the chassis, gains in velocity over the step because
+    /// it turns on, in m/s. It is given as it is in the middle of the step.
     pub(super) fn gained_by_turning_m_s(
         &self,
         joint: Option<usize>,
@@ -155,7 +157,8 @@ impl Scene<'_> {
         NEAR * self.scale.length_m + self.dt_s * speed_m_s
     }
 
-    /// How far a place of a wheel's rollers may come down in the second half of the step, in metres.
+    /// How far a place of a wheel's rollers may come down in the second half of the step, in
+    /// metres.
     fn comes_down_m(&self, wheel: usize) -> f64 {
         /// Beside the motion of the step itself, in wheel radii.
         const MARGIN: f64 = 2e-4;
@@ -183,7 +186,8 @@ impl Scene<'_> {
         self.find_on_pieces(wheel, (around, room), found);
     }
 
-    /// Fills `found` with the places of a wheel's rollers that are nearer than this to a free body, as if that were ground.
+    /// Fills `found` with the places of a wheel's rollers that are nearer than this to a free body,
+    /// as if that were ground.
     pub(super) fn find_on_piece(
         &self,
         wheel: usize,
@@ -212,9 +216,12 @@ impl Scene<'_> {
         let body = &self.wheels[wheel];
         let hub = &self.step.middle.hubs()[wheel];
         let on_plane = around.relief.is_none() && matches!(room.pieces[..], [Piece::Plane]);
-        let is_compliant = body.surface.tread.is_some();
-        let upright = on_plane && hub.axis().z.abs() < UPRIGHT && !is_compliant && body.is_round;
-        // A roller that gives carries what reaches into the ground, and nothing else needs to be looked at.
+        let is_compliant = body.is_compliant();
+        let is_upright = hub.axis().z.abs() < UPRIGHT;
+        let is_rigid_ring = body.is_round && !is_compliant;
+        let touches_lowest = on_plane && is_upright && is_rigid_ring;
+        // A roller that gives carries what reaches into the ground, and nothing else needs to be
+        // looked at.
         let within_gap_m = if is_compliant {
             self.comes_down_m(wheel)
         } else {
@@ -240,7 +247,7 @@ impl Scene<'_> {
             {
                 continue;
             }
-            if upright {
+            if touches_lowest {
                 let nearest = placed.nearest_to(&Piece::Plane);
                 if nearest.gap_m < prediction_m.min(lowest_m) {
                     lowest = Some((index, nearest));
@@ -279,17 +286,16 @@ impl Scene<'_> {
         if let Some((index, nearest)) = lowest
             && let Some(placed) = body.rollers[index].placed_barrel(hub)
         {
-            // Most wheels of most robots touch so, and room for more would lie idle in each of a fleet.
-            found.reserve_exact(1);
             found.push(self.on_barrel((wheel, index), &placed, &nearest));
         }
-        if !upright && !is_compliant && body.is_round && found.len() > 1 {
+        if !touches_lowest && is_rigid_ring && found.len() > 1 {
             let axis = hub.axis();
             leave_out_handed_over(found, &axis, self.scale);
         }
     }
 
-    /// The places where the rollers of a wheel that are turned to a profile by numbers are near the ground.
+    /// The places where the rollers of a wheel that are turned to a profile by numbers are near the
+    /// ground.
     fn find_profiles(
         &self,
         wheel: usize,
@@ -337,7 +343,8 @@ impl Scene<'_> {
         }
     }
 
-    /// The place of a barrel where it is nearest to the ground, with what it was when the step began.
+    /// The place of a barrel where it is nearest to the ground, with what it was when the step
+    /// began.
     fn on_barrel(
         &self,
         of: (usize, usize),
@@ -354,8 +361,9 @@ impl Scene<'_> {
         })
     }
 
-    /// The place of a roller where it is near the ground, with what it was when the step began. `support` finds the place that
-    /// reaches furthest towards the ground with the roller's middle and axis elsewhere, and whether that is on an end sphere.
+    /// The place of a roller where it is near the ground, with what it was when the step began.
+    /// `support` finds the place that reaches furthest towards the ground with the roller's middle
+    /// and axis elsewhere, and whether that is on an end sphere.
     fn on_roller(
         &self,
         (wheel, index): (usize, usize),
@@ -385,13 +393,14 @@ impl Scene<'_> {
         };
         let (before, ahead) = (touches(&self.step.before), touches(&self.step.ahead));
         // A roller that gives takes its load over bit by bit.
-        let is_compliant = self.wheels[wheel].surface.tread.is_some();
+        let is_compliant = self.wheels[wheel].is_compliant();
         let came_down =
-            self.step.sees_rollers_pass && !roller.pressed && !roller.seized && !is_compliant;
-        let turning = if !self.step.sees_rollers_pass {
+            self.step.resolves_rollers && !roller.pressed && !roller.seized && !is_compliant;
+        let turning = if !self.step.resolves_rollers {
             Turning::NONE
         } else if came_down {
-            // It takes over when the step begins, as near as can be said, and from then on it rolls.
+            // It takes over when the step begins, as near as can be said, and from then on it
+            // rolls.
             let radius_m = along_frame(&before.axes, &before.per_spin_m()).z;
             let missing_rad_s = -velocity(&self.step.before, &before, 0.0).z / radius_m;
             let from_m_s = velocity(&self.step.ahead, &ahead, missing_rad_s)
@@ -402,7 +411,8 @@ impl Scene<'_> {
                 from_m_s,
             }
         } else if ahead.on_its_end && !is_compliant {
-            // Beyond its end it touches no more: how it turns there is not how it turns where it touches.
+            // Beyond its end it touches no more: how it turns there is not how it turns where it
+            // touches.
             let middle = touches(&self.step.middle);
             let half_m_s = velocity(&self.step.middle, &middle, 0.0)
                 - velocity(&self.step.before, &before, 0.0);
@@ -414,7 +424,8 @@ impl Scene<'_> {
             Turning::in_each_half(half_m_s)
         };
         let travel_m_s = (ahead.place_m - before.place_m) / self.dt_s;
-        // A rigid roller touches on the ground; the core of one that gives, beneath it, so that it rolls as a rigid one does.
+        // A rigid roller touches on the ground; the core of one that gives, beneath it, so that it
+        // rolls as a rigid one does.
         let place_m = if is_compliant {
             nearest.place_m + nearest.gap_m * nearest.normal
         } else {
@@ -436,9 +447,9 @@ impl Scene<'_> {
         }
     }
 
-    /// Velocity of a place of a roller's surface with the roller in the pose that it has in a state, and with the rates as
-    /// they were when the step began: what the hub carries it with, in m/s, and what it gets for each rad/s of the roller's
-    /// spin, in m.
+    /// Velocity of a place of a roller's surface with the roller in the pose that it has in a
+    /// state, and with the rates as they were when the step began: what the hub carries it with, in
+    /// m/s, and what it gets for each rad/s of the roller's spin, in m.
     fn roller_velocity(
         &self,
         (wheel, roller): (usize, &RollerState),
