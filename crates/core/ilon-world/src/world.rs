@@ -17,17 +17,15 @@ mod user_bodies;
 use std::cell::RefCell;
 
 use ilon_robot::Pose as PlanarPose;
-use nalgebra::Vector3;
 
 use crate::contact::law::SolverEffort;
-use crate::contact::reactions::support::Support;
 use crate::contact::reactions::{ReactionSolver, Reactions};
 use crate::ground::Ground;
 use crate::reference::Reference;
-use crate::robot::articulated::{Articulated, WheelCounts};
+use crate::robot::articulated::Articulated;
 pub use crate::robot::payload::Payload;
 use crate::robot::shared_robot::SharedRobot;
-use crate::{ContactSolver, Floor, MotorTorque, Settings, WorldError};
+use crate::{ContactSolver, Floor, Settings, WorldError};
 pub use body::{Body, BodyMut, BodyState, PlaceMotion};
 pub use check_joints::longest_step_of_springs_s;
 pub use disturbance::Push;
@@ -63,13 +61,15 @@ pub struct World {
 }
 
 thread_local! {
-    /// What the worlds of a thread find their reactions with, one after the other.
+    /// What the worlds of a thread find their reactions with, one after the other. It is some times
+    /// as large as a world: a fleet has one for each thread, and not one for each robot, and it stays
+    /// in the processor's cache.
     static SOLVER: RefCell<ReactionSolver> = RefCell::default();
 }
 
-/// Lets something use the thread's solver.
-fn with_solver<T>(use_it: impl FnOnce(&mut ReactionSolver) -> T) -> T {
-    SOLVER.with_borrow_mut(use_it)
+/// Lends the thread's solver.
+fn with_solver<T>(work: impl FnOnce(&mut ReactionSolver) -> T) -> T {
+    SOLVER.with_borrow_mut(work)
 }
 
 /// How the laws of contact were solved in a step, of all bodies.
@@ -201,20 +201,12 @@ impl World {
     fn step_together(&mut self, solver: &mut ReactionSolver) {
         let hosts = self.bodies.len();
         self.couple_user_bodies();
+        let dt_s = self.settings.dt_s;
         for body in &mut self.bodies {
-            if let Some(free) = body.free_mut() {
-                free.from_robots = Vector3::zeros();
-            }
-            body.command
-                .rates_asked_rad_s
-                .copy_from_slice(body.state.wheel_rates_rad_s());
-            body.command.from_middle_s = -0.5 * self.settings.dt_s;
-            body.done.counts.fill(WheelCounts::default());
-            body.done.support = Support::default();
-            body.done.joint_forces.fill(0.0);
+            body.begin_step(dt_s);
         }
         let mut taken = 0;
-        let mut left_s = self.settings.dt_s;
+        let mut left_s = dt_s;
         while left_s > 0.0 {
             let span_s = self.span_s(left_s);
             let parts = self.parts(span_s);
@@ -224,27 +216,10 @@ impl World {
             left_s -= span_s;
             taken += parts;
         }
-        let dt_s = self.settings.dt_s;
         self.count_slow(dt_s);
+        let in_parts = taken > 1 || self.solution.halvings > 0;
         for body in &mut self.bodies {
-            if let Some(free) = body.free_mut() {
-                free.from_robots /= dt_s;
-            }
-            for (index, counts) in body.done.counts.iter_mut().enumerate() {
-                counts.tally.end_step(body.state.hubs()[index].center_m.z);
-                body.done.acted_n_m[index] = counts.torque_n_m_s / dt_s;
-                let contact = &mut body.done.contacts[index];
-                if taken > 1 || self.solution.halvings > 0 {
-                    counts.tally.put_means_into(contact);
-                }
-                contact.slip_power_w = counts.taken.slip_j / dt_s;
-                contact.spin_up_power_w = counts.taken.spin_up_j / dt_s;
-                contact.impact_power_w = counts.taken.impact_j / dt_s;
-            }
-            body.done.support = body.done.support.over(dt_s);
-            body.done.joint_forces.iter_mut().for_each(|of| *of /= dt_s);
-            body.command.pushes.clear();
-            body.command.motors.fill(MotorTorque::constant(0.0));
+            body.end_step(in_parts, dt_s);
         }
         self.release_user_bodies(hosts);
     }

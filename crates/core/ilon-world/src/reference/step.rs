@@ -234,19 +234,15 @@ impl Touch {
         let sticks = rubbed.yz().norm() < limit_n_s;
         let slides_m_s = if sticks { after.yz().norm() } else { 0.0 };
         let reaction = Reaction {
-            a,
             b: Partner::Ground,
             at_m: self.at_m,
             frame: *axes,
             friction: self.friction,
-            nap: None,
             impulse,
-            velocity_before: before,
             velocity_after: after,
             taken_j: -0.5 * impulse.component_mul(&(before + after)),
-            came_down: false,
             rolling_radius_m: along_frame(axes, per_spin).z,
-            compliance: None,
+            ..Reaction::within(a, before)
         };
         (reaction, after.x.abs().max(slides_m_s))
     }

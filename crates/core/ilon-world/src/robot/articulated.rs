@@ -234,6 +234,43 @@ impl Articulated {
         ]
     }
 
+    /// Begins a step of the world with what was commanded, before any part of it is taken.
+    pub fn begin_step(&mut self, dt_s: f64) {
+        if let Some(free) = self.free_mut() {
+            free.from_robots = Vector3::zeros();
+        }
+        let rates_rad_s = self.state.wheel_rates_rad_s();
+        self.command.rates_asked_rad_s.copy_from_slice(rates_rad_s);
+        self.command.from_middle_s = -0.5 * dt_s;
+        self.done.counts.fill(WheelCounts::default());
+        self.done.support = Support::default();
+        self.done.joint_forces.fill(0.0);
+    }
+
+    /// Ends a step of the world, which was taken in parts or at once: sums become means, and commands
+    /// are forgotten.
+    pub fn end_step(&mut self, in_parts: bool, dt_s: f64) {
+        if let Some(free) = self.free_mut() {
+            free.from_robots /= dt_s;
+        }
+        let done = &mut self.done;
+        for (index, counts) in done.counts.iter_mut().enumerate() {
+            counts.tally.end_step(self.state.hubs()[index].center_m.z);
+            done.acted_n_m[index] = counts.torque_n_m_s / dt_s;
+            let contact = &mut done.contacts[index];
+            if in_parts {
+                counts.tally.put_means_into(contact);
+            }
+            contact.slip_power_w = counts.taken.slip_j / dt_s;
+            contact.spin_up_power_w = counts.taken.spin_up_j / dt_s;
+            contact.impact_power_w = counts.taken.impact_j / dt_s;
+        }
+        done.support = done.support.over(dt_s);
+        done.joint_forces.iter_mut().for_each(|of| *of /= dt_s);
+        self.command.pushes.clear();
+        self.command.motors.fill(MotorTorque::constant(0.0));
+    }
+
     /// A wheel's axis among its degrees of freedom.
     pub fn dof_of(&self, wheel: usize) -> usize {
         ROOT_DOFS + self.wheels[wheel].joint

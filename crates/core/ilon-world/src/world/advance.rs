@@ -134,7 +134,6 @@ impl World {
         self.count_motors(dt_s);
         self.count_joints(dt_s);
         self.count_pushing();
-        self.count_coupled();
         self.read_contacts(dt_s);
         for (index, body) in self.bodies.iter_mut().enumerate() {
             let took_j = body.run_bearings(&gravity, dt_s) + self.reactions.bearings_took_j(index);

@@ -175,23 +175,32 @@ impl World {
         }
     }
 
-    /// Counts what robots did to free bodies.
+    /// Counts what robots did to free bodies, and what they and free bodies did to coupled bodies.
     pub(super) fn count_pushing(&mut self) {
-        // Free bodies stand behind the robots.
+        // Both stand behind the robots.
         if self.bodies.last().is_none_or(Articulated::is_robot) {
             return;
         }
         for (reaction, b) in self.reactions.on_bodies() {
-            if !self.bodies[reaction.a.body].is_robot() {
-                continue;
-            }
+            let pusher = &self.bodies[reaction.a.body];
+            let (by_robot, by_coupled) = (pusher.is_robot(), pusher.coupled().is_some());
             let body = &mut self.bodies[b];
+            let middle = &body.step.middle;
             let normal = reaction.impulse.x * reaction.frame[0];
             let impulse_n_s = -(normal + reaction.friction_impulse_n_s());
-            let mean_m_s = body.step.middle.chassis_velocity_m_s(&reaction.at_m);
-            if let Some(free) = body.free_mut() {
-                free.from_robots += impulse_n_s;
-                free.work_j += impulse_n_s.dot(&mean_m_s);
+            let did_j = impulse_n_s.dot(&middle.chassis_velocity_m_s(&reaction.at_m));
+            let lever_m = reaction.at_m - middle.center_m();
+            match &mut body.kind {
+                Kind::Free(free) if by_robot => {
+                    free.from_robots += impulse_n_s;
+                    free.work_j += did_j;
+                }
+                Kind::Coupled(coupled) if !by_coupled => {
+                    coupled.impulse[0] += impulse_n_s;
+                    coupled.impulse[1] += lever_m.cross(&impulse_n_s);
+                    self.energies.outside_j -= did_j;
+                }
+                _ => {}
             }
         }
     }

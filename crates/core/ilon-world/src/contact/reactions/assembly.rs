@@ -171,19 +171,15 @@ impl ReactionSolver {
             (ratio != 1.0).then_some((along, ratio))
         });
         let reaction = Reaction {
-            a: place.a,
             b: place.b,
             at_m: place.place_m,
             frame: contact.frame,
             friction,
             nap,
-            impulse: Vector3::zeros(),
-            velocity_before: contact.before,
-            velocity_after: Vector3::zeros(),
-            taken_j: Vector3::zeros(),
             came_down: place.came_down,
             rolling_radius_m: contact.rows[2].a.axle.map_or(0.0, |(_, radius_m)| radius_m),
             compliance: tangents.map(Box::new),
+            ..Reaction::within(place.a, contact.before)
         };
         let mut free = contact.free;
         if let Some(tangents) = &tangents {

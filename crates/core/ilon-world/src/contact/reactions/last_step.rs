@@ -44,13 +44,9 @@ impl Reactions {
     /// Takes over what another solver did in the step: its reactions, and by how much it broke the
     /// laws, in m/s or rad/s.
     pub fn take(&mut self, reactions: Vec<(Reaction, f64)>) {
-        self.all.clear();
-        self.error = 0.0;
-        self.released_j = 0.0;
-        for (reaction, error) in reactions {
-            self.all.push(reaction);
-            self.error = self.error.max(error);
-        }
+        let (mut all, errors): (Vec<_>, Vec<_>) = reactions.into_iter().unzip();
+        let error = errors.into_iter().fold(0.0, f64::max);
+        self.take_solved(&mut all, (error, 0.0), self.dt_s);
     }
 
     /// The reactions of the last step.

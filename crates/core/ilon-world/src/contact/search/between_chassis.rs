@@ -1,13 +1,13 @@
 //! Where the chassis of two articulated bodies, and what moves on their joints, are near each
 //! other.
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3};
 use parry3d::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
 use rapier3d::prelude::*;
 
 use crate::contact::reactions::reaction::{Part, Partner};
 use crate::contact::scene::{Scene, Scenes};
-use crate::contact::search::candidate::{Candidate, Turning};
+use crate::contact::search::candidate::Candidate;
 use crate::contact::search::free_bodies::fastest_link_m_s;
 use crate::engine::convert;
 use crate::settings::NEAR;
@@ -54,20 +54,11 @@ impl Scenes<'_> {
                     let normal = -(floor_from_a.rotation * normal_in_a).normalize();
                     for point in &manifold.points {
                         let in_a_m = convert::to_vector(from_piece_b * point.local_p2);
-                        found.push(Candidate {
-                            a: a.member(Part::of_body(joint_a)),
-                            b: Partner::Of(b.member(Part::of_body(joint_b))),
-                            place_m: (floor_from_a * Point3::from(in_a_m)).coords,
-                            normal,
-                            along: Vector3::x(),
-                            gap_m: point.dist,
-                            turning: Turning::NONE,
-                            came_down: false,
-                            travel_m_s: Vector3::zeros(),
-                            on_barrel: false,
-                            gap_ahead_m: 0.0,
-                            friction: None,
-                        });
+                        let place_m = (floor_from_a * Point3::from(in_a_m)).coords;
+                        let of_a = a.member(Part::of_body(joint_a));
+                        let of_b = Partner::Of(b.member(Part::of_body(joint_b)));
+                        let place = Candidate::new((of_a, of_b), (place_m, normal, point.dist));
+                        found.push(place);
                     }
                 }
             }

@@ -258,20 +258,12 @@ fn candidate(
     } else {
         Turning::NONE
     };
+    let of_b = b.map_or(Partner::Ground, |scene| {
+        Partner::Of(scene.member(Part::Chassis))
+    });
+    let between = (a.member(Part::of_body(joint)), of_b);
     Candidate {
-        a: a.member(Part::of_body(joint)),
-        b: b.map_or(Partner::Ground, |scene| {
-            Partner::Of(scene.member(Part::Chassis))
-        }),
-        place_m: near.place_m,
-        normal: near.normal,
-        along: Vector3::x(),
-        gap_m: near.gap_m,
         turning,
-        came_down: false,
-        travel_m_s: Vector3::zeros(),
-        on_barrel: false,
-        gap_ahead_m: near.gap_m,
-        friction: None,
+        ..Candidate::new(between, (near.place_m, near.normal, near.gap_m))
     }
 }

@@ -98,19 +98,10 @@ impl Scene<'_> {
             .of_bodies(shared, |joint, place_m, normal, gap_m| {
                 let axes = frame(normal, Vector3::x());
                 let gained_m_s = along_frame(&axes, &self.gained_by_turning_m_s(joint, &place_m));
+                let between = (self.member(Part::of_body(joint)), Partner::Ground);
                 found.push(Candidate {
-                    a: self.member(Part::of_body(joint)),
-                    b: Partner::Ground,
-                    place_m,
-                    normal,
-                    along: Vector3::x(),
-                    gap_m,
                     turning: Turning::in_each_half(0.5 * gained_m_s),
-                    came_down: false,
-                    travel_m_s: Vector3::zeros(),
-                    on_barrel: false,
-                    gap_ahead_m: gap_m,
-                    friction: None,
+                    ..Candidate::new(between, (place_m, normal, gap_m))
                 });
             });
         thin(
@@ -431,19 +422,15 @@ impl Scene<'_> {
         } else {
             nearest.place_m
         };
+        let between = (self.member(Part::Roller(wheel, index)), Partner::Ground);
         Candidate {
-            a: self.member(Part::Roller(wheel, index)),
-            b: Partner::Ground,
-            place_m,
-            normal: nearest.normal,
             along,
-            gap_m: nearest.gap_m,
             turning,
             came_down,
             travel_m_s: travel_m_s - nearest.normal * nearest.normal.dot(&travel_m_s),
             on_barrel: true,
             gap_ahead_m: nearest.normal.dot(&(ahead.place_m - nearest.place_m)),
-            friction: None,
+            ..Candidate::new(between, (place_m, nearest.normal, nearest.gap_m))
         }
     }
 
@@ -481,21 +468,13 @@ impl Scene<'_> {
                     let axes = frame(normal, hub.rotation * roller.axis_in_hub);
                     along_frame(&axes, &(carried + spin_rad_s * per_spin))
                 };
+                let between = (self.member(Part::Roller(wheel, index)), Partner::Ground);
+                let gained_m_s = velocity(&self.step.ahead) - velocity(&self.step.before);
                 found.push(Candidate {
-                    a: self.member(Part::Roller(wheel, index)),
-                    b: Partner::Ground,
-                    place_m,
-                    normal,
                     along,
-                    gap_m,
-                    turning: Turning::in_each_half(
-                        0.5 * (velocity(&self.step.ahead) - velocity(&self.step.before)),
-                    ),
+                    turning: Turning::in_each_half(0.5 * gained_m_s),
                     came_down: !roller.pressed && !roller.seized,
-                    travel_m_s: Vector3::zeros(),
-                    on_barrel: false,
-                    gap_ahead_m: gap_m,
-                    friction: None,
+                    ..Candidate::new(between, (place_m, normal, gap_m))
                 });
             });
     }

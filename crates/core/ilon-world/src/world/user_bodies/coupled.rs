@@ -90,33 +90,6 @@ impl World {
             }
         }
     }
-
-    /// Counts what contacts did to coupled bodies in a part of a step.
-    pub(in crate::world) fn count_coupled(&mut self) {
-        if self
-            .bodies
-            .last()
-            .is_none_or(|body| body.coupled().is_none())
-        {
-            return;
-        }
-        for (reaction, b) in self.reactions.on_bodies() {
-            if self.bodies[reaction.a.body].coupled().is_some() {
-                continue;
-            }
-            let body = &mut self.bodies[b];
-            let center_m = body.step.middle.center_m();
-            let mean_m_s = body.step.middle.chassis_velocity_m_s(&reaction.at_m);
-            let Some(coupled) = body.coupled_mut() else {
-                continue;
-            };
-            let normal = reaction.impulse.x * reaction.frame[0];
-            let impulse_n_s = -(normal + reaction.friction_impulse_n_s());
-            coupled.impulse[0] += impulse_n_s;
-            coupled.impulse[1] += (reaction.at_m - center_m).cross(&impulse_n_s);
-            self.energies.outside_j -= impulse_n_s.dot(&mean_m_s);
-        }
-    }
 }
 
 /// The place of a user body among coupled bodies.
