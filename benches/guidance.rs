@@ -2,7 +2,7 @@
 
 use divan::{AllocProfiler, Bencher, black_box};
 use ilon_control::{
-    ContactKinematics, Gain, Guidance, GuidanceSettings, Kinematics, LoopTiming, Priority,
+    ContactKinematics, Demand, Gain, Guidance, GuidanceSettings, Kinematics, LoopTiming, Priority,
     Reference, Saturation, TorqueLaw, TorqueRange, WheelGains, WheelLoop, WheelLoopSettings,
 };
 use ilon_formats::LoadRobot;
@@ -67,5 +67,6 @@ fn wheel_loops(bencher: Bencher, wheels: usize) {
     let mut loops = WheelLoop::new(wheels, settings).expect("valid gains");
     let (targets, rates) = (vec![5.0; wheels], vec![4.9; wheels]);
     let limits = vec![TorqueRange::UNLIMITED; wheels];
-    bencher.bench_local(|| loops.update(black_box(&targets), &rates, &limits, 1e-3)[0]);
+    bencher
+        .bench_local(|| loops.update(&Demand::new(black_box(&targets), &rates, &limits, 1e-3))[0]);
 }

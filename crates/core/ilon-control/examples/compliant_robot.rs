@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             angles_rad: &hardware.angles_rad,
             gravity_in_body_m_s2: Some(9.81 * tilt.down_in_body()),
         });
-        let torques = law.update(&targets, &hardware.rates_rad_s, &limits, DT_S);
+        let torques = law.update(&Demand::new(&targets, &hardware.rates_rad_s, &limits, DT_S));
         hardware.act(torques, DT_S);
     }
     let off_m = (hardware.pose.x_m - 0.2).abs();

@@ -1,10 +1,11 @@
-//! What an omnidirectional robot **decides**: kinematics, references, guidance, wheel loops and motors of robots with
-//! N >= 3 Swedish wheels, after G. Indiveri, "Swedish Wheeled Omnidirectional Mobile Robots: Kinematics Analysis and
-//! Control", IEEE Transactions on Robotics 25(1), 2009, cited in this crate as "Indiveri 2009".
+//! What an omnidirectional robot **decides**: kinematics, references, guidance, wheel loops and
+//! motors of robots with N >= 3 Swedish wheels, after G. Indiveri, "Swedish Wheeled Omnidirectional
+//! Mobile Robots: Kinematics Analysis and Control", IEEE Transactions on Robotics 25(1), 2009,
+//! cited in this crate as "Indiveri 2009".
 //!
-//! There is no I/O, no clock and no physics engine in here: time, poses and wheel rates come in as arguments, wheel
-//! rates and torques go out. After construction nothing in the update paths allocates. So the crate can be taken as
-//! it is onto a real robot.
+//! There is no I/O, no clock and no physics engine in here: time, poses and wheel rates come in as
+//! arguments, wheel rates and torques go out. After construction nothing in the update paths
+//! allocates. So the crate can be taken as it is onto a real robot.
 //!
 //! From the outside in, one control step reads:
 //!
@@ -16,8 +17,8 @@
 //!    the robot a spring and a damper about its reference, with an IMU's tilt by [`TiltFilter`].
 //! 4. [`Motor::range`] says between which torques the motor can give one.
 //!
-//! Underneath lie [`Kinematics`], the paper's eqs. (2)-(10) with one constant roller angle a wheel, and
-//! [`ContactKinematics`], the same constraint taken at the roller that really touches.
+//! Underneath lie [`Kinematics`], the paper's eqs. (2)-(10) with one constant roller angle a wheel,
+//! and [`ContactKinematics`], the same constraint taken at the roller that really touches.
 //!
 //! ```
 //! use ilon_control::*;
@@ -79,7 +80,7 @@ pub use actuation::motor::{DcMotor, Motor, MotorBounds, MotorCurve, TorqueRange}
 pub use actuation::passive::{PassiveTorque, PassiveTorqueSettings, TiltLoop};
 pub use actuation::pid::{LoopTiming, WheelGains, WheelLoop, WheelLoopSettings};
 pub use actuation::prioritised_torque::{PrioritisedTorque, PrioritisedTorqueSettings};
-pub use actuation::{BodySense, FallingTorque, PassiveEffort, TorqueLaw, TorqueShares};
+pub use actuation::{BodySense, Demand, FallingTorque, PassiveEffort, TorqueLaw, TorqueShares};
 pub use dynamics::acceleration_limits::{
     AccelerationLimit, AccelerationLimits, AccelerationPolytope, AccelerationRange,
     AccelerationUse, LimitCause, LimitSettings, LimitedBy, PushSharing,

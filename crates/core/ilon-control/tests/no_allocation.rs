@@ -6,9 +6,9 @@ mod fixtures;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use ilon_control::{
-    BodySense, ComputedTorque, ComputedTorqueSettings, ContactKinematics, DynamicModel, Gain,
-    Guidance, GuidanceSettings, Heading, Kinematics, LoopTiming, Motor, MotorCurve, PassiveTorque,
-    PassiveTorqueSettings, PoseFilter, PoseFilterSettings, PrioritisedTorque,
+    BodySense, ComputedTorque, ComputedTorqueSettings, ContactKinematics, Demand, DynamicModel,
+    Gain, Guidance, GuidanceSettings, Heading, Kinematics, LoopTiming, Motor, MotorCurve,
+    PassiveTorque, PassiveTorqueSettings, PoseFilter, PoseFilterSettings, PrioritisedTorque,
     PrioritisedTorqueSettings, Priority, Reference, Saturation, TiltFilter, TorqueLaw, TorqueRange,
     WheelGains, WheelLoop, WheelLoopSettings,
 };
@@ -102,15 +102,15 @@ fn a_control_step_allocates_nothing() {
                     .update_on_contact(&seen, &desired, &contact)
                     .wheel_rates_rad_s;
                 let ranges: [TorqueRange; 4] = std::array::from_fn(|h| motor.range(rates[h]));
-                let _ = wheel_loop.update(targets, &rates, &ranges, 1e-3);
-                let _ = computed.update(targets, &rates, &ranges, 1e-3);
+                let _ = wheel_loop.update(&Demand::new(targets, &rates, &ranges, 1e-3));
+                let _ = computed.update(&Demand::new(targets, &rates, &ranges, 1e-3));
                 tilt.update(&Vector3::zeros(), &Vector3::new(0.1, 0.0, 9.8), 0.03);
                 passive.sense(&BodySense {
                     angles_rad: &angles,
                     gravity_in_body_m_s2: Some(9.81 * tilt.down_in_body()),
                 });
-                let _ = passive.update(targets, &rates, &ranges, 1e-3);
-                let torques = prioritised.update(targets, &rates, &ranges, 1e-3);
+                let _ = passive.update(&Demand::new(targets, &rates, &ranges, 1e-3));
+                let torques = prioritised.update(&Demand::new(targets, &rates, &ranges, 1e-3));
                 for h in 0..4 {
                     rates[h] += 0.1 * motor.range(rates[h]).clamp(torques[h]);
                     angles[h] += 0.03 * rates[h];

@@ -1,7 +1,8 @@
 //! Bodies that belong to no robot: boxes, cylinders and spheres that lie about and can be pushed.
 //!
-//! A free body is one more articulated body without joints: it moves by the same f64 dynamics, and its contacts stand in the same problem as
-//! those of the robots, so that momentum is conserved to rounding and the energy balance closes as it does for a robot.
+//! A free body is one more articulated body without joints: it moves by the same f64 dynamics, and
+//! its contacts stand in the same problem as those of the robots, so that momentum is conserved to
+//! rounding and the energy balance closes as it does for a robot.
 
 use std::sync::Arc;
 
@@ -45,13 +46,15 @@ pub struct FreeBody {
     pub shape: FreeShape,
     /// Its mass, in kg, > 0.
     pub mass_kg: f64,
-    /// Coulomb friction coefficient of its surface, >= 0. On the floor and between two free bodies the lower of both coefficients holds.
+    /// Coulomb friction coefficient of its surface, >= 0. On the floor and between two free bodies
+    /// the lower of both coefficients holds.
     pub friction: f64,
     /// That against robots, their chassis and rollers, >= 0; `None` where it is the same.
     pub friction_on_robots: Option<f64>,
     /// Where its middle is over the floor's plane, in metres.
     pub place_m: Vector2<f64>,
-    /// The height of its middle over the floor's plane, in metres; `None` where it is put down on whatever is beneath it.
+    /// The height of its middle over the floor's plane, in metres; `None` where it is put down on
+    /// whatever is beneath it.
     pub height_m: Option<f64>,
     /// How it is turned in the world.
     pub rotation: UnitQuaternion<f64>,
@@ -64,7 +67,7 @@ pub struct FreeBody {
 /// The least gravity by which units are counted, in m/s^2: a tenth of the earth's, as of robots.
 pub(crate) const LEAST_GRAVITY_M_S2: f64 = 0.981;
 
-/// What an articulated body that is a free one has beside its state.
+/// What a free body has beside its state.
 #[derive(Clone, Debug)]
 pub(crate) struct Free {
     pub id: FreeBodyId,
@@ -73,49 +76,49 @@ pub(crate) struct Free {
     pub friction_on_robots: f64,
     /// How long it has been slow, in seconds.
     pub slow_s: f64,
-    /// What robots do to it in a step: impulses so far within it, in N s, and then means over it, in N.
+    /// What robots do to it in a step: impulses so far within it, in N s, and then means over it,
+    /// in N.
     pub from_robots: Vector3<f64>,
     /// Work that robots have done on it, in J.
     pub work_j: f64,
     /// How deep it and what it touched have been in one another at most, in metres.
     pub pressed_m: f64,
-    /// What it is where rapier moves it.
-    pub guest: Option<Box<Guest>>,
 }
 
 /// A handle of rapier's as a key: handles have no order.
 pub(crate) type RawHandle = (u32, u32);
 
-/// What of a program's own in rapier is one body: with its colliders, or a collider without a body.
+/// A user's body in rapier: a rigid body with its colliders, or a collider without a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum RapierObject {
-    Body(RawHandle),
+pub(crate) enum UserBody {
+    Rigid(RawHandle),
     Collider(RawHandle),
 }
 
-/// What a free body has that takes part in a step, but that rapier moves.
+/// What a user's body has that is coupled to a step.
 #[derive(Clone, Debug)]
-pub(crate) struct Guest {
-    /// What it is there.
-    pub own: RapierObject,
+pub(crate) struct Coupled {
+    pub body: UserBody,
     /// Its velocity and angular velocity when the step began, in m/s and rad/s.
     pub start: [Vector3<f64>; 2],
-    /// The contacts that rapier found for it.
-    pub rests: Vec<Rest>,
-    /// What what ilon moves did to it in the step so far: impulse in N s, and moment about its centre of mass in N m s.
+    /// Its contacts with other user bodies and what is fixed, as rapier found them.
+    pub contacts: Vec<RapierContact>,
+    /// What robots and free bodies did to it in the step so far: impulse in N s, and moment about
+    /// its centre of mass in N m s.
     pub impulse: [Vector3<f64>; 2],
 }
 
-/// A contact that rapier found for a guest.
+/// A contact that rapier found for a coupled body.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rest {
-    /// Where, from the guest's centre of mass along its own axes, in metres.
-    pub in_guest_m: Vector3<f64>,
+pub(crate) struct RapierContact {
+    /// Where, from the body's centre of mass along its own axes, in metres.
+    pub in_body_m: Vector3<f64>,
     /// Unit vector in the world out of what it touches.
     pub normal: Vector3<f64>,
-    /// Distance in metres; 0 where it is in it.
+    /// Distance in metres; 0 where the two overlap.
     pub gap_m: f64,
-    /// The place among the step's bodies of the guest that it touches; `None` of what is fixed.
+    /// The place among the step's bodies of the coupled body that it touches; `None` of what is
+    /// fixed.
     pub other: Option<usize>,
     pub friction: f64,
 }
@@ -253,7 +256,8 @@ impl FreeBody {
         }
     }
 
-    /// Its own units: half the side of a cube of its volume stands for a wheel's radius, and a quarter of its mass for a wheel's load.
+    /// Its own units: half the side of a cube of its volume stands for a wheel's radius, and a
+    /// quarter of its mass for a wheel's load.
     pub(crate) fn scale(&self, gravity_m_s2: f64) -> Scale {
         Scale {
             length_m: 0.5 * libm::cbrt(self.shape.volume_m3()),

@@ -1,8 +1,10 @@
-//! What **happens**: a rapier world in which every roller of an omnidirectional robot touches the ground by itself.
+//! What **happens**: a rapier world in which every roller of an omnidirectional robot touches the
+//! ground by itself.
 //!
-//! [`World`] holds robots on a floor, most of the time one: torques in, truth out. Each is an articulated body with an identity;
-//! contacts are between pairs of them and the ground. [`World::add_body`] puts boxes, cylinders and spheres beside them, which they push and
-//! carry. Only this crate of the project names rapier or parry.
+//! [`World`] holds robots on a floor, most of the time one: torques in, truth out. Each is an
+//! articulated body with an identity; contacts are between pairs of them and the ground.
+//! [`World::add_body`] puts boxes, cylinders and spheres beside them, which they push and carry.
+//! Only this crate of the project names rapier or parry.
 //!
 //! # One step
 //!
@@ -14,8 +16,25 @@
 //! contact/reactions/response.rs how the bodies answer: W = Z Z^T, a row z = L^-T J^T as sparse as its way to the root
 //! contact/law/                  the impulses that hold all laws at once (solver.rs: Newton's method, newton.rs; better starts, splitting.rs)
 //! world/advance.rs              a step in which something lands under load, or whose laws could not be held, is given up here, and taken in two parts; else rates take the impulses, work is counted, poses move on with the mean of the rates
-//! world/own.rs                  rapier takes the same step with bodies of a program's own, if there are any
+//! world/user_bodies.rs          rapier takes the same step with a program's user bodies, if there are any
 //! ```
+//!
+//! # Modes of a step
+//!
+//! What else decides how a part of a step is taken:
+//!
+//! | of | mode | holds where | what it changes |
+//! |---|---|---|---|
+//! | body | `is_settling` | the equilibrium at the start is looked for | springs act with their force at the step's end; poses move on with the rates after the step |
+//! | | `is_pressed` | something pressed on it in the last step | the forces of turning frames are those of the rates at the step's beginning, else of their mean |
+//! | its step | `resolves_rollers` | each roller takes six steps or more to pass over the ground | contacts turn on within the step; else they stay as in its middle, and poses move on with the rates after it |
+//! | | `lands` | a contact would end deeper in the ground than it began, or a joint beyond its stop | poses move on with the rates after it |
+//! | wheel | `is_round` | its barrels leave no gap and have no play | it touches a plane where it is lowest only, and a roller's contact passes to the next one |
+//! | | `is_compliant` | its rollers have treads | each roller carries what of it reaches into the ground |
+//! | roller | `seized` | it is said to have seized | it turns with its hub |
+//! | | `touched` | it had a contact in the last part of a step | its bearing acts within the reactions, else by itself |
+//! | | `pressed` | the ground pressed on it then | else a contact on it has come down |
+//! | contact | `came_down` | its roller is rigid and was not pressed | its tangents are those of the step's beginning, and its jump is separated from the rest of the step |
 //!
 //! # Where things are
 //!
@@ -33,28 +52,34 @@
 //! | motor and gear on a wheel, within a step | `motor_torque.rs`, `robot/drive.rs`, `contact/law/curve.rs` |
 //! | pushes, payloads, seized rollers | `world/disturbance.rs` |
 //! | boxes, cylinders and spheres that can be pushed | `free.rs`, `world/free/`; where they touch: `contact/search/{free_bodies,solid}.rs` |
-//! | bodies of a program's own, moved by rapier | `world/own/` |
+//! | a program's user bodies, moved by rapier | `world/user_bodies/` |
 //! | what of a robot parry finds near the ground | `robot/shapes.rs`; places of two robots: `contact/search/between_chassis.rs` |
 //! | what worlds of one robot share | `robot/shared_robot.rs` |
 //! | rapier moving everything, as a cross-check | `reference/` |
 //!
 //! # Decisions
 //!
-//! - **f64 everywhere**, in rapier and parry too: a kilometre from the origin a robot drives as at home.
+//! - **f64 everywhere**, in rapier and parry too: a kilometre from the origin a robot drives as at
+//!   home.
 //! - **A slope is gravity that leans**: the world's frame is the floor's, and z = 0 its plane.
-//! - **A roller is a flywheel on its hub**: it is round, so its mass and the inertia across its axis move with the hub, and its rate is one
-//!   number. That is exact, and takes 36 bodies off a robot with 36 rollers.
-//! - **A step is solved in its middle**: second order where nothing lands, and a held contact does no work in a turn.
-//! - **All contacts are springs of one stiffness**, so that loads are shared as mechanics says. It is a share of the robot's own units
-//!   ([`ilon_robot::Scale`]), as every threshold is.
-//! - **A free body is one more body of the same problem**, without joints: the same f64 dynamics, laws and balances as a robot's, exact
-//!   momentum, and no second solver whose errors would stand between the two.
-//! - **Bodies of a program's own are rapier's** ([`World::rapier_mut`]), of any shape and with joints. Where one is near it takes part in the step as one more
-//!   body of the same problem; what contacts did to it there acts in rapier's step that follows.
-//! - **Work is impulse times mean velocity**, which is exact for a step of constant inertia: the energy balance closes, and what is left
-//!   shows the step's error.
-//! - **Wheel loops act within the step**, unless they are sampled: torque falls as the wheel gains rate, as a damping in the mass matrix.
-//!   Bounds of motors and losses of gears are curves among the reactions.
+//! - **A roller is a flywheel on its hub**: it is round, so its mass and the inertia across its
+//!   axis move with the hub, and its rate is one number. That is exact, and takes 36 bodies off a
+//!   robot with 36 rollers.
+//! - **A step is solved in its middle**: second order where nothing lands, and a held contact does
+//!   no work in a turn.
+//! - **All contacts are springs of one stiffness**, so that loads are shared as mechanics says. It
+//!   is a share of the robot's own units ([`ilon_robot::Scale`]), as every threshold is.
+//! - **A free body is one more body of the same problem**, without joints: the same f64 dynamics,
+//!   laws and balances as a robot's, exact momentum, and no second solver whose errors would stand
+//!   between the two.
+//! - **User bodies are rapier's** ([`World::rapier_mut`]), of any shape and with joints. One that
+//!   is near is coupled to the step, as one more body of the same problem; what contacts did to it
+//!   there acts in rapier's step that follows.
+//! - **Work is impulse times mean velocity**, which is exact for a step of constant inertia: the
+//!   energy balance closes, and what is left shows the step's error.
+//! - **Wheel loops act within the step**, unless they are sampled: torque falls as the wheel gains
+//!   rate, as a damping in the mass matrix. Bounds of motors and losses of gears are curves among
+//!   the reactions.
 
 mod contact;
 mod dynamics;

@@ -8,44 +8,43 @@ mod disturbance;
 mod equilibrium;
 mod free;
 mod in_rapier;
-mod own;
 mod standing;
 #[cfg(test)]
 mod tests;
 mod truth;
+mod user_bodies;
 
 use std::cell::RefCell;
 
 use ilon_robot::Pose as PlanarPose;
-use nalgebra::Vector3;
 
 use crate::contact::law::SolverEffort;
-use crate::contact::reactions::Reactions;
-use crate::contact::reactions::support::Support;
+use crate::contact::reactions::{ReactionSolver, Reactions};
 use crate::ground::Ground;
 use crate::reference::Reference;
-use crate::robot::articulated::{Articulated, WheelCounts};
+use crate::robot::articulated::Articulated;
 pub use crate::robot::payload::Payload;
 use crate::robot::shared_robot::SharedRobot;
-use crate::{ContactSolver, Floor, MotorTorque, Settings, WorldError};
+use crate::{ContactSolver, Floor, Settings, WorldError};
 pub use body::{Body, BodyMut, BodyState, PlaceMotion};
 pub use check_joints::longest_step_of_springs_s;
 pub use disturbance::Push;
 use free::islands::Islands;
 pub use free::{FreeBodyState, RayHit};
-use own::rapier_world::InRapier;
+use user_bodies::rapier_world::UserBodies;
 
 /// Robots on the ground, in most worlds one, and free bodies beside them.
 ///
-/// One step is: [`BodyMut::drive`] with what the motors do, then [`World::step`]. What can be read afterwards is the truth; what a
-/// robot's sensors make of it is not this crate's business.
+/// One step is: [`BodyMut::drive`] with what the motors do, then [`World::step`]. What can be read
+/// afterwards is the truth; what a robot's sensors make of it is not this crate's business.
 ///
 /// A copy goes on to the bit as the original does.
 #[derive(Clone)]
 pub struct World {
     ground: Ground,
     settings: Settings,
-    /// What moves on the ground: robots in the order of identities, and then the free bodies near them.
+    /// What moves on the ground: robots in the order of identities, and then the free bodies near
+    /// them.
     bodies: Vec<Articulated>,
     /// The robot in rapier, where that moves it.
     reference: Option<Box<Reference>>,
@@ -53,8 +52,8 @@ pub struct World {
     islands: Islands,
     /// What the bodies and the ground do to one another.
     reactions: Reactions,
-    /// Bodies of a program's own, in rapier, where it has asked for them.
-    rapier: Option<Box<InRapier>>,
+    /// The rapier world with the user bodies, where the program has asked for it.
+    user_bodies: Option<Box<UserBodies>>,
     energies: Energies,
     /// How the laws of contact were solved in the step.
     solution: ContactSolution,
@@ -64,9 +63,15 @@ pub struct World {
 }
 
 thread_local! {
-    /// Where the worlds of a thread work their reactions out, one after the other: so they are smaller, and what they all write to
-    /// stays in the processor's cache.
-    static ROOM: RefCell<Reactions> = RefCell::default();
+    /// What the worlds of a thread find their reactions with, one after the other. It is some times
+    /// as large as a world: a fleet has one for each thread, and not one for each robot, and it stays
+    /// in the processor's cache.
+    static SOLVER: RefCell<ReactionSolver> = RefCell::default();
+}
+
+/// Lends the thread's solver.
+fn with_solver<T>(work: impl FnOnce(&mut ReactionSolver) -> T) -> T {
+    SOLVER.with_borrow_mut(work)
 }
 
 /// How the laws of contact were solved in a step, of all bodies.
@@ -79,7 +84,8 @@ pub struct ContactSolution {
     pub newton_steps: u32,
     /// How often Newton's method needed another start.
     pub restarts: u32,
-    /// How often a part of the step was given up and taken in two, because something landed in it or its laws could not be held.
+    /// How often a part of the step was given up and taken in two, because something landed in it
+    /// or its laws could not be held.
     pub halvings: u32,
 }
 
@@ -116,16 +122,18 @@ impl Energies {
 }
 
 impl World {
-    /// Builds a robot standing on a floor with its body frame at `start`, at rest, its wheels just touching. Many worlds of one
-    /// robot share it where they are given a [`SharedRobot`].
+    /// Builds a robot standing on a floor with its body frame at `start`, at rest, its wheels just
+    /// touching. Many worlds of one robot share it where they are given a [`SharedRobot`].
     ///
-    /// On a slope `start` counts in the slope's own plane. On boxes and bumps the robot is lowered upright until the first of
-    /// its wheels touches; the others fall the rest of the way in the first steps. A robot with joints begins where springs, stops and the
-    /// ground carry it; [`Body::joint_positions`] says how far it has sagged.
+    /// On a slope `start` counts in the slope's own plane. On boxes and bumps the robot is lowered
+    /// upright until the first of its wheels touches; the others fall the rest of the way in the
+    /// first steps. A robot with joints begins where springs, stops and the ground carry it;
+    /// [`Body::joint_positions`] says how far it has sagged.
     ///
     /// # Errors
-    /// [`WorldError`] where a setting or the floor makes no sense, a roller has no shape, or the robot would lie on its chassis
-    /// or leave a wheel hanging by more than its radius where it starts, or a body on a joint would begin in the ground.
+    /// [`WorldError`] where a setting or the floor makes no sense, a roller has no shape, or the
+    /// robot would lie on its chassis or leave a wheel hanging by more than its radius where it
+    /// starts, or a body on a joint would begin in the ground.
     pub fn new(
         robot: impl Into<SharedRobot>,
         floor: &Floor,
@@ -135,12 +143,13 @@ impl World {
         Self::of_bodies([(robot.into(), start)], floor, settings)
     }
 
-    /// As [`World::new`], of several robots, each with its own start. Their chassis touch each other; rollers touch the ground
-    /// alone. [`World::bodies`] gives their identities in the same order.
+    /// As [`World::new`], of several robots, each with its own start. Their chassis touch each
+    /// other; rollers touch the ground alone. [`World::bodies`] gives their identities in the same
+    /// order.
     ///
     /// # Errors
-    /// As [`World::new`]; and where two chassis would begin in each other, there is no robot at all, or contacts are rapier's,
-    /// which are solved for one robot alone.
+    /// As [`World::new`]; and where two chassis would begin in each other, there is no robot at
+    /// all, or contacts are rapier's, which are solved for one robot alone.
     pub fn of_bodies(
         robots: impl IntoIterator<Item = (SharedRobot, PlanarPose)>,
         floor: &Floor,
@@ -168,7 +177,7 @@ impl World {
             reference,
             islands: Islands::default(),
             reactions: Reactions::default(),
-            rapier: None,
+            user_bodies: None,
             energies: Energies::default(),
             solution: ContactSolution::default(),
             steps: 0,
@@ -180,12 +189,14 @@ impl World {
 
     /// Advances the world by one physics step; in parts, where [`Settings::split_dt_s`] says so.
     pub fn step(&mut self) {
-        self.look_in_rapier();
-        self.regroup();
-        self.solution = ContactSolution::default();
-        self.step_together();
-        self.step_islands();
-        self.step_in_rapier();
+        self.look_at_user_bodies();
+        with_solver(|solver| {
+            self.regroup(solver);
+            self.solution = ContactSolution::default();
+            self.step_together(solver);
+            self.step_islands(solver);
+        });
+        self.step_user_bodies();
         self.steps += 1;
     }
 
@@ -207,72 +218,44 @@ impl World {
     }
 
     /// Steps what is solved together.
-    fn step_together(&mut self) {
+    fn step_together(&mut self, solver: &mut ReactionSolver) {
         let hosts = self.bodies.len();
-        self.seat_guests();
+        self.couple_user_bodies();
+        let dt_s = self.settings.dt_s;
         for body in &mut self.bodies {
-            if let Some(free) = &mut body.free {
-                free.from_robots = Vector3::zeros();
-            }
-            body.asked.copy_from_slice(&body.motors);
-            body.rates_asked_rad_s
-                .copy_from_slice(body.state.wheel_rates_rad_s());
-            body.from_middle_s = -0.5 * self.settings.dt_s;
-            body.counts.fill(WheelCounts::default());
-            body.support = Support::default();
-            body.joint_forces.fill(0.0);
+            body.begin_step(dt_s);
         }
         let mut taken = 0;
-        ROOM.with_borrow_mut(|room| {
-            self.reactions.swap_room(room);
-            let mut left_s = self.settings.dt_s;
-            while left_s > 0.0 {
-                let span_s = self.span_s(left_s);
-                let parts = self.parts(span_s);
-                for _ in 0..parts {
-                    self.advance(span_s / f64::from(parts));
-                }
-                left_s -= span_s;
-                taken += parts;
+        let mut left_s = dt_s;
+        while left_s > 0.0 {
+            let span_s = self.span_s(left_s);
+            let parts = self.parts(span_s);
+            for _ in 0..parts {
+                self.advance(solver, span_s / f64::from(parts));
             }
-            self.reactions.swap_room(room);
-        });
-        let dt_s = self.settings.dt_s;
-        self.count_slow(dt_s);
-        for body in &mut self.bodies {
-            if let Some(free) = &mut body.free {
-                free.from_robots /= dt_s;
-            }
-            for (index, counts) in body.counts.iter_mut().enumerate() {
-                counts.tally.end_step(body.state.hubs()[index].center_m.z);
-                body.acted_n_m[index] = counts.torque_n_m_s / dt_s;
-                let contact = &mut body.contacts[index];
-                if taken > 1 || self.solution.halvings > 0 {
-                    counts.tally.put_means_into(contact);
-                }
-                contact.slip_power_w = counts.taken.slip_j / dt_s;
-                contact.spin_up_power_w = counts.taken.spin_up_j / dt_s;
-                contact.impact_power_w = counts.taken.impact_j / dt_s;
-            }
-            body.support = body.support.over(dt_s);
-            body.joint_forces.iter_mut().for_each(|of| *of /= dt_s);
-            body.pushes.clear();
-            body.motors.fill(MotorTorque::constant(0.0));
+            left_s -= span_s;
+            taken += parts;
         }
-        self.dismiss_guests(hosts);
+        self.count_slow(dt_s);
+        let in_parts = taken > 1 || self.solution.halvings > 0;
+        for body in &mut self.bodies {
+            body.end_step(in_parts, dt_s);
+        }
+        self.release_user_bodies(hosts);
     }
 
     /// Counts what the wheels did in a part of the step.
     fn tally(&mut self, part_s: f64) {
         for body in &mut self.bodies {
-            let wheels = body.counts.iter_mut().zip(&body.contacts);
-            for ((counts, contact), torque_n_m) in wheels.zip(&body.acted_n_m) {
+            let wheels = body.done.counts.iter_mut().zip(&body.done.contacts);
+            for ((counts, contact), torque_n_m) in wheels.zip(&body.done.acted_n_m) {
                 counts.tally.add_part(contact, *torque_n_m, part_s);
             }
         }
     }
 
-    /// How much of what is left of a step goes by before a servo's target comes to its aim: its rate jumps there.
+    /// How much of what is left of a step goes by before a servo's target comes to its aim: its
+    /// rate jumps there.
     fn span_s(&self, left_s: f64) -> f64 {
         /// What is shorter, or leaves less, as a share of the step, is no part of its own.
         const LEAST: f64 = 1e-3;

@@ -44,7 +44,7 @@ fn worlds_of_a_shared_robot_keep_what_changes_alone() {
     println!("{of_its_own} bytes, {of_shared} of a shared robot");
     assert_eq!(first.robot().state(), second.robot().state());
     assert!(of_its_own > of_shared + 36 * 18 * size_of::<f64>());
-    // Half of it are the states of 36 rollers. What a step is worked out in belongs to the thread, and of rapier there is nothing as long as
-    // the chassis stays off the ground.
+    // Half of it are the states of 36 rollers. What reactions are found with belongs to the thread,
+    // and of rapier there is nothing as long as the chassis stays off the ground.
     assert!(of_shared < 20_000, "{of_shared}");
 }

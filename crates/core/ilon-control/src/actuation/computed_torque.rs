@@ -1,20 +1,20 @@
 //! The low-level control of section III-A, centralised: computed torque, eq. (12).
 //!
-//! tau = (C(omega) + F) q' + I y takes the couplings out of (11) and leaves q'' = y. With the rate error e = q'_d - q'
-//! and y = q''_d + k_p e + k_i integral(e), the errors obey e' + k_p e + k_i integral(e) = 0, each wheel by itself.
-//! k_p = w_b and k_i = w_b^2 / 4 put both poles on w_b / 2: critically damped.
+//! tau = (C(omega) + F) q' + I y takes the couplings out of (11) and leaves q'' = y. With the rate
+//! error e = q'_d - q' and y = q''_d + k_p e + k_i integral(e), the errors obey e' + k_p e + k_i
+//! integral(e) = 0, each wheel by itself. k_p = w_b and k_i = w_b^2 / 4 put both poles on w_b / 2:
+//! critically damped.
 //!
 //! **The bandwidth's limit.** With the torque held over dt the rolling robot's loop is that of
-//! [`WheelGains`](crate::WheelGains) with a = k_p dt, whatever the inertia. But wheels that slide, or hang in the air,
-//! feel only their own inertia J_air under torques meant for the whole robot: their errors follow the matrix
-//! k_p dt I / J_air, the largest eigenvalue of which is a = k_p dt J_ground / J_air. As there, a <= 1 is kept:
-//! k_p = min(w_b, J_air / (J_ground dt)).
+//! [`WheelGains`](crate::WheelGains) with a = k_p dt, whatever the inertia. But wheels that slide,
+//! or hang in the air, feel only their own inertia J_air under torques meant for the whole robot:
+//! their errors follow the matrix k_p dt I / J_air, the largest eigenvalue of which is a = k_p dt
+//! J_ground / J_air. As there, a <= 1 is kept: k_p = min(w_b, J_air / (J_ground dt)).
 
 use ilon_robot::Robot;
 
-use super::TorqueLaw;
 use super::derivative::{FilteredDerivative, weight};
-use super::motor::TorqueRange;
+use super::{Demand, TorqueLaw};
 use crate::error::{not_negative, positive};
 use crate::{ControlError, DynamicModel};
 
@@ -23,15 +23,16 @@ use crate::{ControlError, DynamicModel};
 pub struct ComputedTorqueSettings {
     /// Bandwidth w_b asked of the rate loops, in rad/s.
     pub bandwidth_rad_s: f64,
-    /// Time constant of the low-pass through which the targets' derivative q''_d is taken, in seconds. Where the
-    /// targets change at a slower period than the loop's, about that period is right; 0 for none.
+    /// Time constant of the low-pass through which the targets' derivative q''_d is taken, in
+    /// seconds. Where the targets change at a slower period than the loop's, about that period is
+    /// right; 0 for none.
     pub target_filter_s: f64,
     /// The longest period at which it will be updated, in seconds.
     pub dt_s: f64,
 }
 
-/// Computed torque for all wheels together. It takes the place of a [`WheelLoop`](crate::WheelLoop): the same inputs,
-/// the same output.
+/// Computed torque for all wheels together. It takes the place of a
+/// [`WheelLoop`](crate::WheelLoop): the same inputs, the same output.
 #[derive(Clone, Debug)]
 pub struct ComputedTorque {
     model: DynamicModel,
@@ -79,8 +80,19 @@ impl ComputedTorque {
             torques_n_m: vec![0.0; n],
         })
     }
+}
 
-    fn step(&mut self, targets: &[f64], rates: &[f64], limits: &[TorqueRange], dt_s: f64) {
+impl TorqueLaw for ComputedTorque {
+    /// Eq. (12), with the rollers' drag and dry friction made up for as well: dry friction in the
+    /// targets' direction, so that a wheel at rest is left alone. The integral of a wheel stands
+    /// still while its torque is at the limit and its error would drive it beyond.
+    fn step(&mut self, demand: &Demand<'_>) {
+        let Demand {
+            targets_rad_s: targets,
+            rates_rad_s: rates,
+            limits,
+            dt_s,
+        } = *demand;
         let (k_p, k_i) = (self.k_p, 0.25 * self.k_p * self.k_p);
         let weight = weight(self.target_filter_s, dt_s);
         let errors = targets
@@ -121,22 +133,8 @@ impl ComputedTorque {
             *torque_n_m = limit.clamp(*torque_n_m);
         }
     }
-}
 
-impl TorqueLaw for ComputedTorque {
-    /// Eq. (12), with the rollers' drag and dry friction made up for as well: dry friction in the targets' direction, so that
-    /// a wheel at rest is left alone. The integral of a wheel stands still while its torque is at the limit and its error
-    /// would drive it beyond.
-    fn update(
-        &mut self,
-        targets_rad_s: &[f64],
-        rates_rad_s: &[f64],
-        limits: &[TorqueRange],
-        dt_s: f64,
-    ) -> &[f64] {
-        if dt_s > 0.0 {
-            self.step(targets_rad_s, rates_rad_s, limits, dt_s);
-        }
+    fn torques_n_m(&self) -> &[f64] {
         &self.torques_n_m
     }
 
@@ -154,6 +152,7 @@ impl TorqueLaw for ComputedTorque {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::TorqueRange;
     use crate::fixtures::{mecanum4, six_wheels, volksbot};
     use crate::joint_fixtures::{driven, joint};
     use ilon_robot::{Robot, Twist};
@@ -169,8 +168,8 @@ mod tests {
         ComputedTorque::new(model, &settings).unwrap()
     }
 
-    /// Rolls the model (11) under the law from rest, with the targets of `twist_at` and the torque held over each
-    /// step of `dt_s`: the largest rate error after `settle_s`.
+    /// Rolls the model (11) under the law from rest, with the targets of `twist_at` and the torque
+    /// held over each step of `dt_s`: the largest rate error after `settle_s`.
     fn worst_error(
         robot: &Robot,
         law: &mut ComputedTorque,
@@ -185,7 +184,9 @@ mod tests {
         let (mut worst, mut t_s) = (0.0_f64, 0.0);
         while t_s < end_s {
             model.kinematics().wheel_rates(twist_at(t_s), &mut targets);
-            let torques = law.update(&targets, &rates, &open, dt_s).to_vec();
+            let torques = law
+                .update(&Demand::new(&targets, &rates, &open, dt_s))
+                .to_vec();
             model.accelerations(&rates, &torques, &mut scratch, &mut accelerations);
             for ((rate, acceleration), target) in rates.iter_mut().zip(&accelerations).zip(&targets)
             {
@@ -210,8 +211,9 @@ mod tests {
                 |t: f64| Twist::new(0.5 * (2.0 * t).sin(), 0.3 * (3.0 * t).cos(), 2.0 * t.sin());
             let mut law = law(&robot, 20.0, 1e-3);
             let error = worst_error(&robot, &mut law, twist_at, (1e-3, 1.0, 4.0));
-            // Rates reach 20 rad/s and 60 rad/s^2. A derivative taken one step late errs by q''' dt, below 0.3 rad/s^2,
-            // which a loop of 20 rad/s turns into 0.3 / 20 = 0.015 rad/s; and one step of lag adds q'' dt = 0.06.
+            // Rates reach 20 rad/s and 60 rad/s^2. A derivative taken one step late errs by q'''
+            // dt, below 0.3 rad/s^2, which a loop of 20 rad/s turns into 0.3 / 20 = 0.015 rad/s;
+            // and one step of lag adds q'' dt = 0.06.
             assert!(error < 0.08, "{error}");
         }
     }
@@ -229,20 +231,24 @@ mod tests {
         let open = [TorqueRange::UNLIMITED; 6];
         let (mut scratch, mut accelerations) = ([0.0; 6], [0.0; 6]);
         for _ in 0..10_000 {
-            let torques = law.update(&targets, &rates, &open, dt_s).to_vec();
+            let torques = law
+                .update(&Demand::new(&targets, &rates, &open, dt_s))
+                .to_vec();
             model.accelerations(&rates, &torques, &mut scratch, &mut accelerations);
             for (rate, acceleration) in rates.iter_mut().zip(accelerations) {
                 *rate += acceleration * dt_s;
             }
         }
-        // e' + w e + (w^2/4) integral(e) = 0 from e(0) = target: e(t) = target (1 - w t / 2) exp(-w t / 2), which is
-        // zero at t = 2 / w = 0.1 s. Euler's step of 1e-5 s errs by about w^2 t dt / 8 = 5e-5 of the target.
+        // e' + w e + (w^2/4) integral(e) = 0 from e(0) = target: e(t) = target (1 - w t / 2) exp(-w
+        // t / 2), which is zero at t = 2 / w = 0.1 s. Euler's step of 1e-5 s errs by about w^2 t dt
+        // / 8 = 5e-5 of the target.
         for (target, rate) in targets.iter().zip(rates) {
             assert!(((target - rate) / target).abs() < 3e-4, "{target} {rate}");
         }
     }
 
-    /// A law that has stood up in a pose commands as one that was made for it: an arm swung out asks for other torques.
+    /// A law that has stood up in a pose commands as one that was made for it: an arm swung out
+    /// asks for other torques.
     #[test]
     fn eq_12_takes_masses_where_the_joints_have_them() {
         let mut robot = mecanum4();
@@ -258,10 +264,17 @@ mod tests {
             });
         let open = [TorqueRange::UNLIMITED; 4];
         let (targets, rates) = ([5.0, -3.0, 2.0, 4.0], [4.0, -3.5, 2.0, 4.5]);
-        let before = unmoved.update(&targets, &rates, &open, 1e-3).to_vec();
+        let before = unmoved
+            .update(&Demand::new(&targets, &rates, &open, 1e-3))
+            .to_vec();
         stands.stand(&posed);
-        let torques = stands.update(&targets, &rates, &open, 1e-3).to_vec();
-        assert_eq!(torques, made.update(&targets, &rates, &open, 1e-3));
+        let torques = stands
+            .update(&Demand::new(&targets, &rates, &open, 1e-3))
+            .to_vec();
+        assert_eq!(
+            torques,
+            made.update(&Demand::new(&targets, &rates, &open, 1e-3))
+        );
         let furthest = torques.iter().zip(&before).map(|(a, b)| (a - b).abs());
         let most = torques.iter().fold(0.0, |most: f64, of| most.max(of.abs()));
         assert!(furthest.fold(0.0, f64::max) > 0.01 * most);
@@ -278,7 +291,7 @@ mod tests {
         let open = [TorqueRange::UNLIMITED; 4];
         for _ in 0..5000 {
             let torques = law
-                .update(&[5.0, -3.0, 2.0, 4.0], &rates, &open, dt_s)
+                .update(&Demand::new(&[5.0, -3.0, 2.0, 4.0], &rates, &open, dt_s))
                 .to_vec();
             for (rate, torque) in rates.iter_mut().zip(torques) {
                 *rate += dt_s / j_air * torque;
@@ -299,15 +312,16 @@ mod tests {
             max_n_m: 0.1,
         }; 3];
         for _ in 0..10_000 {
-            let torques = law.update(&[50.0, 50.0, 50.0], &[0.0; 3], &limit, 0.01);
+            let torques = law.update(&Demand::new(&[50.0, 50.0, 50.0], &[0.0; 3], &limit, 0.01));
             assert!(torques.iter().all(|t| *t == 0.1));
         }
-        let torques = law.update(&[50.0; 3], &[51.0; 3], &limit, 0.01);
+        let torques = law.update(&Demand::new(&[50.0; 3], &[51.0; 3], &limit, 0.01));
         assert!(torques.iter().all(|t| *t < 0.1), "{torques:?}");
     }
 
-    /// The reference brakes so hard that the motors are at their limits, while the wheels are a little behind it: an error that leads back
-    /// from the limit counts as it would without one, either way round.
+    /// The reference brakes so hard that the motors are at their limits, while the wheels are a
+    /// little behind it: an error that leads back from the limit counts as it would without one,
+    /// either way round.
     #[test]
     fn an_error_that_leads_back_from_the_limit_is_summed_as_without_one() {
         let robot = volksbot();
@@ -319,14 +333,26 @@ mod tests {
         for way in [1.0, -1.0] {
             let (mut limited, mut free) = (law(&robot, 20.0, 0.01), law(&robot, 20.0, 0.01));
             for law in [&mut limited, &mut free] {
-                law.update(&[way * 50.0; 3], &[way * 50.0; 3], &open, 0.01);
+                law.update(&Demand::new(
+                    &[way * 50.0; 3],
+                    &[way * 50.0; 3],
+                    &open,
+                    0.01,
+                ));
             }
             let (targets, rates) = ([way * 5.0; 3], [way * 4.5; 3]);
-            let torques = limited.update(&targets, &rates, &limit, 0.01).to_vec();
+            let torques = limited
+                .update(&Demand::new(&targets, &rates, &limit, 0.01))
+                .to_vec();
             assert!(torques.iter().all(|torque| *torque == -0.1 * way));
-            free.update(&targets, &rates, &open, 0.01);
-            let after = limited.update(&targets, &rates, &open, 0.01).to_vec();
-            assert_eq!(after, free.update(&targets, &rates, &open, 0.01));
+            free.update(&Demand::new(&targets, &rates, &open, 0.01));
+            let after = limited
+                .update(&Demand::new(&targets, &rates, &open, 0.01))
+                .to_vec();
+            assert_eq!(
+                after,
+                free.update(&Demand::new(&targets, &rates, &open, 0.01))
+            );
         }
     }
 }

@@ -8,4 +8,4 @@ pub(crate) mod pid;
 pub(crate) mod prioritised_torque;
 mod torque_law;
 
-pub use torque_law::{BodySense, FallingTorque, PassiveEffort, TorqueLaw, TorqueShares};
+pub use torque_law::{BodySense, Demand, FallingTorque, PassiveEffort, TorqueLaw, TorqueShares};

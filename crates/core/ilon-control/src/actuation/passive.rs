@@ -1,49 +1,62 @@
-//! Compliance by design: a spring and a damper between the robot and its reference, springs between its wheels, and nothing that knows the ground.
+//! Compliance by design: a spring and a damper between the robot and its reference, springs between
+//! its wheels, and nothing that knows the ground.
 //!
-//! After S.-H. Hyon, "Compliant Terrain Adaptation for Biped Humanoids Without Measuring Ground Surface and Contact Forces", IEEE Transactions on
-//! Robotics 25(1), 2009, carried from feet to wheels. No contact sensor, no map, no friction coefficient and no integrator.
+//! After S.-H. Hyon, "Compliant Terrain Adaptation for Biped Humanoids Without Measuring Ground
+//! Surface and Contact Forces", IEEE Transactions on Robotics 25(1), 2009, carried from feet to
+//! wheels. No contact sensor, no map, no friction coefficient and no integrator.
 //!
-//! **Law.** With L = diag(rho_h cos gamma_h), M of Indiveri 2009, eq. (8), the wheel angles q and nu^ = M^+ L q' the twist that the wheels roll,
+//! **Law.** With L = diag(rho_h cos gamma_h), M of Indiveri 2009, eq. (8), the wheel angles q and
+//! nu^ = M^+ L q' the twist that the wheels roll,
 //!
 //!   w   = D (nu_d - nu^) - m g_t                     the wrench on the body
 //!   f   = argmin max_h |f_h| / N_h,  M^T f = w       shared by the loads N_h that statics gives
 //!   tau = L f - L P (K_n L q + D_n L q') / l^2,  P = I - M M^+
 //!
-//! - nu_d is the twist of the targets. [`Guidance`](crate::Guidance) with the gains K/D ([`PassiveTorqueSettings::position_gain_per_s`]) makes it
-//!   the reference's own twist plus (K/D) e, so that D nu_d is the spring K e; and it holds nu_d within the wheels' rate limit by priority, eqs.
-//!   (30)-(34), so that a robot that is held far from its reference neither pulls nor spins without bound.
-//! - g_t is gravity along the wheels' plane, by the tilt that an IMU sees ([`TiltFilter`](crate::TiltFilter)); it also shifts the loads. Without
-//!   an IMU it is zero, and on a slope the robot stands off by m g sin(slope) / K.
-//! - P L q is how far the wheels have slid against each other: it is no motion of the body. The springs between the wheels keep one that loses
-//!   its grip from spinning, by what the others feel. l is the mean lever. Three wheels have no P.
+//! - nu_d is the twist of the targets. [`Guidance`](crate::Guidance) with the gains K/D
+//!   ([`PassiveTorqueSettings::position_gain_per_s`]) makes it the reference's own twist plus (K/D)
+//!   e, so that D nu_d is the spring K e; and it holds nu_d within the wheels' rate limit by
+//!   priority, eqs. (30)-(34), so that a robot that is held far from its reference neither pulls
+//!   nor spins without bound.
+//! - g_t is gravity along the wheels' plane, by the tilt that an IMU sees
+//!   ([`TiltFilter`](crate::TiltFilter)); it also shifts the loads. Without an IMU it is zero, and
+//!   on a slope the robot stands off by m g sin(slope) / K.
+//! - P L q is how far the wheels have slid against each other: it is no motion of the body. The
+//!   springs between the wheels keep one that loses its grip from spinning, by what the others
+//!   feel. l is the mean lever. Three wheels have no P.
 //!
-//! **Limits.** What the springs between the wheels need comes off the motors' torques first, then gravity, then the tasks by priority, each by
-//! the share that the set of reachable forces has left, as in eqs. (33), (34). A spring between wheels that would push more than its limit gives
-//! way like one on a dry slide: small errors of radii do not add up to strain, and nothing is gained by letting go.
+//! **Limits.** What the springs between the wheels need comes off the motors' torques first, then
+//! gravity, then the tasks by priority, each by the share that the set of reachable forces has
+//! left, as in eqs. (33), (34). A spring between wheels that would push more than its limit gives
+//! way like one on a dry slide: small errors of radii do not add up to strain, and nothing is
+//! gained by letting go.
 //!
-//! **Passive.** While the wheels roll and the reference stands, S = kinetic energy + e^T K e / 2 + |P L q|^2 K_n / (2 l^2) + m g h falls by
-//! D nu^2 and D_n, and rises only by outside work. A spring that is held over a time T and is late by d leaks K (T / 2 + d) nu^2 at most, which
-//! the damper has to outdo. [`PassiveTorque::new`] refuses gains that are not even stable.
+//! **Passive.** While the wheels roll and the reference stands, S = kinetic energy + e^T K e / 2 +
+//! |P L q|^2 K_n / (2 l^2) + m g h falls by D nu^2 and D_n, and rises only by outside work. A
+//! spring that is held over a time T and is late by d leaks K (T / 2 + d) nu^2 at most, which the
+//! damper has to outdo. [`PassiveTorque::new`] refuses gains that are not even stable.
 
 mod settings;
 mod stability;
 
-use ilon_robot::{Robot, Twist};
+use ilon_robot::Robot;
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 
 use super::motor::TorqueRange;
-use super::torque_law::{BodySense, PassiveEffort, TorqueLaw, TorqueShares};
+use super::torque_law::{BodySense, Demand, PassiveEffort, TorqueLaw, TorqueShares};
 use crate::dynamics::loads::WheelLoads;
 use crate::dynamics::traction::{PushRange, TractionSet};
-use crate::{ControlError, DynamicModel, Kinematics, Priority};
+use crate::kinematics::matrix::vector_of;
+use crate::{ControlError, DynamicModel, Kinematics};
 pub use settings::PassiveTorqueSettings;
 pub use stability::TiltLoop;
 use stability::mean_lever_m;
 
-/// Torques of a robot that is compliant about its reference. It takes the place of a [`WheelLoop`](crate::WheelLoop), and wants the wheels'
-/// angles and gravity by [`TorqueLaw::sense`]; without angles it adds up the rates.
+/// Torques of a robot that is compliant about its reference. It takes the place of a
+/// [`WheelLoop`](crate::WheelLoop), and wants the wheels' angles and gravity by
+/// [`TorqueLaw::sense`]; without angles it adds up the rates.
 ///
-/// **Errors** of an update: none. It allocates nothing once it is built, but where a robot with joints between its bodies takes another pose.
+/// **Errors** of an update: none. It allocates nothing once it is built, but where a robot with
+/// joints between its bodies takes another pose.
 #[derive(Clone, Debug)]
 pub struct PassiveTorque {
     settings: PassiveTorqueSettings,
@@ -84,8 +97,9 @@ impl PassiveTorque {
     /// The law for a robot.
     ///
     /// # Errors
-    /// Those of [`DynamicModel::new`]; [`ControlError::NotPositive`], [`ControlError::Negative`], [`ControlError::NotFinite`] for settings;
-    /// [`ControlError::Unstable`] for gains that swing up with these periods and delays, with the limit that holds.
+    /// Those of [`DynamicModel::new`]; [`ControlError::NotPositive`], [`ControlError::Negative`],
+    /// [`ControlError::NotFinite`] for settings; [`ControlError::Unstable`] for gains that swing up
+    /// with these periods and delays, with the limit that holds.
     pub fn new(robot: &Robot, settings: &PassiveTorqueSettings) -> Result<Self, ControlError> {
         settings.check_numbers()?;
         let model = DynamicModel::new(robot)?;
@@ -130,7 +144,8 @@ impl PassiveTorque {
         &self.settings
     }
 
-    /// The torques of the springs between the wheels, -L P (K_n L q + D_n L q') / l^2, into `between_n_m`.
+    /// The torques of the springs between the wheels, -L P (K_n L q + D_n L q') / l^2, into
+    /// `between_n_m`.
     fn pull_wheels_together(&mut self, rates: &[f64], dt_s: f64) {
         self.rates_rad_s.copy_from_slice(rates);
         if !self.has_angles {
@@ -165,10 +180,9 @@ impl PassiveTorque {
 
     /// The wrench within what motors and grip give beside the springs between the wheels.
     fn weigh(&mut self, targets: &[f64], limits: &[TorqueRange]) {
-        let vector = |t: Twist| Vector3::new(t.vx_m_s, t.vy_m_s, t.omega_rad_s);
         let damping = self.settings.damping();
-        let nu = vector(self.about.twist(self.rates_rad_s.as_slice()));
-        let pull = damping.component_mul(&vector(self.about.twist(targets)));
+        let nu = vector_of(self.about.twist(self.rates_rad_s.as_slice()));
+        let pull = damping.component_mul(&vector_of(self.about.twist(targets)));
         let held = pull - damping.component_mul(&nu);
         let (g, c) = (self.gravity, self.center_of_mass_m);
         let against = -self.mass_kg * Vector3::new(g.x, g.y, c.x * g.y - c.y * g.x);
@@ -179,42 +193,32 @@ impl PassiveTorque {
         for (h, range) in self.motor.iter_mut().enumerate() {
             let lever_m = self.about.lever_m()[h];
             let beside_n_m = limits[h].clamp(self.between_n_m[h]);
-            let motor = PushRange {
-                min_n: (limits[h].min_n_m - beside_n_m) / lever_m,
-                max_n: (limits[h].max_n_m - beside_n_m) / lever_m,
-            };
+            let motor = PushRange::beside(beside_n_m, &limits[h], lever_m);
             let grip_n = if friction.is_finite() {
                 friction * self.loads_n[h]
             } else {
                 f64::MAX
             };
-            *range = motor.within(PushRange {
-                min_n: -grip_n,
-                max_n: grip_n,
-            });
+            *range = motor.within(PushRange::of_grip(grip_n));
         }
         let ranges = || self.motor.iter().copied();
         let of_gravity = self.set.share(&Vector3::zeros(), &against, ranges());
         let against = of_gravity * against;
         let position = Vector3::new(held.x, held.y, 0.0);
         let heading = Vector3::new(0.0, 0.0, held.z);
-        let (first, second) = match self.settings.priority {
-            Priority::Position => (position, heading),
-            Priority::Heading => (heading, position),
-        };
+        let priority = self.settings.priority;
+        let (first, second) = priority.order(position, heading);
         let w_1 = self.set.share(&against, &first, ranges());
         let given = against + w_1 * first;
         let w_2 = self.set.share(&given, &second, ranges());
-        (self.shares.position, self.shares.heading) = match self.settings.priority {
-            Priority::Position => (w_1, w_2),
-            Priority::Heading => (w_2, w_1),
-        };
+        (self.shares.position, self.shares.heading) = priority.order(w_1, w_2);
         self.pull = pull;
         self.against_gravity = against;
         self.wrench = given + w_2 * second;
     }
 
-    /// Shares the wrench among the wheels by their loads, or, where a motor cannot give its share, as evenly as motors allow.
+    /// Shares the wrench among the wheels by their loads, or, where a motor cannot give its share,
+    /// as evenly as motors allow.
     fn distribute(&mut self) {
         let wrench = self.wrench;
         let by_load = self
@@ -244,22 +248,18 @@ impl PassiveTorque {
 }
 
 impl TorqueLaw for PassiveTorque {
-    fn update(
-        &mut self,
-        targets_rad_s: &[f64],
-        rates_rad_s: &[f64],
-        limits: &[TorqueRange],
-        dt_s: f64,
-    ) -> &[f64] {
-        if dt_s > 0.0 {
-            self.pull_wheels_together(rates_rad_s, dt_s);
-            self.weigh(targets_rad_s, limits);
-            self.distribute();
-            for (h, torque_n_m) in self.torques_n_m.iter_mut().enumerate() {
-                let push_n_m = self.about.lever_m()[h] * self.pushes_n[h];
-                *torque_n_m = limits[h].clamp(push_n_m + self.between_n_m[h]);
-            }
+    fn step(&mut self, demand: &Demand<'_>) {
+        let limits = demand.limits;
+        self.pull_wheels_together(demand.rates_rad_s, demand.dt_s);
+        self.weigh(demand.targets_rad_s, limits);
+        self.distribute();
+        for (h, torque_n_m) in self.torques_n_m.iter_mut().enumerate() {
+            let push_n_m = self.about.lever_m()[h] * self.pushes_n[h];
+            *torque_n_m = limits[h].clamp(push_n_m + self.between_n_m[h]);
         }
+    }
+
+    fn torques_n_m(&self) -> &[f64] {
         &self.torques_n_m
     }
 
@@ -276,7 +276,8 @@ impl TorqueLaw for PassiveTorque {
             .unwrap_or_default();
     }
 
-    /// Loads and masses are those of the pose; the springs between the wheels stay as they are, and hold what they store.
+    /// Loads and masses are those of the pose; the springs between the wheels stay as they are, and
+    /// hold what they store.
     fn stand(&mut self, posed: &Robot) {
         self.loads = WheelLoads::new(posed, self.settings.gravity_m_s2);
         self.center_of_mass_m = posed.center_of_mass_m().xy() - self.settings.reference_point_m;

@@ -1,32 +1,37 @@
-//! The low-level control of section III-A, decentralised: one PID on each wheel's rate, giving torque.
+//! The low-level control of section III-A, decentralised: one PID on each wheel's rate, giving
+//! torque.
 //!
-//! **Gains from the plant.** A wheel under torque tau turns by J q'' = tau - d q', with J the inertia that the wheel
-//! feels. With tau = k_p e + k_i integral(e) and d left out, the error obeys J e'' + k_p e' + k_i e = 0. Asking for the
-//! loop bandwidth w_b sets k_p = J w_b, and k_i = k_p w_b / 4 puts both poles on w_b / 2: critically damped.
+//! **Gains from the plant.** A wheel under torque tau turns by J q'' = tau - d q', with J the
+//! inertia that the wheel feels. With tau = k_p e + k_i integral(e) and d left out, the error obeys
+//! J e'' + k_p e' + k_i e = 0. Asking for the loop bandwidth w_b sets k_p = J w_b, and k_i = k_p
+//! w_b / 4 puts both poles on w_b / 2: critically damped.
 //!
-//! J differs from moment to moment. On the ground a wheel feels its share of the robot, in the air only itself
-//! (J_air < J_ground). The damping ratio is sqrt(k_p^2 / (4 k_i J)): with gains set for the largest J it is 1 there and
-//! above 1 for every smaller one. But the loop is sampled. With the torque held over dt, the rate moves by
-//! dt/J (k_p e + k_i I) a step. With a = k_p dt / J and b = k_i dt^2 / J, and the integral updated before its use, the
-//! error's characteristic polynomial is z^2 - (2 - a - b) z + (1 - a), whose roots lie in the unit circle exactly when
-//! a > 0, b > 0 and 2 a + b < 4 (Jury). The smallest J decides: the wheel in the air. [`WheelGains::propose`] keeps
-//! a <= 1 there, half of the limit: a wheel in the air then reaches its target in one step and does not swing about it.
+//! J differs from moment to moment. On the ground a wheel feels its share of the robot, in the air
+//! only itself (J_air < J_ground). The damping ratio is sqrt(k_p^2 / (4 k_i J)): with gains set for
+//! the largest J it is 1 there and above 1 for every smaller one. But the loop is sampled. With the
+//! torque held over dt, the rate moves by dt/J (k_p e + k_i I) a step. With a = k_p dt / J and b =
+//! k_i dt^2 / J, and the integral updated before its use, the error's characteristic polynomial is
+//! z^2 - (2 - a - b) z + (1 - a), whose roots lie in the unit circle exactly when a > 0, b > 0 and
+//! 2 a + b < 4 (Jury). The smallest J decides: the wheel in the air. [`WheelGains::propose`] keeps
+//! a <= 1 there, half of the limit: a wheel in the air then reaches its target in one step and does
+//! not swing about it.
 //!
-//! **A loop that is faster than the simulation's steps** ([`LoopTiming::Continuous`]) has no such limit. Within a step its
-//! torque falls as the wheel gains rate, by a droop D per rate, and what the plant feels over the step is the mean. Where the
-//! wheel gains x over the step, the gain's own mean is theta x: half of x in a step that is short for the loop, nearly all of
-//! x in a long one. A wheel of inertia J under k_p nears its target as exp(-z), z = k_p dt / J, which gives
-//! theta = 1 / (1 - exp(-z)) - 1 / z. The mean torque is then tau(q') - theta D x, with
-//! theta D = theta k_p + (5 theta - 2) / 3 k_i dt + k_d / (T + dt), T the derivative's time constant: in a short step the
-//! integral counts half of the error with which it began, and a sixth of what the rate gains; in a long one all of both. A
-//! plant that solves its step with that mean is stable for any gains and any dt (theta is at least one half), exact for one
-//! pole, and of second order in dt.
+//! **A loop that is faster than the simulation's steps** ([`LoopTiming::Continuous`]) has no such
+//! limit. Within a step its torque falls as the wheel gains rate, by a droop D per rate, and what
+//! the plant feels over the step is the mean. Where the wheel gains x over the step, the gain's own
+//! mean is theta x: half of x in a step that is short for the loop, nearly all of x in a long one.
+//! A wheel of inertia J under k_p nears its target as exp(-z), z = k_p dt / J, which gives theta =
+//! 1 / (1 - exp(-z)) - 1 / z. The mean torque is then tau(q') - theta D x, with theta D = theta k_p +
+//! (5 theta - 2) / 3 k_i dt + k_d / (T + dt), T the derivative's time constant: in a short step the
+//! integral counts half of the error with which it began, and a sixth of what the rate gains;
+//! in a long one all of both. A plant that solves its step with that mean is stable for any gains
+//! and any dt (theta is at least one half), exact for one pole, and of second order in dt.
 
 use ilon_robot::mean_of_gain;
 
 use super::derivative::{FilteredDerivative, weight};
 use super::motor::TorqueRange;
-use super::{FallingTorque, TorqueLaw};
+use super::{Demand, FallingTorque, TorqueLaw};
 use crate::error::{not_negative, positive};
 use crate::{ControlError, DynamicModel};
 
@@ -37,16 +42,16 @@ pub struct WheelGains {
     pub proportional_n_m_s: f64,
     /// k_i: torque per angle error, in N m/rad.
     pub integral_n_m: f64,
-    /// k_d: torque per acceleration, in N m s^2/rad. Acts on the measured rate only, so that a step of the target
-    /// gives no kick.
+    /// k_d: torque per acceleration, in N m s^2/rad. Acts on the measured rate only, so that a step
+    /// of the target gives no kick.
     pub derivative_n_m_s2: f64,
 }
 
 impl WheelGains {
-    /// Gains for a loop bandwidth in rad/s, from the largest inertia that a wheel feels (on the ground) and the
-    /// smallest (in the air), in kg m^2, and the loop's period in seconds: k_p = J_ground w_b, but at most
-    /// J_air / dt, for the stability of a wheel in the air; k_i = k_p w / 4 with w = k_p / J_ground the bandwidth
-    /// that this leaves; no derivative.
+    /// Gains for a loop bandwidth in rad/s, from the largest inertia that a wheel feels (on the
+    /// ground) and the smallest (in the air), in kg m^2, and the loop's period in seconds: k_p =
+    /// J_ground w_b, but at most J_air / dt, for the stability of a wheel in the air; k_i = k_p w /
+    /// 4 with w = k_p / J_ground the bandwidth that this leaves; no derivative.
     ///
     /// # Errors
     /// [`ControlError::NotPositive`].
@@ -71,8 +76,8 @@ impl WheelGains {
         })
     }
 
-    /// Gains of a loop that is faster than the steps, for a bandwidth in rad/s, from the largest inertia that a wheel
-    /// feels in kg m^2: k_p = J_ground w_b, k_i = k_p w_b / 4, no derivative.
+    /// Gains of a loop that is faster than the steps, for a bandwidth in rad/s, from the largest
+    /// inertia that a wheel feels in kg m^2: k_p = J_ground w_b, k_i = k_p w_b / 4, no derivative.
     ///
     /// # Errors
     /// [`ControlError::NotPositive`].
@@ -92,7 +97,8 @@ impl WheelGains {
         })
     }
 
-    /// Gains for a robot's wheels, from its [`DynamicModel`], as [`Self::propose`] or [`Self::propose_continuous`].
+    /// Gains for a robot's wheels, from its [`DynamicModel`], as [`Self::propose`] or
+    /// [`Self::propose_continuous`].
     ///
     /// # Errors
     /// As those.
@@ -129,12 +135,13 @@ pub struct WheelLoopSettings {
     pub gains: WheelGains,
     /// How the torque goes with the steps.
     pub timing: LoopTiming,
-    /// The inertia that a wheel feels on the ground, in kg m^2: it says how long a step is for a continuous loop. 0 where it
-    /// is not known, and every step counts as long.
+    /// The inertia that a wheel feels on the ground, in kg m^2: it says how long a step is for a
+    /// continuous loop. 0 where it is not known, and every step counts as long.
     pub inertia_kg_m2: f64,
     /// Time constant of the low-pass on the derivative, in seconds; 0 for none.
     pub derivative_filter_s: f64,
-    /// Viscous damping of the wheel's joint made up for at the target rate, in N m s/rad; 0 for none.
+    /// Viscous damping of the wheel's joint made up for at the target rate, in N m s/rad; 0 for
+    /// none.
     pub feedforward_damping_n_m_s: f64,
     /// Dry friction of the wheel's joint made up for in the target's direction, in N m; 0 for none.
     pub feedforward_friction_n_m: f64,
@@ -156,8 +163,9 @@ impl WheelLoopSettings {
 
 /// One PID a wheel, from wheel rates to torques.
 ///
-/// The integral stands still while the torque is at the motor's limit and the error would drive it further beyond
-/// (conditional integration), so that it never winds up on what the motor cannot give.
+/// The integral stands still while the torque is at the motor's limit and the error would drive it
+/// further beyond (conditional integration), so that it never winds up on what the motor cannot
+/// give.
 #[derive(Clone, Debug)]
 pub struct WheelLoop {
     settings: WheelLoopSettings,
@@ -172,7 +180,8 @@ struct WheelState {
     integral_n_m: f64,
     /// The acceleration, filtered, in rad/s^2.
     acceleration_rad_s2: FilteredDerivative<f64>,
-    /// theta k_i dt of the step that has passed, where its integral was taken at the rate with which it began; in N m s/rad.
+    /// theta k_i dt of the step that has passed, where its integral was taken at the rate with
+    /// which it began; in N m s/rad.
     taken_early_n_m_s: f64,
 }
 
@@ -219,23 +228,20 @@ impl WheelLoop {
 }
 
 impl TorqueLaw for WheelLoop {
-    /// Of a continuous loop the torques are those that it would hold if the rates stayed; [`TorqueLaw::falling`] says how they fall.
-    fn update(
-        &mut self,
-        targets_rad_s: &[f64],
-        rates_rad_s: &[f64],
-        limits: &[TorqueRange],
-        dt_s: f64,
-    ) -> &[f64] {
-        if dt_s > 0.0 {
-            let inputs = targets_rad_s.iter().zip(rates_rad_s).zip(limits);
-            let outputs = self.torques_n_m.iter_mut().zip(&mut self.falling);
-            let wheels = self.wheels.iter_mut().zip(outputs);
-            for ((wheel, (torque_n_m, falling)), ((target, rate), limit)) in wheels.zip(inputs) {
-                *falling = wheel.update(&self.settings, *target, *rate, limit, dt_s);
-                *torque_n_m = limit.clamp(falling.torque_n_m);
-            }
+    /// Of a continuous loop the torques are those that it would hold if the rates stayed;
+    /// [`TorqueLaw::falling`] says how they fall.
+    fn step(&mut self, demand: &Demand<'_>) {
+        let inputs = demand.targets_rad_s.iter().zip(demand.rates_rad_s);
+        let inputs = inputs.zip(demand.limits);
+        let outputs = self.torques_n_m.iter_mut().zip(&mut self.falling);
+        let wheels = self.wheels.iter_mut().zip(outputs);
+        for ((wheel, (torque_n_m, falling)), ((target, rate), limit)) in wheels.zip(inputs) {
+            *falling = wheel.update(&self.settings, (*target, *rate), limit, demand.dt_s);
+            *torque_n_m = limit.clamp(falling.torque_n_m);
         }
+    }
+
+    fn torques_n_m(&self) -> &[f64] {
         &self.torques_n_m
     }
 
@@ -256,8 +262,7 @@ impl WheelState {
     fn update(
         &mut self,
         settings: &WheelLoopSettings,
-        target_rad_s: f64,
-        rate_rad_s: f64,
+        (target_rad_s, rate_rad_s): (f64, f64),
         limit: &TorqueRange,
         dt_s: f64,
     ) -> FallingTorque {
@@ -274,9 +279,9 @@ impl WheelState {
         } else {
             target_rad_s.signum()
         };
-        // A continuous loop's torque is given as if the rate stayed as it is, and the droop holds what it does not stay:
-        // of the proportional part, of the integral over the step, which is put right when the rate is known, and of the
-        // filtered acceleration.
+        // A continuous loop's torque is given as if the rate stayed as it is, and the droop holds
+        // what it does not stay: of the proportional part, of the integral over the step, which is
+        // put right when the rate is known, and of the filtered acceleration.
         self.integral_n_m -= self.taken_early_n_m_s * gained_rad_s;
         let theta = mean_of_gain(gains.proportional_n_m_s * dt_s / settings.inertia_kg_m2);
         let step_n_m_s = gains.integral_n_m * dt_s;

@@ -1,30 +1,33 @@
 //! Priorities under torque limits and limited grip: what section V leaves to future research.
 //!
-//! The guidance shares out wheel *rates* by priority. If a motor then lacks torque, or a wheel grip, plain clipping
-//! bends the acceleration in a way that no priority chose. Here the same idea is applied one level down.
+//! The guidance shares out wheel *rates* by priority. If a motor then lacks torque, or a wheel
+//! grip, plain clipping bends the acceleration in a way that no priority chose. Here the same idea
+//! is applied one level down.
 //!
-//! **Tasks.** Computed torque, eq. (12), asks for the body acceleration nu' = nu'_d + k_p e + k_i integral(e), with
-//! e = nu_d - nu the twist error that the rate errors stand for. It splits into a linear and an angular task. Before both
-//! comes what must be spent anyway: the torques (C + F) q' that keep the motion.
+//! **Tasks.** Computed torque, eq. (12), asks for the body acceleration nu' = nu'_d + k_p e + k_i
+//! integral(e), with e = nu_d - nu the twist error that the rate errors stand for. It splits into a
+//! linear and an angular task. Before both comes what must be spent anyway: the torques (C + F) q'
+//! that keep the motion.
 //!
-//! **Capacity.** The paper measures a task by its infinity norm, which a single wheel decides. Torque limits differ by
-//! wheel, by direction and by rate, and for N > 3 the wheels can step in for each other. So a task's weight is taken from
-//! the set of forces that motors and friction can give (see [`crate::dynamics::traction`]): the largest w in [0, 1] for which the
-//! tasks above it and w times this one are within the set together. As in eqs. (33), (34), a task changes nothing above
-//! it and gets what they leave. The set contains what the infinity norm would allow, so weights are never smaller.
+//! **Capacity.** The paper measures a task by its infinity norm, which a single wheel decides.
+//! Torque limits differ by wheel, by direction and by rate, and for N > 3 the wheels can step in
+//! for each other. So a task's weight is taken from the set of forces that motors and friction can
+//! give (see [`crate::dynamics::traction`]): the largest w in [0, 1] for which the tasks above it
+//! and w times this one are within the set together. As in eqs. (33), (34), a task changes nothing
+//! above it and gets what they leave. The set contains what the infinity norm would allow, so
+//! weights are never smaller.
 //!
-//! **Redundancy.** N - 3 torques are free. They are chosen such that the worst use of grip, push over friction times
-//! load, is least.
+//! **Redundancy.** N - 3 torques are free. They are chosen such that the worst use of grip, push
+//! over friction times load, is least.
 
-use ilon_robot::{Robot, Twist};
+use ilon_robot::Robot;
 use nalgebra::{Vector2, Vector3};
 
-use super::{TorqueLaw, TorqueShares};
-
 use super::derivative::{FilteredDerivative, weight};
-use super::motor::TorqueRange;
+use super::{Demand, TorqueLaw, TorqueShares};
 use crate::dynamics::capacity::{Capacity, Moment};
 use crate::error::{not_negative, positive};
+use crate::kinematics::matrix::{twist_of, vector_of};
 use crate::{ControlError, Kinematics, Priority};
 
 /// Settings of the prioritised torques.
@@ -33,16 +36,18 @@ pub struct PrioritisedTorqueSettings {
     /// Bandwidth asked of the twist loop, in rad/s; kept below what wheels in the air allow, as for
     /// [`ComputedTorque`](crate::ComputedTorque).
     pub bandwidth_rad_s: f64,
-    /// Time constant of the low-pass through which the targets' derivative is taken, in seconds; 0 for none.
+    /// Time constant of the low-pass through which the targets' derivative is taken, in seconds; 0
+    /// for none.
     pub target_filter_s: f64,
     /// The longest period at which it will be updated, in seconds.
     pub dt_s: f64,
     /// Which task keeps its acceleration where motors or grip cannot give both.
     pub priority: Priority,
-    /// The point of the body that the linear task accelerates, in the body frame, in metres: that of the guidance.
+    /// The point of the body that the linear task accelerates, in the body frame, in metres: that
+    /// of the guidance.
     pub reference_point_m: Vector2<f64>,
-    /// Friction coefficient to count on; infinite to leave grip out of the weights (loads alone then decide the
-    /// distribution).
+    /// Friction coefficient to count on; infinite to leave grip out of the weights (loads alone
+    /// then decide the distribution).
     pub friction: f64,
     /// Gravity in m/s^2.
     pub gravity_m_s2: f64,
@@ -70,8 +75,8 @@ impl PrioritisedTorque {
     /// The law for a robot.
     ///
     /// # Errors
-    /// Those of [`DynamicModel::new`](crate::DynamicModel::new); [`ControlError::NotPositive`], [`ControlError::Negative`],
-    /// [`ControlError::NotFinite`] for settings.
+    /// Those of [`DynamicModel::new`](crate::DynamicModel::new); [`ControlError::NotPositive`],
+    /// [`ControlError::Negative`], [`ControlError::NotFinite`] for settings.
     pub fn new(robot: &Robot, settings: &PrioritisedTorqueSettings) -> Result<Self, ControlError> {
         let w_b = positive(
             "the torque law's bandwidth in rad/s",
@@ -103,13 +108,20 @@ impl PrioritisedTorque {
             capacity,
         })
     }
+}
 
-    fn step(&mut self, targets: &[f64], rates: &[f64], limits: &[TorqueRange], dt_s: f64) {
-        let vector = |t: Twist| Vector3::new(t.vx_m_s, t.vy_m_s, t.omega_rad_s);
+impl TorqueLaw for PrioritisedTorque {
+    fn step(&mut self, demand: &Demand<'_>) {
+        let Demand {
+            targets_rad_s: targets,
+            rates_rad_s: rates,
+            limits,
+            dt_s,
+        } = *demand;
         let nu = self.capacity.model.kinematics().twist(rates);
         // Errors and tasks are those of the reference point c, in components of the body frame.
-        let nu_d = vector(self.about.twist(targets));
-        let e = nu_d - vector(self.about.twist(rates));
+        let nu_d = vector_of(self.about.twist(targets));
+        let e = nu_d - vector_of(self.about.twist(rates));
         let k_i = 0.25 * self.k_p * self.k_p;
 
         let weight = weight(self.settings.target_filter_s, dt_s);
@@ -128,18 +140,11 @@ impl PrioritisedTorque {
             nu,
         };
         self.capacity.begin(&moment);
-        let (nu_rate, shares) = match self.settings.priority {
-            Priority::Position => {
-                let w_1 = self.weight(&moment, Vector3::zeros(), position);
-                let w_2 = self.weight(&moment, w_1 * position, heading);
-                (w_1 * position + w_2 * heading, (w_1, w_2))
-            }
-            Priority::Heading => {
-                let w_1 = self.weight(&moment, Vector3::zeros(), heading);
-                let w_2 = self.weight(&moment, w_1 * heading, position);
-                (w_1 * heading + w_2 * position, (w_2, w_1))
-            }
-        };
+        let (first, second) = self.settings.priority.order(position, heading);
+        let w_1 = self.capacity.weight(&moment, Vector3::zeros(), first);
+        let w_2 = self.capacity.weight(&moment, w_1 * first, second);
+        let nu_rate = w_1 * first + w_2 * second;
+        let shares = self.settings.priority.order(w_1, w_2);
         (self.shares.position, self.shares.heading) = shares;
 
         // A task that gave way does not wind up.
@@ -162,10 +167,10 @@ impl PrioritisedTorque {
             self.shares.grip = f64::NAN;
         }
 
-        // What of the rate errors is no motion of the body, each wheel damps by its own inertia: it is all that a wheel
-        // in the air feels.
+        // What of the rate errors is no motion of the body, each wheel damps by its own inertia: it
+        // is all that a wheel in the air feels.
         self.about
-            .wheel_rates(Twist::new(e.x, e.y, e.z), &mut self.rates_back_rad_s);
+            .wheel_rates(twist_of(e), &mut self.rates_back_rad_s);
         let levers = self.capacity.model.kinematics().lever_m();
         let inertias = self.capacity.model.wheel_inertias_kg_m2();
         for (h, torque_n_m) in self.torques_n_m.iter_mut().enumerate() {
@@ -177,37 +182,7 @@ impl PrioritisedTorque {
         }
     }
 
-    /// The largest weight in [0, 1] with which `task` can be added to the acceleration `given`.
-    fn weight(&mut self, moment: &Moment<'_>, given: Vector3<f64>, task: Vector3<f64>) -> f64 {
-        if self.capacity.within(moment, given + task) {
-            return 1.0;
-        }
-        // The set is convex and its ranges move linearly with the acceleration, but for a lifted wheel's load: what is
-        // within is an interval from zero. Thirty halvings leave 1e-9 of the task.
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..30 {
-            let middle = 0.5 * (low + high);
-            if self.capacity.within(moment, given + middle * task) {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        low
-    }
-}
-
-impl TorqueLaw for PrioritisedTorque {
-    fn update(
-        &mut self,
-        targets_rad_s: &[f64],
-        rates_rad_s: &[f64],
-        limits: &[TorqueRange],
-        dt_s: f64,
-    ) -> &[f64] {
-        if dt_s > 0.0 {
-            self.step(targets_rad_s, rates_rad_s, limits, dt_s);
-        }
+    fn torques_n_m(&self) -> &[f64] {
         &self.torques_n_m
     }
 

@@ -1,21 +1,28 @@
-//! How hard a robot may be driven: the accelerations at which no wheel slides and no motor lacks torque.
+//! How hard a robot may be driven: the accelerations at which no wheel slides and no motor lacks
+//! torque.
 //!
-//! An acceleration of the body needs a force and a moment of the ground, which the wheels share. How is open for N > 3, and the wheels' loops
-//! decide it:
+//! An acceleration of the body needs a force and a moment of the ground, which the wheels share.
+//! How is open for N > 3, and the wheels' loops decide it:
 //!
-//! - **Loops of equal gains** ([`PushSharing::EqualLoops`]). While the wheels roll, their rate errors are those of a motion of the body,
-//!   e = R e_nu, so that the torques are tau = R x for some x: among all torques that give the force, R^T tau = F, that is the shortest,
-//!   tau = R (R^T R)^-1 F. A wheel that the acceleration relieves is asked for as much as the others and slides first.
-//! - **By grip** ([`PushSharing::ByGrip`]), as [`PrioritisedTorque`](crate::PrioritisedTorque) does: whatever the set of forces has room for.
+//! - **Loops of equal gains** ([`PushSharing::EqualLoops`]). While the wheels roll, their rate
+//!   errors are those of a motion of the body, e = R e_nu, so that the torques are tau = R x for
+//!   some x: among all torques that give the force, R^T tau = F, that is the shortest, tau = R (R^T
+//!   R)^-1 F. A wheel that the acceleration relieves is asked for as much as the others and slides
+//!   first.
+//! - **By grip** ([`PushSharing::ByGrip`]), as [`PrioritisedTorque`](crate::PrioritisedTorque)
+//!   does: whatever the set of forces has room for.
 //!
-//! **At the ground.** A wheel holds while the force on it is within mu N, with the load N that the acceleration itself shifts. Across the
-//! roller's axis the ground turns the roller, with g = -(J_r s' + b) / r along u_gamma: s is the roller's spin in space and b the drag of its
-//! bearing. Along the axis it pushes with f; the wheel's balance about its hub axis n, with the torque tau and what the wheel takes for itself, is
+//! **At the ground.** A wheel holds while the force on it is within mu N, with the load N that the
+//! acceleration itself shifts. Across the roller's axis the ground turns the roller, with g = -(J_r
+//! s' + b) / r along u_gamma: s is the roller's spin in space and b the drag of its bearing. Along
+//! the axis it pushes with f; the wheel's balance about its hub axis n, with the torque tau and
+//! what the wheel takes for itself, is
 //!
 //!   tau - own = -rho cos(gamma) f + rho (n . n_gamma) g + J_r s' (n . n_gamma).
 //!
-//! All of it is linear in the acceleration while no wheel lifts, and so are the motors' bounds: along a line of accelerations what is left is
-//! found by roots. Where a wheel lifts, or pushes are shared by grip, it is found by halving: what can be given is convex.
+//! All of it is linear in the acceleration while no wheel lifts, and so are the motors' bounds:
+//! along a line of accelerations what is left is found by roots. Where a wheel lifts, or pushes are
+//! shared by grip, it is found by halving: what can be given is convex.
 
 mod answers;
 mod polytope;
@@ -28,6 +35,7 @@ use super::capacity::{Capacity, Moment};
 use super::traction::PushRange;
 use super::wheel_force::{Moving, SLACK_N, Touch, WheelForce, share_of};
 use crate::error::{finite, positive};
+use crate::kinematics::matrix::{twist_of, vector_of};
 use crate::{ControlError, Motor, TorqueRange};
 
 pub use answers::{
@@ -38,8 +46,8 @@ pub use polytope::AccelerationPolytope;
 
 /// The accelerations of a robot that its motors and its grip allow.
 ///
-/// The touching rollers are taken at their middles, below the hubs; rolling resistance, treads and creep are left out. Nothing is allocated
-/// once it is built.
+/// The touching rollers are taken at their middles, below the hubs; rolling resistance, treads and
+/// creep are left out. Nothing is allocated once it is built.
 #[derive(Clone, Debug)]
 pub struct AccelerationLimits {
     capacity: Capacity,
@@ -82,8 +90,9 @@ impl AccelerationLimits {
     /// The limits of a robot.
     ///
     /// # Errors
-    /// Those of [`DynamicModel::new`](crate::DynamicModel::new); [`ControlError::NotPositive`] and [`ControlError::NotFinite`] for settings,
-    /// the first also for a slope of a right angle or more, and for what is left of a share beyond 1.
+    /// Those of [`DynamicModel::new`](crate::DynamicModel::new); [`ControlError::NotPositive`] and
+    /// [`ControlError::NotFinite`] for settings, the first also for a slope of a right angle or
+    /// more, and for what is left of a share beyond 1.
     pub fn new(robot: &Robot, settings: &LimitSettings) -> Result<Self, ControlError> {
         positive("the friction coefficient", settings.friction)?;
         positive("gravity in m/s^2", settings.gravity_m_s2)?;
@@ -139,12 +148,14 @@ impl AccelerationLimits {
         Ok(())
     }
 
-    /// The largest acceleration along `direction`, a rate of change of the twist (d/dt of its components in the body frame), while the
-    /// robot moves with `twist`, by motors as many as wheels. Dry friction acts against the wheels' rates, and at rest against where they
-    /// are about to turn.
+    /// The largest acceleration along `direction`, a rate of change of the twist (d/dt of its
+    /// components in the body frame), while the robot moves with `twist`, by motors as many as
+    /// wheels. Dry friction acts against the wheels' rates, and at rest against where they are
+    /// about to turn.
     ///
     /// # Errors
-    /// [`ControlError::LengthMismatch`]; [`ControlError::NotFinite`] and, for a direction of no length, [`ControlError::NotPositive`].
+    /// [`ControlError::LengthMismatch`]; [`ControlError::NotFinite`] and, for a direction of no
+    /// length, [`ControlError::NotPositive`].
     pub fn along(
         &mut self,
         direction: Twist,
@@ -175,8 +186,9 @@ impl AccelerationLimits {
         })
     }
 
-    /// The numbers a for which the acceleration `base` + a `along` can be had, both rates of change of the twist as in [`Self::along`]; `None`
-    /// where none can. They need not hold zero: a robot on a slope that is too steep to stand on can still go with it.
+    /// The numbers a for which the acceleration `base` + a `along` can be had, both rates of change
+    /// of the twist as in [`Self::along`]; `None` where none can. They need not hold zero: a robot
+    /// on a slope that is too steep to stand on can still go with it.
     ///
     /// # Errors
     /// Those of [`Self::along`].
@@ -203,8 +215,9 @@ impl AccelerationLimits {
         }))
     }
 
-    /// The share of its grip that each wheel uses at an acceleration, a rate of change of the twist as in [`Self::along`]: 1 where it is
-    /// about to slide, infinite for one in the air that is asked to push. `out` has a number a wheel.
+    /// The share of its grip that each wheel uses at an acceleration, a rate of change of the twist
+    /// as in [`Self::along`]: 1 where it is about to slide, infinite for one in the air that is
+    /// asked to push. `out` has a number a wheel.
     ///
     /// # Errors
     /// Those of [`Self::along`]; an acceleration of zero is fine.
@@ -228,7 +241,8 @@ impl AccelerationLimits {
         Ok(())
     }
 
-    /// How much an acceleration, a rate of change of the twist as in [`Self::along`], takes of what there is.
+    /// How much an acceleration, a rate of change of the twist as in [`Self::along`], takes of what
+    /// there is.
     ///
     /// # Errors
     /// Those of [`Self::along`]; an acceleration of zero is fine.
@@ -291,8 +305,8 @@ impl AccelerationLimits {
         Ok(self.capacity.loads_n.clone())
     }
 
-    /// How far inside of the wheels' polygon weight and inertia meet the ground at an acceleration without turning, in metres; below zero the robot
-    /// tips over.
+    /// How far inside of the wheels' polygon weight and inertia meet the ground at an acceleration
+    /// without turning, in metres; below zero the robot tips over.
     pub fn tipping_margin_m(&self, twist_rate: Twist) -> f64 {
         let rate = Vector2::new(twist_rate.vx_m_s, twist_rate.vy_m_s);
         self.capacity.margin_m(rate)
@@ -307,7 +321,7 @@ impl AccelerationLimits {
 
     /// The fastest rate of a wheel at a twist, in rad/s.
     pub(crate) fn fastest_rate_rad_s(&self, twist: Twist) -> f64 {
-        let nu = Vector3::new(twist.vx_m_s, twist.vy_m_s, twist.omega_rad_s);
+        let nu = vector_of(twist);
         let rows = self.capacity.model.kinematics().rate_matrix().row_iter();
         let rate = rows.map(|row| (row[0] * nu.x + row[1] * nu.y + row[2] * nu.z).abs());
         rate.fold(0.0, f64::max)
@@ -359,7 +373,7 @@ impl AccelerationLimits {
         };
         let kinematics = self.capacity.model.kinematics();
         kinematics.wheel_rates(twist, &mut self.rates);
-        let there = Twist::new(towards.x, towards.y, towards.z);
+        let there = twist_of(towards);
         kinematics.wheel_rates(there, &mut self.towards);
         for (h, limit) in self.limits.iter_mut().enumerate() {
             let range = motors[h].range(self.rates[h]);
@@ -381,12 +395,13 @@ impl AccelerationLimits {
             rates: &self.rates,
             towards: &self.towards,
             limits: &self.limits,
-            nu: Twist::new(moving.nu.x, moving.nu.y, moving.nu.z),
+            nu: twist_of(moving.nu),
         };
         act(&mut self.capacity, &moment)
     }
 
-    /// Fills what each wheel is asked for at an acceleration, where pushes are shared by equal loops; gives the force that the body needs.
+    /// Fills what each wheel is asked for at an acceleration, where pushes are shared by equal
+    /// loops; gives the force that the body needs.
     fn weigh(&mut self, moving: &Moving, nu_rate: Vector3<f64>) -> Vector3<f64> {
         let force = self.with_moment(moving, |capacity, moment| capacity.weigh(moment, nu_rate));
         let capacity = &self.capacity;
@@ -419,7 +434,8 @@ impl AccelerationLimits {
         self.worst().1
     }
 
-    /// Fills what each wheel is asked for, pushes shared as the wheels do; gives the force that the body needs.
+    /// Fills what each wheel is asked for, pushes shared as the wheels do; gives the force that the
+    /// body needs.
     fn fill_asked(&mut self, moving: &Moving, nu_rate: Vector3<f64>) -> Vector3<f64> {
         let force = self.weigh(moving, nu_rate);
         if self.sharing == PushSharing::ByGrip {

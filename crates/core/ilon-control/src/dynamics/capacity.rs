@@ -8,8 +8,10 @@ use super::model::{DynamicModel, WheelSpin, wheel_spin};
 use super::traction::{PushRange, TractionSet};
 use crate::ControlError;
 use crate::actuation::motor::TorqueRange;
+use crate::kinematics::matrix::{twist_of, vector_of};
 
-/// A robot's masses, loads and pushes, with room for what is worked out of them: nothing is allocated once it is built.
+/// A robot's masses, loads and pushes, with room for what is worked out of them: nothing is
+/// allocated once it is built.
 #[derive(Clone, Debug)]
 pub(crate) struct Capacity {
     pub model: DynamicModel,
@@ -24,7 +26,8 @@ pub(crate) struct Capacity {
     downhill_m_s2: Vector2<f64>,
     /// What the body needs per acceleration beyond the wheels' own: R^T (I - diag(J)) R.
     pub(super) body: Matrix3<f64>,
-    /// The touching rollers, of robots with friction on their axles that follows the load; else none.
+    /// The touching rollers, of robots with friction on their axles that follows the load; else
+    /// none.
     on_axles: Vec<WheelSpin>,
     // One number a wheel each.
     resistance_n_m: Vec<f64>,
@@ -52,7 +55,8 @@ pub(crate) struct Moment<'a> {
 const UNLIMITED: f64 = 1e3;
 
 impl Capacity {
-    /// On level ground, with a friction coefficient (infinite to leave grip out) and gravity in m/s^2, both checked by the caller.
+    /// On level ground, with a friction coefficient (infinite to leave grip out) and gravity in
+    /// m/s^2, both checked by the caller.
     pub fn new(robot: &Robot, friction: f64, gravity_m_s2: f64) -> Result<Self, ControlError> {
         let model = DynamicModel::new(robot)?;
         let n = model.kinematics().wheel_count();
@@ -97,7 +101,8 @@ impl Capacity {
         })
     }
 
-    /// Sets gravity along the ground, in the body frame, in m/s^2; what is across it was given when this was built.
+    /// Sets gravity along the ground, in the body frame, in m/s^2; what is across it was given when
+    /// this was built.
     pub fn pull_downhill(&mut self, downhill_m_s2: Vector2<f64>) {
         self.downhill_m_s2 = downhill_m_s2;
     }
@@ -112,7 +117,8 @@ impl Capacity {
         self.loads.margin_m(acceleration_m_s2 - self.downhill_m_s2)
     }
 
-    /// Works out what does not depend on the acceleration: to be called before others at a new moment.
+    /// Works out what does not depend on the acceleration: to be called before others at a new
+    /// moment.
     pub fn begin(&mut self, moment: &Moment<'_>) {
         self.model
             .resistance_towards(moment.rates, moment.towards, &mut self.resistance_n_m);
@@ -121,22 +127,40 @@ impl Capacity {
     /// Whether the pushes that an acceleration needs can be given.
     pub fn within(&mut self, moment: &Moment<'_>, nu_rate: Vector3<f64>) -> bool {
         let force = self.weigh(moment, nu_rate);
-        let ranges = self.motor.iter().zip(&self.grips_n).map(|(motor, grip_n)| {
-            motor.within(PushRange {
-                min_n: -grip_n,
-                max_n: *grip_n,
-            })
-        });
+        let ranges = self
+            .motor
+            .iter()
+            .zip(&self.grips_n)
+            .map(|(motor, grip_n)| motor.within(PushRange::of_grip(*grip_n)));
         // A billionth of a newton: rounding at the edge is no reason to give way.
         self.set.reaches(&force, ranges, 1e-9)
     }
 
-    /// The force on the body that an acceleration needs, with the torque that each wheel needs for itself, and what
-    /// motors and grips leave for pushing.
+    /// The largest weight in [0, 1] with which `task` can be added to the acceleration `given`.
+    pub fn weight(&mut self, moment: &Moment<'_>, given: Vector3<f64>, task: Vector3<f64>) -> f64 {
+        if self.within(moment, given + task) {
+            return 1.0;
+        }
+        // The set is convex and its ranges move linearly with the acceleration, but for a lifted
+        // wheel's load: what is within is an interval from zero. Thirty halvings leave 1e-9 of the
+        // task.
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..30 {
+            let middle = 0.5 * (low + high);
+            if self.within(moment, given + middle * task) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+
+    /// The force on the body that an acceleration needs, with the torque that each wheel needs for
+    /// itself, and what motors and grips leave for pushing.
     pub fn weigh(&mut self, moment: &Moment<'_>, nu_rate: Vector3<f64>) -> Vector3<f64> {
         let kinematics = self.model.kinematics();
-        let twist_rate = Twist::new(nu_rate.x, nu_rate.y, nu_rate.z);
-        kinematics.wheel_rates(twist_rate, &mut self.accelerations_rad_s2);
+        kinematics.wheel_rates(twist_of(nu_rate), &mut self.accelerations_rad_s2);
         self.model
             .own_resistance(moment.rates, moment.towards, &mut self.own_n_m);
 
@@ -151,26 +175,24 @@ impl Capacity {
         for (h, own) in self.own_n_m.iter_mut().enumerate() {
             *own += inertias[h] * self.accelerations_rad_s2[h];
             let lever_m = kinematics.lever_m()[h];
-            self.motor[h] = PushRange {
-                min_n: (moment.limits[h].min_n_m - *own) / lever_m,
-                max_n: (moment.limits[h].max_n_m - *own) / lever_m,
-            };
+            self.motor[h] = PushRange::beside(*own, &moment.limits[h], lever_m);
         }
 
-        // v' + omega k x v: the acceleration in space that shifts the load, and against it what pulls downhill.
+        // v' + omega k x v: the acceleration in space that shifts the load, and against it what
+        // pulls downhill.
         let omega = moment.nu.omega_rad_s;
         let turning = omega * Vector2::new(-moment.nu.vy_m_s, moment.nu.vx_m_s);
         self.loads
             .fill_n(nu_rate.xy() + turning - down, &mut self.loads_n);
         if !self.on_axles.is_empty() {
-            let to = kinematics.twist(moment.towards);
-            let towards = Vector3::new(to.vx_m_s, to.vy_m_s, to.omega_rad_s);
+            let towards = vector_of(kinematics.twist(moment.towards));
             for (spin, load_n) in self.on_axles.iter().zip(&self.loads_n) {
                 let drag_n_m = spin.axle_drag_m * load_n.max(0.0) * spin.way(&towards);
                 force += drag_n_m * spin.roller.transpose();
             }
         }
-        // Without a friction coefficient any grip in proportion to the loads gives the same distribution.
+        // Without a friction coefficient any grip in proportion to the loads gives the same
+        // distribution.
         let friction = if self.friction.is_finite() {
             self.friction
         } else {

@@ -1,28 +1,31 @@
-//! What the wheels can push the robot with: the set of forces within motor torque and friction, and the least worst
-//! use of friction for a force in it.
+//! What the wheels can push the robot with: the set of forces within motor torque and friction, and
+//! the least worst use of friction for a force in it.
 //!
-//! **Forces.** Without slip a wheel pushes the body along its roller's axis only; across it the roller spins. Wheel h
-//! gives the generalised force (f_x, f_y, moment) = a_h f_h, with a_h = row h of M transposed and f_h, in N, positive
-//! where a positive torque pushes: by virtual work M^T f is what torques rho cos(gamma) f do. The reachable forces are
-//! {sum a_h f_h : lo_h <= f_h <= hi_h}, a zonotope. For N > 3 many f give the same force; they differ in how they strain
-//! the floor.
+//! **Forces.** Without slip a wheel pushes the body along its roller's axis only; across it the
+//! roller spins. Wheel h gives the generalised force (f_x, f_y, moment) = a_h f_h, with a_h = row h
+//! of M transposed and f_h, in N, positive where a positive torque pushes: by virtual work M^T f is
+//! what torques rho cos(gamma) f do. The reachable forces are {sum a_h f_h : lo_h <= f_h <= hi_h},
+//! a zonotope. For N > 3 many f give the same force; they differ in how they strain the floor.
 //!
-//! **In the set or not.** A convex set is what all of its supporting half-spaces have in common. The facets of a
-//! zonotope in space are spanned by two of its generators, so their normals are among the y = a_i x a_j. Hence F is
-//! reachable exactly when for all of these normals, of either sign,
+//! **In the set or not.** A convex set is what all of its supporting half-spaces have in common.
+//! The facets of a zonotope in space are spanned by two of its generators, so their normals are
+//! among the y = a_i x a_j. Hence F is reachable exactly when for all of these normals, of either
+//! sign,
 //!
 //!   y . F <= sum over h of max(lo_h a_h . y, hi_h a_h . y).
 //!
 //! That is N (N - 1) scalar checks, exact, without a solver.
 //!
-//! **The least worst use of friction.** With grips g_h (friction coefficient times load), the least t for which F is
-//! reachable with |f_h| <= t g_h, within the motors' limits, is found by halving. At this t F lies on the boundary, on the
-//! facet of the tightest y: every wheel with a_h . y != 0 must sit at its bound, and the few in the facet's plane follow
-//! from F. So the distribution is found with the verdict.
+//! **The least worst use of friction.** With grips g_h (friction coefficient times load), the least
+//! t for which F is reachable with |f_h| <= t g_h, within the motors' limits, is found by halving.
+//! At this t F lies on the boundary, on the facet of the tightest y: every wheel with a_h . y != 0
+//! must sit at its bound, and the few in the facet's plane follow from F. So the distribution is
+//! found with the verdict.
 
 use nalgebra::{Vector2, Vector3};
 
 use crate::Kinematics;
+use crate::actuation::motor::TorqueRange;
 
 /// The geometry of the reachable forces of a robot.
 #[derive(Clone, Debug)]
@@ -47,6 +50,23 @@ impl PushRange {
         Self {
             min_n: self.min_n.max(other.min_n),
             max_n: self.max_n.min(other.max_n),
+        }
+    }
+
+    /// What a motor's torques leave for pushing, at a wheel's lever in metres, beside one in N m
+    /// that the wheel needs for itself.
+    pub fn beside(own_n_m: f64, limit: &TorqueRange, lever_m: f64) -> Self {
+        Self {
+            min_n: (limit.min_n_m - own_n_m) / lever_m,
+            max_n: (limit.max_n_m - own_n_m) / lever_m,
+        }
+    }
+
+    /// What the floor holds, of either sign.
+    pub fn of_grip(grip_n: f64) -> Self {
+        Self {
+            min_n: -grip_n,
+            max_n: grip_n,
         }
     }
 
@@ -90,7 +110,8 @@ impl TractionSet {
         Vector3::new(force.x, force.y, force.z / self.size_m)
     }
 
-    /// By how much the force exceeds the half-space of `y` (or of -y, whichever is worse), in N, and the worse sign.
+    /// By how much the force exceeds the half-space of `y` (or of -y, whichever is worse), in N,
+    /// and the worse sign.
     fn excess(
         force: &Vector3<f64>,
         (y, products): &(Vector3<f64>, Vec<f64>),
@@ -126,7 +147,8 @@ impl TractionSet {
             .all(|normal| Self::excess(&force, normal, ranges.clone()).0 <= slack_n)
     }
 
-    /// By how much a generalised force (N, N, N m) lies outside of what the ranges give, in N; below zero inside.
+    /// By how much a generalised force (N, N, N m) lies outside of what the ranges give, in N;
+    /// below zero inside.
     pub fn outside_n(
         &self,
         force: &Vector3<f64>,
@@ -144,8 +166,8 @@ impl TractionSet {
             .fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The pushes that give a force within `motor` with the least worst use t of the grips: fills `out` in N and
-    /// returns t, at most 1. The force must be reachable at t = 1.
+    /// The pushes that give a force within `motor` with the least worst use t of the grips: fills
+    /// `out` in N and returns t, at most 1. The force must be reachable at t = 1.
     pub fn distribute(
         &self,
         force: &Vector3<f64>,
@@ -175,8 +197,9 @@ impl TractionSet {
         t
     }
 
-    /// The largest part in [0, 1] of a task's force that can be given beside what is given already, within the ranges: what each half-space
-    /// leaves of the task, as eq. (30) has it for one bound. Where what is given lies outside, nothing that leads further out.
+    /// The largest part in [0, 1] of a task's force that can be given beside what is given already,
+    /// within the ranges: what each half-space leaves of the task, as eq. (30) has it for one
+    /// bound. Where what is given lies outside, nothing that leads further out.
     pub fn share(
         &self,
         given: &Vector3<f64>,
@@ -201,9 +224,10 @@ impl TractionSet {
         share
     }
 
-    /// The pushes that give a force with the least largest push over load, whatever the motors can give: fills `out` in N and returns that
-    /// ratio. On the boundary of what pushes up to t times the loads reach, t is the largest y . F / (sum over h of N_h |a_h . y|). `None`
-    /// where the wheels that bear a load cannot give the force.
+    /// The pushes that give a force with the least largest push over load, whatever the motors can
+    /// give: fills `out` in N and returns that ratio. On the boundary of what pushes up to t times
+    /// the loads reach, t is the largest y . F / (sum over h of N_h |a_h . y|). `None` where the
+    /// wheels that bear a load cannot give the force.
     pub fn share_by_load(
         &self,
         force: &Vector3<f64>,
@@ -261,9 +285,10 @@ impl TractionSet {
         self.fill_plane(y, products, rest, ranges, out);
     }
 
-    /// Shares what is left of the force among the wheels in the plane of a facet, so that none goes further from the
-    /// middle of its range than it must: the same argument one dimension down. With f_h = middle_h + s_h half_h, the
-    /// least bound on |s_h| is the largest |y' . d| / sum of half_h |a_h . y'| over the y' across one of the pushes.
+    /// Shares what is left of the force among the wheels in the plane of a facet, so that none goes
+    /// further from the middle of its range than it must: the same argument one dimension down.
+    /// With f_h = middle_h + s_h half_h, the least bound on |s_h| is the largest |y' . d| / sum of
+    /// half_h |a_h . y'| over the y' across one of the pushes.
     fn fill_plane(
         &self,
         y: &Vector3<f64>,
@@ -298,7 +323,8 @@ impl TractionSet {
             let reach: f64 = in_plane()
                 .map(|(h, range)| range.half_n() * flat(h).dot(&across).abs())
                 .sum();
-            // Where nothing reaches across this push, d has no part across it either, or F were out of reach.
+            // Where nothing reaches across this push, d has no part across it either, or F were out
+            // of reach.
             let s = if reach > IN_PLANE {
                 across.dot(&d) / reach
             } else {
@@ -337,8 +363,8 @@ impl TractionSet {
     }
 }
 
-/// Products a_h . y below this count as zero: the wheel lies in the facet's plane. Pushes have size 1 to 2, normals
-/// size 1.
+/// Products a_h . y below this count as zero: the wheel lies in the facet's plane. Pushes have size
+/// 1 to 2, normals size 1.
 const IN_PLANE: f64 = 1e-9;
 
 #[cfg(test)]
@@ -508,8 +534,9 @@ mod tests {
         assert!((force_of(&k, &relieved) - force).norm() < 1e-8);
     }
 
-    /// Two wheels that push along x stand left and right, two that push along y before and behind: a force along an axis is shared by its two
-    /// wheels, and the others, which could only turn the robot, are left alone.
+    /// Two wheels that push along x stand left and right, two that push along y before and behind:
+    /// a force along an axis is shared by its two wheels, and the others, which could only turn the
+    /// robot, are left alone.
     #[test]
     fn a_force_along_an_axis_is_shared_by_the_two_wheels_that_push_along_it() {
         use std::f64::consts::FRAC_PI_2;

@@ -1,9 +1,10 @@
-//! The guidance law of section III: from where the robot is and where it should be to wheel rates within their limit,
-//! eqs. (26)-(50).
+//! The guidance law of section III: from where the robot is and where it should be to wheel rates
+//! within their limit, eqs. (26)-(50).
 //!
-//! **Frames.** The reference and the errors (16), (17) live in the world frame, and so does K_r. M acts on vectors
-//! resolved in the body frame (the paper: "on a common body-fixed frame"). So wherever the paper writes M_l r_d' or
-//! M_l K_r e_r, the vector is turned into the body frame first, by minus the heading.
+//! **Frames.** The reference and the errors (16), (17) live in the world frame, and so does K_r. M
+//! acts on vectors resolved in the body frame (the paper: "on a common body-fixed frame"). So
+//! wherever the paper writes M_l r_d' or M_l K_r e_r, the vector is turned into the body frame
+//! first, by minus the heading.
 
 use ilon_robot::{Pose, Twist, wrap_angle};
 use nalgebra::{Matrix2, Vector2};
@@ -21,6 +22,16 @@ pub enum Priority {
     Heading,
 }
 
+impl Priority {
+    /// The two in the order of their priority; given in that order, position and heading again.
+    pub(crate) fn order<T>(self, position: T, heading: T) -> (T, T) {
+        match self {
+            Self::Position => (position, heading),
+            Self::Heading => (heading, position),
+        }
+    }
+}
+
 /// What happens to wheel rates beyond the limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Saturation {
@@ -28,8 +39,8 @@ pub enum Saturation {
     Prioritised(Priority),
     /// Each wheel clipped on its own, which bends the motion: what drives do that know of no limit.
     Clip,
-    /// All wheels scaled down together, which keeps the direction of the motion but lets a low task slow a high one:
-    /// the "quick and dirty way out" of section III-D.
+    /// All wheels scaled down together, which keeps the direction of the motion but lets a low task
+    /// slow a high one: the "quick and dirty way out" of section III-D.
     Scale,
     /// No limit: the plain law (26).
     None,
@@ -47,7 +58,8 @@ pub enum GuidanceTask {
     HeadingFeedforward,
     /// M_a K_phi e_phi, eq. (41): back to the desired heading.
     HeadingFeedback,
-    /// A third reference: to look at a point of the world, with M_a times a gain times the angle to it.
+    /// A third reference: to look at a point of the world, with M_a times a gain times the angle to
+    /// it.
     Face {
         /// The point in the world frame, in metres.
         point_m: Vector2<f64>,
@@ -109,27 +121,29 @@ pub struct GuidanceSettings {
 pub struct Command {
     /// q'_d: the wheel rates, in rad/s.
     pub wheel_rates_rad_s: Vec<f64>,
-    /// The motion of the reference point that all tasks together ask for, in the body frame, before any limit:
-    /// (v_c, omega) of eqs. (23), (24).
+    /// The motion of the reference point that all tasks together ask for, in the body frame, before
+    /// any limit: (v_c, omega) of eqs. (23), (24).
     pub twist_in_body: Twist,
-    /// The motion that the commanded rates stand for, in the body frame: eqs. (42), (43). Where each wheel was
-    /// clipped on its own, the one that fits the rates best.
+    /// The motion that the commanded rates stand for, in the body frame: eqs. (42), (43). Where
+    /// each wheel was clipped on its own, the one that fits the rates best.
     pub saturated_twist_in_body: Twist,
-    /// Each task in the order of its priority: what it asked for, its capacity and its weight. Where wheels are
-    /// clipped on their own, or nothing is limited, the weights are 1.
+    /// Each task in the order of its priority: what it asked for, its capacity and its weight.
+    /// Where wheels are clipped on their own, or nothing is limited, the weights are 1.
     pub tasks: Vec<TaskShare>,
 }
 
 /// The feasibility conditions (36) and (37).
 ///
-/// The paper calls them necessary. They are sufficient: each keeps its feedforward below half of the limit, so that
-/// both together fit. A feedforward of 0.6 and one of 0.1 of the limit fit as well, yet break (36).
+/// The paper calls them necessary. They are sufficient: each keeps its feedforward below half of
+/// the limit, so that both together fit. A feedforward of 0.6 and one of 0.1 of the limit fit as
+/// well, yet break (36).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Feasibility {
-    /// Left-hand side of (36), in rad/s: the largest wheel rate that the reference velocity can ask for, over all
-    /// headings of the robot.
+    /// Left-hand side of (36), in rad/s: the largest wheel rate that the reference velocity can ask
+    /// for, over all headings of the robot.
     pub position_rad_s: f64,
-    /// Left-hand side of (37), in rad/s: the largest wheel rate that the reference heading rate asks for.
+    /// Left-hand side of (37), in rad/s: the largest wheel rate that the reference heading rate
+    /// asks for.
     pub heading_rad_s: f64,
     /// q'_max, in rad/s: each of the above must stay below half of it.
     pub limit_rad_s: f64,
@@ -170,7 +184,8 @@ pub struct Guidance {
     limit_rad_s: f64,
     /// c_1 of eq. (34), in rad/s.
     capacity_rad_s: f64,
-    /// What each wheel's rate counts in the norm of a task: q'_max over the wheel's own limit; 1 of all where they are alike.
+    /// What each wheel's rate counts in the norm of a task: q'_max over the wheel's own limit; 1 of
+    /// all where they are alike.
     weights: Vec<f64>,
     saturation: Saturation,
     /// What is served, highest priority first.
@@ -183,7 +198,8 @@ pub struct Guidance {
 }
 
 impl Guidance {
-    /// The law for a robot. The reference point of `kinematics` is the point that follows the reference.
+    /// The law for a robot. The reference point of `kinematics` is the point that follows the
+    /// reference.
     ///
     /// # Errors
     /// [`ControlError::PositionGain`], [`ControlError::NotPositive`], [`ControlError::NotFinite`].
@@ -217,8 +233,9 @@ impl Guidance {
         })
     }
 
-    /// The same with a limit of its own for each wheel, in rad/s, in place of the one for all: the norm of a task is then that of
-    /// q'_j / q'max_j, in units of the least limit, so that eqs. (33) to (35) hold for each wheel by its own limit.
+    /// The same with a limit of its own for each wheel, in rad/s, in place of the one for all: the
+    /// norm of a task is then that of q'_j / q'max_j, in units of the least limit, so that eqs.
+    /// (33) to (35) hold for each wheel by its own limit.
     ///
     /// # Errors
     /// [`ControlError::LengthMismatch`], [`ControlError::NotPositive`].
@@ -242,8 +259,9 @@ impl Guidance {
         Ok(self)
     }
 
-    /// The same with less than the wheels' limit to share out among the tasks: c_1 of eq. (34), in rad/s. What is left is for whoever else
-    /// commands the wheels. Of effect under [`Saturation::Prioritised`] alone.
+    /// The same with less than the wheels' limit to share out among the tasks: c_1 of eq. (34), in
+    /// rad/s. What is left is for whoever else commands the wheels. Of effect under
+    /// [`Saturation::Prioritised`] alone.
     ///
     /// # Errors
     /// [`ControlError::NotPositive`]; [`ControlError::TooLarge`] beyond the limit.
@@ -261,12 +279,12 @@ impl Guidance {
         Ok(self)
     }
 
-    /// The same with any tasks, each once, in the order of their priority, in place of the four of [`GuidanceSettings::saturation`]: eqs. (32)
-    /// to (34). What is left out is not served.
+    /// The same with any tasks, each once, in the order of their priority, in place of the four of
+    /// [`GuidanceSettings::saturation`]: eqs. (32) to (34). What is left out is not served.
     ///
     /// # Errors
-    /// [`ControlError::NoTasks`]; [`ControlError::TwiceATask`] where one stands twice, by its name; [`ControlError::NotPositive`] and
-    /// [`ControlError::NotFinite`] for what they say.
+    /// [`ControlError::NoTasks`]; [`ControlError::TwiceATask`] where one stands twice, by its name;
+    /// [`ControlError::NotPositive`] and [`ControlError::NotFinite`] for what they say.
     pub fn with_tasks(mut self, tasks: &[GuidanceTask]) -> Result<Self, ControlError> {
         if tasks.is_empty() {
             return Err(ControlError::NoTasks);
@@ -303,7 +321,8 @@ impl Guidance {
         &self.kinematics
     }
 
-    /// Commands by another kinematics from now on: that of the same robot with its wheels elsewhere. The point that follows the reference stays.
+    /// Commands by another kinematics from now on: that of the same robot with its wheels
+    /// elsewhere. The point that follows the reference stays.
     ///
     /// # Errors
     /// [`ControlError::LengthMismatch`] for that of another number of wheels.
@@ -321,13 +340,15 @@ impl Guidance {
         Ok(())
     }
 
-    /// Wheel rates for the body frame's pose as it is seen and the desired motion of the reference point.
+    /// Wheel rates for the body frame's pose as it is seen and the desired motion of the reference
+    /// point.
     pub fn update(&mut self, seen: &Pose, desired: &Desired) -> &Command {
         self.update_by(seen, desired, None)
     }
 
-    /// As [`Self::update`], with the wheel rates taken from the rollers that touch at the wheel angles of the last
-    /// [`ContactKinematics::update`], so that the ripple of few rollers is cancelled. The limit holds all the same.
+    /// As [`Self::update`], with the wheel rates taken from the rollers that touch at the wheel
+    /// angles of the last [`ContactKinematics::update`], so that the ripple of few rollers is
+    /// cancelled. The limit holds all the same.
     pub fn update_on_contact(
         &mut self,
         seen: &Pose,
@@ -354,8 +375,8 @@ impl Guidance {
         &self.command
     }
 
-    /// Wheel rates for any tasks in the order of their priority: eqs. (32)-(34) for n tasks. More tasks than ever
-    /// before make it allocate once.
+    /// Wheel rates for any tasks in the order of their priority: eqs. (32)-(34) for n tasks. More
+    /// tasks than ever before make it allocate once.
     pub fn command(&mut self, tasks: &[Task]) -> &Command {
         self.combine(tasks, None)
     }
@@ -367,8 +388,9 @@ impl Guidance {
 
     /// The left-hand sides of (36) and (37) for a reference speed in m/s and heading rate in rad/s.
     ///
-    /// M_l acts in the body frame, so what a reference velocity asks of a wheel depends on the robot's heading. The
-    /// figure is the largest over all headings: |row h of M_l| is 1, hence |r_d'| / (rho_h |cos gamma_h|).
+    /// M_l acts in the body frame, so what a reference velocity asks of a wheel depends on the
+    /// robot's heading. The figure is the largest over all headings: |row h of M_l| is 1, hence
+    /// |r_d'| / (rho_h |cos gamma_h|).
     pub fn feasibility(&self, speed_m_s: f64, heading_rate_rad_s: f64) -> Feasibility {
         let rates = self.kinematics.rate_matrix();
         let worst = |of: &dyn Fn(f64, f64, f64) -> f64| {
@@ -385,8 +407,9 @@ impl Guidance {
         }
     }
 
-    /// What a reference asks of the wheels of a robot that is where it shall be, || M_l r_d' + M_a phi_d' ||, by the wheel that it takes nearest to
-    /// its limit. (36) and (37) are sufficient for its share to stay below 1, and this is what they are for.
+    /// What a reference asks of the wheels of a robot that is where it shall be, || M_l r_d' + M_a
+    /// phi_d' ||, by the wheel that it takes nearest to its limit. (36) and (37) are sufficient for
+    /// its share to stay below 1, and this is what they are for.
     pub fn feedforward(&self, desired: &Desired) -> WheelRateAsked {
         let twist = desired.velocity_in_world.rotated(-desired.pose.heading_rad);
         let rows = self.kinematics.rate_matrix().row_iter().zip(&self.weights);
@@ -418,7 +441,8 @@ impl Guidance {
         self.order.iter().map(GuidanceTask::name)
     }
 
-    /// What a task asks for: of (38)-(41) or (47)-(50), as a twist of the reference point in the body frame.
+    /// What a task asks for: of (38)-(41) or (47)-(50), as a twist of the reference point in the
+    /// body frame.
     fn asked(&self, task: &GuidanceTask, seen: &Pose, desired: &Desired) -> Twist {
         let phi = seen.heading_rad;
         // r_c: where the reference point is in the world frame.
@@ -524,7 +548,8 @@ impl Guidance {
             }
         }
         if self.saturation != Saturation::None {
-            // For Clip this is the law. For the others (35) holds already, and it only takes off the last rounding.
+            // For Clip this is the law. For the others (35) holds already, and it only takes off
+            // the last rounding.
             let before = infinity_norm(&command.wheel_rates_rad_s, weights);
             for (rate, weight) in command.wheel_rates_rad_s.iter_mut().zip(weights) {
                 let limit_rad_s = q_max / weight;
@@ -639,7 +664,8 @@ mod tests {
             velocity_in_world: Twist::new(0.1, 0.05, 0.2),
         };
         for robot in [mecanum4(), six_wheels(), volksbot()] {
-            // The guidance about a point of its own, the contact kinematics about the body frame's origin.
+            // The guidance about a point of its own, the contact kinematics about the body frame's
+            // origin.
             let point = Vector2::new(0.1, 0.05);
             let kinematics = Kinematics::new(&robot).unwrap().about(point).unwrap();
             let first = Saturation::Prioritised(Priority::Position);
@@ -660,7 +686,8 @@ mod tests {
         }
     }
 
-    /// Wheels of unequal limits: none is exceeded, the one that binds is used up, and a wheel that may turn faster does.
+    /// Wheels of unequal limits: none is exceeded, the one that binds is used up, and a wheel that
+    /// may turn faster does.
     #[test]
     fn eq_35_holds_for_each_wheel_by_its_own_limit() {
         let first = Saturation::Prioritised(Priority::Position);
@@ -751,7 +778,8 @@ mod tests {
         );
     }
 
-    /// The velocity of a point of the body, by the difference of where the body's motion takes it: x + R(theta) offset.
+    /// The velocity of a point of the body, by the difference of where the body's motion takes it:
+    /// x + R(theta) offset.
     #[test]
     fn eq_2_a_point_of_the_body_moves_with_its_rotation() {
         let (twist, offset_m) = (Twist::new(0.3, -0.2, 1.5), Vector2::new(0.1, 0.05));

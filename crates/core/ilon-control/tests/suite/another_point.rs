@@ -6,7 +6,7 @@ use crate::fixtures;
 
 use fixtures::{WheelSpec, mecanum4, robot, six_wheels, volksbot};
 use ilon_control::{ContactKinematics, Kinematics, WheelGains, WheelLoop, WheelLoopSettings};
-use ilon_control::{Feasibility, TorqueLaw, TorqueRange};
+use ilon_control::{Demand, Feasibility, TorqueLaw, TorqueRange};
 use ilon_robot::{Robot, Twist};
 use nalgebra::{Point3, UnitQuaternion, Vector2, Vector3};
 
@@ -216,7 +216,7 @@ fn the_derivative_filter_settles_on_the_acceleration_as_a_first_order_lag() {
     for step in 0..40 {
         let rate_rad_s = acceleration_rad_s2 * dt_s * f64::from(step);
         let limits = [TorqueRange::UNLIMITED];
-        let torque_n_m = wheel_loop.update(&[0.0], &[rate_rad_s], &limits, dt_s)[0];
+        let torque_n_m = wheel_loop.update(&Demand::new(&[0.0], &[rate_rad_s], &limits, dt_s))[0];
         // The first step has no rate before it. s = 0.01 / 0.04.
         let expected_n_m = -acceleration_rad_s2 * (1.0 - 0.75_f64.powi(step));
         assert!(

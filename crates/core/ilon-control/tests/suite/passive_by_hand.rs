@@ -8,7 +8,9 @@ use std::process::{Command, Stdio};
 use crate::fixtures;
 
 use fixtures::{WheelSpec, mecanum4, robot, volksbot};
-use ilon_control::{BodySense, PassiveTorque, PassiveTorqueSettings, TorqueLaw, TorqueRange};
+use ilon_control::{
+    BodySense, Demand, PassiveTorque, PassiveTorqueSettings, TorqueLaw, TorqueRange,
+};
 use ilon_robot::Robot;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
@@ -188,10 +190,12 @@ fn cases(robot: &Robot, seed: &mut u64) -> Vec<Case> {
                 angles_rad: angles,
                 gravity_in_body_m_s2: Some(gravity),
             });
-            law.update(&targets, &rates, &open, 1e-3);
+            law.update(&Demand::new(&targets, &rates, &open, 1e-3));
         }
         Case {
-            got: law.update(&targets, &rates, &open, 0.0).to_vec(),
+            got: law
+                .update(&Demand::new(&targets, &rates, &open, 0.0))
+                .to_vec(),
             own,
             first,
             second,

@@ -1,7 +1,7 @@
 //! From wheel rates asked for to torques: the wheel loops and the motors' limits.
 
 use ilon_control::{
-    BodySense, ComputedTorque, ComputedTorqueSettings, Motor, MotorBounds, PassiveEffort,
+    BodySense, ComputedTorque, ComputedTorqueSettings, Demand, Motor, MotorBounds, PassiveEffort,
     PassiveTorque, PassiveTorqueSettings, PrioritisedTorque, PrioritisedTorqueSettings, TorqueLaw,
     TorqueRange, TorqueShares,
 };
@@ -155,7 +155,9 @@ impl Drive {
             let (targets, limits) = (&self.targets_rad_s, &self.limits);
             self.law.sense(known);
             let period_s = f64::from(self.every) * dt_s;
-            let decided_n_m = self.law.update(targets, rates.seen_rad_s, limits, period_s);
+            let decided_n_m =
+                self.law
+                    .update(&Demand::new(targets, rates.seen_rad_s, limits, period_s));
             self.held_n_m.copy_from_slice(decided_n_m);
         }
         for (torque, held_n_m) in self.torques.iter_mut().zip(&self.held_n_m) {

@@ -1,36 +1,44 @@
 //! What bodies, the ground and dry bearings do to one another in a step.
 //!
-//! Each body moves by itself as if nothing touched it, with its mass matrix, gravity, motors and the forces of turning
-//! frames ([`crate::dynamics`]). The impulses of ground and bearings that follow are solved for here, all at once and to the end, and change the
-//! rates with which the step is taken. Each contact is between body A and its partner B, the ground or another body, and its rows
-//! hold what stands for these two alone.
+//! Each body moves by itself as if nothing touched it, with its mass matrix, gravity, motors and
+//! the forces of turning frames ([`crate::dynamics`]). The impulses of ground and bearings that
+//! follow are solved for here, all at once and to the end, and change the rates with which the step
+//! is taken. Each contact is between body A and its partner B, the ground or another body, and its
+//! rows hold what stands for these two alone.
 //!
-//! **The middle of the step.** Impulses act, and velocities are measured, at the poses in the middle of the step. What a
-//! contact's law speaks of is its velocity u_1 at the *end* of the step, in the pose that it has then. With J the rows in
-//! the middle, q'_0 and q'_1 the rates before and after, and J_0 and J_1 the rows in the poses at the start and where q'_0
-//! leads by the end,
+//! **The middle of the step.** Impulses act, and velocities are measured, at the poses in the
+//! middle of the step. What a contact's law speaks of is its velocity u_1 at the *end* of the step,
+//! in the pose that it has then. With J the rows in the middle, q'_0 and q'_1 the rates before and
+//! after, and J_0 and J_1 the rows in the poses at the start and where q'_0 leads by the end,
 //!
 //! u_0 = J q'_0 - b,  u_1 = J q'_1 + b,  b = (J_1 - J_0) q'_0 / 2:
 //!
-//! b is what the turning of the frame does to the velocity in half a step. That is right to second order, and a contact
-//! that is held, u_0 = u_1 = 0, takes no energy: J (q'_0 + q'_1) / 2 = (u_0 + u_1) / 2 = 0. To hold it in the frame at the
-//! start would take m v^2 omega^2 dt / 2 of power from a robot in a turn in which nothing slides. Across the ground b is
-//! left out: a roller that hands over leaves its place there in another way than it turns. A roller that came down takes
-//! over anywhere within half a step of the start, and on average at it: its tangents' rows are J_0, and b is all after it.
+//! b is what the turning of the frame does to the velocity in half a step. That is right to second
+//! order, and a contact that is held, u_0 = u_1 = 0, takes no energy: J (q'_0 + q'_1) / 2 = (u_0 +
+//! u_1) / 2 = 0. To hold it in the frame at the start would take m v^2 omega^2 dt / 2 of power from
+//! a robot in a turn in which nothing slides. Across the ground b is left out: a roller that hands
+//! over leaves its place there in another way than it turns. A roller that came down takes over
+//! anywhere within half a step of the start, and on average at it: its tangents' rows are J_0, and
+//! b is all after it.
 //!
-//! **The work.** An impulse takes its product with the mean of the velocities before and after it, which is exact for a
-//! step of constant inertia; where rollers come down, [`crate::contact::reactions::handover_impulse`] says of which velocities.
+//! **The work.** An impulse takes its product with the mean of the velocities before and after it,
+//! which is exact for a step of constant inertia; where rollers come down,
+//! [`crate::contact::reactions::handover_impulse`] says of which velocities.
 //!
-//! **The compliance.** Every contact of a robot is a spring of the same stiffness k with a damper k tau beside it, which only pushes:
-//! p / dt = -k g_1 - k tau u_1, with g_1 = g_0 + dt u_1 the gap to come. As a law between p and u_1:
-//! u_1 + g_0 / (dt + tau) + p / (k dt (dt + tau)) = 0. A gap that is still open is not damped.
+//! **The compliance.** Every contact of a robot is a spring of the same stiffness k with a damper k
+//! tau beside it, which only pushes: p / dt = -k g_1 - k tau u_1, with g_1 = g_0 + dt u_1 the gap
+//! to come. As a law between p and u_1: u_1 + g_0 / (dt + tau) + p / (k dt (dt + tau)) = 0. A gap
+//! that is still open is not damped.
+//!
+//! **What lasts.** [`Reactions`] are those of the last step: each world and island keeps them. A
+//! [`ReactionSolver`] finds those of the next one, and holds nothing that lasts.
 
 mod assembly;
 mod compliance;
-mod grouping;
 pub(crate) mod handover_impulse;
 mod joints;
 mod landing;
+mod last_step;
 mod nonlinear_drives;
 pub(crate) mod potential;
 pub(crate) mod reaction;
@@ -41,54 +49,55 @@ pub(crate) mod support;
 pub(crate) mod wheel_contact;
 pub(crate) mod wheel_tally;
 
-use std::mem::swap;
-
 use nalgebra::Vector3;
 
 use crate::contact::law::{Curve, ImpulseProblem, Solver, SolverEffort};
 use crate::contact::reactions::handover_impulse::{BodyResponse, HandoverImpulse};
 use crate::contact::reactions::potential::{Axle, PotentialContact};
-use crate::contact::reactions::reaction::{Member, Part, Partner, Reaction};
+use crate::contact::reactions::reaction::Reaction;
 use crate::contact::reactions::response::Responses;
 use crate::contact::reactions::row::Row;
 use crate::contact::scene::Scenes;
 use crate::contact::search::candidate::Candidate;
 use crate::contact::search::on_ground::Workspace;
-use crate::robot::articulated::Articulated;
-use crate::settings::ContactSpring;
+pub(crate) use last_step::Reactions;
 
-/// The reactions of the last step, and room for those of the next.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Reactions {
+/// Finds the reactions of a part of a step. Each part fills all of it anew: a solver may serve any
+/// number of worlds, one after the other, and is the only thing of a step that is large.
+#[derive(Debug, Default)]
+pub(crate) struct ReactionSolver {
+    /// Where bodies are near something: of one body, and of all.
     found: Vec<Candidate>,
     nearby: Vec<Candidate>,
+    /// What these places would be as contacts.
     potential: Vec<PotentialContact>,
     workspace: Workspace,
-    /// Of each contact in its order: how far from its partner it is in the middle of the step and was at its start.
+    /// Of each contact in its order: how far from its partner it is in the middle of the step and
+    /// was at its start, in metres.
     gaps_m: Vec<(f64, f64)>,
     /// Of the rollers that may touch.
     axles: Vec<Axle>,
+    /// The reactions, in the order of the problem's laws.
     all: Vec<Reaction>,
-    before: Vec<Reaction>,
+    /// By how much they break the laws, in m/s or rad/s.
+    error: f64,
+    /// Energy of treads that left the ground, in J.
+    released_j: f64,
     rows: Vec<Row>,
     problem: ImpulseProblem,
     solver: Solver,
     responses: Responses,
-    /// What acts in each joint of all bodies loses so much of its impulse per rate gained, in N m s per rad/s or N s per m/s.
+    /// What acts in each joint of all bodies loses so much of its impulse per rate gained, in N m s
+    /// per rad/s or N s per m/s.
     held_n_m_s2: Vec<f64>,
     freed_axles: Vec<f64>,
-    /// By degree of freedom of all bodies, one after the other.
+    /// By how much the reactions change the rates, by degree of freedom of all bodies, one after
+    /// the other.
     change: Vec<f64>,
     handover: HandoverImpulse,
-    error: f64,
-    /// How long the step was, and the one before, in seconds.
-    dt_s: f64,
-    before_dt_s: f64,
-    /// Energy of treads that left the ground in the step, in J.
-    released_j: f64,
-    /// The wheels and joints, each with its body and by its place in the tree, whose motors and servos reach a bound within the step.
+    /// The wheels and joints, each with its body and by its place in the tree, whose motors and
+    /// servos reach a bound within the step.
     driven: Vec<(usize, usize)>,
-    /// Room for the curve of a drive.
     curve: Curve,
 }
 
@@ -105,67 +114,10 @@ pub(crate) struct TouchedRoller {
     pub slide_m_s: f64,
 }
 
-/// The spring of a contact: a robot's own with the ground, the softer one between two robots.
-fn spring_between(bodies: &[Articulated], a: Member, b: Partner) -> ContactSpring {
-    let of_a = bodies[a.body].spring;
-    match b {
-        Partner::Of(member) => of_a.softer(bodies[member.body].spring),
-        Partner::Ground | Partner::Itself => of_a,
-    }
-}
-
-impl Reactions {
-    /// Exchanges the room to work in, with all that is known only within a step, and keeps what lasts from one step to the next.
-    pub fn swap_room(&mut self, other: &mut Self) {
-        // Taken apart whole, so that what is added is not forgotten here.
-        let Self {
-            found,
-            nearby,
-            potential,
-            workspace,
-            gaps_m,
-            axles,
-            all: _,
-            before,
-            rows,
-            problem,
-            solver,
-            responses,
-            held_n_m_s2,
-            freed_axles,
-            change,
-            handover,
-            error: _,
-            dt_s: _,
-            before_dt_s: _,
-            released_j: _,
-            driven,
-            curve,
-        } = self;
-        swap(found, &mut other.found);
-        swap(nearby, &mut other.nearby);
-        swap(potential, &mut other.potential);
-        swap(workspace, &mut other.workspace);
-        swap(gaps_m, &mut other.gaps_m);
-        swap(axles, &mut other.axles);
-        swap(before, &mut other.before);
-        swap(rows, &mut other.rows);
-        swap(problem, &mut other.problem);
-        swap(solver, &mut other.solver);
-        swap(responses, &mut other.responses);
-        swap(held_n_m_s2, &mut other.held_n_m_s2);
-        swap(freed_axles, &mut other.freed_axles);
-        swap(change, &mut other.change);
-        swap(handover, &mut other.handover);
-        swap(driven, &mut other.driven);
-        swap(curve, &mut other.curve);
-    }
-
+impl ReactionSolver {
     /// Solves for the reactions of the step that the bodies have just taken without any.
     pub fn react(&mut self, scenes: Scenes<'_>) {
-        self.clear();
-        self.before_dt_s = self.dt_s;
-        self.dt_s = scenes.dt_s;
+        self.nearby.clear();
         self.find(scenes);
         self.react_again(scenes);
     }
@@ -174,7 +126,8 @@ impl Reactions {
     pub fn react_again(&mut self, scenes: Scenes<'_>) {
         self.forget_laws();
         self.driven.clear();
-        // Which motors reach a bound is known when the step is solved; few do, and no step finds more than once that one does.
+        // Which motors reach a bound is known when the step is solved; few do, and no step finds
+        // more than once that one does.
         loop {
             self.assemble(scenes);
             self.responses.clear(scenes);
@@ -188,14 +141,7 @@ impl Reactions {
         if HandoverImpulse::happens(&self.all, scenes.bodies) {
             self.find_handover_impulse(scenes);
         }
-        self.count_work();
-    }
-
-    /// Forgets the reactions of the step that was solved last, which is not taken, and goes back to those of the step before.
-    pub fn give_up(&mut self) {
-        self.all.clear();
-        self.all.append(&mut self.before);
-        self.dt_s = self.before_dt_s;
+        self.count_work(scenes.reactions);
     }
 
     /// Separates the jump of rollers that came down from the rest of the step.
@@ -203,7 +149,7 @@ impl Reactions {
         self.held_n_m_s2.clear();
         self.responses.find_of_joints(scenes);
         for scene in scenes.each() {
-            self.held_n_m_s2.extend_from_slice(scene.held_n_m_s2);
+            self.held_n_m_s2.extend_from_slice(&scene.step.held_n_m_s2);
         }
         self.freed_axles.clear();
         let axles = self.axles.iter();
@@ -215,10 +161,8 @@ impl Reactions {
             held_n_m_s2: &self.held_n_m_s2,
             freed_axles: &self.freed_axles,
         };
-        swap(self.solver.room(), self.handover.room());
         self.handover.find(&self.all, &self.problem, &held);
         self.responses.complete(scenes, self.handover.change_mut());
-        swap(self.solver.room(), self.handover.room());
         let over = 1.0 - self.handover.share();
         for (row, of) in self.rows.iter().enumerate() {
             for (axle, c) in of.sides().filter_map(|side| side.axle) {
@@ -229,7 +173,7 @@ impl Reactions {
     }
 
     /// Counts what each impulse took.
-    fn count_work(&mut self) {
+    fn count_work(&mut self, last: &Reactions) {
         let mut row = 0;
         for reaction in &mut self.all {
             for k in 0..reaction.rows() {
@@ -238,7 +182,7 @@ impl Reactions {
                 row += 1;
             }
         }
-        let mut left_j: f64 = self.before.iter().map(Reaction::tread_j).sum();
+        let mut left_j = last.treads_j();
         for reaction in &mut self.all {
             let Some(tread) = reaction.tread().copied() else {
                 continue;
@@ -252,26 +196,9 @@ impl Reactions {
         self.released_j = left_j;
     }
 
-    /// Takes over what another solver did in the step: its reactions, and by how much it broke the laws, in m/s or rad/s.
-    pub fn take(&mut self, reactions: Vec<(Reaction, f64)>) {
-        self.clear();
-        self.error = 0.0;
-        self.released_j = 0.0;
-        for (reaction, error) in reactions {
-            self.all.push(reaction);
-            self.error = self.error.max(error);
-        }
-    }
-
-    /// The reactions of the last step.
-    pub fn all(&self) -> &[Reaction] {
-        &self.all
-    }
-
-    /// Those of which an articulated body is A.
-    pub fn of_body(&self, body: usize) -> impl Iterator<Item = &Reaction> {
-        let all = self.all.iter();
-        all.filter(move |reaction| reaction.a.body == body)
+    /// Hands the reactions over to what keeps those of the last step.
+    pub fn keep_in(&mut self, last: &mut Reactions, dt_s: f64) {
+        last.take_solved(&mut self.all, (self.error, self.released_j), dt_s);
     }
 
     /// By how much the reactions change each rate of an articulated body.
@@ -279,8 +206,8 @@ impl Reactions {
         &self.change[self.responses.dofs_of(body)]
     }
 
-    /// By how much the rates of an articulated body are further, where the mean over the last step starts from, than they were
-    /// when it began.
+    /// By how much the rates of an articulated body are further, where the mean over the last step
+    /// starts from, than they were when it began.
     pub fn start_change(&self, body: usize) -> impl Iterator<Item = f64> {
         self.handover.start_change(self.responses.dofs_of(body))
     }
@@ -297,41 +224,7 @@ impl Reactions {
         })
     }
 
-    /// What the dry bearings and joints of an articulated body, the stops of its rollers and rolling took in the last step, in J.
-    pub fn bearings_took_j(&self, body: usize) -> f64 {
-        let is_bearing = |r: &&Reaction| {
-            matches!(
-                r.a.part,
-                Part::Hub(_)
-                    | Part::Axle(..)
-                    | Part::Slide(..)
-                    | Part::Rolling(..)
-                    | Part::Friction(_)
-            )
-        };
-        let bearings = self.of_body(body).filter(is_bearing);
-        bearings.map(|reaction| reaction.taken_j.sum()).sum()
-    }
-
-    /// Whether a rigid roller is about to slide: its friction is near its limit, and it holds or has just begun to slide. One
-    /// that gives is at its limit whenever it takes over, and its tread decides when it slides.
-    pub fn about_to_slide(&self, bodies: &[Articulated]) -> bool {
-        /// Near its limit, as a share of it.
-        const NEAR_LIMIT: f64 = 0.5;
-        /// A roller that slides faster, in its robot's unit of speed, has made up its mind: 3 cm/s for wheels of 50 mm.
-        const SLIDES: f64 = 0.043;
-        self.all.iter().any(|reaction| {
-            let slides_m_s = SLIDES * bodies[reaction.a.body].scale.speed_m_s();
-            let limit = NEAR_LIMIT * reaction.friction * reaction.impulse.x;
-            matches!(reaction.a.part, Part::Roller(..))
-                && reaction.tread().is_none()
-                && limit > 0.0
-                && reaction.impulse.yz().norm() > limit
-                && reaction.velocity_after.yz().norm() < slides_m_s
-        })
-    }
-
-    /// By how much the laws were broken in the last step, in m/s or rad/s.
+    /// By how much the laws are broken, in m/s or rad/s.
     pub fn error(&self) -> f64 {
         self.error
     }
@@ -341,43 +234,11 @@ impl Reactions {
         self.solver.take_effort()
     }
 
-    /// Energy in the treads of rollers, in J.
-    pub fn treads_j(&self) -> f64 {
-        self.all.iter().map(Reaction::tread_j).sum()
-    }
-
-    /// Energy of treads that left the ground in the last step, and was lost, in J.
-    pub fn released_j(&self) -> f64 {
-        self.released_j
-    }
-
     /// Whether something pressed on an articulated body in the last step.
     pub fn press_on(&self, body: usize) -> bool {
         self.all.iter().any(|reaction| {
             reaction.rows() == 3 && reaction.impulse.x > 0.0 && reaction.touches(body)
         })
-    }
-
-    /// Energy in the springs of rigid contacts, in J: F^2 / (2 k) each.
-    pub fn spring_energy_j(&self, bodies: &[Articulated], dt_s: f64) -> f64 {
-        // Those of guests with what is rapier's, too, are not this world's.
-        let is_rigid = |reaction: &&Reaction| {
-            let is_guests = bodies[reaction.a.body].is_guest();
-            reaction.rows() == 3 && reaction.tread().is_none() && !is_guests
-        };
-        let contacts = self.all.iter().filter(is_rigid);
-        let energy_j = |reaction: &Reaction| {
-            let spring = spring_between(bodies, reaction.a, reaction.b);
-            0.5 * (reaction.impulse.x / dt_s).powi(2) / spring.stiffness_n_m
-        };
-        contacts.map(energy_j).sum()
-    }
-
-    fn clear(&mut self) {
-        // Copied, so that neither list takes the room that the other has grown.
-        self.before.clear();
-        self.before.append(&mut self.all);
-        self.nearby.clear();
     }
 
     /// Forgets the laws of the step, but not where bodies are near the ground and one another.
@@ -400,11 +261,8 @@ impl Reactions {
             let now = &self.all[law];
             if now.tread().is_some() {
                 // Rollers come and go in any order: each goes on from itself.
-                if let Some(before) = self
-                    .before
-                    .iter()
-                    .find(|other| (other.a, other.b) == (now.a, now.b))
-                {
+                let mut before = scenes.reactions.all().iter();
+                if let Some(before) = before.find(|other| (other.a, other.b) == (now.a, now.b)) {
                     self.problem.warm_start(law, before.impulse);
                 }
                 continue;
@@ -413,18 +271,19 @@ impl Reactions {
                 .iter()
                 .filter(|other| now.follows(other))
                 .count();
-            let mut before = self.before.iter().filter(|other| now.follows(other));
+            let before = scenes.reactions.all().iter();
+            let mut before = before.filter(|other| now.follows(other));
             if let Some(before) = before.nth(place) {
                 self.problem.warm_start(law, before.impulse);
             }
         }
         self.error = self.solver.solve(&mut self.problem);
-        self.take_solution();
+        self.take_solution(scenes.dt_s);
         self.responses.complete(scenes, &mut self.change);
     }
 
     /// Takes the impulses over, and half of what they do to the bodies' rates.
-    fn take_solution(&mut self) {
+    fn take_solution(&mut self, dt_s: f64) {
         self.change.clear();
         self.change.resize(self.responses.dofs(), 0.0);
         let mut row = 0;
@@ -438,7 +297,7 @@ impl Reactions {
             let slides = reaction.compliance.is_some() && !self.problem.holds(law);
             let impulse = read(self.problem.impulses());
             let velocity = read(self.problem.velocities());
-            reaction.take(impulse, velocity, slides, self.dt_s);
+            reaction.take(impulse, velocity, slides, dt_s);
             for _ in rows {
                 let impulse = self.problem.impulses()[row];
                 self.responses.add_row(row, impulse, &mut self.change);

@@ -3,16 +3,17 @@
 use ilon_robot::{Robot, Scale};
 use nalgebra::Vector3;
 
+use crate::Settings;
+use crate::contact::reactions::Reactions;
 use crate::contact::reactions::row::Side;
 use crate::dynamics::{Factors, Motion, Path, Tree};
 use crate::ground::Ground;
-use crate::robot::articulated::Articulated;
-use crate::robot::shapes::Shapes;
+use crate::robot::articulated::{Articulated, BodyStep};
 use crate::robot::state::State;
 use crate::robot::wheel::WheelBody;
-use crate::{MotorTorque, Settings};
 
-/// Everything that a step's reactions depend on: the ground and all articulated bodies, as they move without one another.
+/// Everything that a step's reactions depend on: the ground and all articulated bodies, as they
+/// move without one another.
 #[derive(Clone, Copy)]
 pub(crate) struct Scenes<'a> {
     pub ground: &'a Ground,
@@ -20,6 +21,8 @@ pub(crate) struct Scenes<'a> {
     /// How long the step is, in seconds.
     pub dt_s: f64,
     pub bodies: &'a [Articulated],
+    /// What acted between them in the last step.
+    pub reactions: &'a Reactions,
 }
 
 /// What concerns one articulated body of it.
@@ -34,29 +37,13 @@ pub(crate) struct Scene<'a> {
     pub scale: &'a Scale,
     pub wheels: &'a [WheelBody],
     pub tree: &'a Tree,
-    pub shapes: &'a Shapes,
     pub settings: &'a Settings,
     /// How long the step is, in seconds.
     pub dt_s: f64,
-    /// The robot when the step began.
-    pub before: &'a State,
-    /// Its poses in the middle of the step, with the rates of its beginning.
-    pub middle: &'a State,
-    /// And where these rates would take it by the end of the step.
-    pub ahead: &'a State,
-    /// Whether the step is short enough to see how rollers turn while they pass over the ground.
-    pub sees_rollers_pass: bool,
-    /// The rates of its bodies when the step began, by degree of freedom.
-    pub rates_before: &'a [f64],
-    /// And at its end without any reaction.
-    pub rates_free: &'a [f64],
-    /// What the motors do as far as it is straight, which is solved with the masses.
-    pub motors: &'a [MotorTorque],
-    /// What the motors do.
-    pub motor_laws: &'a [MotorTorque],
-    /// What springs, motors and bearings lose of their impulse in the step per rate that their joint gains, in N m s per rad/s or N s per
-    /// m/s.
-    pub held_n_m_s2: &'a [f64],
+    /// What acted between the bodies in the last step.
+    pub reactions: &'a Reactions,
+    /// The step as the body takes it without any reaction.
+    pub step: &'a BodyStep,
 }
 
 impl<'a> Scenes<'a> {
@@ -71,18 +58,10 @@ impl<'a> Scenes<'a> {
             scale: &body.scale,
             wheels: &body.wheels,
             tree: &body.tree,
-            shapes: &body.shapes,
             settings: self.settings,
             dt_s: self.dt_s,
-            before: &body.before,
-            middle: &body.middle,
-            ahead: &body.ahead,
-            sees_rollers_pass: body.sees_rollers_pass,
-            rates_before: &body.rates_before,
-            rates_free: &body.rates_free,
-            motors: &body.motors,
-            motor_laws: &body.motor_laws,
-            held_n_m_s2: &body.held_n_m_s2,
+            reactions: self.reactions,
+            step: &body.step,
         }
     }
 
@@ -109,8 +88,8 @@ impl<'a> Scene<'a> {
         Side::of_joints(self.index, self.tree.path(joint, share))
     }
 
-    /// How fast what moves with the link of a joint of the tree, or with the chassis, moves along a direction at a place, and turns along another,
-    /// given in the pose of a state.
+    /// How fast what moves with the link of a joint of the tree, or with the chassis, moves along a
+    /// direction at a place, and turns along another, given in the pose of a state.
     pub fn moving_with(
         &self,
         joint: Option<usize>,

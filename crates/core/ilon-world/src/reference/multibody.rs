@@ -93,7 +93,8 @@ impl Reference {
 
     /// Gives the robot the angles and rates that it has, and its joints what holds them.
     ///
-    /// Every velocity is the state's own, so that a robot which is taken apart and built again loses no momentum.
+    /// Every velocity is the state's own, so that a robot which is taken apart and built again
+    /// loses no momentum.
     fn set_in_motion(&mut self, robot: &Articulated) {
         let Articulated {
             robot: shared,
@@ -118,9 +119,10 @@ impl Reference {
         multibody.update_rigid_bodies(bodies, true);
     }
 
-    /// Puts the robot into rapier as it is in the middle of the step, with the rates of its beginning.
+    /// Puts the robot into rapier as it is in the middle of the step, with the rates of its
+    /// beginning.
     pub(super) fn place(&mut self, robot: &Articulated) {
-        let middle = &robot.middle;
+        let middle = &robot.step.middle;
         let chassis = &mut self.rapier.bodies[self.chassis];
         chassis.set_position(convert::pose(middle.floor_from_chassis()), false);
         self.set_wheel_angles(middle.wheel_angles_rad());
@@ -174,7 +176,8 @@ impl Reference {
         multibody.apply_displacements(&self.displacement);
     }
 
-    /// Sets how much torque each wheel's motor loses per rate gained, in N m s/rad, on top of its bearing's damping.
+    /// Sets how much torque each wheel's motor loses per rate gained, in N m s/rad, on top of its
+    /// bearing's damping.
     pub(super) fn set_droops(&mut self, robot: &Robot, motors: &[MotorTorque]) {
         let multibody = link_owner(&mut self.rapier.multibody_joints, self.multibody);
         for ((hub, wheel), motor) in self.hubs.iter().zip(&robot.wheels).zip(motors) {
@@ -208,7 +211,8 @@ impl Reference {
         }
     }
 
-    /// The damping, dry friction and inertia of the joints; rapier's own default damps every free axis by 0.1.
+    /// The damping, dry friction and inertia of the joints; rapier's own default damps every free
+    /// axis by 0.1.
     fn set_joints<'a>(
         &mut self,
         robot: &SharedRobot,
@@ -218,8 +222,8 @@ impl Reference {
         multibody.damping_mut().fill(0.0);
         for ((hub, wheel), states) in self.hubs.iter().zip(&robot.wheels).zip(rollers) {
             multibody.damping_mut()[hub.dof] = wheel.joint.damping_n_m_s;
-            // The rotor is felt where the wheel turns against the chassis. What little it adds when the chassis itself turns about
-            // the wheel's axis is left out.
+            // The rotor is felt where the wheel turns against the chassis. What little it adds when
+            // the chassis itself turns about the wheel's axis is left out.
             multibody.armature_mut()[hub.dof] = wheel.drive.reflected_inertia_kg_m2();
             multibody.frictions_mut()[hub.dof] = wheel.dry_friction_n_m();
             let rollers = wheel.rollers.iter().zip(states);
@@ -293,7 +297,8 @@ fn x_to_z() -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -std::f64::consts::FRAC_PI_2)
 }
 
-/// A joint about the z axis of the child's frame, which stands at `parent_from_child` while its angle is zero.
+/// A joint about the z axis of the child's frame, which stands at `parent_from_child` while its
+/// angle is zero.
 fn joint_about_z(parent_from_child: &Isometry3<f64>) -> GenericJoint {
     let child_from_joint = Isometry3::from_parts(Default::default(), x_to_z());
     let mut joint = GenericJoint::new(JointAxesMask::LOCKED_REVOLUTE_AXES);
@@ -386,7 +391,8 @@ fn index_links(rapier: &mut Engine, hubs: &mut [Hub]) -> MultibodyIndex {
             .expect("every hub is inserted as a link")
     };
     let index = find(multibody_joints, hubs[0].body).multibody;
-    // Only now does rapier see that the chassis is free, and give the root its six axes before all others.
+    // Only now does rapier see that the chassis is free, and give the root its six axes before all
+    // others.
     link_owner(multibody_joints, index).forward_kinematics(bodies, true);
     let place = |body: RigidBodyHandle| {
         let id = find(multibody_joints, body).id;

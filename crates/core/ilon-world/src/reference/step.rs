@@ -1,6 +1,8 @@
-//! One step of rapier: what it is given, and what is read from it into the same figures as in ilon's own mode.
+//! One step of rapier: what it is given, and what is read from it into the same figures as in
+//! ilon's own mode.
 //!
-//! rapier solves contacts in the poses with which a step begins, and moves on with the rates after it.
+//! rapier solves contacts in the poses with which a step begins, and moves on with the rates after
+//! it.
 
 use nalgebra::Vector3;
 use rapier3d::prelude::*;
@@ -12,18 +14,18 @@ use crate::contact::frame::{along_frame, frame};
 use crate::contact::reactions::reaction::{Member, Part, Partner, Reaction};
 use crate::engine::convert;
 use crate::ground::{Grip, Ground};
-use crate::robot::articulated::Articulated;
+use crate::robot::articulated::{Articulated, BodyStep};
 use crate::robot::state::State;
 
 impl Reference {
     /// Takes a step of a robot in rapier, and takes it over.
     pub fn step(&mut self, robot: &mut Articulated, ground: &Ground, dt_s: f64) {
-        robot.before.copy_from(&robot.state);
-        robot.middle.copy_from(&robot.state);
+        robot.step.before.copy_from(&robot.state);
+        robot.step.middle.copy_from(&robot.state);
         self.rapier.integration_parameters.dt = dt_s;
         self.place(robot);
-        for (index, motor) in robot.motors.iter_mut().enumerate() {
-            hold_below_limit(motor, robot.middle.wheel_rates_rad_s()[index]);
+        for (index, motor) in robot.step.motors.iter_mut().enumerate() {
+            hold_below_limit(motor, robot.step.middle.wheel_rates_rad_s()[index]);
         }
         self.load(robot);
         self.rapier.step(&Grip { ground });
@@ -34,10 +36,10 @@ impl Reference {
     /// Gives rapier the motors' torques and the pushes of the step.
     fn load(&mut self, robot: &Articulated) {
         let (force_n, mut on_chassis_n_m) = robot.pushed();
-        for (index, motor) in robot.motors.iter().enumerate() {
+        for (index, motor) in robot.step.motors.iter().enumerate() {
             // rapier's damping takes droop x rate off; only droop x (rate - rate now) shall go.
-            let undamped_n_m = motor.droop_n_m_s * robot.middle.wheel_rates_rad_s()[index];
-            let axis = robot.middle.hubs()[index].axis();
+            let undamped_n_m = motor.droop_n_m_s * robot.step.middle.wheel_rates_rad_s()[index];
+            let axis = robot.step.middle.hubs()[index].axis();
             let torque = axis * (motor.torque_n_m + undamped_n_m);
             let hub = &mut self.rapier.bodies[self.hubs[index].body];
             hub.reset_torques(false);
@@ -49,19 +51,23 @@ impl Reference {
         chassis.reset_torques(false);
         chassis.add_force(convert::vector(&force_n), false);
         chassis.add_torque(convert::vector(&on_chassis_n_m), false);
-        self.set_droops(&robot.robot, &robot.motors);
+        self.set_droops(&robot.robot, &robot.step.motors);
     }
 
     /// Takes rapier's rates over, and sums the poses with them.
     fn move_on(&mut self, robot: &mut Articulated, dt_s: f64) {
         let Articulated {
-            before,
-            middle,
-            ahead,
+            step,
             state,
             wheels,
             ..
         } = robot;
+        let BodyStep {
+            before,
+            middle,
+            ahead,
+            ..
+        } = step;
         state.velocity_m_s = Vector3::from_column_slice(&self.rates[..3]);
         state.angular_rad_s = Vector3::from_column_slice(&self.rates[3..6]);
         for (hub, rate_rad_s) in self.hubs.iter().zip(state.wheel_rates_mut()) {
@@ -89,10 +95,11 @@ impl Reference {
         }
     }
 
-    /// What rapier's contacts did to a robot, the first body of its world, and by how much each broke the laws of contact, in m/s.
+    /// What rapier's contacts did to a robot, the first body of its world, and by how much each
+    /// broke the laws of contact, in m/s.
     pub fn reactions(&self, robot: &Articulated) -> Vec<(Reaction, f64)> {
         let mut found = Vec::new();
-        let (before, after) = (&robot.before, &robot.ahead);
+        let (before, after) = (&robot.step.before, &robot.step.ahead);
         let on = |part| Member { body: 0, part };
         let chassis = &self.rapier.bodies[self.chassis];
         for collider in chassis.colliders() {
@@ -128,8 +135,8 @@ impl Reference {
         found
     }
 
-    /// What damping and dry friction took in all joints of a robot, in J. The torque of damping is that of the rate after the step, with
-    /// which rapier solves it; work goes with the mean rate.
+    /// What damping and dry friction took in all joints of a robot, in J. The torque of damping is
+    /// that of the rate after the step, with which rapier solves it; work goes with the mean rate.
     pub fn joints_lost_j(&self, robot: &Articulated, dt_s: f64) -> f64 {
         let power_w = |damping_n_m_s: f64, friction_n_m: f64, (before, after): (f64, f64)| {
             let mean_rad_s = 0.5 * (before + after);
@@ -138,7 +145,7 @@ impl Reference {
         let mut lost_w = 0.0;
         for (index, (hub, wheel)) in self.hubs.iter().zip(&robot.robot.wheels).enumerate() {
             let rates = (
-                robot.before.wheel_rates_rad_s()[index],
+                robot.step.before.wheel_rates_rad_s()[index],
                 robot.state.wheel_rates_rad_s()[index],
             );
             lost_w += power_w(wheel.joint.damping_n_m_s, wheel.dry_friction_n_m(), rates);
@@ -208,9 +215,9 @@ fn touches(rapier: &Engine, collider: ColliderHandle) -> impl Iterator<Item = To
 }
 
 impl Touch {
-    /// The reaction that it is, given the robot's surface's velocities before and after the step and what a unit of spin adds to them;
-    /// and by how much it breaks the laws of contact, in m/s: moving across the ground while it presses, or sliding although
-    /// friction is within its limit.
+    /// The reaction that it is, given the robot's surface's velocities before and after the step
+    /// and what a unit of spin adds to them; and by how much it breaks the laws of contact, in m/s:
+    /// moving across the ground while it presses, or sliding although friction is within its limit.
     fn reaction(
         &self,
         a: Member,
@@ -227,19 +234,15 @@ impl Touch {
         let sticks = rubbed.yz().norm() < limit_n_s;
         let slides_m_s = if sticks { after.yz().norm() } else { 0.0 };
         let reaction = Reaction {
-            a,
             b: Partner::Ground,
             at_m: self.at_m,
             frame: *axes,
             friction: self.friction,
-            nap: None,
             impulse,
-            velocity_before: before,
             velocity_after: after,
             taken_j: -0.5 * impulse.component_mul(&(before + after)),
-            came_down: false,
             rolling_radius_m: along_frame(axes, per_spin).z,
-            compliance: None,
+            ..Reaction::within(a, before)
         };
         (reaction, after.x.abs().max(slides_m_s))
     }

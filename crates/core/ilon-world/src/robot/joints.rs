@@ -1,9 +1,12 @@
-//! What acts in the joints between a robot's bodies: springs and dampers, taken over a step so that they are stable at any length of it.
+//! What acts in the joints between a robot's bodies: springs and dampers, taken over a step so that
+//! they are stable at any length of it.
 //!
-//! **In a step** a spring of stiffness k and a damper c act with what they have in its middle. With q_0 and u_0 where the joint is and how it
-//! moves when the step begins, and u_1 at its end, the middle is at q_0 + dt (u_0 + u_1) / 4, and the force is a straight line in what the joint
-//! gains, as a motor's is: F_0 - D (u_1 - u_0), with F_0 that of no gain and D = k dt / 4 + c / 2. The joint moves on by dt (u_0 + u_1) / 2, so that
-//! the work of the force is to the last digit what the spring gives back and the damper takes.
+//! **In a step** a spring of stiffness k and a damper c act with what they have in its middle. With
+//! q_0 and u_0 where the joint is and how it moves when the step begins, and u_1 at its end, the
+//! middle is at q_0 + dt (u_0 + u_1) / 4, and the force is a straight line in what the joint gains,
+//! as a motor's is: F_0 - D (u_1 - u_0), with F_0 that of no gain and D = k dt / 4 + c / 2. The
+//! joint moves on by dt (u_0 + u_1) / 2, so that the work of the force is to the last digit what
+//! the spring gives back and the damper takes.
 
 use ilon_robot::{BodyJoint, JointKind};
 
@@ -19,7 +22,8 @@ pub(crate) struct JointForce {
     pub droop: f64,
 }
 
-/// What a joint that is beyond its stop by this share of its unit within a step is taken to have hit.
+/// What a joint that is beyond its stop by this share of its unit within a step is taken to have
+/// hit.
 const BEYOND: f64 = 1e-6;
 
 impl JointForce {
@@ -34,7 +38,8 @@ impl JointForce {
         }
     }
 
-    /// Of a joint that does not move yet, taken at the end of the step: it comes to rest where it stands in equilibrium.
+    /// Of a joint that does not move yet, taken at the end of the step: it comes to rest where it
+    /// stands in equilibrium.
     pub fn to_rest(joint: &BodyJoint, position: f64, dt_s: f64) -> Self {
         Self {
             force: (joint.spring()).map_or(0.0, |spring| spring.force_at(position)),
@@ -44,7 +49,8 @@ impl JointForce {
 }
 
 impl Articulated {
-    /// Says where the target of a joint's servo shall be in the middle of the coming step, and how fast it moves then; says whether the joint has one.
+    /// Says where the target of a joint's servo shall be in the middle of the coming step, and how
+    /// fast it moves then; says whether the joint has one.
     pub fn aim(&mut self, joint: usize, position: f64, rate: f64) -> bool {
         let is_driven = self.robot.joints[joint].servo().is_some();
         if is_driven {
@@ -54,7 +60,8 @@ impl Articulated {
         is_driven
     }
 
-    /// Says what a joint's servo acts with in place of going somewhere, in N m or N; says whether the joint has one. Its target stays where the joint is.
+    /// Says what a joint's servo acts with in place of going somewhere, in N m or N; says whether
+    /// the joint has one. Its target stays where the joint is.
     pub fn load_joint(&mut self, joint: usize, effort: f64) -> bool {
         let is_driven = self.robot.joints[joint].servo().is_some();
         if is_driven {
@@ -65,25 +72,27 @@ impl Articulated {
         is_driven
     }
 
-    /// After how many seconds the first of the targets that are behind comes to its aim; infinite where none is.
+    /// After how many seconds the first of the targets that are behind comes to its aim; infinite
+    /// where none is.
     pub fn catches_up_s(&self) -> f64 {
         let joints = self.robot.joints.iter().zip(&self.servos);
         let servos = joints.filter_map(|(joint, own)| Some((joint.servo()?, own)));
-        let times_s = servos.filter_map(|(of, own)| own.catches_up_s(of, self.from_middle_s));
+        let times_s =
+            servos.filter_map(|(of, own)| own.catches_up_s(of, self.command.from_middle_s));
         times_s.fold(f64::INFINITY, f64::min)
     }
 
     /// Takes what the servos do in a part of a step.
     pub fn run_servos(&mut self, dt_s: f64) {
-        let middle_s = self.from_middle_s + 0.5 * dt_s;
+        let middle_s = self.command.from_middle_s + 0.5 * dt_s;
         for (index, joint) in self.robot.joints.iter().enumerate() {
             let Some(servo) = joint.servo() else {
                 continue;
             };
-            let position = self.before.joint_positions()[index];
-            let rate = self.before.joint_rates()[index];
+            let position = self.step.before.joint_positions()[index];
+            let rate = self.step.before.joint_rates()[index];
             let own = &mut self.servos[index];
-            if self.sets_out {
+            if self.is_settling {
                 own.act_to_rest(servo, position, dt_s);
             } else {
                 let target = own.follow(servo, (middle_s, dt_s));
@@ -92,40 +101,46 @@ impl Articulated {
         }
     }
 
-    /// Says what springs, dampers and servos do in the step, and what they lose as their joints gain rate.
+    /// Says what springs, dampers and servos do in the step, and what they lose as their joints
+    /// gain rate.
     pub fn load_joints(&mut self, dt_s: f64) {
         self.run_servos(dt_s);
         for (index, joint) in self.robot.joints.iter().enumerate() {
-            let position = self.before.joint_positions()[index];
-            let acts = if self.sets_out {
+            let position = self.step.before.joint_positions()[index];
+            let acts = if self.is_settling {
                 JointForce::to_rest(joint, position, dt_s)
             } else {
-                JointForce::over(joint, (position, self.before.joint_rates()[index]), dt_s)
+                JointForce::over(
+                    joint,
+                    (position, self.step.before.joint_rates()[index]),
+                    dt_s,
+                )
             };
             let servo = &self.servos[index].straight;
-            self.loads.in_joints[index] = acts.force + servo.torque_n_m;
-            self.held_n_m_s2[index] = (acts.droop + servo.droop_n_m_s) * dt_s;
+            self.step.loads.in_joints[index] = acts.force + servo.torque_n_m;
+            self.step.held_n_m_s2[index] = (acts.droop + servo.droop_n_m_s) * dt_s;
         }
     }
 
-    /// Counts the impulses of springs, dampers and servos in a step, the servos' as far as they are straight.
+    /// Counts the impulses of springs, dampers and servos in a step, the servos' as far as they are
+    /// straight.
     pub fn count_springs(&mut self, dt_s: f64) {
-        let rates = self.before.joint_rates().iter();
+        let rates = self.step.before.joint_rates().iter();
         let rates = rates.zip(self.state.joint_rates());
         for (index, (before, after)) in rates.enumerate() {
             // The loads are those with which the step was solved.
-            let lost = self.held_n_m_s2[index] * (after - before);
-            self.joint_forces[index] += self.loads.in_joints[index] * dt_s - lost;
+            let lost = self.step.held_n_m_s2[index] * (after - before);
+            self.done.joint_forces[index] += self.step.loads.in_joints[index] * dt_s - lost;
             self.servos[index].count_straight(after - before, dt_s);
         }
     }
 
     /// Energy that the dampers of the joints took in a step, in J.
     pub fn dampers_took_j(&self, dt_s: f64) -> f64 {
-        let rates = self.before.joint_rates().iter();
+        let rates = self.step.before.joint_rates().iter();
         let rates = rates.zip(self.state.joint_rates());
         let joints = self.robot.joints.iter().zip(rates);
-        let means = self.middle.joint_rates();
+        let means = self.step.middle.joint_rates();
         joints
             .zip(means)
             .map(|((joint, (before, after)), mean)| {
@@ -134,9 +149,10 @@ impl Articulated {
             .sum()
     }
 
-    /// Whether these mean rates of a step, by degree of freedom, would carry a joint beyond its stop: it was stopped there within the step.
+    /// Whether these mean rates of a step, by degree of freedom, would carry a joint beyond its
+    /// stop: it was stopped there within the step.
     pub fn passes_stops(&self, mean: impl Fn(usize) -> f64, dt_s: f64) -> bool {
-        let places = self.before.joint_positions().iter();
+        let places = self.step.before.joint_positions().iter();
         let joints = self.robot.joints.iter().zip(places);
         joints.enumerate().any(|(index, (joint, from))| {
             let to = from + dt_s * mean(ROOT_DOFS + index);

@@ -1,7 +1,7 @@
 //! One wheel in the world: its hub as a link, and its rollers as flywheels on it.
 //!
-//! The mass of a roller and its inertia across its axis move with the hub and belong to the hub's body; what is left is a
-//! flywheel with a rate of its own (`roller`).
+//! The mass of a roller and its inertia across its axis move with the hub and belong to the hub's
+//! body; what is left is a flywheel with a rate of its own (`roller`).
 
 use ilon_robot::{MassProperties, RollerSurface, Scale, Tread, Wheel};
 use nalgebra::{Matrix3, Vector3};
@@ -26,11 +26,11 @@ pub(crate) struct WheelBody {
     pub has_play: bool,
     /// The rollers.
     pub rollers: Vec<RollerState>,
-    /// What the bearings of the rollers put on the hub in the last step beyond what was expected, in its frame, in N m: it
-    /// gets that in the next.
+    /// What the bearings of the rollers put on the hub in the last step beyond what was expected,
+    /// in its frame, in N m: it gets that in the next.
     pub owed_in_hub_n_m: Vector3<f64>,
-    /// What they are about to put on it in this step, and the angular momentum of the rollers about their axes, in its frame, in N m
-    /// and kg m^2/s.
+    /// What they are about to put on it in this step, and the angular momentum of the rollers about
+    /// their axes, in its frame, in N m and kg m^2/s.
     bearings_in_hub_n_m: Vector3<f64>,
     momentum_in_hub: Vector3<f64>,
 }
@@ -74,8 +74,8 @@ impl Surface {
     }
 }
 
-/// Mass properties of the hub body in its frame: the hub, and of each roller what moves with it, its mass and its inertia
-/// across its axis; of a seized one all.
+/// Mass properties of the hub body in its frame: the hub, and of each roller what moves with it,
+/// its mass and its inertia across its axis; of a seized one all.
 pub(crate) fn carried_mass(wheel: &Wheel, states: &[RollerState]) -> MassProperties {
     let rollers = wheel.rollers.iter().zip(states);
     let carried = rollers.map(|(roller, state)| {
@@ -95,6 +95,11 @@ pub(crate) fn carried_mass(wheel: &Wheel, states: &[RollerState]) -> MassPropert
 }
 
 impl WheelBody {
+    /// Whether its rollers have treads, which give.
+    pub fn is_compliant(&self) -> bool {
+        self.surface.tread.is_some()
+    }
+
     /// A wheel on a joint of its robot's tree, with its rollers. `scale` has the robot's units.
     pub fn new(wheel: &Wheel, joint: usize, rollers: Vec<RollerState>, scale: &Scale) -> Self {
         let play_m = wheel.surface.axial_play_m;
@@ -127,8 +132,9 @@ impl WheelBody {
         }
     }
 
-    /// What the rollers put on a hub of this angular velocity in the step, in its frame, in N m: their bearings' torques, and what
-    /// it takes to turn the axes of flywheels along with it, -W x (I w d), which takes no work.
+    /// What the rollers put on a hub of this angular velocity in the step, in its frame, in N m:
+    /// their bearings' torques, and what it takes to turn the axes of flywheels along with it, -W x
+    /// (I w d), which takes no work.
     pub fn torque_on_hub_n_m(&self, hub_rate_in_hub_rad_s: &Vector3<f64>) -> Vector3<f64> {
         self.bearings_in_hub_n_m - hub_rate_in_hub_rad_s.cross(&self.momentum_in_hub)
     }
@@ -145,8 +151,8 @@ impl WheelBody {
         lost_j
     }
 
-    /// Moves rollers with play along their axles to the end of a step, with gravity in the hub's frame, in m/s^2. Gives the energy that
-    /// is lost as they leave the ground, in J.
+    /// Moves rollers with play along their axles to the end of a step, with gravity in the hub's
+    /// frame, in m/s^2. Gives the energy that is lost as they leave the ground, in J.
     pub fn slide_rollers(&mut self, gravity_in_hub: &Vector3<f64>, dt_s: f64) -> f64 {
         let mut lost_j = 0.0;
         for roller in &mut self.rollers {

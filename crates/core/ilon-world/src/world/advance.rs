@@ -1,4 +1,5 @@
-//! One step: the robot as it is in the step's middle, the reactions of ground and bearings, and what each took.
+//! One step: the robot as it is in the step's middle, the reactions of ground and bearings, and
+//! what each took.
 
 use std::f64::consts::TAU;
 
@@ -6,7 +7,7 @@ use nalgebra::Vector3;
 
 use super::{Energies, World};
 use crate::ContactSolver;
-use crate::contact::reactions::Reactions;
+use crate::contact::reactions::ReactionSolver;
 use crate::contact::reactions::reaction::Part;
 use crate::contact::reactions::wheel_contact::{Taken, WheelContact};
 use crate::contact::scene::Scenes;
@@ -18,22 +19,25 @@ use crate::robot::servo::Servo;
 use crate::robot::shapes::Placed;
 use crate::settings::NEAR;
 
-/// What a contact may be in the ground beyond its start at the end of a step that moves on with the mean of the rates, in
-/// wheel radii. Where one would be deeper, it has landed, and the step moves on with the rates after it. 5 um for wheels of 50 mm.
+/// What a contact may be in the ground beyond its start at the end of a step that moves on with the
+/// mean of the rates, in wheel radii. Where one would be deeper, it has landed, and the step moves
+/// on with the rates after it. 5 um for wheels of 50 mm.
 const SINKS: f64 = 1e-4;
 
-/// A part of a step whose contacts break their laws by more than this, in m/s or rad/s, is given up and taken in halves: contacts that jam in a long
-/// step can mostly be solved in a shorter one.
+/// A part of a step whose contacts break their laws by more than this, in m/s or rad/s, is given up
+/// and taken in halves: contacts that jam in a long step can mostly be solved in a shorter one.
 const UNSOLVED_M_S: f64 = 1e-6;
 
 /// The shortest part of a step that is halved, of the step.
 const SHORTEST_PART: f64 = 1.0 / 16.0;
 
 impl World {
-    /// Advances the world by a time: in one part, or in two where something lands in it or its contacts cannot be solved.
+    /// Advances the world by a time: in one part, or in two where something lands in it or its
+    /// contacts cannot be solved.
     ///
-    /// The reactions of a part are found before anything has moved, so that a part that is given up has left nothing behind.
-    pub(super) fn advance(&mut self, dt_s: f64) {
+    /// The reactions of a part are found before anything has moved, so that a part that is given up
+    /// has left nothing behind.
+    pub(super) fn advance(&mut self, solver: &mut ReactionSolver, dt_s: f64) {
         if self.settings.contacts == ContactSolver::Rapier {
             self.bodies
                 .iter_mut()
@@ -41,34 +45,33 @@ impl World {
             self.advance_in_rapier(dt_s);
             return self.tally(dt_s);
         }
-        self.find_reactions(dt_s);
-        let Some(first_s) = self.first_part_s(dt_s) else {
-            self.move_on(dt_s);
+        self.find_reactions(solver, dt_s);
+        let Some(first_s) = self.first_part_s(solver, dt_s) else {
+            self.move_on(solver, dt_s);
             return self.tally(dt_s);
         };
         self.give_up();
-        self.advance(first_s);
-        self.advance(dt_s - first_s);
+        self.advance(solver, first_s);
+        self.advance(solver, dt_s - first_s);
     }
 
-    /// The first of the two parts in which a part of a step is to be taken whose reactions have been found, in seconds; `None` where it is well solved
-    /// as a whole.
-    fn first_part_s(&self, dt_s: f64) -> Option<f64> {
+    /// The first of the two parts in which a part of a step is to be taken whose reactions have
+    /// been found, in seconds; `None` where it is well solved as a whole.
+    fn first_part_s(&self, solver: &ReactionSolver, dt_s: f64) -> Option<f64> {
         let shortest_s = self.shortest_part_s();
         // A little before it lands, so that what bears the load until then does so to the end.
-        let lands_s = (1.0 - SHORTEST_PART) * self.reactions.lands_after_s(&self.bodies, dt_s);
+        let lands_s = (1.0 - SHORTEST_PART) * solver.lands_after_s(&self.bodies, dt_s);
         if (shortest_s..dt_s).contains(&lands_s) {
             return Some(lands_s);
         }
         let half_s = 0.5 * dt_s;
-        let is_solved = self.reactions.error() <= UNSOLVED_M_S || half_s < shortest_s;
+        let is_solved = solver.error() <= UNSOLVED_M_S || half_s < shortest_s;
         (!is_solved).then_some(half_s)
     }
 
     /// Gives up a part of a step whose reactions have been found, and goes back to where it began.
     pub(super) fn give_up(&mut self) {
         self.solution.halvings += 1;
-        self.reactions.give_up();
         self.bodies.iter_mut().for_each(Articulated::begin_again);
     }
 
@@ -82,8 +85,9 @@ impl World {
 
     /// Finds the reactions of a part of a step, without moving anything.
     ///
-    /// The poses are taken on by half of it with the rates of its beginning; contacts and accelerations are found there, and the reactions follow.
-    pub(super) fn find_reactions(&mut self, dt_s: f64) {
+    /// The poses are taken on by half of it with the rates of its beginning; contacts and
+    /// accelerations are found there, and the reactions follow.
+    pub(super) fn find_reactions(&mut self, solver: &mut ReactionSolver, dt_s: f64) {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         for body in &mut self.bodies {
             body.ask_motors(dt_s);
@@ -91,59 +95,70 @@ impl World {
             body.move_freely(&gravity, dt_s);
             body.find_shapes(&self.ground);
         }
-        let scenes = Scenes {
+        solver.react(self.scenes(dt_s));
+        if self.turn_with_jumps(solver, &gravity, dt_s) {
+            solver.react_again(self.scenes(dt_s));
+        }
+        self.solution.add(solver.take_effort());
+    }
+
+    /// What the reactions of a part of a step depend on.
+    fn scenes(&self, dt_s: f64) -> Scenes<'_> {
+        Scenes {
             ground: &self.ground,
             settings: &self.settings,
             dt_s,
             bodies: &self.bodies,
-        };
-        self.reactions.react(scenes);
-        if self.turn_with_jumps(&gravity, dt_s) {
-            self.reactions.react_again(Scenes {
-                bodies: &self.bodies,
-                ground: &self.ground,
-                settings: &self.settings,
-                dt_s,
-            });
+            reactions: &self.reactions,
         }
-        self.solution.add(self.reactions.take_effort());
     }
 
-    /// Moves everything on to the end of a part of a step whose reactions have been found, and counts what they did.
+    /// Moves everything on to the end of a part of a step whose reactions have been found, and
+    /// counts what they did.
     ///
-    /// The poses move on with the mean of the rates before and after. That is of second order in the time where nothing lands.
-    pub(super) fn move_on(&mut self, dt_s: f64) {
+    /// The poses move on with the mean of the rates before and after. That is of second order in
+    /// the time where nothing lands.
+    pub(super) fn move_on(&mut self, solver: &mut ReactionSolver, dt_s: f64) {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         for (index, body) in self.bodies.iter_mut().enumerate() {
-            let lands = body.sets_out || body.lands(index, &self.reactions, dt_s);
-            body.take_reactions(index, &self.reactions, lands, dt_s);
+            let lands = body.is_settling || body.lands(index, solver, dt_s);
+            body.take_reactions(index, solver, lands, dt_s);
             let gravity = body.pulled_by(&gravity);
             body.move_on(lands, &gravity, dt_s, &mut self.energies);
-            body.from_middle_s += dt_s;
+            body.command.from_middle_s += dt_s;
+            if let Some(free) = body.free_mut() {
+                free.pressed_m = free.pressed_m.max(solver.pressed_m(index));
+            }
         }
+        solver.keep_in(&mut self.reactions, dt_s);
         self.count_motors(dt_s);
         self.count_joints(dt_s);
         self.count_pushing();
-        self.count_guests();
         self.read_contacts(dt_s);
         for (index, body) in self.bodies.iter_mut().enumerate() {
             let took_j = body.run_bearings(&gravity, dt_s) + self.reactions.bearings_took_j(index);
-            self.energies.bearing_j += body.bearings_owe.lost_j(took_j);
-            // What guests have is not this world's energy.
-            if !body.is_guest() {
+            self.energies.bearing_j += body.memory.bearings_owe.lost_j(took_j);
+            // What coupled bodies have is not this world's energy.
+            if body.coupled().is_none() {
                 self.energies.outside_j += body.pushes_did_j(dt_s) - body.attached_took_j(dt_s);
             }
         }
     }
 
-    /// Takes what turning frames ask of bodies with joints that are stopped within the step as their rates jump; says whether there are any.
-    fn turn_with_jumps(&mut self, gravity: &Vector3<f64>, dt_s: f64) -> bool {
+    /// Takes what turning frames ask of bodies with joints that are stopped within the step as
+    /// their rates jump; says whether there are any.
+    fn turn_with_jumps(
+        &mut self,
+        solver: &ReactionSolver,
+        gravity: &Vector3<f64>,
+        dt_s: f64,
+    ) -> bool {
         let mut any = false;
         for (index, body) in self.bodies.iter_mut().enumerate() {
-            let jumps = !body.robot.joints.is_empty() && !body.sets_out;
-            if jumps && body.lands(index, &self.reactions, dt_s) {
+            let jumps = !body.robot.joints.is_empty() && !body.is_settling;
+            if jumps && body.lands(index, solver, dt_s) {
                 let gravity = body.pulled_by(gravity);
-                body.accelerate_in_jump(self.reactions.change(index), &gravity, dt_s);
+                body.accelerate_in_jump(solver.change(index), &gravity, dt_s);
                 any = true;
             }
         }
@@ -153,29 +168,29 @@ impl World {
     /// Counts what the motors did.
     pub(super) fn count_motors(&mut self, dt_s: f64) {
         for body in &mut self.bodies {
-            for (index, motor) in body.motors.iter().enumerate() {
+            for (index, motor) in body.step.motors.iter().enumerate() {
                 let after_rad_s = body.state.wheel_rates_rad_s()[index];
-                let gained_rad_s = after_rad_s - body.before.wheel_rates_rad_s()[index];
-                body.acted_n_m[index] = motor.torque_n_m - motor.droop_n_m_s * gained_rad_s;
+                let gained_rad_s = after_rad_s - body.step.before.wheel_rates_rad_s()[index];
+                body.done.acted_n_m[index] = motor.torque_n_m - motor.droop_n_m_s * gained_rad_s;
             }
         }
         for reaction in self.reactions.all() {
             let body = &mut self.bodies[reaction.a.body];
             match reaction.a.part {
-                Part::RateLimit(wheel) => body.acted_n_m[wheel] += reaction.impulse.x / dt_s,
+                Part::RateLimit(wheel) => body.done.acted_n_m[wheel] += reaction.impulse.x / dt_s,
                 Part::Drive(wheel) => {
                     let took_j = body.count_drive(wheel, reaction.impulse.x, dt_s);
-                    self.energies.bearing_j += body.bearings_owe.lost_j(took_j);
+                    self.energies.bearing_j += body.memory.bearings_owe.lost_j(took_j);
                 }
                 _ => {}
             }
         }
         for body in &mut self.bodies {
-            for (index, acted_n_m) in body.acted_n_m.iter().enumerate() {
+            for (index, acted_n_m) in body.done.acted_n_m.iter().enumerate() {
                 let impulse_n_m_s = acted_n_m * dt_s;
-                let turned_rad_s = body.middle.wheel_rates_rad_s()[index];
+                let turned_rad_s = body.step.middle.wheel_rates_rad_s()[index];
                 self.energies.count_motor(impulse_n_m_s * turned_rad_s);
-                body.counts[index].torque_n_m_s += impulse_n_m_s;
+                body.done.counts[index].torque_n_m_s += impulse_n_m_s;
             }
         }
     }
@@ -190,22 +205,23 @@ impl World {
             match reaction.a.part {
                 Part::Servo(joint) => {
                     body.servos[joint].impulse += reaction.impulse.x;
-                    body.joint_forces[joint] += reaction.impulse.x;
+                    body.done.joint_forces[joint] += reaction.impulse.x;
                 }
                 Part::Friction(joint) | Part::Stop(joint, _) => {
-                    body.joint_forces[joint] += reaction.impulse.x;
+                    body.done.joint_forces[joint] += reaction.impulse.x;
                 }
                 _ => {}
             }
         }
         for body in &self.bodies {
-            for (servo, mean) in body.servos.iter().zip(body.middle.joint_rates()) {
+            for (servo, mean) in body.servos.iter().zip(body.step.middle.joint_rates()) {
                 self.energies.count_motor(servo.impulse * mean);
             }
         }
     }
 
-    /// Reads the contacts and counts the energy that they took, the chassis's too where it scrapes along.
+    /// Reads the contacts and counts the energy that they took, the chassis's too where it scrapes
+    /// along.
     pub(super) fn read_contacts(&mut self, dt_s: f64) {
         let residual_m_s = &mut self.solution.residual_m_s;
         *residual_m_s = residual_m_s.max(self.reactions.error());
@@ -219,10 +235,10 @@ impl World {
         self.energies.treads_j = self.reactions.treads_j();
         self.energies.impact_j += self.reactions.released_j();
         for reaction in self.reactions.all() {
-            if self.bodies[reaction.a.body].is_guest() {
+            if self.bodies[reaction.a.body].coupled().is_some() {
                 continue;
             }
-            self.bodies[reaction.a.body].support.add(reaction);
+            self.bodies[reaction.a.body].done.support.add(reaction);
             let taken = match reaction.a.part {
                 Part::Hub(_)
                 | Part::Axle(..)
@@ -234,13 +250,13 @@ impl World {
                 | Part::Friction(_)
                 | Part::Coupling(_) => continue,
                 Part::Stop(joint, _) => {
-                    let mean = self.bodies[reaction.a.body].middle.joint_rates()[joint];
+                    let mean = self.bodies[reaction.a.body].step.middle.joint_rates()[joint];
                     self.energies.impact_j -= reaction.impulse.x * mean;
                     continue;
                 }
                 Part::Chassis | Part::Link(_) => {
                     let body = &mut self.bodies[reaction.a.body];
-                    Taken::of(reaction, &mut 0.0, &mut body.friction_owes)
+                    Taken::of(reaction, &mut 0.0, &mut body.memory.friction_owes)
                 }
                 Part::Roller(wheel, roller) => {
                     let body = &mut self.bodies[reaction.a.body];
@@ -252,9 +268,9 @@ impl World {
                     let taken = Taken::of(
                         reaction,
                         &mut roller.spin_up_left_j,
-                        &mut body.friction_owes,
+                        &mut body.memory.friction_owes,
                     );
-                    body.counts[wheel].taken.add(&taken);
+                    body.done.counts[wheel].taken.add(&taken);
                     taken
                 }
             };
@@ -276,9 +292,9 @@ impl World {
             }
         }
         for (index, body) in self.bodies.iter_mut().enumerate() {
-            for (wheel, contact) in body.contacts.iter_mut().enumerate() {
+            for (wheel, contact) in body.done.contacts.iter_mut().enumerate() {
                 let center_m = body.chassis_mass.center_of_mass_m;
-                let states = (center_m, &body.middle, &body.state);
+                let states = (center_m, &body.step.middle, &body.state);
                 let wheel = (wheel, &body.wheels[wheel]);
                 *contact = WheelContact::read(self.reactions.of_body(index), wheel, states, dt_s);
             }
@@ -289,64 +305,69 @@ impl World {
 impl Articulated {
     /// Sets what the motors do in a part of the step, from what they were asked for when it began.
     fn ask_motors(&mut self, dt_s: f64) {
-        for (index, law) in self.motor_laws.iter_mut().enumerate() {
+        for (index, law) in self.step.motor_laws.iter_mut().enumerate() {
             let gained_rad_s =
-                self.state.wheel_rates_rad_s()[index] - self.rates_asked_rad_s[index];
-            *law = self.asked[index]
+                self.state.wheel_rates_rad_s()[index] - self.command.rates_asked_rad_s[index];
+            *law = self.command.motors[index]
                 .after_gaining(gained_rad_s)
                 .over(dt_s, self.wheel_inertia);
-            self.motors[index] = law.straight();
+            self.step.motors[index] = law.straight();
         }
     }
 
-    /// Counts what the motor of a wheel did whose drive put an impulse on it beside the motor's straight line, in N m s, and gives what
-    /// gear and bearing took of it, in J.
+    /// Counts what the motor of a wheel did whose drive put an impulse on it beside the motor's
+    /// straight line, in N m s, and gives what gear and bearing took of it, in J.
     fn count_drive(&mut self, wheel: usize, impulse_n_m_s: f64, dt_s: f64) -> f64 {
-        let before_rad_s = self.before.wheel_rates_rad_s()[wheel];
+        let before_rad_s = self.step.before.wheel_rates_rad_s()[wheel];
         let after_rad_s = self.state.wheel_rates_rad_s()[wheel];
-        let law = &self.motor_laws[wheel];
+        let law = &self.step.motor_laws[wheel];
         let drive = WheelDrive::new(law, &self.robot.wheels[wheel], before_rad_s, dt_s);
-        let on_wheel_n_m = self.acted_n_m[wheel] + impulse_n_m_s / dt_s;
+        let on_wheel_n_m = self.done.acted_n_m[wheel] + impulse_n_m_s / dt_s;
         let motor_n_m = drive.motor_n_m(after_rad_s, on_wheel_n_m);
-        self.acted_n_m[wheel] = motor_n_m;
-        (motor_n_m - on_wheel_n_m) * self.middle.wheel_rates_rad_s()[wheel] * dt_s
+        self.done.acted_n_m[wheel] = motor_n_m;
+        (motor_n_m - on_wheel_n_m) * self.step.middle.wheel_rates_rad_s()[wheel] * dt_s
     }
 
-    /// Takes the step as if nothing touched the body, with its accelerations in the middle of the step.
+    /// Takes the step as if nothing touched the body, with its accelerations in the middle of the
+    /// step.
     fn move_freely(&mut self, gravity: &Vector3<f64>, dt_s: f64) {
         let half_s = 0.5 * dt_s;
-        self.before.copy_from(&self.state);
-        self.middle.copy_from(&self.state);
-        self.middle.advance(half_s);
-        self.sees_rollers_pass = self.rollers_pass_in_steps(dt_s);
-        self.ahead.copy_from(&self.middle);
-        self.ahead.advance(half_s);
-        self.before.write_rates(&mut self.rates_before);
+        self.step.before.copy_from(&self.state);
+        self.step.middle.copy_from(&self.state);
+        self.step.middle.advance(half_s);
+        self.step.resolves_rollers = self.resolves_rollers(dt_s);
+        self.step.ahead.copy_from(&self.step.middle);
+        self.step.ahead.advance(half_s);
+        self.step.before.write_rates(&mut self.step.rates_before);
         self.hold_joints(dt_s);
-        let (root, links) = (self.middle.chassis(), self.middle.links());
+        let (root, links) = (self.step.middle.chassis(), self.step.middle.links());
         self.mechanics
-            .stand(&self.tree, root, links, &self.held_n_m_s2);
+            .stand(&self.tree, root, links, &self.step.held_n_m_s2);
         self.load(dt_s);
-        self.rates_free.copy_from_slice(&self.rates_before);
-        if self.is_touched && !self.robot.joints.is_empty() {
-            // What turning frames ask of a swing arm is as large as its load: it is taken with the rates of the step's middle, as the last step
-            // foretells them.
-            for (rate, gained) in self.rates_free.iter_mut().zip(&self.gained) {
+        self.step
+            .rates_free
+            .copy_from_slice(&self.step.rates_before);
+        if self.memory.is_pressed && !self.robot.joints.is_empty() {
+            // What turning frames ask of a swing arm is as large as its load: it is taken with the
+            // rates of the step's middle, as the last step foretells them.
+            for (rate, gained) in self.step.rates_free.iter_mut().zip(&self.memory.gained) {
                 *rate += 0.5 * dt_s * gained;
             }
         }
         self.accelerate(gravity, dt_s);
-        if !self.is_touched {
-            // What turning frames ask for, once more with the rates of the middle, so that what tumbles is right to second order. On the
-            // ground most of what a body would gain without it is no gain at all, and the rates of the beginning are nearer.
-            for (free, before) in self.rates_free.iter_mut().zip(&self.rates_before) {
+        if !self.memory.is_pressed {
+            // What turning frames ask for, once more with the rates of the middle, so that what
+            // tumbles is right to second order. On the ground most of what a body would gain
+            // without it is no gain at all, and the rates of the beginning are nearer.
+            for (free, before) in self.step.rates_free.iter_mut().zip(&self.step.rates_before) {
                 *free = 0.5 * (*free + before);
             }
             self.accelerate(gravity, dt_s);
         }
     }
 
-    /// Goes back to where [`Self::move_freely`] began, to take a part of a step anew: all else that it changed it finds anew.
+    /// Goes back to where [`Self::move_freely`] began, to take a part of a step anew: all else that
+    /// it changed it finds anew.
     fn begin_again(&mut self) {
         self.servos.iter_mut().for_each(Servo::begin_again);
         let rollers = self.wheels.iter_mut().flat_map(|wheel| &mut wheel.rollers);
@@ -357,10 +378,10 @@ impl Articulated {
 
     /// Says what motors, bearings and springs lose as their joints gain rate.
     fn hold_joints(&mut self, dt_s: f64) {
-        let lost = self.motors.iter().zip(&self.robot.wheels);
+        let lost = self.step.motors.iter().zip(&self.robot.wheels);
         for (body, (motor, wheel)) in self.wheels.iter().zip(lost) {
             let lost_n_m_s = motor.droop_n_m_s + wheel.joint.damping_n_m_s;
-            self.held_n_m_s2[body.joint] = lost_n_m_s * dt_s;
+            self.step.held_n_m_s2[body.joint] = lost_n_m_s * dt_s;
         }
         self.load_joints(dt_s);
     }
@@ -368,75 +389,84 @@ impl Articulated {
     /// Says what acts on the body in the step, but for what follows from how its hubs turn.
     fn load(&mut self, dt_s: f64) {
         let (force_n, torque_n_m) = self.pushed();
-        self.loads.force_on_root_n = force_n;
-        self.loads.torque_on_root_n_m = torque_n_m;
+        self.step.loads.force_on_root_n = force_n;
+        self.step.loads.torque_on_root_n_m = torque_n_m;
         for (index, wheel) in self.wheels.iter_mut().enumerate() {
-            wheel.begin_step(&self.middle.hub_rate_in_hub(index), dt_s);
+            wheel.begin_step(&self.step.middle.hub_rate_in_hub(index), dt_s);
             let damping_n_m_s = self.robot.wheels[index].joint.damping_n_m_s;
-            let rate_rad_s = self.before.wheel_rates_rad_s()[index];
-            self.loads.in_joints[wheel.joint] =
-                self.motors[index].torque_n_m - damping_n_m_s * rate_rad_s;
+            let rate_rad_s = self.step.before.wheel_rates_rad_s()[index];
+            self.step.loads.in_joints[wheel.joint] =
+                self.step.motors[index].torque_n_m - damping_n_m_s * rate_rad_s;
         }
     }
 
-    /// Takes the rates at the end of the step without reactions from those with which the body turns in it, which stand in their place.
+    /// Takes the rates at the end of the step without reactions from those with which the body
+    /// turns in it, which stand in their place.
     fn accelerate(&mut self, gravity: &Vector3<f64>, dt_s: f64) {
-        let rates = std::mem::take(&mut self.rates_free);
+        let rates = std::mem::take(&mut self.step.rates_free);
         self.find_forces(&rates, gravity);
-        self.rates_free = rates;
-        self.mechanics.factors().solve(&self.tree, &mut self.forces);
-        let rates = self.rates_free.iter_mut().zip(&self.rates_before);
-        for ((free, before), gains) in rates.zip(&self.forces) {
+        self.step.rates_free = rates;
+        self.mechanics
+            .factors()
+            .solve(&self.tree, &mut self.step.forces);
+        let rates = self.step.rates_free.iter_mut().zip(&self.step.rates_before);
+        for ((free, before), gains) in rates.zip(&self.step.forces) {
             *free = before + dt_s * gains;
         }
     }
 
-    /// Takes the same once more of a body whose rates jump within the step by reactions that change them so, and which moves on with the rates
-    /// after them.
+    /// Takes the same once more of a body whose rates jump within the step by reactions that change
+    /// them so, and which moves on with the rates after them.
     ///
-    /// With A the rows of its momentum, u_0 and u_1 its rates and q_m = q_0 + dt u_0 / 2, q_1 = q_0 + dt u_1 its poses in the middle and at the
-    /// end, A(q_1) u_1 - A(q_0) u_0 is A(q_m) (u_1 - u_0) and, to first order, what turning frames ask for: dt c with, for it is quadratic in
-    /// the rates, c = 5/4 c(u_1) + 3/4 c(u_0) - c((u_0 + u_1) / 2).
+    /// With A the rows of its momentum, u_0 and u_1 its rates and q_m = q_0 + dt u_0 / 2 and
+    /// q_1 = q_0 + dt u_1 its poses in the middle and at the end, A(q_1) u_1 - A(q_0) u_0 is
+    /// A(q_m) (u_1 - u_0) and, to first order, what turning frames ask for: dt c with, for it is
+    /// quadratic in the rates, c = 5/4 c(u_1) + 3/4 c(u_0) - c((u_0 + u_1) / 2).
     fn accelerate_in_jump(&mut self, change: &[f64], gravity: &Vector3<f64>, dt_s: f64) {
-        let after = self.rates_free.iter().zip(change);
+        let after = self.step.rates_free.iter().zip(change);
         let after: Vec<f64> = after.map(|(free, change)| free + change).collect();
-        let mean = self.rates_before.iter().zip(&after);
+        let mean = self.step.rates_before.iter().zip(&after);
         let mean: Vec<f64> = mean.map(|(before, after)| 0.5 * (before + after)).collect();
-        let before = self.rates_before.clone();
-        self.rates_free.copy_from_slice(&before);
+        let before = self.step.rates_before.clone();
+        self.step.rates_free.copy_from_slice(&before);
         for (share, rates) in [(1.25, &after), (0.75, &before), (-1.0, &mean)] {
             self.find_forces(rates, gravity);
-            self.mechanics.factors().solve(&self.tree, &mut self.forces);
-            for (free, gains) in self.rates_free.iter_mut().zip(&self.forces) {
+            self.mechanics
+                .factors()
+                .solve(&self.tree, &mut self.step.forces);
+            for (free, gains) in self.step.rates_free.iter_mut().zip(&self.step.forces) {
                 *free += share * dt_s * gains;
             }
         }
     }
 
-    /// Finds the generalised forces that are left for accelerations of a body that turns with these rates.
+    /// Finds the generalised forces that are left for accelerations of a body that turns with these
+    /// rates.
     fn find_forces(&mut self, rates: &[f64], gravity: &Vector3<f64>) {
         let angular_rad_s = Vector3::new(rates[3], rates[4], rates[5]);
-        for (index, (wheel, hub)) in self.wheels.iter().zip(self.middle.hubs()).enumerate() {
+        for (index, (wheel, hub)) in self.wheels.iter().zip(self.step.middle.hubs()).enumerate() {
             let spins_rad_s = rates[ROOT_DOFS + wheel.joint];
             let of_joints = &rates[ROOT_DOFS..];
-            let carrier_rad_s = (self.middle).carrier_rate_with(index, angular_rad_s, of_joints);
+            let carrier_rad_s =
+                (self.step.middle).carrier_rate_with(index, angular_rad_s, of_joints);
             let in_hub = hub.rotation.tr_mul(&carrier_rad_s) + Vector3::z() * spins_rad_s;
-            self.loads.torques_on_links_n_m[wheel.joint] =
+            self.step.loads.torques_on_links_n_m[wheel.joint] =
                 hub.rotation * wheel.torque_on_hub_n_m(&in_hub);
         }
-        let acting = (&self.loads, gravity);
+        let acting = (&self.step.loads, gravity);
         self.mechanics
-            .forces(&self.tree, rates, acting, &mut self.forces);
+            .forces(&self.tree, rates, acting, &mut self.step.forces);
     }
 
-    /// Whether something of the body was stopped within the step, so that it cannot move on with the mean of the rates before and after: a contact would
-    /// end deep in the ground, or a joint beyond its stop.
-    fn lands(&self, index: usize, reactions: &Reactions, dt_s: f64) -> bool {
+    /// Whether something of the body was stopped within the step, so that it cannot move on with
+    /// the mean of the rates before and after: a contact would end deep in the ground, or a joint
+    /// beyond its stop.
+    fn lands(&self, index: usize, reactions: &ReactionSolver, dt_s: f64) -> bool {
         let change = reactions.change(index);
         let mean = |dof: usize| {
             let start_change = reactions.start_change(index).nth(dof).unwrap_or(0.0);
-            let start = self.rates_before[dof] + start_change;
-            0.5 * (start + (self.rates_free[dof] + change[dof]))
+            let start = self.step.rates_before[dof] + start_change;
+            0.5 * (start + (self.step.rates_free[dof] + change[dof]))
         };
         reactions.sinks_m(index, dt_s) > SINKS * self.scale.length_m
             || self.passes_stops(mean, dt_s)
@@ -444,43 +474,44 @@ impl Articulated {
 
     /// Finds where what touches as parry finds it is near the ground, in the middle of the step.
     fn find_shapes(&mut self, ground: &Ground) {
-        if self.free.is_some() {
-            // `contact/free_body_search.rs` looks for it.
+        if !self.is_robot() {
+            // `contact/search/free_bodies.rs` looks for it.
             return;
         }
-        self.shapes.find(&Placed {
+        self.step.shapes.find(&Placed {
             robot: &self.robot,
             chassis_mass: &self.chassis_mass,
             wheels: &self.wheels,
-            state: &self.middle,
+            state: &self.step.middle,
             ground,
             within_m: NEAR * self.scale.length_m,
         });
     }
 
     /// Corrects the rates by the reactions of the step.
-    fn take_reactions(&mut self, index: usize, reactions: &Reactions, lands: bool, dt_s: f64) {
-        for (rate, change) in self.rates_free.iter_mut().zip(reactions.change(index)) {
+    fn take_reactions(&mut self, index: usize, reactions: &ReactionSolver, lands: bool, dt_s: f64) {
+        for (rate, change) in self.step.rates_free.iter_mut().zip(reactions.change(index)) {
             *rate += change;
         }
-        self.is_touched = reactions.press_on(index);
-        self.state.take_rates(&self.rates_free);
+        self.memory.is_pressed = reactions.press_on(index);
+        self.state.take_rates(&self.step.rates_free);
         if !self.robot.joints.is_empty() {
-            let rates = self.rates_free.iter().zip(&self.rates_before);
-            for (gained, (after, before)) in self.gained.iter_mut().zip(rates) {
+            let rates = self.step.rates_free.iter().zip(&self.step.rates_before);
+            for (gained, (after, before)) in self.memory.gained.iter_mut().zip(rates) {
                 // A jump foretells nothing.
                 *gained = if lands { 0.0 } else { (after - before) / dt_s };
             }
         }
         // From here on the rates before are those that the mean over the step starts from.
         let starts = self
+            .step
             .rates_before
             .iter_mut()
             .zip(reactions.start_change(index));
-        for ((start, change), after) in starts.zip(&self.rates_free) {
+        for ((start, change), after) in starts.zip(&self.step.rates_free) {
             *start = 0.5 * (*start + change + after);
         }
-        self.middle.take_rates(&self.rates_before);
+        self.step.middle.take_rates(&self.step.rates_before);
         let wheels = &mut self.wheels;
         for roller in wheels.iter_mut().flat_map(|wheel| &mut wheel.rollers) {
             roller.touched = false;
@@ -498,10 +529,11 @@ impl Articulated {
 
     /// Whether rollers pass over the ground in steps of `dt_s` as the wheels turn now.
     ///
-    /// In longer ones a roller would be taken to turn on far beyond where it hands over. The mean motion is better then if
-    /// each contact stays as it is in the middle of the step, and the robot moves on as that lets it: of many steps the middles
-    /// fall anywhere on the rollers, each place as often as it is passed.
-    fn rollers_pass_in_steps(&self, dt_s: f64) -> bool {
+    /// In longer ones a roller would be taken to turn on far beyond where it hands over. The mean
+    /// motion is better then if each contact stays as it is in the middle of the step, and the
+    /// robot moves on as that lets it: of many steps the middles fall anywhere on the rollers, each
+    /// place as often as it is passed.
+    fn resolves_rollers(&self, dt_s: f64) -> bool {
         /// Steps that a roller's passage takes at least.
         const STEPS: f64 = 6.0;
         let rates = self.state.wheel_rates_rad_s().iter();
@@ -512,34 +544,37 @@ impl Articulated {
 
     /// Moves the poses to the end of the step.
     ///
-    /// With the mean of the rates before and after, unless a contact would then end deep in the ground: it was stopped at
-    /// the ground within the step, and the mean would carry it on. Then with the rates after it, with which it ends there.
+    /// With the mean of the rates before and after, unless a contact would then end deep in the
+    /// ground: it was stopped at the ground within the step, and the mean would carry it on. Then
+    /// with the rates after it, with which it ends there.
     fn move_on(&mut self, lands: bool, gravity: &Vector3<f64>, dt_s: f64, energies: &mut Energies) {
-        self.state.advance_with(&self.middle, dt_s);
-        if !self.sees_rollers_pass || lands {
+        self.state.advance_with(&self.step.middle, dt_s);
+        if !self.step.resolves_rollers || lands {
             let with_mean_j = self.potential_j(gravity);
-            self.state.take_poses(&self.before);
+            self.state.take_poses(&self.step.before);
             self.state.advance(dt_s);
             // The height that the mean would have lost is no energy that anything has got.
             energies.impact_j += with_mean_j - self.potential_j(gravity);
         }
     }
 
-    /// Lets the bearings act on rollers that nothing touched, and gives what damping and dry friction took out of all of
-    /// them, in J, but for what is among the reactions. All work goes with the mean rates.
+    /// Lets the bearings act on rollers that nothing touched, and gives what damping and dry
+    /// friction took out of all of them, in J, but for what is among the reactions. All work goes
+    /// with the mean rates.
     ///
-    /// Rollers with play move along their axles, under gravity in the floor's frame where they are in the air.
+    /// Rollers with play move along their axles, under gravity in the floor's frame where they are
+    /// in the air.
     fn run_bearings(&mut self, gravity: &Vector3<f64>, dt_s: f64) -> f64 {
         let mut lost_j = 0.0;
         let wheels = self.wheels.iter_mut().zip(&self.robot.wheels);
         for (index, (body, wheel)) in wheels.enumerate() {
-            lost_j += body.end_step(&self.middle.hub_rate_in_hub(index), dt_s);
+            lost_j += body.end_step(&self.step.middle.hub_rate_in_hub(index), dt_s);
             if body.has_play {
                 let in_hub = self.state.hubs()[index].rotation.tr_mul(gravity);
                 lost_j += body.slide_rollers(&in_hub, dt_s);
             }
             let damping_n_m = wheel.joint.damping_n_m_s * self.state.wheel_rates_rad_s()[index];
-            lost_j += damping_n_m * self.middle.wheel_rates_rad_s()[index] * dt_s;
+            lost_j += damping_n_m * self.step.middle.wheel_rates_rad_s()[index] * dt_s;
         }
         lost_j + self.dampers_took_j(dt_s)
     }

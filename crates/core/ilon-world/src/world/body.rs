@@ -1,5 +1,5 @@
-//! The bodies of a world, each by its identity: what is done to one, and what can be read of it, the truth, in f64 and in the
-//! project's frames.
+//! The bodies of a world, each by its identity: what is done to one, and what can be read of it,
+//! the truth, in f64 and in the project's frames.
 
 use ilon_robot::{BodyJoint, Pose as PlanarPose, Twist, roll_pitch_yaw};
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
@@ -32,7 +32,7 @@ impl World {
 
     /// How many robots there are; they stand before the free bodies.
     fn robots(&self) -> usize {
-        let robots = self.bodies.iter().take_while(|body| body.free.is_none());
+        let robots = self.bodies.iter().take_while(|body| body.is_robot());
         robots.count()
     }
 
@@ -138,7 +138,8 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// How a place on the chassis, in the body frame in metres, is turned and moves, against the floor's frame.
+    /// How a place on the chassis, in the body frame in metres, is turned and moves, against the
+    /// floor's frame.
     pub fn motion_at(&self, place_in_body_m: &Vector3<f64>) -> PlaceMotion {
         let robot = self.articulated();
         let state = &robot.state;
@@ -150,14 +151,15 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// How the chassis was turned where its rates hold: as it is now, or, after a step that did not see rollers pass, as in the
-    /// middle of that step. At its end such rates would seem to drift sideways, by v omega dt / 2.
+    /// How the chassis was turned where its rates hold: as it is now, or, after a step that did not
+    /// see rollers pass, as in the middle of that step. At its end such rates would seem to drift
+    /// sideways, by v omega dt / 2.
     fn rates_from(&self) -> UnitQuaternion<f64> {
         let robot = self.articulated();
-        let state = if robot.sees_rollers_pass {
+        let state = if robot.step.resolves_rollers {
             &robot.state
         } else {
-            &robot.middle
+            &robot.step.middle
         };
         state.floor_from_chassis().rotation
     }
@@ -182,26 +184,32 @@ impl<'a> Body<'a> {
         self.articulated().state.joint_rates()
     }
 
-    /// Where the target of each joint's servo is, in rad or m, which moves on to its aim at the servo's rate limit; zero of a joint that nothing drives.
+    /// Where the target of each joint's servo is, in rad or m, which moves on to its aim at the
+    /// servo's rate limit; zero of a joint that nothing drives.
     pub fn joint_targets(&self) -> impl Iterator<Item = f64> + use<'a> {
         let servos = self.articulated().servos.iter();
         servos.map(|servo| servo.target)
     }
 
-    /// What acted in each joint between bodies during the last step along its motion, on its body, in N m or N: spring, damper, friction and
-    /// stops; what a coupling carries is not counted.
+    /// What acted in each joint between bodies during the last step along its motion, on its body,
+    /// in N m or N: spring, damper, friction and stops; what a coupling carries is not counted.
     pub fn joint_forces(&self) -> &'a [f64] {
-        &self.articulated().joint_forces
+        &self.articulated().done.joint_forces
     }
 
     /// Torques that the motors put on the wheels during the last step, in N m.
     pub fn motor_torques_n_m(&self) -> &'a [f64] {
-        &self.articulated().acted_n_m
+        &self.articulated().done.acted_n_m
     }
 
-    /// What each wheel, its motor and its contact did over the last step: means, and the least and largest.
+    /// What each wheel, its motor and its contact did over the last step: means, and the least and
+    /// largest.
     pub fn wheel_tallies(&self) -> impl Iterator<Item = &'a WheelTally> + use<'a> {
-        self.articulated().counts.iter().map(|counts| &counts.tally)
+        self.articulated()
+            .done
+            .counts
+            .iter()
+            .map(|counts| &counts.tally)
     }
 
     /// Height of a wheel's centre above the floor's plane, level or not, in metres.
@@ -212,7 +220,8 @@ impl<'a> Body<'a> {
         self.articulated().state.hubs()[wheel].center_m.z
     }
 
-    /// Where each roller of a wheel is on its axle, along its axis from the middle of its play, in metres; 0 without play.
+    /// Where each roller of a wheel is on its axle, along its axis from the middle of its play, in
+    /// metres; 0 without play.
     ///
     /// # Panics
     /// Where the robot has no such wheel.
@@ -221,9 +230,11 @@ impl<'a> Body<'a> {
         rollers.iter().map(|roller| roller.place_m())
     }
 
-    /// How deep the deepest place of all barrels lies below the surface of the ground now, in metres; 0 where all are clear of
-    /// it. Contacts give way by what loads them over [`Settings::contact_stiffness_n_m`](crate::Settings::contact_stiffness_n_m), and a landing is caught within a
-    /// step; anything more would be an error of the simulation. Rollers with shapes of their file do not count.
+    /// How deep the deepest place of all barrels lies below the surface of the ground now, in
+    /// metres; 0 where all are clear of it. Contacts give way by what loads them over
+    /// [`Settings::contact_stiffness_n_m`](crate::Settings::contact_stiffness_n_m), and a landing
+    /// is caught within a step; anything more would be an error of the simulation. Rollers with
+    /// shapes of their file do not count.
     pub fn penetration_m(&self) -> f64 {
         let mut pieces = Vec::new();
         let mut deepest_m = 0.0;
@@ -244,15 +255,17 @@ impl<'a> Body<'a> {
 
     /// What each wheel's rollers did to the ground during the last step.
     pub fn contacts(&self) -> &'a [WheelContact] {
-        &self.articulated().contacts
+        &self.articulated().done.contacts
     }
 
-    /// What the ground did to the robot as a whole during the last step: what carries it, and what stands in its way.
+    /// What the ground did to the robot as a whole during the last step: what carries it, and what
+    /// stands in its way.
     pub fn support(&self) -> Support {
-        self.articulated().support
+        self.articulated().done.support
     }
 
-    /// Spins of all rollers of a wheel about their own axes against the hub, in rad/s, in the robot's order.
+    /// Spins of all rollers of a wheel about their own axes against the hub, in rad/s, in the
+    /// robot's order.
     ///
     /// # Panics
     /// Where the robot has no such wheel.
@@ -265,8 +278,8 @@ impl<'a> Body<'a> {
             .collect()
     }
 
-    /// Angles of all rollers of a wheel about their own axes against the hub since the start, in rad, not wrapped, in the robot's
-    /// order.
+    /// Angles of all rollers of a wheel about their own axes against the hub since the start, in
+    /// rad, not wrapped, in the robot's order.
     ///
     /// # Panics
     /// Where the robot has no such wheel.
@@ -281,25 +294,27 @@ impl BodyMut<'_> {
         &mut self.world.bodies[self.index]
     }
 
-    /// Sets the torques that the motors put on the wheels during the next step, in N m, one a wheel; the chassis takes
-    /// the opposite. They hold for one step.
+    /// Sets the torques that the motors put on the wheels during the next step, in N m, one a
+    /// wheel; the chassis takes the opposite. They hold for one step.
     ///
     /// # Panics
     /// Where there are more or fewer torques than wheels.
     pub fn apply(&mut self, torques_n_m: &[f64]) {
-        let motors = &mut self.articulated().motors;
+        let motors = &mut self.articulated().command.motors;
         assert_eq!(torques_n_m.len(), motors.len(), "one torque a wheel");
         for (motor, torque_n_m) in motors.iter_mut().zip(torques_n_m) {
             *motor = MotorTorque::constant(*torque_n_m);
         }
     }
 
-    /// Says where the servo of a joint between bodies shall have its target in the middle of each step to come, in rad or m, and how fast that target
-    /// moves then, in rad/s or m/s: 0 of one that stands. Within a step the target moves on at that rate; it goes there at the servo's rate limit at
-    /// most, and this holds until it is given another.
+    /// Says where the servo of a joint between bodies shall have its target in the middle of each
+    /// step to come, in rad or m, and how fast that target moves then, in rad/s or m/s: 0 of one
+    /// that stands. Within a step the target moves on at that rate; it goes there at the servo's
+    /// rate limit at most, and this holds until it is given another.
     ///
     /// # Errors
-    /// [`WorldError::Joint`] where nothing drives the joint, a number is not finite, or the place is beyond the joint's limits.
+    /// [`WorldError::Joint`] where nothing drives the joint, a number is not finite, or the place
+    /// is beyond the joint's limits.
     ///
     /// # Panics
     /// Where the robot has no such joint.
@@ -321,8 +336,9 @@ impl BodyMut<'_> {
         }
     }
 
-    /// Lets the servo of a joint between bodies act with a torque or a force from the coming step on, in N m or N, in place of going anywhere, until it
-    /// is aimed again: no more than its effort.
+    /// Lets the servo of a joint between bodies act with a torque or a force from the coming step
+    /// on, in N m or N, in place of going anywhere, until it is aimed again: no more than its
+    /// effort.
     ///
     /// # Errors
     /// [`WorldError::Joint`] where nothing drives the joint, or the number is not finite.
@@ -346,7 +362,7 @@ impl BodyMut<'_> {
     /// # Panics
     /// Where there are more or fewer torques than wheels.
     pub fn drive(&mut self, motors: &[MotorTorque]) {
-        self.articulated().motors.copy_from_slice(motors);
+        self.articulated().command.motors.copy_from_slice(motors);
     }
 }
 

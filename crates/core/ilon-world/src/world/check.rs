@@ -3,6 +3,7 @@
 use ilon_robot::{Robot, Roller, RollerForm, Wheel};
 
 use super::check_joints::check_joints;
+use crate::contact::reactions::Reactions;
 use crate::contact::scene::Scenes;
 use crate::contact::search::free_bodies::parts;
 use crate::engine::shapes::shape_of_roller;
@@ -83,6 +84,7 @@ pub(super) fn check_together(
         settings,
         dt_s: settings.dt_s,
         bodies,
+        reactions: &Reactions::default(),
     };
     let mut near = Vec::new();
     scenes.find_between_chassis(&mut near);
@@ -94,7 +96,8 @@ pub(super) fn check_together(
     }
 }
 
-/// Refuses a body on a joint that would begin in the ground, deeper than the contact could carry it out of.
+/// Refuses a body on a joint that would begin in the ground, deeper than the contact could carry it
+/// out of.
 pub(super) fn check_links(body: &Articulated, ground: &Ground) -> Result<(), WorldError> {
     let shallow_m = NEAR * body.scale.length_m;
     for (joint, solid) in parts(body, &body.state) {
@@ -125,7 +128,8 @@ pub(super) fn check_links(body: &Articulated, ground: &Ground) -> Result<(), Wor
     Ok(())
 }
 
-/// Refuses a tread that an even share of the weight, in N, presses deeper than the rollers of the wheel are thick.
+/// Refuses a tread that an even share of the weight, in N, presses deeper than the rollers of the
+/// wheel are thick.
 fn check_tread(wheel: &Wheel, load_n: f64) -> Result<(), WorldError> {
     let Some(tread) = wheel.surface.tread else {
         return Ok(());
@@ -145,7 +149,8 @@ fn check_tread(wheel: &Wheel, load_n: f64) -> Result<(), WorldError> {
     })
 }
 
-/// Refuses what rolling costs, and creep, of rollers of which nobody knows how their place of contact moves.
+/// Refuses what rolling costs, and creep, of rollers of which nobody knows how their place of
+/// contact moves.
 fn check_rolling(wheel: &Wheel, floor: &Floor) -> Result<(), WorldError> {
     let is_modelled = |roller: &Roller| matches!(roller.form, RollerForm::AsModelled(_));
     let mut footings = floor.all_footings();

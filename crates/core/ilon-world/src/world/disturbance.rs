@@ -1,4 +1,5 @@
-//! What comes over the robot from outside: pushes, loads put on its chassis, rollers that seize, floors that change.
+//! What comes over the robot from outside: pushes, loads put on its chassis, rollers that seize,
+//! floors that change.
 //!
 //! Whatever energy enters or leaves that way is counted, so that the balance
 //! motors + outside = stored + slip + bearings stays one.
@@ -27,16 +28,17 @@ impl BodyMut<'_> {
         let robot = self.articulated();
         let center_m = robot.chassis_mass.center_of_mass_m;
         let floor_from_body = robot.state.floor_from_chassis().rotation;
-        robot.pushes.push(ActingPush {
+        robot.command.pushes.push(ActingPush {
             force_n: push.force_in_world_n,
             lever_m: floor_from_body * (push.place_in_body_m - center_m),
             moment_n_m: Vector3::zeros(),
         });
     }
 
-    /// Turns the chassis with a pure moment in the world frame, in N m, during the next step, and only then. It adds up with all pushes.
+    /// Turns the chassis with a pure moment in the world frame, in N m, during the next step, and
+    /// only then. It adds up with all pushes.
     pub fn turn(&mut self, moment_in_world_n_m: Vector3<f64>) {
-        self.articulated().pushes.push(ActingPush {
+        self.articulated().command.pushes.push(ActingPush {
             force_n: Vector3::zeros(),
             lever_m: Vector3::zeros(),
             moment_n_m: moment_in_world_n_m,
@@ -45,8 +47,9 @@ impl BodyMut<'_> {
 
     /// What the chassis carries from now on besides itself; nothing, where nothing is given.
     ///
-    /// A payload is put on, or taken off, in passing: it has the velocity of its place on the chassis, so that the robot
-    /// moves on as it did. The energy that it has then comes from outside, or goes there.
+    /// A payload is put on, or taken off, in passing: it has the velocity of its place on the
+    /// chassis, so that the robot moves on as it did. The energy that it has then comes from
+    /// outside, or goes there.
     pub fn carry(&mut self, payloads: &[Payload]) {
         let outside_j = |payload: &Payload| self.payload_energy_j(payload);
         let gone_j: f64 = self.world.bodies[self.index]
@@ -69,10 +72,11 @@ impl BodyMut<'_> {
         self.weigh(moved_m);
     }
 
-    /// Lets the chassis bear from now on the inertia of something that another engine moves: of its acceleration a, linear at the body
-    /// frame's origin before angular, it takes a wrench A a there, all along the world's axes, in kg, kg m and kg m^2. A is the articulated-body
-    /// inertia of what is attached, symmetric and of no negative energy. What it takes goes outside. `None`, and a body that rapier moves,
-    /// bear nothing.
+    /// Lets the chassis bear from now on the inertia of something that another engine moves: of its
+    /// acceleration a, linear at the body frame's origin before angular, it takes a wrench A a
+    /// there, all along the world's axes, in kg, kg m and kg m^2. A is the articulated-body inertia
+    /// of what is attached, symmetric and of no negative energy. What it takes goes outside.
+    /// `None`, and a body that rapier moves, bear nothing.
     pub fn attach(&mut self, inertia: Option<&Matrix6<f64>>) {
         let robot = self.articulated();
         let center_m = robot.chassis_mass.center_of_mass_m;
@@ -81,17 +85,20 @@ impl BodyMut<'_> {
         robot.weigh_wheels();
     }
 
-    /// Lets the rollers of a wheel find a share of the ground's friction from now on, whatever lies beneath them; 1 for all of it. Below 0
-    /// counts as 0. A wheel that the robot does not have changes nothing, and where rapier moves the robot nothing is changed.
+    /// Lets the rollers of a wheel find a share of the ground's friction from now on, whatever lies
+    /// beneath them; 1 for all of it. Below 0 counts as 0. A wheel that the robot does not have
+    /// changes nothing, and where rapier moves the robot nothing is changed.
     pub fn set_grip(&mut self, wheel: usize, share: f64) {
         if let Some(hub) = self.articulated().wheels.get_mut(wheel) {
             hub.grip = share.max(0.0);
         }
     }
 
-    /// Lets a roller seize on its axle, or frees it again. A roller that the robot does not have changes nothing.
+    /// Lets a roller seize on its axle, or frees it again. A roller that the robot does not have
+    /// changes nothing.
     ///
-    /// A seized roller stands still against its hub. What spin it had goes into its bearing at once.
+    /// A seized roller stands still against its hub. What spin it had goes into its bearing at
+    /// once.
     pub fn seize_roller(&mut self, wheel: usize, roller: usize, seized: bool) {
         let kinetic_before_j = self.world.kinetic_j();
         let robot = self.articulated();
@@ -107,7 +114,8 @@ impl BodyMut<'_> {
         self.world.energies.bearing_j += kinetic_before_j - self.world.kinetic_j();
     }
 
-    /// Takes over what the chassis carries now, whose centre of mass is further by `moved_m` in the body's axes, and which rollers turn.
+    /// Takes over what the chassis carries now, whose centre of mass is further by `moved_m` in the
+    /// body's axes, and which rollers turn.
     fn weigh(&mut self, moved_m: Vector3<f64>) {
         self.articulated().weigh(moved_m);
         if let Some(reference) = &mut self.world.reference {
@@ -131,19 +139,22 @@ impl BodyMut<'_> {
 }
 
 impl World {
-    /// Changes how slippery the ground is from now on: everywhere, to rollers of all materials, or with `None` as it was built; and in
-    /// places, later ones over earlier ones, with footings for all of the floor's materials. A coefficient below 0 counts as 0.
+    /// Changes how slippery the ground is from now on: everywhere, to rollers of all materials, or
+    /// with `None` as it was built; and in places, later ones over earlier ones, with footings for
+    /// all of the floor's materials. A coefficient below 0 counts as 0.
     pub fn set_friction(&mut self, friction: Option<f64>, patches: &[Patch]) {
         self.ground.set_friction(friction, patches);
         self.wake_all();
-        self.wake_own();
+        self.wake_user_bodies();
     }
 
-    /// Lets the ground lean from now on: gravity pulls along a direction in the floor's frame, of any length, in place of the one the floor was
-    /// built with. What potential energy changes by comes from outside. A direction that is none changes nothing.
+    /// Lets the ground lean from now on: gravity pulls along a direction in the floor's frame, of
+    /// any length, in place of the one the floor was built with. What potential energy changes by
+    /// comes from outside. A direction that is none changes nothing.
     ///
-    /// The frame stays the floor's, and what a frame that turns would add is left out: at a distance r from the axis, while the floor turns
-    /// with the rate w and the angular acceleration a, a r + w^2 r, and 2 w v for what moves with v, all in m/s^2, against gravity. Contacts
+    /// The frame stays the floor's, and what a frame that turns would add is left out: at a
+    /// distance r from the axis, while the floor turns with the rate w and the angular acceleration
+    /// a, a r + w^2 r, and 2 w v for what moves with v, all in m/s^2, against gravity. Contacts
     /// that are solved by rapier keep the direction that they were built with.
     pub fn lean(&mut self, down_in_floor: &Vector3<f64>) {
         let Some(down) = down_in_floor.try_normalize(f64::MIN_POSITIVE) else {
@@ -154,13 +165,14 @@ impl World {
             return;
         }
         self.wake_all();
-        self.wake_own();
+        self.wake_user_bodies();
         let before_j = self.potential_j();
         self.ground.lean(down);
         self.energies.outside_j += self.potential_j() - before_j;
     }
 
-    /// Energy that pushes, payloads and ground that leans have brought since the start, in J; negative where they took some.
+    /// Energy that pushes, payloads and ground that leans have brought since the start, in J;
+    /// negative where they took some.
     pub fn outside_energy_j(&self) -> f64 {
         self.energies.outside_j
     }
@@ -175,25 +187,26 @@ impl Articulated {
         self.wheel_inertia = wheel_inertia(&self.robot, carried_kg + attached_kg);
     }
 
-    /// The force of the pushes of the coming step, and their torque about the chassis's centre of mass, in N and N m.
+    /// The force of the pushes of the coming step, and their torque about the chassis's centre of
+    /// mass, in N and N m.
     pub(crate) fn pushed(&self) -> (Vector3<f64>, Vector3<f64>) {
         let mut sum = (Vector3::zeros(), Vector3::zeros());
-        for push in &self.pushes {
+        for push in &self.command.pushes {
             sum.0 += push.force_n;
             sum.1 += push.lever_m.cross(&push.force_n) + push.moment_n_m;
         }
         sum
     }
 
-    /// The work of the pushes of a step, in J: force times the mean velocity of the place before and after, which is the energy that a
-    /// constant force gives a body over a step.
+    /// The work of the pushes of a step, in J: force times the mean velocity of the place before
+    /// and after, which is the energy that a constant force gives a body over a step.
     pub(crate) fn pushes_did_j(&self, dt_s: f64) -> f64 {
         let work_j = |push: &ActingPush| {
-            let mean = &self.middle;
+            let mean = &self.step.middle;
             let of_place = mean.velocity_m_s + mean.angular_rad_s.cross(&push.lever_m);
             (push.force_n.dot(&of_place) + push.moment_n_m.dot(&mean.angular_rad_s)) * dt_s
         };
-        self.pushes.iter().map(work_j).sum()
+        self.command.pushes.iter().map(work_j).sum()
     }
 
     /// What was taken in a step by what another engine moves, in J.
@@ -205,6 +218,6 @@ impl Articulated {
             let (v, w) = (state.velocity_m_s, state.angular_rad_s);
             Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z)
         };
-        attached.took_j(&rates(&self.before), &rates(&self.state), dt_s)
+        attached.took_j(&rates(&self.step.before), &rates(&self.state), dt_s)
     }
 }

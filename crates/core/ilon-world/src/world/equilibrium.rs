@@ -1,14 +1,16 @@
-//! How a robot with joints stands when a world begins: where springs, stops and the ground carry it.
+//! How a robot with joints stands when a world begins: where springs, stops and the ground carry
+//! it.
 //!
-//! It is let go where a rigid robot would stand, on ground without friction, in steps after each of which it stands still again. Springs are taken
-//! at the end of such a step, so that a long one is a step of Newton's method towards their equilibrium, and what touches is solved for as in any
+//! It is let go where a rigid robot would stand, on ground without friction, in steps after each of
+//! which it stands still again. Springs are taken at the end of such a step, so that a long one is
+//! a step of Newton's method towards their equilibrium, and what touches is solved for as in any
 //! step; what it does not reach stays where it is: its place and heading, and its wheels' angles.
 
 use ilon_robot::roll_pitch_yaw;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::{ContactSolution, Energies, World};
-use crate::contact::reactions::Reactions;
+use super::{ContactSolution, Energies, World, with_solver};
+use crate::contact::reactions::{ReactionSolver, Reactions};
 use crate::robot::articulated::Articulated;
 use crate::robot::state::State;
 use crate::settings::NEAR;
@@ -18,15 +20,19 @@ const MOST_STEPS: usize = 4000;
 /// The first step, and the longest, in a robot's unit of time.
 const FIRST: f64 = 0.05;
 const LONGEST: f64 = 0.5;
-/// Where no step may be longer than this any more, in that unit: what touches now and then not lets long ones go to and fro.
+/// Where no step may be longer than this any more, in that unit: what touches now and then not lets
+/// long ones go to and fro.
 const SHORTEST: f64 = 0.01;
-/// A step in which nothing moves faster than this has found it, in m/s: it is some times what is left of a solved speed.
+/// A step in which nothing moves faster than this has found it, in m/s: it is some times what is
+/// left of a solved speed.
 const FOUND_M_S: f64 = 5e-8;
-/// What moves by less than this at the end, in wheel radii, stands all the same: rollers that hand over on a lean have no smoother place.
+/// What moves by less than this at the end, in wheel radii, stands all the same: rollers that hand
+/// over on a lean have no smoother place.
 const NEARLY: f64 = 2e-3;
 
 impl World {
-    /// Lets robots with joints find where they stand. One that finds no such place, because it falls over, begins as it was put down.
+    /// Lets robots with joints find where they stand. One that finds no such place, because it
+    /// falls over, begins as it was put down.
     pub(super) fn find_equilibrium(&mut self) {
         let has_joints = |body: &Articulated| !body.robot.joints.is_empty();
         if self.settings.gravity_m_s2 == 0.0 || !self.bodies.iter().any(has_joints) {
@@ -36,9 +42,9 @@ impl World {
         let ground = self.ground.clone();
         self.ground.set_friction(Some(0.0), &[]);
         for body in &mut self.bodies {
-            body.sets_out = true;
+            body.is_settling = true;
         }
-        let is_found = self.come_to_rest(&put_down);
+        let is_found = with_solver(|solver| self.come_to_rest(solver, &put_down));
         self.ground = ground;
         let came = std::mem::replace(&mut self.bodies, put_down);
         if is_found {
@@ -52,7 +58,7 @@ impl World {
     }
 
     /// Says whether they come to rest.
-    fn come_to_rest(&mut self, put_down: &[Articulated]) -> bool {
+    fn come_to_rest(&mut self, solver: &mut ReactionSolver, put_down: &[Articulated]) -> bool {
         let scales = || put_down.iter().map(|body| &body.scale);
         let time_s = scales().map(|s| s.time_s()).fold(0.0, f64::max);
         let length_m = scales().map(|s| s.length_m).fold(f64::INFINITY, f64::min);
@@ -60,8 +66,8 @@ impl World {
         let mut last_m = f64::INFINITY;
         let mut from: Vec<State> = put_down.iter().map(|body| body.state.clone()).collect();
         for _ in 0..MOST_STEPS {
-            self.find_reactions(dt_s);
-            self.move_on(dt_s);
+            self.find_reactions(solver, dt_s);
+            self.move_on(solver, dt_s);
             let bodies = self.bodies.iter_mut().zip(put_down);
             bodies.for_each(|(body, put_down)| body.halt(put_down));
             let moves = self.bodies.iter().zip(&from);
@@ -96,7 +102,8 @@ impl World {
     }
 }
 
-/// The furthest that the middle of a body or of a wheel is in one state from where it is in another.
+/// The furthest that the middle of a body or of a wheel is in one state from where it is in
+/// another.
 fn moved_m(state: &State, from: &State) -> f64 {
     let links = state.links().iter().zip(from.links());
     let moved = links.map(|(to, from)| (to.center_m - from.center_m).norm());
@@ -104,7 +111,8 @@ fn moved_m(state: &State, from: &State) -> f64 {
 }
 
 impl Articulated {
-    /// Stands still where it has come to, over the place and with the heading where it was put down.
+    /// Stands still where it has come to, over the place and with the heading where it was put
+    /// down.
     fn halt(&mut self, put_down: &Self) {
         let center_m = self.chassis_mass.center_of_mass_m;
         let body_of = |state: &State| state.floor_from_chassis() * Translation3::from(-center_m);
@@ -123,12 +131,7 @@ impl Articulated {
 
     /// Takes up a state.
     fn stand(&mut self, state: &State) {
-        for own in [
-            &mut self.state,
-            &mut self.before,
-            &mut self.middle,
-            &mut self.ahead,
-        ] {
+        for own in self.states_mut() {
             own.copy_from(state);
         }
     }

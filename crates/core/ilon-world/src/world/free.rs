@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::World;
 use crate::free::{Free, FreeBody, FreeBodyId};
-use crate::robot::articulated::Articulated;
+use crate::robot::articulated::{Articulated, Kind};
 use crate::robot::payload::ActingPush;
 use crate::robot::shared_robot::SharedRobot;
 use crate::settings::ContactSpring;
@@ -33,10 +33,11 @@ pub struct FreeBodyState {
     pub angular_rad_s: Vector3<f64>,
     /// What all robots together did to it in the last step: the mean force, in N.
     pub force_from_robots_n: Vector3<f64>,
-    /// Work that robots have done on it where they touch it since it was put in, in J: less what it did on them.
+    /// Work that robots have done on it where they touch it since it was put in, in J: less what it
+    /// did on them.
     pub work_of_robots_j: f64,
-    /// How deep it and what it touched have been in one another since it was put in, at most, in metres: what is too heavy for what it lies on
-    /// sinks into it.
+    /// How deep it and what it touched have been in one another since it was put in, at most, in
+    /// metres: what is too heavy for what it lies on sinks into it.
     pub pressed_m: f64,
     /// Whether it rests, and is left alone until something comes near.
     pub sleeps: bool,
@@ -45,12 +46,13 @@ pub struct FreeBodyState {
 impl World {
     /// Puts a free body into the world.
     ///
-    /// Its chassis contacts are those of robots: stiff springs that only push, Coulomb friction and no bounce. Rollers with the shapes of their
-    /// file do not touch it, and rollers with a profile by numbers touch boxes alone.
+    /// Its chassis contacts are those of robots: stiff springs that only push, Coulomb friction and
+    /// no bounce. Rollers with the shapes of their file do not touch it, and rollers with a profile
+    /// by numbers touch boxes alone.
     ///
     /// # Errors
-    /// [`WorldError`] where its sizes or mass make no sense, where it would begin in the ground, in a robot or in another free body, and where contacts
-    /// are rapier's.
+    /// [`WorldError`] where its sizes or mass make no sense, where it would begin in the ground, in
+    /// a robot or in another free body, and where contacts are rapier's.
     pub fn add_body(&mut self, body: &FreeBody) -> Result<FreeBodyId, WorldError> {
         body.check()?;
         if self.settings.contacts == ContactSolver::Rapier {
@@ -63,12 +65,7 @@ impl World {
         let mut built = self.build(body, id);
         let middle_m = self.put_down(body, &built)?;
         let at = Isometry3::from_parts(middle_m.into(), body.rotation);
-        for state in [
-            &mut built.state,
-            &mut built.before,
-            &mut built.middle,
-            &mut built.ahead,
-        ] {
+        for state in built.states_mut() {
             state.place(at);
             state.velocity_m_s = body.velocity_m_s;
             state.angular_rad_s = body.angular_rad_s;
@@ -87,7 +84,7 @@ impl World {
         let mut built = Articulated::build(robot, &at, &self.settings);
         built.scale = body.scale(self.settings.gravity_m_s2);
         built.spring = ContactSpring::of_body(&self.settings, &built.scale);
-        built.free = Some(Box::new(Free {
+        built.kind = Kind::Free(Box::new(Free {
             id,
             name: Arc::from(body.name.as_str()),
             friction: body.friction,
@@ -96,7 +93,6 @@ impl World {
             from_robots: Vector3::zeros(),
             work_j: 0.0,
             pressed_m: 0.0,
-            guest: None,
         }));
         built
     }
@@ -128,7 +124,7 @@ impl World {
     /// A free body as it is now; `None` where it is not in the world.
     pub fn free_body(&self, id: FreeBodyId) -> Option<FreeBodyState> {
         let (body, sleeps) = self.find_body(id)?;
-        let free = body.free.as_ref()?;
+        let free = body.free()?;
         Some(FreeBodyState {
             place_m: body.state.center_m(),
             rotation: body.state.floor_from_chassis().rotation,
@@ -148,11 +144,12 @@ impl World {
     /// What a free body is called; `None` where it is not in the world.
     pub fn free_body_name(&self, id: FreeBodyId) -> Option<&str> {
         let (body, _) = self.find_body(id)?;
-        body.free.as_ref().map(|free| &*free.name)
+        body.free().map(|free| &*free.name)
     }
 
-    /// Pushes a free body during the next step, and only then: a force in the world, in N, at a place counted from its middle in its own
-    /// axes, in metres. Several pushes add up. One that is not in the world is not pushed.
+    /// Pushes a free body during the next step, and only then: a force in the world, in N, at a
+    /// place counted from its middle in its own axes, in metres. Several pushes add up. One that is
+    /// not in the world is not pushed.
     pub fn push_body(
         &mut self,
         id: FreeBodyId,
@@ -163,7 +160,7 @@ impl World {
         let here = place_among(&self.bodies, id).map(|at| &mut self.bodies[at]);
         if let Some(body) = here.or_else(|| self.islands.awake_mut(id)) {
             let lever_m = body.state.floor_from_chassis().rotation * place_in_body_m;
-            body.pushes.push(ActingPush {
+            body.command.pushes.push(ActingPush {
                 force_n,
                 lever_m,
                 moment_n_m: Vector3::zeros(),
@@ -178,28 +175,32 @@ impl World {
         }
     }
 
-    /// Counts what robots did to free bodies.
+    /// Counts what robots did to free bodies, and what they and free bodies did to coupled bodies.
     pub(super) fn count_pushing(&mut self) {
-        // Free bodies stand behind the robots.
-        if self.bodies.last().is_none_or(|body| body.free.is_none()) {
+        // Both stand behind the robots.
+        if self.bodies.last().is_none_or(Articulated::is_robot) {
             return;
         }
-        for (index, body) in self.bodies.iter_mut().enumerate() {
-            if let Some(free) = &mut body.free {
-                free.pressed_m = free.pressed_m.max(self.reactions.pressed_m(index));
-            }
-        }
         for (reaction, b) in self.reactions.on_bodies() {
-            if self.bodies[reaction.a.body].free.is_some() {
-                continue;
-            }
+            let pusher = &self.bodies[reaction.a.body];
+            let (by_robot, by_coupled) = (pusher.is_robot(), pusher.coupled().is_some());
             let body = &mut self.bodies[b];
+            let middle = &body.step.middle;
             let normal = reaction.impulse.x * reaction.frame[0];
             let impulse_n_s = -(normal + reaction.friction_impulse_n_s());
-            let mean_m_s = body.middle.chassis_velocity_m_s(&reaction.at_m);
-            if let Some(free) = &mut body.free {
-                free.from_robots += impulse_n_s;
-                free.work_j += impulse_n_s.dot(&mean_m_s);
+            let did_j = impulse_n_s.dot(&middle.chassis_velocity_m_s(&reaction.at_m));
+            let lever_m = reaction.at_m - middle.center_m();
+            match &mut body.kind {
+                Kind::Free(free) if by_robot => {
+                    free.from_robots += impulse_n_s;
+                    free.work_j += did_j;
+                }
+                Kind::Coupled(coupled) if !by_coupled => {
+                    coupled.impulse[0] += impulse_n_s;
+                    coupled.impulse[1] += lever_m.cross(&impulse_n_s);
+                    self.energies.outside_j -= did_j;
+                }
+                _ => {}
             }
         }
     }

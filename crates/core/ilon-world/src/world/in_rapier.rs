@@ -14,7 +14,7 @@ impl World {
         self.reactions.take(reference.reactions(robot));
         self.count_motors(dt_s);
         self.read_contacts(dt_s);
-        self.energies.bearing_j += self.bodies[0].bearings_owe.lost_j(took_j);
+        self.energies.bearing_j += self.bodies[0].memory.bearings_owe.lost_j(took_j);
         self.energies.outside_j += self.bodies[0].pushes_did_j(dt_s);
     }
 }

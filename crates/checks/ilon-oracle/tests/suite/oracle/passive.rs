@@ -1,8 +1,8 @@
 //! A robot that is compliant by design, in both engines: the same law, each from what its own engine shows.
 
 use ilon_control::{
-    BodySense, Gain, Guidance, GuidanceSettings, Kinematics, PassiveTorque, PassiveTorqueSettings,
-    Priority, Reference, Saturation, TorqueLaw, TorqueRange,
+    BodySense, Demand, Gain, Guidance, GuidanceSettings, Kinematics, PassiveTorque,
+    PassiveTorqueSettings, Priority, Reference, Saturation, TorqueLaw, TorqueRange,
 };
 use ilon_oracle::{ContactLaw, Drive, Engine, LEVEL_GRAVITY_M_S2, Push};
 use ilon_robot::{Pose, Robot};
@@ -56,7 +56,9 @@ impl Controller {
             angles_rad: angles,
             gravity_in_body_m_s2: self.gravity,
         });
-        self.law.update(targets, rates, &self.limits, DT_S).to_vec()
+        self.law
+            .update(&Demand::new(targets, rates, &self.limits, DT_S))
+            .to_vec()
     }
 }
 

@@ -1,5 +1,7 @@
 use super::*;
+use crate::Priority;
 use crate::fixtures::{mecanum4, six_wheels, volksbot};
+use ilon_robot::Twist;
 
 const DT_S: f64 = 1e-3;
 
@@ -39,7 +41,7 @@ fn the_body_feels_damping_times_the_rate_error_and_gravity_held_off() {
             gravity_in_body_m_s2: Some(g),
         });
         let torques = law
-            .update(&targets, &rates, &limits(n, 50.0), DT_S)
+            .update(&Demand::new(&targets, &rates, &limits(n, 50.0), DT_S))
             .to_vec();
         let c = robot.center_of_mass_m();
         let d = own.damping_n_s_m;
@@ -68,7 +70,7 @@ fn a_wheel_that_slides_against_the_others_is_held_and_the_body_feels_nothing_of_
                 angles_rad: &angles,
                 gravity_in_body_m_s2: None,
             });
-            law.update(&zeros, &zeros, &limits(n, 50.0), DT_S);
+            law.update(&Demand::new(&zeros, &zeros, &limits(n, 50.0), DT_S));
         }
         let torques = law.torques_n_m.clone();
         assert!(torques[0] < -1e-3, "{torques:?}");
@@ -82,7 +84,7 @@ fn a_wheel_that_slides_against_the_others_is_held_and_the_body_feels_nothing_of_
             angles_rad: &[turned, 0.0, 0.0],
             gravity_in_body_m_s2: None,
         });
-        law.update(&[0.0; 3], &[0.0; 3], &limits(3, 50.0), DT_S);
+        law.update(&Demand::new(&[0.0; 3], &[0.0; 3], &limits(3, 50.0), DT_S));
     }
     assert!(law.torques_n_m.iter().all(|torque| torque.abs() < 1e-12));
 }
@@ -117,12 +119,13 @@ fn what_the_wheels_get_comes_out_of_the_springs_between_them() {
             angles_rad: &angles,
             gravity_in_body_m_s2: None,
         });
-        let torques = law.update(&[0.0; 6], &rates, &limits(6, 50.0), fine_s);
+        let torques = law.update(&Demand::new(&[0.0; 6], &rates, &limits(6, 50.0), fine_s));
         let power: f64 = torques.iter().zip(&rates).map(|(t, r)| t * r).sum();
         given_j += power * fine_s;
         worst = f64::max(worst, given_j + law.stored_j);
     }
-    // Gone into dampers and slides at every moment; what a spring gives over a step counts at the step's end.
+    // Gone into dampers and slides at every moment; what a spring gives over a step counts at the
+    // step's end.
     assert!(worst < 1e-6 && given_j < -1.0, "{worst} {given_j}");
 }
 
@@ -138,7 +141,7 @@ fn a_weak_motor_takes_from_the_lower_task_alone() {
         let kinematics = Kinematics::new(&robot).unwrap();
         let (mut targets, rates) = ([0.0; 4], [0.0; 4]);
         kinematics.wheel_rates(Twist::new(0.2, 0.0, 2.0), &mut targets);
-        law.update(&targets, &rates, &limits(4, 0.35), DT_S);
+        law.update(&Demand::new(&targets, &rates, &limits(4, 0.35), DT_S));
         let shares = law.shares().unwrap();
         let (upper, lower) = match priority {
             Priority::Position => (shares.position, shares.heading),
@@ -189,7 +192,8 @@ fn gains_that_swing_up_are_refused_with_the_limit_that_holds() {
         wheel_stiffness_n_m_rad: 2.1 * good.wheel_damping_n_m_s_rad / DT_S,
         ..good
     });
-    // A filter that takes the robot's own swing for tilt: m / D - D / K is 12 ms at the first order.
+    // A filter that takes the robot's own swing for tilt: m / D - D / K is 12 ms at the first
+    // order.
     refused(PassiveTorqueSettings {
         damping_n_s_m: 0.2 * good.damping_n_s_m,
         tilt: Some(TiltLoop {

@@ -10,7 +10,12 @@ fn run(gains: WheelGains, j: f64, damping: f64, dt_s: f64, steps: usize) -> Vec<
     let mut rate = 0.0;
     (0..steps)
         .map(|_| {
-            let torque = wheel_loop.update(&[5.0], &[rate], &[TorqueRange::UNLIMITED], dt_s)[0];
+            let torque = wheel_loop.update(&Demand::new(
+                &[5.0],
+                &[rate],
+                &[TorqueRange::UNLIMITED],
+                dt_s,
+            ))[0];
             rate += dt_s / j * (torque - damping * rate);
             rate
         })
@@ -22,8 +27,8 @@ fn bandwidth_rad_s(gains: &WheelGains, inertia_kg_m2: f64) -> f64 {
     gains.proportional_n_m_s / inertia_kg_m2
 }
 
-/// Whether a wheel of this inertia under these gains (without derivative) and this period is stable: a > 0, b >= 0 and
-/// 2 a + b < 4 of the module's derivation.
+/// Whether a wheel of this inertia under these gains (without derivative) and this period is
+/// stable: a > 0, b >= 0 and 2 a + b < 4 of the module's derivation.
 fn is_stable(gains: &WheelGains, inertia_kg_m2: f64, dt_s: f64) -> bool {
     let a = gains.proportional_n_m_s * dt_s / inertia_kg_m2;
     let b = gains.integral_n_m * dt_s * dt_s / inertia_kg_m2;
@@ -35,8 +40,9 @@ fn proposed_gains_reach_the_target_in_about_one_over_the_bandwidth() {
     let gains = WheelGains::propose(7e-3, 2.4e-4, 1e-3, 30.0).unwrap();
     assert!((bandwidth_rad_s(&gains, 7e-3) - 30.0).abs() < 1e-12);
     let rates = run(gains, 7e-3, 1e-3, 1e-3, 1000);
-    // Critically damped with both poles at 15 rad/s and a zero at 7.5: e(t) = (1 - 15 t) exp(-15 t) plus the
-    // response of the zero; within 15 % after 4/15 s, within 0.1 % after 1 s, damping included.
+    // Critically damped with both poles at 15 rad/s and a zero at 7.5: e(t) = (1 - 15 t) exp(-15 t)
+    // plus the response of the zero; within 15 % after 4/15 s, within 0.1 % after 1 s, damping
+    // included.
     assert!((rates[266] / 5.0 - 1.0).abs() < 0.15, "{}", rates[266]);
     assert!((rates[999] / 5.0 - 1.0).abs() < 1e-3, "{}", rates[999]);
 }
@@ -47,7 +53,8 @@ fn proposed_gains_hold_a_wheel_in_the_air_without_swinging() {
         let gains = WheelGains::propose(7e-3, 2.4e-4, dt_s, 50.0).unwrap();
         assert!(is_stable(&gains, 2.4e-4, dt_s) && is_stable(&gains, 7e-3, dt_s));
         let rates = run(gains, 2.4e-4, 0.0, dt_s, 2000);
-        // The integral overshoots by a few per cent; beyond that a swing from step to step would show.
+        // The integral overshoots by a few per cent; beyond that a swing from step to step would
+        // show.
         assert!(rates.iter().all(|r| *r > 0.0 && *r < 5.0 * 1.2));
         assert!((rates[1999] / 5.0 - 1.0).abs() < 0.02);
     }
@@ -79,7 +86,12 @@ fn run_continuous(settings: WheelLoopSettings, j: f64, dt_s: f64, steps: usize) 
     let mut rate = 0.0;
     (0..steps)
         .map(|_| {
-            wheel_loop.update(&[5.0], &[rate], &[TorqueRange::UNLIMITED], dt_s);
+            wheel_loop.update(&Demand::new(
+                &[5.0],
+                &[rate],
+                &[TorqueRange::UNLIMITED],
+                dt_s,
+            ));
             let falling = wheel_loop.falling()[0];
             rate += dt_s * falling.torque_n_m / (j + dt_s * theta * falling.droop_n_m_s);
             rate
@@ -103,10 +115,12 @@ fn a_continuous_loop_is_stable_at_any_step_and_ends_where_a_finely_sampled_one_d
             ..WheelLoopSettings::new(gains)
         };
         for dt_s in [1e-3, 1e-2, 0.1] {
-            // A sampled loop of these gains swings itself to pieces at 1 ms already: 60 J_ground / J_air dt > 1.
+            // A sampled loop of these gains swings itself to pieces at 1 ms already: 60 J_ground /
+            // J_air dt > 1.
             let rates = run_continuous(settings, j_air, dt_s, 2000);
-            // Closing in on the target at 5 rad/s. A wheel in the air, for which theta is too small, swings over it by
-            // (1 - theta) / theta of what was missing at most, and by the integral's overshoot.
+            // Closing in on the target at 5 rad/s. A wheel in the air, for which theta is too
+            // small, swings over it by (1 - theta) / theta of what was missing at most, and by the
+            // integral's overshoot.
             let theta = mean_of_gain(60.0 * dt_s);
             let over = 1.2 + (1.0 - theta) / theta;
             let lies_within = |r: &f64| *r > 5.0 * (2.0 - over) && *r < 5.0 * over;
@@ -114,9 +128,9 @@ fn a_continuous_loop_is_stable_at_any_step_and_ends_where_a_finely_sampled_one_d
             assert!((rates[1999] / 5.0 - 1.0).abs() < 1e-6, "{dt_s}");
         }
     }
-    // On the ground, 0.05 s after the start, against the exact answer of J e'' + k_p e' + k_i e = 0 with
-    // e(0) = 5 and e'(0) = -60 e(0), both poles on 30 rad/s: e(t) = 5 (1 - 30 t) exp(-30 t). Of second order: a
-    // quarter as much for half the step.
+    // On the ground, 0.05 s after the start, against the exact answer of J e'' + k_p e' + k_i e = 0
+    // with e(0) = 5 and e'(0) = -60 e(0), both poles on 30 rad/s: e(t) = 5 (1 - 30 t) exp(-30 t).
+    // Of second order: a quarter as much for half the step.
     let settings = WheelLoopSettings {
         timing: LoopTiming::Continuous,
         inertia_kg_m2: j_ground,
@@ -141,7 +155,7 @@ fn what_a_continuous_loop_asks_for_at_the_motors_limit_falls_as_it_does_within()
     };
     let asked = |limit: TorqueRange| {
         let mut wheel_loop = WheelLoop::new(1, settings).unwrap();
-        let torque_n_m = wheel_loop.update(&[5.0], &[0.0], &[limit], 0.01)[0];
+        let torque_n_m = wheel_loop.update(&Demand::new(&[5.0], &[0.0], &[limit], 0.01))[0];
         (torque_n_m, wheel_loop.falling()[0])
     };
     let (limited_n_m, limited) = asked(LIMIT);
@@ -161,11 +175,11 @@ fn the_integral_does_not_wind_up_while_the_motor_is_at_its_limit() {
     let mut wheel_loop = WheelLoop::new(1, WheelLoopSettings::new(gains)).unwrap();
     // Stalled for 100 s at an error of 50 rad/s: an integral that went on would hold 5000 N m.
     for _ in 0..10_000 {
-        let torque = wheel_loop.update(&[50.0], &[0.0], &[LIMIT], 0.01)[0];
+        let torque = wheel_loop.update(&Demand::new(&[50.0], &[0.0], &[LIMIT], 0.01))[0];
         assert_eq!(torque, 1.0);
     }
     // Let go and a little beyond the target: the torque comes off the limit at once.
-    let torque = wheel_loop.update(&[50.0], &[50.1], &[LIMIT], 0.01)[0];
+    let torque = wheel_loop.update(&Demand::new(&[50.0], &[50.1], &[LIMIT], 0.01))[0];
     assert!(torque < 1.0, "{torque}");
 }
 
@@ -180,11 +194,18 @@ fn the_derivative_acts_on_the_rate_and_is_filtered() {
     settings.derivative_filter_s = 0.03;
     let mut wheel_loop = WheelLoop::new(1, settings).unwrap();
     let open = [TorqueRange::UNLIMITED];
-    assert_eq!(wheel_loop.update(&[0.0], &[0.0], &open, 0.01)[0], 0.0);
+    assert_eq!(
+        wheel_loop.update(&Demand::new(&[0.0], &[0.0], &open, 0.01))[0],
+        0.0
+    );
     // A step of the target alone gives no torque.
-    assert_eq!(wheel_loop.update(&[9.0], &[0.0], &open, 0.01)[0], 0.0);
-    // The rate rises by 10 rad/s^2: a quarter of it passes the filter in the first step, dt / (T + dt).
-    let first = wheel_loop.update(&[9.0], &[0.1], &open, 0.01)[0];
+    assert_eq!(
+        wheel_loop.update(&Demand::new(&[9.0], &[0.0], &open, 0.01))[0],
+        0.0
+    );
+    // The rate rises by 10 rad/s^2: a quarter of it passes the filter in the first step, dt / (T +
+    // dt).
+    let first = wheel_loop.update(&Demand::new(&[9.0], &[0.1], &open, 0.01))[0];
     assert!((first + 0.5 * 10.0 * 0.25).abs() < 1e-12, "{first}");
 }
 
@@ -201,7 +222,12 @@ fn feedforward_makes_up_for_damping_and_dry_friction() {
         ..WheelLoopSettings::new(gains)
     };
     let mut wheel_loop = WheelLoop::new(3, settings).unwrap();
-    let torques = wheel_loop.update(&[5.0, -5.0, 0.0], &[0.0; 3], &[LIMIT; 3], 0.01);
+    let torques = wheel_loop.update(&Demand::new(
+        &[5.0, -5.0, 0.0],
+        &[0.0; 3],
+        &[LIMIT; 3],
+        0.01,
+    ));
     for (torque, expected) in torques.iter().zip([0.4, -0.4, 0.0]) {
         assert!((torque - expected).abs() < 1e-15);
     }
@@ -218,8 +244,9 @@ fn settings_that_are_negative_or_not_numbers_are_refused() {
     assert!(WheelGains::propose(1e-2, 1e-3, f64::NAN, 10.0).is_err());
 }
 
-/// With a filtered derivative the loop is J x' = k_p e + k_i integral(e) - k_d a, T a' = x' - a. The step comes to that as it gets shorter:
-/// the difference from Runge and Kutta's answer halves with the step at least.
+/// With a filtered derivative the loop is J x' = k_p e + k_i integral(e) - k_d a, T a' = x' - a.
+/// The step comes to that as it gets shorter: the difference from Runge and Kutta's answer halves
+/// with the step at least.
 #[test]
 fn a_continuous_loop_with_a_derivative_comes_to_the_equation_it_stands_for() {
     let (j, filter_s, k_d) = (7e-3, 0.01, 3e-3);

@@ -1,7 +1,9 @@
 use super::*;
 use crate::DynamicModel;
+use crate::TorqueRange;
 use crate::fixtures::{mecanum4, six_wheels, volksbot};
 use crate::{ComputedTorque, ComputedTorqueSettings};
+use ilon_robot::Twist;
 
 fn law(robot: &Robot, priority: Priority, friction: f64) -> PrioritisedTorque {
     let settings = PrioritisedTorqueSettings {
@@ -40,8 +42,8 @@ fn acceleration(
     model.twist_rate(&rates, &torques, &mut vec![0.0; n])
 }
 
-/// Off-centre robots with damped wheels. Without dry friction: the law makes up for it in the targets' direction,
-/// which here differs from the rates'.
+/// Off-centre robots with damped wheels. Without dry friction: the law makes up for it in the
+/// targets' direction, which here differs from the rates'.
 fn robots() -> Vec<Robot> {
     let mut robots = vec![mecanum4(), volksbot(), six_wheels()];
     for robot in &mut robots {
@@ -68,7 +70,10 @@ fn with_torque_and_grip_to_spare_it_gives_the_acceleration_asked_for() {
         let target = Twist::new(0.23, -0.08, 0.55);
         let got = acceleration(
             &robot,
-            |targets, rates| law.update(targets, rates, &limits(n, 50.0), 1e-3).to_vec(),
+            |targets, rates| {
+                law.update(&Demand::new(targets, rates, &limits(n, 50.0), 1e-3))
+                    .to_vec()
+            },
             NOW,
             target,
         );
@@ -92,8 +97,10 @@ fn a_saturating_motor_slows_the_lower_task_and_not_the_higher_one() {
         let torque_n_m = 0.3;
         let position_first = |target: Twist| {
             let mut law = law(&robot, Priority::Position, f64::INFINITY);
-            let run =
-                |t: &[f64], r: &[f64]| law.update(t, r, &limits(n, torque_n_m), 1e-3).to_vec();
+            let run = |t: &[f64], r: &[f64]| {
+                law.update(&Demand::new(t, r, &limits(n, torque_n_m), 1e-3))
+                    .to_vec()
+            };
             let got = acceleration(&robot, run, NOW, target);
             (got, law.shares().unwrap())
         };
@@ -115,8 +122,10 @@ fn a_saturating_motor_slows_the_lower_task_and_not_the_higher_one() {
                 dt_s: 1e-3,
             };
             let mut law = ComputedTorque::new(model, &settings).unwrap();
-            let run =
-                |t: &[f64], r: &[f64]| law.update(t, r, &limits(n, torque_n_m), 1e-3).to_vec();
+            let run = |t: &[f64], r: &[f64]| {
+                law.update(&Demand::new(t, r, &limits(n, torque_n_m), 1e-3))
+                    .to_vec()
+            };
             acceleration(&robot, run, NOW, target)
         };
         let off = (clipped(linear) - clipped(both)).linear_m_s().norm();
@@ -126,7 +135,8 @@ fn a_saturating_motor_slows_the_lower_task_and_not_the_higher_one() {
 
 #[test]
 fn position_first_keeps_the_acceleration_of_the_reference_point() {
-    // A point 0.3 m ahead of the origin: a turn that is cut short must not show there, though it does at the origin.
+    // A point 0.3 m ahead of the origin: a turn that is cut short must not show there, though it
+    // does at the origin.
     let c = Vector2::new(0.3, -0.1);
     let at_c = |twist: Twist| {
         let omega = twist.omega_rad_s;
@@ -148,7 +158,10 @@ fn position_first_keeps_the_acceleration_of_the_reference_point() {
                 linear.y - omega_rad_s * c.x,
                 omega_rad_s,
             );
-            let run = |t: &[f64], r: &[f64]| law.update(t, r, &limits(n, 0.3), 1e-3).to_vec();
+            let run = |t: &[f64], r: &[f64]| {
+                law.update(&Demand::new(t, r, &limits(n, 0.3), 1e-3))
+                    .to_vec()
+            };
             let got = acceleration(&robot, run, Twist::default(), target);
             (got, law.shares().unwrap())
         };
@@ -168,7 +181,10 @@ fn heading_first_keeps_the_turn() {
         let n = robot.wheels.len();
         let run = |target: Twist| {
             let mut law = law(&robot, Priority::Heading, f64::INFINITY);
-            let run = |t: &[f64], r: &[f64]| law.update(t, r, &limits(n, 0.3), 1e-3).to_vec();
+            let run = |t: &[f64], r: &[f64]| {
+                law.update(&Demand::new(t, r, &limits(n, 0.3), 1e-3))
+                    .to_vec()
+            };
             let got = acceleration(&robot, run, NOW, target);
             (got.omega_rad_s, law.shares().unwrap())
         };
@@ -190,7 +206,7 @@ fn on_a_slippery_floor_no_wheel_is_asked_for_more_than_its_grip() {
         model
             .kinematics()
             .wheel_rates(Twist::new(2.0, 1.0, 3.0), &mut targets);
-        law.update(&targets, &rates, &limits(n, 50.0), 1e-3);
+        law.update(&Demand::new(&targets, &rates, &limits(n, 50.0), 1e-3));
         assert!(law.shares().unwrap().position < 1.0);
         assert!(law.shares().unwrap().grip <= 1.0 + 1e-9);
         for (push, load) in law.pushes_n.iter().zip(&law.capacity.loads_n) {
@@ -201,7 +217,8 @@ fn on_a_slippery_floor_no_wheel_is_asked_for_more_than_its_grip() {
 
 #[test]
 fn free_torques_spare_the_wheel_with_little_load() {
-    // Robot A with a payload over one corner: eq. (12) spreads the pushes by inertia, which knows of no load.
+    // Robot A with a payload over one corner: eq. (12) spreads the pushes by inertia, which knows
+    // of no load.
     let mut robot = mecanum4();
     robot.chassis.mass.center_of_mass_m += Vector3::new(0.08, 0.08, 0.0);
     let mut law = law(&robot, Priority::Position, 0.3);
@@ -210,7 +227,7 @@ fn free_torques_spare_the_wheel_with_little_load() {
     model
         .kinematics()
         .wheel_rates(Twist::new(0.06, 0.03, 0.0), &mut targets);
-    law.update(&targets, &[0.0; 4], &limits(4, 50.0), 1e-3);
+    law.update(&Demand::new(&targets, &[0.0; 4], &limits(4, 50.0), 1e-3));
     assert_eq!(law.shares().unwrap().position, 1.0);
     let spared = law.shares().unwrap().grip;
 
@@ -221,7 +238,7 @@ fn free_torques_spare_the_wheel_with_little_load() {
     };
     let mut plain = ComputedTorque::new(model.clone(), &settings).unwrap();
     let torques = plain
-        .update(&targets, &[0.0; 4], &limits(4, 50.0), 1e-3)
+        .update(&Demand::new(&targets, &[0.0; 4], &limits(4, 50.0), 1e-3))
         .to_vec();
     let mut accelerations = [0.0; 4];
     model.accelerations(&[0.0; 4], &torques, &mut [0.0; 4], &mut accelerations);
@@ -245,7 +262,9 @@ fn a_wheel_in_the_air_does_not_run_away() {
     let mut rates = [0.0; 4];
     let targets = [5.0, -3.0, 2.0, 4.0];
     for _ in 0..20_000 {
-        let torques = law.update(&targets, &rates, &limits(4, 2.0), 1e-3).to_vec();
+        let torques = law
+            .update(&Demand::new(&targets, &rates, &limits(4, 2.0), 1e-3))
+            .to_vec();
         for h in 0..4 {
             rates[h] += 1e-3 / j[h] * torques[h];
             assert!(rates[h].abs() < 20.0, "{rates:?}");
@@ -256,8 +275,8 @@ fn a_wheel_in_the_air_does_not_run_away() {
     }
 }
 
-/// y = k_p e + k_i sum(e dt), k_i = k_p^2 / 4: after n steps of the same error the sum is n of it. What the motors cannot give does not
-/// add to it.
+/// y = k_p e + k_i sum(e dt), k_i = k_p^2 / 4: after n steps of the same error the sum is n of it.
+/// What the motors cannot give does not add to it.
 #[test]
 fn an_error_that_stays_is_summed_in_both_tasks_and_only_where_it_can_be_given() {
     for robot in robots() {
@@ -270,9 +289,9 @@ fn an_error_that_stays_is_summed_in_both_tasks_and_only_where_it_can_be_given() 
             let mut after = |steps: usize, torque_n_m: f64| {
                 let repeat = |targets: &[f64], rates: &[f64]| {
                     for _ in 1..steps {
-                        law.update(targets, rates, &limits(n, torque_n_m), 1e-3);
+                        law.update(&Demand::new(targets, rates, &limits(n, torque_n_m), 1e-3));
                     }
-                    law.update(targets, rates, &limits(n, torque_n_m), 1e-3)
+                    law.update(&Demand::new(targets, rates, &limits(n, torque_n_m), 1e-3))
                         .to_vec()
                 };
                 acceleration(&robot, repeat, NOW, target)

@@ -1,8 +1,8 @@
 //! Section V's first step: the priorities of (33), (34) under rate limits and torque limits at once.
 
 use ilon_control::{
-    Desired, DynamicModel, PrioritisedTorque, PrioritisedTorqueSettings, Priority, Saturation,
-    TorqueLaw, TorqueRange,
+    Demand, Desired, DynamicModel, PrioritisedTorque, PrioritisedTorqueSettings, Priority,
+    Saturation, TorqueLaw, TorqueRange,
 };
 use ilon_robot::{Pose, Robot, Twist};
 use nalgebra::Vector2;
@@ -43,7 +43,9 @@ fn act(robot: &Robot, priority: Priority, moment: &Moment, desired: &Desired) ->
     };
     let mut law = PrioritisedTorque::new(robot, &settings).unwrap();
     let limits = vec![moment.range; n];
-    let torques_n_m = law.update(&targets, &rates, &limits, 1e-3).to_vec();
+    let torques_n_m = law
+        .update(&Demand::new(&targets, &rates, &limits, 1e-3))
+        .to_vec();
     let shares = law.shares().unwrap();
     Outcome {
         weight: match priority {

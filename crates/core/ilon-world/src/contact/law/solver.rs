@@ -1,8 +1,10 @@
-//! How the laws of a step are solved all at once: by one method, Newton's with a search along each step (`newton`), on one residual (`residual`).
+//! How the laws of a step are solved all at once: by one method, Newton's with a search along each
+//! step (`newton`), on one residual (`residual`).
 //!
-//! It begins from the impulses of the last step. A robot that rolls needs one step of it, nearly all others a few whole ones, though F may grow on the way
-//! (the watchdog rule of Chamberlain et al. 1982). Where these lead nowhere, in jams, each step is searched along, from the beginning again; and where that
-//! leads nowhere either, `splitting` finds better and better starts.
+//! It begins from the impulses of the last step. A robot that rolls needs one step of it, nearly
+//! all others a few whole ones, though F may grow on the way (the watchdog rule of Chamberlain et
+//! al. 1982). Where these lead nowhere, in jams, each step is searched along, from the beginning
+//! again; and where that leads nowhere either, `splitting` finds better and better starts.
 
 use super::newton::{Newton, Stride};
 use super::splitting::Splitting;
@@ -29,7 +31,8 @@ pub(crate) struct SolverEffort {
     pub restarts: u32,
 }
 
-/// Steps of Newton's method at most: from the first start, from there again, and from each other start.
+/// Steps of Newton's method at most: from the first start, from there again, and from each other
+/// start.
 const WHOLE: (u32, Stride) = (8, Stride::Whole);
 const FIRST: (u32, Stride) = (20, Stride::Searched);
 const OTHERS: (u32, Stride) = (60, Stride::Searched);
@@ -38,7 +41,8 @@ const OTHERS: (u32, Stride) = (60, Stride::Searched);
 const BETWEEN: [usize; 8] = [25, 25, 50, 100, 200, 400, 800, 1600];
 
 impl Solver {
-    /// Solves for the impulses, from those that are supposed. Gives by how much the laws are broken in the end, in m/s or rad/s.
+    /// Solves for the impulses, from those that are supposed. Gives by how much the laws are broken
+    /// in the end, in m/s or rad/s.
     pub fn solve(&mut self, problem: &mut ImpulseProblem) -> f64 {
         let error = self.solve_in_discs(problem);
         problem.take_back();
@@ -48,12 +52,6 @@ impl Solver {
     /// What was done since this was asked for last.
     pub fn take_effort(&mut self) -> SolverEffort {
         std::mem::take(&mut self.effort)
-    }
-
-    /// Where matrices are written; what stands there counts for nothing between two calls: whoever solves something else afterwards may use
-    /// it, so that the robots of a fleet do not each keep another.
-    pub fn room(&mut self) -> &mut Vec<f64> {
-        &mut self.matrix
     }
 
     fn solve_in_discs(&mut self, problem: &mut ImpulseProblem) -> f64 {
@@ -97,7 +95,8 @@ impl Solver {
         self.keep_if_better(problem, least, found.error)
     }
 
-    /// Keeps the impulses if they break the laws less than any so far. Says whether they solve them.
+    /// Keeps the impulses if they break the laws less than any so far. Says whether they solve
+    /// them.
     fn keep_if_better(&mut self, problem: &ImpulseProblem, least: &mut f64, error: f64) -> bool {
         if error < *least {
             *least = error;

@@ -1,9 +1,11 @@
-//! Which laws hold in a step: contacts of bodies with the ground and with one another, dry bearings, motors at their rate limits.
+//! Which laws hold in a step: contacts of bodies with the ground and with one another, dry
+//! bearings, motors at their rate limits.
 
 use nalgebra::{Vector2, Vector3};
 
+use super::ReactionSolver;
 use super::compliance::stays_open;
-use super::{Reactions, spring_between};
+use super::last_step::spring_between;
 use crate::contact::frame::along_frame;
 use crate::contact::law::Law;
 use crate::contact::law::tread::Press;
@@ -15,13 +17,13 @@ use crate::contact::search::candidate::Candidate;
 use crate::dynamics::Path;
 use crate::ground::{FloorSurface, Nap};
 
-/// A contact that would still open at this rate, in its robot's unit of speed, after a step without impulses is none: other contacts do
-/// not change it by as much, unless they have to stop more. It spares rough ground most of its potential contacts. 0.1 m/s for wheels of
-/// 50 mm.
+/// A contact that would still open at this rate, in its robot's unit of speed, after a step without
+/// impulses is none: other contacts do not change it by as much, unless they have to stop more. It
+/// spares rough ground most of its potential contacts. 0.1 m/s for wheels of 50 mm.
 const OPEN: f64 = 0.143;
 
-/// What is deeper in the ground than its load explains is pushed out at this speed, in the same unit: too slowly to bounce, by 2.5e-5 of
-/// a wheel's radius. 5 mm/s for wheels of 50 mm.
+/// What is deeper in the ground than its load explains is pushed out at this speed, in the same
+/// unit: too slowly to bounce, by 2.5e-5 of a wheel's radius. 5 mm/s for wheels of 50 mm.
 const PUSH_OUT: f64 = 7.1e-3;
 
 /// What the roller of a part is made of.
@@ -40,7 +42,8 @@ fn grip_of(scene: &Scene<'_>, part: Part) -> f64 {
     }
 }
 
-/// The direction of a nap among the tangents of a contact; `None` where the ground there stands upright along it.
+/// The direction of a nap among the tangents of a contact; `None` where the ground there stands
+/// upright along it.
 fn nap_among(nap: &Nap, frame: &[Vector3<f64>; 3]) -> Option<Vector2<f64>> {
     /// Ground that is steeper than this, as the cosine of an angle, has no nap.
     const LEAST: f64 = 1e-3;
@@ -49,7 +52,7 @@ fn nap_among(nap: &Nap, frame: &[Vector3<f64>; 3]) -> Option<Vector2<f64>> {
     lies.try_normalize(LEAST)
 }
 
-impl Reactions {
+impl ReactionSolver {
     /// Finds the places where the bodies are near the ground and one another.
     pub(super) fn find(&mut self, scenes: Scenes<'_>) {
         for scene in scenes.each() {
@@ -94,7 +97,7 @@ impl Reactions {
                 // Its spin against the hub.
                 let still = (&Vector3::zeros(), &Vector3::zeros());
                 let (hub, hub_turns) = (Some(body.joint), -axle.axis);
-                let mut side = scene.moving_with(hub, scene.middle, still, &hub_turns);
+                let mut side = scene.moving_with(hub, &scene.step.middle, still, &hub_turns);
                 side.axle = Some((i, 1.0));
                 let part = Part::Axle(axle.wheel, axle.roller);
                 self.hold_bearing(&scene, part, side, friction_n_m);
@@ -118,11 +121,11 @@ impl Reactions {
         for (place, contact) in nearby.iter().zip(&mut potential) {
             let scene = &scenes.of(place.a.body);
             let press = self.press(scene, place.a.part, contact);
-            let is_open = match &press {
+            let opens = match &press {
                 Some(press) => stays_open(contact, press, (scene.scale, dt_s)),
                 None => open_m_s(contact) > OPEN * scene.scale.speed_m_s() + comes_m_s,
             };
-            if !is_open {
+            if !opens {
                 self.take_up(scenes, (place, contact), press);
             }
         }
@@ -130,7 +133,8 @@ impl Reactions {
         self.nearby = nearby;
     }
 
-    /// Takes up a contact that may press in the step: the laws of its normal, of its friction and of what rolling over it costs.
+    /// Takes up a contact that may press in the step: the laws of its normal, of its friction and
+    /// of what rolling over it costs.
     fn take_up(
         &mut self,
         scenes: Scenes<'_>,
@@ -143,7 +147,7 @@ impl Reactions {
         let material = material_of(scene, place.a.part);
         let footing = scene.ground.footing_at(&place.place_m, material);
         let ground = match place.b {
-            Partner::Ground if scene.body.free.is_none() => footing.surface,
+            Partner::Ground if scene.body.is_robot() => footing.surface,
             _ => FloorSurface::default(),
         };
         let along = ground.nap.and_then(|nap| nap_among(&nap, &contact.frame));
@@ -167,19 +171,15 @@ impl Reactions {
             (ratio != 1.0).then_some((along, ratio))
         });
         let reaction = Reaction {
-            a: place.a,
             b: place.b,
             at_m: place.place_m,
             frame: contact.frame,
             friction,
             nap,
-            impulse: Vector3::zeros(),
-            velocity_before: contact.before,
-            velocity_after: Vector3::zeros(),
-            taken_j: Vector3::zeros(),
             came_down: place.came_down,
             rolling_radius_m: contact.rows[2].a.axle.map_or(0.0, |(_, radius_m)| radius_m),
             compliance: tangents.map(Box::new),
+            ..Reaction::within(place.a, contact.before)
         };
         let mut free = contact.free;
         if let Some(tangents) = &tangents {
@@ -200,8 +200,8 @@ impl Reactions {
         self.resist_rolling(scene, (place, contact), (&ground, along), load_n);
     }
 
-    /// How fast a contact may close in the step before it presses, in m/s, negative where it is pushed out; and by how much its normal gives for each
-    /// impulse, in m/s per N s.
+    /// How fast a contact may close in the step before it presses, in m/s, negative where it is
+    /// pushed out; and by how much its normal gives for each impulse, in m/s per N s.
     fn closing(
         &self,
         scenes: Scenes<'_>,
@@ -215,14 +215,14 @@ impl Reactions {
         let spring = spring_between(scenes.bodies, place.a, place.b);
         let compliance = spring.compliance(dt_s);
         let gap_m = contact.gap_before_m;
-        let approach_m_s = if scene.body.is_guest() {
+        let approach_m_s = if scene.body.coupled().is_some() {
             // rapier lets its contacts be some way in one another.
             place.gap_m / dt_s
         } else if gap_m > 0.0 {
             gap_m / dt_s
         } else {
             // No faster than what the spring was loaded with, and a little.
-            let before = self.impulse_before(place.a, place.b);
+            let before = self.impulse_before(&scene, (place.a, place.b));
             let loaded_m_s = compliance * before.map_or(0.0, |impulse| impulse.x);
             let relaxed_s = dt_s + spring.relaxation_s;
             (gap_m / relaxed_s).max(-loaded_m_s - PUSH_OUT * scene.scale.speed_m_s())
@@ -250,17 +250,20 @@ impl Reactions {
         let key = |axle: &Axle| (axle.body, axle.wheel, axle.roller);
         let of_this = |other: &Axle| key(other) == key(axle);
         self.axles.iter().position(of_this).unwrap_or_else(|| {
-            self.axles.reserve_exact(1);
             self.axles.push(*axle);
             self.axles.len() - 1
         })
     }
 
     /// What acted in the last step where a new reaction between these goes on from it.
-    pub(super) fn impulse_before(&self, a: Member, b: Partner) -> Option<Vector3<f64>> {
+    pub(super) fn impulse_before(
+        &self,
+        scene: &Scene<'_>,
+        (a, b): (Member, Partner),
+    ) -> Option<Vector3<f64>> {
         let follows = |other: &&Reaction| a.follows(other.a) && b.follows(other.b);
         let place = self.all.iter().filter(follows).count();
-        let mut before = self.before.iter().filter(follows);
+        let mut before = scene.reactions.all().iter().filter(follows);
         before.nth(place).map(|reaction| reaction.impulse)
     }
 
@@ -301,12 +304,13 @@ impl Reactions {
         self.hold_joint(scene, part, side, law, 0.0);
     }
 
-    /// Keeps the motor of a wheel from driving it beyond its rate limit: of what it gives it takes back as much as that
-    /// needs, and not more.
+    /// Keeps the motor of a wheel from driving it beyond its rate limit: of what it gives it takes
+    /// back as much as that needs, and not more.
     fn limit_motor(&mut self, scene: &Scene<'_>, wheel: usize) {
-        let (motor, dof) = (&scene.motors[wheel], scene.body.dof_of(wheel));
-        let (now_rad_s, free_rad_s) = (scene.rates_before[dof], scene.rates_free[dof]);
-        // The way in which the step would end beyond it; a wheel may start from rest, or turn back within the step.
+        let (motor, dof) = (&scene.step.motors[wheel], scene.body.dof_of(wheel));
+        let (now_rad_s, free_rad_s) = (scene.step.rates_before[dof], scene.step.rates_free[dof]);
+        // The way in which the step would end beyond it; a wheel may start from rest, or turn back
+        // within the step.
         let is_near = motor.is_near_limit(now_rad_s);
         let ends_beyond = free_rad_s.abs() > motor.rate_limit_rad_s;
         let way = if is_near && !ends_beyond {
@@ -352,8 +356,8 @@ impl Reactions {
         law: Law,
         from_rad_s: f64,
     ) {
-        let before = self.rate(&side, scene.rates_before, Axle::before) - from_rad_s;
-        let free = self.rate(&side, scene.rates_free, Axle::now) - from_rad_s;
+        let before = self.rate(&side, &scene.step.rates_before, Axle::before) - from_rad_s;
+        let free = self.rate(&side, &scene.step.rates_free, Axle::now) - from_rad_s;
         let reaction = Reaction::within(scene.member(part), Vector3::new(before, 0.0, 0.0));
         self.push(law, reaction, &[Row::of_one(side)], &[free]);
     }
@@ -361,10 +365,7 @@ impl Reactions {
     /// Adds a law and where it acts.
     pub(super) fn push(&mut self, law: Law, reaction: Reaction, rows: &[Row], free: &[f64]) {
         self.problem.push(law, free);
-        // Both are large, and there is one list of them for every robot of a fleet: they grow by what is needed.
-        self.rows.reserve_exact(rows.len());
         self.rows.extend_from_slice(rows);
-        self.all.reserve_exact(1);
         self.all.push(reaction);
     }
 }

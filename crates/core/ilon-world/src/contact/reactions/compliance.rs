@@ -3,7 +3,7 @@
 use ilon_robot::Scale;
 use nalgebra::{Vector2, Vector3};
 
-use super::Reactions;
+use super::ReactionSolver;
 use crate::contact::law::tread::{Press, Softness, TreadLaw};
 use crate::contact::reactions::potential::PotentialContact;
 use crate::contact::reactions::reaction::{Part, TangentCompliance, Tread, turned_to};
@@ -12,14 +12,16 @@ use crate::contact::scene::Scene;
 use crate::contact::search::candidate::Candidate;
 use crate::ground::FloorSurface;
 
-/// A tread that would still be this far from the ground after a step is none of its contacts, in wheel radii.
+/// A tread that would still be this far from the ground after a step is none of its contacts, in
+/// wheel radii.
 const OPEN: f64 = 2e-5;
 
-/// Of the mean load of a wheel, the least that creep is counted under: a roller that carries next to nothing slips for next to
-/// nothing.
+/// Of the mean load of a wheel, the least that creep is counted under: a roller that carries next
+/// to nothing slips for next to nothing.
 const LEAST_LOAD: f64 = 1e-2;
 
-/// Whether a tread does not reach the ground in the step: with the rate it has, or would have without any contact.
+/// Whether a tread does not reach the ground in the step: with the rate it has, or would have
+/// without any contact.
 pub(super) fn stays_open(
     contact: &PotentialContact,
     press: &Press,
@@ -37,7 +39,7 @@ fn tread_of<'a>(scene: &'a Scene<'_>, part: Part) -> Option<&'a TreadLaw> {
     }
 }
 
-impl Reactions {
+impl ReactionSolver {
     /// How the tread of a contact is pressed; `None` where it has none.
     pub(super) fn press(
         &self,
@@ -49,8 +51,8 @@ impl Reactions {
         Some(tread.press(contact.gap_before_m, contact.before.x, scene.dt_s))
     }
 
-    /// What a contact carries when the step begins, in N: of a tread as it is pressed; of a rigid contact, which only the end of
-    /// the step knows, what the wheel carried in the last one.
+    /// What a contact carries when the step begins, in N: of a tread as it is pressed; of a rigid
+    /// contact, which only the end of the step knows, what the wheel carried in the last one.
     pub(super) fn load_n(
         &self,
         scene: &Scene<'_>,
@@ -61,15 +63,17 @@ impl Reactions {
             return press.load_n;
         }
         let Candidate { a, b, .. } = *place;
-        let before = self.impulse_before(a, b).filter(|_| self.before_dt_s > 0.0);
+        let before_dt_s = scene.reactions.dt_s();
+        let before = self.impulse_before(scene, (a, b));
+        let before = before.filter(|_| before_dt_s > 0.0);
         before.map_or_else(
             || mean_load_n(scene, a.part),
-            |impulse| impulse.x / self.before_dt_s,
+            |impulse| impulse.x / before_dt_s,
         )
     }
 
-    /// How a contact gives across its normal: by its tread, and by what the ground creeps. `along` is the direction of the ground's nap
-    /// among the tangents.
+    /// How a contact gives across its normal: by its tread, and by what the ground creeps. `along`
+    /// is the direction of the ground's nap among the tangents.
     pub(super) fn tangent_compliance(
         &self,
         scene: &Scene<'_>,
@@ -94,10 +98,8 @@ impl Reactions {
         // What pressed on here in the last step goes on from there.
         let same = |normal: &Vector3<f64>| normal.dot(&contact.frame[0]) > 0.7;
         let Candidate { a, b, .. } = *place;
-        let mut before = self
-            .before
-            .iter()
-            .filter(|other| (other.a, other.b) == (a, b));
+        let before = scene.reactions.all().iter();
+        let mut before = before.filter(|other| (other.a, other.b) == (a, b));
         let before = before
             .find(|other| same(&other.frame[0]))
             .and_then(|other| other.tread());

@@ -1,15 +1,17 @@
 //! The jump of a hand-over, separated from the rest of a step.
 //!
-//! A roller that comes down does not roll yet, and on a mecanum wheel it lies in another direction than the one that it
-//! follows: the robot's rates jump. Friction brings that about within a part s of the step in which it is at its limit;
-//! over the rest the contact is held and its regular force does no work. If the work of the whole impulse went with the mean
-//! of the velocities before and after, the regular force would be taken to slide over the whole step, and a hand-over would
-//! lose in proportion to the step's length.
+//! A roller that comes down does not roll yet, and on a mecanum wheel it lies in another direction
+//! than the one that it follows: the robot's rates jump. Friction brings that about within a part s
+//! of the step in which it is at its limit; over the rest the contact is held and its regular force
+//! does no work. If the work of the whole impulse went with the mean of the velocities before and
+//! after, the regular force would be taken to slide over the whole step, and a hand-over would lose
+//! in proportion to the step's length.
 //!
-//! So the impulses p of a step are separated. p_j takes the rollers to rolling, W p_j = -u_0 where they come down and
-//! W p_j = 0 at all other contacts that are held, and p_r = p - p_j is the rest. Motors and bearings do not react within the
-//! jump: W is here the response without what they lose per rate gained, which the step otherwise holds implicitly. With
-//! u_0+ = u_0 + W p_j, and the jump over when friction has done its part, mu p_n s = -(p_j + s p_r) along the sliding:
+//! So the impulses p of a step are separated. p_j takes the rollers to rolling, W p_j = -u_0 where
+//! they come down and W p_j = 0 at all other contacts that are held, and p_r = p - p_j is the rest.
+//! Motors and bearings do not react within the jump: W is here the response without what they lose
+//! per rate gained, which the step otherwise holds implicitly. With u_0+ = u_0 + W p_j, and the
+//! jump over when friction has done its part, mu p_n s = -(p_j + s p_r) along the sliding:
 //!
 //! work of p_j = p_j . ((u_0 + u_0+) / 2 + s (u_1 - u_0+) / 2),
 //! work of p_r = p_r . (u_s + u_1) / 2, u_s = u_0+ - s (u_0+ - u_0),
@@ -27,7 +29,8 @@ use crate::contact::reactions::response::{Responses, of_axles};
 use crate::contact::reactions::row::Row;
 use crate::robot::articulated::Articulated;
 
-/// A contact that comes in faster, in its robot's unit of speed, hits: what happens then takes the whole step. 1 cm/s for wheels of 50 mm.
+/// A contact that comes in faster, in its robot's unit of speed, hits: what happens then takes the
+/// whole step. 1 cm/s for wheels of 50 mm.
 const HITS: f64 = 0.0143;
 
 /// The jump of a step; nothing where no roller came down.
@@ -46,7 +49,8 @@ pub(crate) struct HandoverImpulse {
     solution: Vec<f64>,
     /// What frees the wheels from their motors, a square as wide as there are wheels.
     freeing: Vec<f64>,
-    /// What the unit impulse of each row does to each wheel, row by row; and what of that comes from freeing the wheels.
+    /// What the unit impulse of each row does to each wheel, row by row; and what of that comes
+    /// from freeing the wheels.
     at_joints: Vec<f64>,
     freed: Vec<f64>,
 }
@@ -55,10 +59,11 @@ pub(crate) struct HandoverImpulse {
 pub(crate) struct BodyResponse<'a> {
     pub rows: &'a [Row],
     pub responses: &'a Responses,
-    /// What the motor and bearing of each wheel lose of their impulse per rate that it gains, in N m s per rad/s.
+    /// What the motor and bearing of each wheel lose of their impulse per rate that it gains, in N
+    /// m s per rad/s.
     pub held_n_m_s2: &'a [f64],
-    /// By how much each roller would answer more to an impulse about its axis if its bearing did not hold it, in rad/s per
-    /// N m s.
+    /// By how much each roller would answer more to an impulse about its axis if its bearing did
+    /// not hold it, in rad/s per N m s.
     pub freed_axles: &'a [f64],
 }
 
@@ -92,11 +97,6 @@ impl HandoverImpulse {
         self.share = 0.0;
     }
 
-    /// Where matrices are written; what stands there counts for nothing between two calls.
-    pub fn room(&mut self) -> &mut Vec<f64> {
-        &mut self.matrix
-    }
-
     /// Finds the jump of a step that has been solved.
     pub fn find(
         &mut self,
@@ -111,8 +111,8 @@ impl HandoverImpulse {
         self.share = share(reactions, &self.impulses);
     }
 
-    /// By how much the rates of the bodies are further, where the mean over the step starts from, than they were when it
-    /// began, for a range of the degrees of freedom of all bodies.
+    /// By how much the rates of the bodies are further, where the mean over the step starts from,
+    /// than they were when it began, for a range of the degrees of freedom of all bodies.
     pub fn start_change(&self, dofs: Range<usize>) -> impl Iterator<Item = f64> {
         let over = 1.0 - self.share;
         // Of a step without contacts that were solved for here there is none.
@@ -143,8 +143,9 @@ impl HandoverImpulse {
         -(of_jump * in_jump + (impulse - of_jump) * 0.5 * (start + after))
     }
 
-    /// What takes the wheels' motors out of a response: with A the matrix that holds them, G what they lose, E the wheels'
-    /// columns and S = E^T A^-1 E, the inverse of A - E G E^T is A^-1 + A^-1 E (1 - G S)^-1 G E^T A^-1 (Woodbury).
+    /// What takes the wheels' motors out of a response: with A the matrix that holds them, G what
+    /// they lose, E the wheels' columns and S = E^T A^-1 E, the inverse of A - E G E^T is A^-1 +
+    /// A^-1 E (1 - G S)^-1 G E^T A^-1 (Woodbury).
     fn free_joints(&mut self, held: &BodyResponse<'_>) {
         let joints = held.responses.joints();
         self.freeing.clear();
@@ -284,8 +285,8 @@ fn takes_up(reaction: &Reaction) -> bool {
     reaction.came_down && reaction.impulse.x > 0.0
 }
 
-/// How long friction takes at its limit, as a part of the step: the mean over the rollers that came down, weighted by what
-/// each of them loses.
+/// How long friction takes at its limit, as a part of the step: the mean over the rollers that came
+/// down, weighted by what each of them loses.
 fn share(reactions: &[Reaction], jump: &[f64]) -> f64 {
     let (mut shares, mut weights) = (0.0, 0.0);
     let mut row = 0;
@@ -338,8 +339,9 @@ mod tests {
         }
     }
 
-    /// Friction at its limit gives mu p_n over a whole step. To stop what slides it must give the jump and, for as long as it takes, what the rest of the
-    /// step asks of it: mu p_n s = -(p_j + s p_r) along the sliding.
+    /// Friction at its limit gives mu p_n over a whole step. To stop what slides it must give the
+    /// jump and, for as long as it takes, what the rest of the step asks of it: mu p_n s = -(p_j +
+    /// s p_r) along the sliding.
     #[test]
     fn friction_stops_what_slides_in_the_part_of_a_step_in_which_it_can() {
         let (friction, normal_n_s) = (0.5, 0.04);

@@ -3,7 +3,7 @@
 use ilon_robot::{BodyJoint, Coupling};
 use nalgebra::Vector3;
 
-use super::Reactions;
+use super::ReactionSolver;
 use crate::contact::law::Law;
 use crate::contact::reactions::potential::Axle;
 use crate::contact::reactions::reaction::{Part, Reaction};
@@ -11,13 +11,15 @@ use crate::contact::reactions::row::Row;
 use crate::contact::scene::Scene;
 use crate::dynamics::ROOT_DOFS;
 
-/// A joint that is nearer to its stop than this, in its unit, may come to it by what the ground does to it in the step.
+/// A joint that is nearer to its stop than this, in its unit, may come to it by what the ground
+/// does to it in the step.
 const NEAR_STOP: f64 = 0.02;
 
-/// What is beyond its stop, or not where its coupling has it, comes back at this many of its units in a unit of time: too slowly to bounce.
+/// What is beyond its stop, or not where its coupling has it, comes back at this many of its units
+/// in a unit of time: too slowly to bounce.
 const COMES_BACK: f64 = 7.1e-3;
 
-impl Reactions {
+impl ReactionSolver {
     /// Adds the laws of the joints between a robot's bodies.
     pub(super) fn hold_joints(&mut self, scene: &Scene<'_>) {
         for (index, joint) in scene.robot.joints.iter().enumerate() {
@@ -37,7 +39,7 @@ impl Reactions {
 
     /// Keeps a servo within its effort.
     fn bound_servo(&mut self, scene: &Scene<'_>, index: usize) {
-        let rate = scene.before.joint_rates()[index];
+        let rate = scene.step.before.joint_rates()[index];
         let servo = &scene.body.servos[index];
         servo.fill_curve(rate, scene.dt_s, &mut self.curve);
         let place = self.problem.add_curve(&self.curve);
@@ -47,9 +49,9 @@ impl Reactions {
 
     /// Keeps a joint between its stops: it may come no nearer in the step than to the stop itself.
     fn stop_joint(&mut self, scene: &Scene<'_>, index: usize, joint: &BodyJoint) {
-        let position = scene.before.joint_positions()[index];
+        let position = scene.step.before.joint_positions()[index];
         let dof = ROOT_DOFS + index;
-        let rates = scene.rates_before[dof].abs() + scene.rates_free[dof].abs();
+        let rates = scene.step.rates_before[dof].abs() + scene.step.rates_free[dof].abs();
         let unit = scene.body.unit_of(joint);
         let near = 2.0 * scene.dt_s * rates + NEAR_STOP * unit;
         let [behind, ahead] = [position - joint.limits[0], joint.limits[1] - position];
@@ -77,7 +79,7 @@ impl Reactions {
 
     /// Couples a joint to the one that it follows.
     fn couple_joints(&mut self, scene: &Scene<'_>, index: usize, coupling: &Coupling) {
-        let positions = scene.before.joint_positions();
+        let positions = scene.step.before.joint_positions();
         let stands = coupling.factor * positions[coupling.follows] + coupling.offset;
         let off = positions[coupling.joint] - stands;
         let unit = scene.body.unit_of(&scene.robot.joints[coupling.joint]);
@@ -91,8 +93,8 @@ impl Reactions {
             let sides = row.sides().map(|side| self.rate(side, rates, of_axle));
             sides.sum::<f64>() - comes_back
         };
-        let before = sum(scene.rates_before, Axle::before);
-        let free = sum(scene.rates_free, Axle::now);
+        let before = sum(&scene.step.rates_before, Axle::before);
+        let free = sum(&scene.step.rates_free, Axle::now);
         let law = Law::Joint {
             least_n_m_s: f64::NEG_INFINITY,
             most_n_m_s: f64::INFINITY,

@@ -1,13 +1,16 @@
 //! When a joint reaches its stop within a step, and how deep contacts are.
 //!
-//! A stop that is not reached yet when a step begins lets the joint come no further than to it: the impulse that stops it there acts over the whole step. That
-//! is of first order in the step. So a step in which a joint reaches its stop is taken in two parts, and the first of them ends just before that.
+//! A stop that is not reached yet when a step begins lets the joint come no further than to it: the
+//! impulse that stops it there acts over the whole step. That is of first order in the step. So a
+//! step in which a joint reaches its stop is taken in two parts, and the first of them ends just
+//! before that.
 
-use super::Reactions;
+use super::ReactionSolver;
 use crate::contact::reactions::reaction::{Part, Reaction};
 use crate::robot::articulated::Articulated;
 
-/// Of the load of a wheel and its radius, the least energy for which a stop is a matter of its own: 15 uJ of a robot of 12 kg on wheels of 50 mm.
+/// Of the load of a wheel and its radius, the least energy for which a stop is a matter of its own:
+/// 15 uJ of a robot of 12 kg on wheels of 50 mm.
 const LEAST_WORK: f64 = 1e-5;
 
 /// How a joint comes to its stop in a step, in rad and rad/s, or m and m/s.
@@ -27,8 +30,9 @@ impl Approach {
     }
 }
 
-impl Reactions {
-    /// After how many seconds of a step of `dt_s` that has been solved the first joint reaches its stop; infinite where none does.
+impl ReactionSolver {
+    /// After how many seconds of a step of `dt_s` that has been solved the first joint reaches its
+    /// stop; infinite where none does.
     pub fn lands_after_s(&self, bodies: &[Articulated], dt_s: f64) -> f64 {
         let mut first_s = f64::INFINITY;
         for reaction in &self.all {
@@ -45,7 +49,8 @@ impl Reactions {
         first_s
     }
 
-    /// How deep an articulated body and what it touches were in one another in the middle of the last step at most, in metres.
+    /// How deep an articulated body and what it touches were in one another in the middle of the
+    /// last step at most, in metres.
     pub fn pressed_m(&self, body: usize) -> f64 {
         let contacts = self.all.iter().filter(|reaction| reaction.rows() == 3);
         let depths_m =
@@ -57,8 +62,8 @@ impl Reactions {
         depths_m.fold(0.0, f64::max)
     }
 
-    /// By how much deeper than when it began the deepest contact of an articulated body would be at the end of the last step if
-    /// all moved on with the mean of the rates, in metres.
+    /// By how much deeper than when it began the deepest contact of an articulated body would be at
+    /// the end of the last step if all moved on with the mean of the rates, in metres.
     pub fn sinks_m(&self, body: usize, dt_s: f64) -> f64 {
         let contacts = self.all.iter().filter(|reaction| reaction.rows() == 3);
         let rigid = contacts
@@ -80,8 +85,8 @@ fn approach(reaction: &Reaction, body: &Articulated) -> Option<Approach> {
     let way = if ahead { 1.0 } else { -1.0 };
     let stop = body.robot.joints[joint].limits[usize::from(ahead)];
     Some(Approach {
-        gap: way * (stop - body.before.joint_positions()[joint]),
-        closes: way * body.before.joint_rates()[joint],
+        gap: way * (stop - body.step.before.joint_positions()[joint]),
+        closes: way * body.step.before.joint_rates()[joint],
         impulse: -way * reaction.impulse.x,
     })
 }

@@ -1,6 +1,7 @@
-//! Wheels whose drive is more than a straight line: motors at their bounds, and gears that lose a share of what they pass on.
+//! Wheels whose drive is more than a straight line: motors at their bounds, and gears that lose a
+//! share of what they pass on.
 
-use super::Reactions;
+use super::ReactionSolver;
 use crate::MotorTorque;
 use crate::contact::law::Law;
 use crate::contact::reactions::reaction::Part;
@@ -8,7 +9,7 @@ use crate::contact::scene::{Scene, Scenes};
 use crate::dynamics::ROOT_DOFS;
 use crate::robot::drive::WheelDrive;
 
-impl Reactions {
+impl ReactionSolver {
     /// Whether a wheel's drive is more than a straight line in this step, as far as that is known.
     pub(super) fn needs_drive(&self, scene: &Scene<'_>, wheel: usize) -> bool {
         let gear_loses = scene.robot.wheels[wheel].drive.gear_efficiency < 1.0;
@@ -22,25 +23,26 @@ impl Reactions {
     pub(super) fn hold_drive(&mut self, scene: &Scene<'_>, wheel: usize) {
         let dof = scene.body.dof_of(wheel);
         let drive = WheelDrive::new(
-            &scene.motor_laws[wheel],
+            &scene.step.motor_laws[wheel],
             &scene.robot.wheels[wheel],
-            scene.rates_before[dof],
+            scene.step.rates_before[dof],
             scene.dt_s,
         );
-        drive.fill_curve(&scene.motors[wheel], scene.dt_s, &mut self.curve);
+        drive.fill_curve(&scene.step.motors[wheel], scene.dt_s, &mut self.curve);
         let place = self.problem.add_curve(&self.curve);
         let side = scene.of_hub(wheel);
         self.hold_joint(scene, Part::Drive(wheel), side, Law::Curve { place }, 0.0);
     }
 
-    /// Finds the motors and servos that the solved step takes off the straight line on which they were solved. Says whether there are any.
+    /// Finds the motors and servos that the solved step takes off the straight line on which they
+    /// were solved. Says whether there are any.
     pub(super) fn find_bounded_motors(&mut self, scenes: Scenes<'_>) -> bool {
         let known = self.driven.len();
         for scene in scenes.each() {
-            for (wheel, law) in scene.motor_laws.iter().enumerate() {
+            for (wheel, law) in scene.step.motor_laws.iter().enumerate() {
                 if !self.needs_drive(&scene, wheel) {
                     let joint = scene.wheels[wheel].joint;
-                    self.find_bounded(&scene, joint, (law, &scene.motors[wheel]));
+                    self.find_bounded(&scene, joint, (law, &scene.step.motors[wheel]));
                 }
             }
             for (joint, servo) in scene.body.servos.iter().enumerate() {
@@ -52,7 +54,8 @@ impl Reactions {
         self.driven.len() > known
     }
 
-    /// Notes a joint of the tree whose drive was solved on a straight line, and is off it as the step was solved.
+    /// Notes a joint of the tree whose drive was solved on a straight line, and is off it as the
+    /// step was solved.
     fn find_bounded(
         &mut self,
         scene: &Scene<'_>,
@@ -62,7 +65,7 @@ impl Reactions {
         /// What rounding makes of a torque, as a share of it.
         const ROUNDED: f64 = 1e-6;
         let dof = ROOT_DOFS + joint;
-        let free_rad_s = scene.rates_free[dof] - scene.rates_before[dof];
+        let free_rad_s = scene.step.rates_free[dof] - scene.step.rates_before[dof];
         let gained_rad_s = free_rad_s + self.change(scene.index)[dof];
         let line_n_m = straight.torque_n_m - straight.droop_n_m_s * gained_rad_s;
         let size_n_m = straight.torque_n_m.abs() + line_n_m.abs();

@@ -1,4 +1,5 @@
-//! What a place where bodies are near each other would be as a contact: how its velocities follow from their rates.
+//! What a place where bodies are near each other would be as a contact: how its velocities follow
+//! from their rates.
 
 use nalgebra::Vector3;
 
@@ -25,7 +26,8 @@ pub(crate) struct Axle {
     pub start_rad_s: f64,
     /// Its rate at the end of the step without any reaction, and then with them, in rad/s.
     pub rate_rad_s: f64,
-    /// What an angular impulse of 1 N m s does to it, in rad/s; `None` where it turns with the hub because it has seized.
+    /// What an angular impulse of 1 N m s does to it, in rad/s; `None` where it turns with the hub
+    /// because it has seized.
     pub response: Option<f64>,
     /// What it would do if its bearing did not act; 0 where it has seized.
     pub free_response: f64,
@@ -79,18 +81,22 @@ impl Scenes<'_> {
         };
         let part = place.a.part;
         let (frame, tangent) = match place.turning.came_down_at_m {
-            // A roller that came down: its tangents as they were then. Across the ground it is where it is now.
+            // A roller that came down: its tangents as they were then. Across the ground it is
+            // where it is now.
             Some(at_m) => (
-                frame(place.normal, a.axis_of(part, a.before)),
-                (a.before, at_m),
+                frame(place.normal, a.axis_of(part, &a.step.before)),
+                (&a.step.before, at_m),
             ),
-            None => (frame(place.normal, place.along), (a.middle, place.place_m)),
+            None => (
+                frame(place.normal, place.along),
+                (&a.step.middle, place.place_m),
+            ),
         };
         let row = |(state, at_m): (&State, Vector3<f64>), direction: Vector3<f64>| {
             let mut row = Row::of_one(a.side(part, state, at_m, direction));
             // Set where there is one: a side is large, and most contacts are with the ground.
             if let Some((scene, part)) = &b {
-                let side = scene.side(*part, scene.middle, place.place_m, direction);
+                let side = scene.side(*part, &scene.step.middle, place.place_m, direction);
                 row.b = Some(side.reversed());
             }
             row
@@ -100,7 +106,7 @@ impl Scenes<'_> {
             gap_before_m: place.gap_m,
             frame,
             rows: [
-                row((a.middle, place.place_m), frame[0]),
+                row((&a.step.middle, place.place_m), frame[0]),
                 row(tangent, frame[1]),
                 row(tangent, frame[2]),
             ],
@@ -130,8 +136,8 @@ impl Scenes<'_> {
         };
         let tangential = |v: &Vector3<f64>| Vector3::new(0.0, v.y, v.z);
         let turning = &place.turning;
-        let now = velocities(|scene| scene.rates_before, Axle::before);
-        let free = velocities(|scene| scene.rates_free, Axle::now);
+        let now = velocities(|scene| &scene.step.rates_before, Axle::before);
+        let free = velocities(|scene| &scene.step.rates_free, Axle::now);
         contact.gap_before_m -= 0.5 * self.dt_s * now.x;
         contact.before = now - tangential(&turning.until_m_s);
         contact.free = free + tangential(&turning.from_m_s);
@@ -157,7 +163,7 @@ impl Scene<'_> {
             return None;
         };
         let state = &self.wheels[wheel].rollers[roller];
-        let hub = &self.middle.hubs()[wheel];
+        let hub = &self.step.middle.hubs()[wheel];
         Some(Axle {
             body: self.index,
             wheel,
@@ -177,11 +183,12 @@ impl Scene<'_> {
         })
     }
 
-    /// How the velocity of a place of a part along a direction follows from the robot's rates, in the pose that it has in a
-    /// state.
+    /// How the velocity of a place of a part along a direction follows from the robot's rates, in
+    /// the pose that it has in a state.
     ///
-    /// A roller moves with its hub but for its rate about its own axis d: with w that rate, W the hub's angular velocity
-    /// and l the lever from the roller's middle, v = v_hub + (w - W . d) d x l.
+    /// A roller moves with its hub but for its rate about its own axis d: with w that rate, W the
+    /// hub's angular velocity and l the lever from the roller's middle, v = v_hub + (w - W . d) d x
+    /// l.
     fn side(
         &self,
         part: Part,

@@ -1,26 +1,32 @@
 //! What rolling over the ground costs.
 //!
-//! A roller turns over the ground with the angular velocity W. Its place of contact moves over its surface, and where it does not slide as
-//! fast over the ground, with V = R1 (W . e2) e1 - R2 (W . e1) e2: e1 and e2 the tangents along the roller and across it, R1 and R2 the radii of
-//! curvature of its surface along them. Under a load N that takes the power N h(V), where h is c |V| on ground of rolling resistance
-//! c, and the moment is the one that has this power as its potential: M = N (R1 F1 e2 - R2 F2 e1) with F = dh / dV. As h(s V) = s h(V),
-//! M . W = N h(V). Where rolling costs more on small radii h is c |S V|, S with (R / R1)^p along e1 and (R / R2)^p along e2, R the wheel's radius;
-//! over a nap it is |C S V|, C with what holds along the nap and across it. So what the place of contact moves along the roller the hub does, and pays for, and what it moves across it the roller.
+//! A roller turns over the ground with the angular velocity W. Its place of contact moves over its
+//! surface, and where it does not slide as fast over the ground, with V = R1 (W . e2) e1 - R2 (W .
+//! e1) e2: e1 and e2 the tangents along the roller and across it, R1 and R2 the radii of curvature
+//! of its surface along them. Under a load N that takes the power N h(V), where h is c |V| on
+//! ground of rolling resistance c, and the moment is the one that has this power as its potential:
+//! M = N (R1 F1 e2 - R2 F2 e1) with F = dh / dV. As h(s V) = s h(V), M . W = N h(V). Where rolling
+//! costs more on small radii h is c |S V|, S with (R / R1)^p along e1 and (R / R2)^p along e2, R
+//! the wheel's radius; over a nap it is |C S V|, C with what holds along the nap and across it. So
+//! what the place of contact moves along the roller the hub does, and pays for, and what it moves
+//! across it the roller.
 //!
-//! p = 1 is a moment of load times a lever arm c R. p = 1/2 is a bed of springs that gives back a share of what pressed it down less: where the
-//! roller rises the pressure is less, which moves the middle of the pressure by e along V, |e| = k |V| / sqrt(V . K V), K the curvatures 1 / R1 and
-//! 1 / R2, with one k for all directions. It takes N e . K V = k N sqrt(V . K V).
+//! p = 1 is a moment of load times a lever arm c R. p = 1/2 is a bed of springs that gives back a
+//! share of what pressed it down less: where the roller rises the pressure is less, which moves the
+//! middle of the pressure by e along V, |e| = k |V| / sqrt(V . K V), K the curvatures 1 / R1 and 1
+//! / R2, with one k for all directions. It takes N e . K V = k N sqrt(V . K V).
 //!
-//! Under wheels without tilt the place of contact moves as the robot does, and the drag is c m g in any direction. Under a mecanum wheel it moves in
-//! zigzag, along one roller and back to the next: ahead by sqrt((r cos d)^2 + (r sin d + a / sin d)^2) / R of the robot's way at the middle of a
+//! Under wheels without tilt the place of contact moves as the robot does, and the drag is c m g in
+//! any direction. Under a mecanum wheel it moves in zigzag, along one roller and back to the next:
+//! ahead by sqrt((r cos d)^2 + (r sin d + a / sin d)^2) / R of the robot's way at the middle of a
 //! roller, d = 90 deg - gamma, r its radius, a = R - r.
 //!
-//! In the step V is held as friction holds what slides: by an impulse of N c dt at most, against V where it is that large. At rest it holds whatever
-//! would set it rolling.
+//! In the step V is held as friction holds what slides: by an impulse of N c dt at most, against V
+//! where it is that large. At rest it holds whatever would set it rolling.
 
 use nalgebra::{Matrix2, SymmetricEigen, Vector2, Vector3};
 
-use super::Reactions;
+use super::ReactionSolver;
 use crate::contact::law::Law;
 use crate::contact::reactions::potential::{Axle, PotentialContact};
 use crate::contact::reactions::reaction::{Part, Partner, Reaction, turned_to};
@@ -32,9 +38,9 @@ use crate::ground::FloorSurface;
 /// An edge that is sharper than this share of the wheel's radius rolls as one of so much.
 const SHARP: f64 = 1e-3;
 
-impl Reactions {
-    /// Lets rolling over the ground cost what ground and roller take of the load, in N. `along` is the direction of the ground's nap among
-    /// the tangents.
+impl ReactionSolver {
+    /// Lets rolling over the ground cost what ground and roller take of the load, in N. `along` is
+    /// the direction of the ground's nap among the tangents.
     pub(super) fn resist_rolling(
         &mut self,
         scene: &Scene<'_>,
@@ -49,7 +55,7 @@ impl Reactions {
         if of_roller <= 0.0 && !ground.drags() {
             return;
         }
-        let hub = &scene.middle.hubs()[wheel];
+        let hub = &scene.step.middle.hubs()[wheel];
         let state = &scene.wheels[wheel].rollers[roller];
         let [normal, first, second] = contact.frame;
         let Some(radii_m) = state.radii_m(hub, &normal) else {
@@ -63,8 +69,8 @@ impl Reactions {
         let rates = |rates: &[f64], of_axle: fn(&Axle) -> (f64, f64)| {
             travels.map(|side| self.rate(&side, rates, of_axle))
         };
-        let before = Vector2::from(rates(scene.rates_before, Axle::before));
-        let free = rates(scene.rates_free, Axle::now);
+        let before = Vector2::from(rates(&scene.step.rates_before, Axle::before));
+        let free = rates(&scene.step.rates_free, Axle::now);
         let mut hold = |resistance: f64| {
             let most_n_s = resistance * load_n * scene.dt_s;
             let part = scene.member(Part::Rolling(wheel, roller));
@@ -101,8 +107,8 @@ impl Reactions {
     }
 }
 
-/// How the rate `moment` . W of a roller's angular velocity W follows from the robot's rates: W is the hub's, but for what the roller
-/// turns about its own axis.
+/// How the rate `moment` . W of a roller's angular velocity W follows from the robot's rates: W is
+/// the hub's, but for what the roller turns about its own axis.
 fn turned_by(
     scene: &Scene<'_>,
     (wheel, roller): (usize, usize),
@@ -110,12 +116,12 @@ fn turned_by(
     moment: &Vector3<f64>,
 ) -> Side {
     let body = &scene.wheels[wheel];
-    let hub = &scene.middle.hubs()[wheel];
+    let hub = &scene.step.middle.hubs()[wheel];
     let axis = hub.rotation * body.rollers[roller].axis_in_hub;
     let of_axle = axle.map_or(0.0, |_| moment.dot(&axis));
     let of_hub = moment - of_axle * axis;
     let still = (&Vector3::zeros(), &Vector3::zeros());
-    let mut side = scene.moving_with(Some(body.joint), scene.middle, still, &of_hub);
+    let mut side = scene.moving_with(Some(body.joint), &scene.step.middle, still, &of_hub);
     side.axle = axle.map(|index| (index, of_axle));
     side
 }

@@ -1,20 +1,22 @@
-//! Where the chassis of two articulated bodies, and what moves on their joints, are near each other.
+//! Where the chassis of two articulated bodies, and what moves on their joints, are near each
+//! other.
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3};
 use parry3d::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
 use rapier3d::prelude::*;
 
 use crate::contact::reactions::reaction::{Part, Partner};
 use crate::contact::scene::{Scene, Scenes};
-use crate::contact::search::candidate::{Candidate, Turning};
+use crate::contact::search::candidate::Candidate;
 use crate::contact::search::free_bodies::fastest_link_m_s;
 use crate::engine::convert;
 use crate::settings::NEAR;
 
 impl Scenes<'_> {
-    /// Adds the places where the chassis of articulated bodies are near each other. Their rollers are not looked at.
+    /// Adds the places where the chassis of articulated bodies are near each other. Their rollers
+    /// are not looked at.
     pub fn find_between_chassis(&self, found: &mut Vec<Candidate>) {
-        let robots = || self.each().filter(|scene| scene.body.free.is_none());
+        let robots = || self.each().filter(|scene| scene.body.is_robot());
         for (index, a) in robots().enumerate() {
             for b in robots().skip(index + 1) {
                 self.find_between_two(&a, &b, found);
@@ -23,15 +25,16 @@ impl Scenes<'_> {
     }
 
     fn find_between_two(&self, a: &Scene<'_>, b: &Scene<'_>, found: &mut Vec<Candidate>) {
-        let floor_from_a = a.middle.floor_from_chassis();
-        let a_from_b = floor_from_a.inv_mul(b.middle.floor_from_chassis());
+        let floor_from_a = a.step.middle.floor_from_chassis();
+        let a_from_b = floor_from_a.inv_mul(b.step.middle.floor_from_chassis());
         let closes_m_s = speed_m_s(a) + speed_m_s(b);
         let within_m = NEAR * a.scale.length_m.max(b.scale.length_m) + self.dt_s * closes_m_s;
         for (joint_a, shape_a, a_from_shape) in shapes(a) {
             for (joint_b, shape_b, b_from_shape) in shapes(b) {
                 let pose_b = convert::pose(&a_from_b) * b_from_shape;
                 let mut manifolds: Vec<ContactManifold<(), ()>> = Vec::new();
-                // What parry cannot tell of two shapes it says at once, whatever their poses: they do not touch then.
+                // What parry cannot tell of two shapes it says at once, whatever their poses: they
+                // do not touch then.
                 let _ = DefaultQueryDispatcher.contact_manifolds(
                     &(a_from_shape.inverse() * pose_b),
                     &**shape_a,
@@ -51,20 +54,11 @@ impl Scenes<'_> {
                     let normal = -(floor_from_a.rotation * normal_in_a).normalize();
                     for point in &manifold.points {
                         let in_a_m = convert::to_vector(from_piece_b * point.local_p2);
-                        found.push(Candidate {
-                            a: a.member(Part::of_body(joint_a)),
-                            b: Partner::Of(b.member(Part::of_body(joint_b))),
-                            place_m: (floor_from_a * Point3::from(in_a_m)).coords,
-                            normal,
-                            along: Vector3::x(),
-                            gap_m: point.dist,
-                            turning: Turning::NONE,
-                            came_down: false,
-                            travel_m_s: Vector3::zeros(),
-                            on_barrel: false,
-                            gap_ahead_m: 0.0,
-                            friction: None,
-                        });
+                        let place_m = (floor_from_a * Point3::from(in_a_m)).coords;
+                        let of_a = a.member(Part::of_body(joint_a));
+                        let of_b = Partner::Of(b.member(Part::of_body(joint_b)));
+                        let place = Candidate::new((of_a, of_b), (place_m, normal, point.dist));
+                        found.push(place);
                     }
                 }
             }
@@ -79,17 +73,18 @@ fn speed_m_s(scene: &Scene<'_>) -> f64 {
         let ball = shape.compute_local_bounding_sphere();
         (pose * ball.center).length() + ball.radius
     });
-    let turns_m_s = scene.before.angular_rad_s.norm() * reach_m.fold(0.0, f64::max);
-    let goes_m_s = scene.before.velocity_m_s.norm() + turns_m_s;
-    goes_m_s.max(fastest_link_m_s(scene.body, scene.before))
+    let turns_m_s = scene.step.before.angular_rad_s.norm() * reach_m.fold(0.0, f64::max);
+    let goes_m_s = scene.step.before.velocity_m_s.norm() + turns_m_s;
+    goes_m_s.max(fastest_link_m_s(scene.body, &scene.step.before))
 }
 
-/// The shapes of a chassis and of the bodies on its joints, each with its joint and its pose in the chassis's frame.
+/// The shapes of a chassis and of the bodies on its joints, each with its joint and its pose in the
+/// chassis's frame.
 fn shapes<'a>(
     scene: &Scene<'a>,
 ) -> impl Iterator<Item = (Option<usize>, &'a SharedShape, Pose)> + use<'a> {
     let chassis_from_body = Isometry3::from(-scene.body.chassis_mass.center_of_mass_m);
-    let (center_m, middle) = (scene.body.chassis_mass.center_of_mass_m, scene.middle);
+    let (center_m, middle) = (scene.body.chassis_mass.center_of_mass_m, &scene.step.middle);
     scene.body.robot.shapes().iter().map(move |of| {
         let chassis_from_carrier = match of.joint {
             None => chassis_from_body,

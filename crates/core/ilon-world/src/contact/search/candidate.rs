@@ -52,6 +52,30 @@ pub(crate) struct Turning {
     pub from_m_s: Vector3<f64>,
 }
 
+impl Candidate {
+    /// A place at B with a unit vector out of B and a distance in metres, in the floor's frame, of what
+    /// does not turn.
+    pub fn new(
+        (a, b): (Member, Partner),
+        (place_m, normal, gap_m): (Vector3<f64>, Vector3<f64>, f64),
+    ) -> Self {
+        Self {
+            a,
+            b,
+            place_m,
+            normal,
+            along: Vector3::x(),
+            gap_m,
+            turning: Turning::NONE,
+            came_down: false,
+            travel_m_s: Vector3::zeros(),
+            on_barrel: false,
+            gap_ahead_m: gap_m,
+            friction: None,
+        }
+    }
+}
+
 impl Turning {
     /// None that is counted.
     pub const NONE: Self = Self {

@@ -10,6 +10,7 @@ use crate::contact::search::candidate::{Candidate, Turning};
 use crate::contact::search::on_ground::Workspace;
 use crate::contact::search::solid::{Near, Solid};
 use crate::contact::search::thinning::thin;
+use crate::free::Free;
 use crate::robot::articulated::Articulated;
 use crate::robot::state::State;
 use crate::settings::NEAR;
@@ -18,13 +19,13 @@ impl Scenes<'_> {
     /// Adds the places where free bodies are near anything.
     pub fn find_near_free_bodies(&self, room: &mut Workspace, found: &mut Vec<Candidate>) {
         // Free bodies stand behind the robots.
-        if self.bodies.last().is_none_or(|body| body.free.is_none()) {
+        if self.bodies.last().is_none_or(Articulated::is_robot) {
             return;
         }
-        for scene in self.each().filter(|scene| scene.body.free.is_some()) {
-            self.find_rests(&scene, found);
+        for scene in self.each().filter(|scene| !scene.body.is_robot()) {
+            self.find_in_rapier(&scene, found);
             let shapes = scene.body.robot.shapes().iter();
-            for (solid, shape) in solids(scene.body, scene.middle).zip(shapes) {
+            for (solid, shape) in solids(scene.body, &scene.step.middle).zip(shapes) {
                 let own = FreePart {
                     scene: &scene,
                     solid: &solid,
@@ -36,61 +37,60 @@ impl Scenes<'_> {
         }
     }
 
-    /// Adds the places where a guest touches what is rapier's.
-    fn find_rests(&self, scene: &Scene<'_>, found: &mut Vec<Candidate>) {
-        let guest = scene
-            .body
-            .free
-            .as_ref()
-            .and_then(|free| free.guest.as_ref());
-        let rests = guest.map_or(&[][..], |guest| &guest.rests);
-        found.extend(rests.iter().map(|rest| {
-            let place = scene.middle.floor_from_chassis() * Point3::from(rest.in_guest_m);
+    /// Adds the places where rapier found a coupled body to touch its own bodies and what is fixed.
+    fn find_in_rapier(&self, scene: &Scene<'_>, found: &mut Vec<Candidate>) {
+        let coupled = scene.body.coupled().into_iter();
+        let contacts = coupled.flat_map(|coupled| &coupled.contacts);
+        found.extend(contacts.map(|contact| {
+            let place = scene.step.middle.floor_from_chassis() * Point3::from(contact.in_body_m);
             let near = Near {
                 place_m: place.coords,
-                normal: rest.normal,
-                gap_m: rest.gap_m,
+                normal: contact.normal,
+                gap_m: contact.gap_m,
                 is_corner: false,
             };
-            let other = rest.other.map(|other| self.of(other));
+            let other = contact.other.map(|other| self.of(other));
             Candidate {
-                friction: Some(rest.friction),
+                friction: Some(contact.friction),
                 ..candidate((scene, None), other.as_ref(), &near)
             }
         }));
     }
 
     fn find_around(&self, own: FreePart<'_>, room: &mut Workspace, found: &mut Vec<Candidate>) {
-        // rapier knows where guests touch the ground and one another.
-        let is_guest = own.scene.body.is_guest();
-        if !is_guest {
+        // rapier finds where coupled bodies touch the ground and one another.
+        let is_coupled = own.scene.body.coupled().is_some();
+        if !is_coupled {
             find_ground(own, found);
         }
         for other in self.each() {
-            if other.body.free.is_none() {
+            if other.body.is_robot() {
                 find_robot(&other, own, room, found);
-            } else if other.index < own.scene.index && !(is_guest && other.body.is_guest()) {
+            } else if other.index < own.scene.index
+                && !(is_coupled && other.body.coupled().is_some())
+            {
                 find_between_chassis(&other, own, found);
             }
         }
     }
 
-    /// The friction of a contact where the ground has so much: of free bodies the lowest of what touches, but against robots their own.
+    /// The friction of a contact where the ground has so much: that of a user's collider where
+    /// there is one, of free bodies the lowest of what touches, but against robots their own.
     pub fn friction_between(&self, place: &Candidate, of_ground: f64) -> f64 {
-        if let (true, Some(friction)) = (self.bodies[place.a.body].is_guest(), place.friction) {
-            return friction;
-        }
-        let free = |body: usize| self.bodies[body].free.as_deref();
+        let free = |body: usize| self.bodies[body].free();
         let of_a = free(place.a.body);
-        let Partner::Of(b) = place.b else {
-            return of_a.map_or(of_ground, |of| of.friction.min(of_ground));
-        };
-        match (of_a, free(b.body)) {
-            (Some(one), Some(other)) => one.friction.min(place.friction.unwrap_or(other.friction)),
-            (Some(free), None) | (None, Some(free)) => {
-                place.friction.unwrap_or(free.friction_on_robots)
+        let of_b = match place.b {
+            Partner::Of(b) => free(b.body),
+            Partner::Ground | Partner::Itself => {
+                let lower = |of: &Free| of.friction.min(of_ground);
+                return place.friction.unwrap_or(of_a.map_or(of_ground, lower));
             }
-            (None, None) => of_ground,
+        };
+        match (place.friction, of_a, of_b) {
+            (Some(friction), one, _) => one.map_or(friction, |one| one.friction.min(friction)),
+            (None, Some(one), Some(other)) => one.friction.min(other.friction),
+            (None, Some(free), None) | (None, None, Some(free)) => free.friction_on_robots,
+            (None, None, None) => of_ground,
         }
     }
 }
@@ -106,7 +106,8 @@ struct FreePart<'a> {
     friction: Option<f64>,
 }
 
-/// The shapes of a robot's chassis and of its bodies on joints, each with its joint, or the shape of a free body, in a state.
+/// The shapes of a robot's chassis and of its bodies on joints, each with its joint, or the shape
+/// of a free body, in a state.
 pub(crate) fn parts<'a, 's>(
     body: &'a Articulated,
     state: &'s State,
@@ -129,7 +130,8 @@ pub(crate) fn solids<'a, 's>(
     parts(body, state).map(|(_, solid)| solid)
 }
 
-/// The furthest that a place of a chassis, or of a body on its joints, may move in a step by the rates of a state, in metres.
+/// The furthest that a place of a chassis, or of a body on its joints, may move in a step by the
+/// rates of a state, in metres.
 pub(crate) fn travel_m(body: &Articulated, state: &State, dt_s: f64) -> f64 {
     let center_m = state.center_m();
     let of_chassis = parts(body, state).filter(|(joint, _)| joint.is_none());
@@ -159,7 +161,7 @@ pub(crate) fn fastest_link_m_s(body: &Articulated, state: &State) -> f64 {
 
 /// How near two bodies are looked at for contact, in metres.
 fn within_m(one: &Scene<'_>, other: &Scene<'_>) -> f64 {
-    let of = |scene: &Scene<'_>| travel_m(scene.body, scene.before, scene.dt_s);
+    let of = |scene: &Scene<'_>| travel_m(scene.body, &scene.step.before, scene.dt_s);
     NEAR * one.scale.length_m.max(other.scale.length_m) + of(one) + of(other)
 }
 
@@ -170,7 +172,8 @@ fn find_ground(own: FreePart<'_>, found: &mut Vec<Candidate>) {
         bounds,
         ..
     } = own;
-    let within_m = NEAR * scene.scale.length_m + travel_m(scene.body, scene.before, scene.dt_s);
+    let within_m =
+        NEAR * scene.scale.length_m + travel_m(scene.body, &scene.step.before, scene.dt_s);
     let around = bounds.grown(within_m);
     let first = found.len();
     let mut add = |near: Near| found.push(candidate((scene, None), None, &near));
@@ -183,14 +186,18 @@ fn find_ground(own: FreePart<'_>, found: &mut Vec<Candidate>) {
         }
     }
     let region_m = 2.0 * scene.scale.length_m;
-    thin((found, first), scene.middle.floor_from_chassis(), region_m);
+    thin(
+        (found, first),
+        scene.step.middle.floor_from_chassis(),
+        region_m,
+    );
 }
 
 fn find_between_chassis(a: &Scene<'_>, own: FreePart<'_>, found: &mut Vec<Candidate>) {
     let b = own.scene;
     let within_m = within_m(a, b);
     let around = own.bounds.grown(within_m);
-    for (joint, part) in parts(a.body, a.middle) {
+    for (joint, part) in parts(a.body, &a.step.middle) {
         if part.bounds().meets(&around) {
             part.near(own.solid, within_m, |near| {
                 found.push(Candidate {
@@ -219,8 +226,8 @@ fn find_robot(
         return;
     };
     let mut of_wheel = Vec::new();
-    for (wheel, hub) in robot.middle.hubs().iter().enumerate() {
-        let travels_m = travel_m(scene.body, scene.before, scene.dt_s);
+    for (wheel, hub) in robot.step.middle.hubs().iter().enumerate() {
+        let travels_m = travel_m(scene.body, &scene.step.before, scene.dt_s);
         let within_m = robot.prediction_m(wheel) + travels_m;
         let reach_m = robot.wheels[wheel].reach_m + within_m;
         if !Bounds::of_ball(&hub.center_m, reach_m).meets(&bounds) {
@@ -235,7 +242,8 @@ fn find_robot(
     }
 }
 
-/// A place of A's chassis, or of its body on a joint, near a free body, or of a free body near the ground.
+/// A place of A's chassis, or of its body on a joint, near a free body, or of a free body near the
+/// ground.
 fn candidate(
     (a, joint): (&Scene<'_>, Option<usize>),
     b: Option<&Scene<'_>>,
@@ -250,20 +258,12 @@ fn candidate(
     } else {
         Turning::NONE
     };
+    let of_b = b.map_or(Partner::Ground, |scene| {
+        Partner::Of(scene.member(Part::Chassis))
+    });
+    let between = (a.member(Part::of_body(joint)), of_b);
     Candidate {
-        a: a.member(Part::of_body(joint)),
-        b: b.map_or(Partner::Ground, |scene| {
-            Partner::Of(scene.member(Part::Chassis))
-        }),
-        place_m: near.place_m,
-        normal: near.normal,
-        along: Vector3::x(),
-        gap_m: near.gap_m,
         turning,
-        came_down: false,
-        travel_m_s: Vector3::zeros(),
-        on_barrel: false,
-        gap_ahead_m: near.gap_m,
-        friction: None,
+        ..Candidate::new(between, (near.place_m, near.normal, near.gap_m))
     }
 }

@@ -111,7 +111,6 @@ mod tests {
 
     use super::*;
     use crate::contact::reactions::reaction::{Member, Partner};
-    use crate::contact::search::candidate::Turning;
     use crate::robot::roller::FixedRoller;
 
     const SCALE: Scale = Scale {
@@ -122,22 +121,11 @@ mod tests {
 
     /// A place of a roller of the first wheel.
     fn place(roller: usize, place_m: Vector3<f64>, normal: Vector3<f64>, gap_m: f64) -> Candidate {
+        let part = Part::Roller(0, roller);
+        let between = (Member { body: 0, part }, Partner::Ground);
         Candidate {
-            a: Member {
-                body: 0,
-                part: Part::Roller(0, roller),
-            },
-            b: Partner::Ground,
-            place_m,
-            normal,
-            along: Vector3::x(),
-            gap_m,
-            turning: Turning::NONE,
-            came_down: false,
-            travel_m_s: Vector3::zeros(),
             on_barrel: true,
-            gap_ahead_m: gap_m,
-            friction: None,
+            ..Candidate::new(between, (place_m, normal, gap_m))
         }
     }
 

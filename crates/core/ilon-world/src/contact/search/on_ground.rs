@@ -59,8 +59,9 @@ impl Around<'_> {
         self.relief.is_none_or(below)
     }
 
-    /// Looks for places on the triangles of the relief that are near a box, and lays out behind the other pieces those that have some: `find` is given
-    /// a triangle, with its number among the pieces, and says whether it has.
+    /// Looks for places on the triangles of the relief that are near a box, and lays out behind the
+    /// other pieces those that have some: `find` is given a triangle, with its number among the
+    /// pieces, and says whether it has.
     fn find_on_relief(
         &self,
         bounds: impl FnOnce() -> Bounds,
@@ -87,37 +88,31 @@ impl Scene<'_> {
         }
     }
 
-    /// Fills `found` with the places of the chassis and of bodies on joints that are near the ground.
+    /// Fills `found` with the places of the chassis and of bodies on joints that are near the
+    /// ground.
     pub fn find_bodies(&self, found: &mut Vec<Candidate>) {
         found.clear();
         let shared = &self.body.robot;
-        (self.shapes).of_bodies(shared, |joint, place_m, normal, gap_m| {
-            let axes = frame(normal, Vector3::x());
-            let gained_m_s = along_frame(&axes, &self.gained_by_turning_m_s(joint, &place_m));
-            found.push(Candidate {
-                a: self.member(Part::of_body(joint)),
-                b: Partner::Ground,
-                place_m,
-                normal,
-                along: Vector3::x(),
-                gap_m,
-                turning: Turning::in_each_half(0.5 * gained_m_s),
-                came_down: false,
-                travel_m_s: Vector3::zeros(),
-                on_barrel: false,
-                gap_ahead_m: gap_m,
-                friction: None,
+        self.step
+            .shapes
+            .of_bodies(shared, |joint, place_m, normal, gap_m| {
+                let axes = frame(normal, Vector3::x());
+                let gained_m_s = along_frame(&axes, &self.gained_by_turning_m_s(joint, &place_m));
+                let between = (self.member(Part::of_body(joint)), Partner::Ground);
+                found.push(Candidate {
+                    turning: Turning::in_each_half(0.5 * gained_m_s),
+                    ..Candidate::new(between, (place_m, normal, gap_m))
+                });
             });
-        });
         thin(
             (found, 0),
-            self.middle.floor_from_chassis(),
+            self.step.middle.floor_from_chassis(),
             2.0 * self.scale.length_m,
         );
     }
 
-    /// What a place of a joint's link, or of the chassis, gains in velocity over the step because it turns on, in m/s. It is given as it is in the middle
-    /// of the step.
+    /// What a place of a joint's link, or of the chassis, gains in velocity over the step because
+    /// it turns on, in m/s. It is given as it is in the middle of the step.
     pub(super) fn gained_by_turning_m_s(
         &self,
         joint: Option<usize>,
@@ -125,18 +120,18 @@ impl Scene<'_> {
     ) -> Vector3<f64> {
         let center_m = self.body.chassis_mass.center_of_mass_m;
         let Some(joint) = joint else {
-            let lever_m = place_m - self.middle.center_m();
+            let lever_m = place_m - self.step.middle.center_m();
             let of = |state: &State| {
                 let turned = state.floor_from_chassis().rotation
-                    * self.middle.floor_from_chassis().rotation.inverse();
-                self.before.angular_rad_s.cross(&(turned * lever_m))
+                    * self.step.middle.floor_from_chassis().rotation.inverse();
+                self.step.before.angular_rad_s.cross(&(turned * lever_m))
             };
-            return of(self.ahead) - of(self.before);
+            return of(&self.step.ahead) - of(&self.step.before);
         };
         let pose = |state: &State| state.carrier(Some(joint), &center_m);
-        let in_link = pose(self.middle).inverse_transform_point(&Point3::from(*place_m));
+        let in_link = pose(&self.step.middle).inverse_transform_point(&Point3::from(*place_m));
         let of = |state: &State| state.link_velocity_m_s(joint, &(pose(state) * in_link).coords);
-        of(self.ahead) - of(self.before)
+        of(&self.step.ahead) - of(&self.step.before)
     }
 
     /// Fills `found` with the places of a wheel's rollers that are near the ground.
@@ -148,24 +143,25 @@ impl Scene<'_> {
 
     /// How far from the ground a wheel's surface can be and still reach it in the step, in metres.
     pub(super) fn prediction_m(&self, wheel: usize) -> f64 {
-        let speed_m_s = self.before.hub_center_velocity_m_s(wheel).norm()
-            + self.before.hub_rate(wheel).norm() * self.wheels[wheel].reach_m;
+        let speed_m_s = self.step.before.hub_center_velocity_m_s(wheel).norm()
+            + self.step.before.hub_rate(wheel).norm() * self.wheels[wheel].reach_m;
         NEAR * self.scale.length_m + self.dt_s * speed_m_s
     }
 
-    /// How far a place of a wheel's rollers may come down in the second half of the step, in metres.
+    /// How far a place of a wheel's rollers may come down in the second half of the step, in
+    /// metres.
     fn comes_down_m(&self, wheel: usize) -> f64 {
         /// Beside the motion of the step itself, in wheel radii.
         const MARGIN: f64 = 2e-4;
-        let falls_m_s = self.before.hub_center_velocity_m_s(wheel).norm()
+        let falls_m_s = self.step.before.hub_center_velocity_m_s(wheel).norm()
             + self.settings.gravity_m_s2 * self.dt_s
-            + self.before.hub_rate(wheel).norm() * self.wheels[wheel].reach_m;
+            + self.step.before.hub_rate(wheel).norm() * self.wheels[wheel].reach_m;
         MARGIN * self.scale.length_m + 0.5 * self.dt_s * falls_m_s
     }
 
     fn find_barrels(&self, wheel: usize, room: &mut Workspace, found: &mut Vec<Candidate>) {
         let body = &self.wheels[wheel];
-        let hub = &self.middle.hubs()[wheel];
+        let hub = &self.step.middle.hubs()[wheel];
         let prediction_m = self.prediction_m(wheel);
         let reach_m = body.reach_m + prediction_m;
         self.ground
@@ -181,7 +177,8 @@ impl Scene<'_> {
         self.find_on_pieces(wheel, (around, room), found);
     }
 
-    /// Fills `found` with the places of a wheel's rollers that are nearer than this to a free body, as if that were ground.
+    /// Fills `found` with the places of a wheel's rollers that are nearer than this to a free body,
+    /// as if that were ground.
     pub(super) fn find_on_piece(
         &self,
         wheel: usize,
@@ -208,11 +205,14 @@ impl Scene<'_> {
         let prediction_m = around.within_m;
         let others = room.pieces.len();
         let body = &self.wheels[wheel];
-        let hub = &self.middle.hubs()[wheel];
+        let hub = &self.step.middle.hubs()[wheel];
         let on_plane = around.relief.is_none() && matches!(room.pieces[..], [Piece::Plane]);
-        let is_compliant = body.surface.tread.is_some();
-        let upright = on_plane && hub.axis().z.abs() < UPRIGHT && !is_compliant && body.is_round;
-        // A roller that gives carries what reaches into the ground, and nothing else needs to be looked at.
+        let is_compliant = body.is_compliant();
+        let is_upright = hub.axis().z.abs() < UPRIGHT;
+        let is_rigid_ring = body.is_round && !is_compliant;
+        let touches_lowest = on_plane && is_upright && is_rigid_ring;
+        // A roller that gives carries what reaches into the ground, and nothing else needs to be
+        // looked at.
         let within_gap_m = if is_compliant {
             self.comes_down_m(wheel)
         } else {
@@ -238,7 +238,7 @@ impl Scene<'_> {
             {
                 continue;
             }
-            if upright {
+            if touches_lowest {
                 let nearest = placed.nearest_to(&Piece::Plane);
                 if nearest.gap_m < prediction_m.min(lowest_m) {
                     lowest = Some((index, nearest));
@@ -277,17 +277,16 @@ impl Scene<'_> {
         if let Some((index, nearest)) = lowest
             && let Some(placed) = body.rollers[index].placed_barrel(hub)
         {
-            // Most wheels of most robots touch so, and room for more would lie idle in each of a fleet.
-            found.reserve_exact(1);
             found.push(self.on_barrel((wheel, index), &placed, &nearest));
         }
-        if !upright && !is_compliant && body.is_round && found.len() > 1 {
+        if !touches_lowest && is_rigid_ring && found.len() > 1 {
             let axis = hub.axis();
             leave_out_handed_over(found, &axis, self.scale);
         }
     }
 
-    /// The places where the rollers of a wheel that are turned to a profile by numbers are near the ground.
+    /// The places where the rollers of a wheel that are turned to a profile by numbers are near the
+    /// ground.
     fn find_profiles(
         &self,
         wheel: usize,
@@ -296,7 +295,7 @@ impl Scene<'_> {
         found: &mut Vec<Candidate>,
     ) {
         let prediction_m = around.within_m;
-        let hub = &self.middle.hubs()[wheel];
+        let hub = &self.step.middle.hubs()[wheel];
         for (index, roller) in self.wheels[wheel].rollers.iter().enumerate() {
             let Some(placed) = roller.placed_profile(hub) else {
                 continue;
@@ -335,7 +334,8 @@ impl Scene<'_> {
         }
     }
 
-    /// The place of a barrel where it is nearest to the ground, with what it was when the step began.
+    /// The place of a barrel where it is nearest to the ground, with what it was when the step
+    /// began.
     fn on_barrel(
         &self,
         of: (usize, usize),
@@ -352,8 +352,9 @@ impl Scene<'_> {
         })
     }
 
-    /// The place of a roller where it is near the ground, with what it was when the step began. `support` finds the place that
-    /// reaches furthest towards the ground with the roller's middle and axis elsewhere, and whether that is on an end sphere.
+    /// The place of a roller where it is near the ground, with what it was when the step began.
+    /// `support` finds the place that reaches furthest towards the ground with the roller's middle
+    /// and axis elsewhere, and whether that is on an end sphere.
     fn on_roller(
         &self,
         (wheel, index): (usize, usize),
@@ -381,61 +382,61 @@ impl Scene<'_> {
             let spin_rad_s = roller.spin_rad_s(&state.hub_rate_in_hub(wheel)) + more_spin_rad_s;
             along_frame(&touch.axes, &(carried + spin_rad_s * per_spin))
         };
-        let (before, ahead) = (touches(self.before), touches(self.ahead));
+        let (before, ahead) = (touches(&self.step.before), touches(&self.step.ahead));
         // A roller that gives takes its load over bit by bit.
-        let is_compliant = self.wheels[wheel].surface.tread.is_some();
+        let is_compliant = self.wheels[wheel].is_compliant();
         let came_down =
-            self.sees_rollers_pass && !roller.pressed && !roller.seized && !is_compliant;
-        let turning = if !self.sees_rollers_pass {
+            self.step.resolves_rollers && !roller.pressed && !roller.seized && !is_compliant;
+        let turning = if !self.step.resolves_rollers {
             Turning::NONE
         } else if came_down {
-            // It takes over when the step begins, as near as can be said, and from then on it rolls.
+            // It takes over when the step begins, as near as can be said, and from then on it
+            // rolls.
             let radius_m = along_frame(&before.axes, &before.per_spin_m()).z;
-            let missing_rad_s = -velocity(self.before, &before, 0.0).z / radius_m;
-            let from_m_s = velocity(self.ahead, &ahead, missing_rad_s)
-                - velocity(self.before, &before, missing_rad_s);
+            let missing_rad_s = -velocity(&self.step.before, &before, 0.0).z / radius_m;
+            let from_m_s = velocity(&self.step.ahead, &ahead, missing_rad_s)
+                - velocity(&self.step.before, &before, missing_rad_s);
             Turning {
                 came_down_at_m: Some(before.place_m),
                 until_m_s: Vector3::zeros(),
                 from_m_s,
             }
         } else if ahead.on_its_end && !is_compliant {
-            // Beyond its end it touches no more: how it turns there is not how it turns where it touches.
-            let middle = touches(self.middle);
-            let half_m_s =
-                velocity(self.middle, &middle, 0.0) - velocity(self.before, &before, 0.0);
+            // Beyond its end it touches no more: how it turns there is not how it turns where it
+            // touches.
+            let middle = touches(&self.step.middle);
+            let half_m_s = velocity(&self.step.middle, &middle, 0.0)
+                - velocity(&self.step.before, &before, 0.0);
             Turning::in_each_half(half_m_s)
         } else {
-            let half_m_s =
-                0.5 * (velocity(self.ahead, &ahead, 0.0) - velocity(self.before, &before, 0.0));
+            let half_m_s = 0.5
+                * (velocity(&self.step.ahead, &ahead, 0.0)
+                    - velocity(&self.step.before, &before, 0.0));
             Turning::in_each_half(half_m_s)
         };
         let travel_m_s = (ahead.place_m - before.place_m) / self.dt_s;
-        // A rigid roller touches on the ground; the core of one that gives, beneath it, so that it rolls as a rigid one does.
+        // A rigid roller touches on the ground; the core of one that gives, beneath it, so that it
+        // rolls as a rigid one does.
         let place_m = if is_compliant {
             nearest.place_m + nearest.gap_m * nearest.normal
         } else {
             nearest.place_m
         };
+        let between = (self.member(Part::Roller(wheel, index)), Partner::Ground);
         Candidate {
-            a: self.member(Part::Roller(wheel, index)),
-            b: Partner::Ground,
-            place_m,
-            normal: nearest.normal,
             along,
-            gap_m: nearest.gap_m,
             turning,
             came_down,
             travel_m_s: travel_m_s - nearest.normal * nearest.normal.dot(&travel_m_s),
             on_barrel: true,
             gap_ahead_m: nearest.normal.dot(&(ahead.place_m - nearest.place_m)),
-            friction: None,
+            ..Candidate::new(between, (place_m, nearest.normal, nearest.gap_m))
         }
     }
 
-    /// Velocity of a place of a roller's surface with the roller in the pose that it has in a state, and with the rates as
-    /// they were when the step began: what the hub carries it with, in m/s, and what it gets for each rad/s of the roller's
-    /// spin, in m.
+    /// Velocity of a place of a roller's surface with the roller in the pose that it has in a
+    /// state, and with the rates as they were when the step began: what the hub carries it with, in
+    /// m/s, and what it gets for each rad/s of the roller's spin, in m.
     fn roller_velocity(
         &self,
         (wheel, roller): (usize, &RollerState),
@@ -451,8 +452,9 @@ impl Scene<'_> {
     /// The places of rollers with the shapes of their file, as rapier finds them.
     fn find_modelled(&self, wheel: usize, found: &mut Vec<Candidate>) {
         let body = &self.wheels[wheel];
-        let hub = &self.middle.hubs()[wheel];
-        self.shapes
+        let hub = &self.step.middle.hubs()[wheel];
+        self.step
+            .shapes
             .of_rollers(wheel, |index, place_m, normal, gap_m| {
                 let roller = &body.rollers[index];
                 let along = hub.rotation * roller.axis_in_hub;
@@ -466,21 +468,13 @@ impl Scene<'_> {
                     let axes = frame(normal, hub.rotation * roller.axis_in_hub);
                     along_frame(&axes, &(carried + spin_rad_s * per_spin))
                 };
+                let between = (self.member(Part::Roller(wheel, index)), Partner::Ground);
+                let gained_m_s = velocity(&self.step.ahead) - velocity(&self.step.before);
                 found.push(Candidate {
-                    a: self.member(Part::Roller(wheel, index)),
-                    b: Partner::Ground,
-                    place_m,
-                    normal,
                     along,
-                    gap_m,
-                    turning: Turning::in_each_half(
-                        0.5 * (velocity(self.ahead) - velocity(self.before)),
-                    ),
+                    turning: Turning::in_each_half(0.5 * gained_m_s),
                     came_down: !roller.pressed && !roller.seized,
-                    travel_m_s: Vector3::zeros(),
-                    on_barrel: false,
-                    gap_ahead_m: gap_m,
-                    friction: None,
+                    ..Candidate::new(between, (place_m, normal, gap_m))
                 });
             });
     }

@@ -58,23 +58,11 @@ mod tests {
 
     use super::*;
     use crate::contact::reactions::reaction::{Member, Partner};
-    use crate::contact::search::candidate::Turning;
 
     fn place(part: Part, x_m: f64, gap_m: f64) -> Candidate {
-        Candidate {
-            a: Member { body: 0, part },
-            b: Partner::Ground,
-            place_m: Vector3::new(x_m, 0.01, 0.01),
-            normal: Vector3::z(),
-            along: Vector3::x(),
-            gap_m,
-            turning: Turning::NONE,
-            came_down: false,
-            travel_m_s: Vector3::zeros(),
-            on_barrel: false,
-            gap_ahead_m: gap_m,
-            friction: None,
-        }
+        let between = (Member { body: 0, part }, Partner::Ground);
+        let place_m = Vector3::new(x_m, 0.01, 0.01);
+        Candidate::new(between, (place_m, Vector3::z(), gap_m))
     }
 
     /// A hundred places of the chassis in a region of 0.1 m: the nearest stays. A place of an arm there is further off, and stays too, for what carries

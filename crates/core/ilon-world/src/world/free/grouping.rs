@@ -3,10 +3,11 @@
 use std::mem::{swap, take};
 
 use super::islands::{Island, aabb, absorb, meet, near};
+use crate::contact::reactions::ReactionSolver;
 use crate::contact::search::bounds::Bounds;
 use crate::free::FreeBodyId;
 use crate::robot::articulated::Articulated;
-use crate::world::{ROOM, World};
+use crate::world::World;
 
 /// Slower than this, in a body's unit of speed, is slow: 0.1 mm/s for a cube of 0.2 m.
 const SLOW: f64 = 1e-4;
@@ -18,8 +19,9 @@ const LOOKS_EVERY: u64 = 16;
 const TRIED: usize = 50;
 
 impl World {
-    /// Finds out which bodies are to be solved together in the coming step, and wakes what something comes near to.
-    pub(in crate::world) fn regroup(&mut self) {
+    /// Finds out which bodies are to be solved together in the coming step, and wakes what
+    /// something comes near to.
+    pub(in crate::world) fn regroup(&mut self, solver: &mut ReactionSolver) {
         if self.islands.is_empty() {
             return;
         }
@@ -27,14 +29,14 @@ impl World {
             self.take_apart();
         }
         self.put_together();
-        self.try_new();
+        self.try_new(solver);
     }
 
     /// Steps all islands that are awake, and lets those sleep that have come to rest.
-    pub(in crate::world) fn step_islands(&mut self) {
+    pub(in crate::world) fn step_islands(&mut self, solver: &mut ReactionSolver) {
         for at in 0..self.islands.awake.len() {
             self.exchange(at);
-            self.step_together();
+            self.step_together(solver);
             self.exchange(at);
         }
         let mut at = 0;
@@ -51,7 +53,7 @@ impl World {
     pub(in crate::world) fn count_slow(&mut self, dt_s: f64) {
         for body in &mut self.bodies {
             let slow = is_slow(body);
-            if let Some(free) = &mut body.free {
+            if let Some(free) = body.free_mut() {
                 free.slow_s = if slow { free.slow_s + dt_s } else { 0.0 };
             }
         }
@@ -94,20 +96,20 @@ impl World {
     /// Joins what comes near to each other, until nothing does.
     fn put_together(&mut self) {
         let dt_s = self.settings.dt_s;
-        let own = self.own_that_moves();
-        // Two that a body of a program's own is between are solved together, too.
+        let user = self.moving_user_bodies();
+        // Two that a user body is between are solved together, too.
         let meet = |one: &[Bounds], other: &[Bounds]| {
             let is_between = |of: &Bounds| {
                 let of = std::slice::from_ref(of);
                 meet(of, one) && meet(of, other)
             };
-            meet(one, other) || own.iter().any(is_between)
+            meet(one, other) || user.iter().any(is_between)
         };
         loop {
             let robots = near(&self.bodies, dt_s, 1.0);
             let all = self.islands.awake.iter();
             let islands: Vec<Vec<Bounds>> = all.map(|of| near(&of.bodies, dt_s, 1.0)).collect();
-            let woken = self.woken_by([&robots, &own].into_iter().chain(&islands));
+            let woken = self.woken_by([&robots, &user].into_iter().chain(&islands));
             if !woken.is_empty() {
                 for home in woken {
                     let island = self.islands.wake(home);
@@ -165,7 +167,7 @@ impl World {
 
     /// Parts what has come apart.
     fn take_apart(&mut self) {
-        let only_robots = self.bodies.iter().all(|body| body.free.is_none());
+        let only_robots = self.bodies.iter().all(Articulated::is_robot);
         if only_robots && self.islands.awake.is_empty() {
             return;
         }
@@ -182,11 +184,14 @@ impl World {
     }
 
     /// Lets islands sleep at once that were put down at rest, if they stay where they are.
-    fn try_new(&mut self) {
+    fn try_new(&mut self, solver: &mut ReactionSolver) {
         let mut at = 0;
         while at < self.islands.awake.len() {
             let island = &mut self.islands.awake[at];
-            let is_pushed = island.bodies.iter().any(|body| !body.pushes.is_empty());
+            let is_pushed = island
+                .bodies
+                .iter()
+                .any(|body| !body.command.pushes.is_empty());
             if !take(&mut island.is_new) || is_pushed {
                 at += 1;
                 continue;
@@ -196,15 +201,10 @@ impl World {
             self.exchange(at);
             let before_j = self.energy_here_j();
             let dt_s = self.settings.dt_s;
-            let stays = ROOM.with_borrow_mut(|room| {
-                self.reactions.swap_room(room);
-                let stays = (0..TRIED).all(|step| {
-                    self.advance(dt_s);
-                    // First it settles into its contacts.
-                    step < TRIED / 2 || self.bodies.iter().all(is_slow)
-                });
-                self.reactions.swap_room(room);
-                stays
+            let stays = (0..TRIED).all(|step| {
+                self.advance(solver, dt_s);
+                // First it settles into its contacts.
+                step < TRIED / 2 || self.bodies.iter().all(is_slow)
             });
             let sank_j = before_j - self.energy_here_j();
             let before = put_down.bodies.iter().zip(&self.bodies);

@@ -1,7 +1,8 @@
 //! Free bodies that are not near a robot: which are solved together, and which sleep.
 //!
-//! Robots and the free bodies near them are one problem; free bodies near one another and far from robots are an island of their own. So a
-//! step costs what moves, and not what lies about. An island in which all has been slow for a while sleeps as it is, with its contacts, until
+//! Robots and the free bodies near them are one problem; free bodies near one another and far from
+//! robots are an island of their own. So a step costs what moves, and not what lies about. An
+//! island in which all has been slow for a while sleeps as it is, with its contacts, until
 //! something that is awake comes near, pushes it, or changes the floor: then it goes on from there.
 
 use std::collections::BTreeMap;
@@ -135,7 +136,7 @@ impl Islands {
         let mut island = self.asleep.remove(&home)?;
         self.tree.remove(home);
         for body in &mut island.bodies {
-            if let Some(free) = &mut body.free {
+            if let Some(free) = body.free_mut() {
                 free.slow_s = 0.0;
                 self.homes.remove(&free.id);
             }
@@ -184,7 +185,7 @@ impl Island {
     }
 
     pub fn is_slow_for(&self, time_s: f64) -> bool {
-        let mut free = self.bodies.iter().filter_map(|body| body.free.as_ref());
+        let mut free = self.bodies.iter().filter_map(Articulated::free);
         free.all(|free| free.slow_s >= time_s)
     }
 }
@@ -194,7 +195,7 @@ impl Island {
     pub fn split(mut self, dt_s: f64, parts: &mut Vec<Self>) -> Self {
         loop {
             let bounds = near(&self.bodies, dt_s, APART);
-            let robots = self.bodies.iter().take_while(|body| body.free.is_none());
+            let robots = self.bodies.iter().take_while(|body| body.is_robot());
             let mut linked: Vec<bool> = vec![false; self.bodies.len()];
             let first = robots.count().max(1);
             linked.iter_mut().take(first).for_each(|of| *of = true);
@@ -236,7 +237,7 @@ pub(super) fn absorb(
 
 /// The identity of a free body; `None` of a robot.
 pub(in crate::world) fn id_of(body: &Articulated) -> Option<FreeBodyId> {
-    body.free.as_ref().map(|free| free.id)
+    body.free().map(|free| free.id)
 }
 
 /// The place of a free body among bodies.
@@ -254,7 +255,8 @@ pub(super) fn bounds(body: &Articulated) -> Bounds {
         .fold(Bounds::NONE, |around, of| around.merged(&of))
 }
 
-/// Around each of some bodies, as far as it may be near to another in the coming step; some times as far.
+/// Around each of some bodies, as far as it may be near to another in the coming step; some times
+/// as far.
 pub(in crate::world) fn near(bodies: &[Articulated], dt_s: f64, times: f64) -> Vec<Bounds> {
     let around = |body: &Articulated| {
         let rates = body.state.wheel_rates_rad_s().iter().zip(&body.wheels);

@@ -1,4 +1,5 @@
-//! Where a free body begins: at the height that is said, if it is free there, or put down on whatever is beneath it.
+//! Where a free body begins: at the height that is said, if it is free there, or put down on
+//! whatever is beneath it.
 
 use nalgebra::Vector3;
 
@@ -16,7 +17,8 @@ use crate::world::free::islands::bounds;
 const PUT_DOWN_M: f64 = 1e-9;
 /// Nearer than this, places are counted in f64, in metres.
 const NEAR_M: f64 = 1e-4;
-/// The least by which a body is lowered at a time, in metres: beside a wall everything is near all the way down.
+/// The least by which a body is lowered at a time, in metres: beside a wall everything is near all
+/// the way down.
 const LEAST_LOWERED_M: f64 = 1e-5;
 /// How far rough ground is looked for around a body, in metres.
 const LOOKS_M: f64 = 0.02;
@@ -125,8 +127,8 @@ impl World {
         tops.map(|of| of.most_m.z)
     }
 
-    /// How far a body with its middle at a place is from whatever is nearest of the ground and of others, in metres, negative where it is in it; and
-    /// what that is.
+    /// How far a body with its middle at a place is from whatever is nearest of the ground and of
+    /// others, in metres, negative where it is in it; and what that is.
     fn nearest<'a>(
         &self,
         (built, others): (&Articulated, &[&'a Articulated]),
@@ -155,7 +157,7 @@ impl World {
                 least_m = least_m.min(rollers_gap_m(body, piece));
             }
             if least_m < nearest.0 {
-                let obstacle = match &body.free {
+                let obstacle = match body.free() {
                     Some(free) => Obstacle::Body(&free.name),
                     None => Obstacle::Robot,
                 };
@@ -180,8 +182,8 @@ fn solid_at(built: &Articulated, middle_m: Vector3<f64>) -> Option<Solid<'_>> {
     Some(solid)
 }
 
-/// How far two solids are apart, in metres; in f64 where they are near. Of rough ground parry knows only what is near: further away it is the
-/// least that it can be.
+/// How far two solids are apart, in metres; in f64 where they are near. Of rough ground parry knows
+/// only what is near: further away it is the least that it can be.
 fn gap_m(own: &Solid<'_>, other: &Solid<'_>) -> f64 {
     let apart_m = own.distance_m(other);
     if apart_m.is_finite() && apart_m > NEAR_M {

@@ -1,4 +1,5 @@
-//! A part of a step that is given up, because its contacts could not be solved, has left nothing behind.
+//! A part of a step that is given up, because its contacts could not be solved, has left nothing
+//! behind.
 
 use ilon_robot::{
     Body, BodyJoint, JointKind, JointRole, JointServo, MassProperties, Pose as PlanarPose, Robot,
@@ -6,6 +7,7 @@ use ilon_robot::{
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::{World, shipped};
+use crate::world::with_solver;
 use crate::{Floor, MotorTorque, Settings};
 
 /// An arm that its servos swing, on rollers with play that motors drive.
@@ -67,8 +69,9 @@ fn shown(world: &World) -> Vec<u64> {
     all.map(f64::to_bits).collect()
 }
 
-/// One world takes each part at once, another gives up one of twice the length and one of the same before it: they go the same way to the bit, the arm's
-/// targets, the rollers on their axles and all energies too.
+/// One world takes each part at once, another gives up one of twice the length and one of the same
+/// before it: they go the same way to the bit, the arm's targets, the rollers on their axles and
+/// all energies too.
 #[test]
 fn what_is_given_up_leaves_no_trace() {
     let (mut at_once, mut anew) = (swinging(), swinging());
@@ -84,11 +87,11 @@ fn what_is_given_up_leaves_no_trace() {
             }
             if gives_up {
                 for tried_s in [2.0 * dt_s, dt_s] {
-                    world.find_reactions(tried_s);
+                    with_solver(|solver| world.find_reactions(solver, tried_s));
                     world.give_up();
                 }
             }
-            world.advance(dt_s);
+            with_solver(|solver| world.advance(solver, dt_s));
         }
         assert_eq!(shown(&at_once), shown(&anew), "step {step}");
     }

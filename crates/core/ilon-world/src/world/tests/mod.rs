@@ -2,8 +2,8 @@
 
 mod given_up;
 mod off_the_flat;
-mod own;
 mod two_bodies;
+mod user_bodies;
 
 use ilon_formats::LoadRobot;
 use ilon_robot::{Pose as PlanarPose, Robot};
@@ -73,8 +73,8 @@ fn tumbling(robot: &Robot, dt_s: f64, angular_rad_s: Vector3<f64>) -> World {
     world
 }
 
-/// By how much of its angular momentum a robot changes it in half a second of floating and tumbling, while the rollers of
-/// one wheel spin at 1e4 rad/s.
+/// By how much of its angular momentum a robot changes it in half a second of floating and
+/// tumbling, while the rollers of one wheel spin at 1e4 rad/s.
 fn lost_tumbling(dt_s: f64) -> f64 {
     let mut world = tumbling(&shipped("mecanum4"), dt_s, Vector3::new(0.3, -0.2, 0.5));
     for roller in &mut world.bodies[0].wheels[0].rollers {
@@ -94,13 +94,14 @@ fn lost_tumbling(dt_s: f64) -> f64 {
     (angular_momentum(&world) - from).norm() / from.norm()
 }
 
-/// What it takes to turn the flywheels' axes with their hub comes out of the hub, and what their bearings take goes there: the
-/// robot keeps its angular momentum.
+/// What it takes to turn the flywheels' axes with their hub comes out of the hub, and what their
+/// bearings take goes there: the robot keeps its angular momentum.
 ///
-/// The axes lean by 45 degrees, so that nine rollers carry 9 I w / sqrt 2 = 0.046 kg m^2/s along the hub's, with
-/// I = 7.2e-7 kg m^2. Turned at 0.6 rad/s for half a second that is 0.01 kg m^2/s, a tenth of what the robot has, and would come
-/// from nowhere. A step of dt is right to second order in that, and to first
-/// in what little the bearings take: half the step, at most half the error.
+/// The axes lean by 45 degrees, so that nine rollers carry 9 I w / sqrt 2 = 0.046 kg m^2/s along
+/// the hub's, with I = 7.2e-7 kg m^2. Turned at 0.6 rad/s for half a second that is 0.01 kg m^2/s,
+/// a tenth of what the robot has, and would come from nowhere. A step of dt is right to second
+/// order in that, and to first in what little the bearings take: half the step, at most half the
+/// error.
 #[test]
 fn flywheels_keep_the_angular_momentum_of_a_robot_that_tumbles() {
     let (coarse, fine) = (lost_tumbling(5e-4), lost_tumbling(2.5e-4));
@@ -108,7 +109,8 @@ fn flywheels_keep_the_angular_momentum_of_a_robot_that_tumbles() {
     assert!(fine < 0.6 * coarse, "{fine:.1e} for {coarse:.1e}");
 }
 
-/// By how much of its energy a robot of free rollers changes it in half a second of floating and tumbling with a wheel that turns.
+/// By how much of its energy a robot of free rollers changes it in half a second of floating and
+/// tumbling with a wheel that turns.
 fn gained_tumbling(dt_s: f64) -> f64 {
     let mut robot = shipped("mecanum4");
     for wheel in &mut robot.wheels {
@@ -125,8 +127,8 @@ fn gained_tumbling(dt_s: f64) -> f64 {
     (world.energy().kinetic_j - from_j).abs() / from_j
 }
 
-/// Nothing does work on a robot that tumbles freely. It turns by 1.6 rad, 3 mrad a step, and a step is of second order: half of it, a quarter of
-/// the error.
+/// Nothing does work on a robot that tumbles freely. It turns by 1.6 rad, 3 mrad a step, and a step
+/// is of second order: half of it, a quarter of the error.
 #[test]
 fn a_robot_that_tumbles_keeps_its_energy_to_second_order_of_the_step() {
     let (coarse, fine) = (gained_tumbling(2e-3), gained_tumbling(1e-3));
@@ -135,7 +137,8 @@ fn a_robot_that_tumbles_keeps_its_energy_to_second_order_of_the_step() {
     assert!(fine < 0.3 * coarse, "{fine:.1e} for {coarse:.1e}");
 }
 
-/// A robot that falls on its back loses what it had in height to the hits of its chassis, and to its scraping: 11 kg over some
+/// A robot that falls on its back loses what it had in height to the hits of its chassis, and to
+/// its scraping: 11 kg over some
 /// 0.45 m, 50 J. The balance closes to a hundredth; without the chassis all of it would be missing.
 #[test]
 fn a_fall_on_its_back_goes_into_the_hits_of_the_chassis() {
@@ -161,8 +164,8 @@ fn a_fall_on_its_back_goes_into_the_hits_of_the_chassis() {
     );
 }
 
-/// A motor within its bounds is a straight line, which is solved with the masses: no law beside is there to be solved, whether what pushes the robot takes the
-/// torque up along its line or down.
+/// A motor within its bounds is a straight line, which is solved with the masses: no law beside is
+/// there to be solved, whether what pushes the robot takes the torque up along its line or down.
 #[test]
 fn motors_on_their_line_need_no_law_of_their_own() {
     let robot = shipped("mecanum4");
@@ -185,7 +188,8 @@ fn motors_on_their_line_need_no_law_of_their_own() {
     }
 }
 
-/// The jump of a hand-over is over before motors react: it takes the robot the same way whether their torques fall with the rate or not.
+/// The jump of a hand-over is over before motors react: it takes the robot the same way whether
+/// their torques fall with the rate or not.
 #[test]
 fn motors_do_not_react_within_the_jump_of_a_hand_over() {
     let settings = Settings {
@@ -221,8 +225,8 @@ fn motors_do_not_react_within_the_jump_of_a_hand_over() {
     assert!(jumps > 3, "{jumps} jumps");
 }
 
-/// While a robot stands, what may touch in a step is within a fiftieth of a wheel's radius, 1 mm: the floor under each wheel, not a wall 10 mm ahead, and of the
-/// chassis nothing.
+/// While a robot stands, what may touch in a step is within a fiftieth of a wheel's radius, 1 mm:
+/// the floor under each wheel, not a wall 10 mm ahead, and of the chassis nothing.
 #[test]
 fn only_what_is_near_is_looked_at() {
     let robot = shipped("mecanum4");
@@ -260,8 +264,9 @@ fn only_what_is_near_is_looked_at() {
     }
 }
 
-/// Each wheel counts for what motors feel: by what one hub has more about its axle the mean grows by a fourth, and where one has less, that is the
-/// least. The sums are rounded to some 1e-16 of them.
+/// Each wheel counts for what motors feel: by what one hub has more about its axle the mean grows
+/// by a fourth, and where one has less, that is the least. The sums are rounded to some 1e-16 of
+/// them.
 #[test]
 fn each_wheel_counts_for_what_motors_feel() {
     let robot = shipped("mecanum4");
@@ -306,7 +311,8 @@ fn motors_feel_payloads_and_what_is_attached() {
     assert_eq!(world.bodies[0].wheel_inertia, expected);
 }
 
-/// What turns on the spot may move as fast as its chassis's furthest corner does, and no faster than a ball about all of it.
+/// What turns on the spot may move as fast as its chassis's furthest corner does, and no faster
+/// than a ball about all of it.
 #[test]
 fn the_furthest_way_of_a_chassis_is_that_of_its_corner() {
     let robot = shipped("mecanum4");
@@ -332,8 +338,9 @@ fn the_furthest_way_of_a_chassis_is_that_of_its_corner() {
     );
 }
 
-/// What another engine moves along with the chassis, and the same mass as a payload there, set the same against a push from rest; and what it takes
-/// of the push's work is not the robot's: what came from outside is what the robot alone has. In weightlessness, at a place off all axes.
+/// What another engine moves along with the chassis, and the same mass as a payload there, set the
+/// same against a push from rest; and what it takes of the push's work is not the robot's: what
+/// came from outside is what the robot alone has. In weightlessness, at a place off all axes.
 #[test]
 fn what_is_attached_weighs_as_a_payload_does() {
     let robot = shipped("mecanum4");

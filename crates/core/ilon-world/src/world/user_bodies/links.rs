@@ -2,15 +2,16 @@
 
 use rapier3d::prelude::*;
 
-use super::rapier_world::InRapier;
+use super::rapier_world::UserBodies;
 use crate::WorldObject;
 use crate::engine::convert;
 use crate::world::World;
 
 impl World {
-    /// Puts every shape of ilon's where it is now; one that is new is put in, and one that is gone is taken out.
-    pub(super) fn place_links(&self, rapier: &mut InRapier) {
-        let InRapier {
+    /// Puts every shape of ilon's where it is now; one that is new is put in, and one that is gone
+    /// is taken out.
+    pub(super) fn place_links(&self, rapier: &mut UserBodies) {
+        let UserBodies {
             world,
             links,
             objects,

@@ -1,4 +1,4 @@
-//! Bodies of a program's own, which rapier moves: pushed, hit and carried by a robot, and what they do to it.
+//! User bodies, which rapier moves: pushed, hit and carried by a robot, and what they do to it.
 
 use ilon_robot::{Pose as PlanarPose, Tread, Twist};
 use ilon_world::rapier3d::prelude::*;
@@ -13,7 +13,7 @@ const G: f64 = 9.81;
 const FRONT_M: f64 = 0.2;
 const TOP_M: f64 = 0.11;
 
-/// A cube of one's own, at rest.
+/// A user's cube, at rest.
 fn cube(world: &mut World, side_m: f64, mass_kg: f64, at: [f64; 3]) -> RigidBodyHandle {
     put(world, side_m, mass_kg, at, 0.5)
 }
@@ -121,7 +121,7 @@ fn pushing_a_body_of_ones_own_takes_its_friction() {
         for _ in 0..steps {
             hold(&mut world, 4.0);
             world.step();
-            let of_step_n = world.force_on_own_n(id).x;
+            let of_step_n = world.force_on_user_body_n(id).x;
             assert!((of_step_n / expected_n - 1.0).abs() < 0.01, "{of_step_n}");
             force_n += of_step_n / steps as f64;
         }
@@ -189,7 +189,7 @@ fn a_joint_of_rapier_takes_the_other_body_along() {
             hold(&mut world, 4.0);
             world.step();
             if step >= steps {
-                force_n += world.force_on_own_n(near).x / steps as f64;
+                force_n += world.force_on_user_body_n(near).x / steps as f64;
             } else {
                 from_m = body(&world, far).translation().x;
             }
@@ -260,7 +260,7 @@ fn what_is_fixed_or_moved_by_a_program_pushes_robots() {
     }
 }
 
-/// Everything that can be read of a robot and of the bodies of one's own, as bits.
+/// Everything that can be read of a robot and of the user bodies, as bits.
 fn bits(world: &World) -> Vec<u64> {
     let pose = world.robot().state().pose;
     let mut all = [
@@ -322,7 +322,7 @@ fn what_is_far_away_changes_nothing() {
     assert_eq!(worlds[0].slip_energy_j(), worlds[2].slip_energy_j());
 }
 
-/// Rollers with treads on a plate of one's own give as on the ground: the robot that is pushed to the side moves by what its treads bend and its wheels'
+/// Rollers with treads on a user's plate give as on the ground: the robot that is pushed to the side moves by what its treads bend and its wheels'
 /// loops give way, alike on both.
 #[test]
 fn treads_bend_on_a_plate_of_ones_own_as_on_the_ground() {
@@ -392,7 +392,7 @@ fn bodies_may_vanish_and_appear_anywhere() {
     rapier.remove_body(id);
     run(&mut world, 100);
     assert!((loads_n(&world) - alone_n).abs() < 1e-3);
-    assert_eq!(world.force_on_own_n(id), Vector3::zeros());
+    assert_eq!(world.force_on_user_body_n(id), Vector3::zeros());
     for at in [
         [0.0, 0.0, 0.06],
         [0.15, 0.0, 0.06],
@@ -575,12 +575,12 @@ fn bodies_of_rapier_and_of_ilon_stand_on_one_another() {
         ];
         println!(
             "{heights:?} {:?} loads {}",
-            world.force_on_own_n(middle),
+            world.force_on_user_body_n(middle),
             loads_n(&world) - alone_n
         );
         assert!(heights.iter().all(|off| off.abs() < 1e-4), "{heights:?}");
         // What lies on it presses as much as what is below holds against: both and its weight.
-        assert!((world.force_on_own_n(middle).z - G).abs() < 0.05);
+        assert!((world.force_on_user_body_n(middle).z - G).abs() < 0.05);
         if z > 0.0 {
             assert!((loads_n(&world) - alone_n - 3.0 * G).abs() < 0.1);
         }
@@ -607,7 +607,7 @@ fn a_light_free_body_bears_a_heavy_one_of_ones_own() {
         world.push_body(low, Vector3::x() * force_n, Vector3::zeros());
         world.step();
         if step >= 600 {
-            let borne_n = world.force_on_own_n(high).z;
+            let borne_n = world.force_on_user_body_n(high).z;
             assert!((borne_n / weight_n - 1.0).abs() < 1e-5, "{borne_n} N");
         }
     }
@@ -689,7 +689,7 @@ fn a_body_of_ones_own_with_its_back_to_a_wall_stops_a_robot() {
                 push(&mut world, 20.0);
                 world.step();
                 if step >= 1000 {
-                    force_n += world.force_on_own_n(id).x / 500.0;
+                    force_n += world.force_on_user_body_n(id).x / 500.0;
                 }
             }
             assert!((force_n / 20.0 - 1.0).abs() < 1e-3, "{force_n}");
@@ -726,7 +726,7 @@ fn a_tower_of_ones_own_is_carried() {
     }
 }
 
-/// Ground that begins to lean wakes what sleeps on it, bodies of one's own too: on 45 degrees a box of friction mu slides with g (sin - mu cos).
+/// Ground that begins to lean wakes what sleeps on it, user bodies too: on 45 degrees a box of friction mu slides with g (sin - mu cos).
 #[test]
 fn ground_that_leans_wakes_bodies_of_ones_own() {
     let (dt_s, friction) = (1e-3, 0.3);
@@ -750,7 +750,7 @@ fn ground_that_leans_wakes_bodies_of_ones_own() {
     assert!((way_m / expected_m - 1.0).abs() < 0.01);
 }
 
-/// A body of one's own that may not move across is a wall to a robot that goes that way, and one without friction to a robot that goes along.
+/// A user body that may not move across is a wall to a robot that goes that way, and one without friction to a robot that goes along.
 #[test]
 fn a_body_of_ones_own_stays_on_its_locked_axes() {
     for (force, is_wall) in [(Vector::X, false), (Vector::Y, true)] {
@@ -823,7 +823,7 @@ fn a_box_is_pushed_over_a_plate_that_a_program_moves() {
         hold(&mut world, 4.0);
         world.step();
         if step >= steps {
-            force_n += world.force_on_own_n(id).x / steps as f64;
+            force_n += world.force_on_user_body_n(id).x / steps as f64;
         }
     }
     let expected_n = friction * mass_kg * G;

@@ -1,4 +1,4 @@
-//! What is kept of bodies of a program's own from step to step.
+//! What is kept of user bodies from step to step.
 
 use ilon_robot::Pose as PlanarPose;
 use rapier3d::prelude::*;
@@ -6,7 +6,8 @@ use rapier3d::prelude::*;
 use super::{World, shipped};
 use crate::{Floor, Settings, WorldObject};
 
-/// A body beside a robot is a guest in each step, with its four places on the floor: no more than these are kept.
+/// A body beside a robot is coupled to each step, with its four places on the floor: no more than
+/// these are kept.
 #[test]
 fn what_is_kept_of_a_body_beside_a_robot_does_not_grow() {
     let robot = shipped("mecanum4");
@@ -27,7 +28,7 @@ fn what_is_kept_of_a_body_beside_a_robot_does_not_grow() {
     let mut beside = 0;
     for _ in 0..3000 {
         world.step();
-        let rapier = world.rapier.as_ref().expect("it was asked for");
+        let rapier = world.user_bodies.as_ref().expect("it was asked for");
         assert!(rapier.kept() <= 8, "{} contacts", rapier.kept());
         beside += usize::from(rapier.kept() > 0);
     }
