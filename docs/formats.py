@@ -15,29 +15,56 @@ ROOT = Path(__file__).resolve().parent.parent
 FILES = {
     "scenario": (
         "The scenario file",
-        "One run: a robot, its world, and what it is asked to do. `ilon run` takes it, `ilon check` holds it against its own `[expect]`.",
+        "One run: a robot, its world and its motion. `ilon run` runs it, `ilon check` tests it against its `[expect]`. Pieces to copy: [cookbook](cookbook.md).",
         "assets/scenarios",
         "assets/scenarios/mecanum4_wet_floor.toml",
     ),
     "robot": (
         "The robot in short",
-        "A robot of one chassis and Swedish wheels. `ilon generate` makes a URDF of it, and everything that takes a robot's file takes it too.",
+        "A robot of one chassis and Swedish wheels. Every command takes it as a robot file; `ilon generate` writes it as URDF.",
         "assets/robots",
         "assets/robots/mecanum4.toml",
     ),
     "study": (
         "The study file",
-        "Many runs of a scenario under keys that vary. `ilon sweep` takes it.",
+        "Many runs of a scenario with varied keys, for `ilon sweep`. With explanations: [studies](sweeps.md).",
         "assets/studies",
         "assets/studies/friction_path_loss.toml",
     ),
 }
+# The first keys of a file by task; what is not named stands in the table at the top and in the order of the schema.
+TASKS = {
+    "The robot": ["robot", "rollers"],
+    "The world": ["world", "materials"],
+    "The motion": ["twist", "reference", "playback", "guidance"],
+    "Wheel loops and motors": ["wheel_loop", "motors"],
+    "Sensing": ["sensors"],
+    "Faults and pushes": ["faults"],
+    "The run": ["run"],
+    "Expectations": ["expect"],
+}
 LONGEST_EXAMPLE = 14
+# A table of so many keys stands within the table of the section that has it.
+SHORT_TABLE = 3
+# The unit that the end of a key's name says already.
+UNITS = {"_m": "metres", "_s": "seconds", "_deg": "degrees", "_kg": "kg", "_n": "N", "_n_m": "N m", "_m_s": "m/s", "_rad": "radians", "_rad_s": "rad/s", "_hz": "Hz"}
 
 
 def words(text):
     """Text as it stands in a cell of a table."""
     return " ".join((text or "").split()).replace("|", "\\|")
+
+
+def without_unit(key, text):
+    """A description without the unit that its key names."""
+    for end, unit in UNITS.items():
+        if key.endswith(end):
+            text = re.sub(rf",? in {re.escape(unit)}(?=[.,:;)]|$| \[)", "", text)
+    return text
+
+
+def is_bound(schema):
+    return schema.get("$ref", "").endswith("/Bound") or any(is_bound(o) for o in schema.get("anyOf", []))
 
 
 class Reference:
@@ -82,16 +109,24 @@ class Reference:
             items = schema.get("items", {})
             count = schema.get("minItems")
             inner = self.kind(items, path + "[]")
-            return f"{count} of: {inner}" if count and count == schema.get("maxItems") else f"list of: {inner}"
+            return f"{count} x {inner}" if count and count == schema.get("maxItems") else f"list: {inner}"
         if kind == "object":
             if schema.get("properties"):
                 return self.link(schema, name or path, path)
             more = schema.get("additionalProperties")
-            return "table" + (f" of {self.kind(more, path + '.NAME')}" if isinstance(more, dict) and more else "")
-        said = {"number": "number", "integer": "whole number", "string": "text", "boolean": "`true` or `false`"}.get(kind, kind)
-        for key, sign in (("exclusiveMinimum", "above"), ("minimum", "from"), ("exclusiveMaximum", "below"), ("maximum", "to")):
-            if key in schema:
-                said += f" {sign} {schema[key]:g}"
+            return "table" + (f": {self.kind(more, path + '.NAME')}" if isinstance(more, dict) and more else "")
+        return self.scalar(schema, kind)
+
+    @staticmethod
+    def scalar(schema, kind):
+        """A number with its range, a text or a truth value, in words."""
+        said = {"number": "number", "integer": "whole", "string": "text", "boolean": "`true`, `false`"}.get(kind, kind)
+        low, high = schema.get("minimum"), schema.get("maximum")
+        above, below = schema.get("exclusiveMinimum"), schema.get("exclusiveMaximum")
+        if low is not None and high is not None:
+            said += f" {low:g} to {high:g}"
+        else:
+            said += "".join(f" {sign} {limit:g}" for sign, limit in (("≥", low), (">", above), ("<", below), ("≤", high)) if limit is not None)
         return said
 
     def link(self, schema, name, path):
@@ -105,56 +140,136 @@ class Reference:
         anchor = re.sub(r"[^a-z0-9_\- ]", "", title.lower()).replace(" ", "-")
         return f"[{title}](#{anchor})"
 
-    def rows(self, schema, path):
-        required = schema.get("required", [])
-        lines = ["| key | value | default | what |", "|---|---|---|---|"]
+    def short_table(self, value):
+        """The keys of a small table that stands in one place only, or none."""
+        schema, name = self.resolve(value)
+        keys = schema.get("properties")
+        small = keys and len(keys) <= SHORT_TABLE and name not in self.shared and "array" not in (value.get("type"), schema.get("type"))
+        return schema if small else None
+
+    def row(self, key, value, path, required):
+        """One key: name, bold where it is required; value with its default; what it does."""
+        default = value.get("default")
+        kind = self.kind(value, path)
+        if default is not None and not isinstance(default, (dict, list)):
+            kind += f"; `{json.dumps(default).removesuffix('.0')}`"
+        what = value.get("description") or self.resolve(value)[0].get("description")
+        name = f"**`{key}`**" if required else f"`{key}`"
+        return f"| {name} | {kind} | {words(without_unit(key, what or ''))} |"
+
+    def rows(self, schema, path, before=""):
+        lines = []
         for key, value in schema["properties"].items():
-            default = "required" if key in required else ""
-            if value.get("default") is not None and not isinstance(value["default"], (dict, list)):
-                default = f"`{json.dumps(value['default'])}`"
-            what = value.get("description") or self.resolve(value)[0].get("description")
             below = f"{path}.{key}" if path else key
-            lines.append(f"| `{key}` | {self.kind(value, below)} | {default} | {words(what)} |")
+            inner = self.short_table(value)
+            if inner:
+                lines += self.rows(inner, below, f"{before}{key}.")
+            else:
+                lines.append(self.row(before + key, value, below, key in schema.get("required", [])))
         return lines
 
-    def section(self, schema, path):
-        self.text += [f"\n## {path}\n", words(schema.get("description")) + "\n"]
+    def table(self, rows):
+        return ["| key | value | effect |", "|---|---|---|", *rows, ""]
+
+    def bounds(self, schema):
+        """The quantities of `[expect]`, by what they are about."""
+        said = {}
+        for key, value in schema["properties"].items():
+            inner = self.resolve(value)[0]
+            if is_bound(value):
+                about, what = value["description"].split(":", 1)
+                said.setdefault(about, []).append(f"`{key}` ({re.sub(', in [^,]*$', '', what.strip())})")
+            elif key == "ledger":
+                keys = self.resolve(next(iter(inner["properties"].values())))[0]["properties"]
+                terms, each = ", ".join(f"`{term}`" for term in inner["properties"]), ", ".join(f"`{k}`" for k in keys)
+                said["error budget"] = [f"`ledger.TERM.KEY`, TERM one of {terms}; KEY one of {each}"]
+            elif inner.get("properties") and all(is_bound(v) for v in inner["properties"].values()):
+                leaves = [v["description"].split(":", 1) for v in inner["properties"].values()]
+                if len({tuple(l[0].split(",")) for l in leaves}) == 1 and key.startswith("twist"):
+                    said.setdefault("motion", []).append(f"`{key}` ({leaves[0][0]}): " + ", ".join(f"`.{k}`" for k in inner["properties"]))
+                else:
+                    names = (f"`{k}` ({re.sub(', in [^,]*$', '', l[1].strip())})" for k, l in zip(inner["properties"], leaves))
+                    said[f"{leaves[0][0]}, below `{key}.`"] = list(names)
+        lines = [f"- **{about}:** {', '.join(each)}." if about != "motion" else "- **motion:** " + "; ".join(each) + "." for about, each in said.items()]
+        return ["Quantities, each with a [bound](#bound):\n", *lines, ""]
+
+    def section(self, schema, path, level):
+        self.text += [f"{'#' * level} {path}\n", words(schema.get("description")) + "\n"]
         example = self.examples.get(path)
         if example:
             self.text += ["```toml", example, "```\n"]
         if schema.get("properties"):
-            self.text += self.rows(schema, path)
-            return
-        self.text += ["One of these:\n"]
+            others = {k: v for k, v in schema["properties"].items() if not self.all_bounds(v)}
+            if len(others) < len(schema["properties"]) / 2:
+                self.text += self.bounds(schema)
+                schema = {**schema, "properties": others}
+                self.kind({"$ref": "#/$defs/Bound"}, path)
+            self.text += self.table(self.rows(schema, path))
+        else:
+            self.choices(schema, path)
+        below, self.waiting = self.waiting, []
+        for inner in below:
+            self.section(*inner, min(level + 1, 4))
+
+    def all_bounds(self, value):
+        """Whether a key is a bound, or a table of nothing but bounds."""
+        inner = self.resolve(value)[0].get("properties")
+        return is_bound(value) or bool(inner) and all(self.all_bounds(v) for v in inner.values())
+
+    def choices(self, schema, path):
+        """A choice: each option with its keys, and once the keys that most of them have."""
         options = schema.get("oneOf") or schema.get("anyOf")
         # Where one key says which it is, those beside it are the same for all.
         optional = [set(o.get("properties", {})) - set(o.get("required", [])) for o in options]
         beside = optional[0] if all(keys == optional[0] for keys in optional) else set()
+        tables, plain = [], []
         for option in options:
-            what = words(option.get("description"))
             inner = {key: value for key, value in option.get("properties", {}).items() if key not in beside}
             if len(inner) == 1:
                 (key, value), = inner.items()
                 resolved, _ = self.resolve(value)
                 if resolved.get("properties"):
-                    self.text += [f"### {path}.{key}\n", what + "\n", *self.rows(resolved, f"{path}.{key}"), ""]
+                    rows = dict(zip(resolved["properties"], self.rows(resolved, f"{path}.{key}")))
+                    tables.append((key, words(option.get("description")), rows))
                 else:
-                    self.text += [f"- `{key}`: {self.kind(value, f'{path}.{key}')}. {what}\n"]
+                    plain.append(f"- `{key}` = {self.kind(value, f'{path}.{key}')}: {words(option.get('description'))}")
             elif inner:
-                self.text += [what + "\n", *self.rows(option, path), ""]
+                plain += [words(option.get("description")), *self.table(self.rows(option, path))]
             else:
-                self.text += [f"- {self.kind(option, path)}: {what}\n"]
+                plain.append(f"- {self.kind(option, path)}: {words(option.get('description'))}")
+        if plain:
+            self.text += ["One of:\n", *plain, ""]
+        if tables:
+            every = [row for _, _, rows in tables for row in rows.values()]
+            common = [row for row in dict.fromkeys(every) if every.count(row) > max(2, len(tables) / 2)]
+            self.text += ["| one of | value | effect |", "|---|---|---|"]
+            for key, what, rows in tables:
+                self.text.append(f"| **{key}** | | {what} |")
+                self.text += [row for row in rows.values() if row not in common]
+            self.text.append("")
+            for row in common:
+                lacking = [f"`{key}`" for key, _, rows in tables if row not in rows.values()]
+                name, kind, what = (cell.strip() for cell in row.strip("|").split("|"))
+                but = f" but {', '.join(lacking)}" if lacking else ""
+                self.text.append(f"- All{but}: {name} ({kind}): {what}")
+            self.text.append("")
         if beside:
             shared = {key: value for key, value in options[0]["properties"].items() if key in beside}
-            self.text += ["Beside it:\n", *self.rows({"properties": shared}, path), ""]
+            self.text += ["Beside it:\n", *self.table(self.rows({"properties": shared}, path))]
 
-    def page(self, schema):
-        self.text += self.rows(schema, "")
-        done = 0
-        while done < len(self.waiting):
-            self.section(*self.waiting[done])
-            done += 1
-        return "\n".join(self.text) + "\n"
+    def page(self, schema, tasks):
+        rows = {key: self.row(key, value, key, key in schema.get("required", [])) for key, value in schema["properties"].items()}
+        waiting, self.waiting = {path.removesuffix("[]").split(".")[0]: (inner, path) for inner, path in self.waiting}, []
+        order = tasks or {"": list(rows)}
+        self.text += self.table([rows[key] for keys in order.values() for key in keys])
+        assert sorted(key for keys in order.values() for key in keys) == sorted(rows), "TASKS names every first key once"
+        for task, keys in order.items():
+            if task:
+                self.text += [f"## {task}\n"]
+            for key in keys:
+                if key in waiting:
+                    self.section(*waiting[key], 3 if task else 2)
+        return re.sub(r"\n{3,}", "\n\n", "\n".join(self.text)).rstrip() + "\n"
 
 
 def part(text, key):
@@ -186,11 +301,12 @@ def examples(folder):
 def page(ilon, kind):
     title, says, folder, whole = FILES[kind]
     schema = json.loads(subprocess.run([ilon, "schema", kind], check=True, capture_output=True, text=True).stdout)
-    text = f"# {title}\n\n{says} It is TOML; keys that are not listed here are refused. Lengths are in metres, times in seconds, and angles in\n"
-    text += f"degrees where the key ends in `_deg`. `ilon schema {kind}` prints the same as a JSON Schema, for an editor.\n"
+    text = f"# {title}\n\n{says}\n\n"
+    text += "The file is TOML. Unknown keys are refused. **Bold** keys are required; a default stands behind a semicolon. The end of a name is the unit:\n"
+    text += f"`_m` metres, `_s` seconds, `_deg` degrees, `_n_m` N m, `_per_s` 1/s. For an editor: `ilon schema {kind}` prints a JSON Schema.\n"
     text += "Written by `docs/formats.py`.\n\n"
-    text += f"A whole one, [{Path(whole).name}](../{whole}):\n\n```toml\n{(ROOT / whole).read_text().strip()}\n```\n\n"
-    return text + Reference(schema, examples(folder)).page(schema)
+    text += f"A whole file, [{Path(whole).name}](../{whole}):\n\n```toml\n{(ROOT / whole).read_text().strip()}\n```\n\n"
+    return text + Reference(schema, examples(folder)).page(schema, TASKS if kind == "scenario" else {})
 
 
 def main():

@@ -1,4 +1,4 @@
-//! Prints the table of docs/terrain.md: what the laws of wheel torques do on ground that they do not know.
+//! Prints docs/terrain.md with its tables: what the laws of wheel torques do on ground that they do not know.
 //!
 //! `cargo run --release -p ilon-sim --example terrain > docs/terrain.md`
 
@@ -8,21 +8,21 @@ use ilon_trace::Summary;
 
 /// The laws, each as the keys that make it, without and with the IMU.
 const LAWS: [(&str, &str); 6] = [
-    ("rates, PI", GUIDED),
+    ("rate loops", GUIDED),
     (
-        "computed torque (12)",
+        "computed torque",
         "[guidance]\nposition_gain_per_s = 5\nheading_gain_per_s = 5.7\n[wheel_loop]\nlaw = \"computed_torque\"",
     ),
     (
-        "torque by priority",
+        "by priority",
         "[guidance]\nposition_gain_per_s = 5\nheading_gain_per_s = 5.7\n[wheel_loop]\nlaw = \"prioritised_torque\"",
     ),
     (
-        "passive, no P",
+        "passive, uncoupled",
         "[wheel_loop]\nlaw = \"passive\"\npassive = { stiffness_n_m = 600, damping_n_s_m = 120, heading_stiffness_n_m_rad = 20, heading_damping_n_m_s_rad = 3.5, wheel_stiffness_n_m_rad = 0, wheel_damping_n_m_s_rad = 0 }",
     ),
-    ("passive, P", PASSIVE),
-    ("passive, P, IMU", PASSIVE),
+    ("passive", PASSIVE),
+    ("passive, IMU", PASSIVE),
 ];
 const GUIDED: &str = "[guidance]\nposition_gain_per_s = 5\nheading_gain_per_s = 5.7";
 const PASSIVE: &str = "[wheel_loop]\nlaw = \"passive\"\npassive = { stiffness_n_m = 600, damping_n_s_m = 120, heading_stiffness_n_m_rad = 20, heading_damping_n_m_s_rad = 3.5 }";
@@ -125,7 +125,7 @@ fn scenes() -> Vec<Scene> {
     all
 }
 
-fn run(scene: &Scene, law: usize) -> Result<(Summary, f64, f64), Error> {
+fn run(scene: &Scene, law: usize) -> Result<Summary, Error> {
     let imu = if law == 5 { "[sensors.imu]" } else { "" };
     let mut keys = LAWS[law].1.to_owned();
     if !scene.robot.contains("mecanum4") {
@@ -141,45 +141,35 @@ fn run(scene: &Scene, law: usize) -> Result<(Summary, f64, f64), Error> {
     );
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
     let scenario = Scenario::from_toml(&text, "terrain", root)?;
-    let run = Simulation::new(&scenario)?.run();
-    let wheels = run.trace.steps().flat_map(|(_, wheels)| wheels);
-    let fastest = wheels.fold(0.0, |most: f64, wheel| most.max(wheel.rate_rad_s.abs()));
-    // How far the push of 20 N has moved it before it ends.
-    let pushed = run.trace.records().iter().find(|row| row.t_s > 3.985);
-    let felt_n_m = pushed.map_or(f64::NAN, |row| 20.0 / row.truth.pose.y_m.abs());
-    Ok((run.summary, fastest, felt_n_m))
+    Ok(Simulation::new(&scenario)?.run().summary)
+}
+
+/// Prints one figure of all runs: a row for each scene, a column for each law.
+fn print_table(title: &str, runs: &[(String, Vec<Summary>)], figure: impl Fn(&Summary) -> String) {
+    println!("\n| {title} | {} |", LAWS.map(|(name, _)| name).join(" | "));
+    println!("|---|{}", "---|".repeat(LAWS.len()));
+    for (scene, summaries) in runs {
+        let cells: Vec<String> = summaries.iter().map(&figure).collect();
+        println!("| {scene} | {} |", cells.join(" | "));
+    }
 }
 
 fn main() -> Result<(), Error> {
     println!("# Ground that the robot does not know\n");
     println!("{}", include_str!("terrain.md").trim_end());
-    for scene in scenes() {
-        println!("\n### {}\n", scene.name);
-        println!(
-            "| law | worst, mm | at the end, mm | slid away, mJ | motors, J | fastest wheel, rad/s | stiffness felt, N/m | storage rises by, mJ |"
-        );
-        println!("|---|---|---|---|---|---|---|---|");
-        for (law, (name, _)) in LAWS.iter().enumerate() {
-            let (summary, fastest, felt_n_m) = run(&scene, law)?;
-            let felt = match scene.name.starts_with("push") {
-                true if felt_n_m > 1e5 => "rigid".to_owned(),
-                true => format!("{felt_n_m:.1}"),
-                false => "-".to_owned(),
-            };
-            let cell = |value: Option<f64>, per: f64, decimals: usize| {
-                value.map_or("-".to_owned(), |value| {
-                    format!("{:.decimals$}", value * per)
-                })
-            };
-            println!(
-                "| {name} | {} | {} | {} | {} | {fastest:.2} | {felt} | {} |",
-                cell(summary.position_error_max_m, 1e3, 2),
-                cell(summary.position_error_final_m, 1e3, 3),
-                cell(summary.slip_energy_j, 1e3, 1),
-                cell(summary.energy.motor_j, 1.0, 3),
-                cell(summary.storage_rise_j, 1e3, 3),
-            );
-        }
-    }
+    let runs = scenes()
+        .into_iter()
+        .map(|scene| {
+            let summaries: Result<Vec<Summary>, Error> =
+                (0..LAWS.len()).map(|law| run(&scene, law)).collect();
+            Ok((scene.name, summaries?))
+        })
+        .collect::<Result<Vec<_>, Error>>()?;
+    let mm = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{:.2}", value * 1e3));
+    print_table("largest error, mm", &runs, |run| mm(run.position_error_max_m));
+    print_table("error at the end, mm", &runs, |run| mm(run.position_error_final_m));
+    print_table("lost to sliding, J", &runs, |run| {
+        run.slip_energy_j.map_or("-".to_owned(), |value| format!("{value:.3}"))
+    });
     Ok(())
 }

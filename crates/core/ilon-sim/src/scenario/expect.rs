@@ -20,26 +20,24 @@ pub struct Expect {
     pub bounds: BTreeMap<String, Bound>,
     /// Bounds on signals over time: `[[expect.signals]]`.
     pub signals: Vec<SignalBound>,
-    /// How far each signal may be from a baseline's, by its name: `[expect.tolerances]`.
+    /// Tolerance of each signal against a baseline, by column (`wheel*_` for every wheel); others must be equal.
     pub tolerances: BTreeMap<String, f64>,
 }
 
-/// What a recorded signal must keep to over time.
+/// Bounds of a recorded signal over time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SignalBound {
-    /// The signal: a column of the trace such as `truth_x_m`, with `wheel*_` in place of `wheel0_` for every wheel;
-    /// or `position_error_m` or `heading_error_rad`.
+    /// A column of the trace such as `truth_x_m` (`wheel*_`: every wheel), or `position_error_m` or `heading_error_rad`.
     pub signal: String,
     /// When the bound must hold.
     #[serde(default)]
     pub must: Must,
-    /// From when on the signal is looked at, in seconds.
+    /// Start of the window, in seconds.
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub from_s: f64,
-    /// Until when: the end of the window, or the time by which the signal must have settled, in seconds; without it,
-    /// the end of the run.
+    /// End of the window, or the time by which the signal must have settled, in seconds [default: the end].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub until_s: Option<f64>,
@@ -49,10 +47,10 @@ pub struct SignalBound {
     /// At most this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
-    /// This, up to `within`.
+    /// Equal to this, up to `within`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub equal: Option<f64>,
-    /// How far from `equal` it may be.
+    /// Largest distance from `equal`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub within: Option<f64>,
@@ -83,7 +81,7 @@ impl SignalBound {
     }
 }
 
-/// What one quantity must keep to. Each part that stands must hold; a quantity that does not apply to the run fails.
+/// Bounds of one quantity; all given ones must hold. A quantity that does not exist for the run fails.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Bound {
@@ -93,10 +91,10 @@ pub struct Bound {
     /// At most this.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
-    /// This, up to `within`.
+    /// Equal to this, up to `within`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub equal: Option<f64>,
-    /// How far from `equal` it may be.
+    /// Largest distance from `equal`.
     #[schemars(range(min = 0.0))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub within: Option<f64>,

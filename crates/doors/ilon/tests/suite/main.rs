@@ -8,6 +8,7 @@ mod check;
 mod columns;
 mod command;
 mod compare;
+mod cookbook;
 mod energy;
 mod explain;
 mod export;
