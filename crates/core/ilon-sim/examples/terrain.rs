@@ -165,11 +165,17 @@ fn main() -> Result<(), Error> {
             Ok((scene.name, summaries?))
         })
         .collect::<Result<Vec<_>, Error>>()?;
-    let mm = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{:.2}", value * 1e3));
-    print_table("largest error, mm", &runs, |run| mm(run.position_error_max_m));
-    print_table("error at the end, mm", &runs, |run| mm(run.position_error_final_m));
+    let mm =
+        |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{:.2}", value * 1e3));
+    print_table("largest error, mm", &runs, |run| {
+        mm(run.position_error_max_m)
+    });
+    print_table("error at the end, mm", &runs, |run| {
+        mm(run.position_error_final_m)
+    });
     print_table("lost to sliding, J", &runs, |run| {
-        run.slip_energy_j.map_or("-".to_owned(), |value| format!("{value:.3}"))
+        run.slip_energy_j
+            .map_or("-".to_owned(), |value| format!("{value:.3}"))
     });
     Ok(())
 }

@@ -117,6 +117,22 @@ impl Expect {
         Ok(())
     }
 
+    /// Refuses bounds on how a reference is tracked, which a run in open loop has none of.
+    pub(super) fn object_to_tracking(&self) -> Result<(), Objection> {
+        let of_tracking =
+            |name: &&String| name.starts_with("position_") || name.starts_with("heading_");
+        match self.bounds.keys().find(of_tracking) {
+            None => Ok(()),
+            Some(name) => Err(Objection::to(
+                format!("expect.{name}"),
+                format!(
+                    "`expect.{name}` can never hold: a run with `[twist]` follows no reference"
+                ),
+                "bound `end_x_m`, `end_y_m`, `end_heading_rad` or `twist_ratio_asked`, or write a `[reference]`",
+            )),
+        }
+    }
+
     /// Checks that every expectation on a signal looks at a row of the run: one that looks at none says nothing of it.
     ///
     /// A run that was cut short for a look is none the worse for it, so that this is asked where a scenario is a test.
@@ -356,8 +372,8 @@ impl JsonSchema for Expect {
         let signals = generator.subschema_for::<Vec<SignalBound>>().to_value();
         root["properties"]["signals"] = signals;
         root["properties"]["tolerances"] = serde_json::json!({
-            "description": "How far each signal may be from a baseline's, by its column's name (`wheel*_` for every \
-                            wheel); what is not named must be equal.",
+            "description": "Tolerance of each signal against a baseline, by column (`wheel*_` for every wheel); others must be \
+                            equal.",
             "type": "object",
             "additionalProperties": { "type": "number", "minimum": 0.0 },
         });
@@ -418,6 +434,16 @@ mod tests {
         let (told, at) = told(&format!("[expect]\n{bound}\n"));
         assert!(told.contains(message), "{told}");
         assert_eq!(at, place);
+    }
+
+    #[test]
+    fn a_run_in_open_loop_has_no_tracking_to_bound() {
+        let text = "robot.file = 'x.urdf'\ntwist.vx_m_s = 0.3\nrun.duration_s = 1\n";
+        let told =
+            |bound: &str| Scenario::from_toml(&format!("{text}expect.{bound}"), "t", ".").err();
+        let refused = told("position_error_max_m = { max = 0.1 }").map(|error| error.to_string());
+        assert!(refused.is_some_and(|text| text.contains("follows no reference")));
+        assert!(told("end_x_m = { max = 0.1 }").is_none());
     }
 
     #[test_case::test_case("", "bounds nothing"; "empty")]

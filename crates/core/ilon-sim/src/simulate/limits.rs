@@ -601,11 +601,11 @@ pub(super) fn beyond(
             let tops = rates_rad_s.iter().zip(&tops_rad_s);
             let is_too_fast = tops.into_iter().any(|(rate, top)| rate.abs() > *top);
             beyond.remedy = match (is_too_fast, twist_rate == Twist::default()) {
-                (true, _) => "its wheels cannot turn so fast: ask for less speed",
+                (true, _) => "its wheels cannot turn so fast: command less speed",
                 (false, true) => {
-                    "no acceleration is asked for: the slope or the speed alone takes that"
+                    "without any acceleration: the slope or the speed alone needs that"
                 }
-                (false, false) => "ask for less acceleration",
+                (false, false) => "command less acceleration",
             };
         }
     }
@@ -657,7 +657,7 @@ impl Beyond {
             None => format!("needs more than its {of_what}"),
         };
         format!(
-            "the motion asks for more than there is for {:.1} % of the run, first at {from_s:.2} s of {first}: at {most_at_s:.2} s wheel `{wheel}` {needs}, \
+            "the motion is too fast for {:.1} % of the run, from {from_s:.2} s on and first for {first}: at {most_at_s:.2} s wheel `{wheel}` {needs}, \
              so that {then}; {}",
             100.0 * f64::from(self.looks) / (LOOKS + 1) as f64,
             self.remedy

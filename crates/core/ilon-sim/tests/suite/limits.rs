@@ -641,7 +641,7 @@ fn a_motion_that_asks_for_more_than_there_is_is_remarked_before_it_is_run() {
     let asks = |text: &str| {
         let said = warnings(text);
         said.into_iter()
-            .find(|line| line.contains("asks for more than there is"))
+            .find(|line| line.contains("the motion is too fast"))
     };
     assert_eq!(asks(EIGHT), None);
     let icy = asks(&format!("{EIGHT}world.floor.friction = 0.1\n")).expect("a remark");

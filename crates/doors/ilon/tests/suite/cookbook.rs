@@ -11,7 +11,9 @@ const ROBOTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robot
 /// The blocks of TOML of the page.
 fn pieces() -> Vec<&'static str> {
     let blocks = PAGE.split("```toml\n").skip(1);
-    blocks.map(|block| block.split("```").next().unwrap_or_default()).collect()
+    blocks
+        .map(|block| block.split("```").next().unwrap_or_default())
+        .collect()
 }
 
 /// Puts a piece over a scenario, key by key.
@@ -27,12 +29,23 @@ fn merge(scenario: &mut Table, piece: Table) {
 /// A scenario of 0.2 s around a piece; a piece with bounds over time has the time that they need.
 fn around(piece: &str) -> Table {
     let piece: Table = piece.parse().expect("the piece is TOML");
-    let moves = ["twist", "reference"].iter().any(|key| piece.contains_key(*key));
-    let mut scenario: Table = "robot.file = '../robots/mecanum4.urdf'".parse().expect("it is TOML");
+    let moves = ["twist", "reference"]
+        .iter()
+        .any(|key| piece.contains_key(*key));
+    let mut scenario: Table = "robot.file = '../robots/mecanum4.urdf'"
+        .parse()
+        .expect("it is TOML");
     if !moves {
-        merge(&mut scenario, "twist.vx_m_s = 0.3".parse().expect("it is TOML"));
+        merge(
+            &mut scenario,
+            "twist.vx_m_s = 0.3".parse().expect("it is TOML"),
+        );
     }
-    let duration_s = if piece.contains_key("expect") { 8.0 } else { 0.2 };
+    let duration_s = if piece.contains_key("expect") {
+        8.0
+    } else {
+        0.2
+    };
     merge(&mut scenario, piece);
     let run = format!("run.duration_s = {duration_s}");
     merge(&mut scenario, run.parse().expect("it is TOML"));

@@ -40,3 +40,4 @@ mod support;
 mod sweep;
 mod visual_meshes;
 mod wild_options;
+mod words;
