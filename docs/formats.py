@@ -47,7 +47,7 @@ LONGEST_EXAMPLE = 14
 # A table of so many keys stands within the table of the section that has it.
 SHORT_TABLE = 3
 # The unit that the end of a key's name says already.
-UNITS = {"_m": "metres", "_s": "seconds", "_deg": "degrees", "_kg": "kg", "_n": "N", "_n_m": "N m", "_m_s": "m/s", "_rad": "radians", "_rad_s": "rad/s", "_hz": "Hz"}
+UNITS = {"_m": "metres", "_s": "seconds", "_deg": "degrees", "_kg": "kg", "_n": "N", "_n_m": "N m", "_m_s": "m/s", "_rad": "radians", "_rad_s": "rad/s", "_hz": "Hz", "_n_s_m": "N s/m", "_n_m_s": "N m s/rad", "_n_m_s_rad": "N m s/rad", "_n_m_rad": "N m/rad", "_per_s": "1/s", "_kg_m2": "kg m^2", "_m_s2": "m/s^2", "_n_s": "N s", "_kg_m3": "kg/m^3"}
 
 
 def words(text):
@@ -60,6 +60,35 @@ def without_unit(key, text):
     for end, unit in UNITS.items():
         if key.endswith(end):
             text = re.sub(rf",? in {re.escape(unit)}(?=[.,:;)]|$| \[)", "", text)
+    return text
+
+
+def labelled(key, what):
+    """A quantity's key, with what it is where the key does not say it."""
+    what = re.sub(", in [^,]*$", "", what.strip())
+    known = {*key.split("_"), "the", "at", "of", "in", "by", "a", "end", "largest", "final", "error", "rms", "run"}
+    return f"`{key}`" if {word.strip(",") for word in what.lower().split()} <= known else f"`{key}` ({what})"
+
+
+def merged(rows):
+    """Rows of keys that say the same, such as those of x and y or of joints that turn and that slide, as one."""
+    lines = []
+    for row in rows:
+        name, rest = re.match(r"- (\S+)(.*)", row, re.DOTALL).groups()
+        name = name.removesuffix(":")
+        alike = re.sub(r"\b[xyz]\b", "x", rest)
+        if lines and lines[-1][1] == alike:
+            lines[-1][0].append((name, rest))
+        else:
+            lines.append(([(name, rest)], alike))
+    text = []
+    for names, _ in lines:
+        axes = [re.search(r"\b[xyz]\b", rest) for _, rest in names]
+        rest = names[0][1]
+        if len(names) > 1 and all(axes):
+            rest = re.sub(r"\b[xyz]\b", ", ".join(axis[0] for axis in axes), rest, count=1)
+        colon = "" if rest.lstrip().startswith("(") else ":"
+        text.append(f"- {', '.join(name for name, _ in names)}{colon}{rest}")
     return text
 
 
@@ -155,7 +184,9 @@ class Reference:
             kind += f"; `{json.dumps(default).removesuffix('.0')}`"
         what = value.get("description") or self.resolve(value)[0].get("description")
         name = f"**`{key}`**" if required else f"`{key}`"
-        return f"| {name} | {kind} | {words(without_unit(key, what or ''))} |"
+        kind = re.sub(r"^number[; ]*", "", kind)
+        value = f" ({kind})" if kind else ""
+        return f"- {name}{value}: {words(without_unit(key, what or ''))}"
 
     def rows(self, schema, path, before=""):
         lines = []
@@ -166,31 +197,26 @@ class Reference:
                 lines += self.rows(inner, below, f"{before}{key}.")
             else:
                 lines.append(self.row(before + key, value, below, key in schema.get("required", [])))
-        return lines
-
-    def table(self, rows):
-        return ["| key | value | effect |", "|---|---|---|", *rows, ""]
+        return merged(lines)
 
     def bounds(self, schema):
-        """The quantities of `[expect]`, by what they are about."""
-        said = {}
+        """The quantities of `[expect]`, by what they are about; tables with the same keys stand together."""
+        said, tables = {}, {}
         for key, value in schema["properties"].items():
-            inner = self.resolve(value)[0]
             if is_bound(value):
                 about, what = value["description"].split(":", 1)
-                said.setdefault(about, []).append(f"`{key}` ({re.sub(', in [^,]*$', '', what.strip())})")
+                said.setdefault(about, []).append(labelled(key, what))
             elif key == "ledger":
-                keys = self.resolve(next(iter(inner["properties"].values())))[0]["properties"]
-                terms, each = ", ".join(f"`{term}`" for term in inner["properties"]), ", ".join(f"`{k}`" for k in keys)
-                said["error budget"] = [f"`ledger.TERM.KEY`, TERM one of {terms}; KEY one of {each}"]
-            elif inner.get("properties") and all(is_bound(v) for v in inner["properties"].values()):
-                leaves = [v["description"].split(":", 1) for v in inner["properties"].values()]
-                if len({tuple(l[0].split(",")) for l in leaves}) == 1 and key.startswith("twist"):
-                    said.setdefault("motion", []).append(f"`{key}` ({leaves[0][0]}): " + ", ".join(f"`.{k}`" for k in inner["properties"]))
-                else:
-                    names = (f"`{k}` ({re.sub(', in [^,]*$', '', l[1].strip())})" for k, l in zip(inner["properties"], leaves))
-                    said[f"{leaves[0][0]}, below `{key}.`"] = list(names)
-        lines = [f"- **{about}:** {', '.join(each)}." if about != "motion" else "- **motion:** " + "; ".join(each) + "." for about, each in said.items()]
+                terms = self.resolve(value)[0]["properties"]
+                keys = self.resolve(next(iter(terms.values())))[0]["properties"]
+                said["error budget"] = [f"`ledger.TERM.KEY`, TERM one of {', '.join(terms)}; KEY one of {', '.join(keys)}"]
+            elif self.all_bounds(value):
+                inner = self.resolve(value)[0]["properties"]
+                about = next(iter(inner.values()))["description"].split(":", 1)[0]
+                names = [labelled(k, v["description"].split(":", 1)[1]) for k, v in inner.items()]
+                tables.setdefault(", ".join(names), []).append(f"`{key}` ({about})")
+        lines = [f"- **{about}:** {', '.join(each)}." for about, each in said.items()]
+        lines += [f"- **below** {', '.join(owners)}: {names}." for names, owners in tables.items()]
         return ["Quantities, each with a [bound](#bound):\n", *lines, ""]
 
     def section(self, schema, path, level):
@@ -204,7 +230,7 @@ class Reference:
                 self.text += self.bounds(schema)
                 schema = {**schema, "properties": others}
                 self.kind({"$ref": "#/$defs/Bound"}, path)
-            self.text += self.table(self.rows(schema, path))
+            self.text += [*self.rows(schema, path), ""]
         else:
             self.choices(schema, path)
         below, self.waiting = self.waiting, []
@@ -234,7 +260,7 @@ class Reference:
                 else:
                     plain.append(f"- `{key}` = {self.kind(value, f'{path}.{key}')}: {words(option.get('description'))}")
             elif inner:
-                plain += [words(option.get("description")), *self.table(self.rows(option, path))]
+                plain += [words(option.get("description")), *self.rows(option, path)]
             else:
                 plain.append(f"- {self.kind(option, path)}: {words(option.get('description'))}")
         if plain:
@@ -242,26 +268,24 @@ class Reference:
         if tables:
             every = [row for _, _, rows in tables for row in rows.values()]
             common = [row for row in dict.fromkeys(every) if every.count(row) > max(2, len(tables) / 2)]
-            self.text += ["| one of | value | effect |", "|---|---|---|"]
+            self.text.append("One of:\n" if not plain else "Or:\n")
             for key, what, rows in tables:
-                self.text.append(f"| **{key}** | | {what} |")
-                self.text += [row for row in rows.values() if row not in common]
+                self.text.append(f"- **{key}**: {what}")
+                self.text += ["  " + row for row in rows.values() if row not in common]
             self.text.append("")
             for row in common:
                 lacking = [f"`{key}`" for key, _, rows in tables if row not in rows.values()]
-                name, kind, what = (cell.strip() for cell in row.strip("|").split("|"))
                 but = f" but {', '.join(lacking)}" if lacking else ""
-                self.text.append(f"- All{but}: {name} ({kind}): {what}")
-            self.text.append("")
+                self.text.append(f"Each{but} also has {row.removeprefix('- ')}\n")
         if beside:
             shared = {key: value for key, value in options[0]["properties"].items() if key in beside}
-            self.text += ["Beside it:\n", *self.table(self.rows({"properties": shared}, path))]
+            self.text += ["Beside it:\n", *self.rows({"properties": shared}, path), ""]
 
     def page(self, schema, tasks):
         rows = {key: self.row(key, value, key, key in schema.get("required", [])) for key, value in schema["properties"].items()}
         waiting, self.waiting = {path.removesuffix("[]").split(".")[0]: (inner, path) for inner, path in self.waiting}, []
         order = tasks or {"": list(rows)}
-        self.text += self.table([rows[key] for keys in order.values() for key in keys])
+        self.text += [*(rows[key] for keys in order.values() for key in keys), ""]
         assert sorted(key for keys in order.values() for key in keys) == sorted(rows), "TASKS names every first key once"
         for task, keys in order.items():
             if task:
@@ -302,10 +326,10 @@ def page(ilon, kind):
     title, says, folder, whole = FILES[kind]
     schema = json.loads(subprocess.run([ilon, "schema", kind], check=True, capture_output=True, text=True).stdout)
     text = f"# {title}\n\n{says}\n\n"
-    text += "The file is TOML. Unknown keys are refused. **Bold** keys are required; a default stands behind a semicolon. The end of a name is the unit:\n"
-    text += f"`_m` metres, `_s` seconds, `_deg` degrees, `_n_m` N m, `_per_s` 1/s. For an editor: `ilon schema {kind}` prints a JSON Schema.\n"
-    text += "Written by `docs/formats.py`.\n\n"
-    text += f"A whole file, [{Path(whole).name}](../{whole}):\n\n```toml\n{(ROOT / whole).read_text().strip()}\n```\n\n"
+    text += "The file is TOML. Unknown keys are refused. **Bold** keys are required; in brackets stand the kind of value (a number unless said),\n"
+    text += "its range and its default. The end of a name is the unit: `_m` metres, `_s` seconds, `_deg` degrees, `_n_m` N m, `_per_s` 1/s. For an editor: "
+    text += f"`ilon schema {kind}`\nprints a JSON Schema. Written by `docs/formats.py`.\n\n"
+    text += f"A whole file: [{Path(whole).name}](../{whole}).\n\n"
     return text + Reference(schema, examples(folder)).page(schema, TASKS if kind == "scenario" else {})
 
 

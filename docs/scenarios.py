@@ -29,7 +29,7 @@ def link(path):
 
 def index():
     text = "# Scenarios\n\nThe file's comment says more. Run one with `ilon run`, test all of them with `ilon check assets/scenarios`. Pairs to compare:\n"
-    text += "[slip](slip.md#which-scenarios-to-compare). Written by `docs/scenarios.py`.\n\n| scenario | shows |\n|---|---|\n"
+    text += "[slip](slip.md#which-scenarios-to-compare). Written by `docs/scenarios.py`.\n\n"
     paths = sorted((ROOT / "assets" / "scenarios").glob("*.toml"))
     standard = {}
     for path in paths:
@@ -38,14 +38,14 @@ def index():
             standard.setdefault(robot, {})[motion] = path
     for robot, motions in standard.items():
         links = " ".join(f"[{motion}](../assets/scenarios/{motions[motion].name})" for motion in MOTIONS if motion in motions)
-        text += f"| {robot}: {links} | Standard motions in open loop |\n"
+        text += f"- {robot}, standard motions in open loop: {links}\n"
     listed = {path for motions in standard.values() for path in motions.values()}
     for path in paths:
         if path not in listed:
-            text += f"| {link(path)} | {first_sentence(path).rstrip('.')} |\n"
-    text += "\n## Studies\n\nRun one with `ilon sweep`.\n\n| study | asks |\n|---|---|\n"
+            text += f"- {link(path)}: {first_sentence(path)}\n"
+    text += "\n## Studies\n\nRun one with `ilon sweep`.\n\n"
     for path in sorted((ROOT / "assets" / "studies").glob("*.toml")):
-        text += f"| {link(path)} | {first_sentence(path)} |\n"
+        text += f"- {link(path)}: {first_sentence(path)}\n"
     return text
 
 

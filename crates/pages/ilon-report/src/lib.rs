@@ -248,7 +248,7 @@ fn motion_section(shown: &RunInput, settings: &Settings) -> Section {
         ("real", solid("@real").width(2.6)),
         ("asked, before saturation", dotted("@asked")),
         (
-            "ideal: equation (7) from the real wheel rates",
+            "ideal: ideal kinematics of the real wheel rates",
             dashed("@ideal"),
         ),
         (

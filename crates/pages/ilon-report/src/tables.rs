@@ -255,7 +255,7 @@ pub(super) fn odometry_table(summary: &Summary) -> String {
         cell(times.filter(|t| t.is_finite()).map(|t| format!("{t:.1}")))
     });
     let rows = [
-        drift("by equation (7)", ideal),
+        drift("by the ideal kinematics", ideal),
         drift("by the contact kinematics", contact),
         format!(
             "<tr class=\"total\"><th scope=\"row\">times less</th>{}</tr>",

@@ -416,7 +416,7 @@ fn a_robot_at_a_wall_or_a_kerb_is_told_to_stand_there_and_not_to_cross_it() {
         );
         let told = Told::of(longer, &text);
         let line = told.line(words);
-        assert!(line.contains("300 mm/s asked for it did "), "{line}");
+        assert!(line.contains("300 mm/s commanded it reached "), "{line}");
         let from_s = number(line, "From", "s to the end");
         let held_n = told.mean(from_s, 2.5, |r| {
             -r.support.expect("it is recorded").obstacles_x_n

@@ -458,7 +458,7 @@ mod tests {
             assert_eq!(answer.is_good, is_good, "{}", answer.text);
         }
         let better = judged("rigid", JudgedBy::Runs, [&known, &errors(1.5, 6.0)]);
-        let says = "\"rigid\" misses 6 mm a stretch on unseen runs, where the robot as it was known misses 8 mm";
+        let says = "\"rigid\" errs by 6 mm a stretch on unseen runs, the nominal robot by 8 mm";
         assert!(better.text.contains(says), "{}", better.text);
     }
 

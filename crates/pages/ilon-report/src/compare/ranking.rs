@@ -204,6 +204,6 @@ mod tests {
     fn runs_that_came_to_the_same_are_said_to() {
         let compared = comparison(|_| {});
         assert!(most_different(&compared, 5).is_empty());
-        assert!(sentences(&compared)[0].contains("came to the same"));
+        assert!(sentences(&compared)[0].contains("</b> equals "));
     }
 }
