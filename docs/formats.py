@@ -47,7 +47,27 @@ LONGEST_EXAMPLE = 14
 # A table of so many keys stands within the table of the section that has it.
 SHORT_TABLE = 3
 # The unit that the end of a key's name says already.
-UNITS = {"_m": "metres", "_s": "seconds", "_deg": "degrees", "_kg": "kg", "_n": "N", "_n_m": "N m", "_m_s": "m/s", "_rad": "radians", "_rad_s": "rad/s", "_hz": "Hz", "_n_s_m": "N s/m", "_n_m_s": "N m s/rad", "_n_m_s_rad": "N m s/rad", "_n_m_rad": "N m/rad", "_per_s": "1/s", "_kg_m2": "kg m^2", "_m_s2": "m/s^2", "_n_s": "N s", "_kg_m3": "kg/m^3"}
+UNITS = {
+    "_m": "metres",
+    "_s": "seconds",
+    "_deg": "degrees",
+    "_kg": "kg",
+    "_n": "N",
+    "_n_m": "N m",
+    "_m_s": "m/s",
+    "_rad": "radians",
+    "_rad_s": "rad/s",
+    "_hz": "Hz",
+    "_n_s_m": "N s/m",
+    "_n_m_s": "N m s/rad",
+    "_n_m_s_rad": "N m s/rad",
+    "_n_m_rad": "N m/rad",
+    "_per_s": "1/s",
+    "_kg_m2": "kg m^2",
+    "_m_s2": "m/s^2",
+    "_n_s": "N s",
+    "_kg_m3": "kg/m^3",
+}
 
 
 def words(text):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes docs/scenarios.md from the first sentence of each scenario and study; with --check, exits 1 where it is not up to date."""
+"""Writes docs/scenarios.md from the first sentence of each scenario; with --check, exits 1 where it is not up to date."""
 
 import re
 import sys
@@ -29,7 +29,7 @@ def link(path):
 
 def index():
     text = "# Scenarios\n\nThe file's comment says more. Run one with `ilon run`, test all of them with `ilon check assets/scenarios`. Pairs to compare:\n"
-    text += "[slip](slip.md#which-scenarios-to-compare). Written by `docs/scenarios.py`.\n\n"
+    text += "[slip](slip.md#which-scenarios-to-compare). Studies: [studies](sweeps.md#the-shipped-studies). Written by `docs/scenarios.py`.\n\n"
     paths = sorted((ROOT / "assets" / "scenarios").glob("*.toml"))
     standard = {}
     for path in paths:
@@ -43,9 +43,6 @@ def index():
     for path in paths:
         if path not in listed:
             text += f"- {link(path)}: {first_sentence(path)}\n"
-    text += "\n## Studies\n\nRun one with `ilon sweep`.\n\n"
-    for path in sorted((ROOT / "assets" / "studies").glob("*.toml")):
-        text += f"- {link(path)}: {first_sentence(path)}\n"
     return text
 
 
