@@ -261,7 +261,7 @@ fn a_robot_on_its_chassis_is_told_before_all_else_and_without_shares_of_slip() {
     let free = Told::of(low(0.0502), SHORT);
     assert!(!free.says("chassis"), "{:#?}", free.lines);
     assert_eq!(free.run.summary.chassis_load_share, Some(0.0));
-    assert!(free.says("of the ideal kinematics"), "{:#?}", free.lines);
+    assert!(free.says("by the ideal kinematics"), "{:#?}", free.lines);
 }
 
 /// The whole weight rests on the wheels of a robot that stands on them, and no more than the normal forces of its wheels.
