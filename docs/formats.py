@@ -15,29 +15,105 @@ ROOT = Path(__file__).resolve().parent.parent
 FILES = {
     "scenario": (
         "The scenario file",
-        "One run: a robot, its world, and what it is asked to do. `ilon run` takes it, `ilon check` holds it against its own `[expect]`.",
+        "One run: a robot, its world and its motion. `ilon run` runs it, `ilon check` tests it against its `[expect]`. Pieces to copy: [cookbook](cookbook.md).",
         "assets/scenarios",
         "assets/scenarios/mecanum4_wet_floor.toml",
     ),
     "robot": (
         "The robot in short",
-        "A robot of one chassis and Swedish wheels. `ilon generate` makes a URDF of it, and everything that takes a robot's file takes it too.",
+        "A robot of one chassis and Swedish wheels. Every command takes it as a robot file; `ilon generate` writes it as URDF.",
         "assets/robots",
         "assets/robots/mecanum4.toml",
     ),
     "study": (
         "The study file",
-        "Many runs of a scenario under keys that vary. `ilon sweep` takes it.",
+        "Many runs of a scenario with varied keys, for `ilon sweep`. With explanations: [studies](sweeps.md).",
         "assets/studies",
         "assets/studies/friction_path_loss.toml",
     ),
 }
+# The first keys of a file by task; what is not named stands in the table at the top and in the order of the schema.
+TASKS = {
+    "The robot": ["robot", "rollers"],
+    "The world": ["world", "materials"],
+    "The motion": ["twist", "reference", "playback", "guidance"],
+    "Wheel loops and motors": ["wheel_loop", "motors"],
+    "Sensing": ["sensors"],
+    "Faults and pushes": ["faults"],
+    "The run": ["run"],
+    "Expectations": ["expect"],
+}
 LONGEST_EXAMPLE = 14
+# A table of so many keys stands within the table of the section that has it.
+SHORT_TABLE = 3
+# The unit that the end of a key's name says already.
+UNITS = {
+    "_m": "metres",
+    "_s": "seconds",
+    "_deg": "degrees",
+    "_kg": "kg",
+    "_n": "N",
+    "_n_m": "N m",
+    "_m_s": "m/s",
+    "_rad": "radians",
+    "_rad_s": "rad/s",
+    "_hz": "Hz",
+    "_n_s_m": "N s/m",
+    "_n_m_s": "N m s/rad",
+    "_n_m_s_rad": "N m s/rad",
+    "_n_m_rad": "N m/rad",
+    "_per_s": "1/s",
+    "_kg_m2": "kg m^2",
+    "_m_s2": "m/s^2",
+    "_n_s": "N s",
+    "_kg_m3": "kg/m^3",
+}
 
 
 def words(text):
     """Text as it stands in a cell of a table."""
     return " ".join((text or "").split()).replace("|", "\\|")
+
+
+def without_unit(key, text):
+    """A description without the unit that its key names."""
+    for end, unit in UNITS.items():
+        if key.endswith(end):
+            text = re.sub(rf",? in {re.escape(unit)}(?=[.,:;)]|$| \[)", "", text)
+    return text
+
+
+def labelled(key, what):
+    """A quantity's key, with what it is where the key does not say it."""
+    what = re.sub(", in [^,]*$", "", what.strip())
+    known = {*key.split("_"), "the", "at", "of", "in", "by", "a", "end", "largest", "final", "error", "rms", "run"}
+    return f"`{key}`" if {word.strip(",") for word in what.lower().split()} <= known else f"`{key}` ({what})"
+
+
+def merged(rows):
+    """Rows of keys that say the same, such as those of x and y or of joints that turn and that slide, as one."""
+    lines = []
+    for row in rows:
+        name, rest = re.match(r"- (\S+)(.*)", row, re.DOTALL).groups()
+        name = name.removesuffix(":")
+        alike = re.sub(r"\b[xyz]\b", "x", rest)
+        if lines and lines[-1][1] == alike:
+            lines[-1][0].append((name, rest))
+        else:
+            lines.append(([(name, rest)], alike))
+    text = []
+    for names, _ in lines:
+        axes = [re.search(r"\b[xyz]\b", rest) for _, rest in names]
+        rest = names[0][1]
+        if len(names) > 1 and all(axes):
+            rest = re.sub(r"\b[xyz]\b", ", ".join(axis[0] for axis in axes), rest, count=1)
+        colon = "" if rest.lstrip().startswith("(") else ":"
+        text.append(f"- {', '.join(name for name, _ in names)}{colon}{rest}")
+    return text
+
+
+def is_bound(schema):
+    return schema.get("$ref", "").endswith("/Bound") or any(is_bound(o) for o in schema.get("anyOf", []))
 
 
 class Reference:
@@ -82,16 +158,24 @@ class Reference:
             items = schema.get("items", {})
             count = schema.get("minItems")
             inner = self.kind(items, path + "[]")
-            return f"{count} of: {inner}" if count and count == schema.get("maxItems") else f"list of: {inner}"
+            return f"{count} x {inner}" if count and count == schema.get("maxItems") else f"list: {inner}"
         if kind == "object":
             if schema.get("properties"):
                 return self.link(schema, name or path, path)
             more = schema.get("additionalProperties")
-            return "table" + (f" of {self.kind(more, path + '.NAME')}" if isinstance(more, dict) and more else "")
-        said = {"number": "number", "integer": "whole number", "string": "text", "boolean": "`true` or `false`"}.get(kind, kind)
-        for key, sign in (("exclusiveMinimum", "above"), ("minimum", "from"), ("exclusiveMaximum", "below"), ("maximum", "to")):
-            if key in schema:
-                said += f" {sign} {schema[key]:g}"
+            return "table" + (f": {self.kind(more, path + '.NAME')}" if isinstance(more, dict) and more else "")
+        return self.scalar(schema, kind)
+
+    @staticmethod
+    def scalar(schema, kind):
+        """A number with its range, a text or a truth value, in words."""
+        said = {"number": "number", "integer": "whole", "string": "text", "boolean": "`true`, `false`"}.get(kind, kind)
+        low, high = schema.get("minimum"), schema.get("maximum")
+        above, below = schema.get("exclusiveMinimum"), schema.get("exclusiveMaximum")
+        if low is not None and high is not None:
+            said += f" {low:g} to {high:g}"
+        else:
+            said += "".join(f" {sign} {limit:g}" for sign, limit in (("≥", low), (">", above), ("<", below), ("≤", high)) if limit is not None)
         return said
 
     def link(self, schema, name, path):
@@ -105,56 +189,131 @@ class Reference:
         anchor = re.sub(r"[^a-z0-9_\- ]", "", title.lower()).replace(" ", "-")
         return f"[{title}](#{anchor})"
 
-    def rows(self, schema, path):
-        required = schema.get("required", [])
-        lines = ["| key | value | default | what |", "|---|---|---|---|"]
-        for key, value in schema["properties"].items():
-            default = "required" if key in required else ""
-            if value.get("default") is not None and not isinstance(value["default"], (dict, list)):
-                default = f"`{json.dumps(value['default'])}`"
-            what = value.get("description") or self.resolve(value)[0].get("description")
-            below = f"{path}.{key}" if path else key
-            lines.append(f"| `{key}` | {self.kind(value, below)} | {default} | {words(what)} |")
-        return lines
+    def short_table(self, value):
+        """The keys of a small table that stands in one place only, or none."""
+        schema, name = self.resolve(value)
+        keys = schema.get("properties")
+        small = keys and len(keys) <= SHORT_TABLE and name not in self.shared and "array" not in (value.get("type"), schema.get("type"))
+        return schema if small else None
 
-    def section(self, schema, path):
-        self.text += [f"\n## {path}\n", words(schema.get("description")) + "\n"]
+    def row(self, key, value, path, required):
+        """One key: name, bold where it is required; value with its default; what it does."""
+        default = value.get("default")
+        kind = self.kind(value, path)
+        if default is not None and not isinstance(default, (dict, list)):
+            kind += f"; `{json.dumps(default).removesuffix('.0')}`"
+        what = value.get("description") or self.resolve(value)[0].get("description")
+        name = f"**`{key}`**" if required else f"`{key}`"
+        kind = re.sub(r"^number[; ]*", "", kind)
+        value = f" ({kind})" if kind else ""
+        return f"- {name}{value}: {words(without_unit(key, what or ''))}"
+
+    def rows(self, schema, path, before=""):
+        lines = []
+        for key, value in schema["properties"].items():
+            below = f"{path}.{key}" if path else key
+            inner = self.short_table(value)
+            if inner:
+                lines += self.rows(inner, below, f"{before}{key}.")
+            else:
+                lines.append(self.row(before + key, value, below, key in schema.get("required", [])))
+        return merged(lines)
+
+    def bounds(self, schema):
+        """The quantities of `[expect]`, by what they are about; tables with the same keys stand together."""
+        said, tables = {}, {}
+        for key, value in schema["properties"].items():
+            if is_bound(value):
+                about, what = value["description"].split(":", 1)
+                said.setdefault(about, []).append(labelled(key, what))
+            elif key == "ledger":
+                terms = self.resolve(value)[0]["properties"]
+                keys = self.resolve(next(iter(terms.values())))[0]["properties"]
+                said["error budget"] = [f"`ledger.TERM.KEY`, TERM one of {', '.join(terms)}; KEY one of {', '.join(keys)}"]
+            elif self.all_bounds(value):
+                inner = self.resolve(value)[0]["properties"]
+                about = next(iter(inner.values()))["description"].split(":", 1)[0]
+                names = [labelled(k, v["description"].split(":", 1)[1]) for k, v in inner.items()]
+                tables.setdefault(", ".join(names), []).append(f"`{key}` ({about})")
+        lines = [f"- **{about}:** {', '.join(each)}." for about, each in said.items()]
+        lines += [f"- **below** {', '.join(owners)}: {names}." for names, owners in tables.items()]
+        return ["Quantities, each with a [bound](#bound):\n", *lines, ""]
+
+    def section(self, schema, path, level):
+        self.text += [f"{'#' * level} {path}\n", words(schema.get("description")) + "\n"]
         example = self.examples.get(path)
         if example:
             self.text += ["```toml", example, "```\n"]
         if schema.get("properties"):
-            self.text += self.rows(schema, path)
-            return
-        self.text += ["One of these:\n"]
+            others = {k: v for k, v in schema["properties"].items() if not self.all_bounds(v)}
+            if len(others) < len(schema["properties"]) / 2:
+                self.text += self.bounds(schema)
+                schema = {**schema, "properties": others}
+                self.kind({"$ref": "#/$defs/Bound"}, path)
+            self.text += [*self.rows(schema, path), ""]
+        else:
+            self.choices(schema, path)
+        below, self.waiting = self.waiting, []
+        for inner in below:
+            self.section(*inner, min(level + 1, 4))
+
+    def all_bounds(self, value):
+        """Whether a key is a bound, or a table of nothing but bounds."""
+        inner = self.resolve(value)[0].get("properties")
+        return is_bound(value) or bool(inner) and all(self.all_bounds(v) for v in inner.values())
+
+    def choices(self, schema, path):
+        """A choice: each option with its keys, and once the keys that most of them have."""
         options = schema.get("oneOf") or schema.get("anyOf")
         # Where one key says which it is, those beside it are the same for all.
         optional = [set(o.get("properties", {})) - set(o.get("required", [])) for o in options]
         beside = optional[0] if all(keys == optional[0] for keys in optional) else set()
+        tables, plain = [], []
         for option in options:
-            what = words(option.get("description"))
             inner = {key: value for key, value in option.get("properties", {}).items() if key not in beside}
             if len(inner) == 1:
                 (key, value), = inner.items()
                 resolved, _ = self.resolve(value)
                 if resolved.get("properties"):
-                    self.text += [f"### {path}.{key}\n", what + "\n", *self.rows(resolved, f"{path}.{key}"), ""]
+                    rows = dict(zip(resolved["properties"], self.rows(resolved, f"{path}.{key}")))
+                    tables.append((key, words(option.get("description")), rows))
                 else:
-                    self.text += [f"- `{key}`: {self.kind(value, f'{path}.{key}')}. {what}\n"]
+                    plain.append(f"- `{key}` = {self.kind(value, f'{path}.{key}')}: {words(option.get('description'))}")
             elif inner:
-                self.text += [what + "\n", *self.rows(option, path), ""]
+                plain += [words(option.get("description")), *self.rows(option, path)]
             else:
-                self.text += [f"- {self.kind(option, path)}: {what}\n"]
+                plain.append(f"- {self.kind(option, path)}: {words(option.get('description'))}")
+        if plain:
+            self.text += ["One of:\n", *plain, ""]
+        if tables:
+            every = [row for _, _, rows in tables for row in rows.values()]
+            common = [row for row in dict.fromkeys(every) if every.count(row) > max(2, len(tables) / 2)]
+            self.text.append("One of:\n" if not plain else "Or:\n")
+            for key, what, rows in tables:
+                self.text.append(f"- **{key}**: {what}")
+                self.text += ["  " + row for row in rows.values() if row not in common]
+            self.text.append("")
+            for row in common:
+                lacking = [f"`{key}`" for key, _, rows in tables if row not in rows.values()]
+                but = f" but {', '.join(lacking)}" if lacking else ""
+                self.text.append(f"Each{but} also has {row.removeprefix('- ')}\n")
         if beside:
             shared = {key: value for key, value in options[0]["properties"].items() if key in beside}
             self.text += ["Beside it:\n", *self.rows({"properties": shared}, path), ""]
 
-    def page(self, schema):
-        self.text += self.rows(schema, "")
-        done = 0
-        while done < len(self.waiting):
-            self.section(*self.waiting[done])
-            done += 1
-        return "\n".join(self.text) + "\n"
+    def page(self, schema, tasks):
+        rows = {key: self.row(key, value, key, key in schema.get("required", [])) for key, value in schema["properties"].items()}
+        waiting, self.waiting = {path.removesuffix("[]").split(".")[0]: (inner, path) for inner, path in self.waiting}, []
+        order = tasks or {"": list(rows)}
+        self.text += [*(rows[key] for keys in order.values() for key in keys), ""]
+        assert sorted(key for keys in order.values() for key in keys) == sorted(rows), "TASKS names every first key once"
+        for task, keys in order.items():
+            if task:
+                self.text += [f"## {task}\n"]
+            for key in keys:
+                if key in waiting:
+                    self.section(*waiting[key], 3 if task else 2)
+        return re.sub(r"\n{3,}", "\n\n", "\n".join(self.text)).rstrip() + "\n"
 
 
 def part(text, key):
@@ -186,11 +345,12 @@ def examples(folder):
 def page(ilon, kind):
     title, says, folder, whole = FILES[kind]
     schema = json.loads(subprocess.run([ilon, "schema", kind], check=True, capture_output=True, text=True).stdout)
-    text = f"# {title}\n\n{says} It is TOML; keys that are not listed here are refused. Lengths are in metres, times in seconds, and angles in\n"
-    text += f"degrees where the key ends in `_deg`. `ilon schema {kind}` prints the same as a JSON Schema, for an editor.\n"
-    text += "Written by `docs/formats.py`.\n\n"
-    text += f"A whole one, [{Path(whole).name}](../{whole}):\n\n```toml\n{(ROOT / whole).read_text().strip()}\n```\n\n"
-    return text + Reference(schema, examples(folder)).page(schema)
+    text = f"# {title}\n\n{says}\n\n"
+    text += "The file is TOML. Unknown keys are refused. **Bold** keys are required; in brackets stand the kind of value (a number unless said),\n"
+    text += "its range and its default. The end of a name is the unit: `_m` metres, `_s` seconds, `_deg` degrees, `_n_m` N m, `_per_s` 1/s. For an editor: "
+    text += f"`ilon schema {kind}`\nprints a JSON Schema. Written by `docs/formats.py`.\n\n"
+    text += f"A whole file: [{Path(whole).name}](../{whole}).\n\n"
+    return text + Reference(schema, examples(folder)).page(schema, TASKS if kind == "scenario" else {})
 
 
 def main():

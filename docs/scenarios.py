@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
-"""Writes docs/scenarios.md from the first sentence of each scenario and study; with --check, exits 1 where it is not up to date."""
+"""Writes docs/scenarios.md from the first sentence of each scenario; with --check, exits 1 where it is not up to date."""
 
 import re
 import sys
-import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -20,20 +19,30 @@ def first_sentence(path):
     return re.split(r"(?<=[.?])\s(?=[A-Z])", " ".join(lines))[0].replace("|", "\\|")
 
 
-def robot(path):
-    """The file of the robot that a scenario names."""
-    file = tomllib.loads(path.read_text()).get("robot", {}).get("file", "")
-    return Path(file).stem
+# The motions that most robots have a scenario of, in the order of the table.
+MOTIONS = ["forward", "lateral", "diagonal", "arc", "yaw"]
+
+
+def link(path):
+    return f"[{path.stem}](../assets/{path.parent.name}/{path.name})"
 
 
 def index():
-    text = "# Scenarios\n\nThe first sentence of each file; the file says more. Written by `docs/scenarios.py`.\n\n"
-    text += "Run one with `ilon run`, test all of them with `ilon check assets/scenarios`. Pairs to compare: [slip](slip.md#which-scenarios-to-compare).\n\n| scenario | robot | shows |\n|---|---|---|\n"
-    for path in sorted((ROOT / "assets" / "scenarios").glob("*.toml")):
-        text += f"| [{path.stem}](../assets/scenarios/{path.name}) | {robot(path)} | {first_sentence(path)} |\n"
-    text += "\n## Studies\n\nRun one with `ilon sweep`.\n\n| study | asks |\n|---|---|\n"
-    for path in sorted((ROOT / "assets" / "studies").glob("*.toml")):
-        text += f"| [{path.stem}](../assets/studies/{path.name}) | {first_sentence(path)} |\n"
+    text = "# Scenarios\n\nThe file's comment says more. Run one with `ilon run`, test all of them with `ilon check assets/scenarios`. Pairs to compare:\n"
+    text += "[slip](slip.md#which-scenarios-to-compare). Studies: [studies](sweeps.md#the-shipped-studies). Written by `docs/scenarios.py`.\n\n"
+    paths = sorted((ROOT / "assets" / "scenarios").glob("*.toml"))
+    standard = {}
+    for path in paths:
+        robot, _, motion = path.stem.partition("_")
+        if motion in MOTIONS and first_sentence(path).endswith("in open loop."):
+            standard.setdefault(robot, {})[motion] = path
+    for robot, motions in standard.items():
+        links = " ".join(f"[{motion}](../assets/scenarios/{motions[motion].name})" for motion in MOTIONS if motion in motions)
+        text += f"- {robot}, standard motions in open loop: {links}\n"
+    listed = {path for motions in standard.values() for path in motions.values()}
+    for path in paths:
+        if path not in listed:
+            text += f"- {link(path)}: {first_sentence(path)}\n"
     return text
 
 

@@ -69,7 +69,7 @@ pub enum Error {
     Trace(#[from] ilon_trace::TraceError),
 
     /// The robot's motion is no number any more.
-    #[error("the simulation diverged before {t_s} s: the robot's motion is no number any more")]
+    #[error("the simulation diverged before {t_s} s: the robot's motion is not finite")]
     #[diagnostic(help(
         "look for numbers of very different size in the scenario, the robot's file and the commands, or take shorter steps: \
          `run.physics_dt_s`"

@@ -80,20 +80,27 @@ pub fn by_key(key: &str) -> Option<&'static Quantity> {
 /// The SI unit of a recorded signal or of a figure, by the end of its name: `rad/s` of `wheel0_rate_rad_s`; empty of a
 /// pure number.
 pub fn si_unit(name: &str) -> &'static str {
-    let last = name.rsplit('.').next().unwrap_or(name);
-    let ends_in = |end: &str| {
-        let before = last.strip_suffix(end);
-        before.is_some_and(|before| before.is_empty() || before.ends_with('_'))
-    };
-    let of_name = SI_UNITS.iter().find(|(end, _)| ends_in(end));
-    of_name.map_or("", |(_, symbol)| symbol)
+    without_unit(name.rsplit('.').next().unwrap_or(name)).1
+}
+
+/// A name without the unit at its end, and the symbol of that unit: `position_gain` and `1/s` of `position_gain_per_s`.
+pub fn without_unit(name: &str) -> (&str, &'static str) {
+    let stripped = UNITS.iter().find_map(|(end, symbol)| {
+        let before = name.strip_suffix(end)?;
+        let is_whole = before.is_empty() || before.ends_with('_');
+        is_whole.then(|| (before.trim_end_matches('_'), *symbol))
+    });
+    stripped.unwrap_or((name, ""))
 }
 
 /// Longer endings first.
-const SI_UNITS: [(&str, &str); 14] = [
+const UNITS: [(&str, &str); 17] = [
     ("m_per_m", "m/m"),
     ("rad_per_m", "rad/m"),
     ("rad_per_turn", "rad/turn"),
+    ("per_s", "1/s"),
+    ("deg_s", "deg/s"),
+    ("deg", "deg"),
     ("n_m", "N m"),
     ("m_s2", "m/s^2"),
     ("rad_s", "rad/s"),

@@ -4,7 +4,7 @@ const find = (id) => document.getElementById(id);
 const OWN = '/own/';
 const FIRST_SCENARIO = '/scenarios/mecanum4_lateral.toml';
 // What a robot of one's own does until its person says otherwise.
-const OWN_SCENARIO = (file) => `# A robot of one's own, sideways: how much of the motion that its wheels ask for does it make?
+const OWN_SCENARIO = (file) => `# My robot, sideways: how far does it move, compared with its wheel speeds?
 
 [robot]
 file = ${JSON.stringify(file)}
@@ -215,7 +215,7 @@ function look(now) {
       if (mine !== asked) return;
       adopt(said);
       hideFault();
-      say(last ? 'Changed since the last run: run it to see what comes of it.' : 'Ready');
+      say(last ? 'Changed since the last run: run it again.' : 'Ready');
     } catch (error) {
       if (mine !== asked) return;
       showFault(error);

@@ -258,7 +258,7 @@ fn motion_section(shown: &RunInput, settings: &Settings) -> Section {
         ("real", solid("@real").width(2.6)),
         ("asked, before saturation", dotted("@asked")),
         (
-            "ideal: equation (7) from the real wheel rates",
+            "ideal: ideal kinematics of the real wheel rates",
             dashed("@ideal"),
         ),
         (
@@ -266,7 +266,7 @@ fn motion_section(shown: &RunInput, settings: &Settings) -> Section {
             solid("@contact").width(1.2),
         ),
     ];
-    let caption = "In the body frame. Ideal minus contact is the rollers' geometry, contact minus real is slip, asked minus ideal is \
+    let caption = "In the body frame. Ideal minus contact is the rollers' geometry, contact minus real is slip, commanded minus ideal is \
                    what saturation and the wheel loops left.";
     let twist = panels("Velocity", caption, &legend, &motion::twist(shown));
     let mut figures = vec![motion::path(shown)];
@@ -303,7 +303,7 @@ fn budget_section(shown: &RunInput, summary: &Summary, story: &Story) -> Section
             },
         );
         let folded = page::topic(
-            "Asked minus real over the whole run",
+            "Commanded minus real over the whole run",
             "commands include what feedback asks again and again, so these sums are larger than any error",
             &integral,
         );
@@ -312,7 +312,7 @@ fn budget_section(shown: &RunInput, summary: &Summary, story: &Story) -> Section
     Section {
         id: "budget-section",
         title: "Error budget",
-        lead: "Asked minus real motion, split by cause. The terms add up to the total exactly."
+        lead: "Commanded minus real motion, split by cause. The terms add up to the total exactly."
             .to_owned(),
         body,
     }

@@ -100,7 +100,7 @@ fn percent_fine(x: f64) -> String {
 pub(super) fn ledger_table(summary: &Summary) -> String {
     let causes = [
         "a task was saturated",
-        "the command allowed for the rollers' geometry in advance",
+        "the command compensated roller geometry in advance",
         "the wheels were behind their targets, or ahead of them",
         "the touching roller is tilted and off the wheel's middle",
         "wheels were in the air, or carried less than others",
@@ -139,7 +139,7 @@ pub(super) fn ledger_table(summary: &Summary) -> String {
         cells(&summary.ledger.total)
     );
     wide(&table(
-        "Asked minus real motion over the run: net along the world's axes, and as the length of the path of each term",
+        "Commanded minus real motion over the run: net along the world's axes, and as the length of the path of each term",
         "<th>term</th><th>x, mm</th><th>y, mm</th><th>heading, deg</th><th>path, mm</th><th>turn, deg</th>\
          <th style=\"text-align:left\">because</th>",
         &rows,
@@ -160,7 +160,7 @@ pub(super) fn twist_table(trace: &Trace, summary: &Summary) -> String {
         row(name, &[r.vx, r.vy, r.omega].map(|x| number(x, 5)).concat())
     };
     let rows = [
-        twist("asked for", summary.twist_asked_mean),
+        twist("commanded", summary.twist_asked_mean),
         twist(
             "ideal: (7) from the real wheel rates",
             summary.twist_ideal_mean,
@@ -170,7 +170,7 @@ pub(super) fn twist_table(trace: &Trace, summary: &Summary) -> String {
             summary.twist_contact_mean,
         ),
         twist("real", summary.twist_mean),
-        ratio("real over asked for", &summary.twist_ratio_asked),
+        ratio("real over commanded", &summary.twist_ratio_asked),
         ratio("real over ideal", &summary.twist_ratio_ideal),
         ratio("real over contact", &summary.twist_ratio_contact),
     ];
@@ -255,7 +255,7 @@ pub(super) fn odometry_table(summary: &Summary) -> String {
         cell(times.filter(|t| t.is_finite()).map(|t| format!("{t:.1}")))
     });
     let rows = [
-        drift("by equation (7)", ideal),
+        drift("by the ideal kinematics", ideal),
         drift("by the contact kinematics", contact),
         format!(
             "<tr class=\"total\"><th scope=\"row\">times less</th>{}</tr>",
@@ -264,8 +264,8 @@ pub(super) fn odometry_table(summary: &Summary) -> String {
     ];
     let heads = columns.map(|(head, ..)| format!("<th>{head}</th>"));
     wide(&table(
-        "Reckoned minus real. A robot of one's own reckons by the contacts with <code>ilon_control::Odometry</code>: wheel angles \
-         in, pose out",
+        "Odometry minus truth. On your robot <code>ilon_control::Odometry</code> uses the contact kinematics: wheel angles in, pose \
+         out",
         &format!("<th></th>{}", heads.concat()),
         &rows.concat(),
     ))

@@ -25,7 +25,7 @@ pub const DRIVE_STYLE: &str = include_str!("web/drive.css");
 /// How a person drives, for beside the robot.
 pub const HOW_TO_DRIVE: &str = "<kbd>W</kbd> <kbd>S</kbd> ahead and back, <kbd>A</kbd> <kbd>D</kbd> to the sides (or the arrows), \
      <kbd>Q</kbd> <kbd>E</kbd> turn, <kbd>Space</kbd> stops; or the two sticks in the picture, or those of a gamepad: left drives, right turns. \
-     The pale robot is where its odometry takes it to be.";
+     Pale robot: position by wheel odometry.";
 
 /// The script: it defines `ilonScene(canvas, data, options)` and no other name.
 pub fn script() -> String {

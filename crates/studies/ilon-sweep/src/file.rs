@@ -23,7 +23,7 @@ pub(crate) const MOST_RUNS: u64 = 10_000_000;
 pub struct StudyFile {
     /// The scenario that is varied, or several: each is run at every point.
     pub scenario: OneOrMany,
-    /// Keys of the scenario that are otherwise in all runs of the study, as in the scenario's own file.
+    /// Keys of the scenario for all runs of the study.
     #[serde(default, skip_serializing_if = "Table::is_empty")]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub set: Table,
@@ -31,15 +31,15 @@ pub struct StudyFile {
     #[serde(default, skip_serializing_if = "Table::is_empty")]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub axes: Table,
-    /// Whether runs are simulated. Without, a study looks at the `design` quantities alone, which follow from the robot, its wheels' limits and
-    /// its grip: rank and condition of M, top speeds, accelerations without slip.
+    /// Simulate the runs. Without, only the `design` quantities are computed: rank and condition of M, top speeds,
+    /// accelerations without slip.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     pub physics: bool,
     /// How points are chosen on the axes.
     #[serde(default)]
     pub method: Method,
-    /// How many points: of `"grid"` none is given; of `"sobol_indices"` and `"morris"` it counts base points and
-    /// trajectories, each of which takes several runs.
+    /// Number of points; none for `"grid"`. For `"sobol_indices"` and `"morris"` base points and trajectories, each of
+    /// several runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points: Option<u64>,
     /// How often each point is run, each time with another `sensors.seed`.
@@ -49,7 +49,7 @@ pub struct StudyFile {
     /// The seed of all that is drawn: the same seed gives the same study.
     #[serde(default)]
     pub seed: u32,
-    /// Of which runs the traces are kept: `"none"`, `"failed"`, `"worst 5"` or `"all"`.
+    /// Runs whose traces are kept: `"none"`, `"failed"`, `"worst 5"` or `"all"`.
     #[serde(default)]
     pub keep: Keep,
     /// The quantities of the summary that the study looks at, the most important first.
@@ -145,7 +145,7 @@ impl Method {
     }
 }
 
-/// Of which runs the traces are kept.
+/// Runs whose traces are kept: `"none"`, `"failed"`, `"worst 5"` or `"all"`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Keep {
@@ -217,10 +217,10 @@ pub struct Find {
     pub quantity: String,
     /// The value that it crosses.
     pub crosses: f64,
-    /// How narrowly the place is bracketed, in the units of the key.
+    /// Width of the final bracket, in the unit of the key.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub tolerance: f64,
-    /// Values that are tried first, evenly over the whole range, so that more than one crossing is seen.
+    /// Values tried first, evenly over the range, to see several crossings.
     #[serde(default = "number::<9>")]
     #[schemars(range(min = 2, max = 1000))]
     pub scan: u32,

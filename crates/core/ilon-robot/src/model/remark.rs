@@ -13,6 +13,8 @@ pub struct Remark {
     pub line: Option<usize>,
     /// What was ignored, assumed, repaired or doubted.
     pub text: String,
+    /// Whether it is about parts of the file that cannot matter to the motion: of interest to who reads the file, not before a run.
+    pub is_aside: bool,
 }
 
 impl Remark {
@@ -23,6 +25,15 @@ impl Remark {
             file: None,
             line: None,
             text: text.into(),
+            is_aside: false,
+        }
+    }
+
+    /// A remark about a part of the file that cannot matter to the motion.
+    pub fn aside(subject: impl Into<String>, text: impl Into<String>) -> Self {
+        Self {
+            is_aside: true,
+            ..Self::new(subject, text)
         }
     }
 }
@@ -34,6 +45,7 @@ impl fmt::Display for Remark {
             file,
             line,
             text,
+            is_aside: _,
         } = self;
         match (file, line) {
             (Some(file), Some(line)) => write!(f, "{subject} ({file}:{line}): {text}"),

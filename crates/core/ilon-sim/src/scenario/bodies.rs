@@ -5,11 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use super::objection::Objection;
 
-/// A rigid body of uniform density that belongs to no robot. Exactly one of `box`, `cylinder` and `sphere` says its shape.
+/// A free rigid body of uniform density: `box`, `cylinder` or `sphere`.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// Its name, which no other body has; the trace's columns carry it.
+    /// Its name, unique; used in the trace's columns.
     #[schemars(length(min = 1))]
     pub name: String,
     /// It is a box with these sides.
@@ -24,32 +24,32 @@ pub struct Body {
     /// Its mass, in kg.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub mass_kg: f64,
-    /// Coulomb's coefficient of friction of its surface: on the floor and between two bodies the lower of both holds.
+    /// Friction coefficient. On the floor and between two bodies the lower of both counts.
     #[serde(default = "friction")]
     #[schemars(range(min = 0.0))]
     pub friction: f64,
-    /// That against robots; the same unless given.
+    /// Friction coefficient against robots [default: `friction`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub friction_on_robots: Option<f64>,
-    /// x of its middle in the world, in metres.
+    /// x of its middle, in metres.
     pub x_m: f64,
-    /// y of its middle in the world, in metres.
+    /// y of its middle, in metres.
     pub y_m: f64,
-    /// Height of its middle above the floor's plane, in metres; left out, it is put down on whatever is beneath it: the floor, a body that stands
-    /// before it in the file, or the robot.
+    /// Height of its middle above the floor, in metres [default: it stands on what is below it: floor, an earlier body, or the
+    /// robot].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub z_m: Option<f64>,
     /// Its heading in the world, in degrees.
     #[serde(default)]
     pub heading_deg: f64,
-    /// How far it is turned about its own y axis before that, in degrees: 90 lays a cylinder down along x.
+    /// Pitch, applied before the heading, in degrees; 90 lays a cylinder along x.
     #[serde(default)]
     pub pitch_deg: f64,
-    /// How far it is turned about its own x axis before that, in degrees.
+    /// Roll, applied before the heading, in degrees.
     #[serde(default)]
     pub roll_deg: f64,
-    /// x of the velocity of its middle in the world at the start, in m/s.
+    /// Velocity along x at the start, in m/s.
     #[serde(default)]
     pub vx_m_s: f64,
     /// The same along y.
@@ -58,7 +58,7 @@ pub struct Body {
     /// The same along z, upwards.
     #[serde(default)]
     pub vz_m_s: f64,
-    /// Its rate about the world's z axis at the start, in rad/s.
+    /// Yaw rate at the start, in rad/s.
     #[serde(default)]
     pub omega_rad_s: f64,
 }

@@ -20,26 +20,24 @@ pub struct Expect {
     pub bounds: BTreeMap<String, Bound>,
     /// Bounds on signals over time: `[[expect.signals]]`.
     pub signals: Vec<SignalBound>,
-    /// How far each signal may be from a baseline's, by its name: `[expect.tolerances]`.
+    /// Tolerance of each signal against a baseline, by column (`wheel*_` for every wheel); others must be equal.
     pub tolerances: BTreeMap<String, f64>,
 }
 
-/// What a recorded signal must keep to over time.
+/// Bounds of a recorded signal over time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SignalBound {
-    /// The signal: a column of the trace such as `truth_x_m`, with `wheel*_` in place of `wheel0_` for every wheel;
-    /// or `position_error_m` or `heading_error_rad`.
+    /// A column of the trace such as `truth_x_m` (`wheel*_`: every wheel), or `position_error_m` or `heading_error_rad`.
     pub signal: String,
     /// When the bound must hold.
     #[serde(default)]
     pub must: Must,
-    /// From when on the signal is looked at, in seconds.
+    /// Start of the window, in seconds.
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub from_s: f64,
-    /// Until when: the end of the window, or the time by which the signal must have settled, in seconds; without it,
-    /// the end of the run.
+    /// End of the window, or the time by which the signal must have settled, in seconds [default: the end].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub until_s: Option<f64>,
@@ -49,10 +47,10 @@ pub struct SignalBound {
     /// At most this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
-    /// This, up to `within`.
+    /// Equal to this, up to `within`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub equal: Option<f64>,
-    /// How far from `equal` it may be.
+    /// Largest distance from `equal`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub within: Option<f64>,
@@ -83,7 +81,7 @@ impl SignalBound {
     }
 }
 
-/// What one quantity must keep to. Each part that stands must hold; a quantity that does not apply to the run fails.
+/// Bounds of one quantity; all given ones must hold. A quantity that does not exist for the run fails.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Bound {
@@ -93,10 +91,10 @@ pub struct Bound {
     /// At most this.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
-    /// This, up to `within`.
+    /// Equal to this, up to `within`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub equal: Option<f64>,
-    /// How far from `equal` it may be.
+    /// Largest distance from `equal`.
     #[schemars(range(min = 0.0))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub within: Option<f64>,
@@ -117,6 +115,22 @@ impl Expect {
             object_to_signal(signal, &format!("expect.signals.{index}"))?;
         }
         Ok(())
+    }
+
+    /// Refuses bounds on how a reference is tracked, which a run in open loop has none of.
+    pub(super) fn object_to_tracking(&self) -> Result<(), Objection> {
+        let of_tracking =
+            |name: &&String| name.starts_with("position_") || name.starts_with("heading_");
+        match self.bounds.keys().find(of_tracking) {
+            None => Ok(()),
+            Some(name) => Err(Objection::to(
+                format!("expect.{name}"),
+                format!(
+                    "`expect.{name}` can never hold: a run with `[twist]` follows no reference"
+                ),
+                "bound `end_x_m`, `end_y_m`, `end_heading_rad` or `twist_ratio_asked`, or write a `[reference]`",
+            )),
+        }
     }
 
     /// Checks that every expectation on a signal looks at a row of the run: one that looks at none says nothing of it.
@@ -358,8 +372,8 @@ impl JsonSchema for Expect {
         let signals = generator.subschema_for::<Vec<SignalBound>>().to_value();
         root["properties"]["signals"] = signals;
         root["properties"]["tolerances"] = serde_json::json!({
-            "description": "How far each signal may be from a baseline's, by its column's name (`wheel*_` for every \
-                            wheel); what is not named must be equal.",
+            "description": "Tolerance of each signal against a baseline, by column (`wheel*_` for every wheel); others must be \
+                            equal.",
             "type": "object",
             "additionalProperties": { "type": "number", "minimum": 0.0 },
         });
@@ -420,6 +434,16 @@ mod tests {
         let (told, at) = told(&format!("[expect]\n{bound}\n"));
         assert!(told.contains(message), "{told}");
         assert_eq!(at, place);
+    }
+
+    #[test]
+    fn a_run_in_open_loop_has_no_tracking_to_bound() {
+        let text = "robot.file = 'x.urdf'\ntwist.vx_m_s = 0.3\nrun.duration_s = 1\n";
+        let told =
+            |bound: &str| Scenario::from_toml(&format!("{text}expect.{bound}"), "t", ".").err();
+        let refused = told("position_error_max_m = { max = 0.1 }").map(|error| error.to_string());
+        assert!(refused.is_some_and(|text| text.contains("follows no reference")));
+        assert!(told("end_x_m = { max = 0.1 }").is_none());
     }
 
     #[test_case::test_case("", "bounds nothing"; "empty")]

@@ -5,16 +5,16 @@ use serde::{Deserialize, Serialize};
 
 use super::run::TIME_SLACK_S;
 
-/// One thing that goes wrong, from a time on and, if it ends, until another.
+/// A fault, a push or a payload, with its time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 #[schemars(rename = "FaultSection")]
 pub enum Fault {
-    /// A motor is lost: it gives no torque, and its wheel turns freely (but for its gear), or its winding is shorted.
+    /// A motor gives no torque. Its wheel turns freely, but for its gear, unless `shorted`.
     MotorLost {
         /// The wheel's joint.
         wheel: String,
-        /// Whether its winding is shorted, so that its back-EMF brakes the wheel; needs `[motors.dc]`.
+        /// The winding is shorted: its back-EMF brakes the wheel. Needs `[motors.dc]`.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         shorted: bool,
         /// When it begins, in seconds.
@@ -26,7 +26,7 @@ pub enum Fault {
         #[schemars(range(min = 0.0))]
         until_s: Option<f64>,
     },
-    /// An encoder tells nothing: its wheel seems to stand.
+    /// An encoder reads zero.
     EncoderLost {
         /// The wheel's joint.
         wheel: String,
@@ -39,7 +39,7 @@ pub enum Fault {
         #[schemars(range(min = 0.0))]
         until_s: Option<f64>,
     },
-    /// An encoder counts wrong: the rate seen is the real one times a factor.
+    /// An encoder reads a wrong rate.
     EncoderScaled {
         /// The wheel's joint.
         wheel: String,
@@ -54,7 +54,7 @@ pub enum Fault {
         #[schemars(range(min = 0.0))]
         until_s: Option<f64>,
     },
-    /// The pose sensor sees nothing: the last pose stays.
+    /// The pose sensor is blind: the last pose stays.
     PoseLost {
         /// When it begins, in seconds.
         #[serde(default)]
@@ -65,7 +65,7 @@ pub enum Fault {
         #[schemars(range(min = 0.0))]
         until_s: Option<f64>,
     },
-    /// The pose sensor is off by as much.
+    /// The pose sensor has an offset.
     PoseShifted {
         /// Along the world's x axis, in metres.
         #[serde(default)]
@@ -85,10 +85,10 @@ pub enum Fault {
         #[schemars(range(min = 0.0))]
         until_s: Option<f64>,
     },
-    /// The battery sags. Of motors with `[motors.dc]` stall torque and no-load rate fall with the supply's voltage, until at a share of 0
-    /// they are shorted; of others the limits of torque and rate fall.
+    /// The battery voltage drops. With `[motors.dc]` stall torque and no-load rate fall with it (0: shorted), else the
+    /// limits of torque and rate.
     BatterySag {
-        /// What is left of the supply's voltage, from 0 to 1.
+        /// Remaining share of the voltage, from 0 to 1.
         #[schemars(range(min = 0.0, max = 1.0))]
         share: f64,
         /// When it begins, in seconds.
@@ -100,51 +100,50 @@ pub enum Fault {
         #[schemars(range(min = 0.0))]
         until_s: Option<f64>,
     },
-    /// Something pushes the chassis.
+    /// A push on the chassis.
     Push {
-        /// The push along x, in N s: force times time, spread evenly over the time that it lasts.
+        /// Impulse along x (force times time), in N s.
         #[serde(default)]
         impulse_x_n_s: f64,
-        /// The push along y, in N s.
+        /// Impulse along y, in N s.
         #[serde(default)]
         impulse_y_n_s: f64,
-        /// The push along z, upwards, in N s.
+        /// Impulse along z, upwards, in N s.
         #[serde(default)]
         impulse_z_n_s: f64,
-        /// Whose x and y these are.
+        /// Frame of the impulse.
         #[serde(default)]
         frame: Frame,
-        /// Where on the chassis, along the body's x axis, in metres; without it, at the chassis's centre of mass.
+        /// x on the chassis in the body frame, in metres [default: centre of mass].
         #[serde(default, skip_serializing_if = "Option::is_none")]
         x_m: Option<f64>,
-        /// The same along the body's y axis.
+        /// y on the chassis, in metres.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         y_m: Option<f64>,
-        /// The same along the body's z axis.
+        /// z on the chassis, in metres.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         z_m: Option<f64>,
         /// When it begins, in seconds.
         #[serde(default)]
         #[schemars(range(min = 0.0))]
         from_s: f64,
-        /// How long it lasts, in seconds.
+        /// Duration, in seconds.
         #[serde(default = "a_tenth")]
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         lasts_s: f64,
     },
-    /// A mass is put on the chassis and stays fixed to it: a point, so that what is large is written as several. It has
-    /// the velocity of its place when it comes, and goes with it.
+    /// A point mass fixed to the chassis. Write a large load as several.
     Payload {
-        /// Its mass, in kg; of 0 there is none.
+        /// Its mass, in kg.
         #[schemars(range(min = 0.0))]
         mass_kg: f64,
-        /// Where on the chassis, along the body's x axis, in metres; without it, at the chassis's centre of mass.
+        /// x on the chassis in the body frame, in metres [default: centre of mass].
         #[serde(default, skip_serializing_if = "Option::is_none")]
         x_m: Option<f64>,
-        /// The same along the body's y axis.
+        /// y on the chassis, in metres.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         y_m: Option<f64>,
-        /// The same along the body's z axis.
+        /// z on the chassis, in metres.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         z_m: Option<f64>,
         /// When it begins, in seconds.
@@ -156,11 +155,11 @@ pub enum Fault {
         #[schemars(range(min = 0.0))]
         until_s: Option<f64>,
     },
-    /// A roller seizes on its axle: it stands still against its wheel.
+    /// A roller seizes on its axle.
     RollerStuck {
         /// The wheel's joint.
         wheel: String,
-        /// Which of its rollers, as `wheel0_roller` of the trace counts them, from 0.
+        /// Number of the roller, from 0, as in `wheel0_roller` of the trace.
         roller: u32,
         /// When it begins, in seconds.
         #[serde(default)]
@@ -171,21 +170,20 @@ pub enum Fault {
         #[schemars(range(min = 0.0))]
         until_s: Option<f64>,
     },
-    /// The ground leans, and may go on rocking: a ship's deck, a lift gate, a moving platform. Gravity leans in the frame of the floor, about the
-    /// world's origin; what a frame that turns would add is left out: at a distance r from the origin amplitude (2 pi f)^2 r in m/s^2, 0.07 of
-    /// gravity at 1 m for 4 deg and 0.5 Hz. Several add up, and come on top of `world.floor.slope_deg`.
+    /// The ground tilts or rocks about the world's origin, by turning gravity; the acceleration of the turning frame is left
+    /// out. Added to `world.floor.slope_deg`; several add up.
     Tilt {
         /// The largest angle, in degrees.
         #[schemars(range(min = -60.0, max = 60.0))]
         amplitude_deg: f64,
-        /// How often it rocks, in Hz, from level on; 0 leans to the amplitude and stays.
+        /// Rocking frequency, in Hz; 0 tilts and stays.
         #[serde(default)]
         #[schemars(range(min = 0.0))]
         frequency_hz: f64,
-        /// Which way it goes down first, in degrees from the world's x axis.
+        /// Direction in which it goes down first, in degrees from the world's x axis.
         #[serde(default)]
         direction_deg: f64,
-        /// How long it takes to build up, and to die away before it ends, in seconds.
+        /// Time to build up, and to fade out at the end, in seconds.
         #[serde(default)]
         #[schemars(range(min = 0.0))]
         ramp_s: f64,
@@ -198,9 +196,9 @@ pub enum Fault {
         #[schemars(range(min = 0.0))]
         until_s: Option<f64>,
     },
-    /// The floor turns slippery, or less so: another friction everywhere but on its patches.
+    /// The floor has another friction, except on patches.
     FrictionChanged {
-        /// Coulomb's coefficient of friction.
+        /// Friction coefficient.
         #[schemars(range(min = 0.0))]
         friction: f64,
         /// When it begins, in seconds.

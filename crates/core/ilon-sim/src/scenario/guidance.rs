@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "GuidanceSection")]
 pub struct Guidance {
-    /// Which task keeps its wheel rates when there are not enough for both.
+    /// Task that keeps its wheel rates in saturation.
     pub priority: Priority,
-    /// What happens to wheel rates above the limit.
+    /// What is done with wheel rates above the limit.
     pub saturation: Saturation,
     /// Gain on the position error, K_r of equation (26), in 1/s.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
@@ -18,31 +18,27 @@ pub struct Guidance {
     /// Gain on the heading error, K_phi of equation (26), in 1/s.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub heading_gain_per_s: f64,
-    /// The largest wheel rate that may be commanded, in rad/s; without it, the lowest velocity limit in the URDF.
+    /// Largest commanded wheel rate, in rad/s [default: the lowest velocity limit in the URDF].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub wheel_rate_limit_rad_s: Option<f64>,
-    /// Gain on the position error as a symmetric positive definite matrix in the world frame, in 1/s, in place of `position_gain_per_s`:
-    /// `[[xx, xy], [xy, yy]]`.
+    /// Gain on the position error as a symmetric positive definite matrix in the world frame, in 1/s: `[[xx, xy], [xy,
+    /// yy]]`. Instead of `position_gain_per_s`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_gain_matrix_per_s: Option<[[f64; 2]; 2]>,
-    /// What the tasks may take together, c_1 of equation (34), in rad/s: at most the wheel rate limit, which it is unless given.
+    /// Capacity of all tasks together, c_1 of equation (34), in rad/s [default: the wheel rate limit].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub capacity_rad_s: Option<f64>,
-    /// The largest rate of each wheel, in rad/s, in the order of the robot's wheels, in place of one for all: tasks then count by the share
-    /// that they take of each wheel's own limit.
+    /// Largest commanded rate of each wheel, in rad/s, in the robot's order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub wheel_rate_limits_rad_s: Vec<f64>,
-    /// The tasks in the order of their priority, in place of the four that `priority` puts in order, equations (32) to (34):
-    /// `"position_feedforward"`, `"position_feedback"`, `"heading_feedforward"`, `"heading_feedback"`, each once; and beside them
-    /// `{ face = { x_m = 1, y_m = 0 } }`, which turns the robot to look at a point, and `{ twist = { omega_rad_s = 0.2 } }`, a motion in the
-    /// body frame. What is left out is not served.
+    /// Tasks in the order of priority, equations (32) to (34), instead of `priority`. What is left out is not done.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tasks: Vec<Task>,
-    /// Which kinematics turns a twist into wheel rates.
+    /// Kinematics from twist to wheel rates: ideal, or of the rollers that touch.
     pub kinematics: Kinematics,
-    /// The point of the body that follows the reference.
+    /// Point of the body that follows the reference.
     pub reference_point: ReferencePoint,
 }
 
@@ -81,7 +77,7 @@ pub enum Task {
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         gain_per_s: f64,
     },
-    /// A motion of the reference point in the body frame, the same all the time.
+    /// A constant motion of the reference point in the body frame.
     Twist {
         /// Ahead, in m/s.
         #[serde(default)]
@@ -106,8 +102,7 @@ pub enum ReferencePoint {
     /// The origin of the body frame.
     #[default]
     Origin,
-    /// The point about which position and heading do not disturb each other: M_a is orthogonal to span(M_l) there, as the
-    /// paper assumes. `ilon inspect` prints it.
+    /// The point at which position and heading are decoupled: M_a is orthogonal to span(M_l). `ilon inspect` prints it.
     Decoupling,
     /// A point of its own.
     At {
@@ -129,7 +124,7 @@ pub enum Priority {
     Heading,
 }
 
-/// What happens to wheel rates above the limit.
+/// What is done with wheel rates above the limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Saturation {
@@ -144,7 +139,7 @@ pub enum Saturation {
     None,
 }
 
-/// Which kinematics turns a twist into wheel rates.
+/// Kinematics from twist to wheel rates: ideal, or of the rollers that touch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Kinematics {

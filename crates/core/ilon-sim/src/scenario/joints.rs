@@ -6,83 +6,82 @@ use serde::{Deserialize, Serialize};
 
 use super::objection::Objection;
 
-/// What a joint does that is neither a wheel's nor a roller's. Of two keys for the same, that with `rad` is for a joint that turns, or with
-/// `n_m` for its torques; the other is for one that slides.
+/// A joint other than wheels and rollers. Keys with `rad` or `n_m` are for joints that turn, the others for joints that
+/// slide.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(rename = "RobotJointSection")]
 pub struct Joint {
-    /// Its role; left out, sprung where a stiffness is given.
+    /// Its role [default: sprung where a stiffness is given].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub role: Option<JointRole>,
-    /// Stiffness of its spring or servo where it slides, in N/m.
+    /// Stiffness of its spring or servo, in N/m.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stiffness_n_m: Option<f64>,
-    /// Stiffness of its spring or servo where it turns, in N m/rad.
+    /// Stiffness of its spring or servo, in N m/rad.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stiffness_n_m_rad: Option<f64>,
-    /// Viscous damping where it slides, in N s/m; of a driven joint the servo's [default: the robot's file; of a servo critical].
+    /// Viscous damping, or a servo's, in N s/m [default: the robot's file; of a servo critical].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub damping_n_s_m: Option<f64>,
-    /// Viscous damping where it turns, in N m s/rad; of a driven joint the servo's [default: the robot's file; of a servo critical].
+    /// Viscous damping, or a servo's, in N m s/rad [default: the robot's file; of a servo critical].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub damping_n_m_s_rad: Option<f64>,
-    /// Where the spring acts with its preload alone, where the joint slides, in metres [default: 0].
+    /// Position at which the spring acts with its preload alone, in metres [default: 0].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rest_m: Option<f64>,
-    /// Where the spring acts with its preload alone, where the joint turns, in radians [default: 0].
+    /// Position at which the spring acts with its preload alone, in radians [default: 0].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rest_rad: Option<f64>,
-    /// The spring's force on the body at its rest, along the joint's axis, in N [default: 0].
+    /// Force of the spring at its rest, along the joint's axis, in N [default: 0].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preload_n: Option<f64>,
-    /// The spring's torque on the body at its rest, about the joint's axis, in N m [default: 0].
+    /// Torque of the spring at its rest, about the joint's axis, in N m [default: 0].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preload_n_m: Option<f64>,
-    /// Dry friction where it slides, in N [default: the robot's file].
+    /// Dry friction, in N [default: the robot's file].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub friction_n: Option<f64>,
-    /// Dry friction where it turns, in N m [default: the robot's file].
+    /// Dry friction, in N m [default: the robot's file].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub friction_n_m: Option<f64>,
-    /// The most that a servo acts with where the joint slides, in N [default: the robot's file].
+    /// Largest force of a servo, in N [default: the robot's file].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub effort_n: Option<f64>,
-    /// The most that a servo acts with where the joint turns, in N m [default: the robot's file].
+    /// Largest torque of a servo, in N m [default: the robot's file].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub effort_n_m: Option<f64>,
-    /// How fast a servo's target moves at most where the joint slides, in m/s [default: the robot's file].
+    /// Largest rate of a servo's target, in m/s [default: the robot's file].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub rate_limit_m_s: Option<f64>,
-    /// How fast a servo's target moves at most where the joint turns, in rad/s [default: the robot's file].
+    /// Largest rate of a servo's target, in rad/s [default: the robot's file].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub rate_limit_rad_s: Option<f64>,
-    /// Where a servo holds the joint that slides, in metres, in place of setpoints [default: 0].
+    /// Position that a servo holds, instead of setpoints, in metres [default: 0].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_m: Option<f64>,
-    /// Where a servo holds the joint that turns, in radians, in place of setpoints [default: 0].
+    /// Position that a servo holds, instead of setpoints, in radians [default: 0].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_rad: Option<f64>,
-    /// Where a servo takes the joint, how fast, or with what torque or force, and when, times growing. Before the first it is as at the first, after the
-    /// last as at the last.
+    /// What the servo does over time. Before the first setpoint it holds the first, after the last the last.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub setpoints: Vec<JointSetpoint>,
-    /// How what is set goes from one setpoint to the next.
+    /// How the target goes from one setpoint to the next.
     #[serde(skip_serializing_if = "Between::is_smooth")]
     pub between: Between,
 }
 
-/// Where a servo takes its joint, how fast, or with what torque or force, and when: one of them, the same in all setpoints of a joint.
+/// A time with one of: position, rate, torque or force. All setpoints of a joint are of one kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "RobotJointSetpoint")]
@@ -90,22 +89,22 @@ pub struct JointSetpoint {
     /// Time since the start, in seconds.
     #[schemars(range(min = 0.0))]
     pub t_s: f64,
-    /// The position then of a joint that slides, in metres.
+    /// Position, in metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_m: Option<f64>,
-    /// The position then of a joint that turns, in radians.
+    /// Position, in radians.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_rad: Option<f64>,
-    /// The rate then of a joint that slides, in m/s: its servo's target moves on from where the joint is.
+    /// Rate at which the target moves on from where the joint is, in m/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate_m_s: Option<f64>,
-    /// The rate then of a joint that turns, in rad/s: its servo's target moves on from where the joint is.
+    /// Rate at which the target moves on from where the joint is, in rad/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate_rad_s: Option<f64>,
-    /// The force then on the body of a joint that slides, in N, within its servo's effort: nothing holds it anywhere.
+    /// Force on the body, within the servo's effort, in N. Nothing holds a position.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_n: Option<f64>,
-    /// The torque then on the body of a joint that turns, in N m, within its servo's effort: nothing holds it anywhere.
+    /// Torque on the body, within the servo's effort, in N m. Nothing holds a position.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torque_n_m: Option<f64>,
 }

@@ -244,8 +244,11 @@ fn unless_foreign(error: Error, text: &str, name: &str) -> Error {
             let before = text.get(..fault.span.offset()).unwrap_or(text);
             let line = 1 + before.matches('\n').count();
             Error::invalid(
-                format!("`{name}` is no scenario: on line {line}, {}", fault.message),
-                "a scenario is TOML that names a `robot`; of this file nothing is shown, since it does not",
+                format!(
+                    "`{name}` is not a scenario: on line {line}, {}",
+                    fault.message
+                ),
+                "the least scenario is `robot.file = \"robot.urdf\"`, `twist.vx_m_s = 0.3` and `run.duration_s = 5`, each on its line",
             )
         }
         other => other,

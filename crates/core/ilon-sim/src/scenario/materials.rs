@@ -12,68 +12,68 @@ pub type Materials = BTreeMap<String, BTreeMap<String, MaterialPair>>;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialPair {
-    /// Coulomb's coefficient of friction of the pair.
+    /// Friction coefficient.
     #[schemars(range(min = 0.0))]
     pub friction: f64,
-    /// Rolling resistance of the pair: drag per load on level ground, dimensionless. What `rollers.rolling_resistance` says comes on top.
+    /// Rolling resistance: drag per load on level ground. Added to `rollers.rolling_resistance`.
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 10.0))]
     pub rolling_resistance: f64,
-    /// How the pair's rolling resistance grows on small radii: as (wheel radius / the roller's radius of curvature) to this power.
+    /// Growth of rolling resistance on small radii: (wheel radius / the roller's radius of curvature)^this.
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub radius_exponent: f64,
-    /// Creep of the pair: how far a roller slips per way rolled, for each share of its load that it pulls with; dimensionless.
+    /// Creep: slip per rolled distance, for each share of its load that a roller pulls with.
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 100.0))]
     pub creep: f64,
-    /// How friction falls as a roller slides; left out, it does not.
+    /// Friction that falls with sliding speed [default: it does not].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sliding: Option<Sliding>,
-    /// What is otherwise across the floor's nap, which `nap_deg` of floor and patches turns; left out, nothing.
+    /// Values across the floor's nap (`nap_deg`) [default: as along it].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub across: Option<Across>,
-    /// What is otherwise against the floor's nap; left out, nothing.
+    /// Values against the floor's nap [default: as with it].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub against: Option<Against>,
 }
 
-/// What is otherwise across a nap or weave than along it; what is left out is as along it.
+/// Values across a nap or weave. Default: as along it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Across {
-    /// Coulomb's coefficient of friction across the nap.
+    /// Friction coefficient.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub friction: Option<f64>,
-    /// Rolling resistance across the nap.
+    /// Rolling resistance.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 10.0))]
     pub rolling_resistance: Option<f64>,
-    /// Creep across the nap.
+    /// Creep.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 100.0))]
     pub creep: Option<f64>,
 }
 
-/// What is otherwise against a nap than with it; what is left out is as with it.
+/// Values against a nap. Default: as with it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Against {
-    /// Rolling resistance against the nap.
+    /// Rolling resistance.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 10.0))]
     pub rolling_resistance: Option<f64>,
 }
 
-/// Friction that falls with the speed of sliding (Stribeck): `friction` of the floor at rest, this one at speed.
+/// Friction that falls with sliding speed (Stribeck), from the floor's `friction` at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sliding {
-    /// Coefficient of friction at speed.
+    /// Friction coefficient at speed.
     #[schemars(range(min = 0.0))]
     pub friction: f64,
-    /// The speed over which it falls, in m/s: with exp(-(v / speed)^2).
+    /// Speed over which it falls, in m/s, as exp(-(v / speed)^2).
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub speed_m_s: f64,
 }

@@ -65,41 +65,40 @@ pub struct Scenario {
     /// Gravity and floor.
     #[serde(default)]
     pub world: World,
-    /// A path in time for the guidance to track (closed loop). Either this or `twist`.
+    /// A path in time that the robot tracks (closed loop). Either this or `twist`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<Tracked>,
-    /// A body twist turned into wheel rates without feedback of the pose (open loop). Either this or `reference`.
+    /// A velocity of the body without feedback of the pose (open loop). Either this or `reference`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub twist: Option<Twist>,
-    /// What a log says drives the robot: its wheels, a twist, or a path for the guidance to track. In place of `reference` and `twist`.
+    /// Drives the robot by a log: wheels, a twist or a path. Instead of `reference` and `twist`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub playback: Option<Playback>,
-    /// How the guidance tracks the reference; of no effect under `twist`, but for its kinematics and wheel rate limit.
+    /// How the robot tracks the reference. Under `twist` only its kinematics and wheel rate limits count.
     #[serde(default)]
     pub guidance: Guidance,
-    /// The loop that turns wheel rates asked for into torques.
+    /// The loop that turns commanded wheel rates into torques.
     #[serde(default)]
     pub wheel_loop: WheelLoop,
-    /// What the motors can do, beyond the robot's own limits.
+    /// Motors and gears, beside the limits of the robot's file.
     #[serde(default)]
     pub motors: Motors,
-    /// What the rollers touch the ground with, in place of what the robot's file says.
+    /// Shape, bearings and tread of the rollers. Overrides the robot's file.
     #[serde(default, skip_serializing_if = "RollerSurface::is_empty")]
     pub rollers: RollerSurface,
-    /// `[materials.ROLLERS.FLOOR]`: what rollers of one material do on a floor of another, for each pair of names that `rollers.material`
-    /// and `material` of floor and patches give.
+    /// `[materials.ROLLERS.FLOOR]`: what rollers of one material do on a floor of another.
     #[serde(default, skip_serializing_if = "Materials::is_empty")]
     pub materials: Materials,
-    /// What the robot knows of its own motion.
+    /// What the robot measures.
     #[serde(default)]
     pub sensors: Sensors,
-    /// What goes wrong on purpose.
+    /// Faults, pushes and payloads.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<Fault>,
     /// Duration and time steps.
     #[serde(default)]
     pub run: Run,
-    /// Bounds on what the run must come to, held by `ilon check`.
+    /// Bounds on the results, tested by `ilon check`.
     #[serde(default, skip_serializing_if = "Expect::is_empty")]
     pub expect: Expect,
 

@@ -23,29 +23,29 @@ pub enum Motion<'a> {
 pub enum Reference {
     /// A straight line at constant speed, held at its end.
     Line {
-        /// x of its start in the world, in metres.
+        /// x of its start, in metres.
         #[serde(default)]
         from_x_m: f64,
-        /// y of its start in the world, in metres.
+        /// y of its start, in metres.
         #[serde(default)]
         from_y_m: f64,
-        /// x of its end in the world, in metres.
+        /// x of its end, in metres.
         to_x_m: f64,
-        /// y of its end in the world, in metres.
+        /// y of its end, in metres.
         to_y_m: f64,
         /// Speed along it, in m/s.
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         speed_m_s: f64,
-        /// Where the robot looks meanwhile.
+        /// Heading on the way.
         #[serde(default)]
         heading: Heading,
     },
     /// A circle at constant speed.
     Circle {
-        /// x of its centre in the world, in metres.
+        /// x of its centre, in metres.
         #[serde(default)]
         center_x_m: f64,
-        /// y of its centre in the world, in metres.
+        /// y of its centre, in metres.
         #[serde(default)]
         center_y_m: f64,
         /// Radius in metres.
@@ -53,54 +53,54 @@ pub enum Reference {
         radius_m: f64,
         /// Speed along it, in m/s; counter-clockwise where positive.
         speed_m_s: f64,
-        /// Where on the circle it starts: the angle from the world's x axis, in degrees.
+        /// Start on the circle: angle from the world's x axis, in degrees.
         #[serde(default)]
         start_deg: f64,
-        /// Where the robot looks meanwhile.
+        /// Heading on the way.
         #[serde(default)]
         heading: Heading,
     },
     /// A figure eight: the lemniscate of Bernoulli, from its crossing.
     FigureEight {
-        /// x of its crossing in the world, in metres.
+        /// x of its crossing, in metres.
         #[serde(default)]
         center_x_m: f64,
-        /// y of its crossing in the world, in metres.
+        /// y of its crossing, in metres.
         #[serde(default)]
         center_y_m: f64,
         /// Distance from the crossing to each tip, in metres.
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         half_width_m: f64,
-        /// The direction of its long axis, from the world's x axis, in degrees.
+        /// Direction of its long axis, in degrees.
         #[serde(default)]
         axis_deg: f64,
         /// Time for the whole eight, in seconds.
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         period_s: f64,
-        /// Where the robot looks meanwhile.
+        /// Heading on the way.
         #[serde(default)]
         heading: Heading,
     },
-    /// A smooth path through points, at rest at both ends: those that stand here, or those of a CSV file. The header of such a file
-    /// names the columns: `x_m` and `y_m`, with `t_s` for the times (or `speed_m_s` here) and, if wanted, `heading_deg`.
+    /// A smooth path through points, at rest at both ends: `points_m`, or a CSV file with the columns `x_m`, `y_m`, `t_s`
+    /// (or `speed_m_s` here) and, optionally, `heading_deg`.
     Waypoints {
-        /// The points: x and y in the world, in metres.
+        /// The points: x and y, in metres.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         points_m: Vec<[f64; 2]>,
-        /// When the robot is at each of `points_m`, in seconds; without them, `speed_m_s` says when.
+        /// Time at each of `points_m`, in seconds [default: from `speed_m_s`].
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         times_s: Vec<f64>,
-        /// Where the robot looks at each of `points_m`, in degrees; without them, `heading` says where.
+        /// Heading at each of `points_m`, in degrees [default: `heading`].
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         headings_deg: Vec<f64>,
-        /// The CSV file, relative to the scenario file, in place of `points_m`.
+        /// The CSV file, relative to the scenario, instead of `points_m`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         file: Option<PathBuf>,
-        /// Mean speed between neighbours in m/s, where no times are given.
+        /// Mean speed between neighbours, in m/s, where no times are given.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         speed_m_s: Option<f64>,
-        /// Where the robot looks meanwhile, where no headings are given.
+        /// Heading on the way, unless `headings_deg` are given.
         #[serde(default)]
         heading: Heading,
     },
@@ -118,15 +118,14 @@ pub enum Reference {
 /// `[reference]`: a path, and how its time passes.
 #[derive(Clone, Debug, Serialize)]
 pub struct Tracked {
-    /// When the robot is where on its path; left out, as the path's own speeds and times say.
+    /// `"as fast as grip allows"`: least time within the limits. Without it the path's own speeds and times hold.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub timing: Option<Timing>,
-    /// Of a path as fast as grip allows: the share of grip, torques and wheel rates that it may take, above 0 and at most 1; 0.9 unless given. Of grip and
-    /// torques it takes less where its wheels would slide.
+    /// With `timing`: largest share of grip, torques and wheel rates; 0.9 unless given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub share_of_limits: Option<f64>,
-    /// Of a path as fast as grip allows: the share of grip and torques that it takes, above 0 and at most `share_of_limits`. Left out, the largest at which
-    /// the simulated robot hardly slides.
+    /// With `timing`: share of grip and torques used, above 0 and at most `share_of_limits` [default: the largest at which the
+    /// simulated robot hardly slides].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub share_of_grip: Option<f64>,
     /// The path.
@@ -179,12 +178,12 @@ impl Tracked {
     }
 }
 
-/// Where the robot looks while it follows a path: a Swedish robot may look anywhere.
+/// Heading of the robot on its path.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 #[schemars(rename = "HeadingSection")]
 pub enum Heading {
-    /// Always the same way, in degrees from the world's x axis.
+    /// Constant, in degrees from the world's x axis.
     ConstantDeg(f64),
     /// Along the path.
     AlongPath,
@@ -217,16 +216,16 @@ pub struct Twist {
     pub vy_m_s: f64,
     /// Yaw rate in rad/s, counter-clockwise.
     pub omega_rad_s: f64,
-    /// How long the robot stands before it moves, in seconds.
+    /// Rest before the first motion, in seconds.
     #[schemars(range(min = 0.0))]
     pub rest_s: f64,
-    /// How long each change of the twist takes, in seconds; the change is linear in time.
+    /// Time of each change of the twist, linear, in seconds.
     #[schemars(range(min = 0.0))]
     pub ramp_s: f64,
-    /// How long after a ramp the means of the summary wait for transients to die out, in seconds.
+    /// Time after a ramp before the means of the summary begin, in seconds.
     #[schemars(range(min = 0.0))]
     pub settle_s: f64,
-    /// Further twists, each from its own time on.
+    /// Further twists, each from its own time.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub schedule: Vec<Scheduled>,
 }
@@ -235,7 +234,7 @@ pub struct Twist {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scheduled {
-    /// When the change towards it begins, in seconds from the start of the run.
+    /// When the change towards it begins, in seconds.
     #[schemars(range(min = 0.0))]
     pub from_s: f64,
     /// Forward speed in m/s.

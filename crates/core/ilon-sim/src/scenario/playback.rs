@@ -9,42 +9,41 @@ use serde::{Deserialize, Serialize};
 use super::joints::Quantity;
 use super::objection::Objection;
 
-/// What a log says drives the robot: wheels, a twist or a path, from a CSV file, an MCAP file or a bag of ROS 2. Where the log also
-/// says where the real robot was, that pose stands in the trace, beside that of the simulated robot.
+/// Drives the robot by a log: a CSV file, an MCAP file or a ROS 2 bag. If the log has the real robot's pose, the trace has
+/// it beside the simulated one.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "PlaybackSection")]
 pub struct Playback {
-    /// The log, relative to the scenario file: a CSV file with a column `t_s`, an MCAP file, or the folder of a bag.
+    /// The log, relative to the scenario: a CSV file with a column `t_s`, an MCAP file, or a bag's folder.
     pub file: PathBuf,
-    /// What of it drives the robot.
+    /// What drives the robot.
     pub drives: Drives,
-    /// The topic that drives the robot; without it, the one topic of a fitting type. Of bags only.
+    /// Bags: topic that drives the robot [default: the only fitting one].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub topic: Option<String>,
-    /// The topic that says where the real robot was: `nav_msgs/Odometry` or `geometry_msgs/PoseStamped`. Of bags only; a CSV file says it in
-    /// `measured_x_m`, `measured_y_m` and `measured_heading_rad` or `measured_heading_deg`. These poses are placed so that the real robot
-    /// starts where the simulated one does; where they begin later, so that the first is where the simulated robot is by then.
+    /// Bags: topic of the real robot's pose, `nav_msgs/Odometry` or `geometry_msgs/PoseStamped`. A CSV file uses
+    /// `measured_x_m`, `measured_y_m` and `measured_heading_rad` or `_deg`. Poses are shifted so that the first is where the
+    /// simulated robot is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pose_topic: Option<String>,
-    /// The topic that says what servos of joints between bodies do: `sensor_msgs/JointState`, or the positions of
-    /// `trajectory_msgs/JointTrajectory`, from when it came. Of bags only; a CSV file says it in columns `JOINT_position_rad`, or `_deg`, `_m`,
-    /// `_mm`; `JOINT_rate_rad_s`, or `_deg_s`, `_m_s`, `_mm_s`; and `JOINT_torque_n_m`, or `_force_n`. It drives the joints with the role `driven` that
-    /// have neither a target nor setpoints in the scenario: to positions along the lines between them; rates, torques and forces hold until what is said
-    /// next. An empty cell and NaN say nothing.
+    /// Bags: the topic that drives joints with the role `driven` without a target or setpoints: `sensor_msgs/JointState` or
+    /// `trajectory_msgs/JointTrajectory`. A CSV file uses columns `JOINT_position_rad` (`_deg`, `_m`, `_mm`),
+    /// `JOINT_rate_rad_s` (`_deg_s`, `_m_s`, `_mm_s`), `JOINT_torque_n_m` or `JOINT_force_n`. Positions are interpolated;
+    /// rates, torques and forces hold until the next row. Empty cells and NaN are skipped.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joint_topic: Option<String>,
-    /// By what of it the log drives joints between bodies; left out, each row by the first that it says: a position, a rate, a torque or force.
+    /// Which values of the log drive joints [default: per row the first of position, rate, torque or force].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joints_by: Option<Quantity>,
-    /// What the log calls otherwise: on the left a joint or a column such as `vx_m_s`, on the right the name in the log.
+    /// Other names in the log: `OURS = "THEIRS"`, for joints and columns such as `vx_m_s`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub names: BTreeMap<String, String>,
-    /// How much of the log's beginning is left out, in seconds.
+    /// Skipped beginning of the log, in seconds.
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub from_s: f64,
-    /// How fast wheels are led back to the log's angles, per second; 10 unless given. Of `wheel_angles` only.
+    /// Gain that leads wheels back to the log's angles, in 1/s; 10 unless given. For `wheel_angles`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub angle_gain_per_s: Option<f64>,
@@ -57,7 +56,7 @@ impl Playback {
         ending.is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
     }
 
-    /// How fast wheels are led back to the log's angles, per second.
+    /// Gain that leads wheels back to the log's angles, in 1/s; 10 unless given. For `wheel_angles`.
     pub fn angle_gain_per_s(&self) -> f64 {
         self.angle_gain_per_s.unwrap_or(10.0)
     }

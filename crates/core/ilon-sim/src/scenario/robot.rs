@@ -17,61 +17,57 @@ use super::joints::Joint;
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "RobotSection")]
 pub struct Robot {
-    /// The robot's URDF, relative to the scenario file.
+    /// The robot's file, relative to the scenario.
     pub file: PathBuf,
-    /// Where it starts: x of the body's origin in the world, in metres.
+    /// x of the body's origin in the world at the start, in metres.
     #[serde(default)]
     pub x_m: f64,
-    /// Where it starts: y of the body's origin in the world, in metres.
+    /// y of the body's origin in the world at the start, in metres.
     #[serde(default)]
     pub y_m: f64,
-    /// Where it looks at the start: the angle from the world's x axis to the body's, in degrees, counter-clockwise.
+    /// Heading at the start, counter-clockwise from the world's x axis, in degrees.
     #[serde(default)]
     pub heading_deg: f64,
-    /// Which rollers have their shapes in the simulated world: all, or those near the ground. The motion is the same to
-    /// micrometres, and not to the last bit.
+    /// Which rollers are checked for contact: all, or those near the ground. Same motion to micrometres, not to the last
+    /// bit.
     #[serde(default)]
     pub roller_bodies: RollerBodies,
     /// What the rollers touch the ground with.
     #[serde(default)]
     pub rollers: Rollers,
-    /// Whether what can be repaired safely in the robot's file is repaired, and each change reported: missing and impossible
-    /// masses and inertias, names that stand twice, gaps between rollers, wheels some millimetres off the floor, hubs that do
-    /// not turn.
+    /// Repair masses, inertias, double names, gaps between rollers, wheels some millimetres off the floor and fixed hubs.
+    /// Each change is reported.
     #[serde(default)]
     pub repair: bool,
-    /// Density of a part of which the file says only the size or only the mass, for repairs, in kg/m^3 [default: 1500].
+    /// Density of a part whose size or mass is missing, for repairs, in kg/m^3 [default: 1500].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub density_kg_m3: Option<f64>,
-    /// Whether what the robot's file names and is not there is left out, and reported: files that a xacro file includes, with
-    /// the macros that they would define, and links that then hang by nothing.
+    /// Leave out, and report, missing includes, macros and links.
     #[serde(default)]
     pub leave_out_missing: bool,
-    /// Values of the arguments of a xacro file, `NAME = VALUE`; those left out have their defaults.
+    /// Arguments of a xacro file, `NAME = VALUE`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub args: BTreeMap<String, Argument>,
-    /// Whether wheels without rollers are given some where the robot's file says which they are: by directions of friction, a
-    /// drive plug-in, axes on which plain wheels could not roll, or what it calls them.
+    /// Propose rollers for wheels that have none, where the file says what kind they are.
     #[serde(default = "yes")]
     pub infer_rollers: bool,
-    /// Folders of the ROS packages in which meshes lie: `NAME = "DIR"` for `package://NAME/mesh.stl`, relative to the
-    /// scenario file. A package that is not given is looked for in the folders above the robot's file, by its name.
+    /// Folders of ROS packages, `NAME = "DIR"`, relative to the scenario. Others are searched in the folders above the
+    /// robot's file.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub packages: BTreeMap<String, PathBuf>,
-    /// The radius of wheels whose geometry does not show it, or cannot be read, in metres.
+    /// Radius of wheels whose geometry does not show it, in metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub wheel_radius_m: Option<f64>,
     /// Rollers for wheels that have none in the robot's file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wheels: Option<Wheels>,
-    /// What joints that are neither a wheel's nor a roller's do, by name. Those left out are sprung where the file gives them a spring, free where
-    /// they carry wheels on both sides of their axis and nothing drives them, as rockers do, and else held at zero.
+    /// Joints other than wheels and rollers, by name. Default: sprung where the file has a spring, free for rockers, else
+    /// held at zero.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub joints: BTreeMap<String, Joint>,
-    /// What is otherwise about a robot that is generated from a description in TOML: keys of the description, such as
-    /// `spec.rollers.per_row = 12`.
+    /// Keys of a robot's description in TOML, such as `spec.rollers.per_row = 12`.
     #[serde(default, skip_serializing_if = "Table::is_empty")]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub spec: Table,
@@ -145,25 +141,22 @@ impl std::fmt::Display for Argument {
     }
 }
 
-/// Rollers for wheels that have none in the robot's file, as most published mobile bases have none.
+/// Rollers for wheels that have none in the robot's file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "RobotWheelsSection")]
 pub struct Wheels {
-    /// The wheels' joints, of whatever type. Left out: every turning joint on a level axis that stands on the common floor, with
-    /// nothing turning above or below it.
+    /// The wheels' joints, of any type [default: every joint on a level axis that stands on the common floor].
     #[serde(default)]
     pub joints: Vec<String>,
-    /// How many rollers each wheel carries.
+    /// Rollers on each wheel.
     #[schemars(range(min = 3, max = 1000))]
     pub rollers: usize,
-    /// The rollers' largest radius, in metres; left out, a fifth of the wheel's, or as much more as it takes to reach
-    /// the neighbours.
+    /// Largest radius of the rollers, in metres [default: a fifth of the wheel's, or more, to reach the neighbours].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub roller_radius_m: Option<f64>,
-    /// Mass of one roller, in kg, taken from the wheel's; left out, that of solid rubber, and at most half of the wheel's
-    /// for all of them.
+    /// Mass of one roller, in kg, taken from the wheel's [default: solid rubber, all together at most half of the wheel].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub roller_mass_kg: Option<f64>,
@@ -175,7 +168,7 @@ pub struct Wheels {
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub friction_n_m: f64,
-    /// The angle from the hub axis to the rolling direction of the roller on the ground, counter-clockwise from above.
+    /// Angle from the hub axis to the rolling direction of the lowest roller, counter-clockwise from above.
     pub gamma: Gamma,
 }
 
@@ -183,12 +176,11 @@ pub struct Wheels {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Gamma {
-    /// `gamma.x_deg = 45`: mecanum wheels in the usual X; the sign of each follows from its place. All hub axes must be
-    /// parallel.
+    /// `gamma.x_deg = 45`: mecanum wheels in the usual X. All hub axes must be parallel.
     XDeg(f64),
     /// `gamma.all_deg = 0`: the same for all wheels; 0 is an omni wheel.
     AllDeg(f64),
-    /// `gamma.each_deg = [-45, 45, 45, -45]`: one for each joint, in the order of `joints`.
+    /// `gamma.each_deg = [-45, 45, 45, -45]`: one for each wheel, in the order of `joints`.
     EachDeg(Vec<f64>),
 }
 
@@ -229,7 +221,7 @@ pub enum Rollers {
     AsModelled,
 }
 
-/// Which rollers have their shapes in the simulated world. All have their mass, inertia and spin, whichever this is.
+/// Which rollers are checked for contact: all, or those near the ground. Same motion to micrometres, not to the last bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RollerBodies {

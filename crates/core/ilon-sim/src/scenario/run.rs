@@ -12,29 +12,26 @@ pub(crate) const TIME_SLACK_S: f64 = 1e-9;
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "RunSection")]
 pub struct Run {
-    /// Simulated time in seconds. Without it a `playback` runs until its log ends; every other motion needs it.
+    /// Simulated time, in seconds; required except for a `playback`, which runs to the end of its log.
     #[serde(default = "until_its_log_ends", skip_serializing_if = "is_open")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub duration_s: f64,
-    /// The step of physics in seconds, and of the wheel loop unless that has a period of its own, or `"auto"`: the longest that serves this robot and its loop.
+    /// Physics step in seconds, or `"auto"`: the longest that is accurate for this robot and its loop.
     #[serde(default)]
     pub physics_dt_s: Step,
-    /// The period of the guidance in seconds, a whole number of physics steps.
+    /// Control period, in seconds: a whole number of physics steps.
     #[serde(default = "default_control_dt_s")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub control_dt_s: f64,
-    /// Control periods per row of the trace: more than 1 thins the record of a long run, of which the last control instant is always
-    /// recorded. A row still has the means and extremes of all that happened since the row before.
+    /// Control periods per row of the trace. Rows keep the means and extremes in between.
     #[serde(default = "one")]
     #[schemars(range(min = 1))]
     pub record_every: u32,
-    /// How often the angles of all rollers are recorded, in Hz, for a picture in three dimensions; at most once a row. Left out,
-    /// they are not.
+    /// Rate at which all roller angles are recorded, in Hz, for the 3D view [default: not].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub roller_angles_hz: Option<f64>,
-    /// Whether the run is repeated at half the physics step, and with half of `world.solver.split_dt_s`, to say by how much its figures move:
-    /// `converge` in the summary. Wheel loops keep their period.
+    /// Repeat the run at half the physics step and half of `world.solver.split_dt_s`, and report how far its figures move.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub converge: bool,
 }

@@ -3,22 +3,22 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Pose and wheel rates as the robot sees them; ideal unless said otherwise.
+/// Pose and wheel rates as the robot sees them; ideal by default.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "SensorsSection")]
 pub struct Sensors {
-    /// The seed of all noise: the same seed gives the same run.
+    /// Seed of all noise: the same seed gives the same run.
     pub seed: u64,
     /// Where the pose comes from.
     pub pose: PoseSensor,
     /// Where the wheel rates come from.
     pub encoders: Encoders,
-    /// An inertial measurement unit; without it the robot does not know how it leans.
+    /// Inertial measurement unit; without it the robot does not know its tilt.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub imu: Option<Imu>,
-    /// Joins poses and wheel odometry in an extended Kalman filter, each pose at the time at which it was taken. Without
-    /// it the robot takes the newest pose that has arrived for its own.
+    /// Extended Kalman filter of poses and wheel odometry, each pose at the time when it was taken. Without it the robot
+    /// uses the newest pose.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fusion: Option<Fusion>,
 }
@@ -28,14 +28,13 @@ pub struct Sensors {
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "FusionSection")]
 pub struct Fusion {
-    /// Standard deviation of x, and y, by odometry after the wheels have rolled 1 m, in metres; it grows with the root of
-    /// the way.
+    /// Standard deviation of the odometry's x and y after 1 m, in metres; it grows with the square root of the distance.
     #[schemars(range(min = 0.0))]
     pub position_drift_m: f64,
-    /// Standard deviation of the heading by odometry after the wheels have rolled 1 m, in degrees.
+    /// Standard deviation of the odometry's heading after 1 m, in degrees.
     #[schemars(range(min = 0.0))]
     pub heading_drift_deg: f64,
-    /// Takes the turn from the gyroscope of `[sensors.imu]` in place of the wheels.
+    /// Yaw rate from the gyroscope of `[sensors.imu]` instead of the wheels.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub gyroscope: bool,
 }
@@ -50,16 +49,16 @@ impl Default for Fusion {
     }
 }
 
-/// A sensor that sees the robot's pose, such as a camera.
+/// A pose sensor, such as a camera.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "PoseSensorSection")]
 pub struct PoseSensor {
-    /// How often a new pose is taken, in Hz; without it, whenever the guidance asks.
+    /// Sample rate, in Hz [default: each control period].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub rate_hz: Option<f64>,
-    /// How old a pose is when it is seen, in seconds.
+    /// Delay, in seconds.
     #[schemars(range(min = 0.0))]
     pub latency_s: f64,
     /// Standard deviation of the noise on x and on y, in metres.
@@ -80,35 +79,35 @@ pub struct Encoders {
     pub rate_noise_rad_s: f64,
 }
 
-/// An inertial measurement unit on the chassis: rates of turn, accelerations, and by a complementary filter which way is down. Ideal unless
-/// said otherwise. What it says is the mean over the time since it said the last.
+/// An inertial measurement unit on the chassis: rates, accelerations, and tilt by a complementary filter, as means since its
+/// last sample. Ideal by default.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "ImuSection")]
 pub struct Imu {
-    /// How often it says something, in Hz; without it, once a control period.
+    /// Sample rate, in Hz [default: once a control period].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub rate_hz: Option<f64>,
-    /// How old what it says is when it is seen, in seconds.
+    /// Delay, in seconds.
     #[schemars(range(min = 0.0))]
     pub latency_s: f64,
-    /// Where it sits along the body's x axis, in metres.
+    /// x in the body frame, in metres.
     pub x_m: f64,
-    /// Where it sits along the body's y axis, in metres.
+    /// y in the body frame, in metres.
     pub y_m: f64,
-    /// Where it sits along the body's z axis, in metres.
+    /// z in the body frame, in metres.
     pub z_m: f64,
-    /// By how much it is mounted rolled, which the robot does not know, in degrees.
+    /// Roll of its mounting, unknown to the robot, in degrees.
     pub roll_deg: f64,
-    /// By how much it is mounted pitched, which the robot does not know, in degrees.
+    /// Pitch of its mounting, unknown to the robot, in degrees.
     pub pitch_deg: f64,
-    /// Time constant of the filter that makes a tilt of rates and accelerations, in seconds.
+    /// Time constant of the tilt filter, in seconds.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub filter_s: f64,
-    /// What the accelerometer measures wrong, in m/s^2.
+    /// Errors of the accelerometer, in m/s^2.
     pub accelerometer: ImuNoise,
-    /// What the gyroscope measures wrong, in rad/s.
+    /// Errors of the gyroscope, in rad/s.
     pub gyroscope: ImuNoise,
 }
 
@@ -129,7 +128,7 @@ impl Default for Imu {
     }
 }
 
-/// What an inertial sensor measures wrong, on each of its axes: standard deviations in the sensor's own unit.
+/// Errors on each axis, as standard deviations in the sensor's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "ImuNoiseSection")]
@@ -137,10 +136,10 @@ pub struct ImuNoise {
     /// Of the noise of a sample.
     #[schemars(range(min = 0.0))]
     pub noise: f64,
-    /// Of the bias at the start, drawn by the seed.
+    /// Of the constant bias.
     #[schemars(range(min = 0.0))]
     pub bias: f64,
-    /// By how much the bias has walked after a second; it grows with the root of the time.
+    /// Of the bias after one second of random walk.
     #[schemars(range(min = 0.0))]
     pub bias_walk: f64,
 }

@@ -139,11 +139,11 @@ impl JsonSchema for Tracked {
             for (key, description) in [
                 (
                     "share_of_limits",
-                    "Of a path as fast as grip allows: the share of grip, torques and wheel rates that it may take; 0.9 unless given. Of grip and torques it takes less where its wheels would slide.",
+                    "With `timing`: largest share of grip, torques and wheel rates; 0.9 unless given.",
                 ),
                 (
                     "share_of_grip",
-                    "Of a path as fast as grip allows: the share of grip and torques that it takes. Left out, the largest up to `share_of_limits` at which the simulated robot loses at most 0.5 % of its motors' work to sliding.",
+                    "With `timing`: share of grip and torques used [default: the largest, up to `share_of_limits`, at which the simulated robot loses at most 0.5 % of its motors' work to sliding].",
                 ),
             ] {
                 properties[key] = serde_json::json!({

@@ -97,6 +97,9 @@ impl Scenario {
             ));
         }
         self.object_to_times()?;
+        if self.twist.is_some() {
+            self.expect.object_to_tracking()?;
+        }
         self.expect.object()
     }
 

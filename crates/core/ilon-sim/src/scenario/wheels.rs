@@ -4,26 +4,24 @@ use ilon_robot::Robot;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The law that turns wheel rates asked for into torques. Gains of the PID that are left out follow from the bandwidth and the robot's own inertia.
+/// The law that turns commanded wheel rates into torques. Default gains follow from the bandwidth and the robot's inertia.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "WheelLoopSection")]
 pub struct WheelLoop {
-    /// Which law it is.
+    /// The law.
     pub law: WheelLaw,
-    /// How the PID's torque goes with the physics steps.
+    /// Whether the PID is sampled.
     pub timing: LoopTiming,
-    /// The period of a sampled PID or of a torque law, in seconds: a whole number of physics steps, and a whole part of the control period. Left
-    /// out, every physics step.
+    /// Period of a sampled PID or a torque law, in seconds: a multiple of the physics step that divides the control period
+    /// [default: the physics step].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub period_s: Option<f64>,
-    /// The bandwidth of the computed torque, and that which gains left out aim at, in rad/s; a wheel in the air, being
-    /// light, may allow less.
+    /// Bandwidth of computed torque and of default gains, in rad/s; a wheel in the air may allow less.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub bandwidth_rad_s: f64,
-    /// Friction coefficient that the prioritised and the passive torque count on; left out, grip holds no task back, and the loads alone
-    /// say how the wheels share a push.
+    /// Friction coefficient assumed by the prioritised and the passive law [default: grip limits nothing].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub friction: Option<f64>,
@@ -38,22 +36,22 @@ pub struct WheelLoop {
     /// Torque per acceleration of the wheel, in N m s^2/rad.
     #[schemars(range(min = 0.0))]
     pub derivative_n_m_s2: f64,
-    /// Time constant of the derivative's low-pass, in seconds; 0 for none.
+    /// Time constant of the derivative's low-pass, in seconds; 0: none.
     #[schemars(range(min = 0.0))]
     pub derivative_filter_s: f64,
-    /// Viscous damping of the wheel's bearing that is made up for, in N m s/rad.
+    /// Compensated viscous damping of the wheel's bearing, in N m s/rad.
     #[schemars(range(min = 0.0))]
     pub feedforward_damping_n_m_s: f64,
-    /// Dry friction of the wheel's bearing that is made up for, in N m.
+    /// Compensated dry friction of the wheel's bearing, in N m.
     #[schemars(range(min = 0.0))]
     pub feedforward_friction_n_m: f64,
-    /// What the passive law makes of the robot: springs and dampers. What is left out follows from mass and control period.
+    /// Springs and dampers of the passive law. Defaults follow from mass and control period.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub passive: Option<Passive>,
 }
 
-/// Springs and dampers of the passive law. The spring on the pose stands in place of the guidance's gains, which become stiffness over damping.
-/// A stiffness without its damping, and a damping without its stiffness, is completed to a damping ratio of 0.7.
+/// Springs and dampers of the passive law, instead of the guidance's gains. A missing partner of stiffness or damping gives
+/// a damping ratio of 0.7.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "PassiveSection")]
@@ -62,7 +60,7 @@ pub struct Passive {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stiffness_n_m: Option<f64>,
-    /// Force per velocity error, in N s/m; left out with the stiffness, the robot stops within ten control periods.
+    /// Force per velocity error, in N s/m [default, without stiffness: a stop within ten control periods].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub damping_n_s_m: Option<f64>,
@@ -74,15 +72,15 @@ pub struct Passive {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub heading_damping_n_m_s_rad: Option<f64>,
-    /// Torque per angle by which wheels have slid against each other, in N m/rad: what keeps one on ice from spinning. Three wheels know of none.
+    /// Torque per angle of wheels against each other, in N m/rad: keeps a wheel on ice from spinning. Not for three wheels.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub wheel_stiffness_n_m_rad: Option<f64>,
-    /// Torque per rate at which wheels slide against each other, in N m s/rad.
+    /// Torque per rate of wheels against each other, in N m s/rad.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub wheel_damping_n_m_s_rad: Option<f64>,
-    /// Torque at which the springs between the wheels give way, in N m; left out, that of a friction of 1.
+    /// Limit of the springs between wheels, in N m [default: that of a friction of 1].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub wheel_limit_n_m: Option<f64>,
@@ -143,31 +141,29 @@ impl WheelLoop {
     }
 }
 
-/// What the motors can do, beyond the `effort` and `velocity` of the URDF, which always hold.
+/// Motors and gears. The `effort` and `velocity` of the URDF always hold too.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "MotorsSection")]
 pub struct Motors {
-    /// The torque-speed curve of a direct-current motor with its gear; without it, only the URDF's limits hold.
+    /// Torque-speed curve of a DC motor with its gear; without it only the URDF's limits hold.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dc: Option<DcMotor>,
-    /// Turns of a motor's rotor per turn of its wheel; left out, what the robot's file says, or else 1.
+    /// Turns of the rotor per turn of the wheel [default: the robot's file, else 1].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub gear_ratio: Option<f64>,
-    /// Inertia of a motor's rotor about its own axis, before the gear, in kg m^2: the wheel feels gear_ratio^2 times it. Left out,
-    /// what the robot's file says, or else none.
+    /// Inertia of the rotor before the gear, in kg m^2; the wheel feels gear_ratio^2 times it [default: the robot's file,
+    /// else 0].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub rotor_inertia_kg_m2: Option<f64>,
-    /// Efficiency eta of a gear: the share of its motor's power that arrives at the wheel. Where the load drives, 2 - 1 / eta of the wheel's
-    /// power arrives at the motor; at 0.5 and below the gear locks itself, and a wheel turns only as far as its motor drives it. Left
-    /// out, what the robot's file says, or else no loss.
+    /// Efficiency eta of the gear. Where the load drives, 2 - 1 / eta of its power arrives at the motor; up to 0.5 the gear
+    /// locks itself [default: the robot's file, else 1].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1.0))]
     pub gear_efficiency: Option<f64>,
-    /// Dry friction of a gear at the wheel, in N m, beside that of the wheel's bearing; left out, what the robot's file says, or
-    /// else none.
+    /// Dry friction of the gear at the wheel, in N m, beside the bearing's [default: the robot's file, else 0].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub gear_friction_n_m: Option<f64>,
@@ -186,25 +182,25 @@ impl Motors {
     }
 }
 
-/// A direct-current motor at the wheel, on a voltage from full reverse to full forward: its torque at the share u of the voltage,
-/// -1 to 1, is stall_torque (u - rate / no_load_rate), at every rate, also beyond the no-load rate and turned backwards.
+/// A DC motor at the wheel: at the share u of the voltage (-1 to 1) its torque is stall_torque (u - rate / no_load_rate), at
+/// any rate.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "DcMotorSection")]
 pub struct DcMotor {
-    /// Torque at standstill on the full voltage, at the wheel, in N m.
+    /// Torque at standstill at full voltage, at the wheel, in N m.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stall_torque_n_m: f64,
-    /// Rate without load on the full voltage, at the wheel, in rad/s.
+    /// Rate without load at full voltage, at the wheel, in rad/s.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub no_load_rate_rad_s: f64,
-    /// Torque at which the controller's current limit holds the motor, driving and braking alike, at the wheel, in N m; left out, only the
-    /// effort of the robot's file holds it.
+    /// Torque at the controller's current limit, driving and braking, at the wheel, in N m [default: the effort of the
+    /// robot's file].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub current_limit_n_m: Option<f64>,
-    /// Whether the battery, or a chopper beside it, takes the power that the motor gives back. Where nothing takes it, braking heats the
-    /// winding alone, and beyond its no-load rate the motor coasts on full voltage.
+    /// The battery takes returned power. If not, braking heats the winding, and beyond its no-load rate the motor coasts at
+    /// full voltage.
     #[serde(default = "yes")]
     pub regeneration: bool,
 }

@@ -18,31 +18,31 @@ pub struct World {
     pub gravity_m_s2: f64,
     /// The ground.
     pub floor: Floor,
-    /// How the physics is solved; what is left out takes the program's measured defaults.
+    /// The solver; the defaults are measured.
     pub solver: Solver,
     /// Bodies that lie about and can be pushed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<Body>,
 }
 
-/// The ground: an endless plane unless it is made rough, and what lies on it.
+/// The ground: an endless plane, unless it is rough, and what stands on it.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "FloorSection")]
 pub struct Floor {
-    /// Coulomb's coefficient of friction between rollers and floor; 0.6 unless given.
+    /// Friction coefficient between rollers and floor; 0.6 unless given.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub friction: Option<f64>,
-    /// What the floor is made of: a name that `[materials]` knows below that of the rollers. The pair then says how the floor grips,
-    /// drags and creeps, in place of `friction`, `rolling_resistance`, `radius_exponent`, `creep`, `sliding`, `across` and `against`.
+    /// Material: a name of `[materials]`. The pair with the rollers' material then gives friction, rolling resistance,
+    /// creep, `sliding`, `across` and `against`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
-    /// The angle by which the floor falls towards +x, in degrees; 0 is level. All places of a scenario and of its trace count
-    /// in the sloping plane, heights along its normal.
+    /// Slope of the floor, downwards along +x, in degrees. All positions count in the sloping plane, heights along its
+    /// normal.
     #[schemars(range(min = -60.0, max = 60.0))]
     pub slope_deg: f64,
-    /// Rectangles along the world's axes with a friction of their own, later ones over earlier ones.
+    /// Rectangles with other friction; later ones cover earlier ones.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub patches: Vec<FloorPatch>,
     /// Boxes that stand on the floor: kerbs, thresholds, walls.
@@ -54,38 +54,35 @@ pub struct Floor {
     /// Stairs that lead up from the floor.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub stairs: Vec<FloorStairs>,
-    /// A bumpy square around the origin in place of the plane.
+    /// A bumpy square around the origin, instead of the plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rough: Option<Rough>,
-    /// Ground from a picture or a mesh in place of the plane.
+    /// Ground from a picture or a mesh, instead of the plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub height_map: Option<HeightMap>,
-    /// Rolling resistance of the floor: drag per load on level ground, dimensionless: 0.01 of a hard one, 0.1 to 0.3 of a soft one.
-    /// That of the rollers comes on top.
+    /// Rolling resistance: drag per load on level ground; 0.01 hard, 0.1 to 0.3 soft. Added to the rollers'.
     #[serde(skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 10.0))]
     pub rolling_resistance: Option<f64>,
-    /// How the floor's rolling resistance grows on small radii: as (wheel radius / the roller's radius of curvature in the direction of
-    /// travel) to this power; 0 unless given: a metre costs the same on all.
+    /// Growth of rolling resistance on small radii: (wheel radius / the roller's radius of curvature)^this; 0 unless given.
     #[serde(skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub radius_exponent: Option<f64>,
-    /// Creep of the floor: how far a roller slips per way rolled, for each share of its load that it pulls with; dimensionless.
-    /// Force against slip is then a line up to the grip, as on carpets and mats.
+    /// Creep: slip per rolled distance, for each share of its load that a roller pulls with. For carpets and mats.
     #[serde(skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 100.0))]
     pub creep: Option<f64>,
-    /// How friction falls as a roller slides; left out, it does not.
+    /// Friction that falls with sliding speed [default: it does not].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sliding: Option<Sliding>,
-    /// Which way the floor's nap or weave lies, as an angle from the floor's x axis, counter-clockwise, in degrees. What is said of the
-    /// floor holds along it, `across` and `against` say what is otherwise; 0 unless given.
+    /// Direction of the floor's nap or weave, counter-clockwise from x, in degrees; 0 unless given. The floor's values hold
+    /// along it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nap_deg: Option<f64>,
-    /// What is otherwise across the nap; left out, nothing.
+    /// Values across the nap [default: as along it].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub across: Option<Across>,
-    /// What is otherwise against the nap; left out, nothing.
+    /// Values against the nap [default: as with it].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub against: Option<Against>,
 }
@@ -131,13 +128,13 @@ fn is_zero(number: &Option<f64>) -> bool {
     number.is_none_or(|number| number == 0.0)
 }
 
-/// A rectangle of floor with a friction of its own.
+/// A rectangle of other floor.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FloorPatch {
-    /// x of its middle in the world, in metres.
+    /// x of its middle, in metres.
     pub x_m: f64,
-    /// y of its middle in the world, in metres.
+    /// y of its middle, in metres.
     pub y_m: f64,
     /// Its length along x, in metres.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
@@ -145,42 +142,42 @@ pub struct FloorPatch {
     /// Its length along y, in metres.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub length_y_m: f64,
-    /// Coulomb's coefficient of friction there; needed where the patch is of no material.
+    /// Friction coefficient; required without `material`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub friction: Option<f64>,
-    /// What it is made of, in place of all that says how it grips, drags and creeps: a name that `[materials]` knows.
+    /// Material: a name of `[materials]`, instead of the values here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
-    /// Rolling resistance there; left out, that of the floor.
+    /// Rolling resistance [default: the floor's].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 10.0))]
     pub rolling_resistance: Option<f64>,
-    /// How rolling resistance grows on small radii there; left out, as on the floor.
+    /// Growth of rolling resistance on small radii [default: the floor's].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub radius_exponent: Option<f64>,
-    /// Creep there; left out, that of the floor.
+    /// Creep [default: the floor's].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 100.0))]
     pub creep: Option<f64>,
-    /// How friction falls there as a roller slides; left out, as on the floor.
+    /// Friction that falls with sliding speed [default: the floor's].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sliding: Option<Sliding>,
-    /// Which way its nap lies, in degrees; left out, as on the floor.
+    /// Direction of its nap, in degrees [default: the floor's].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nap_deg: Option<f64>,
-    /// What is otherwise across its nap; left out, as on the floor.
+    /// Values across its nap [default: the floor's].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub across: Option<Across>,
-    /// What is otherwise against its nap; left out, as on the floor.
+    /// Values against its nap [default: the floor's].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub against: Option<Against>,
     /// When it appears, in seconds.
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub from_s: f64,
-    /// When it is gone, in seconds; without it, never.
+    /// When it disappears, in seconds; without it, never.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub until_s: Option<f64>,
@@ -190,9 +187,9 @@ pub struct FloorPatch {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FloorBox {
-    /// x of its middle in the world, in metres.
+    /// x of its middle, in metres.
     pub x_m: f64,
-    /// y of its middle in the world, in metres.
+    /// y of its middle, in metres.
     pub y_m: f64,
     /// Its heading in the world, in degrees.
     #[serde(default)]
@@ -208,13 +205,13 @@ pub struct FloorBox {
     pub height_m: f64,
 }
 
-/// A ramp: it rises evenly from its foot. Its end falls off square to it, its sides straight down; a box behind it goes on at its height.
+/// A ramp. It rises evenly from its foot and ends in a vertical drop; its sides are vertical.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FloorRamp {
-    /// x of the middle of its foot in the world, in metres.
+    /// x of the middle of its foot, in metres.
     pub x_m: f64,
-    /// y of the middle of its foot in the world, in metres.
+    /// y of the middle of its foot, in metres.
     pub y_m: f64,
     /// The heading in which it leads up, in degrees.
     #[serde(default)]
@@ -225,7 +222,7 @@ pub struct FloorRamp {
     /// Its width, in metres.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub width_m: f64,
-    /// How high it leads, in metres.
+    /// Height of its end, in metres.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub rise_m: f64,
 }
@@ -234,9 +231,9 @@ pub struct FloorRamp {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FloorStairs {
-    /// x of the middle of the first step's edge in the world, in metres.
+    /// x of the middle of the first step's edge, in metres.
     pub x_m: f64,
-    /// y of the middle of the first step's edge in the world, in metres.
+    /// y of the middle of the first step's edge, in metres.
     pub y_m: f64,
     /// The heading in which they lead up, in degrees.
     #[serde(default)]
@@ -283,55 +280,55 @@ impl RoughnessClass {
     }
 }
 
-/// Uneven ground on a square grid: a height drawn at random for every point, or ground of a class of roughness.
+/// Uneven ground on a square grid: random heights, or a class of ISO 8608.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Rough {
-    /// The largest height, in metres; heights lie evenly between 0 and this. It stands in place of `iso_8608`.
+    /// Largest height, in metres; heights are even between 0 and this. Or `iso_8608`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub height_m: Option<f64>,
-    /// The class of roughness by ISO 8608, from A to H, in place of `height_m`: along any line the spectral density of the heights falls with
-    /// the square of the cycles per metre, for waves from two cells to the side, in all directions alike. The mean height is 0.
+    /// Class of roughness by ISO 8608, isotropic, for waves from two cells to the side; mean height 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub iso_8608: Option<RoughnessClass>,
     /// Distance between neighbouring points, in metres.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub cell_m: f64,
-    /// Length of the square's sides, in metres, 500 cells at most. Beyond it there is no ground.
+    /// Side of the square, in metres; at most 500 cells. Beyond it there is no ground.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub side_m: f64,
-    /// The seed of the draw: the same seed gives the same ground.
+    /// Seed: the same seed gives the same ground.
     #[serde(default)]
     pub seed: u64,
 }
 
-/// Ground whose heights come from a file, on a grid of at most 1025 x 1025 points. Between them it is flat in triangles; beyond it there is no ground.
+/// Ground with the heights of a file, on a grid of at most 1025 x 1025 points, flat in triangles between them. Beyond it
+/// there is no ground.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HeightMap {
-    /// The file, relative to the scenario file. A picture in grey of 8 or 16 bits, `.png`: a point for each pixel, black the lowest, its upper edge
-    /// at +y. Or a mesh, `.stl`, `.obj` or `.dae`, in metres with z upwards: at each point of the grid its highest place there.
+    /// The file, relative to the scenario: a grey `.png` of 8 or 16 bits, one point a pixel, black lowest, upper edge at +y;
+    /// or a mesh (`.stl`, `.obj`, `.dae`) in metres with z up, of which the highest place at each point counts.
     pub file: PathBuf,
     /// Distance between neighbouring points, in metres.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub cell_m: f64,
-    /// How high white is above black, in metres; of a picture alone.
+    /// Height of white above black, in metres; of a picture.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub height_m: Option<f64>,
-    /// The height of black, or what is added to the heights of a mesh, in metres.
+    /// Height of black; of a mesh an offset of its heights, in metres.
     #[serde(default)]
     pub base_m: f64,
-    /// x of the picture's middle, or what is added to the x of a mesh, in metres.
+    /// x of the picture's middle, or an offset of the mesh, in metres.
     #[serde(default)]
     pub x_m: f64,
-    /// y of the picture's middle, or what is added to the y of a mesh, in metres.
+    /// y of the picture's middle, or an offset of the mesh, in metres.
     #[serde(default)]
     pub y_m: f64,
 }
 
-/// Who solves the contacts with the ground.
+/// The contact solver: ilon, or rapier alone, to compare.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Contacts {
@@ -344,26 +341,26 @@ pub enum Contacts {
     Rapier,
 }
 
-/// How the physics is solved: for those who measure the solver itself.
+/// The solver: to measure the solver itself.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "SolverSection")]
 pub struct Solver {
-    /// Who solves the contacts with the ground: ilon, or rapier alone, to compare with.
+    /// The contact solver: ilon, or rapier alone, to compare.
     pub contacts: Contacts,
-    /// Steps in which a roller is about to slide, or has just begun to, are taken in parts of about this length, in seconds.
-    /// With an automatic `run.physics_dt_s` 0.0014 sqrt(wheel radius / gravity) unless given, 0.0001 for wheels of 50 mm; with a given step
-    /// every step is taken whole unless given.
+    /// Steps in which a roller is about to slide, or has just begun to, are split into parts of about this length, in
+    /// seconds [default: with an automatic step 0.0014 sqrt(wheel radius / gravity), 0.0001 for wheels of 50 mm; with a
+    /// given step not split].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub split_dt_s: Option<f64>,
-    /// Stiffness of every contact with the ground, in N/m. Unless given that of hard rollers on hard ground, which give way by 5.5e-6 of
-    /// the wheel's radius under an even share of the weight: 1e8 for a robot of 11 kg with wheels of 50 mm.
+    /// Stiffness of each contact with the ground, in N/m [default: hard rollers on hard ground, which sink by 5.5e-6 of the
+    /// wheel's radius: 1e8 for a robot of 11 kg with wheels of 50 mm].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(max = 1e15), extend("exclusiveMinimum" = 0.0))]
     pub contact_stiffness_n_m: Option<f64>,
-    /// Time in which a contact's spring gives back what it was loaded with, in seconds. Unless given 0.014 sqrt(wheel radius / gravity),
-    /// 0.001 for wheels of 50 mm. Shorter, and robots may bounce.
+    /// Relaxation time of a contact's spring, in seconds [default: 0.014 sqrt(wheel radius / gravity), 0.001 for wheels of
+    /// 50 mm]. Shorter: robots may bounce.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub contact_relaxation_s: Option<f64>,

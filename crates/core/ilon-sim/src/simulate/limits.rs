@@ -616,9 +616,11 @@ pub(super) fn beyond(
             let tops = rates_rad_s.iter().zip(&tops_rad_s);
             let is_too_fast = tops.into_iter().any(|(rate, top)| rate.abs() > *top);
             beyond.remedy = match (is_too_fast, twist_rate == Twist::default()) {
-                (true, _) => "its wheels cannot turn so fast: ask for less speed",
-                (false, true) => "the slope or the speed alone takes that",
-                (false, false) => "ask for less acceleration",
+                (true, _) => "its wheels cannot turn so fast: command less speed",
+                (false, true) => {
+                    "without any acceleration: the slope or the speed alone needs that"
+                }
+                (false, false) => "command less acceleration",
             };
             beyond.together = limiter.by_grip(twist_rate, twist, -heading_rad).ok();
         }
@@ -684,7 +686,7 @@ impl Beyond {
             (true, None) => "it slides".to_owned(),
         };
         format!(
-            "the motion asks for more than there is for {:.1} % of the run, first at {from_s:.2} s of {first}. At {most_at_s:.2} s wheel `{wheel}` {needs}: {then}; {}",
+            "the motion is too fast for {:.1} % of the run, from {from_s:.2} s on and first for {first}. At {most_at_s:.2} s wheel `{wheel}` {needs}: {then}; {}",
             100.0 * f64::from(self.looks) / (LOOKS + 1) as f64,
             self.remedy
         )

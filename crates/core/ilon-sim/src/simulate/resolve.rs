@@ -110,7 +110,8 @@ pub(super) fn resolve_as_given(
     let of_contacts = scenario.check_contacts(robot)?;
     let loop_period_s = wheel_loop::choose_gains(&mut scenario.wheel_loop, &model, physics_dt_s)?;
 
-    let mut warnings: Vec<String> = robot.remarks.iter().map(ToString::to_string).collect();
+    let of_file = robot.remarks.iter().filter(|remark| !remark.is_aside);
+    let mut warnings: Vec<String> = of_file.map(ToString::to_string).collect();
     warnings.extend(of_scenario(&scenario, robot, of_ground));
     let unstable_loops = loop_stability::remark(&scenario, &model, physics_dt_s)?;
     warnings.extend(unstable_loops.clone());

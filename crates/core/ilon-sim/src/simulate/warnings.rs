@@ -98,7 +98,7 @@ pub(super) fn of_twist(
     }
     let what = match saturation {
         None => "the log asks for wheel rates",
-        Some(_) => "the twist asked for takes wheel rates",
+        Some(_) => "the commanded twist needs wheel rates",
     };
     let comes = match saturation {
         Some(Saturation::Prioritised | Saturation::Scale) => "it is scaled down to that".to_owned(),
@@ -109,7 +109,7 @@ pub(super) fn of_twist(
         None => "rates of a log are commanded as they are, and the wheels turn as fast as their motors let them".to_owned(),
     };
     Some(format!(
-        "{what} of {asked_rad_s:.3} rad/s, but the limit is {limit_rad_s:.3} rad/s: {comes}; ask for less or raise \
+        "{what} of {asked_rad_s:.3} rad/s, but the limit is {limit_rad_s:.3} rad/s: {comes}; command less or raise \
          `guidance.wheel_rate_limit_rad_s`"
     ))
 }

@@ -379,7 +379,7 @@ fn a_motion_is_judged_with_the_arm_where_its_setpoints_send_it() {
         let robot = load_robot(&scenario).expect("a robot");
         let resolved = resolve(&scenario, &robot).expect("it can be run");
         let mut said = resolved.warnings().iter();
-        said.any(|line| line.contains("asks for more than there is"))
+        said.any(|line| line.contains("the motion is too fast"))
     };
     assert!(!is_remarked(1.0 + 1.1 * ramp_s) && is_remarked(0.5));
 }

@@ -641,7 +641,7 @@ fn a_motion_that_asks_for_more_than_there_is_is_remarked_before_it_is_run() {
     let asks = |text: &str| {
         let said = warnings(text);
         said.into_iter()
-            .find(|line| line.contains("asks for more than there is"))
+            .find(|line| line.contains("the motion is too fast"))
     };
     assert_eq!(asks(EIGHT), None);
     let icy = asks(&format!("{EIGHT}world.floor.friction = 0.1\n")).expect("a remark");
@@ -1014,9 +1014,7 @@ fn a_slope_that_wheels_hold_together_is_told_from_one_that_they_do_not() {
             "robot.file = \"mecanum4.urdf\"\nworld.floor = {{ slope_deg = {slope_deg}, friction = 0.6 }}\ntwist = {{}}\nrun.duration_s = 1\n"
         );
         let said = warnings(&text);
-        let note = said
-            .iter()
-            .find(|line| line.contains("asks for more than there is"));
+        let note = said.iter().find(|line| line.contains("is too fast"));
         let share = 100.0 * slope_deg.to_radians().tan() / (0.6 * std::f64::consts::FRAC_1_SQRT_2);
         let expected = match slides {
             true => {

@@ -52,12 +52,12 @@ second; simulated time of all together over wall clock, the best stretch. Here o
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = WHAT_IS_MEASURED, after_help = "`--help` tells what is measured, and how.")]
 pub(super) struct Arguments {
-    /// A robot: `mecanum4`, `volksbot`, or a file (URDF, xacro, SDF, MJCF, or a description in TOML); may be given several times [default: both].
+    /// A robot: `mecanum4`, `volksbot`, or a file; repeatable [default: both].
     #[arg(long = "robot", value_name = "NAME|FILE")]
     robots: Vec<String>,
     #[command(flatten)]
     sources: Sources,
-    /// Which rollers are looked at: `all`, or those `near` the ground; or `rapier`: all of them, with contacts that rapier solves itself [default: each].
+    /// Contact search: `all` rollers, those `near` the ground, or `rapier`'s own contacts [default: each].
     #[arg(long, value_name = "all|near|rapier", value_parser = kind)]
     rollers: Option<ContactMode>,
     /// Physics steps a second [default: 1000,500,240,120,60,30,20, near also 40,15,10, and rapier 1000,500,240].
@@ -66,7 +66,7 @@ pub(super) struct Arguments {
     /// Bandwidth of the wheel loops on the ground [default: 60].
     #[arg(long, value_name = "RAD_S", value_parser = bandwidth_rad_s)]
     bandwidth: Option<f64>,
-    /// Headings at which the error is measured, in degrees; speed is measured at the first [default: 0,20].
+    /// Headings of the measurement, in degrees; speed is measured at the first [default: 0,20].
     #[arg(
         long,
         value_name = "DEG,..",
@@ -75,20 +75,19 @@ pub(super) struct Arguments {
         value_parser = heading_deg
     )]
     headings: Vec<f64>,
-    /// In how many rounds all configurations are timed; the best stretch counts [default: 5].
+    /// Rounds of timing; the best stretch counts [default: 5].
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     rounds: Option<usize>,
-    /// How many robots simulate at once in one process; 0 leaves that out [default: 1,10,100].
+    /// Robots at once in one process; 0 skips that [default: 1,10,100].
     #[arg(long, value_name = "N,..", value_delimiter = ',', value_parser = count)]
     fleets: Vec<usize>,
-    /// On how many threads they do so [default: 1,2].
+    /// Threads for them [default: 1,2].
     #[arg(long, value_name = "N,..", value_delimiter = ',', value_parser = at_least_one)]
     threads: Vec<usize>,
-    /// A first look in a tenth of the time: 240 steps a second with all rollers, 240, 60 and 20 near; a heading of 20
-    /// degrees, 3 rounds, 1 and 10 robots at once, unless other options say otherwise.
+    /// A first look in a tenth of the time: fewer rates, headings, rounds and robots, unless other options are given.
     #[arg(long)]
     quick: bool,
-    /// Write `bench.json` and `bench.html`, a page with the plot of error against cost, into this folder.
+    /// Write `bench.json` and `bench.html` into this folder.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Open the page in the browser.

@@ -36,37 +36,36 @@ use crate::simulate::{Run, Simulation};
 /// Arguments of `ilon check`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Scenario files and studies, and folders of them: every `.toml` file in a folder and below it is one. A study is held
-    /// against its own `[expect]` alone.
+    /// Scenario files and studies, and folders of them: every `.toml` file below counts.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
-    /// Write the results as JUnit XML, which continuous integration shows.
+    /// Write the results as JUnit XML, for CI.
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// Print what came of each scenario as JSON, and nothing else, on standard output.
+    /// Print the results as JSON, and nothing else, on standard output.
     #[arg(long)]
     json: bool,
     /// Run only scenarios whose name, or subfolder, contains this.
     #[arg(long, value_name = "TEXT")]
     filter: Option<String>,
-    /// Begin no further scenario once one has failed.
+    /// Stop after the first failure.
     #[arg(long)]
     fail_fast: bool,
-    /// Write the results of scenarios that fail below this folder.
+    /// Keep the results of failed scenarios below this folder.
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
     /// Write the trace of each scenario into this folder, as a baseline.
     #[arg(long, value_name = "DIR")]
     save: Option<PathBuf>,
-    /// Hold the trace of each scenario against the baseline in this folder, within `[expect.tolerances]`; a difference is
-    /// drawn in `difference.html` below `--keep`, or below `out/check`.
+    /// Compare each trace with the baseline in this folder, within `[expect.tolerances]`. Differences are drawn in
+    /// `difference.html` below `--keep` or `out/check`.
     #[arg(long, value_name = "DIR")]
     against: Option<PathBuf>,
-    /// Reset the bounds that do not hold, in the scenarios' files, to the measured values plus MARGIN (0.1 is 10 %); every change is
-    /// shown. Bounds that hold stay.
+    /// Reset bounds that fail to the measured values plus MARGIN (0.1 is 10 %) in the scenarios' files; every change is
+    /// shown.
     #[arg(long, value_name = "MARGIN", num_args = 0..=1, default_missing_value = "0.1", value_parser = margin)]
     update: Option<f64>,
-    /// How many scenarios run at once; without it, as many as there are processors.
+    /// Scenarios at a time [default: as many as there are processors].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
     #[command(flatten)]
@@ -93,7 +92,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             "change the keys in the files, or leave one of the two out",
         ));
     }
-    let found = scenarios::find(&arguments.paths, arguments.filter.as_deref())?;
+    let found = scenarios::find(&arguments.paths, arguments.filter.as_deref(), &files)?;
     say_what_studies_leave_out(arguments, &found, &files);
     let _claims = claims(arguments, &found)?;
     let stop = AtomicBool::new(false);

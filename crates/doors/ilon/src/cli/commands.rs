@@ -18,7 +18,7 @@ use crate::cli::failure::Failure;
 #[derive(Debug, Parser)]
 #[command(name = "ilon", version, after_help = EXIT_CODES)]
 struct Cli {
-    /// Print only errors, failures and data that was asked for.
+    /// Print only errors, failures and requested data.
     #[arg(long, short, global = true)]
     quiet: bool,
     #[command(subcommand)]

@@ -24,10 +24,10 @@ const WHAT_TO_NAME: &str =
 /// Arguments of `ilon compare`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Folders that `ilon run` wrote, trace files, or scenario files, which are then run.
+    /// Folders that `ilon run` wrote, trace files, or scenario files to run.
     #[arg(required = true, num_args = 2.., value_name = "RUN")]
     runs: Vec<PathBuf>,
-    /// Where to write the page.
+    /// File of the page.
     #[arg(long, value_name = "FILE", default_value = "out/compare.html")]
     out: PathBuf,
     /// Open the page in the browser.

@@ -8,7 +8,7 @@ use super::table::Table;
 /// The option of commands that run scenarios.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub(super) struct Converge {
-    /// Run each scenario again at half the step, and say which figures move by more than their stated accuracy: the key `run.converge`.
+    /// Repeat each run at half the step, and report figures that move by more than their stated accuracy.
     #[arg(long)]
     pub converge: bool,
 }

@@ -17,17 +17,16 @@ use crate::planar;
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("what").required(true))]
 pub(super) struct Arguments {
-    /// Write the robot and world of a scenario as a functional mock-up unit (FMI 3.0, co-simulation).
+    /// Write robot and world of a scenario as a functional mock-up unit (FMI 3.0, co-simulation).
     #[arg(long, value_name = "SCENARIO", group = "what")]
     fmu: Option<PathBuf>,
-    /// Fit a base that moves in the plane to sweeps of a robot, for planners and learners, with its error on other drives; write it as JSON, as a
-    /// model for numpy, and as bases of MuJoCo and Gazebo.
+    /// Fit a planar base to a robot, with its error on unseen drives; write it as JSON, for numpy, MuJoCo and Gazebo.
     #[arg(long, value_name = "ROBOT", group = "what")]
     planar: Option<PathBuf>,
-    /// Where to write it [default: the scenario's name and `.fmu`; of a planar base the folder of the robot's name and `_planar`].
+    /// File or folder of the result [default: SCENARIO.fmu, or ROBOT_planar].
     #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
-    /// The shared library of ilon-c that goes into it [default: the one beside this command].
+    /// Shared library of ilon-c for the FMU [default: the one beside this command].
     #[arg(long, value_name = "FILE", conflicts_with = "planar")]
     library: Option<PathBuf>,
     #[command(flatten)]

@@ -19,7 +19,7 @@ const STANDING: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 0.1\n";
 pub(super) struct Arguments {
     /// The description, in TOML.
     spec: PathBuf,
-    /// Where to write the URDF; without it, standard output.
+    /// File of the URDF [default: standard output].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }

@@ -17,13 +17,13 @@ use crate::cli::failure::Failure;
 /// Arguments of `ilon identify`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The study file: a robot, logs of its drives, and what is free.
+    /// The study file: a robot, logs of its drives, and the free parameters.
     #[arg(required_unless_present = "plan")]
     study: Option<PathBuf>,
-    /// Propose a short course for this robot that makes what is free known, as waypoints and as wheel rates.
+    /// Propose a short course for this robot that determines the free parameters, as waypoints and as wheel rates.
     #[arg(long, value_name = "ROBOT", conflicts_with_all = ["study", "open"])]
     plan: Option<PathBuf>,
-    /// What a course shall make known, several with commas between.
+    /// Parameters that the course shall determine, with commas between.
     #[arg(
         long,
         value_name = "NAMES",
@@ -32,7 +32,7 @@ pub(super) struct Arguments {
         requires = "plan"
     )]
     free: Vec<String>,
-    /// How fast a course is driven, in m/s.
+    /// Speed of the course, in m/s.
     #[arg(long, value_name = "M/S", default_value_t = 0.2, requires = "plan")]
     speed: f64,
     #[command(flatten)]

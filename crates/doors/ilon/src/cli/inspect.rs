@@ -25,7 +25,7 @@ use crate::pages;
 /// Arguments of `ilon inspect`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The robot's file: URDF, xacro, SDF, MJCF, or a description in TOML; with `--html`, a folder of them too.
+    /// The robot's file: URDF, xacro, SDF, MJCF, or TOML; with `--html` a folder too.
     robot: PathBuf,
     #[command(flatten)]
     reading: Reading,
@@ -35,21 +35,19 @@ pub(super) struct Arguments {
     limits: limits::Asked,
     #[command(flatten)]
     planners: planners::Exports,
-    /// Draw the robot from above, with the axes of its rollers, as an SVG; with `--limits` how hard it may be driven in each direction.
+    /// Draw the robot from above as SVG; with `--limits` its limits by direction.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     svg: Option<PathBuf>,
     /// Write the URDF that was read: expanded, converted and repaired.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     urdf: Option<PathBuf>,
-    /// Write parameters for ros2_controllers' mecanum_drive_controller or omni_wheel_drive_controller, with the radius that the
-    /// wheels roll on, and speeds for Nav2's MPPI controller, as YAML.
+    /// Write YAML for ros2_controllers (mecanum or omni), with the rolling radius, and speeds for Nav2's MPPI controller.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     ros2_controllers: Option<PathBuf>,
     /// Write the robot's URDF with a `<ros2_control>` block for its wheels.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     ros2_control: Option<PathBuf>,
-    /// Show the robot on one offline page: in three dimensions with its wheels turning, from above, and what it can do; the
-    /// robots of a folder and below side by side, with why a file is refused.
+    /// Write an offline page of the robot in 3D, or of all robots below a folder.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     html: Option<PathBuf>,
     /// Open the page in the browser.
@@ -174,9 +172,8 @@ fn write(
 fn as_modelled(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading(
-        "wheels as modelled: radii fitted, mean, of rolling and at the peak, error of the outline, ripple; share of \
-         a turn on bridges between rollers, and how deep it is below them; overlap of rollers in % of a turn, and how deep it is. \
-         Lengths in mm, shares in %",
+        "wheel outlines of the file, lengths in mm, shares of a turn in %: radius fitted, mean, rolling and peak; outline error and \
+         ripple; gaps between rollers and their depth; overlaps and their depth",
     );
     let mm = |metres: f64, decimals: usize| format!("{:.decimals$}", 1e3 * metres);
     let percent = |share: f64| format!("{:.1}", 1e2 * share);
@@ -188,8 +185,8 @@ fn as_modelled(robot: &Inspection) -> Table {
             ("peak", &|of| mm(of.peak_radius_m, 2)),
             ("error", &|of| mm(of.outline_error_m, 3)),
             ("ripple", &|of| mm(of.ripple_m, 3)),
-            ("bridged", &|of| percent(of.gap_share)),
-            ("hollow", &|of| mm(of.gap_depth_m, 2)),
+            ("gaps", &|of| percent(of.gap_share)),
+            ("gap", &|of| mm(of.gap_depth_m, 2)),
             ("overlap", &|of| percent(of.overlap_share)),
             ("depth", &|of| mm(of.overlap_depth_m, 2)),
         ],
@@ -410,8 +407,7 @@ fn rollers(robot: &Inspection) -> Table {
     table.heading(match robot.wheels.iter().any(on_axles) {
         true => "rollers: largest radius and length in mm",
         false => {
-            "rollers: largest radius and length in mm; friction on their axles that follows the load is taken as none, which ball bearings \
-             nearly have and bushings do not"
+            "rollers: largest radius and length in mm; no axle friction (plain bushings: `rollers.bearings = \"bushings\"`)"
         }
     });
     table.columns::<&WheelInspection>(

@@ -19,9 +19,8 @@ use crate::{Error, Scenario};
 /// Which limits are asked for.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct Asked {
-    /// How hard the robot may be driven: the accelerations at which no wheel slides and no motor lacks torque, by direction, at rest
-    /// and at speed, with the wheel that gives out first and why. With `--svg` they are drawn by direction, and `--html` has them too. Files for
-    /// planners, and `--identified`, ask for them by themselves.
+    /// How hard the robot may be driven: accelerations without sliding or missing torque, by direction and speed, with the
+    /// limiting wheel and the reason. `--svg` and `--html` draw them.
     #[arg(long, help_heading = "Limits", default_value_ifs = NEED_LIMITS.map(|needs| (needs, ArgPredicate::IsPresent, "true")))]
     pub limits: bool,
     #[command(flatten)]
@@ -37,8 +36,8 @@ const NEED_LIMITS: [&str; 4] = ["pathplanner", "choreo", "road_runner", "identif
 struct Conditions {
     #[command(flatten)]
     settings: Settings,
-    /// What `ilon identify` found of this robot, its `identified.json`: keys of floor, rollers and motors that were fitted are conditions, and
-    /// `--road-runner` takes from it how far the robot goes sideways. `--set` has the last word.
+    /// `identified.json` of `ilon identify`: fitted keys become conditions, and `--road-runner` uses the sideways factor.
+    /// `--set` overrides.
     #[arg(long, value_name = "FILE")]
     identified: Option<PathBuf>,
 }

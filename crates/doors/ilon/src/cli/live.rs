@@ -15,9 +15,9 @@ use crate::cli::failure::Failure;
 /// Arguments of `ilon live`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The scenario file: robot, world and, to be followed on request, its reference; or a robot's file, on a level floor.
+    /// The scenario file: robot, world and, to follow on request, its reference; or a robot's file, on a level floor.
     scenario: PathBuf,
-    /// Where the page is served, on this machine alone; 0 for any port that is free.
+    /// Port of the page, on this machine only; 0 for any free port.
     #[arg(long, default_value_t = 8765)]
     port: u16,
     /// Simulated seconds a second, from 0.05 to 20.
@@ -26,32 +26,32 @@ pub(super) struct Arguments {
     /// Start paused.
     #[arg(long)]
     paused: bool,
-    /// Be a node of ROS 2, `/ilon`, that takes `/cmd_vel` and commands for the wheels. With `=controllers`, controllers of ros2_control
-    /// drive the wheels, and `/joint_states`, `/odom` and the frame `odom -> base_link` are left to them.
+    /// Be the ROS 2 node `/ilon`, which takes `/cmd_vel` and wheel commands. With `=controllers`, ros2_control drives the
+    /// wheels and publishes `/joint_states`, `/odom` and `odom -> base_link`.
     #[cfg(feature = "ros2")]
     #[arg(long, value_name = "WHO", num_args = 0..=1, require_equals = true, default_missing_value = "body")]
     ros2: Option<Drives>,
-    /// Take `/cmd_vel` as `geometry_msgs/Twist` in place of `TwistStamped`.
+    /// Take `/cmd_vel` as `geometry_msgs/Twist` instead of `TwistStamped`.
     #[cfg(feature = "ros2")]
     #[arg(long, requires = "ros2")]
     unstamped: bool,
-    /// Be a node of ROS 2: left out of this build.
+    /// Be a ROS 2 node: not in this build.
     #[cfg(not(feature = "ros2"))]
     #[arg(long, hide = true, num_args = 0..=1, require_equals = true, default_missing_value = "")]
     ros2: Option<String>,
-    /// Serve Foxglove: left out of this build.
+    /// Serve Foxglove: not in this build.
     #[cfg(not(feature = "foxglove"))]
     #[arg(long, hide = true, num_args = 0..=1, require_equals = true, default_missing_value = "")]
     foxglove: Option<String>,
-    /// Serve Foxglove and Lichtblick too, on this machine alone; port 0 for any that is free.
+    /// Serve Foxglove and Lichtblick too, on this machine only; port 0 for any free port.
     #[cfg(feature = "foxglove")]
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8766")]
     foxglove: Option<u16>,
-    /// Be the physics of ArduPilot's SITL, `sim_vehicle.py -v Rover -f rover --model JSON:127.0.0.1`, in lock step: no page is served, and time
-    /// goes on with ArduPilot's frames. Writes `SCENARIO.parm` beside you, the parameters that Rover needs.
+    /// Be the physics of ArduPilot's SITL, `sim_vehicle.py -v Rover -f rover --model JSON:127.0.0.1`, in lock step, without
+    /// a page. Writes `SCENARIO.parm` beside you: the parameters that Rover needs.
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "9002", conflicts_with_all = ["speed", "paused"])]
     ardupilot: Option<u16>,
-    /// End after this many seconds; without it, when it is interrupted.
+    /// End after this many seconds [default: when interrupted].
     #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
     #[command(flatten)]

@@ -42,7 +42,7 @@ pub(super) struct Detail {
 /// Where results go.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct Out {
-    /// Where to write results [default: `out/` and the name of what they are of].
+    /// Folder of the results [default: out/NAME].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }
@@ -75,7 +75,7 @@ impl Open {
 /// Keys of a scenario changed on the command line.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct Settings {
-    /// Change a key of the scenario, such as `world.floor.friction=0.2`; may be given several times.
+    /// Change a key of the scenario, such as `world.floor.friction=0.2`; repeatable.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<Setting>,
 }
@@ -83,8 +83,7 @@ pub(super) struct Settings {
 /// Whether a run is repeated without what its scenario names.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(super) struct Twins {
-    /// Do not run the scenario again without each fault, patch, box, slope, body and sensor error: faster, but the answer then says nothing of what
-    /// they did.
+    /// Skip the runs without each fault, patch, box, slope, body and sensor error: faster, but no effects of causes.
     #[arg(long)]
     no_twins: bool,
 }
@@ -102,8 +101,7 @@ impl Twins {
 /// What files of strangers may read.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct Sandbox {
-    /// Read no scenario, robot, mesh or file of waypoints outside of this folder, whatever the files name; may be given
-    /// several times. Links are followed first. xacro files see nothing of the environment.
+    /// Read files only below this folder, also through links, and hide the environment from xacro; repeatable.
     #[arg(long = "sandbox", value_name = "DIR")]
     pub folders: Vec<PathBuf>,
 }

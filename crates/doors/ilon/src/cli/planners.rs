@@ -17,14 +17,13 @@ use crate::ros2_control::DriveParameters;
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Planners")]
 pub(super) struct Exports {
-    /// Write the robot as PathPlanner's `settings.json`: a swerve drive that can do no more than this robot.
+    /// Write PathPlanner's `settings.json`: a swerve drive with this robot's limits.
     #[arg(long, value_name = "FILE")]
     pathplanner: Option<PathBuf>,
-    /// Write the robot as a project of Choreo (`.chor`): a swerve drive that can do no more than this robot.
+    /// Write a project of Choreo (`.chor`): a swerve drive with this robot's limits.
     #[arg(long, value_name = "FILE")]
     choreo: Option<PathBuf>,
-    /// Write feedforward and limits for Road Runner's mecanum drive, as Java; needs the motors: `--set motors.dc.stall_torque_n_m=...`
-    /// and `--set motors.dc.no_load_rate_rad_s=...`.
+    /// Write feedforward and limits for Road Runner's mecanum drive, as Java; needs `--set motors.dc...`.
     #[arg(long, value_name = "FILE")]
     road_runner: Option<PathBuf>,
 }

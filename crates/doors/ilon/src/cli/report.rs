@@ -18,7 +18,7 @@ use crate::simulate::{Run, load_robot};
 pub(super) struct Arguments {
     /// The folder that `ilon run` wrote.
     folder: PathBuf,
-    /// Where to write the page; without it, `report.html` in the folder.
+    /// File of the page [default: `report.html` in the folder].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Open the page in the browser.

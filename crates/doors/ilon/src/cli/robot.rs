@@ -23,14 +23,13 @@ const MOST_BYTES: u64 = 16 << 20;
 pub(super) struct Reading {
     #[command(flatten)]
     sources: Sources,
-    /// Look at the collision shapes of the rollers as they are, as `robot.rollers = "as_modelled"` drives them: gaps
-    /// between rollers are no fault then.
+    /// Use the collision shapes of the rollers as they are (`robot.rollers = "as_modelled"`); gaps are then allowed.
     #[arg(long)]
     as_modelled: bool,
-    /// The radius of wheels whose geometry does not show it, or cannot be read.
+    /// Radius of wheels whose geometry does not show it.
     #[arg(long, value_name = "M")]
     wheel_radius_m: Option<f64>,
-    /// Give wheels without rollers none but those that are asked for, whatever the file says of them.
+    /// Propose no rollers for wheels that have none.
     #[arg(long)]
     no_inferred_rollers: bool,
     #[command(flatten)]
@@ -40,19 +39,19 @@ pub(super) struct Reading {
 /// What a robot's file is read with, whatever becomes of the robot.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct Sources {
-    /// The folder of a ROS package, for meshes at `package://NAME/...` and includes; may be given several times.
+    /// Folder of a ROS package, for `package://NAME/...`; repeatable.
     #[arg(long = "package", value_name = "NAME=DIR", value_parser = package)]
     packages: Vec<Package>,
-    /// The value of an argument of a xacro file; may be given several times.
+    /// Argument of a xacro file; repeatable.
     #[arg(long = "arg", value_name = "NAME=VALUE", value_parser = argument)]
     arguments: Vec<(String, String)>,
-    /// Leave out what is not there, and say what: files that a xacro file includes, with the macros that they would define.
+    /// Leave out, and report, missing includes, macros and links.
     #[arg(long)]
     leave_out_missing: bool,
-    /// Repair what is safe to repair in the file, and say what.
+    /// Repair what is safe to repair, and report each change.
     #[arg(long, alias = "mend")]
     repair: bool,
-    /// Density of a part of which the file says only the size or only the mass, for repairs [default: 1500].
+    /// Density of a part whose size or mass is missing, for repairs [default: 1500].
     #[arg(long, value_name = "RHO")]
     density_kg_m3: Option<f64>,
 }
@@ -61,13 +60,13 @@ pub(super) struct Sources {
 #[derive(Clone, Debug, Default, clap::Args)]
 #[command(next_help_heading = "Rollers for wheels that have none in the file")]
 struct Wheels {
-    /// Put this many rollers on each wheel.
+    /// Rollers on each wheel.
     #[arg(long, value_name = "N", requires = "gamma")]
     rollers: Option<usize>,
-    /// Their angle gamma in the usual X of mecanum wheels, such as 45; the sign of each follows from its wheel's place.
+    /// Their angle gamma in the usual X of mecanum wheels, such as 45.
     #[arg(long, value_name = "DEG", group = "gamma", requires = "rollers")]
     gamma_x_deg: Option<f64>,
-    /// Their angle gamma: one number for all wheels, such as 0 for omni wheels, or one for each, with its sign.
+    /// Their angle gamma: one for all wheels, such as 0 for omni wheels, or one each, with sign.
     #[arg(
         long,
         value_name = "DEG,..",
@@ -77,8 +76,7 @@ struct Wheels {
         requires = "rollers"
     )]
     gamma_deg: Vec<f64>,
-    /// The wheels' joints, of whatever type; without it every turning joint on a level axis that stands on the floor, with
-    /// nothing turning above or below it.
+    /// The wheels' joints [default: every joint on a level axis that stands on the floor].
     #[arg(
         long,
         value_name = "JOINT,..",
@@ -86,11 +84,10 @@ struct Wheels {
         requires = "rollers"
     )]
     wheels: Vec<String>,
-    /// The rollers' largest radius; without it, a fifth of the wheel's, or as much more as it takes to reach the
-    /// neighbours.
+    /// Largest radius of the rollers [default: a fifth of the wheel's, or more, to reach the neighbours].
     #[arg(long, value_name = "M", requires = "rollers")]
     roller_radius_m: Option<f64>,
-    /// Mass of one roller, taken from the wheel's; without it, that of solid rubber.
+    /// Mass of one roller, taken from the wheel's [default: solid rubber].
     #[arg(long, value_name = "KG", requires = "rollers")]
     roller_mass_kg: Option<f64>,
 }

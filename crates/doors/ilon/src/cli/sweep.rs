@@ -20,13 +20,13 @@ pub(super) struct Arguments {
     study: Option<PathBuf>,
     #[command(flatten)]
     out: Out,
-    /// Runs at a time [default: as many as the machine has cores].
+    /// Runs at a time [default: as many as there are processors].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
-    /// Make only this part of the runs, the I-th of N, into a folder of its own within that of the study: for job arrays.
+    /// Run only part I of N, into a folder of its own within the study's, for job arrays.
     #[arg(long, value_name = "I/N", conflicts_with_all = ["merge", "open"])]
     shard: Option<Shard>,
-    /// Gather the results of one study from these folders, and from the shards in them, instead of running it.
+    /// Gather the results of one study from these folders and their shards, without running it.
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with = "study")]
     merge: Vec<PathBuf>,
     #[command(flatten)]

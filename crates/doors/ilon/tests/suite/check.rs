@@ -54,6 +54,18 @@ fn what_expects_nothing_counts_apart_and_is_skipped_in_junit() {
     );
 }
 
+/// A robot's description among the scenarios is no test, and no error.
+#[test]
+fn robots_among_scenarios_are_skipped() {
+    let folder = Folder::new();
+    let robots = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots/");
+    let robot = std::fs::read_to_string(format!("{robots}mecanum4.toml")).expect("a robot");
+    folder.write("robot.toml", &robot);
+    let printed = ended_with(0, &folder.ilon(&["check", "."]));
+    assert_eq!(count(&printed, "held"), "1");
+    assert!(!printed.contains("robot"), "{printed}");
+}
+
 /// What a run is to the bit is the same in both commands, and a changed scenario has another.
 #[test]
 fn a_check_tells_the_trace_hash_of_its_run() {

@@ -39,7 +39,7 @@ fn the_robots_of_a_folder_stand_on_one_page() {
     );
     let page = folder.read("robots.html");
     for fact in [
-        "<b>1</b> as they are",
+        "<b>1</b> read without options",
         "<b>1</b> with options",
         "<b>1</b> refused",
     ] {

@@ -411,7 +411,7 @@ fn a_run_answers_before_it_lists_figures() {
     assert!((1..=10).contains(&rows(&short)), "{short}");
     let answer = short.lines().next().expect("a line");
     assert!(
-        answer.ends_with('.') && answer.contains("the robot did"),
+        answer.ends_with('.') && answer.contains("it reached"),
         "{short}"
     );
     let long = printed(&["--table"]);

@@ -255,8 +255,8 @@ fn a_grid_says_its_range_and_main_effects_on_the_terminal_and_on_the_page() {
     ended_with(0, &output);
     // 200 and 400 steps of 1 ms, 100 and 200 of 2 ms: each axis causes 22500 of 47500.
     let sentence = "Physics steps: from 100 (duration 0.2 s, physics dt 0.002 s, run 1) to 400 (duration 0.4 s, physics dt 0.001 s, run 2). \
-                    Duration causes 47 % of what varies (mean 150 at 0.2 s, 300 at 0.4 s), physics dt causes 47 % of what varies (mean 150 at \
-                    0.002 s, 300 at 0.001 s); 5.3 % they cause only together.";
+                    Duration explains 47 % of the variation (mean 150 at 0.2 s, 300 at 0.4 s), physics dt explains 47 % of the variation (mean 150 at \
+                    0.002 s, 300 at 0.001 s); their interaction explains 5.3 %.";
     let printed = stdout(&output);
     assert!(printed.contains(sentence), "{printed}");
     let lead = lead(&folder.read("out/report.html"));

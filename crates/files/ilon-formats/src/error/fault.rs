@@ -377,6 +377,8 @@ pub enum Fault {
     UnknownJoint {
         /// The joint.
         joint: String,
+        /// The joint of the file whose name is most like it.
+        near: Option<String>,
     },
     /// A joint that should be a wheel is not there.
     #[error(

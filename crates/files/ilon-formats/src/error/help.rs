@@ -25,6 +25,19 @@ fn is_of_names(argument: &str) -> bool {
 }
 
 impl Fault {
+    /// A joint that is not there, with the one of `others` that was probably meant.
+    pub(crate) fn unknown_joint<'a>(joint: &str, others: impl Iterator<Item = &'a str>) -> Self {
+        /// How alike two names are, by the measure of Jaro and Winkler, of which one was meant for the other.
+        const ALIKE: f64 = 0.8;
+        let alike = others.map(|other| (strsim::jaro_winkler(joint, other), other));
+        let best = alike.max_by(|a, b| a.0.total_cmp(&b.0));
+        let near = best.filter(|(likeness, _)| *likeness > ALIKE);
+        Self::UnknownJoint {
+            joint: joint.to_owned(),
+            near: near.map(|(_, name)| name.to_owned()),
+        }
+    }
+
     /// How to repair it in the file; what the options of reading can do is in [`Self::remedies`].
     pub(super) fn help(&self) -> String {
         let fixed = match self {
@@ -65,6 +78,9 @@ impl Fault {
             }
             Self::Xml { reason } if reason.contains("DTD") => {
                 "leave out `<!DOCTYPE ...>`: it can name other files, and none of a robot's formats needs it"
+            }
+            Self::Xml { reason } if reason.contains("not a robot file") => {
+                "name a URDF, xacro, SDF or MJCF file, or a description in TOML"
             }
             Self::Xml { .. } => "close every element and quote every attribute",
             Self::NotUrdf { .. } => {
@@ -202,6 +218,9 @@ impl Fault {
             Self::NoSuchJoint { likely, .. } if likely.is_empty() => {
                 "name joints whose wheels turn on level axes and stand on the floor"
             }
+            Self::UnknownJoint {
+                near: Some(near), ..
+            } => return format!("did you mean `{near}`?"),
             Self::NoSuchJoint { .. } | Self::UnknownJoint { .. } => "name joints of the file",
             Self::NoSuchWheel { .. } => "name a wheel that the description has",
             Self::NotAWheel { .. } => "name another joint, or give this one a level axis",

@@ -45,10 +45,11 @@ pub struct Spec {
     pub rollers: RollerSpec,
     /// Where the wheels sit and which way they roll.
     pub wheels: Arrangement,
-    /// `[suspension.NAME]`: what wheels hang on, between chassis and wheels: a rocker, springs, trailing arms. Wheels that none names are on the chassis.
+    /// `[suspension.NAME]`: a rocker, springs or trailing arms between chassis and wheels. Other wheels are fixed to the
+    /// chassis.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub suspension: BTreeMap<String, SuspensionSpec>,
-    /// `[overrides.NAME]`: what is otherwise about the wheel of that name: worn, or mounted otherwise.
+    /// `[overrides.NAME]`: other values for one wheel, worn or mounted differently.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub overrides: BTreeMap<String, WheelOverride>,
 }
@@ -110,11 +111,11 @@ pub struct WheelSpec {
     /// Turns of the motor's rotor per turn of the wheel.
     #[serde(default = "unity")]
     pub gear_ratio: f64,
-    /// Inertia of the rotor about its own axis, before the gear, in kg m^2. The wheel feels gear_ratio^2 times it.
+    /// Inertia of the rotor before the gear, in kg m^2; the wheel feels gear_ratio^2 times it.
     #[serde(default)]
     pub rotor_inertia_kg_m2: f64,
-    /// Efficiency eta of the gear, in (0, 1]: the share of the motor's power that arrives at the wheel. Where the load drives,
-    /// 2 - 1 / eta of the wheel's power arrives at the motor; at 0.5 and below the gear locks itself.
+    /// Efficiency eta of the gear, in (0, 1]. Where the load drives, 2 - 1 / eta of its power arrives at the motor; up to
+    /// 0.5 the gear locks itself.
     #[serde(default = "unity")]
     pub gear_efficiency: f64,
     /// Dry friction of the gear at the wheel, in N m, beside `friction_n_m`.
@@ -134,14 +135,13 @@ impl WheelSpec {
     }
 }
 
-/// What all rollers have in common. A roller is a barrel of even density whose length lets neighbours hand over with
-/// neither gap nor overlap, unless it is said to be made otherwise.
+/// All rollers. By default a barrel of even density, with neither gap nor overlap.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RollerSpec {
     /// Number of rollers in one row.
     pub per_row: usize,
-    /// Number of rows: 1, or 2 for a wheel whose second row stands half a pitch further.
+    /// Number of rows: 1, or 2 with the second row half a pitch further.
     #[serde(default = "one")]
     pub rows: usize,
     /// Distance between the two rows along the hub axis, in metres; 0 with one row.
@@ -157,17 +157,16 @@ pub struct RollerSpec {
     /// Dry friction of the roller's bearing, in N m.
     #[serde(default)]
     pub friction_n_m: f64,
-    /// Length of a roller over that at which neighbours hand over with neither gap nor overlap, above 0: longer rollers share
-    /// the ground about each hand-over, where they have a tread; shorter ones leave gaps, over which the wheel stands on their
-    /// ends.
+    /// Length of a roller, above 0; 1 leaves neither gap nor overlap. Longer rollers share the ground (with a tread);
+    /// shorter ones leave gaps.
     #[serde(default = "unity", skip_serializing_if = "is_unity")]
     pub length_factor: f64,
-    /// Curvature of the outline along a roller, at its middle, over that of the ideal barrel: 1 makes the wheel a circle, below
-    /// is flatter, above rounder; at least 0.01.
+    /// Curvature along a roller at its middle, relative to the ideal barrel: 1 makes the wheel a circle, less is flatter,
+    /// more is rounder; at least 0.01.
     #[serde(default = "unity", skip_serializing_if = "is_unity")]
     pub crown: f64,
-    /// `[[t, radius], ...]`: the outline of a roller by numbers, in place of a barrel: places along its axis from its middle, and
-    /// the radius there, in metres, joined by straight lines. Two points make a cylinder.
+    /// `[[t, radius], ...]`, in metres: outline instead of a barrel, t along the axis from the middle, joined by straight
+    /// lines. Two points make a cylinder.
     #[serde(
         default,
         skip_serializing_if = "Option::is_none",
@@ -177,14 +176,14 @@ pub struct RollerSpec {
     /// Radius to which all edges of `profile_m` are rounded, in metres.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub edge_radius_m: f64,
-    /// Tolerance of the rollers' radius, in metres: each is off by a draw, even from minus this to plus this.
+    /// Tolerance of the rollers' radius, in metres: each differs at random, evenly between minus and plus this.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub radius_spread_m: f64,
-    /// Seed of these draws.
+    /// Seed of `radius_spread_m`.
     #[serde(default, skip_serializing_if = "is_none")]
     pub radius_seed: u32,
-    /// What the radius of single rollers is off, in metres, by the names of their joints, `front_left_roller_1 = 0.0001`: in place
-    /// of a draw.
+    /// Error of the radius of single rollers, in metres, by joint name: `front_left_roller_1 = 0.0001`. Instead of random
+    /// ones.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub radius_offsets_m: BTreeMap<String, f64>,
     /// Rolling resistance of the rollers: drag per load, dimensionless.
@@ -193,43 +192,42 @@ pub struct RollerSpec {
     /// Play of each roller along its axle, from stop to stop, in metres.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub axial_play_m: f64,
-    /// How the rollers turn on their axles: `"bushings"`, `"ball"` or `"industrial"`, which say `axle_friction` and `axle_radius_m`;
-    /// left out, without friction that follows the load.
+    /// Class of the rollers' bearings, which sets `axle_friction` and `axle_radius_m` [default: no friction that grows with
+    /// the load].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bearings: Option<RollerBearings>,
-    /// Coefficient of the friction between roller and axle, in place of that of `bearings`: under a load it holds the roller with
-    /// this times `axle_radius_m` times the load.
+    /// Friction coefficient between roller and axle; overrides `bearings`. The torque is this times `axle_radius_m` times
+    /// the load.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axle_friction: Option<f64>,
-    /// Radius of the rollers' axles, in metres, in place of that of `bearings`.
+    /// Radius of the rollers' axles, in metres; overrides `bearings`. Of a rolling bearing that of its bore.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axle_radius_m: Option<f64>,
-    /// `rollers.tread.stiffness_n_m = ...`: what rollers that give are covered with; left out, they are rigid.
+    /// A soft tread. Without it rollers are rigid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tread: Option<TreadSpec>,
-    /// What the rollers are made of: a name that `[materials]` of a scenario knows. Where floor and patches are of a material too, the
-    /// pair of the two says how they grip, drag and creep.
+    /// Material of the rollers: a name of a scenario's `[materials]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
 }
 
-/// What rollers that give are covered with.
+/// A tread.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TreadSpec {
     /// Stiffness along the ground's normal, in N/m.
     pub stiffness_n_m: f64,
-    /// Damping along the normal, in N s/m; left out, a tenth of what is critical for the load on a wheel.
+    /// Damping along the normal, in N s/m [default: a tenth of critical under the load of a wheel].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping_n_s_m: Option<f64>,
-    /// Stiffness across the normal, in N/m; left out, 2/3 of that along it.
+    /// Stiffness across the normal, in N/m [default: 2/3 of that along it].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shear_stiffness_n_m: Option<f64>,
-    /// Damping across the normal, in N s/m; left out, as much of the stiffness as along it.
+    /// Damping across the normal, in N s/m [default: the same share of stiffness as along it].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shear_damping_n_s_m: Option<f64>,
-    /// The way over which sheared tread leaves the ground as the roller rolls on, in metres: a roller that pulls creeps by its
-    /// pull over `shear_stiffness_n_m` times this; left out, it does not creep.
+    /// Rolled distance over which sheared tread is renewed, in metres. A roller creeps by pull / (`shear_stiffness_n_m`
+    /// times this) [default: no creep].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relaxation_length_m: Option<f64>,
 }
@@ -289,8 +287,7 @@ fn unity() -> f64 {
     1.0
 }
 
-/// What is otherwise about one wheel. Its axle stays as high as `wheel.radius_m` says, so that a smaller wheel hangs, or the robot
-/// leans on it.
+/// Other values for one wheel. Its axle stays at the height of `wheel.radius_m`, so the robot leans on a smaller wheel.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
@@ -301,7 +298,7 @@ pub struct WheelOverride {
     /// The paper's gamma of this wheel, with its sign, in degrees, in (-90, 90).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gamma_deg: Option<f64>,
-    /// How far its rollers stand on about the hub axis at wheel angle zero, in degrees; at 0 the first points straight down.
+    /// Rotation of its rollers at wheel angle zero, in degrees; at 0 the first points straight down.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phase_deg: Option<f64>,
     /// Number of its rollers in one row.
@@ -313,7 +310,7 @@ pub struct WheelOverride {
     /// Mass of one of its rollers, in kg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roller_mass_kg: Option<f64>,
-    /// What its rollers are made of: a name that `[materials]` of a scenario knows.
+    /// Material of its rollers: a name of a scenario's `[materials]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roller_material: Option<String>,
     /// Mass of its hub without rollers, in kg.
@@ -325,9 +322,7 @@ pub struct WheelOverride {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Arrangement {
-    /// `[wheels.mecanum]`: pairs of wheels on axles, all hub axes to the left, handed in the usual X: seen from above,
-    /// the axes of the rollers on top form an X, those on the ground a rhombus, and each wheel turns the robot with the
-    /// sum of its two arms.
+    /// `[wheels.mecanum]`: pairs of wheels on axles in the usual X: from above, the axes of the upper rollers form an X.
     Mecanum {
         /// x of each axle in the body frame, front first, in metres.
         axles_m: Vec<f64>,

@@ -509,8 +509,10 @@ fn refuse_strangers(loading: &Loading, wheels: &HashSet<usize>) -> Result<(), Ro
     let tree = loading.tree;
     for name in loading.options.joints.keys() {
         let Some(joint) = tree.joints.iter().position(|joint| joint.name == *name) else {
-            let joint = name.clone();
-            return Err(loading.source.robot_error(Fault::UnknownJoint { joint }));
+            let others = tree.joints.iter().map(|joint| joint.name.as_str());
+            return Err(loading
+                .source
+                .robot_error(Fault::unknown_joint(name, others)));
         };
         if wheels.contains(&joint) {
             let words =

@@ -403,11 +403,9 @@ fn remark_hubs(loading: &mut Loading, candidates: &[Candidate], moving: &HashSet
         })
         .sum();
     if shapes > 0 {
-        loading.remarks.push(Remark::new(
+        loading.remarks.push(Remark::aside(
             "hubs",
-            format!(
-                "{shapes} collision shapes are not read: of a wheel only the rollers touch the world"
-            ),
+            format!("{shapes} collision shapes are ignored: only rollers touch the floor"),
         ));
     }
 }

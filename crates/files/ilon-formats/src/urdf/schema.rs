@@ -87,8 +87,8 @@ fn names_a_joint(source: &Source, node: Node, joints: &HashSet<&str>) -> Result<
     match node.attribute("joint") {
         Some(joint) if joints.contains(joint) => Ok(()),
         Some(joint) => {
-            let joint = joint.to_owned();
-            Err(source.attribute_error(node, "joint", Fault::UnknownJoint { joint }))
+            let fault = Fault::unknown_joint(joint, joints.iter().copied());
+            Err(source.attribute_error(node, "joint", fault))
         }
         None => {
             let attribute = "joint".to_owned();

@@ -23,13 +23,22 @@ pub(super) struct Source<'a> {
     by_name: OnceCell<HashMap<(&'static str, String), roxmltree::NodeId>>,
 }
 
+/// Why a file that is not XML at all is refused.
+const NO_ROBOT_FILE: &str = "it does not begin with `<`, so this is not a robot file";
+
 impl<'a> Source<'a> {
     /// Parses the text as XML and holds it against the form of URDF.
     pub(super) fn parse(prepared: &'a UrdfText) -> Result<Self, RobotError> {
         let text = &prepared.text;
         let document = xml::parse(text).map_err(|fault| {
             let (fault, bytes) = match fault {
-                xml::Fault::Malformed(reason, bytes) => (Fault::Xml { reason }, bytes),
+                xml::Fault::Malformed(reason, bytes) => {
+                    let reason = match text.trim_start().starts_with('<') {
+                        true => reason,
+                        false => NO_ROBOT_FILE.to_owned(),
+                    };
+                    (Fault::Xml { reason }, bytes)
+                }
                 xml::Fault::TooMuch(what, most, bytes) => (Fault::TooLarge { what, most }, bytes),
             };
             let error = RobotError::new(&prepared.file, fault);
@@ -214,7 +223,7 @@ impl<'a> Source<'a> {
                     "ilon_spring",
                 ],
             ),
-            ("link", &["inertial", "collision"]),
+            ("link", &["inertial", "collision", "visual"]),
             (
                 "joint",
                 &[
@@ -249,16 +258,23 @@ impl<'a> Source<'a> {
         }
         counts
             .into_iter()
-            .map(|((inside, tag), count)| Remark::new(format!("`<{tag}>`"), match (inside, tag) {
-                    ("link", "visual") => {
-                        format!("{count} in the file: they show the robot, and neither weigh nor touch")
-                    }
-                    ("robot", "transmission") => {
-                        format!("{count} in the file: the ratios of gears are read, and nothing else")
-                    }
-                    ("robot", _) => format!("{count} in the file, not read: settings of other programs"),
-                    (inside, _) => format!("{count} in the {inside}s of the file, not read: not part of URDF"),
-                }))
+            .map(|((inside, tag), count)| {
+                let subject = format!("`<{tag}>`");
+                match (inside, tag) {
+                    ("robot", "transmission") => Remark::aside(
+                        subject,
+                        format!("{count} in the file, of which only gear ratios are read"),
+                    ),
+                    ("robot", _) => Remark::aside(
+                        subject,
+                        format!("{count} in the file, not read: settings of other programs"),
+                    ),
+                    (inside, _) => Remark::new(
+                        subject,
+                        format!("{count} in the {inside}s of the file, not read: not part of URDF"),
+                    ),
+                }
+            })
             .collect()
     }
 }

@@ -141,7 +141,7 @@ fn a_bad_figure_of_a_drive_is_refused(attribute: &str, said: &str) {
 fn a_drive_of_no_joint_is_refused() {
     let text = small().replace("</robot>", "<ilon_drive joint=\"wheel_9\"/></robot>");
     let error = Robot::from_urdf_str(&text, "r.urdf").unwrap_err();
-    assert!(matches!(error.fault(), Fault::UnknownJoint { joint } if joint == "wheel_9"));
+    assert!(matches!(error.fault(), Fault::UnknownJoint { joint, .. } if joint == "wheel_9"));
 }
 
 #[test_case(

@@ -119,8 +119,8 @@ fn robot(gains: &Gains) -> Vec<String> {
     ];
     let ahead = match &gains.ahead {
         Some(_) if is_too_far(gains) => {
-            "; wheels of the size that they are known to have do not do that: they are larger, or rows of the logs were lost, or the tracker's \
-             scale is off. Unless it is the wheels, only ratios hold"
+            "; wheels of their known size cannot: they are larger, or rows of the logs were lost, or the tracker's \
+             scale is wrong. Unless it is the wheels, only ratios count"
         }
         Some(ahead) if ahead.value < TOO_SHORT => {
             "; wheels are seldom off by so much. Where a floor drags or creeps, what follows holds on that floor alone"
@@ -139,7 +139,7 @@ fn robot(gains: &Gains) -> Vec<String> {
         };
         Some(format!("{does} {percent} than {than}{interval}{open}."))
     };
-    let asked = "its wheels ask for";
+    let asked = "its wheel speeds give";
     [
         sentence(
             &gains.sideways_over_ahead,
@@ -174,13 +174,13 @@ fn by_direction(directions: &[Direction]) -> Option<String> {
         let [low, high] =
             [one.measured - half, one.measured + half].map(|gain| rounded(100.0 * gain));
         format!(
-            "{} % of it ({low} to {high} %) at {:.0} degrees",
-            rounded(100.0 * one.measured),
-            one.direction_deg
+            "{:.0} degrees: {} % of what its wheel speeds give ({low} to {high} %)",
+            one.direction_deg,
+            rounded(100.0 * one.measured)
         )
     };
     Some(format!(
-        "Of {} directions it makes least of the way that its wheels ask for, {}, and most, {}, counted from ahead to the left.",
+        "Of {} directions it falls shortest at {}, and gets furthest at {} (from ahead to the left).",
         directions.len(),
         words(least),
         words(most)
@@ -282,16 +282,15 @@ fn is_too_far(gains: &Gains) -> bool {
 /// Which model was chosen, and how far off it is on what was not fitted, beside the robot as it was known before.
 fn judged(model: &str, judged_by: JudgedBy, [before, after]: [&Errors; 2]) -> Answer {
     let judged = match judged_by {
-        JudgedBy::Runs => "on the runs that were kept back",
-        JudgedBy::EachRun => "on each run in turn, fitted to the others",
-        JudgedBy::EachStretch => "on each eighth of the runs in turn, fitted to the rest",
+        JudgedBy::Runs => "on unseen runs",
+        JudgedBy::EachRun => "by cross-validation over runs",
+        JudgedBy::EachStretch => "by cross-validation over eighths of the runs",
     };
     let milli = |metres: f64| number(1e3 * metres);
     Answer {
         is_good: (after.over_noise < before.over_noise).then_some(true),
         text: format!(
-            "The model \"{model}\" misses {} mm a stretch {judged}, where the robot as it was known misses {} mm; dead reckoning ends {} mm from \
-             the robot in place of {} mm.",
+            "The model \"{model}\" errs by {} mm a stretch {judged}, the nominal robot by {} mm; odometry ends {} mm off instead of {} mm.",
             milli(after.position_rms_m),
             milli(before.position_rms_m),
             milli(after.end_position_rms_m),
@@ -305,15 +304,14 @@ fn simulated(simulation: &Simulation) -> Vec<Answer> {
     let mut answers: Vec<Answer> = Vec::new();
     let rms = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.4}"));
     answers.push(Answer::plain(format!(
-        "Measured less simulated way over the way asked for is {} (root mean square) over the drives that were fitted, and {} over those that \
-         were kept back.",
+        "The simulated distances are off by {} (rms, as a share) on the fitted drives, and by {} on the unseen ones.",
         rms(simulation.fit.ratio),
         rms(simulation.held_out.ratio)
     )));
     let mut bad = |text: String| answers.push(Answer::bad(text));
     for [a, b] in &simulation.alike {
         bad(format!(
-            "{a} and {b} are hardly told apart by these logs: what one changes the other makes up for, and their intervals allow for it."
+            "These logs hardly distinguish {a} and {b}: one can compensate the other. Their intervals include that."
         ));
     }
     let of_each: [(&[String], &str); 5] = [
@@ -323,16 +321,16 @@ fn simulated(simulation: &Simulation) -> Vec<Answer> {
         ),
         (
             &simulation.open,
-            "is left open by these logs: its interval holds all of its range, as other keys may make up for it. What all of them come to together \
-             may hold all the same",
+            "is not determined by these logs: its interval is its whole range, as other keys can compensate it. All of them together \
+             can still predict well",
         ),
         (
             &simulation.cut_off,
-            "has an interval that reaches an end of its range: what lies beyond was not tried",
+            "has an interval that reaches an end of its range: values beyond were not tried",
         ),
         (
             &simulation.of_one_run,
-            "is told by one run alone: how sure it is cannot be said",
+            "is determined by one run alone: its uncertainty is unknown",
         ),
         (
             &simulation.at_bounds,
@@ -344,20 +342,20 @@ fn simulated(simulation: &Simulation) -> Vec<Answer> {
     }
     for other in &simulation.elsewhere {
         bad(format!(
-            "{} near {} is not refused by these logs either, but much of what lies between is: its interval holds both.",
+            "{} near {} fits these logs too, but values between do not: its interval includes both.",
             other.key,
             number(other.value)
         ));
     }
     if simulation.phases_matter == Some(true) {
         bad(format!(
-            "What is found depends on the angles of their rollers at which wheels began, which the logs do not say: each drive was simulated \
-             from {} sets of angles, and the intervals hold what these scatter by.",
+            "The result depends on the wheels' angles at the start, which the logs do not have: each drive was simulated \
+             from {} sets of angles, and the intervals include their scatter.",
             simulation.phases
         ));
     }
     if !simulation.has_converged {
-        bad("The search was cut off after its steps: `simulate.steps` allows more.".to_owned());
+        bad("The search stopped at its limit of steps: set a larger `simulate.steps`.".to_owned());
     }
     answers
 }
@@ -381,13 +379,14 @@ fn to_know_more(found: &Identified) -> Option<String> {
     }
     if found.intervals_over == "stretches" {
         wishes.push(
-            "drive six runs or more: the intervals are over stretches of the runs, and what differs from run to run is not in them".to_owned(),
+            "drive six runs or more: the intervals do not include differences between runs"
+                .to_owned(),
         );
     }
     if let Some(simulation) = &found.simulation {
         if !simulation.of_one_run.is_empty() {
             wishes.push(format!(
-                "drive once more what tells {}",
+                "repeat the drives that determine {}",
                 simulation.of_one_run.join(", ")
             ));
         }
@@ -435,8 +434,8 @@ mod tests {
             robot(&gains),
             [
                 "Sideways it goes 4.3 % less far than ahead (3.9 to 4.7 %); rigid rollers explain 2.5 of them.",
-                "Ahead it goes 0.20 % less far than its wheels ask for (-0.30 to 0.70 %), which may be nothing.",
-                "It turns 25.0 % more than its wheels ask for (-30.0 to 80.0 %), but these logs leave it open.",
+                "Ahead it goes 0.20 % less far than its wheel speeds give (-0.30 to 0.70 %), which may be nothing.",
+                "It turns 25.0 % more than its wheel speeds give (-30.0 to 80.0 %), but these logs leave it open.",
             ]
         );
     }
@@ -459,7 +458,7 @@ mod tests {
             assert_eq!(answer.is_good, is_good, "{}", answer.text);
         }
         let better = judged("rigid", JudgedBy::Runs, [&known, &errors(1.5, 6.0)]);
-        let says = "\"rigid\" misses 6 mm a stretch on the runs that were kept back, where the robot as it was known misses 8 mm";
+        let says = "\"rigid\" errs by 6 mm a stretch on unseen runs, the nominal robot by 8 mm";
         assert!(better.text.contains(says), "{}", better.text);
     }
 

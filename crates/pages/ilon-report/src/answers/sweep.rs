@@ -103,6 +103,9 @@ fn missing(gap: &Gap, study: &Study) -> Answer {
     })
 }
 
+/// The least share of the variation that an interaction explains and a sentence names.
+const LEAST_TOGETHER: f64 = 0.01;
+
 fn range(one: &RangeOf, study: &Study) -> String {
     let value = |value: f64| value_of(&one.quantity, value);
     let end = |end: &Extreme| {
@@ -132,7 +135,7 @@ fn range(one: &RangeOf, study: &Study) -> String {
         let [(least_at, least), (largest_at, largest)] = axis.ends()?;
         let (name, unit) = key_words(&axis.key, study);
         let share = axis.share.map_or(String::new(), |share| {
-            format!(" causes {} of what varies", percent(share))
+            format!(" explains {} of the variation", percent(share))
         });
         Some(format!(
             "{name}{share} (mean {} at {}, {} at {})",
@@ -146,8 +149,10 @@ fn range(one: &RangeOf, study: &Study) -> String {
     text += &format!(" {}", capital(&effects.join(", ")));
     let shares: Option<Vec<f64>> = one.axes.iter().map(|axis| axis.share).collect();
     if let Some(shares) = shares {
-        let together = (1.0 - shares.iter().sum::<f64>()).max(0.0);
-        text += &format!("; {} they cause only together", percent(together));
+        let together = 1.0 - shares.iter().sum::<f64>();
+        if together > LEAST_TOGETHER {
+            text += &format!("; their interaction explains {}", percent(together));
+        }
     }
     text + "."
 }

@@ -202,7 +202,9 @@ pub(super) fn energy(comparison: &Comparison) -> Figure {
 pub(super) fn odometry(comparison: &Comparison) -> Figure {
     type Way = fn(&Summary) -> Option<f64>;
     let ways: [(&str, &str, Way); 2] = [
-        ("by equation (7)", "@ideal", |s| s.odometry_ideal.m_per_m),
+        ("by the ideal kinematics", "@ideal", |s| {
+            s.odometry_ideal.m_per_m
+        }),
         ("by the contact kinematics", "@contact", |s| {
             s.odometry_contact.m_per_m
         }),

@@ -65,7 +65,7 @@ pub fn html(comparison: &Comparison) -> String {
         Section {
             id: "ledger",
             title: "Error budget",
-            lead: "The difference between the motion asked for and the real one, split by cause; and the motors' work."
+            lead: "The difference between commanded and real motion, split by cause; and the motors' work."
                 .to_owned(),
             body: grid(&[
                 figures::ledger_position(comparison),

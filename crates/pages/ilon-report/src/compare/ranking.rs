@@ -109,9 +109,9 @@ pub fn sentences(comparison: &Comparison) -> Vec<String> {
         }));
         let (name, first) = (escape(&run.name), escape(&first.name));
         match what.is_empty() {
-            true => format!(
-                "<b>{name}</b> came to the same as {first}: no main figure differs by more than 1 %."
-            ),
+            true => {
+                format!("<b>{name}</b> equals {first}: no main figure differs by more than 1 %.")
+            }
             false => format!("<b>{name}</b>, compared with {first}: {}.", what.join("; ")),
         }
     };
@@ -130,7 +130,7 @@ fn of_motion(first: &Summary, other: &Summary) -> Vec<String> {
         let (from, to) = (from?, to?);
         ((from - to).abs() > 1e-3).then(|| {
             format!(
-                "{way} it reaches <b>{}</b> of what was asked instead of {}",
+                "{way} it reaches <b>{}</b> of the command instead of {}",
                 percent(to),
                 percent(from)
             )
@@ -194,7 +194,7 @@ mod tests {
         let compared = Comparison::of(runs, &["one".into(), "two".into()]).expect("two runs");
         let said = &sentences(&compared)[0];
         assert!(
-            said.starts_with("<b>two</b>, compared with one: to the left it reaches <b>100.0 %</b> of what was asked instead of 98.0 %; "),
+            said.starts_with("<b>two</b>, compared with one: to the left it reaches <b>100.0 %</b> of the command instead of 98.0 %; "),
             "{said}"
         );
         assert!(said.contains("1000.0000 J"), "{said}");
@@ -204,6 +204,6 @@ mod tests {
     fn runs_that_came_to_the_same_are_said_to() {
         let compared = comparison(|_| {});
         assert!(most_different(&compared, 5).is_empty());
-        assert!(sentences(&compared)[0].contains("came to the same"));
+        assert!(sentences(&compared)[0].contains("</b> equals "));
     }
 }

@@ -89,7 +89,7 @@ pub fn html<R: Rows>(run: &R, baseline: &R, found: &[Difference]) -> Result<Stri
     let sections = [
         Section {
             id: "came-to",
-            title: "What it came to",
+            title: "Result",
             lead: "Over the whole run, what matters most first: differences by their share of what the signal does in the baseline."
                 .to_owned(),
             body: grid(&came_to),

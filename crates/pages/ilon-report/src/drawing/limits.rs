@@ -36,7 +36,7 @@ pub fn limits(seen: &Inspection) -> Option<String> {
     let side = Vector2::repeat(SIDE_PX);
     let mut picture = page(side, &title, words(&title, 32.0)).add(
         words(
-            "From rest, in the colour of the wheel that gives out first; dashed where its motor does.",
+            "From rest, in the colour of the wheel that reaches its limit first; dashed where its motor does.",
             54.0,
         )
         .set("fill", GREY),

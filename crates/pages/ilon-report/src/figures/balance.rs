@@ -34,15 +34,15 @@ pub(crate) fn ledger(shown: &RunInput, summary: &Summary) -> Vec<Figure> {
     vec![
         Figure::new(
             "ledger-position",
-            "Asked minus real: position",
-            "Asked minus real motion over the run along the world's axes. The bars of one row add up to its \
+            "Commanded minus real: position",
+            "Commanded minus real motion over the run along the world's axes. The bars of one row add up to its \
              total exactly; bars that point left are gains.",
             bars_of(&summary.ledger, &position, mm, "mm"),
         )
         .height_px(260),
         Figure::new(
             "ledger-heading",
-            "Asked minus real: heading",
+            "Commanded minus real: heading",
             "The same for the heading.",
             bars_of(&summary.ledger, &heading, |i, f| f(i).to_degrees(), "deg"),
         )
@@ -74,7 +74,7 @@ pub(crate) fn budget(budget: &Budget) -> Figure {
     let least_m = 0.01 * budget.error_m;
     let mut rows: Vec<(String, f64, &'static str)> = Vec::new();
     if budget.before_m.abs() > least_m {
-        rows.push(("off before".to_owned(), budget.before_m, "@asked"));
+        rows.push(("error at the start".to_owned(), budget.before_m, "@asked"));
     }
     for ((name, m), color) in PARTS.into_iter().zip(budget.parts_m).zip(colors) {
         if m.abs() > least_m {
@@ -199,7 +199,7 @@ fn bars_of(
     let totals = rows.iter().enumerate();
     let totals = totals.map(|(row, (_, f))| (value(&ledger.total, *f), row as f64));
     curves.push(dots("total", totals, "@fg", 12).opacity(1.0));
-    let x = axis(&format!("asked minus real in {unit}"));
+    let x = axis(&format!("commanded minus real in {unit}"));
     plot(curves, Layout::of(x, axis("").names(names)))
 }
 

@@ -80,7 +80,7 @@ fn story(bench: &Bench) -> String {
         });
         let _ = write!(
             lines,
-            "<p><b>{}</b> is accurate to <b>{} %</b>{speed}, with {}.</p>",
+            "<p><b>{}</b>: error <b>{} %</b>{speed}, with {}.</p>",
             escape(name),
             figure(robot.worst_error_pct),
             escape(&robot.headline)
@@ -107,7 +107,7 @@ fn verdict(bench: &Bench) -> String {
         format!("{} to {}", figure(slowest), figure(fastest))
     };
     format!(
-        "<p>All {} robots are accurate to <b>{} %</b> or better at <b>{range} times real time</b> on one core.</p>",
+        "<p>{} robots: error <b>{} %</b> or less at <b>{range} times real time</b> on one core.</p>",
         bench.robots.len(),
         figure(worst_pct)
     )

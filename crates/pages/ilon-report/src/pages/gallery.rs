@@ -44,7 +44,7 @@ impl FileKind {
 pub fn html(title: &str, exhibits: &[Exhibit]) -> String {
     let of = |kind: FileKind| exhibits.iter().filter(move |e| FileKind::of(e) == kind);
     let kinds = [
-        (FileKind::AsItIs, "as-they-are", "As they are", ""),
+        (FileKind::AsItIs, "as-they-are", "Read without options", ""),
         (
             FileKind::WithOptions,
             "with-options",

@@ -31,7 +31,7 @@ pub fn html(found: &Identified) -> String {
         sections.push(Section {
             id: "directions",
             title: "By direction of motion",
-            lead: "The way made over the way that the wheels ask for, by the kinematics of the robot as it was known.".to_owned(),
+            lead: "The distance achieved over that of the wheel speeds, by the kinematics of the nominal robot.".to_owned(),
             body: grid(&[
                 along(&found.residual),
                 across(&found.residual),
@@ -111,9 +111,9 @@ fn along(directions: &[Direction]) -> Figure {
     }
     Figure::new(
         "along",
-        "Way made over way asked for",
-        "By each direction that was driven; between them nothing is known. A fit close to what is measured is no proof: see the error on \
-         what was not fitted.",
+        "Distance achieved over distance by the wheel speeds",
+        "For each direction driven. A close fit is no proof: see the error on \
+         unseen data.",
         plot(curves, Layout::of(turn(), axis("ratio").least_span(0.02))),
     )
     .height_px(340)
@@ -128,8 +128,8 @@ fn across(directions: &[Direction]) -> Figure {
     ];
     by_direction(
         "across",
-        "Way made to the left of it",
-        "Over the way asked for: 0.01 is 0.57 degrees off course.",
+        "Sideways error",
+        "As a share of the distance: 0.01 is 0.57 degrees off course.",
         curves,
         axis("ratio").least_span(0.01),
     )

@@ -141,7 +141,7 @@ fn direction_figure(shares: &[(f64, f64, f64)]) -> Figure {
     Figure::new(
         "by-direction",
         "How far the rollers let it go",
-        "Mean speed that the touching rollers allow, as a share of what equation (7) promises, by direction: 0° is ahead, \
+        "Mean speed that the touching rollers allow, as a share of the ideal kinematics, by direction: 0° is ahead, \
          90° to the left. What is missing is geometry, not slip.",
         plot(
             vec![exact_curve("share of (7)", mean, wheel_pen(0)).unlisted()],

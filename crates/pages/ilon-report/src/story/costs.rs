@@ -90,7 +90,7 @@ pub(super) fn landings(summary: &Summary, header: &Header) -> Option<String> {
     let hits_j = summary.energy.impact_j?;
     let is_told = hits_j > LEAST_J && hits_j > LEAST * put_in_j(summary)?;
     let of_work = of_what_was_put_in(summary, header, hits_j);
-    is_told.then(|| format!("Hits and landings took <b>{}</b>{of_work}.", energy(hits_j)))
+    is_told.then(|| format!("Hits and landings cost <b>{}</b>{of_work}.", energy(hits_j)))
 }
 
 /// What of the loss to sliding lay not under the wheels, and where it lay; `None` where it is next to nothing.
@@ -101,9 +101,9 @@ fn rubbing(summary: &Summary, header: &Header) -> Option<(f64, &'static str)> {
     let under_wheels_j = under_wheels_j(summary);
     let rubbed_j = slip_j - under_wheels_j;
     let who = if header.bodies.is_empty() {
-        "the robot's body rubs"
+        "friction of the robot's body"
     } else {
-        "the robot's body and what it pushes rub"
+        "friction of the robot's body and of what it pushes"
     };
     (rubbed_j > LEAST_J.max(LEAST * slip_j)).then_some((rubbed_j, who))
 }
@@ -122,17 +122,15 @@ fn without_slides(summary: &Summary, rubbing: Option<(f64, &str)>, of_work: &str
         .is_some_and(|used| used >= SLIDING_SHARE);
     let far = format!("{} mm", 1e3 * LEAST_SLIDE_M);
     let under_wheels = match (reached, costs) {
-        (false, false) => "No wheel slid at its friction limit".to_owned(),
-        (false, true) => format!(
-            "No wheel slid at its friction limit; creeping below it cost <b>{cost}</b>{of_work}"
-        ),
+        (false, false) => "No wheel lost grip".to_owned(),
+        (false, true) => format!("No wheel lost grip; micro-slip cost <b>{cost}</b>{of_work}"),
         (true, false) => format!("No wheel slid by {far} or more at a time"),
         (true, true) => format!(
             "No wheel slid by {far} or more at a time; shorter slides cost <b>{cost}</b>{of_work}"
         ),
     };
     let rubbed = rubbing.map_or_else(String::new, |(rubbed_j, who)| {
-        format!("; <b>{}</b>{of_work} went where {who}", energy(rubbed_j))
+        format!("; <b>{}</b>{of_work} went into {who}", energy(rubbed_j))
     });
     format!("{under_wheels}{rubbed}.")
 }
@@ -147,7 +145,10 @@ pub(super) fn slipping(summary: &Summary, header: &Header, events: &[Event]) -> 
         .spin_up_j
         .filter(|&j| j > 0.005)
         .map_or_else(String::new, |j| {
-            format!(" Spinning up new rollers at hand-over took {}.", energy(j))
+            format!(
+                " Spinning up each roller as it touches down cost {}.",
+                energy(j)
+            )
         });
     let slides: Vec<&Event> = events
         .iter()
@@ -183,20 +184,21 @@ pub(super) fn slipping(summary: &Summary, header: &Header, events: &[Event]) -> 
     } else {
         format!("<b>{} wheels</b>", wheels.len())
     };
+    let each = if wheels.len() > 1 { " each" } else { "" };
     let slid_m = together.iter().map(|e| e.slid_m).fold(0.0, f64::max);
     if slip_j < LEAST_J {
         return Some(format!(
-            "<b>From {from_s:.2} to {}</b> {who} slid up to <b>{}</b>, which cost less than 1 mJ: there is next to no friction.{hand_over}",
+            "<b>From {from_s:.2} to {}</b> {who} slid by up to <b>{}</b>{each}, which cost less than 1 mJ: there is next to no friction.{hand_over}",
             time(until_s),
             length(slid_m)
         ));
     }
     let share = (lost_j / slip_j).min(1.0);
     let rubbed = rubbing.map_or_else(String::new, |(rubbed_j, what)| {
-        format!(" {} of it went where {what}.", energy(rubbed_j))
+        format!(" {} of it went into {what}.", energy(rubbed_j))
     });
     Some(format!(
-        "Sliding cost <b>{}</b>{of_work}, {} of it <b>from {:.2} to {}</b>, when {who} slid up to {}.{rubbed}{hand_over}",
+        "Sliding cost <b>{}</b>{of_work}, {} of it <b>from {:.2} to {}</b>, when {who} slid by up to {}{each}.{rubbed}{hand_over}",
         energy(slip_j),
         percent(share),
         from_s,
@@ -217,7 +219,7 @@ pub(super) fn saturation(summary: &Summary, header: &Header, events: &[Event]) -
     };
     let name = header.task_names.get(task).map_or("", String::as_str);
     Some(format!(
-        "The wheel rates were saturated for {} of the run; the task <b>{}</b> waited longest, {}.",
+        "The wheel rates were saturated for {} of the run; the task <b>{}</b> was held back longest, {}.",
         percent(share),
         escape(name),
         longest.when()
@@ -264,7 +266,7 @@ pub(super) fn joints(summary: &Summary) -> Option<String> {
     let costs = summary.odometry_joints_m.filter(|m| *m > LEAST_COST_M);
     let costs = costs.map_or_else(String::new, |m| {
         format!(
-            " Wheels that moved on joints which nothing measures put dead reckoning off by <b>{}</b>, which takes these joints as at zero.",
+            " Odometry ends <b>{}</b> off because wheels moved on joints that nothing measures; it takes these joints as at zero.",
             length(m)
         )
     });
@@ -276,7 +278,7 @@ pub(super) fn reckoning(summary: &Summary) -> Option<String> {
     let ideal = summary.odometry_ideal.m_per_m?;
     let contact = summary.odometry_contact.m_per_m?;
     Some(format!(
-        "Dead reckoning drifts by {} for each metre with the ideal kinematics, by {} with the kinematics of the rollers that touch.",
+        "Wheel odometry drifts by {} per metre with the ideal kinematics, by {} with the kinematics of the touching rollers.",
         length(ideal),
         length(contact)
     ))
@@ -341,13 +343,10 @@ mod tests {
             let header = Header::default();
             slipping(&summary, &header, &[]).expect("what slid is known")
         };
-        assert_eq!(
-            said(0.4, 0.09, 0.09),
-            "No wheel slid at its friction limit."
-        );
+        assert_eq!(said(0.4, 0.09, 0.09), "No wheel lost grip.");
         assert_eq!(
             said(0.4, 0.5, 0.5),
-            "No wheel slid at its friction limit; creeping below it cost <b>0.50 J</b> of the motors' 10.00 J."
+            "No wheel lost grip; micro-slip cost <b>0.50 J</b> of the motors' 10.00 J."
         );
         assert_eq!(
             said(1.0, 0.05, 0.05),
@@ -356,12 +355,9 @@ mod tests {
         assert_eq!(
             said(1.0, 0.5, 2.0),
             "No wheel slid by 2 mm or more at a time; shorter slides cost <b>0.50 J</b> of the motors' 10.00 J; <b>1.50 J</b> of the motors' \
-             10.00 J went where the robot's body rubs."
+             10.00 J went into friction of the robot's body."
         );
         // Rounding of two sums is no rubbing.
-        assert_eq!(
-            said(0.4, 0.09, 0.09 + 1e-3),
-            "No wheel slid at its friction limit."
-        );
+        assert_eq!(said(0.4, 0.09, 0.09 + 1e-3), "No wheel lost grip.");
     }
 }

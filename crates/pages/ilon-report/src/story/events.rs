@@ -296,7 +296,7 @@ fn against_seen(header: &Header, announced: &Announced, events: &[Event]) -> Str
         }
     };
     format!(
-        "announced before the run: {} is asked for {up_to}; seen: {seen}",
+        "expected before the run: {} needs {up_to}; seen: {seen}",
         name(announced.wheel)
     )
 }
@@ -392,7 +392,7 @@ mod tests {
         };
         assert_eq!(
             said(3.9, 0, 0),
-            "announced before the run: front is asked for up to 127 % of its grip; seen: it slides first, at 3.99 s"
+            "expected before the run: front needs up to 127 % of its grip; seen: it slides first, at 3.99 s"
         );
         assert!(said(6.0, 0, 0).ends_with("seen: no wheel slides after that"));
         assert!(said(3.9, 7, 7).ends_with("seen: front slides first, at 3.99 s"));

@@ -359,7 +359,7 @@ impl Episode {
         let (asked_m_s, done_m_s) = (self.asked_m / asked_s, self.done_m / asked_s);
         let of_asked = if asked_m_s > SLOWEST_ASKED_M_S {
             format!(
-                "of <b>{}</b> asked for it did <b>{}</b>",
+                "of <b>{}</b> commanded it reached <b>{}</b>",
                 speed(asked_m_s),
                 speed(done_m_s)
             )

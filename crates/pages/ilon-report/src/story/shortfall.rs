@@ -180,14 +180,14 @@ pub(super) fn at_rest(header: &Header, summary: &Summary, means: &Means) -> Opti
     let why = if means.most_asked_m_s <= STANDING {
         match header.open_loop && header.measure_from_s >= summary.duration_s {
             true => format!(
-                "no motion was asked for within {}: the robot rests for `twist.rest_s` first",
+                "no motion is commanded within {}: the robot rests for `twist.rest_s` first",
                 time(summary.duration_s)
             ),
-            false => "no motion was asked for".to_owned(),
+            false => "no motion is commanded".to_owned(),
         }
     } else if means.most_torque_n_m <= NO_TORQUE_N_M {
         format!(
-            "up to {} were asked for, and the motors gave no torque",
+            "up to {} were commanded, but the motors gave no torque",
             metres(means.most_asked_m_s)
         )
     } else {
@@ -297,7 +297,7 @@ pub(super) fn sentences(header: &Header, means: &Means, with_shares: bool) -> Ve
     if means.window.time_s <= 0.0 && earlier.is_empty() {
         let from = time(header.measure_from_s);
         return vec![format!(
-            "The run is too short for mean velocities: they are taken from {from} on, after rest and ramp."
+            "No mean velocities: they start at {from}, after rest and ramp, and the run ends before."
         )];
     }
     let is_schedule = !earlier.is_empty();
@@ -359,7 +359,7 @@ fn of_stretch(
             let drifts = real.abs() > LEAST_DRIFT.max(DRIFT_SHARE * speed_m_s);
             if drifts && with_shares && asked.abs() <= STANDING {
                 lines.push(format!(
-                    "{} the robot did <b>{}</b> that nobody asked for.",
+                    "{} it moved at <b>{}</b> without a command.",
                     when(axis.direction(real)),
                     (axis.unit)(real)
                 ));
@@ -370,7 +370,7 @@ fn of_stretch(
         let (unit, did) = (axis.unit, axis.did(real, base));
         if !with_shares {
             lines.push(format!(
-                "{direction} {} were asked for, and the robot did <b>{did}</b>.",
+                "{direction} the command was {}, and it reached <b>{did}</b>.",
                 unit(base)
             ));
             continue;
@@ -380,7 +380,7 @@ fn of_stretch(
         let terms = &stretch.terms;
         if follows {
             lines.push(format!(
-                "{direction} the wheels turned for {} and the robot did {did}: <b>{share}</b> of the ideal kinematics. {}.",
+                "{direction} it reached {did}; its wheel speeds give {} by the ideal kinematics: <b>{share}</b>. {}.",
                 unit(ideal),
                 capital(&of_contacts(terms, mean))
             ));
@@ -393,7 +393,7 @@ fn of_stretch(
         ];
         let before = taken(before, mean);
         lines.push(format!(
-            "{direction} {} were asked for, the wheels turned for {}, and the robot did {did}: <b>{share}</b> of what was asked. {}.",
+            "{direction} the command was {}, the wheel speeds give {}, and it reached {did}: <b>{share}</b> of the command. {}.",
             unit(asked),
             axis.did(ideal, base),
             capital(&format!("{before}{}", of_contacts(terms, mean)))
@@ -426,7 +426,7 @@ fn of_contacts(terms: &Terms, mean: impl Fn(Twist) -> f64 + Copy) -> String {
         ),
     ];
     format!(
-        "the rollers' geometry {}, {}slip {}",
+        "roller geometry {}, {}slip {}",
         takes(mean(terms.geometry)),
         taken(rare, mean),
         takes(mean(terms.slip))
@@ -493,31 +493,31 @@ mod tests {
         assert_eq!(
             said(0.3, 0.3, 0.294, true),
             [
-                "<b>Ahead</b> the wheels turned for 0.3000 m/s and the robot did 0.2940 m/s: <b>98.0 %</b> of the ideal kinematics. \
-              The rollers' geometry takes nothing, slip takes 2.0 %."
+                "<b>Ahead</b> it reached 0.2940 m/s; its wheel speeds give 0.3000 m/s by the ideal kinematics: <b>98.0 %</b>. \
+              Roller geometry takes nothing, slip takes 2.0 %."
             ]
         );
         // 0.4 of 0.5 m/s are the motors', 0.001 of it slip.
         assert_eq!(
             said(0.5, 0.1, 0.0995, true),
             [
-                "<b>Ahead</b> 0.5000 m/s were asked for, the wheels turned for 0.1000 m/s, and the robot did 0.0995 m/s: \
-              <b>19.9 %</b> of what was asked. The motors' limit takes 80.0 %, the rollers' geometry takes nothing, slip takes 0.1 %."
+                "<b>Ahead</b> the command was 0.5000 m/s, the wheel speeds give 0.1000 m/s, and it reached 0.0995 m/s: \
+              <b>19.9 %</b> of the command. The motors' limit takes 80.0 %, roller geometry takes nothing, slip takes 0.1 %."
             ]
         );
         assert_eq!(
             said(0.3, 0.3, 0.0027, false),
-            ["<b>Ahead</b> 0.3000 m/s were asked for, and the robot did <b>0.0027 m/s</b>."]
+            ["<b>Ahead</b> the command was 0.3000 m/s, and it reached <b>0.0027 m/s</b>."]
         );
     }
 
     #[test]
     fn what_is_shown_as_zero_goes_no_other_way() {
         let lines = said(0.3, 0.3, -1e-5, true);
-        assert!(lines[0].contains("did 0.0000 m/s: "), "{lines:?}");
+        assert!(lines[0].contains("reached 0.0000 m/s; "), "{lines:?}");
         let lines = said(0.3, 0.3, -1e-3, true);
         assert!(
-            lines[0].contains("did 0.0010 m/s the other way: "),
+            lines[0].contains("reached 0.0010 m/s the other way; "),
             "{lines:?}"
         );
     }
@@ -525,7 +525,7 @@ mod tests {
     #[test]
     fn what_nobody_asked_for_is_no_share_of_anything() {
         let lines = said(0.0, 0.0, 0.1, true);
-        assert!(lines[0].ends_with("that nobody asked for."), "{lines:?}");
+        assert!(lines[0].ends_with("without a command."), "{lines:?}");
         assert!(
             lines
                 .iter()
@@ -605,8 +605,8 @@ mod tests {
             panic!("one stretch moves: {lines:?}");
         };
         for words in [
-            "From 1.00 to 3.00 s <b>ahead</b> 2.0000 m/s were asked for",
-            "did 1.0000 m/s: <b>50.0 %</b>",
+            "From 1.00 to 3.00 s <b>ahead</b> the command was 2.0000 m/s",
+            "reached 1.0000 m/s: <b>50.0 %</b>",
             "The motors' rate limit takes 50.0 %",
         ] {
             assert!(line.contains(words), "{line}");
@@ -616,11 +616,11 @@ mod tests {
         let mut summary = Summary::default();
         summary.duration_s = 5.0;
         let said = |summary: &Summary| at_rest(&header, summary, &still).unwrap_or_default();
-        assert!(said(&summary).ends_with("no motion was asked for."));
+        assert!(said(&summary).ends_with("no motion is commanded."));
         summary.duration_s = 1.0;
         assert!(said(&summary).contains("`twist.rest_s`"));
         let no_torque = at_rest(&header, &summary, &run(2.0, 500)).unwrap_or_default();
-        assert!(no_torque.contains("2.0000 m/s were asked for, and the motors gave no torque"));
+        assert!(no_torque.contains("2.0000 m/s were commanded, but the motors gave no torque"));
         summary.travelled_m = 1.0;
         assert_eq!(said(&summary), "");
     }

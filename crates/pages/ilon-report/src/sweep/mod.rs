@@ -32,7 +32,7 @@ pub fn html(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
     if !figures.is_empty() {
         sections.push(Section {
             id: "curves",
-            title: "What follows from what",
+            title: "Effects",
             lead: "Each quantity over what was varied. A dashed line is its bound.".to_owned(),
             body: side_by_side(&figures.iter().map(chart::card).collect::<String>()),
         });

@@ -272,7 +272,7 @@ fn of_a_file_that_is_no_scenario_nothing_is_shown() {
         "run=1\n= secret",
     ] {
         let told = told(secret);
-        assert!(told.contains("is no scenario: on line"), "{told}");
+        assert!(told.contains("is not a scenario: on line"), "{told}");
         assert!(!told.contains("secret"), "{told}");
     }
     std::fs::write(&path, CIRCLE.replace("radius_m", "raduis_m")).unwrap();

@@ -4,9 +4,12 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use ilon_files::FileAccess;
+
 use crate::cli::escape::one_line;
 use crate::cli::failure::Failure;
 use crate::cli::output::holds_results;
+use crate::cli::robot::is_robot;
 
 /// A scenario to check, or a path that was named and holds none.
 #[derive(Debug)]
@@ -27,7 +30,11 @@ pub(super) struct CheckedFile {
 ///
 /// # Errors
 /// Where a path that is named cannot be read, and where nothing is left to check.
-pub(super) fn find(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<CheckedFile>, Failure> {
+pub(super) fn find(
+    paths: &[PathBuf],
+    filter: Option<&str>,
+    files: &FileAccess,
+) -> Result<Vec<CheckedFile>, Failure> {
     let mut search = Search::default();
     for path in paths {
         let is = fs::metadata(path).map_err(|source| Failure::read(path, source))?;
@@ -49,6 +56,9 @@ pub(super) fn find(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<Checke
         search.met = false;
     }
     let mut found = search.found;
+    // Robots that lie among the scenarios are no tests; one that is named itself is a mistake.
+    let is_named = |one: &CheckedFile| paths.contains(&one.path);
+    found.retain(|one| is_named(one) || !is_robot(&one.path, files));
     let meets = |name: &Path| filter.is_none_or(|text| name.to_string_lossy().contains(text));
     found.retain(|one| one.refused.is_some() || meets(&one.name));
     if found.is_empty() {

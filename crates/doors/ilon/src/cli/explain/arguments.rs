@@ -9,13 +9,13 @@ use crate::cli::robot::Reading;
 /// Arguments of `ilon explain`.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// A scenario, of which every cause is left out in turn; or a robot's file, of which the usual suspects are tried in five standard motions.
+    /// A scenario, run without each cause in turn; or a robot's file, tried with the usual causes in five standard motions.
     pub file: PathBuf,
     #[command(flatten)]
     pub settings: Settings,
     #[command(flatten)]
     pub sandbox: Sandbox,
-    /// Where to write the page and the results of a scenario.
+    /// Folder of the results of a scenario.
     #[arg(long, value_name = "DIR", default_value = "out/explain/<scenario>")]
     pub out: PathBuf,
     /// Print as JSON, and nothing else, on standard output.
@@ -24,8 +24,8 @@ pub struct Arguments {
     /// Open the page of a scenario in the browser.
     #[arg(long)]
     pub open: bool,
-    /// What you see of a real robot, such as "left 20 mm/m, turn 1 deg/m" when it should go ahead, or "turn: left 5 mm/turn" when it turns on the spot; may
-    /// be given once for each motion: ahead, left, diagonal, arc, turn. Of a robot's file only: the suspects that would look like it come first.
+    /// The drift of your real robot: "left 20 mm/m, turn 1 deg/m" when driving ahead, or "turn: left 5 mm/turn" for another
+    /// motion (ahead, left, diagonal, arc, turn; once each). Ranks the causes that look like it.
     #[arg(long, value_name = "DRIFT")]
     pub(super) seen: Vec<Seen>,
     #[command(flatten)]

@@ -22,10 +22,10 @@ use crate::simulate;
 /// Arguments of `ilon run`.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// The scenario files, which are run one after the other; or a robot's file, which is driven in five standard motions.
+    /// Scenario files, run one after the other; or a robot's file, driven in five standard motions.
     #[arg(required = true, value_name = "SCENARIO")]
     pub scenarios: Vec<PathBuf>,
-    /// Where to write results; of several scenarios, the folder that holds a folder of each.
+    /// Folder of the results; of several scenarios the folder above them [default: out/SCENARIO].
     #[arg(long, value_name = "DIR", default_value = "out/<scenario>")]
     pub out: PathBuf,
     #[command(flatten)]
@@ -35,8 +35,8 @@ pub struct Arguments {
     /// Print the summary as JSON, and nothing else, on standard output; of several scenarios a list.
     #[arg(long)]
     pub json: bool,
-    /// Write a bag beside the other results, `bag/`: the run as ROS 2 topics in MCAP, for `ros2 bag play`, Foxglove, Rerun and
-    /// PlotJuggler. Rollers turn in it where the scenario sets `run.roller_angles_hz`.
+    /// Write a bag too, `bag/`: the run as ROS 2 topics in MCAP, for `ros2 bag play`, Foxglove, Rerun and PlotJuggler.
+    /// Rollers turn if `run.roller_angles_hz` is set.
     #[arg(long)]
     pub mcap: bool,
     /// Write no report.html.
@@ -219,14 +219,12 @@ fn twists(table: &mut Table, summary: &Summary) {
         table.row_of(name, &values, 5, quantities::si_unit(component));
     };
     let means = ["twist_mean", "twist_ideal_mean", "twist_contact_mean"];
-    table.heading("twist: real, ideal by equation (7), by the rollers that touch");
+    table.heading("twist: real, by the ideal kinematics, by the contact kinematics");
     row(table, &means, "vx_m_s", "vx");
     row(table, &means, "vy_m_s", "vy");
     row(table, &means, "omega_rad_s", "omega");
     let ratios = ["twist_ratio_ideal", "twist_ratio_contact"];
-    table.heading(
-        "real over ideal (geometry and slip), real over the rollers that touch (slip alone)",
-    );
+    table.heading("real over ideal (geometry and slip), real over contact kinematics (slip alone)");
     for component in ["vx", "vy", "omega"] {
         row(table, &ratios, component, component);
     }

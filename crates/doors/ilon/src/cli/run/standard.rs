@@ -83,8 +83,8 @@ pub(super) fn run(
 fn table(name: &str, told: &[(&str, Summary)]) -> Table {
     let mut table = Table::new();
     table.heading(&format!(
-        "{name}: done of what was asked, %; of what the ideal kinematics says for its wheels, %, and the rollers that touch, %; grip used at most, %; \
-         odometry off by, mm for each metre"
+        "{name}: speed reached, in % of the command, of the ideal and of the contact kinematics; most grip used, %; \
+         odometry drift, mm per metre"
     ));
     let percent =
         |share: Option<f64>| share.map_or("-".to_owned(), |share| format!("{:.1}", 1e2 * share));
@@ -94,7 +94,7 @@ fn table(name: &str, told: &[(&str, Summary)]) -> Table {
     };
     table.columns::<&Summary>(
         &[
-            ("asked", &|summary| least(&summary.twist_ratio_asked)),
+            ("command", &|summary| least(&summary.twist_ratio_asked)),
             ("ideal", &|summary| least(&summary.twist_ratio_ideal)),
             ("contact", &|summary| least(&summary.twist_ratio_contact)),
             ("grip", &|summary| percent(summary.friction_used_max)),

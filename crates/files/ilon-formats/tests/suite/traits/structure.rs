@@ -179,7 +179,7 @@ fn settings_of_other_programs_are_remarked() {
     assert!(remarked(
         &robot,
         "`<transmission>`",
-        "1 in the file: the ratios of gears are read"
+        "1 in the file, of which only gear ratios are read"
     ));
     assert!(remarked(
         &robot,

@@ -44,7 +44,7 @@ fn milli(value: f64) -> String {
 
 /// Whether a run was kept back from the fit.
 fn whether(held_out: bool) -> String {
-    if held_out { "kept back" } else { "fitted" }.to_owned()
+    if held_out { "unseen" } else { "fitted" }.to_owned()
 }
 
 /// All tables, in the order of the page.
@@ -169,7 +169,9 @@ pub fn runs(found: &Identified) -> Table {
             ("", &|run| whether(run.held_out)),
             ("s", &|run| number(run.duration_s)),
             ("m", &|run| number(run.path_m)),
-            ("off before, mm", &|run| milli(run.end_position_nominal_m)),
+            ("nominal robot, mm", &|run| {
+                milli(run.end_position_nominal_m)
+            }),
             ("off after, mm", &|run| milli(run.end_position_m)),
             ("heading after, mrad", &|run| milli(run.end_heading_rad)),
         ],
@@ -192,7 +194,7 @@ fn misses(simulation: &Simulation) -> Table {
         &[
             ("model", &|(name, ..)| (*name).to_owned()),
             ("", &|(_, held_out, _)| whether(*held_out)),
-            ("way over asked", &|(.., misses)| known(misses.ratio)),
+            ("distance", &|(.., misses)| known(misses.ratio)),
             ("drift, rad/m", &|(.., misses)| {
                 known(misses.drift_rad_per_m)
             }),

@@ -52,11 +52,9 @@ pub(super) fn key_words(key: &str, study: &Study) -> (String, &'static str) {
     if alike.count() > 1 {
         return (key.to_owned(), "");
     }
-    let unit = quantities::si_unit(&name);
-    let end = format!("_{}", unit.replace(['/', ' '], "_").to_lowercase());
-    let (bare, unit) = match name.strip_suffix(&end) {
-        Some(bare) if !unit.is_empty() => (bare, unit),
-        _ => (name.as_str(), ""),
+    let (bare, unit) = match quantities::without_unit(&name) {
+        ("", _) => (name.as_str(), ""),
+        split => split,
     };
     (format!("{}{index}", bare.replace('_', " ")), unit)
 }

@@ -32,12 +32,12 @@ fn left(drives: &[SteadyDrive]) -> Figure {
     };
     let curves = vec![
         dots("fitted", of(false), "@slip", 8),
-        dots("kept back", of(true), "@guidance", 8),
+        dots("unseen", of(true), "@guidance", 8),
     ];
     Figure::new(
         "simulated-left",
         "Measured less simulated",
-        "Of each drive, over the way asked for. Drives that were kept back should scatter as those that were fitted do.",
+        "Of each drive, as a share of its distance. Unseen drives should scatter as the fitted ones do.",
         plot(
             curves,
             Layout::of(
@@ -68,7 +68,7 @@ fn drift(simulation: &Simulation) -> Figure {
     by_direction(
         "simulated-drift",
         "Drift of the heading",
-        "By how much the robot turns beyond what its wheels ask for, over the way that they ask for.",
+        "By how much the robot turns beyond its wheel speeds, per distance.",
         curves,
         axis("rad/m").least_span(0.05),
     )

@@ -130,7 +130,7 @@ fn what_stands_in_the_way_is_told_with_its_force_and_what_was_asked_for() {
         (record, sample)
     });
     let expected =
-        "of <b>500 mm/s</b> asked for it did <b>0.00 mm/s</b>, held back by <b>12.0 N</b>.";
+        "of <b>500 mm/s</b> commanded it reached <b>0.00 mm/s</b>, held back by <b>12.0 N</b>.";
     assert!(lines[0].contains(expected), "{lines:?}");
     assert!(lines[0].starts_with("From 0.99 s to the end"), "{lines:?}");
 }
@@ -149,7 +149,7 @@ fn what_is_said_of_an_obstacle_are_means_over_its_time() {
         (record, sample)
     });
     let expected =
-        "of <b>400 mm/s</b> asked for it did <b>20.00 mm/s</b>, held back by <b>12.0 N</b>.";
+        "of <b>400 mm/s</b> commanded it reached <b>20.00 mm/s</b>, held back by <b>12.0 N</b>.";
     assert!(lines[0].contains(expected), "{lines:?}");
 }
 
