@@ -84,7 +84,8 @@ mod tests {
 
     #[test]
     fn each_goes_a_metre_or_turns_once_within_what_the_motors_can() {
-        let mut robot = Robot::load("../../../assets/robots/mecanum4.toml").expect("a shipped robot");
+        let mut robot =
+            Robot::load("../../../assets/robots/mecanum4.toml").expect("a shipped robot");
         for limit_rad_s in [f64::INFINITY, 2.0] {
             for wheel in &mut robot.wheels {
                 wheel.motor.velocity_rad_s = limit_rad_s;

@@ -19,8 +19,8 @@ use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 static COUNTED: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 fn load() -> IlonPlant {
-    let path =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/scenarios/mecanum4_lateral.toml");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../../assets/scenarios/mecanum4_lateral.toml");
     let path = CString::new(path.to_str().unwrap()).unwrap();
     let mut plant = 0;
     // SAFETY: text and handle live here.

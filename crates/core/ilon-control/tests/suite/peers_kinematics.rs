@@ -11,7 +11,10 @@ use ilon_robot::{Pose, Robot, Twist};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
 
 fn load(name: &str) -> Robot {
-    let path = format!("{}/../../../assets/robots/{name}", env!("CARGO_MANIFEST_DIR"));
+    let path = format!(
+        "{}/../../../assets/robots/{name}",
+        env!("CARGO_MANIFEST_DIR")
+    );
     Robot::load(path).unwrap()
 }
 

@@ -27,6 +27,13 @@ pub(super) fn named(scenario: &Scenario, header: &Header) -> Vec<(Cause, Null)> 
     ground(&scenario.world.floor, &mut list);
     bodies(scenario, &mut list);
     sensors(scenario, &mut list);
+    if let Some(belief) = &header.belief {
+        list.add(
+            "controller.robot",
+            format!("what the controller believes of the robot ({belief})"),
+            |scenario, _| scenario.controller.robot = None,
+        );
+    }
     list.0
 }
 

@@ -43,7 +43,8 @@ impl Folder {
     }
 
     fn write(&self, name: &str, text: &str) {
-        let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots/volksbot.urdf");
+        let robot =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots/volksbot.urdf");
         let text = text.replace("ROBOT", &robot.display().to_string());
         std::fs::write(self.path(name), text).expect("a file of the folder");
     }

@@ -11,7 +11,8 @@ impl Folder {
     /// A folder with two scenarios that differ in their floor, and a run of each.
     fn new() -> Self {
         let folder = Self(tempfile::tempdir().expect("a folder to work in"));
-        let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots/volksbot.urdf");
+        let robot =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots/volksbot.urdf");
         for (name, friction) in [("slick", 0.2), ("grippy", 0.8)] {
             let text = format!(
                 "[robot]\nfile = \"{}\"\nroller_bodies = \"near\"\n[world.floor]\nfriction = {friction}\n\

@@ -28,7 +28,10 @@ fn numbers(value: &Value) -> Vec<f64> {
 }
 
 fn assets(robot: &str) -> String {
-    format!("{}/../../../assets/robots/{robot}", env!("CARGO_MANIFEST_DIR"))
+    format!(
+        "{}/../../../assets/robots/{robot}",
+        env!("CARGO_MANIFEST_DIR")
+    )
 }
 
 /// The lateral shortfalls are those that the lateral scenarios measure: rigid rollers of four mecanum wheels lose 2 %, of

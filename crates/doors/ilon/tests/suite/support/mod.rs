@@ -54,7 +54,8 @@ impl Folder {
     /// With the scenario `good.toml`, which holds, and its robot.
     pub fn new() -> Self {
         let folder = Self(tempfile::tempdir().expect("a folder to work in"));
-        let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots/volksbot.urdf");
+        let robot =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots/volksbot.urdf");
         std::fs::copy(robot, folder.path("robot.urdf")).expect("the Volksbot");
         folder.scenario("good.toml", HOLDS);
         folder
