@@ -32,6 +32,7 @@ use serde::{Deserialize, Serialize};
 
 /// What is known of each term, and of their sum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "T: Serialize + Default + PartialEq"))]
 pub struct Parts<T> {
     /// Asked minus real: what the others add up to, but for lengths of paths.
     pub total: T,
@@ -39,8 +40,8 @@ pub struct Parts<T> {
     pub guidance: T,
     /// What the command gives in advance against the rollers' geometry.
     pub compensation: T,
-    /// What the controller takes by believing in another robot.
-    #[serde(default)]
+    /// What the controller takes by believing in another robot; not written where it knows its own.
+    #[serde(default, skip_serializing_if = "is_nothing")]
     pub belief: T,
     /// What the wheels are off their targets.
     pub servo: T,
@@ -54,6 +55,10 @@ pub struct Parts<T> {
     pub conflict: T,
     /// What sliding takes besides.
     pub slip: T,
+}
+
+fn is_nothing<T: Default + PartialEq>(term: &T) -> bool {
+    *term == T::default()
 }
 
 /// The number of terms.

@@ -75,42 +75,54 @@ pub(super) fn believed(scenario: &Scenario, robot: &Robot) -> Result<Option<Robo
 
 /// How a believed robot differs from the real one: what of all wheels is alike in one phrase, and else wheel by wheel.
 pub(super) fn in_words(robot: &Robot, believed: &Robot) -> String {
-    type Figure = (&'static str, fn(&Wheel) -> f64, &'static str, f64);
+    type Figure = (&'static str, fn(&Wheel) -> f64, &'static str);
     const FIGURES: [Figure; 5] = [
-        ("radius", |wheel| 1e3 * wheel.radius_m, " mm", 1e-4),
-        ("x", |wheel| 1e3 * wheel.position_m().x, " mm", 1e-4),
-        ("y", |wheel| 1e3 * wheel.position_m().y, " mm", 1e-4),
-        ("axis at", |wheel| axis_rad(wheel).to_degrees(), "°", 1e-4),
-        ("gamma", |wheel| wheel.gamma_rad.to_degrees(), "°", 1e-4),
+        ("radius", |wheel| 1e3 * wheel.radius_m, " mm"),
+        ("x", |wheel| 1e3 * wheel.position_m().x, " mm"),
+        ("y", |wheel| 1e3 * wheel.position_m().y, " mm"),
+        ("axis", |wheel| axis_rad(wheel).to_degrees(), "°"),
+        ("gamma", |wheel| wheel.gamma_rad.to_degrees(), "°"),
     ];
+    /// Of mm and degrees: what rounds away.
+    const LEAST: f64 = 1e-4;
     /// Wheels that are spoken of one by one.
     const MOST: usize = 3;
-    let pairs = || robot.wheels.iter().zip(&believed.wheels);
     let mut phrases = Vec::new();
-    for (name, of, unit, least) in FIGURES {
-        let number = |wheel: &Wheel| format!("{:.2}{unit}", of(wheel));
-        let instead = |[real, believed]: [&Wheel; 2]| {
-            format!("{name} {} in place of {}", number(believed), number(real))
+    let mut pairs: Vec<[Wheel; 2]> = Vec::new();
+    for (real, believed) in robot.wheels.iter().zip(&believed.wheels) {
+        let (mut taken_for, mut believed) = (real.clone(), believed.clone());
+        let apart_m = |wheel: &Wheel| (wheel.position_m() - believed.position_m()).xy().norm();
+        let other = robot.wheels.iter().find(|wheel| apart_m(wheel) < SAME);
+        if let Some(other) = other.filter(|other| other.name != real.name) {
+            phrases.push(format!("`{}` taken for `{}`", real.name, other.name));
+            taken_for = as_in(real, other);
+        }
+        if (taken_for.axis() + believed.axis()).norm() < SAME {
+            phrases.push(format!("`{}` reversed", real.name));
+            believed.body_from_hub.rotation = taken_for.body_from_hub.rotation;
+        }
+        pairs.push([taken_for, believed]);
+    }
+    for (name, of, unit) in FIGURES {
+        let instead = |[real, believed]: &[Wheel; 2]| {
+            let [real, believed] = [real, believed].map(|wheel| format!("{:.2}{unit}", of(wheel)));
+            format!("{name} {believed} in place of {real}")
         };
-        let differ: Vec<[&Wheel; 2]> = pairs()
-            .filter(|(real, believed)| (of(real) - of(believed)).abs() > least)
-            .map(|(real, believed)| [real, believed])
-            .collect();
-        let is_of_all = differ.len() == robot.wheels.len();
-        let is_alike = differ
+        let differ: Vec<&[Wheel; 2]> = pairs
             .iter()
-            .all(|pair| instead(*pair) == instead(differ[0]));
-        match differ.len() {
-            0 => {}
-            _ if is_of_all && is_alike => {
-                phrases.push(format!("all wheels with {}", instead(differ[0])));
-            }
-            count if count > MOST => phrases.push(format!("{count} wheels with another {name}")),
-            _ => phrases.extend(
-                differ
-                    .iter()
-                    .map(|pair| format!("`{}` with {}", pair[0].name, instead(*pair))),
-            ),
+            .filter(|[real, believed]| (of(real) - of(believed)).abs() > LEAST)
+            .collect();
+        let Some(first) = differ.first() else {
+            continue;
+        };
+        let is_alike = differ.iter().all(|pair| instead(pair) == instead(first));
+        if differ.len() == pairs.len() && is_alike {
+            phrases.push(format!("all wheels with {}", instead(first)));
+        } else if differ.len() > MOST {
+            phrases.push(format!("{} wheels with another {name}", differ.len()));
+        } else {
+            let single = |pair: &&[Wheel; 2]| format!("`{}` with {}", pair[0].name, instead(pair));
+            phrases.extend(differ.iter().map(single));
         }
     }
     match phrases.is_empty() {

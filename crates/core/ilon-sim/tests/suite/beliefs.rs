@@ -328,6 +328,34 @@ fn another_file_says_what_is_believed() {
     );
 }
 
+/// What the header says of a belief names what was exchanged, reversed or measured wrongly, and nothing else.
+#[test]
+fn a_belief_is_said_in_words() {
+    let swapped = "front_left.taken_for = \"front_right\", front_right = { taken_for = \"front_left\", reversed = true }";
+    for (belief, said) in [
+        (
+            format!("wheels = {{ {swapped} }}"),
+            "`front_left` taken for `front_right`, `front_right` taken for `front_left`, `front_right` reversed",
+        ),
+        (
+            "wheels.rear_left.axis_deg = 80".to_owned(),
+            "`rear_left` with axis 80.00° in place of 90.00°",
+        ),
+        (
+            "lever_m = 0.341".to_owned(),
+            "4 wheels with another x, 4 wheels with another y",
+        ),
+    ] {
+        let scenario = scenario(
+            MECANUM,
+            &twist(0.1, 0.0, 0.0),
+            &format!("controller.robot.{belief}"),
+        );
+        let simulation = Simulation::new(&scenario.expect("a scenario")).expect("it stands");
+        assert_eq!(simulation.trace().header.belief.as_deref(), Some(said));
+    }
+}
+
 #[test]
 fn what_nobody_can_believe_is_refused() {
     let wheel = |keys: &str| format!("controller.robot.wheels.front_left = {{ {keys} }}");
