@@ -6,12 +6,13 @@ use crate::ledger::{Chain, Terms};
 use crate::record::Record;
 
 impl Chain {
-    /// The chain of a robot that moves for a time in seconds as it does at the instant of a row, with all wheels on the ground and rates that
-    /// belong to one motion.
+    /// The chain of a robot that moves for a time in seconds as it does at the instant of a row, with a controller that knows it, all wheels on the
+    /// ground and rates that belong to one motion.
     pub fn held(record: &Record, time_s: f64) -> Self {
         Self {
             asked: record.command_twist_in_body.scaled(time_s),
             granted: record.granted_twist_in_body.scaled(time_s),
+            believed_of_targets: record.twist_target_ideal.scaled(time_s),
             ideal_of_targets: record.twist_target_ideal.scaled(time_s),
             ideal: record.twist_ideal.scaled(time_s),
             contact: record.twist_contact.scaled(time_s),

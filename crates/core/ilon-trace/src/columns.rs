@@ -143,6 +143,15 @@ static RECORD: [Column<Record>; 88] = reals! { Record;
     "budget_slip_turned_rad" => ledger.slip.turned_rad,
 };
 
+/// Of a controller that believes in another robot.
+static BELIEF: [Column<Record>; 5] = reals! { Record;
+    "budget_belief_x_m" => ledger.belief.x_m,
+    "budget_belief_y_m" => ledger.belief.y_m,
+    "budget_belief_heading_rad" => ledger.belief.heading_rad,
+    "budget_belief_path_m" => ledger.belief.path_m,
+    "budget_belief_turned_rad" => ledger.belief.turned_rad,
+};
+
 static DESIRED: [Column<Desired>; 8] = reals! { Desired;
     "desired_x_m" => pose.x_m,
     "desired_y_m" => pose.y_m,
@@ -414,7 +423,8 @@ impl Signal {
 
 /// All signals of a trace with this header, in the order of the file's columns.
 pub(crate) fn signals(header: &Header) -> Vec<Signal> {
-    let record = RECORD.iter().map(|column| Signal {
+    let belief = BELIEF.iter().filter(|_| header.belief.is_some());
+    let record = RECORD.iter().chain(belief).map(|column| Signal {
         name: column.name.to_owned(),
         kind: column.kind,
         nullable: false,

@@ -69,6 +69,9 @@ pub struct Header {
     /// Whether the storage function of a passive wheel law is recorded, in `storage_j` and `storage_supplied_j`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub storage: bool,
+    /// What the controller takes the robot for, in words; `None` where it knows it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub belief: Option<String>,
     /// The URDF that the robot was read from, expanded, converted and repaired; empty where the robot came from no file. What
     /// wheels were given beside it stands in the scenario's `[robot]`.
     #[serde(default)]

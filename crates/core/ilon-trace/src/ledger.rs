@@ -2,25 +2,26 @@
 //!
 //! Over any time, in the body frame,
 //!
-//! asked - real = guidance + compensation + servo + geometry + lift-off + conflict + slip
+//! asked - real = guidance + compensation + belief + servo + geometry + lift-off + conflict + slip
 //!
 //! | term | is | why |
 //! |---|---|---|
 //! | guidance | asked - granted | saturation made a task give way |
-//! | compensation | granted - ideal(targets) | the command allows for the rollers' geometry; zero under eq. (7) |
+//! | compensation | granted - believed(targets) | the command allows for the rollers' geometry; zero under eq. (7) |
+//! | belief | believed(targets) - ideal(targets) | the controller takes the robot for another than it is; zero where it knows it |
 //! | servo | ideal(targets) - ideal(rates) | the wheels are behind their targets, or ahead of them |
 //! | geometry | ideal(rates) - contact(rates) | the touching roller is tilted and stands off the wheel's middle |
 //! | lift-off | contact(rates) - carried(rates) | wheels are in the air, or carry less than others |
 //! | conflict | carried(rates) - settled | the rates belong to no one motion, so that wheels slide against each other |
 //! | slip | settled - real | the contacts slide besides |
 //!
-//! where ideal is Indiveri 2009, eq. (7), contact the contact kinematics, and carried the same with each wheel weighted by the load that it
+//! where ideal is Indiveri 2009, eq. (7), believed the same of the robot that the controller believes in, contact the contact kinematics, and carried the same with each wheel weighted by the load that it
 //! carries. What the weighted wheels leave open, as fewer than three carry, is as the robot really moves; and so is a part of all, where they carry
 //! less than half of its weight. Rates q' that eq. (9) maps from no twist
 //! leave a residual r = q' - M M^+ q', and each wheel with a part of r slides. As long as friction acts against that slide, any motion will do:
 //! settled is the motion nearest to the real one, on the way to it from carried, at which no wheel's slide has turned round.
 //!
-//! Under a law without rate targets nobody asks for a twist: asked is then what the wheels do, and the first three terms are zero.
+//! Under a law without rate targets nobody asks for a twist: asked is then what the wheels do, and the first four terms are zero.
 //!
 //! The sum telescopes, so that it equals the total to rounding, whatever the run did. A recorder counts it over spans of a few physics steps
 //! ([`Ledger::count`]), by the angles that the wheels turned and the way that the robot went in each, so that it does not depend on how often rows
@@ -31,6 +32,7 @@ use serde::{Deserialize, Serialize};
 
 /// What is known of each term, and of their sum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "T: Serialize + Default + PartialEq"))]
 pub struct Parts<T> {
     /// Asked minus real: what the others add up to, but for lengths of paths.
     pub total: T,
@@ -38,6 +40,9 @@ pub struct Parts<T> {
     pub guidance: T,
     /// What the command gives in advance against the rollers' geometry.
     pub compensation: T,
+    /// What the controller takes by believing in another robot; not written where it knows its own.
+    #[serde(default, skip_serializing_if = "is_nothing")]
+    pub belief: T,
     /// What the wheels are off their targets.
     pub servo: T,
     /// What the rollers' geometry takes.
@@ -52,13 +57,18 @@ pub struct Parts<T> {
     pub slip: T,
 }
 
+fn is_nothing<T: Default + PartialEq>(term: &T) -> bool {
+    *term == T::default()
+}
+
 /// The number of terms.
-pub const TERMS: usize = 7;
+pub const TERMS: usize = 8;
 
 /// The names of the terms, in the order of the chain from asked to real.
 pub const NAMES: [&str; TERMS] = [
     "guidance",
     "compensation",
+    "belief",
     "servo",
     "geometry",
     "lift-off",
@@ -80,7 +90,9 @@ pub struct Chain {
     pub asked: Twist,
     /// What saturation left of it.
     pub granted: Twist,
-    /// What Indiveri 2009, eq. (7), makes of the wheels' targets.
+    /// What Indiveri 2009, eq. (7), makes of the wheels' targets, for the robot that the controller believes in.
+    pub believed_of_targets: Twist,
+    /// The same for the robot as it is.
     pub ideal_of_targets: Twist,
     /// What it makes of the angles that the wheels turned.
     pub ideal: Twist,
@@ -100,7 +112,8 @@ impl Chain {
         Terms {
             total: self.asked - self.real,
             guidance: self.asked - self.granted,
-            compensation: self.granted - self.ideal_of_targets,
+            compensation: self.granted - self.believed_of_targets,
+            belief: self.believed_of_targets - self.ideal_of_targets,
             servo: self.ideal_of_targets - self.ideal,
             geometry: self.ideal - self.contact,
             lift_off: self.contact - self.carried,
@@ -116,6 +129,7 @@ impl<T: Copy> Parts<T> {
         [
             self.guidance,
             self.compensation,
+            self.belief,
             self.servo,
             self.geometry,
             self.lift_off,
@@ -130,12 +144,24 @@ impl<T: Copy> Parts<T> {
         std::array::from_fn(|term| (NAMES[term], terms[term]))
     }
 
+    /// The terms with their place in [`NAMES`] and their names, without the belief where the controller knows its robot.
+    pub fn shown(&self) -> impl Iterator<Item = (usize, &'static str, T)>
+    where
+        T: Default + PartialEq,
+    {
+        let terms = self.named().into_iter().enumerate();
+        let is_shown =
+            |term: &(usize, (&str, T))| NAMES[term.0] != "belief" || term.1.1 != T::default();
+        (terms.filter(is_shown)).map(|(place, (name, term))| (place, name, term))
+    }
+
     /// Each term, and their sum, with that of another ledger.
     pub fn zip<U: Copy, V>(&self, other: &Parts<U>, of: impl Fn(T, U) -> V) -> Parts<V> {
         Parts {
             total: of(self.total, other.total),
             guidance: of(self.guidance, other.guidance),
             compensation: of(self.compensation, other.compensation),
+            belief: of(self.belief, other.belief),
             servo: of(self.servo, other.servo),
             geometry: of(self.geometry, other.geometry),
             lift_off: of(self.lift_off, other.lift_off),
@@ -201,14 +227,16 @@ impl Integral {
 mod tests {
     use super::*;
 
-    /// A robot asked for 1 m/s to the left and 1 rad/s to the right for a span: saturation leaves 0.8, the wheels reach 0.7, of which
-    /// the rollers' geometry leaves 0.69, wheels in the air 0.64, those that contradict each other 0.56, and slip 0.53.
+    /// A robot asked for 1 m/s to the left and 1 rad/s to the right for a span: saturation leaves 0.8, the targets of a controller that takes the wheels
+    /// for larger ones mean 0.75, the wheels reach 0.7, of which the rollers' geometry leaves 0.69, wheels in the air 0.64, those that contradict
+    /// each other 0.56, and slip 0.53.
     fn falls_short(span_s: f64) -> Chain {
         let left = |v: f64| Twist::new(0.0, v * span_s, -v * span_s);
         Chain {
             asked: left(1.0),
             granted: left(0.8),
-            ideal_of_targets: left(0.8),
+            believed_of_targets: left(0.8),
+            ideal_of_targets: left(0.75),
             ideal: left(0.7),
             contact: left(0.69),
             carried: left(0.64),
@@ -228,7 +256,8 @@ mod tests {
         for (got, want) in [
             (ledger.guidance, 0.4),
             (ledger.compensation, 0.0),
-            (ledger.servo, 0.2),
+            (ledger.belief, 0.1),
+            (ledger.servo, 0.1),
             (ledger.geometry, 0.02),
             (ledger.lift_off, 0.1),
             (ledger.conflict, 0.16),
@@ -253,6 +282,7 @@ mod tests {
             let chain = Chain {
                 asked: some(k),
                 granted: some(k + 0.1),
+                believed_of_targets: some(k + 0.15),
                 ideal_of_targets: some(k + 0.2),
                 ideal: some(k + 0.3),
                 contact: some(k + 0.4),

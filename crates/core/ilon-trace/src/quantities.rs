@@ -143,6 +143,7 @@ mod tests {
         let mut summary = Summary::of(&trace, &Settings::default());
         summary.sim_seconds_per_cpu_second = Some(7.0);
         summary.design.rank = Some(3.0);
+        summary.ledger.belief.x_m = 1e-3;
         summary
     }
 

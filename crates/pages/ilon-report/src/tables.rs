@@ -101,6 +101,7 @@ pub(super) fn ledger_table(summary: &Summary) -> String {
     let causes = [
         "a task was saturated",
         "the command compensated roller geometry in advance",
+        "the controller took the robot for another than it is",
         "the wheels were behind their targets, or ahead of them",
         "the touching roller is tilted and off the wheel's middle",
         "wheels were in the air, or carried less than others",
@@ -120,17 +121,14 @@ pub(super) fn ledger_table(summary: &Summary) -> String {
     };
     let mut rows: String = summary
         .ledger
-        .named()
-        .iter()
-        .zip(TERM_COLORS)
-        .zip(causes)
-        .map(|(((name, term), color), cause)| {
-            let color = color.trim_start_matches('@');
+        .shown()
+        .map(|(place, name, term)| {
+            let (color, cause) = (TERM_COLORS[place].trim_start_matches('@'), causes[place]);
             row(
                 &format!(
                     "<span class=\"swatch\" style=\"background:var(--{color})\"></span>{name}"
                 ),
-                &format!("{}<td style=\"text-align:left\">{cause}</td>", cells(term)),
+                &format!("{}<td style=\"text-align:left\">{cause}</td>", cells(&term)),
             )
         })
         .collect();

@@ -44,6 +44,13 @@ pub(super) fn named(run: Run) -> Vec<(Cause, Null)> {
     bodies(run.scenario, &mut list);
     sensors(run.scenario, &mut list);
     joints(run, true, &mut list);
+    if let Some(belief) = &run.header.belief {
+        list.add(
+            "controller.robot",
+            format!("what the controller believes of the robot ({belief})"),
+            |scenario, _| scenario.controller.robot = None,
+        );
+    }
     list.0
 }
 

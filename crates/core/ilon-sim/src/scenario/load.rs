@@ -148,6 +148,10 @@ impl Scenario {
             }
         };
         from_there(&mut moved.robot.file);
+        let believed = moved.controller.robot.as_mut();
+        if let Some(file) = believed.and_then(|robot| robot.file.as_mut()) {
+            from_there(file);
+        }
         moved.robot.packages.values_mut().for_each(from_there);
         if let Some(file) = moved.reference.as_mut().and_then(super::Tracked::file_mut) {
             from_there(file);

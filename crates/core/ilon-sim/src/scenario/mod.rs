@@ -4,6 +4,7 @@
 //! degrees exist here only, in keys that end in `_deg`.
 
 mod bodies;
+mod controller;
 mod expect;
 mod faults;
 mod guidance;
@@ -28,6 +29,7 @@ mod wheels;
 mod world;
 
 pub use bodies::{Body, BoxShape, CylinderShape, SphereShape};
+pub use controller::{Believed, BelievedWheel, Controller};
 pub use expect::{Bound, Expect, Must, SignalBound};
 pub(crate) use faults::within;
 pub use faults::{Fault, Frame};
@@ -77,6 +79,9 @@ pub struct Scenario {
     /// How the robot tracks the reference. Under `twist` only its kinematics and wheel rate limits count.
     #[serde(default)]
     pub guidance: Guidance,
+    /// What the controller believes of the robot.
+    #[serde(default, skip_serializing_if = "Controller::is_empty")]
+    pub controller: Controller,
     /// The loop that turns commanded wheel rates into torques.
     #[serde(default)]
     pub wheel_loop: WheelLoop,

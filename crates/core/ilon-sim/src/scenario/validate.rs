@@ -39,6 +39,7 @@ impl Scenario {
         }
         let mut joints = self.robot.joints.iter();
         joints.try_for_each(|(name, joint)| joint.object(name))?;
+        self.controller.object()?;
         self.object_to_solver()?;
         super::bodies::object(&self.world.bodies)?;
         self.object_to_materials()?;

@@ -19,9 +19,9 @@ const SLACK: f64 = 1e-6;
 pub(super) struct Budget {
     ledger: Ledger,
     weight_n: f64,
-    /// Twists in the body frame that hold until the next decision: asked for, granted, and that of the wheels' targets; `None` where there are no
-    /// rate targets.
-    decided: Option<[Twist; 3]>,
+    /// Twists in the body frame that hold until the next decision: asked for, granted, and those of the wheels' targets, as the controller believes and
+    /// as they are; `None` where there are no rate targets.
+    decided: Option<[Twist; 4]>,
     /// When and how the rates of the wheels contradicted each other.
     contradiction: Contradiction,
     /// How much of the rates did, since the last row.
@@ -47,7 +47,7 @@ impl Budget {
         Self {
             weight_n,
             ledger: Ledger::default(),
-            decided: Some([Twist::default(); 3]),
+            decided: Some([Twist::default(); 4]),
             contradiction: Contradiction::new(wheels),
             conflict: Sizes::default(),
             loads_n_s: vec![0.0; wheels],
@@ -77,9 +77,9 @@ impl Budget {
         std::mem::take(&mut self.conflict).share()
     }
 
-    /// Sets the twists that hold from now on, in the body frame: asked for, granted, and that of the wheels' targets by eq. (7); `None` where the
-    /// wheels have no rate targets.
-    pub fn decide(&mut self, decided: Option<[Twist; 3]>) {
+    /// Sets the twists that hold from now on, in the body frame: asked for, granted, and those of the wheels' targets by eq. (7), of the robot that the
+    /// controller believes in and of the real one; `None` where the wheels have no rate targets.
+    pub fn decide(&mut self, decided: Option<[Twist; 4]>) {
         self.decided = decided;
     }
 
@@ -136,10 +136,11 @@ impl Budget {
         let decided = self
             .decided
             .map(|twists| twists.map(|twist| twist.scaled(span_s)));
-        let [asked, granted, ideal_of_targets] = decided.unwrap_or([ideal; 3]);
+        let [asked, granted, believed_of_targets, ideal_of_targets] = decided.unwrap_or([ideal; 4]);
         let chain = Chain {
             asked,
             granted,
+            believed_of_targets,
             ideal_of_targets,
             ideal,
             contact: of_contacts,

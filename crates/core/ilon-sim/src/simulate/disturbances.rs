@@ -118,7 +118,7 @@ impl Disturbances {
                 Fault::RollerStuck {
                     ref wheel, roller, ..
                 } => this.seizures.push(Seizure {
-                    wheel: super::faults::wheel_index(wheel, robot)?,
+                    wheel: super::faults::wheel_index(wheel, robot, super::faults::A_FAULT)?,
                     roller: roller_index(wheel, roller, robot)?,
                     fault: fault.clone(),
                     seized: false,

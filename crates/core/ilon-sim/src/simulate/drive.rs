@@ -38,7 +38,12 @@ impl Drive {
     pub fn new(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
         let (scenario, physics_dt_s) = (resolved.scenario(), resolved.physics_dt_s());
         let loop_period_s = scenario.wheel_loop.period_s.unwrap_or(physics_dt_s);
-        let standing = &resolved.joint_targets().standing(robot);
+        // A PID is fitted to the robot; of the others the model is the controller's.
+        let known = match scenario.wheel_loop.law {
+            WheelLaw::Pid => robot,
+            _ => resolved.believed(robot),
+        };
+        let standing = &resolved.joint_targets().standing(known);
         let model = dynamic_model(standing)?;
         let law: Box<dyn TorqueLaw> = match scenario.wheel_loop.law {
             WheelLaw::Pid => Box::new(pid(&scenario.wheel_loop, &model, loop_period_s)?),
@@ -83,7 +88,7 @@ impl Drive {
             every: (loop_period_s / physics_dt_s).round().max(1.0) as u32,
             until_due: 0,
             held_n_m: vec![0.0; motors.len()],
-            moving: moves.then(|| Box::new(robot.clone())),
+            moving: moves.then(|| Box::new(known.clone())),
             targets_rad_s: vec![0.0; motors.len()],
             torques: vec![MotorTorque::constant(0.0); motors.len()],
             limits: vec![TorqueRange::UNLIMITED; motors.len()],

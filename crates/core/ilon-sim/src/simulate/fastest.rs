@@ -9,7 +9,7 @@ use ilon_robot::{Robot, Twist};
 use super::plant::Plant;
 use super::resolve::{Driver, Resolved, resolve_as_given};
 use crate::Error;
-use crate::scenario::{Fault, Scenario, Sensors};
+use crate::scenario::{Controller, Fault, Scenario, Sensors};
 
 /// Of the motors' positive work, the share that may be lost to sliding.
 const MAY_SLIDE: f64 = 0.005;
@@ -48,12 +48,14 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     Ok(resolved)
 }
 
-/// The scenario as far as it is known when the path is timed: nothing goes wrong, nothing is measured wrongly, and payloads are those of the beginning.
+/// The scenario as far as it is known when the path is timed: nothing goes wrong, nothing is measured or believed wrongly, and payloads are those of the
+/// beginning.
 fn as_planned(scenario: &Scenario) -> Scenario {
     let mut planned = scenario.clone();
     planned
         .faults
         .retain(|fault| matches!(fault, Fault::Payload { .. }) && fault.is_on(0.0));
+    planned.controller = Controller::default();
     planned.sensors = Sensors {
         imu: planned.sensors.imu,
         ..Sensors::default()

@@ -7,15 +7,18 @@ use super::tilt::Tilts;
 use crate::Error;
 use crate::scenario::{Fault, Frame, nearest};
 
-/// The index of a wheel by its joint's name.
+/// What a message about a wheel begins with.
+pub(super) const A_FAULT: &str = "a fault is";
+
+/// The index of a wheel by its joint's name; `what` is about it, for a message.
 ///
 /// # Errors
 /// [`Error::Invalid`] for a wheel that the robot does not have.
-pub(super) fn wheel_index(name: &str, robot: &Robot) -> Result<usize, Error> {
+pub(super) fn wheel_index(name: &str, robot: &Robot, what: &str) -> Result<usize, Error> {
     let names = || robot.wheels.iter().map(|wheel| wheel.name.as_str());
     names().position(|known| known == name).ok_or_else(|| {
         Error::invalid(
-            format!("a fault is about the wheel `{name}`, which the robot does not have"),
+            format!("{what} about the wheel `{name}`, which the robot does not have"),
             match nearest(name, names()) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None => format!("its wheels are {}", names().collect::<Vec<_>>().join(", ")),
@@ -40,14 +43,14 @@ pub(super) fn recorded(faults: &[Fault], robot: &Robot) -> Result<Vec<ilon_trace
     let kind_of = |fault: &Fault| -> Result<FaultKind, Error> {
         Ok(match fault {
             Fault::MotorLost { wheel, shorted, .. } => FaultKind::MotorLost {
-                wheel: wheel_index(wheel, robot)?,
+                wheel: wheel_index(wheel, robot, A_FAULT)?,
                 shorted: *shorted,
             },
             Fault::EncoderLost { wheel, .. } => FaultKind::EncoderLost {
-                wheel: wheel_index(wheel, robot)?,
+                wheel: wheel_index(wheel, robot, A_FAULT)?,
             },
             Fault::EncoderScaled { wheel, factor, .. } => FaultKind::EncoderScaled {
-                wheel: wheel_index(wheel, robot)?,
+                wheel: wheel_index(wheel, robot, A_FAULT)?,
                 factor: *factor,
             },
             Fault::PoseLost { .. } => FaultKind::PoseLost,
@@ -86,7 +89,7 @@ pub(super) fn recorded(faults: &[Fault], robot: &Robot) -> Result<Vec<ilon_trace
                 place_m: place(x_m, y_m, z_m),
             },
             Fault::RollerStuck { wheel, roller, .. } => FaultKind::RollerStuck {
-                wheel: wheel_index(wheel, robot)?,
+                wheel: wheel_index(wheel, robot, A_FAULT)?,
                 roller: *roller,
             },
             Fault::FrictionChanged { friction, .. } => FaultKind::FrictionChanged {
@@ -141,7 +144,7 @@ impl Faults {
     pub fn new(faults: &[Fault], robot: &Robot) -> Result<Self, Error> {
         let index_of = |fault: &Fault| match fault.wheel() {
             None => Ok(0),
-            Some(name) => wheel_index(name, robot),
+            Some(name) => wheel_index(name, robot, A_FAULT),
         };
         Ok(Self {
             wheels: faults.iter().map(index_of).collect::<Result<_, _>>()?,

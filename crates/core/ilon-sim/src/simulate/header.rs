@@ -61,6 +61,7 @@ pub(super) fn header(
         roller_angles: scenario.run.roller_angles_hz.is_some(),
         measured: pilot.is_measured(),
         imu: scenario.sensors.imu.is_some(),
+        belief: resolved.belief_in_words(robot),
         storage: scenario.wheel_loop.law == scenario::WheelLaw::Passive,
         urdf: seen.urdf.to_owned(),
         looks: seen.looks,

@@ -1,5 +1,6 @@
 //! The loop: a plant, what drives it, and what records it.
 
+mod belief;
 mod bodies;
 mod budget;
 mod clock;
@@ -29,6 +30,7 @@ mod pilot;
 mod plant;
 mod playback;
 mod posed_odometry;
+mod reckoning;
 mod recorder;
 mod reference;
 mod resolve;

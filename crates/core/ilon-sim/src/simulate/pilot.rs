@@ -30,6 +30,7 @@ pub(super) struct Pilot {
     /// The torques decided on, in N m, where a controller commands torques.
     torques_n_m: Vec<f64>,
     commanded: Commanded,
+    /// As it is believed to be.
     robot: Robot,
     /// About the robot's origin.
     kinematics: Kinematics,
@@ -72,7 +73,7 @@ pub struct Moment<'a> {
     pub seen: &'a Measurements,
     /// The scenario's `[reference]` at the time, if it has one.
     pub desired: Option<&'a Desired>,
-    /// The robot.
+    /// The robot, as the controller is to believe it.
     pub robot: &'a Robot,
     /// Its kinematics about its origin: wheel rates for a twist, and back.
     pub kinematics: &'a Kinematics,
@@ -101,7 +102,8 @@ pub(super) struct Decision {
 const SAMPLES: usize = 2000;
 
 impl Pilot {
-    /// What a resolved scenario says about how its robot is driven; `tracked` is its reference, and `log` its log.
+    /// What a resolved scenario says about how its robot is driven, by what is believed of the robot and its kinematics; `tracked` is its reference, and
+    /// `log` its log.
     pub fn new(
         scenario: &Scenario,
         (tracked, log): (Option<Reference>, Option<Arc<Log>>),
@@ -397,9 +399,10 @@ impl Pilot {
         ])
     }
 
-    /// Wheel rates that a log asks for, over the run, as far as they contradict each other.
-    pub fn contradiction(&self, duration_s: f64) -> Contradiction {
-        let count = self.kinematics.wheel_count();
+    /// Wheel rates that a log asks for, over the run, as far as they contradict each other by the kinematics of
+    /// the robot as it is.
+    pub fn contradiction(&self, kinematics: &Kinematics, duration_s: f64) -> Contradiction {
+        let count = kinematics.wheel_count();
         let mut found = Contradiction::new(count);
         let Planned::Log(log) = &self.motion else {
             return found;
@@ -409,8 +412,8 @@ impl Pilot {
         for period in 0..periods {
             let t_s = period as f64 * self.period_s;
             if log.rates_alone(t_s, &mut rates_rad_s) {
-                let sizes = found.of(&self.kinematics, &rates_rad_s);
-                found.add(&self.kinematics, &rates_rad_s, sizes, [t_s, self.period_s]);
+                let sizes = found.of(kinematics, &rates_rad_s);
+                found.add(kinematics, &rates_rad_s, sizes, [t_s, self.period_s]);
             }
         }
         found

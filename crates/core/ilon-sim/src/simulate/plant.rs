@@ -94,6 +94,7 @@ pub struct Plant {
 struct Plan {
     resolved: Resolved,
     robot: SharedRobot,
+    /// Of the robot that the controller believes in.
     kinematics: Kinematics,
     floor: Floor,
     settings: Settings,
@@ -164,7 +165,7 @@ impl Plant {
     /// Like [`Plant::new`], and where the ground makes no sense.
     pub fn on_floor(resolved: &Resolved, robot: &Robot, floor: Floor) -> Result<Self, Error> {
         let plan = Plan {
-            kinematics: Kinematics::new(&resolved.joint_targets().standing(robot))?,
+            kinematics: resolved.kinematics(resolved.believed(robot))?.0,
             floor,
             settings: resolved.world_settings(),
             resolved: resolved.clone(),
@@ -195,7 +196,12 @@ impl Plant {
         Ok(Self {
             clock: Clock::new(&scenario.run, physics_dt_s),
             world,
-            sensors: Sensors::new(&section, start, (robot, kinematics), scenario)?,
+            sensors: Sensors::new(
+                &section,
+                start,
+                (resolved.believed(robot), kinematics),
+                scenario,
+            )?,
             storage: storage_account(resolved, wheel_count),
             drive,
             faults: Faults::new(&scenario.faults, robot)?,
@@ -792,7 +798,7 @@ impl Plant {
         &self.plan.robot
     }
 
-    /// The robot's kinematics about its origin: wheel rates for a twist, and back.
+    /// The robot's kinematics about its origin, as its controller believes it: wheel rates for a twist, and back.
     pub fn kinematics(&self) -> &Kinematics {
         &self.plan.kinematics
     }

@@ -1,10 +1,8 @@
 //! Writes down what happens, once a control period or less often.
 
-use std::borrow::Cow;
-
-use ilon_control::{ContactKinematics, Kinematics, Odometry, OdometryCovariance, WayErrors};
+use ilon_control::{ContactKinematics, Kinematics};
 use ilon_robot::{Pose, Robot, wrap_angle};
-use ilon_trace::{Desired, Header, MAX_TASKS, Reckoned, Record, TaskShare, Trace, WheelSample};
+use ilon_trace::{Desired, Header, MAX_TASKS, Record, TaskShare, Trace, WheelSample};
 use ilon_world::World;
 
 use super::budget::Budget;
@@ -12,11 +10,12 @@ use super::command::{Commanded, Decided};
 use super::header::{Appearance, header};
 use super::hubs::{self, Hubs};
 use super::period::Period;
-use super::pilot::{Idle, Pilot};
+use super::pilot::Idle;
 use super::plant::Plant;
-use super::posed_odometry::PosedOdometry;
+use super::reckoning::Reckoning;
+use super::resolve::Resolved;
 use crate::Error;
-use crate::scenario::{Scenario, TIME_SLACK_S};
+use crate::scenario::TIME_SLACK_S;
 
 /// Writes down what happens to a [`Plant`]: the growing trace, and what has to be summed between its rows.
 ///
@@ -24,21 +23,17 @@ use crate::scenario::{Scenario, TIME_SLACK_S};
 /// [`Recorder::record`] (or [`Recorder::hold`] where no row is wanted), and [`Recorder::count`] after every physics step of [`Plant::advance_watched`].
 pub struct Recorder {
     trace: Trace,
+    /// Of the robot as it is, whatever its controller takes it for.
     kinematics: Kinematics,
     contact_kinematics: ContactKinematics,
-    odometry_ideal: Pose,
-    /// With all joints between bodies where they are, of a robot that has some.
-    posed: Option<PosedOdometry>,
-    /// With those where they are that the robot measures, of a robot whose wheels they move, and which they are.
-    measured: Option<(PosedOdometry, Vec<bool>)>,
-    odometry_contact: Odometry,
-    /// Of `odometry_ideal`; of a robot whose rollers say how it errs.
-    covariance: Option<OdometryCovariance>,
-    control_dt_s: f64,
+    /// Of a robot whose wheels are moved by joints that it measures: where these have them, and which they are.
+    hubs: Option<(Hubs, Vec<bool>)>,
+    /// The positions of the joints between bodies as they were last, in rad or m; of those that the robot does not measure zero. None before the first.
+    measured_positions: Vec<f64>,
+    /// What the controller makes of the wheels' angles.
+    reckoning: Reckoning,
     /// From row to row.
     row_period_s: f64,
-    last_angles_rad: Vec<f64>,
-    turned_rad: Vec<f64>,
     /// What each wheel has lost since the start.
     lost: Vec<Lost>,
     /// Since the last row.
@@ -101,44 +96,33 @@ impl Decisions {
     }
 }
 
-/// The share of a wheel's way that a controller takes to slip, where it does not know: what rollers of steel and rubber lose by creep and by
-/// handing over.
-const SLIP_SHARE: f64 = 0.005;
-
 impl Recorder {
-    #[allow(clippy::too_many_arguments)]
+    /// For a robot that starts at a pose; of `header.record_every` control periods a row, with room for so many.
     pub(super) fn new(
         header: Header,
+        resolved: &Resolved,
         robot: &Robot,
-        kinematics: Kinematics,
-        contact_kinematics: ContactKinematics,
         start: Pose,
         rows: usize,
-        scenario: &Scenario,
-    ) -> Self {
+    ) -> Result<Self, Error> {
+        let (scenario, believed) = (resolved.scenario(), resolved.believed(robot));
+        let (kinematics, contact_kinematics) = resolved.kinematics(robot)?;
         let wheel_count = robot.wheels.len();
-        let errors = WayErrors::of_rollers(robot, SLIP_SHARE).map(|errors| WayErrors {
-            rate_noise_rad_s: scenario.sensors.encoders.rate_noise_rad_s,
-            ..errors
-        });
+        let of_encoders = (
+            scenario.sensors.encoders.rate_noise_rad_s,
+            header.control_dt_s,
+        );
+        let of_belief = resolved.kinematics(believed)?;
         let weight_n = header.mass_kg * scenario.world.gravity_m_s2;
         let roller_angles_hz = scenario.run.roller_angles_hz;
-        Self {
-            covariance: errors
-                .and_then(|errors| OdometryCovariance::new(kinematics.clone(), errors))
-                .ok(),
-            control_dt_s: header.control_dt_s,
+        Ok(Self {
             row_period_s: header.control_dt_s * f64::from(header.record_every.max(1)),
             trace: Trace::with_capacity(header, rows),
             kinematics,
-            odometry_ideal: start,
-            posed: (!robot.joints.is_empty()).then(|| PosedOdometry::new(robot, start)),
-            measured: Hubs::that_move(robot)
-                .map(|_| (PosedOdometry::new(robot, start), hubs::measured(robot))),
-            odometry_contact: Odometry::new(contact_kinematics.clone(), start, &[]),
             contact_kinematics,
-            last_angles_rad: vec![0.0; wheel_count],
-            turned_rad: vec![0.0; wheel_count],
+            hubs: Hubs::that_move(robot).map(|hubs| (hubs, hubs::measured(robot))),
+            measured_positions: Vec::new(),
+            reckoning: Reckoning::new(believed, of_belief, start, of_encoders),
             lost: vec![Lost::default(); wheel_count],
             period: Period::new(wheel_count, robot.joints.len()),
             decisions: Decisions {
@@ -149,7 +133,7 @@ impl Recorder {
             samples: vec![WheelSample::default(); wheel_count],
             rollers_every_s: roller_angles_hz.map(|rate_hz| 1.0 / rate_hz),
             rollers_taken: 0,
-        }
+        })
     }
 
     /// For a loop of a program around this plant, which stands at its start: its rows are once a control period, and time counts
@@ -159,17 +143,7 @@ impl Recorder {
     /// [`Error`] where the scenario cannot be written as text.
     pub fn of_plant(plant: &Plant, urdf: &str) -> Result<Self, Error> {
         let (resolved, robot) = (plant.resolved(), plant.robot());
-        let scenario = resolved.scenario();
-        let standing = &resolved.joint_targets().standing(robot);
-        let kinematics = Kinematics::new(standing)?;
-        let contact = ContactKinematics::new(standing)?;
-        let pilot = Pilot::new(
-            scenario,
-            (resolved.reference().cloned(), None),
-            (kinematics.clone(), contact.clone()),
-            robot,
-            Some(Box::new(Idle)),
-        )?;
+        let pilot = resolved.pilot(robot, Some(Box::new(Idle)))?;
         let header = Header {
             // A row each control period, for as long as the loop goes on.
             record_every: 1,
@@ -177,9 +151,7 @@ impl Recorder {
             ..header(resolved, robot, Appearance::by(urdf), &pilot)?
         };
         let start = plant.truth().pose;
-        Ok(Self::new(
-            header, robot, kinematics, contact, start, 1, scenario,
-        ))
+        Self::new(header, resolved, robot, start, 1)
     }
 
     /// Sums what happened during the last physics step.
@@ -191,13 +163,14 @@ impl Recorder {
         self.period.count(world, dt_s);
         let kinematics = (&self.kinematics, &mut self.contact_kinematics);
         self.budget.count(world, dt_s, kinematics);
-        if let Some(posed) = &mut self.posed {
-            posed.see(world.robot().joint_positions().iter().copied());
+        let positions = world.robot().joint_positions();
+        if let Some((_, known)) = &self.hubs {
+            let joints = positions.iter().zip(known);
+            let measured = joints.map(|(position, known)| if *known { *position } else { 0.0 });
+            self.measured_positions.clear();
+            self.measured_positions.extend(measured);
         }
-        if let Some((odometry, known)) = &mut self.measured {
-            let joints = world.robot().joint_positions().iter().zip(known);
-            odometry.see(joints.map(|(position, known)| if *known { *position } else { 0.0 }));
-        }
+        self.reckoning.see(positions, &self.measured_positions);
     }
 
     /// Takes what was decided at a control instant that has no row of its own.
@@ -211,6 +184,7 @@ impl Recorder {
             [
                 decided.command_twist_in_body,
                 decided.granted_twist_in_body,
+                self.reckoning.twist(decided.wheel_rates_rad_s),
                 self.kinematics.twist(decided.wheel_rates_rad_s),
             ]
         }));
@@ -240,9 +214,9 @@ impl Recorder {
             twist_ideal: self.kinematics.twist(rates_rad_s),
             twist_contact,
             seen_pose: seen.pose,
-            odometry_ideal: self.odometry_ideal,
-            odometry_contact: self.odometry_contact.pose(),
-            odometry_posed: self.posed.as_ref().map(PosedOdometry::pose),
+            odometry_ideal: self.reckoning.ideal(),
+            odometry_contact: self.reckoning.contact(),
+            odometry_posed: self.reckoning.posed(),
             desired: decided.desired.map(|desired| Desired {
                 pose: desired.pose,
                 velocity_in_world: desired.velocity_in_world,
@@ -273,7 +247,7 @@ impl Recorder {
             contact_residual_m_s: self.period.residual_m_s,
             rate_conflict_share: self.budget.take_conflict_share(),
             support: Some(self.period.support(plant.truth().pose.heading_rad)),
-            reckoned: self.reckoned(&seen.wheel_rates_rad_s),
+            reckoned: (self.reckoning).reckoned(&seen.wheel_rates_rad_s, self.row_period_s),
             imu: seen.imu,
             storage: plant.storage(),
         };
@@ -282,28 +256,6 @@ impl Recorder {
         self.decisions.clear();
         self.trace.push(record, &self.samples);
         self.record_rollers(t_s, world);
-    }
-
-    /// What dead reckoning says of the twist where encoders say rates in rad/s, and how sure it is.
-    fn reckoned(&self, seen_rad_s: &[f64]) -> Option<Reckoned> {
-        let covariance = self.covariance.as_ref()?;
-        let rolling_rad_s = match &self.measured {
-            None => Cow::Borrowed(seen_rad_s),
-            Some((measured, _)) => {
-                let carried = measured.hubs().carried_rad();
-                let rates = seen_rad_s.iter().zip(carried);
-                rates
-                    .map(|(seen, carried)| seen + carried / self.control_dt_s)
-                    .collect()
-            }
-        };
-        let pose = covariance.covariance(self.odometry_ideal.heading_rad);
-        let twist = covariance.twist_covariance(&rolling_rad_s, self.row_period_s);
-        Some(Reckoned {
-            twist: self.kinematics.twist(&rolling_rad_s),
-            pose_covariance: pose.into(),
-            twist_covariance: twist.into(),
-        })
     }
 
     /// Puts the rollers' angles into the last row where they are due: at most once a row, and on the mean as often as asked.
@@ -333,7 +285,7 @@ impl Recorder {
 
     /// Where dead reckoning by Indiveri 2009, eq. (7), puts the robot, from the true pose at the start.
     pub fn odometry(&self) -> Pose {
-        self.odometry_ideal
+        self.reckoning.ideal()
     }
 
     /// What was recorded so far, to be taken out.
@@ -350,44 +302,18 @@ impl Recorder {
     /// Dead reckoning from the wheel angles turned since the last control period, by both kinematics: what a robot with
     /// encoders would do once a control period.
     pub fn reckon(&mut self, angles_rad: &[f64]) {
-        let increments = self.turned_rad.iter_mut().zip(&mut self.last_angles_rad);
-        for ((turned, last), now) in increments.zip(angles_rad) {
-            *turned = now - *last;
-            *last = *now;
-        }
-        if let Some(posed) = &mut self.posed {
-            posed.reckon(&self.turned_rad);
-        }
-        let before = self.odometry_ideal;
-        let Some((measured, _)) = &mut self.measured else {
-            if let Some(covariance) = &mut self.covariance {
-                covariance.count(&before, &self.turned_rad);
-            }
-            self.odometry_contact.update(angles_rad);
-            // The kinematics is linear in the rates: angles turned give the displacement.
-            let displacement = self.kinematics.twist(&self.turned_rad);
-            self.odometry_ideal = self.odometry_ideal.moved(displacement);
+        self.reckoning.reckon(angles_rad);
+        let Some((hubs, _)) = &mut self.hubs else {
             return;
         };
-        let moved = measured.reckon(&self.turned_rad);
-        self.odometry_ideal = measured.pose();
-        let hubs = measured.hubs();
-        if let Some(covariance) = &mut self.covariance {
-            if let Some(kinematics) = hubs.kinematics().filter(|_| moved) {
-                covariance.stand(kinematics);
-            }
-            covariance.count(&before, measured.rolled_rad());
-        }
-        if moved
+        if !self.measured_positions.is_empty()
+            && hubs.see(&self.measured_positions)
             && let (Some(kinematics), Ok(contact)) =
                 (hubs.kinematics(), ContactKinematics::new(&hubs.posed()))
         {
             self.kinematics = kinematics.clone();
-            self.contact_kinematics = contact.clone();
-            self.odometry_contact.stand(contact);
+            self.contact_kinematics = contact;
         }
-        self.odometry_contact
-            .update_carried(angles_rad, hubs.carried_rad());
     }
 
     fn sample_wheels(&mut self, world: &World, targets_rad_s: &[f64]) {

@@ -7,6 +7,7 @@ use ilon_robot::{Pose, Robot};
 use ilon_trace::{Announced, GroundRelief};
 use nalgebra::Vector2;
 
+use super::belief::{self, believed};
 use super::joint_targets::JointTargets;
 use super::pilot::{Controller, Idle, Pilot};
 use super::playback::{self, Log, Played};
@@ -28,6 +29,8 @@ pub struct Resolved {
     reference: Option<Reference>,
     played: Played,
     joint_targets: JointTargets,
+    /// What the controller takes the robot for, where it does not know it.
+    believed: Option<Arc<Robot>>,
     uneven: Option<Arc<GroundRelief>>,
     reference_point_m: Vector2<f64>,
     announced: Option<Announced>,
@@ -66,7 +69,8 @@ pub(super) fn resolve_as_given(
     let joint_targets = JointTargets::new(&scenario, &played, robot)?;
     let standing = joint_targets.standing(robot);
     let kinematics = Kinematics::new(&standing)?;
-    let contact_kinematics = ContactKinematics::new(&standing)?;
+    let belief = believed(&scenario, robot)?.map(Arc::new);
+    let known = belief.as_deref().unwrap_or(robot);
 
     let wheel_rate_limit_rad_s = choose_wheel_rate_limit(&mut scenario, robot);
     if let Some(playback) = &mut scenario.playback
@@ -96,8 +100,8 @@ pub(super) fn resolve_as_given(
     let pilot = Pilot::new(
         &scenario,
         (reference.clone(), log),
-        (kinematics, contact_kinematics),
-        robot,
+        kinematics_of(&joint_targets.standing(known))?,
+        known,
         match driver {
             Driver::Guidance => None,
             Driver::Own => Some(Box::new(Idle)),
@@ -122,8 +126,8 @@ pub(super) fn resolve_as_given(
         Driver::Own => None,
     };
     warnings.extend(beyond.as_ref().map(|beyond| beyond.remark(robot)));
-    let contradiction = pilot.contradiction(scenario.run.duration_s);
-    let played_back = contradiction.remark(pilot.kinematics(), robot, "the wheel rates of the log");
+    let contradiction = pilot.contradiction(&kinematics, scenario.run.duration_s);
+    let played_back = contradiction.remark(&kinematics, robot, "the wheel rates of the log");
     let is_contradictory = played_back.is_some();
     warnings.extend(played_back);
     let mut stability = None;
@@ -159,6 +163,7 @@ pub(super) fn resolve_as_given(
         reference,
         played,
         joint_targets,
+        believed: belief,
         uneven: uneven.map(Arc::new),
         reference_point_m: pilot.reference_point_m(),
         announced: beyond.map(|beyond| beyond.announced),
@@ -167,6 +172,10 @@ pub(super) fn resolve_as_given(
         is_contradictory,
         warnings,
     })
+}
+
+fn kinematics_of(robot: &Robot) -> Result<(Kinematics, ContactKinematics), Error> {
+    Ok((Kinematics::new(robot)?, ContactKinematics::new(robot)?))
 }
 
 /// The wheel rate limit that the scenario or the robot gives, in rad/s; infinite for none. Of wheels with limits of their own the fastest
@@ -272,6 +281,7 @@ impl Resolved {
         change(&mut changed.scenario, &mut robot);
         let changed_joints = robot.joints.len() != of.joints.len();
         changed.scenario.validate()?;
+        changed.believed = believed(&changed.scenario, &robot)?.map(Arc::new);
         if let Step::Seconds(dt_s) = changed.scenario.run.physics_dt_s {
             changed.physics_dt_s = dt_s;
         }
@@ -331,13 +341,29 @@ impl Resolved {
         robot: &Robot,
         controller: Option<Box<dyn Controller>>,
     ) -> Result<Pilot, Error> {
-        let standing = self.joint_targets.standing(robot);
-        let kinematics = (
-            Kinematics::new(&standing)?,
-            ContactKinematics::new(&standing)?,
-        );
+        let known = self.believed(robot);
         let tracked = (self.reference.clone(), self.log());
-        Pilot::new(&self.scenario, tracked, kinematics, robot, controller)
+        let kinematics = self.kinematics(known)?;
+        Pilot::new(&self.scenario, tracked, kinematics, known, controller)
+    }
+
+    /// What the controller takes the robot for: the robot itself, unless the scenario says otherwise.
+    pub(super) fn believed<'a>(&'a self, robot: &'a Robot) -> &'a Robot {
+        self.believed.as_deref().unwrap_or(robot)
+    }
+
+    /// The same in words; `None` where it knows its robot.
+    pub(super) fn belief_in_words(&self, robot: &Robot) -> Option<String> {
+        let believed = self.believed.as_deref()?;
+        Some(belief::in_words(robot, believed))
+    }
+
+    /// The kinematics of a robot as its servos start it.
+    pub(super) fn kinematics(
+        &self,
+        robot: &Robot,
+    ) -> Result<(Kinematics, ContactKinematics), Error> {
+        kinematics_of(&self.joint_targets.standing(robot))
     }
 
     /// Adds what a person should know, before all else.

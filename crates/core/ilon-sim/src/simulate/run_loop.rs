@@ -1,6 +1,5 @@
 //! The loop of a run: a plant, what drives it, and what records it.
 
-use ilon_control::{ContactKinematics, Kinematics};
 use ilon_robot::Robot;
 use ilon_trace::{Trace, Truth};
 
@@ -26,28 +25,11 @@ impl RunLoop {
         seen: Appearance,
         controller: Option<Box<dyn Controller>>,
     ) -> Result<Self, Error> {
-        let scenario = resolved.scenario();
-        let standing = resolved.joint_targets().standing(robot);
-        let kinematics = Kinematics::new(&standing)?;
-        let contact_kinematics = ContactKinematics::new(&standing)?;
-        let pilot = Pilot::new(
-            scenario,
-            (resolved.reference().cloned(), resolved.log()),
-            (kinematics.clone(), contact_kinematics.clone()),
-            robot,
-            controller,
-        )?;
+        let pilot = resolved.pilot(robot, controller)?;
         let plant = Plant::new(resolved, robot)?;
         let header = header(resolved, robot, seen, &pilot)?;
-        let recorder = Recorder::new(
-            header,
-            robot,
-            kinematics,
-            contact_kinematics,
-            resolved.start(),
-            scenario.run.row_count() as usize,
-            scenario,
-        );
+        let rows = resolved.scenario().run.row_count() as usize;
+        let recorder = Recorder::new(header, resolved, robot, resolved.start(), rows)?;
         Ok(Self {
             plant,
             pilot,

@@ -13,7 +13,7 @@ use super::limits::{Limit, LimitRow, Limits, MOTIONS, direction};
 use super::plant::Plant;
 use super::resolve::{Driver, resolve_as_given};
 use crate::Error;
-use crate::scenario::Scenario;
+use crate::scenario::{Controller, Scenario};
 
 /// Of the work that motors give and take, the share that may be lost to sliding.
 const MAY_SLIDE: f64 = 0.005;
@@ -187,7 +187,11 @@ struct Sprinter {
 
 impl Sprinter {
     fn new(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
-        let resolved = resolve_as_given(scenario, robot, Driver::Own)?;
+        let knowing = Scenario {
+            controller: Controller::default(),
+            ..scenario.clone()
+        };
+        let resolved = resolve_as_given(&knowing, robot, Driver::Own)?;
         let mut standing = Plant::new(&resolved, robot)?;
         let rates_rad_s = vec![0.0; robot.wheels.len()];
         let period_s = resolved.control_dt_s();

@@ -1,6 +1,7 @@
 //! The tests of `ilon-sim` from outside, one module for each subject, in one program.
 
 mod attached;
+mod beliefs;
 mod budget_terms;
 mod causes;
 mod contest;

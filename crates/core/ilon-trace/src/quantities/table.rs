@@ -1,6 +1,7 @@
 //! The table itself: a line a quantity.
 
 use super::quantity::{Group, Quantity, Unit};
+use crate::ledger::Integral;
 use crate::metrics::Summary;
 
 const fn unit(symbol: &'static str, per_si: f64) -> Unit {
@@ -50,13 +51,17 @@ impl Figure for u64 {
     }
 }
 
-/// One line of the table: the field, which is also the key; with `?` behind a part that may be absent.
+/// One line of the table: the field, which is also the key; with `?` behind a part that may be absent, and with `if`
+/// before what says whether it is there.
 macro_rules! quantity {
     ($is_main:literal, $($field:ident).+, $label:literal, $unit:ident, $decimals:literal) => {
         quantity!(@ $is_main, [$($field).+], |s: &Summary| Figure::figure(s.$($field).+), $label, $unit, $decimals)
     };
     ($is_main:literal, $part:ident ? . $field:ident, $label:literal, $unit:ident, $decimals:literal) => {
         quantity!(@ $is_main, [$part.$field], |s: &Summary| s.$part.map(|part| part.$field), $label, $unit, $decimals)
+    };
+    ($is_main:literal, $($field:ident).+ if $present:expr, $label:literal, $unit:ident, $decimals:literal) => {
+        quantity!(@ $is_main, [$($field).+], |s: &Summary| $present(s).then_some(s.$($field).+), $label, $unit, $decimals)
     };
     (@ $is_main:literal, [$first:ident $(. $rest:ident)*], $get:expr, $label:literal, $unit:ident, $decimals:literal) => {
         Quantity {
@@ -84,6 +89,12 @@ macro_rules! budget {
                 $line!(
                     ledger.compensation.$component,
                     "compensation",
+                    $unit,
+                    $decimals
+                ),
+                $line!(
+                    ledger.belief.$component if |s: &Summary| s.ledger.belief != Integral::default(),
+                    "belief",
                     $unit,
                     $decimals
                 ),

@@ -112,7 +112,9 @@ impl Window {
 
     fn error_budget(&self) -> DiagnosticStatus {
         let terms = Terms::between(self.before.as_ref().unwrap_or(&self.last), &self.last);
-        let parts = terms.named();
+        let parts: Vec<(&str, Twist)> = (terms.shown())
+            .map(|(_, name, term)| (name, term))
+            .collect();
         let speed = |twist: &Twist| libm::hypot(twist.vx_m_s, twist.vy_m_s);
         // Of equals the first.
         let larger = |a: usize, b: usize| {

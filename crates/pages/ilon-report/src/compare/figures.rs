@@ -1,7 +1,7 @@
 //! Figures with a curve or a bar for each run.
 
 use ilon_robot::{Pose, wrap_angle};
-use ilon_trace::ledger::Integral;
+use ilon_trace::ledger::{Integral, NAMES, TERMS};
 use ilon_trace::quantities::by_key;
 use ilon_trace::{Record, Summary, WheelSample};
 
@@ -148,20 +148,11 @@ fn ledger(
     unit: &str,
     of: fn(&Integral) -> f64,
 ) -> Figure {
-    let terms = TERM_COLORS.into_iter().enumerate().map(|(term, color)| {
-        let named = comparison
-            .runs
-            .first()
-            .map(|run| run.summary.ledger.named()[term].0);
-        let values = comparison
-            .runs
-            .iter()
-            .map(|run| Some(of(&run.summary.ledger.named()[term].1)));
-        bars(
-            named.unwrap_or_default(),
-            &values.collect::<Vec<_>>(),
-            color,
-        )
+    let runs = || comparison.runs.iter().map(|run| &run.summary.ledger);
+    let is_shown = |term: &usize| runs().any(|run| run.shown().any(|(place, ..)| place == *term));
+    let terms = (0..TERMS).filter(is_shown).map(|term| {
+        let values = runs().map(|run| Some(of(&run.terms()[term])));
+        bars(NAMES[term], &values.collect::<Vec<_>>(), TERM_COLORS[term])
     });
     let bars = terms.collect();
     bars_of_runs(id, title, caption, axis(unit), comparison, false, bars)

@@ -19,6 +19,7 @@ type Quantity = fn(&Integral) -> f64;
 pub(crate) const TERM_COLORS: [&str; TERMS] = [
     "@guidance",
     "@compensation",
+    "@belief",
     "@servo",
     "@geometry",
     "@lift-off",
@@ -189,11 +190,11 @@ fn bars_of(
     unit: &str,
 ) -> String {
     let names = rows.iter().map(|(name, _)| (*name).to_owned()).collect();
-    let terms = ledger.named().into_iter().zip(TERM_COLORS);
-    let mut curves: Vec<Curve> = terms
-        .map(|((name, term), color)| {
+    let mut curves: Vec<Curve> = ledger
+        .shown()
+        .map(|(place, name, term)| {
             let values: Vec<_> = rows.iter().map(|(_, f)| Some(value(&term, *f))).collect();
-            bars(name, &values, color)
+            bars(name, &values, TERM_COLORS[place])
         })
         .collect();
     let totals = rows.iter().enumerate();
@@ -213,7 +214,11 @@ fn growth(
     of: fn(&Way) -> f64,
 ) -> Figure {
     let mut traces: Vec<Curve> = Vec::new();
+    let knows_robot = shown.trace.header.belief.is_none();
     for (term, (name, color)) in NAMES.into_iter().zip(TERM_COLORS).enumerate() {
+        if name == "belief" && knows_robot {
+            continue;
+        }
         let grown = shown.all.grown().iter();
         let points = grown.map(|grown| (grown.t_s, of(&grown.ways[term])));
         traces.push(exact_curve(name, points, solid(color).width(0.8)).stacked());
@@ -232,7 +237,7 @@ mod tests {
             error_m: 0.1,
             ahead_m: 0.0,
             before_m: -0.02,
-            parts_m: [0.0005, 0.03, -0.002, 0.0, 0.0, 0.0, 0.0, 0.0915],
+            parts_m: [0.0005, 0.03, -0.002, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0915],
             rest_m: 0.0,
             from_s: 0.0,
             at_s: 1.0,
@@ -252,7 +257,7 @@ mod tests {
         let lengths: Vec<f64> = bars.iter().map(|(_, mm)| *mm).collect();
         assert_eq!(lengths, [-20.0, 30.0, -2.0, 91.5, 100.0], "{bars:?}");
         let named = [bars[1].0.as_str(), bars[2].0.as_str(), bars[3].0.as_str()];
-        assert_eq!(named, [PARTS[1], PARTS[2], PARTS[7]]);
+        assert_eq!(named, [PARTS[1], PARTS[2], PARTS[8]]);
     }
 
     #[test]
@@ -284,7 +289,7 @@ mod tests {
                 error_m: 0.1,
                 ahead_m: 0.0,
                 before_m: 0.0,
-                parts_m: [0.1 - rest_m, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+                parts_m: [0.1 - rest_m, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
                 rest_m,
                 from_s: 0.0,
                 at_s: 1.0,

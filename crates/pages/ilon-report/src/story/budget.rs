@@ -18,6 +18,7 @@ pub(crate) const PARTS: [&str; 1 + TERMS] = [
     "correction by guidance",
     "saturation",
     "compensation",
+    "belief",
     "servo",
     "geometry",
     "lift-off",
@@ -269,7 +270,7 @@ mod tests {
         // back 0.1 m/s. Sums of a hundred terms: rounding below 1e-12.
         assert!((budget.error_m - 0.3).abs() < 1e-12, "{budget:?}");
         assert!((budget.before_m - 0.03).abs() < 1e-12, "{budget:?}");
-        assert!((budget.parts_m[7] - 0.36).abs() < 1e-12, "{budget:?}");
+        assert!((budget.parts_m[8] - 0.36).abs() < 1e-12, "{budget:?}");
         assert!((budget.parts_m[0] + 0.09).abs() < 1e-12, "{budget:?}");
         assert!(budget.rest_m.abs() < 1e-12, "{budget:?}");
         assert!((budget.from_s - 1.1).abs() < 0.011 && (budget.at_s - 2.0).abs() < 0.011);

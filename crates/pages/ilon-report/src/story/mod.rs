@@ -84,7 +84,7 @@ impl Story {
                 .map(|b| excursion(b, &start, header.storage)),
         );
         match header.twins.is_empty() {
-            true => lines.extend(on_purpose(header)),
+            true => lines.extend(on_purpose(header).into_iter().chain(believed(header))),
             false => lines.extend(effects::sentences(header, summary, posture)),
         }
         if header.open_loop {
@@ -237,6 +237,14 @@ fn on_purpose(header: &Header) -> Option<String> {
     (!told.is_empty()).then(|| format!("On purpose there was {}.", phrases::list(&told)))
 }
 
+/// What the controller takes the robot for, of a run that was not repeated without it.
+fn believed(header: &Header) -> Option<String> {
+    let belief = escape(header.belief.as_ref()?);
+    Some(format!(
+        "The controller <b>took the robot for another</b>: {belief}."
+    ))
+}
+
 /// The largest error and its parts.
 fn excursion(budget: &Budget, start: &Start, is_spring: bool) -> String {
     let after = if start.is_off {
@@ -289,7 +297,7 @@ fn shares(budget: &Budget, is_spring: bool) -> String {
 fn in_words<'a>(part: &'a str, budget: &Budget, is_spring: bool) -> &'a str {
     /// Wheels are ahead of their targets, or behind them, where that is so for this share of what the servo term made.
     const CLEARLY: f64 = 0.5;
-    let servo_m = budget.parts_m[3];
+    let servo_m = budget.parts_m[4];
     match part {
         "correction by guidance" if is_spring => {
             "forces that stretch the law's spring to the reference"
@@ -302,6 +310,7 @@ fn in_words<'a>(part: &'a str, budget: &Budget, is_spring: bool) -> &'a str {
         "servo" if budget.ahead_m < -CLEARLY * servo_m => "wheels that lag their targets",
         "servo" => "wheels that are off their targets",
         "compensation" => "the command's compensation",
+        "belief" => "what the controller believes of the robot",
         other => other,
     }
 }

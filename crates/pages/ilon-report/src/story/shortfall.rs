@@ -389,6 +389,7 @@ fn of_stretch(
         let before = [
             ("saturation", terms.guidance),
             ("the command's compensation", terms.compensation),
+            ("what the controller believes of the robot", terms.belief),
             (stretch.behind_targets(), terms.servo),
         ];
         let before = taken(before, mean);

@@ -1,0 +1,117 @@
+//! `[controller.robot]`: what the controller believes of the robot.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::objection::Objection;
+
+/// What the controller knows, where that differs from what is.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "ControllerSection")]
+pub struct Controller {
+    /// What it believes of the robot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub robot: Option<Believed>,
+}
+
+/// What the controller believes of the robot, where it is wrong. Commands, dead reckoning, its covariance, fusion and the model of a torque law go by
+/// the believed robot; physics, truth and the choice of gains go by the real one. What is left out is believed as it is.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "BelievedRobotSection")]
+pub struct Believed {
+    /// The file of a robot with as many wheels, of which the controller takes the wheels: places, axes, radii and rollers. Wheels are matched by
+    /// name where all names are the same, and else in the order of the files. Relative to the scenario file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
+    /// The radius of all wheels, in metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub wheel_radius_m: Option<f64>,
+    /// The lever of all wheels: by how much each turns at its rim while the robot turns by one radian, in metres. l_x + l_y of mecanum wheels at 45
+    /// degrees, the distance from the middle of omni wheels. Their places are moved along the line from the body's origin.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub lever_m: Option<f64>,
+    /// The angle gamma of all wheels, in degrees, in the sense that each has; of a negative one in the other sense, as if left and right wheels had been
+    /// confused.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gamma_deg: Option<f64>,
+    /// Where the controller takes the body's origin to be, in the body frame: x in metres.
+    pub origin_x_m: f64,
+    /// The same: y in metres.
+    pub origin_y_m: f64,
+    /// Where it takes the front to be: the angle from the body's x axis, in degrees, counter-clockwise.
+    pub origin_heading_deg: f64,
+    /// What it believes of single wheels, by the names of their joints.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub wheels: BTreeMap<String, BelievedWheel>,
+}
+
+/// What the controller believes of one wheel.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "BelievedWheelSection")]
+pub struct BelievedWheel {
+    /// The wheel that the controller takes it for, as of exchanged cables: what is commanded of that wheel arrives at this one, and this one's encoder is
+    /// read as that one's. Each wheel is taken for one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub taken_for: Option<String>,
+    /// Its radius, in metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub radius_m: Option<f64>,
+    /// x of its middle in the body frame, in metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub x_m: Option<f64>,
+    /// y of its middle in the body frame, in metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub y_m: Option<f64>,
+    /// Direction of its hub axis, in degrees from the body's x axis, counter-clockwise; 90 of a wheel that drives ahead.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axis_deg: Option<f64>,
+    /// Its angle gamma, in degrees, with its sign.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gamma_deg: Option<f64>,
+    /// Whether it is believed to turn the other way, motor and encoder alike.
+    pub reversed: bool,
+}
+
+impl Controller {
+    /// Whether it says nothing.
+    pub(super) fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Refuses wheels that are taken for one and the same.
+    pub(super) fn object(&self) -> Result<(), Objection> {
+        let wheels = self.robot.iter().flat_map(|robot| &robot.wheels);
+        let taken = wheels.filter_map(|(name, wheel)| Some((name, wheel.taken_for.as_ref()?)));
+        let names: BTreeSet<&String> = taken.clone().map(|(name, _)| name).collect();
+        let mut others = BTreeSet::new();
+        for (name, other) in taken {
+            let key = format!("controller.robot.wheels.{name}.taken_for");
+            if !names.contains(other) {
+                return Err(Objection::to(
+                    key,
+                    format!("`{name}` is taken for `{other}`, and so is `{other}` itself"),
+                    format!(
+                        "say what `{other}` is taken for, such as `[controller.robot.wheels.{other}] taken_for = \"{name}\"`"
+                    ),
+                ));
+            }
+            if !others.insert(other) {
+                return Err(Objection::to(
+                    key,
+                    format!("two wheels are taken for `{other}`"),
+                    "take each wheel for another one",
+                ));
+            }
+        }
+        Ok(())
+    }
+}
