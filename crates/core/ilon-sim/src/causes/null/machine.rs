@@ -1,0 +1,220 @@
+//! What every robot has: rollers, bearings, motors, wheel loops and a control period.
+
+use ilon_robot::{Joint, MotorLimits, Robot, RollersAsMade};
+
+use super::list::List;
+use crate::scenario::{Kinematics, LoopTiming, Saturation, Scenario, WheelLaw};
+
+/// Friction at which nothing slides.
+const HOLDS: f64 = 100.0;
+
+/// By how much wheel loops that follow at once are stiffer than those of the run.
+const AT_ONCE: f64 = 50.0;
+
+/// Sliding, and what rollers and their bearings are.
+pub(super) fn of_rollers(scenario: &Scenario, robot: &Robot, list: &mut List) {
+    list.add(
+        "sliding",
+        "sliding (grip that never ends in its place)",
+        |scenario, _| {
+            never_slides(scenario);
+        },
+    );
+    if scenario.guidance.kinematics == Kinematics::Ideal {
+        list.add(
+            "geometry",
+            "the rollers' geometry (commands by the rollers that touch in its place)",
+            |scenario, _| scenario.guidance.kinematics = Kinematics::Contact,
+        );
+    }
+    let any = |is: fn(&ilon_robot::Wheel) -> bool| robot.wheels.iter().any(is);
+    if any(|wheel| wheel.made != RollersAsMade::default()) {
+        list.add(
+            "rollers.made",
+            "the shape that its rollers are made with",
+            |_, robot| {
+                for wheel in &mut robot.wheels {
+                    // Modelled rollers stay as they are.
+                    let _ = wheel.make_rollers(RollersAsMade::default(), Some(1.0));
+                }
+            },
+        );
+    }
+    if any(|wheel| wheel.surface.tread.is_some()) {
+        list.add("rollers.tread", "the give of its treads", |_, robot| {
+            for wheel in &mut robot.wheels {
+                wheel.surface.tread = None;
+            }
+        });
+    }
+    if any(|wheel| wheel.surface.axial_play_m > 0.0) {
+        list.add(
+            "rollers.axial_play_m",
+            "the play of its rollers",
+            |_, robot| {
+                for wheel in &mut robot.wheels {
+                    wheel.surface.axial_play_m = 0.0;
+                }
+            },
+        );
+    }
+    list.add("bearings", "the drag of its bearings", |_, robot| {
+        for wheel in &mut robot.wheels {
+            wheel.joint = Joint::default();
+            wheel.surface.axle_friction = 0.0;
+            for roller in &mut wheel.rollers {
+                roller.joint = Joint::default();
+            }
+        }
+    });
+    let resists = any(|wheel| wheel.surface.rolling_resistance > 0.0);
+    if resists || of_floor_resists(scenario) {
+        list.add(
+            "rolling_resistance",
+            "rolling resistance",
+            |scenario, robot| {
+                for wheel in &mut robot.wheels {
+                    wheel.surface.rolling_resistance = 0.0;
+                }
+                rolls_freely(scenario);
+            },
+        );
+    }
+}
+
+/// Grip that never ends, and no creep, everywhere.
+fn never_slides(scenario: &mut Scenario) {
+    let floor = &mut scenario.world.floor;
+    for patch in &mut floor.patches {
+        (patch.friction, patch.creep) = (patch.friction.map(|_| HOLDS), None);
+        (patch.sliding, patch.across) = (None, None);
+    }
+    floor.friction = floor.friction.map(|_| HOLDS);
+    (floor.creep, floor.sliding, floor.across) = (None, None, None);
+    for pair in scenario
+        .materials
+        .values_mut()
+        .flat_map(|of| of.values_mut())
+    {
+        (pair.friction, pair.creep) = (HOLDS, 0.0);
+        (pair.sliding, pair.across) = (None, None);
+    }
+    scenario
+        .faults
+        .retain(|fault| !matches!(fault, crate::scenario::Fault::FrictionChanged { .. }));
+}
+
+fn of_floor_resists(scenario: &Scenario) -> bool {
+    let floor = &scenario.world.floor;
+    let mut patches = floor
+        .patches
+        .iter()
+        .filter_map(|patch| patch.rolling_resistance);
+    let mut pairs = scenario.materials.values().flat_map(|of| of.values());
+    floor.rolling_resistance.is_some_and(|it| it > 0.0)
+        || patches.any(|it| it > 0.0)
+        || pairs.any(|pair| pair.rolling_resistance > 0.0)
+}
+
+/// No rolling resistance anywhere.
+fn rolls_freely(scenario: &mut Scenario) {
+    let floor = &mut scenario.world.floor;
+    floor.rolling_resistance = None;
+    floor.against = None;
+    for patch in &mut floor.patches {
+        (patch.rolling_resistance, patch.against) = (None, None);
+    }
+    for pair in scenario
+        .materials
+        .values_mut()
+        .flat_map(|of| of.values_mut())
+    {
+        (pair.rolling_resistance, pair.against) = (0.0, None);
+    }
+}
+
+/// What holds the wheels from doing what is asked.
+pub(super) fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
+    let guidance = &scenario.guidance;
+    let is_limited =
+        guidance.wheel_rate_limit_rad_s.is_some() || !guidance.wheel_rate_limits_rad_s.is_empty();
+    if is_limited && guidance.saturation != Saturation::None {
+        list.add(
+            "guidance.saturation",
+            "the limit on commanded wheel rates",
+            |scenario, _| {
+                scenario.guidance.saturation = Saturation::None;
+            },
+        );
+    }
+    let is_bounded = |wheel: &ilon_robot::Wheel| wheel.motor != MotorLimits::default();
+    if scenario.motors.dc.is_some() || robot.wheels.iter().any(is_bounded) {
+        list.add("motors", "the limits of its motors", |scenario, robot| {
+            scenario.motors.dc = None;
+            for wheel in &mut robot.wheels {
+                wheel.motor = MotorLimits::default();
+            }
+        });
+    }
+    let loses = |wheel: &ilon_robot::Wheel| {
+        wheel.drive.gear_efficiency < 1.0 || wheel.drive.gear_friction_n_m > 0.0
+    };
+    if robot.wheels.iter().any(loses) {
+        list.add("gears", "the losses of its gears", |_, robot| {
+            for wheel in &mut robot.wheels {
+                wheel.drive.gear_efficiency = 1.0;
+                wheel.drive.gear_friction_n_m = 0.0;
+            }
+        });
+    }
+    let words = match scenario.wheel_loop.law {
+        WheelLaw::Pid => {
+            return list.add(
+                "wheel_loop",
+                "the give of the wheel loops (wheels that follow at once in its place)",
+                |scenario, _| {
+                    let section = &mut scenario.wheel_loop;
+                    section.timing = LoopTiming::Continuous;
+                    section.proportional_n_m_s =
+                        section.proportional_n_m_s.map(|gain| AT_ONCE * gain);
+                },
+            );
+        }
+        WheelLaw::ComputedTorque => "computed torque",
+        WheelLaw::PrioritisedTorque => "torques by priority",
+        WheelLaw::Passive => "the passive law",
+    };
+    list.add(
+        "wheel_loop.law",
+        format!("{words} (a loop for each wheel in its place)"),
+        |scenario, _| {
+            let section = &mut scenario.wheel_loop;
+            (section.law, section.passive) = (WheelLaw::Pid, None);
+            (section.friction, section.period_s) = (None, None);
+        },
+    );
+}
+
+/// How often it decides.
+pub(super) fn of_control(scenario: &Scenario, physics_dt_s: f64, list: &mut List) {
+    let period_s = scenario.run.control_dt_s;
+    // A control period is a whole number of steps.
+    let steps = (period_s / physics_dt_s).round() as u32;
+    let parts = (2..=10).rev().find(|parts| steps.is_multiple_of(*parts));
+    let Some(parts) = parts else {
+        return;
+    };
+    let words = format!(
+        "the control period of {:.3} ms ({:.3} ms in its place)",
+        1e3 * period_s,
+        1e3 * period_s / f64::from(parts)
+    );
+    list.add("run.control_dt_s", words, move |scenario, _| {
+        let run = &mut scenario.run;
+        // Both end with a row at the same time.
+        let last_row_s = run.last_row_s();
+        run.control_dt_s /= f64::from(parts);
+        run.record_every *= parts;
+        run.duration_s = last_row_s + run.control_dt_s;
+    });
+}

@@ -1,0 +1,46 @@
+//! What can make a difference to a run, and the null of each: what the scenario and the robot are without it.
+//!
+//! | file | causes |
+//! |---|---|
+//! | `list` | a list of them |
+//! | `scene` | what the scenario names: faults, ground, bodies, sensors, joints that setpoints move |
+//! | `machine` | what every robot has: rollers, bearings, motors, wheel loops, control |
+
+mod list;
+mod machine;
+mod scene;
+
+use ilon_trace::Cause;
+
+use list::List;
+pub(crate) use list::Null;
+pub(super) use list::Run;
+
+/// What a scenario names that is no default: what goes wrong, what is there, what moves, and what the robot sees badly.
+pub(super) fn named(run: Run) -> Vec<(Cause, Null)> {
+    let mut list = List::default();
+    scene::faults(run.header, &mut list);
+    scene::ground(&run.scenario.world.floor, &mut list);
+    scene::bodies(run.scenario, &mut list);
+    scene::sensors(run.scenario, &mut list);
+    scene::joints(run, true, &mut list);
+    if let Some(belief) = &run.header.belief {
+        list.add(
+            "controller.robot",
+            format!("what the controller believes of the robot ({belief})"),
+            |scenario, _| scenario.controller.robot = None,
+        );
+    }
+    list.0
+}
+
+/// All that can make a difference: what [`named`] gives, and what every robot has.
+pub(super) fn all(run: Run) -> Vec<(Cause, Null)> {
+    let (scenario, robot) = (run.scenario, run.robot);
+    let mut list = List(named(run));
+    scene::joints(run, false, &mut list);
+    machine::of_rollers(scenario, robot, &mut list);
+    machine::of_drive(scenario, robot, &mut list);
+    machine::of_control(scenario, run.physics_dt_s, &mut list);
+    list.0
+}

@@ -1,0 +1,224 @@
+//! What a scenario names: what goes wrong, what is there, what moves, and what the robot sees badly.
+
+use std::collections::BTreeMap;
+
+use ilon_robot::Robot;
+use ilon_trace::Header;
+
+use super::list::{List, MOST_OF_A_KIND, Run};
+use crate::scenario::{Encoders, Floor, FloorPatch, Imu, ImuNoise, PoseSensor, Scenario};
+
+/// Each fault by itself. The header's faults stand in the scenario's order.
+pub(super) fn faults(header: &Header, list: &mut List) {
+    let name_of = |wheel: usize| header.wheels.get(wheel).map(|wheel| wheel.name.as_str());
+    for (index, fault) in header.faults.iter().flatten().enumerate() {
+        list.add(
+            format!("faults.{index}"),
+            fault.words(name_of),
+            move |scenario, _| {
+                scenario.faults.remove(index);
+            },
+        );
+    }
+}
+
+/// What lies on the floor, what is in its place, and how it slopes.
+pub(super) fn ground(floor: &Floor, list: &mut List) {
+    let at = |x_m: f64, y_m: f64| format!("at ({x_m}, {y_m}) m");
+    list.each(
+        "world.floor.patches",
+        &floor.patches,
+        |scenario| &mut scenario.world.floor.patches,
+        "patches of floor",
+        |patch| {
+            format!(
+                "the patch of {} {}",
+                of_patch(patch),
+                at(patch.x_m, patch.y_m)
+            )
+        },
+    );
+    list.each(
+        "world.floor.boxes",
+        &floor.boxes,
+        |scenario| &mut scenario.world.floor.boxes,
+        "boxes on the floor",
+        |one| {
+            let high_mm = 1e3 * one.height_m;
+            format!("the box {high_mm:.1} mm high {}", at(one.x_m, one.y_m))
+        },
+    );
+    if !floor.ramps.is_empty() {
+        list.add("world.floor.ramps", "the ramps", |scenario, _| {
+            scenario.world.floor.ramps.clear();
+        });
+    }
+    if !floor.stairs.is_empty() {
+        list.add("world.floor.stairs", "the stairs", |scenario, _| {
+            scenario.world.floor.stairs.clear();
+        });
+    }
+    if floor.rough.is_some() {
+        list.add("world.floor.rough", "the rough ground", |scenario, _| {
+            scenario.world.floor.rough = None;
+        });
+    }
+    if floor.height_map.is_some() {
+        list.add(
+            "world.floor.height_map",
+            "the map of heights",
+            |scenario, _| {
+                scenario.world.floor.height_map = None;
+            },
+        );
+    }
+    if floor.slope_deg != 0.0 {
+        list.add(
+            "world.floor.slope_deg",
+            format!("the slope of {}°", floor.slope_deg.abs()),
+            |scenario, _| scenario.world.floor.slope_deg = 0.0,
+        );
+    }
+}
+
+/// All that a patch of floor has otherwise, in words.
+fn of_patch(patch: &FloorPatch) -> String {
+    let mut parts = Vec::new();
+    if let Some(material) = &patch.material {
+        parts.push(material.clone());
+    }
+    let numbers = [
+        ("friction", patch.friction),
+        ("rolling resistance", patch.rolling_resistance),
+        ("creep", patch.creep),
+    ];
+    let given = numbers
+        .iter()
+        .filter_map(|(name, number)| Some((name, (*number)?)));
+    parts.extend(given.map(|(name, number)| format!("{name} {number}")));
+    if patch.nap_deg.is_some() {
+        parts.push("a nap".to_owned());
+    }
+    match parts.is_empty() {
+        true => "floor".to_owned(),
+        false => parts.join(" and "),
+    }
+}
+
+/// Free bodies one by one. Those that may lie on one another go together.
+pub(super) fn bodies(scenario: &Scenario, list: &mut List) {
+    let bodies = &scenario.world.bodies;
+    if bodies.iter().filter(|body| body.z_m.is_some()).count() > 1 {
+        let words = format!("the {} bodies that lie about", bodies.len());
+        return list.add("world.bodies", words, |scenario, _| {
+            scenario.world.bodies.clear();
+        });
+    }
+    list.each(
+        "world.bodies",
+        bodies,
+        |scenario| &mut scenario.world.bodies,
+        "bodies that lie about",
+        |body| format!("the body `{}`", body.name),
+    );
+}
+
+/// Joints that move, each held where it stands as the run begins: those that setpoints move, or the others. What is coupled is held together, and many
+/// are.
+pub(super) fn joints(run: Run, sent: bool, list: &mut List) {
+    let robot = run.robot;
+    let is_sent = |name: &str| {
+        let asked = run.scenario.robot.joints.get(name);
+        asked.is_some_and(|asked| !asked.setpoints.is_empty())
+    };
+    let all_together = !robot.couplings.is_empty();
+    let names = robot.joints.iter().map(|joint| joint.name.as_str());
+    let any_sent = names.clone().any(is_sent);
+    let chosen: Vec<usize> = match all_together {
+        true if any_sent == sent => (0..robot.joints.len()).collect(),
+        true => Vec::new(),
+        false => names
+            .enumerate()
+            .filter_map(|(index, name)| (is_sent(name) == sent).then_some(index))
+            .collect(),
+    };
+    let hold = |joints: &[usize]| {
+        let stands =
+            |joint: &usize| Some((robot.joints[*joint].name.clone(), *run.stands.get(*joint)?));
+        let stands: BTreeMap<String, f64> = joints.iter().filter_map(stands).collect();
+        move |_: &mut Scenario, robot: &mut Robot| {
+            let joints = robot.joints.iter();
+            let held: Vec<Option<f64>> = joints.map(|of| stands.get(&of.name).copied()).collect();
+            *robot = robot.with_joints_held(&held);
+        }
+    };
+    if chosen.len() > MOST_OF_A_KIND || (all_together && chosen.len() > 1) {
+        let words = format!("the movement of its {} joints", chosen.len());
+        return list.add("joints", words, hold(&chosen));
+    }
+    for joint in chosen {
+        let name = &robot.joints[joint].name;
+        list.add(
+            format!("joints.{name}"),
+            format!("the movement of the joint `{name}`"),
+            hold(&[joint]),
+        );
+    }
+}
+
+/// What the robot sees late, seldom or with noise.
+pub(super) fn sensors(scenario: &Scenario, list: &mut List) {
+    let sensors = &scenario.sensors;
+    let pose = &sensors.pose;
+    if pose.position_noise_m > 0.0 || pose.heading_noise_deg > 0.0 {
+        list.add(
+            "sensors.pose.noise",
+            "the noise of the pose sensor",
+            |scenario, _| {
+                let pose = &mut scenario.sensors.pose;
+                (pose.position_noise_m, pose.heading_noise_deg) = (0.0, 0.0);
+            },
+        );
+    }
+    if pose.latency_s > 0.0 {
+        list.add(
+            "sensors.pose.latency_s",
+            format!("the pose sensor's delay of {:.0} ms", 1e3 * pose.latency_s),
+            |scenario, _| scenario.sensors.pose.latency_s = 0.0,
+        );
+    }
+    if let Some(rate_hz) = pose.rate_hz {
+        list.add(
+            "sensors.pose.rate_hz",
+            format!("the pose sensor's rate of {rate_hz} Hz"),
+            |scenario, _| {
+                scenario.sensors.pose = PoseSensor {
+                    rate_hz: None,
+                    ..scenario.sensors.pose.clone()
+                };
+            },
+        );
+    }
+    if sensors.encoders.rate_noise_rad_s > 0.0 {
+        list.add(
+            "sensors.encoders",
+            "the noise of the encoders",
+            |scenario, _| {
+                scenario.sensors.encoders = Encoders::default();
+            },
+        );
+    }
+    let exact = ImuNoise::default();
+    let is_noisy = |imu: &Imu| imu.accelerometer != exact || imu.gyroscope != exact;
+    if sensors.imu.as_ref().is_some_and(is_noisy) {
+        list.add(
+            "sensors.imu",
+            "the errors of the inertial unit",
+            |scenario, _| {
+                if let Some(imu) = &mut scenario.sensors.imu {
+                    (imu.accelerometer, imu.gyroscope) = (ImuNoise::default(), ImuNoise::default());
+                }
+            },
+        );
+    }
+}
