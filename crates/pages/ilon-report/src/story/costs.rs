@@ -320,12 +320,12 @@ mod tests {
             "{said}"
         );
         assert!(
-            !said.contains("still") && !said.contains("dead reckoning"),
+            !said.contains("still") && !said.contains("Odometry"),
             "{said}"
         );
         summary.odometry_joints_m = Some(0.0031);
         let said = joints(&summary).expect("three moved");
-        assert!(said.contains("off by <b>3.10 mm</b>"), "{said}");
+        assert!(said.contains("<b>3.10 mm</b> off"), "{said}");
     }
 
     /// Where no wheel slid far, what is said follows from how much grip was used, and what is lost under the wheels and beside them is told from 1 % of
