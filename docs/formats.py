@@ -37,7 +37,7 @@ TASKS = {
     "The robot": ["robot", "rollers"],
     "The world": ["world", "materials"],
     "The motion": ["twist", "reference", "playback", "guidance"],
-    "Wheel loops and motors": ["wheel_loop", "motors"],
+    "Controller, wheel loops and motors": ["controller", "wheel_loop", "motors"],
     "Sensing": ["sensors"],
     "Faults and pushes": ["faults"],
     "The run": ["run"],

@@ -23,6 +23,31 @@ fn of_twist(twist: &Twist) -> [f64; 3] {
     [twist.vx_m_s, twist.vy_m_s, twist.omega_rad_s]
 }
 
+/// What Python reads of a class, a line each: its name and type, and what it is of the object and under the interpreter that are named first. Behind
+/// the `;` stand its other methods.
+macro_rules! getters {
+    (
+        $class:ident |$me:ident, $py:ident|
+        $($(#[$about:meta])* $name:ident: $type:ty = $read:expr;)*
+        ;
+        $($others:tt)*
+    ) => {
+        #[pymethods]
+        impl $class {
+            $(
+                $(#[$about])*
+                #[getter]
+                fn $name<'py>(&self, $py: Python<'py>) -> $type {
+                    let ($me, _) = (self, $py);
+                    $read
+                }
+            )*
+
+            $($others)*
+        }
+    };
+}
+
 /// What a robot's sensors say at one moment.
 #[pyclass(frozen, module = "ilon")]
 pub struct Observation {
@@ -39,31 +64,16 @@ impl Observation {
     }
 }
 
-#[pymethods]
-impl Observation {
+getters! { Observation |me, py|
     /// The newest pose that has arrived, in the world frame: x in m, y in m, heading in rad.
-    #[getter]
-    fn pose<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, &of_pose(&self.seen.pose))
-    }
-
+    pose: Array<'py> = array(py, &of_pose(&me.seen.pose));
     /// The wheels' rates in rad/s, in the robot's order.
-    #[getter]
-    fn wheel_rates_rad_s<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, &self.seen.wheel_rates_rad_s)
-    }
-
+    wheel_rates_rad_s: Array<'py> = array(py, &me.seen.wheel_rates_rad_s);
     /// The wheels' angles since the start in rad, as the encoders counted them.
-    #[getter]
-    fn wheel_angles_rad<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, &self.seen.wheel_angles_rad)
-    }
-
+    wheel_angles_rad: Array<'py> = array(py, &me.seen.wheel_angles_rad);
     /// What the inertial measurement unit said last; None without `[sensors.imu]`.
-    #[getter]
-    fn imu(&self) -> Option<Imu> {
-        self.seen.imu.map(Imu)
-    }
+    imu: Option<Imu> = me.seen.imu.map(Imu);
+    ;
 
     fn __repr__(&self) -> String {
         let [x_m, y_m, heading_rad] = of_pose(&self.seen.pose);
@@ -78,31 +88,16 @@ impl Observation {
 #[pyclass(frozen, module = "ilon")]
 pub struct Imu(trace::ImuSample);
 
-#[pymethods]
-impl Imu {
+getters! { Imu |me, py|
     /// The rate of turn about x, y and z in rad/s.
-    #[getter]
-    fn rate_rad_s<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, self.0.rate_rad_s.as_slice())
-    }
-
+    rate_rad_s: Array<'py> = array(py, me.0.rate_rad_s.as_slice());
     /// The specific force along x, y and z in m/s^2: acceleration less gravity, upwards at rest.
-    #[getter]
-    fn specific_force_m_s2<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, self.0.specific_force_m_s2.as_slice())
-    }
-
+    specific_force_m_s2: Array<'py> = array(py, me.0.specific_force_m_s2.as_slice());
     /// Roll against gravity in rad, by the robot's filter.
-    #[getter]
-    fn roll_rad(&self) -> f64 {
-        self.0.roll_rad
-    }
-
+    roll_rad: f64 = me.0.roll_rad;
     /// Pitch against gravity in rad, by the robot's filter.
-    #[getter]
-    fn pitch_rad(&self) -> f64 {
-        self.0.pitch_rad
-    }
+    pitch_rad: f64 = me.0.pitch_rad;
+    ;
 
     fn __repr__(&self) -> String {
         let (roll_rad, pitch_rad) = (self.0.roll_rad, self.0.pitch_rad);
@@ -114,37 +109,18 @@ impl Imu {
 #[pyclass(frozen, module = "ilon")]
 pub struct Truth(pub trace::Truth);
 
-#[pymethods]
-impl Truth {
+getters! { Truth |me, py|
     /// The body's pose in the world frame: x in m, y in m, heading in rad.
-    #[getter]
-    fn pose<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, &of_pose(&self.0.pose))
-    }
-
+    pose: Array<'py> = array(py, &of_pose(&me.0.pose));
     /// The body's twist in its own frame: vx in m/s, vy in m/s, yaw rate in rad/s.
-    #[getter]
-    fn twist_in_body<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, &of_twist(&self.0.twist_in_body))
-    }
-
+    twist_in_body: Array<'py> = array(py, &of_twist(&me.0.twist_in_body));
     /// Height of the body's origin above the floor, in m.
-    #[getter]
-    fn height_m(&self) -> f64 {
-        self.0.height_m
-    }
-
+    height_m: f64 = me.0.height_m;
     /// Roll in rad.
-    #[getter]
-    fn roll_rad(&self) -> f64 {
-        self.0.roll_rad
-    }
-
+    roll_rad: f64 = me.0.roll_rad;
     /// Pitch in rad.
-    #[getter]
-    fn pitch_rad(&self) -> f64 {
-        self.0.pitch_rad
-    }
+    pitch_rad: f64 = me.0.pitch_rad;
+    ;
 
     fn __repr__(&self) -> String {
         let [x_m, y_m, heading_rad] = of_pose(&self.0.pose);
@@ -174,46 +150,29 @@ impl Body {
     }
 }
 
-#[pymethods]
-impl Body {
+getters! { Body |me, py|
     /// The body frame's origin in the world, in metres.
-    #[getter]
-    fn position_m<'py>(&self, py: Python<'py>) -> Array<'py> {
-        let BodyState { pose, height_m, .. } = &self.state;
+    position_m: Array<'py> = {
+        let BodyState { pose, height_m, .. } = &me.state;
         array(py, &[pose.x_m, pose.y_m, *height_m])
-    }
-
+    };
     /// How the body is turned in the world: a unit quaternion w, x, y, z.
-    #[getter]
-    fn quaternion_wxyz<'py>(&self, py: Python<'py>) -> Array<'py> {
-        let [x, y, z, w] = self.state.world_from_body.coords.into();
+    quaternion_wxyz: Array<'py> = {
+        let [x, y, z, w] = me.state.world_from_body.coords.into();
         array(py, &[w, x, y, z])
-    }
-
+    };
     /// Velocity of the body frame's origin, in the world frame, in m/s.
-    #[getter]
-    fn velocity_in_world_m_s<'py>(&self, py: Python<'py>) -> Array<'py> {
-        let velocity_m_s = self.state.world_from_body * self.state.velocity_in_body_m_s;
+    velocity_in_world_m_s: Array<'py> = {
+        let velocity_m_s = me.state.world_from_body * me.state.velocity_in_body_m_s;
         array(py, velocity_m_s.as_slice())
-    }
-
+    };
     /// Rates about the axes of the body frame, in rad/s.
-    #[getter]
-    fn angular_in_body_rad_s<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, self.state.angular_in_body_rad_s.as_slice())
-    }
-
+    angular_in_body_rad_s: Array<'py> = array(py, me.state.angular_in_body_rad_s.as_slice());
     /// Acceleration of the body frame's origin in the world frame, in m/s^2: the mean over the last advance.
-    #[getter]
-    fn acceleration_in_world_m_s2<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, &self.acceleration_in_world_m_s2)
-    }
-
+    acceleration_in_world_m_s2: Array<'py> = array(py, &me.acceleration_in_world_m_s2);
     /// The acceleration of gravity in the world frame, in m/s^2.
-    #[getter]
-    fn gravity_in_world_m_s2<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, &self.gravity_in_world_m_s2)
-    }
+    gravity_in_world_m_s2: Array<'py> = array(py, &me.gravity_in_world_m_s2);
+    ;
 
     fn __repr__(&self) -> String {
         let BodyState { pose, height_m, .. } = &self.state;
@@ -251,53 +210,32 @@ impl Wheels {
     }
 }
 
-#[pymethods]
-impl Wheels {
+getters! { Wheels |me, py|
     /// Angles about the wheels' axes since the start in rad, not wrapped.
-    #[getter]
-    fn angles_rad<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, &self.angles_rad)
-    }
-
+    angles_rad: Array<'py> = array(py, &me.angles_rad);
     /// Rates about the wheels' axes in rad/s.
-    #[getter]
-    fn rates_rad_s<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, &self.rates_rad_s)
-    }
-
+    rates_rad_s: Array<'py> = array(py, &me.rates_rad_s);
     /// The ground's normal forces in N: means over the last advance.
-    #[getter]
-    fn loads_n<'py>(&self, py: Python<'py>) -> Array<'py> {
-        let loads = self.over.iter().map(WheelTally::normal_force_mean_n);
+    loads_n: Array<'py> = {
+        let loads = me.over.iter().map(WheelTally::normal_force_mean_n);
         array(py, &loads.collect::<Vec<_>>())
-    }
-
+    };
     /// The largest share of its friction limit that each wheel used in the last advance; 1 where it slid.
-    #[getter]
-    fn friction_used_max<'py>(&self, py: Python<'py>) -> Array<'py> {
-        let used = self.over.iter().map(|wheel| wheel.friction_used_max);
+    friction_used_max: Array<'py> = {
+        let used = me.over.iter().map(|wheel| wheel.friction_used_max);
         array(py, &used.collect::<Vec<_>>())
-    }
-
+    };
     /// The largest sliding speed of each wheel in the last advance, in m/s.
-    #[getter]
-    fn slip_speed_max_m_s<'py>(&self, py: Python<'py>) -> Array<'py> {
-        let speeds = self.over.iter().map(|wheel| wheel.sliding_max_m_s);
+    slip_speed_max_m_s: Array<'py> = {
+        let speeds = me.over.iter().map(|wheel| wheel.sliding_max_m_s);
         array(py, &speeds.collect::<Vec<_>>())
-    }
-
+    };
     /// The ground's tangential forces on the wheels, a row of x and y in the body frame for each, in N: means over the last advance.
-    #[getter]
-    fn forces_in_body_n<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.rows(py, |wheel| wheel.force_mean_in_body_n().into())
-    }
-
+    forces_in_body_n: PyResult<Bound<'py, PyArray2<f64>>> = me.rows(py, |wheel| wheel.force_mean_in_body_n().into());
     /// Slip: velocities of the rollers' surfaces over the ground, a row of x and y in the body frame for each wheel, in m/s: means over the
     /// time of the last advance in which the wheel touched.
-    #[getter]
-    fn slip_in_body_m_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.rows(py, |wheel| wheel.sliding_mean_in_body_m_s().into())
-    }
+    slip_in_body_m_s: PyResult<Bound<'py, PyArray2<f64>>> = me.rows(py, |wheel| wheel.sliding_mean_in_body_m_s().into());
+    ;
 
     fn __repr__(&self) -> String {
         format!("Wheels(rates_rad_s={:.4?})", self.rates_rad_s)
@@ -319,50 +257,25 @@ impl FreeBody {
     }
 }
 
-#[pymethods]
-impl FreeBody {
+getters! { FreeBody |me, py|
     /// Its middle in the world, in metres.
-    #[getter]
-    fn position_m<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, self.0.place_m.as_slice())
-    }
-
+    position_m: Array<'py> = array(py, me.0.place_m.as_slice());
     /// How it is turned in the world: a unit quaternion w, x, y, z.
-    #[getter]
-    fn quaternion_wxyz<'py>(&self, py: Python<'py>) -> Array<'py> {
-        let [x, y, z, w] = self.0.rotation.coords.into();
+    quaternion_wxyz: Array<'py> = {
+        let [x, y, z, w] = me.0.rotation.coords.into();
         array(py, &[w, x, y, z])
-    }
-
+    };
     /// Velocity of its middle, in the world frame, in m/s.
-    #[getter]
-    fn velocity_in_world_m_s<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, self.0.velocity_m_s.as_slice())
-    }
-
+    velocity_in_world_m_s: Array<'py> = array(py, me.0.velocity_m_s.as_slice());
     /// Its angular velocity, in the world frame, in rad/s.
-    #[getter]
-    fn angular_in_world_rad_s<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, self.0.angular_rad_s.as_slice())
-    }
-
+    angular_in_world_rad_s: Array<'py> = array(py, me.0.angular_rad_s.as_slice());
     /// The robot's force on it in the world frame in N: the mean over the last physics step.
-    #[getter]
-    fn force_of_robot_n<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, self.0.force_from_robots_n.as_slice())
-    }
-
+    force_of_robot_n: Array<'py> = array(py, me.0.force_from_robots_n.as_slice());
     /// Work that the robot has done on it since the start, in J.
-    #[getter]
-    fn work_of_robot_j(&self) -> f64 {
-        self.0.work_of_robots_j
-    }
-
+    work_of_robot_j: f64 = me.0.work_of_robots_j;
     /// Whether it rests, and is left alone until something comes near.
-    #[getter]
-    fn sleeps(&self) -> bool {
-        self.0.sleeps
-    }
+    sleeps: bool = me.0.sleeps;
+    ;
 
     fn __repr__(&self) -> String {
         let [x_m, y_m, z_m] = self.0.place_m.into();
@@ -374,19 +287,12 @@ impl FreeBody {
 #[pyclass(frozen, module = "ilon")]
 pub struct Desired(pub ilon::control::Desired);
 
-#[pymethods]
-impl Desired {
+getters! { Desired |me, py|
     /// The pose in the world frame: x in m, y in m, heading in rad, which is not wrapped.
-    #[getter]
-    fn pose<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, &of_pose(&self.0.pose))
-    }
-
+    pose: Array<'py> = array(py, &of_pose(&me.0.pose));
     /// Its time derivative in the world frame: in m/s, m/s and rad/s.
-    #[getter]
-    fn velocity_in_world<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, &of_twist(&self.0.velocity_in_world))
-    }
+    velocity_in_world: Array<'py> = array(py, &of_twist(&me.0.velocity_in_world));
+    ;
 
     fn __repr__(&self) -> String {
         let [x_m, y_m, heading_rad] = of_pose(&self.0.pose);
@@ -404,13 +310,10 @@ pub struct Outcome {
     pub contact_residual_m_s: f64,
 }
 
-#[pymethods]
-impl Outcome {
+getters! { Outcome |me, py|
     /// The torques that the motors put on the wheels in N m: the mean over the time.
-    #[getter]
-    fn torques_n_m<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, &self.torques_n_m)
-    }
+    torques_n_m: Array<'py> = array(py, &me.torques_n_m);
+    ;
 
     fn __repr__(&self) -> String {
         format!("Outcome(torques_n_m={:.4?})", self.torques_n_m)

@@ -21,10 +21,11 @@ mod model;
 pub use angles::roll_pitch_yaw;
 pub use model::{
     Barrel, Body, BodyJoint, Chassis, Collision, CollisionShape, Coupling, DriveTrain, HubHeights,
-    Joint, JointKind, JointRole, JointServo, JointSpring, MassProperties, Mesh, ModelledRoller,
-    MotorLimits, NotMade, Pose, Profile, ProfileError, ProfilePart, Remark, Robot, Roller,
-    RollerForm, RollerSurface, RollersAsMade, Scale, SolidOfRevolution, StandingPose, Tread, Twist,
-    VisualMeshes, Wheel, mean_of_gain, wrap_angle,
+    Joint, JointKind, JointRole, JointServo, JointSpring, Link, LinkJoint, LinkTree,
+    MassProperties, Mesh, ModelledRoller, MotorLimits, NotMade, Pose, Profile, ProfileError,
+    ProfilePart, Remark, Robot, RobotDescription, Roller, RollerForm, RollerSurface, RollersAsMade,
+    Scale, SolidOfRevolution, StandingPose, Tread, Twist, Visual, VisualMeshes, VisualShape, Wheel,
+    mean_of_gain, wrap_angle,
 };
 pub use model::{
     barrel_profile, mass, modelled_profile, rollers_as_made, solid_of_revolution, tread,

@@ -3,6 +3,7 @@
 use ilon_robot::Pose;
 
 use crate::header::Header;
+use crate::ledger::{Integral, NAMES};
 use crate::projection::Projection;
 use crate::record::{
     BodySample, Desired, ImuSample, JointSample, MAX_BODIES, MAX_JOINTS, MAX_TASKS, Record,
@@ -33,14 +34,6 @@ pub(crate) struct Column<T: 'static> {
 /// The signal that says when a row is.
 const TIME: &str = "t_s";
 
-/// What names of columns begin with that older versions did not write.
-const NEWER: [&str; 4] = [
-    "motor_positive_energy_j",
-    "rate_conflict_share",
-    "budget_lift_off_",
-    "budget_conflict_",
-];
-
 macro_rules! reals {
     ($t:ty; $($name:literal => $($path:ident).+ $([$at:literal])?,)*) => {
         [$(Column::<$t> {
@@ -52,7 +45,7 @@ macro_rules! reals {
     };
 }
 
-static RECORD: [Column<Record>; 88] = reals! { Record;
+static RECORD: [Column<Record>; 48] = reals! { Record;
     "t_s" => t_s,
     "truth_x_m" => truth.pose.x_m,
     "truth_y_m" => truth.pose.y_m,
@@ -101,55 +94,15 @@ static RECORD: [Column<Record>; 88] = reals! { Record;
     "potential_energy_j" => potential_energy_j,
     "contact_residual_m_s" => contact_residual_m_s,
     "rate_conflict_share" => rate_conflict_share,
-    "budget_total_x_m" => ledger.total.x_m,
-    "budget_total_y_m" => ledger.total.y_m,
-    "budget_total_heading_rad" => ledger.total.heading_rad,
-    "budget_total_path_m" => ledger.total.path_m,
-    "budget_total_turned_rad" => ledger.total.turned_rad,
-    "budget_guidance_x_m" => ledger.guidance.x_m,
-    "budget_guidance_y_m" => ledger.guidance.y_m,
-    "budget_guidance_heading_rad" => ledger.guidance.heading_rad,
-    "budget_guidance_path_m" => ledger.guidance.path_m,
-    "budget_guidance_turned_rad" => ledger.guidance.turned_rad,
-    "budget_compensation_x_m" => ledger.compensation.x_m,
-    "budget_compensation_y_m" => ledger.compensation.y_m,
-    "budget_compensation_heading_rad" => ledger.compensation.heading_rad,
-    "budget_compensation_path_m" => ledger.compensation.path_m,
-    "budget_compensation_turned_rad" => ledger.compensation.turned_rad,
-    "budget_servo_x_m" => ledger.servo.x_m,
-    "budget_servo_y_m" => ledger.servo.y_m,
-    "budget_servo_heading_rad" => ledger.servo.heading_rad,
-    "budget_servo_path_m" => ledger.servo.path_m,
-    "budget_servo_turned_rad" => ledger.servo.turned_rad,
-    "budget_geometry_x_m" => ledger.geometry.x_m,
-    "budget_geometry_y_m" => ledger.geometry.y_m,
-    "budget_geometry_heading_rad" => ledger.geometry.heading_rad,
-    "budget_geometry_path_m" => ledger.geometry.path_m,
-    "budget_geometry_turned_rad" => ledger.geometry.turned_rad,
-    "budget_lift_off_x_m" => ledger.lift_off.x_m,
-    "budget_lift_off_y_m" => ledger.lift_off.y_m,
-    "budget_lift_off_heading_rad" => ledger.lift_off.heading_rad,
-    "budget_lift_off_path_m" => ledger.lift_off.path_m,
-    "budget_lift_off_turned_rad" => ledger.lift_off.turned_rad,
-    "budget_conflict_x_m" => ledger.conflict.x_m,
-    "budget_conflict_y_m" => ledger.conflict.y_m,
-    "budget_conflict_heading_rad" => ledger.conflict.heading_rad,
-    "budget_conflict_path_m" => ledger.conflict.path_m,
-    "budget_conflict_turned_rad" => ledger.conflict.turned_rad,
-    "budget_slip_x_m" => ledger.slip.x_m,
-    "budget_slip_y_m" => ledger.slip.y_m,
-    "budget_slip_heading_rad" => ledger.slip.heading_rad,
-    "budget_slip_path_m" => ledger.slip.path_m,
-    "budget_slip_turned_rad" => ledger.slip.turned_rad,
 };
 
-/// Of a controller that believes in another robot.
-static BELIEF: [Column<Record>; 5] = reals! { Record;
-    "budget_belief_x_m" => ledger.belief.x_m,
-    "budget_belief_y_m" => ledger.belief.y_m,
-    "budget_belief_heading_rad" => ledger.belief.heading_rad,
-    "budget_belief_path_m" => ledger.belief.path_m,
-    "budget_belief_turned_rad" => ledger.belief.turned_rad,
+/// Of a term of the ledger, or of their sum.
+static TERM: [Column<Integral>; 5] = reals! { Integral;
+    "x_m" => x_m,
+    "y_m" => y_m,
+    "heading_rad" => heading_rad,
+    "path_m" => path_m,
+    "turned_rad" => turned_rad,
 };
 
 static DESIRED: [Column<Desired>; 8] = reals! { Desired;
@@ -296,6 +249,8 @@ static WHEEL_OTHERS: [Column<WheelSample>; 2] = [
 #[derive(Debug)]
 enum Source {
     Record(&'static Column<Record>),
+    /// The sum of the ledger, and then its terms.
+    Term(usize, &'static Column<Integral>),
     Support(&'static Column<Support>),
     Desired(&'static Column<Desired>),
     Measured(&'static Column<Pose>),
@@ -328,6 +283,7 @@ impl Signal {
         let record = trace.records().get(step)?;
         match &self.source {
             Source::Record(column) => Some((column.get)(record)),
+            Source::Term(term, column) => record.ledger.all().get(*term).map(column.get),
             Source::Support(column) => record.support.as_ref().map(column.get),
             Source::Desired(column) => record.desired.as_ref().map(column.get),
             Source::Measured(column) => record.measured.as_ref().map(column.get),
@@ -357,15 +313,6 @@ impl Signal {
         }
     }
 
-    /// Whether a file may lack it: traces have had it only since some version.
-    pub(crate) fn is_newer(&self) -> bool {
-        match &self.source {
-            Source::Support(_) | Source::Posed(_) => true,
-            Source::Record(column) => NEWER.iter().any(|newer| column.name.starts_with(newer)),
-            _ => false,
-        }
-    }
-
     /// Puts a value read from a file into a row.
     pub(crate) fn set(&self, row: &mut RowMut<'_>, value: Option<f64>) {
         let RowMut {
@@ -376,6 +323,11 @@ impl Signal {
         let Some(value) = value else { return };
         match &self.source {
             Source::Record(column) => (column.set)(record, value),
+            Source::Term(term, column) => {
+                if let Some(term) = record.ledger.all_mut().into_iter().nth(*term) {
+                    (column.set)(term, value);
+                }
+            }
             Source::Support(column) => {
                 (column.set)(record.support.get_or_insert_default(), value);
             }
@@ -421,102 +373,78 @@ impl Signal {
     }
 }
 
+/// The signals of some columns, whose names begin alike.
+fn of_columns<T: 'static>(
+    columns: impl IntoIterator<Item = &'static Column<T>>,
+    begins: &str,
+    nullable: bool,
+    source: impl Fn(&'static Column<T>) -> Source,
+) -> Vec<Signal> {
+    let signal = |column: &'static Column<T>| Signal {
+        name: format!("{begins}{}", column.name),
+        kind: column.kind,
+        nullable,
+        source: source(column),
+    };
+    columns.into_iter().map(signal).collect()
+}
+
 /// All signals of a trace with this header, in the order of the file's columns.
 pub(crate) fn signals(header: &Header) -> Vec<Signal> {
-    let belief = BELIEF.iter().filter(|_| header.belief.is_some());
-    let record = RECORD.iter().chain(belief).map(|column| Signal {
-        name: column.name.to_owned(),
-        kind: column.kind,
-        nullable: false,
-        source: Source::Record(column),
-    });
-    let support = SUPPORT.iter().map(|column| Signal {
-        name: column.name.to_owned(),
-        kind: column.kind,
-        nullable: true,
-        source: Source::Support(column),
-    });
-    let desired = DESIRED.iter().map(|column| Signal {
-        name: column.name.to_owned(),
-        kind: column.kind,
-        nullable: true,
-        source: Source::Desired(column),
-    });
-    let measured = MEASURED.iter().filter(|_| header.measured);
-    let measured = measured.map(|column| Signal {
-        name: column.name.to_owned(),
-        kind: column.kind,
-        nullable: true,
-        source: Source::Measured(column),
-    });
-    let posed = POSED.iter().filter(|_| !header.joints.is_empty());
-    let posed = posed.map(|column| Signal {
-        name: column.name.to_owned(),
-        kind: column.kind,
-        nullable: true,
-        source: Source::Posed(column),
-    });
-    let imu = IMU.iter().filter(|_| header.imu).map(|column| Signal {
-        name: column.name.to_owned(),
-        kind: column.kind,
-        nullable: true,
-        source: Source::Imu(column),
-    });
-    let storage = STORAGE.iter().filter(|_| header.storage);
-    let storage = storage.map(|column| Signal {
-        name: column.name.to_owned(),
-        kind: column.kind,
-        nullable: true,
-        source: Source::Storage(column),
-    });
-    let task = (0..header.task_names.len().min(MAX_TASKS)).flat_map(|index| {
-        TASK.iter().map(move |column| Signal {
-            name: format!("task{index}_{}", column.name),
-            kind: column.kind,
-            nullable: false,
-            source: Source::Task(index, column),
-        })
-    });
-    let joint = header.joints.iter().enumerate().take(MAX_JOINTS);
-    let joint = joint.flat_map(|(index, of)| {
+    let mut all = of_columns(&RECORD, "", false, Source::Record);
+    for (place, term) in std::iter::once("total").chain(NAMES).enumerate() {
+        if term == "belief" && header.belief.is_none() {
+            continue;
+        }
+        let begins = format!("budget_{}_", term.replace('-', "_"));
+        all.extend(of_columns(&TERM, &begins, false, |column| {
+            Source::Term(place, column)
+        }));
+    }
+    all.extend(of_columns(&SUPPORT, "", true, Source::Support));
+    all.extend(of_columns(&DESIRED, "", true, Source::Desired));
+    if header.measured {
+        all.extend(of_columns(&MEASURED, "", true, Source::Measured));
+    }
+    if !header.joints.is_empty() {
+        all.extend(of_columns(&POSED, "", true, Source::Posed));
+    }
+    if header.imu {
+        all.extend(of_columns(&IMU, "", true, Source::Imu));
+    }
+    if header.storage {
+        all.extend(of_columns(&STORAGE, "", true, Source::Storage));
+    }
+    for task in 0..header.task_names.len().min(MAX_TASKS) {
+        all.extend(of_columns(
+            &TASK,
+            &format!("task{task}_"),
+            false,
+            |column| Source::Task(task, column),
+        ));
+    }
+    for (joint, of) in header.joints.iter().enumerate().take(MAX_JOINTS) {
+        let begins = format!("joint_{}_", of.name);
         let columns = &JOINT[usize::from(of.slides)];
-        columns.iter().map(move |column| Signal {
-            name: format!("joint_{}_{}", of.name, column.name),
-            kind: column.kind,
-            nullable: false,
-            source: Source::Joint(index, column),
-        })
-    });
-    let body = header.bodies.iter().enumerate().take(MAX_BODIES);
-    let body = body.flat_map(|(index, of)| {
-        BODY.iter().map(move |column| Signal {
-            name: format!("body_{}_{}", of.name, column.name),
-            kind: column.kind,
-            nullable: false,
-            source: Source::Body(index, column),
-        })
-    });
-    let wheel = (0..header.wheels.len()).flat_map(|index| {
+        all.extend(of_columns(columns, &begins, false, |column| {
+            Source::Joint(joint, column)
+        }));
+    }
+    for (body, of) in header.bodies.iter().enumerate().take(MAX_BODIES) {
+        let begins = format!("body_{}_", of.name);
+        all.extend(of_columns(&BODY, &begins, false, |column| {
+            Source::Body(body, column)
+        }));
+    }
+    for wheel in 0..header.wheels.len() {
         let columns = WHEEL_REALS.iter().chain(&WHEEL_OTHERS);
-        columns.map(move |column| Signal {
-            name: format!("wheel{index}_{}", column.name),
-            kind: column.kind,
-            nullable: false,
-            source: Source::Wheel(index, column),
-        })
-    });
-    let mut all: Vec<Signal> = record
-        .chain(support)
-        .chain(desired)
-        .chain(measured)
-        .chain(posed)
-        .chain(imu)
-        .chain(storage)
-        .chain(task)
-        .chain(joint)
-        .chain(body)
-        .chain(wheel)
-        .collect();
+        all.extend(of_columns(
+            columns,
+            &format!("wheel{wheel}_"),
+            false,
+            |column| Source::Wheel(wheel, column),
+        ));
+    }
     if header.roller_angles {
         let wheels = header.wheels.iter().enumerate();
         let rollers = wheels

@@ -80,22 +80,18 @@ pub struct Header {
     #[serde(default, skip_serializing_if = "VisualMeshes::is_empty")]
     pub looks: VisualMeshes,
     /// The ground that the robot drove on; `None` where it is not known.
-    #[serde(default)]
     pub ground: Option<Ground>,
     /// The free bodies that are recorded.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<BodyHeader>,
     /// What went wrong on purpose; `None` where that is not known.
-    #[serde(default)]
     pub faults: Option<Vec<Fault>>,
     /// The guidance that tracked a reference; `None` where none did, or that is not known.
-    #[serde(default)]
     pub guidance: Option<Guidance>,
     /// The line of the direct-current motors at the wheels; `None` where only the wheels' limits hold, or that is not known.
-    #[serde(default)]
     pub motor_line: Option<MotorLine>,
     /// Where the motion was known before the run to ask for more than grip or motors give; `None` where it did not, or that is not known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub announced: Option<Announced>,
     /// Whether wheel rates were commanded by the rollers that touch, and not by Indiveri 2009, eq. (7).
     #[serde(default)]
@@ -132,7 +128,7 @@ pub struct JointHeader {
     /// Whether it slides, in metres, or turns, in radians.
     pub slides: bool,
     /// Its stops, in rad or m; `None` where it has none, or that is not known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub limits: Option<[f64; 2]>,
 }
 
@@ -180,7 +176,6 @@ pub struct MotorLine {
     /// The rate without load, in rad/s.
     pub no_load_rate_rad_s: f64,
     /// Where the current limit holds it, in N m; `None` without one.
-    #[serde(default)]
     pub current_limit_n_m: Option<f64>,
 }
 
@@ -269,10 +264,10 @@ pub struct GroundRelief {
     /// The largest height, in metres; 0 where a roughness says how high.
     pub height_m: f64,
     /// The displacement's spectral density at 0.1 cycles/m, Gd(n0) of ISO 8608, in m^3; `None` of heights that are drawn one by one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub roughness_m3: Option<f64>,
     /// The heights of a map, in place of all that draws some.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub map: Option<GroundMap>,
 }
 

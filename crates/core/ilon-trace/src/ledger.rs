@@ -124,18 +124,16 @@ impl Chain {
 }
 
 impl<T: Copy> Parts<T> {
+    /// The sum, and then the terms in the order of [`NAMES`].
+    pub(crate) fn all(&self) -> [T; 1 + TERMS] {
+        let mut copy = *self;
+        copy.all_mut().map(|term| *term)
+    }
+
     /// The terms without their sum, in the order of [`NAMES`].
     pub fn terms(&self) -> [T; TERMS] {
-        [
-            self.guidance,
-            self.compensation,
-            self.belief,
-            self.servo,
-            self.geometry,
-            self.lift_off,
-            self.conflict,
-            self.slip,
-        ]
+        let [_, terms @ ..] = self.all();
+        terms
     }
 
     /// The terms with their names.
@@ -156,18 +154,34 @@ impl<T: Copy> Parts<T> {
     }
 
     /// Each term, and their sum, with that of another ledger.
-    pub fn zip<U: Copy, V>(&self, other: &Parts<U>, of: impl Fn(T, U) -> V) -> Parts<V> {
-        Parts {
-            total: of(self.total, other.total),
-            guidance: of(self.guidance, other.guidance),
-            compensation: of(self.compensation, other.compensation),
-            belief: of(self.belief, other.belief),
-            servo: of(self.servo, other.servo),
-            geometry: of(self.geometry, other.geometry),
-            lift_off: of(self.lift_off, other.lift_off),
-            conflict: of(self.conflict, other.conflict),
-            slip: of(self.slip, other.slip),
+    pub fn zip<U: Copy, V: Copy + Default>(
+        &self,
+        other: &Parts<U>,
+        of: impl Fn(T, U) -> V,
+    ) -> Parts<V> {
+        let mut both = Parts::default();
+        let pairs = self.all().into_iter().zip(other.all());
+        for (term, (ours, theirs)) in both.all_mut().into_iter().zip(pairs) {
+            *term = of(ours, theirs);
         }
+        both
+    }
+}
+
+impl<T> Parts<T> {
+    /// The sum, and then the terms in the order of [`NAMES`].
+    pub(crate) fn all_mut(&mut self) -> [&mut T; 1 + TERMS] {
+        [
+            &mut self.total,
+            &mut self.guidance,
+            &mut self.compensation,
+            &mut self.belief,
+            &mut self.servo,
+            &mut self.geometry,
+            &mut self.lift_off,
+            &mut self.conflict,
+            &mut self.slip,
+        ]
     }
 }
 

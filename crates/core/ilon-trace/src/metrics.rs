@@ -60,20 +60,16 @@ pub struct Summary {
     /// Rms distance from the desired position over the run, in metres.
     pub position_error_rms_m: Option<f64>,
     /// The largest distance from the desired position, in metres.
-    #[serde(default)]
     pub position_error_max_m: Option<f64>,
     /// When it was, in seconds.
-    #[serde(default)]
     pub position_error_max_at_s: Option<f64>,
     /// Distance from the desired position at the end, in metres.
     pub position_error_final_m: Option<f64>,
     /// Rms heading error over the run, in radians.
     pub heading_error_rms_rad: Option<f64>,
     /// The largest heading error, its magnitude, in radians.
-    #[serde(default)]
     pub heading_error_max_rad: Option<f64>,
     /// When it was, in seconds.
-    #[serde(default)]
     pub heading_error_max_at_s: Option<f64>,
     /// Heading error at the end, its magnitude, in radians.
     pub heading_error_final_rad: Option<f64>,
@@ -95,13 +91,11 @@ pub struct Summary {
     pub wheel_torque_max_n_m: Option<f64>,
     /// How much of the wheels' rates belongs to no one motion, over the run: root mean squares of [`Record::rate_conflict_share`] weighted by the
     /// rates' squares, in [0, 1]; `None` where no wheel turned.
-    #[serde(default)]
     pub rate_conflict_share: Option<f64>,
     /// The part of the run in which some task gave way, in [0, 1]; `None` without guidance.
     pub saturated_share: Option<f64>,
 
     /// Mean of the twist asked for in the body frame, before any saturation, within the window of the means.
-    #[serde(default)]
     pub twist_asked_mean: Option<Twist>,
     /// Mean real twist in the body frame within the window of the means.
     pub twist_mean: Option<Twist>,
@@ -127,24 +121,18 @@ pub struct Summary {
     /// Energy lost to sliding anywhere, in J: under wheels, where the robot's body rubs, and under what it pushes.
     pub slip_energy_j: Option<f64>,
     /// Of that, what was lost under the robot's own wheels, in J.
-    #[serde(default)]
     pub wheel_slip_energy_j: Option<f64>,
     /// The most grip that any wheel used: the friction force over what the floor can give, in [0, 1] but for rounding.
-    #[serde(default)]
     pub friction_used_max: Option<f64>,
     /// The part of the wheels' time that they spent in the air, in [0, 1].
-    #[serde(default)]
     pub airborne_share: Option<f64>,
     /// The share of all that the ground carries of the robot that rests on its chassis and not on its wheels, over the run, in [0, 1].
-    #[serde(default)]
     pub chassis_load_share: Option<f64>,
     /// By how much the laws of contact and of dry friction were broken in the worst step, in m/s: the speed at which
     /// something moved that should not.
-    #[serde(default)]
     pub contact_residual_max_m_s: Option<f64>,
     /// The largest rise, beyond what it was supplied with, of the storage function of a passive wheel law, looked at in every physics step,
     /// in J; `None` under any other.
-    #[serde(default)]
     pub storage_rise_j: Option<f64>,
     /// Distance of dead reckoning by eq. (7) from the truth at the end, per metre travelled.
     pub odometry_drift_m_per_m: Option<f64>,
@@ -152,19 +140,15 @@ pub struct Summary {
     pub odometry_drift_rad_per_m: Option<f64>,
     /// How far dead reckoning by eq. (7) is at the end from what it is with the wheels where all joints have them, in metres: what hub motion costs that the
     /// robot does not measure; `None` of a robot without joints between bodies.
-    #[serde(default)]
     pub odometry_joints_m: Option<f64>,
     /// The largest peak-to-peak change of any hub's height within the window of the means, in metres.
     pub hub_ripple_m: Option<f64>,
 
     /// Where the body frame's origin was at the last row, along the world's x axis, in metres.
-    #[serde(default)]
     pub end_x_m: Option<f64>,
     /// The same along the world's y axis, in metres.
-    #[serde(default)]
     pub end_y_m: Option<f64>,
     /// The heading at the last row, in radians.
-    #[serde(default)]
     pub end_heading_rad: Option<f64>,
     /// Length of the way travelled, in metres.
     pub travelled_m: f64,
@@ -207,7 +191,6 @@ pub struct JointTravel {
     /// The largest.
     pub most: f64,
     /// The part of the run in which it was on a stop, in [0, 1]; `None` where it has none, or that is not known.
-    #[serde(default)]
     pub on_stop: Option<f64>,
 }
 
@@ -230,26 +213,21 @@ pub struct Energy {
     /// Work of all motors.
     pub motor_j: Option<f64>,
     /// Of that, the work done while they drove: what braking took back is not subtracted.
-    #[serde(default)]
     pub motor_positive_j: Option<f64>,
     /// Brought by pushes and payloads.
     pub outside_j: Option<f64>,
     /// All that was put in: by motors while they drove, by pushes and payloads while they did work, and by the deepest fall. Shares are of this,
     /// as nothing is set off against anything in it.
-    #[serde(default)]
     pub put_in_j: Option<f64>,
     /// Of that, what pushes and payloads did.
-    #[serde(default)]
     pub outside_positive_j: Option<f64>,
     /// Of that, what gravity did.
-    #[serde(default)]
     pub fall_j: Option<f64>,
     /// Gain of kinetic and potential energy.
     pub stored_j: Option<f64>,
     /// Lost to sliding.
     pub slip_j: Option<f64>,
     /// Lost where rollers that come down are brought up to their spin.
-    #[serde(default)]
     pub spin_up_j: Option<f64>,
     /// Lost in bearings.
     pub bearing_j: Option<f64>,
@@ -259,7 +237,6 @@ pub struct Energy {
     pub unexplained_j: Option<f64>,
     /// What is left, as a share of the energy turned over: of what motors, pushes, payloads and a fall put in, or of what brakes, losses and
     /// stores took out, whichever is more. Nothing is set off against anything. `None` where nothing moved.
-    #[serde(default)]
     pub unexplained_share: Option<f64>,
 }
 

@@ -34,7 +34,6 @@ pub struct WheelSlip {
     #[serde(default)]
     pub hand_overs: u64,
     /// Root mean square of the carrying roller's spin against that of rolling without sliding, in rad/s.
-    #[serde(default)]
     pub roller_spin_error_rms_rad_s: Option<f64>,
     /// The part of the time in which no roller touched, in [0, 1].
     pub lost_contact: Option<f64>,

@@ -55,83 +55,51 @@ fn inputs(table: &mut Table, plant: &Plant) {
         Slot::Set(set::TORQUES),
     );
     let center_m: [f64; 3] = plant.robot().chassis.mass.center_of_mass_m.into();
-    for (axis, name) in AXES.iter().enumerate() {
-        let about = format!("outside force on the chassis along the world's {name} axis");
-        table.input(
-            &format!("force.{name}"),
-            &about,
-            Some("N"),
-            0.0,
-            set::FORCE + axis,
-        );
-    }
-    for (axis, name) in AXES.iter().enumerate() {
-        let about = format!("outside moment on the chassis about the world's {name} axis");
-        table.input(
-            &format!("moment.{name}"),
-            &about,
-            Some("N.m"),
-            0.0,
-            set::MOMENT + axis,
-        );
-    }
-    for (axis, name) in AXES.iter().enumerate() {
-        let about = format!("where the outside force acts, {name} in the body frame");
-        let start = center_m[axis];
-        table.input(
-            &format!("force_place.{name}"),
-            &about,
-            Some("m"),
-            start,
-            set::PLACE + axis,
-        );
-    }
-    table.input(
-        "payload.mass",
-        "mass put on the chassis",
-        Some("kg"),
-        0.0,
-        set::PAYLOAD,
-    );
-    for (axis, name) in AXES.iter().enumerate() {
-        let about = format!("where the payload lies, {name} in the body frame");
-        let (start, at) = (center_m[axis], set::PAYLOAD_PLACE + axis);
-        table.input(&format!("payload.{name}"), &about, Some("m"), start, at);
-    }
+    let force = "outside force on the chassis along the world's {} axis";
+    let moment = "outside moment on the chassis about the world's {} axis";
+    let place = "where the outside force acts, {} in the body frame";
+    of_axes(table, "force", force, "N", [0.0; 3], set::FORCE);
+    of_axes(table, "moment", moment, "N.m", [0.0; 3], set::MOMENT);
+    of_axes(table, "force_place", place, "m", center_m, set::PLACE);
+    let about = "mass put on the chassis";
+    table.input("payload.mass", about, Some("kg"), 0.0, set::PAYLOAD);
+    let place = "where the payload lies, {} in the body frame";
+    of_axes(table, "payload", place, "m", center_m, set::PAYLOAD_PLACE);
     let about = "Coulomb's coefficient of friction of the floor, but on its patches";
-    table.input(
-        "floor.friction",
-        about,
-        Some("1"),
-        plant.floor_friction(),
-        set::FRICTION,
-    );
+    let friction = plant.floor_friction();
+    table.input("floor.friction", about, Some("1"), friction, set::FRICTION);
     for (wheel, of) in plant.robot().wheels.iter().enumerate() {
         let (number, joint) = (wheel + 1, &of.name);
         let at = set::WHEELS + set::PER_WHEEL * wheel;
+        let mut input = |end: &str, about: &str, unit, start, at| {
+            table.input(
+                &format!("wheel[{number}].{end}"),
+                about,
+                Some(unit),
+                start,
+                at,
+            );
+        };
         let about = format!("rate that the wheel {joint} shall have");
-        table.input(
-            &format!("wheel[{number}].rate_command"),
-            &about,
-            Some("rad/s"),
-            0.0,
-            at,
-        );
+        input("rate_command", &about, "rad/s", 0.0, at);
         let about = format!("torque that the motor of {joint} shall give, within its limits");
-        table.input(
-            &format!("wheel[{number}].torque_command"),
-            &about,
-            Some("N.m"),
-            0.0,
-            at + 1,
-        );
+        input("torque_command", &about, "N.m", 0.0, at + 1);
         let about = format!("share of the ground's friction that {joint} finds");
-        table.input(
-            &format!("wheel[{number}].grip"),
-            &about,
-            Some("1"),
-            1.0,
-            at + 2,
-        );
+        input("grip", &about, "1", 1.0, at + 2);
+    }
+}
+
+/// An input along each axis, whose name stands for `{}` in what is said of it.
+fn of_axes(
+    table: &mut Table,
+    name: &str,
+    about: &str,
+    unit: &'static str,
+    starts: [f64; 3],
+    first: usize,
+) {
+    for (axis, of) in AXES.iter().enumerate() {
+        let (name, about) = (format!("{name}.{of}"), about.replace("{}", of));
+        table.input(&name, &about, Some(unit), starts[axis], first + axis);
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use ilon_control::{Gain, Guidance, GuidanceSettings, Reference, Saturation, Task};
-use ilon_formats::Loaded;
+use ilon_formats::{Loaded, link_tree};
 use ilon_robot::{Pose, Robot, Twist, VisualMeshes, roll_pitch_yaw};
 use ilon_scene::{Contact, Description, Frame, WheelFrame, shapes_of_bodies};
 use ilon_sim::simulate::{
@@ -207,8 +207,9 @@ impl Session {
 
     /// What a scene shows of robot and floor.
     pub fn description(&self) -> Description {
-        let mut description = Description::of_robot(self.robot(), Some(&self.urdf), &self.looks);
-        description.floor.friction = self.friction as f32;
+        let mut description =
+            Description::of_robot(self.robot(), link_tree(&self.urdf).as_ref(), &self.looks);
+        description.ground.friction = self.friction;
         description.bodies = shapes_of_bodies(self.header());
         description
     }

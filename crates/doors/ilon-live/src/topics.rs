@@ -1,5 +1,6 @@
 //! A live run as topics: those of a bag, but for what a live run is told over the same names.
 
+use ilon_formats::{describe, with_ros2_control};
 use ilon_messages::topics::{Outlet, RunTopics};
 use ilon_messages::{Message, bag::Qos};
 
@@ -21,14 +22,16 @@ impl LiveTopics {
     /// The topics of a session; beside controllers of a person's own, without the frame `odom -> base_link`, which is theirs, and with the
     /// block in the robot's URDF by which their manager finds the wheels.
     pub fn of(session: &Session, beside_controllers: bool) -> Self {
-        let topics = RunTopics::new(session.robot(), session.header());
+        let robot = session.robot();
+        let mut described = describe(robot, &session.header().urdf);
+        if beside_controllers && let Some(whole) = with_ros2_control(robot, &described.urdf) {
+            described.urdf = whole;
+        }
+        let topics = RunTopics::new(robot, described, session.header());
         Self {
-            topics: if beside_controllers {
-                topics
-                    .without_odometry_frame()
-                    .with_ros2_control(session.robot())
-            } else {
-                topics
+            topics: match beside_controllers {
+                true => topics.without_odometry_frame(),
+                false => topics,
             },
         }
     }

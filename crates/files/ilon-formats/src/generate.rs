@@ -8,7 +8,9 @@
 //! A roller collides as a short stack of spheres along its axis, each with the exact radius of the barrel there, the
 //! outermost at its two ends: tools that know only URDF roll on it, and a reader recovers the barrel from it.
 
+mod description;
 pub(crate) mod elements;
+mod ros2_control;
 pub(crate) mod suspension;
 
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -25,6 +27,9 @@ use crate::error::{Fault, RobotError};
 use crate::model::{Barrel, DriveTrain, RollerSurface};
 use crate::spec::{ChassisShape, Described, Spec, check};
 use ilon_robot::roll_pitch_yaw;
+
+pub use description::describe;
+pub use ros2_control::with_ros2_control;
 
 /// Spheres that stand for one roller in collision and visual.
 const SPHERES_PER_ROLLER: usize = 7;

@@ -66,7 +66,7 @@ pub use error::{
     CandidateJoint, Clue, ClueKind, Clues, Fault, MissingFile, Proposed, Remedy, RobotError,
     TextPlace,
 };
-pub use generate::generate;
+pub use generate::{describe, generate, with_ros2_control};
 pub use load::LoadRobot;
 pub use loaded::Loaded;
 pub use options::{Handedness, JointOptions, LoadOptions, RoleOption, RollerForms, WheelOptions};
@@ -76,4 +76,4 @@ pub use spec::{
     Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerBearings, RollerSpec, Spec,
     SuspensionLaw, SuspensionSpec, TreadSpec, WheelOverride, WheelSpec,
 };
-pub use urdf::{WheelOutline, mesh_triangles};
+pub use urdf::{WheelOutline, link_tree, mesh_triangles};

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::error::RobotError;
-use crate::model::{Robot, VisualMeshes};
+use crate::model::{LinkTree, Robot, VisualMeshes};
 use crate::options::{LoadOptions, WheelOptions};
 use crate::prepare::{self, prepare};
 use crate::urdf::{self, Meshes, Read, UrdfText, WheelOutline};
@@ -29,6 +29,11 @@ pub struct Loaded {
 }
 
 impl Loaded {
+    /// The links of its URDF, and what they show.
+    pub fn links(&self) -> Option<LinkTree> {
+        urdf::link_tree(&self.urdf)
+    }
+
     /// The meshes by which the robot is seen. Reads their files, which may take a second; what cannot be read is remarked.
     pub fn visual_meshes(&self) -> VisualMeshes {
         let (file, options) = &self.read_from;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::files::FileAccess;
@@ -88,44 +89,49 @@ impl Default for LoadOptions {
     }
 }
 
-/// What the rollers of a robot touch the ground with.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// What rollers touch the ground with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(rename = "Rollers")]
 pub enum RollerForms {
-    /// The exact barrel that is fitted to what the file models.
+    /// The exact barrel, fitted to what the robot's file models.
     #[default]
     Barrel,
-    /// The file's own collision shapes, gaps and ripple included; rollers that are put in are barrels all the same.
+    /// The collision shapes of the robot's file as they are, with their gaps and ripple: what other simulators roll on.
+    /// `roller_bodies` must be `"all"` then. Rollers that are put in by `robot.wheels` stay barrels.
     AsModelled,
 }
 
-/// Rollers for wheels that have none in the file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// Rollers for wheels that have none in the robot's file, as most published mobile bases have none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "RobotWheelsSection")]
 #[non_exhaustive]
 pub struct WheelOptions {
-    /// The wheels' joints, of whatever type; none for every turning joint on a level axis that stands on the common floor,
-    /// with nothing turning above or below it.
+    /// The wheels' joints, of any type [default: every joint on a level axis that stands on the common floor].
     #[serde(default)]
     pub joints: Vec<String>,
-    /// The angle of the rollers, and each wheel's handedness.
-    pub gamma: Handedness,
     /// Rollers on each wheel.
+    #[schemars(range(min = 3, max = 1000))]
     pub rollers: usize,
-    /// The rollers' largest radius, in metres; left out, a fifth of the wheel's, or as much more as it takes to reach
-    /// the neighbours.
-    #[serde(default)]
+    /// Largest radius of the rollers, in metres [default: a fifth of the wheel's, or more, to reach the neighbours].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub roller_radius_m: Option<f64>,
-    /// Mass of one roller, in kg, which is taken from the wheel's; left out, that of solid rubber (1100 kg/m^3), and at
-    /// most half of the wheel's mass for all of them.
-    #[serde(default)]
+    /// Mass of one roller, in kg, taken from the wheel's [default: solid rubber, all together at most half of the wheel].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub roller_mass_kg: Option<f64>,
     /// Viscous damping of a roller's bearing, in N m s/rad.
     #[serde(default)]
+    #[schemars(range(min = 0.0))]
     pub damping_n_m_s: f64,
     /// Dry friction of a roller's bearing, in N m.
     #[serde(default)]
+    #[schemars(range(min = 0.0))]
     pub friction_n_m: f64,
+    /// Angle from the hub axis to the rolling direction of the lowest roller, counter-clockwise from above.
+    pub gamma: Handedness,
 }
 
 impl WheelOptions {
@@ -149,71 +155,100 @@ impl WheelOptions {
     }
 }
 
-/// The paper's gamma of each wheel, in degrees, with its sign (see [`ilon_robot::Wheel::gamma_rad`]).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// The angle gamma of each wheel, in degrees, with its sign.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(rename = "Gamma")]
 pub enum Handedness {
-    /// `gamma.x_deg = 45`: mecanum wheels in the usual X, in which each turns the robot with the sum of its two arms. The
-    /// sign of each follows from its place about the middle of the wheels; all hub axes must be parallel.
+    /// `gamma.x_deg = 45`: mecanum wheels in the usual X. All hub axes must be parallel.
     XDeg(f64),
-    /// `gamma.all_deg = 0`: the same for all wheels.
+    /// `gamma.all_deg = 0`: the same for all wheels; 0 is an omni wheel.
     AllDeg(f64),
-    /// `gamma.each_deg = [...]`: one for each joint, in the order of `joints`.
+    /// `gamma.each_deg = [-45, 45, 45, -45]`: one for each wheel, in the order of `joints`.
     EachDeg(Vec<f64>),
 }
 
 /// What a joint that is neither a wheel's nor a roller's does. Numbers are in the units of how it moves: those with `rad` of a joint that
 /// turns, those without of one that slides.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct JointOptions {
-    /// Its role; left out, sprung where a stiffness is given.
+    /// Its role [default: sprung where a stiffness is given].
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub role: Option<RoleOption>,
-    /// Stiffness of a spring in it, > 0, in N/m.
+    /// Stiffness of its spring or servo, in N/m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stiffness_n_m: Option<f64>,
-    /// Stiffness of a spring in it, > 0, in N m/rad.
+    /// Stiffness of its spring or servo, in N m/rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stiffness_n_m_rad: Option<f64>,
-    /// Viscous damping, >= 0, in N s/m; left out, the file's.
+    /// Viscous damping, or a servo's, in N s/m [default: the robot's file; of a servo critical].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
     pub damping_n_s_m: Option<f64>,
-    /// Viscous damping, >= 0, in N m s/rad; left out, the file's.
+    /// Viscous damping, or a servo's, in N m s/rad [default: the robot's file; of a servo critical].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
     pub damping_n_m_s_rad: Option<f64>,
-    /// Where the spring acts with its preload alone, in m; left out, 0.
+    /// Position at which the spring acts with its preload alone, in metres [default: 0].
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub rest_m: Option<f64>,
-    /// Where the spring acts with its preload alone, in rad; left out, 0.
+    /// Position at which the spring acts with its preload alone, in radians [default: 0].
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub rest_rad: Option<f64>,
-    /// What the spring acts with on the body at its rest, along the axis, in N; left out, 0.
+    /// Force of the spring at its rest, along the joint's axis, in N [default: 0].
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub preload_n: Option<f64>,
-    /// What the spring acts with on the body at its rest, about the axis, in N m; left out, 0.
+    /// Torque of the spring at its rest, about the joint's axis, in N m [default: 0].
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub preload_n_m: Option<f64>,
-    /// Dry friction, >= 0, in N; left out, the file's.
+    /// Dry friction, in N [default: the robot's file].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
     pub friction_n: Option<f64>,
-    /// Dry friction, >= 0, in N m; left out, the file's.
+    /// Dry friction, in N m [default: the robot's file].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
     pub friction_n_m: Option<f64>,
-    /// The most that a servo acts with, > 0, in N; left out, the file's limit.
+    /// Largest force of a servo, in N [default: the robot's file].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub effort_n: Option<f64>,
-    /// The most that a servo acts with, > 0, in N m; left out, the file's limit.
+    /// Largest torque of a servo, in N m [default: the robot's file].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub effort_n_m: Option<f64>,
-    /// How fast a servo's target moves at most, > 0, in m/s; left out, the file's limit.
+    /// Largest rate of a servo's target, in m/s [default: the robot's file].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub rate_limit_m_s: Option<f64>,
-    /// How fast a servo's target moves at most, > 0, in rad/s; left out, the file's limit.
+    /// Largest rate of a servo's target, in rad/s [default: the robot's file].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub rate_limit_rad_s: Option<f64>,
-    /// A servo's target until it is given another, in m; left out, 0.
+    /// Position that a servo holds, instead of setpoints, in metres [default: 0].
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub target_m: Option<f64>,
-    /// A servo's target until it is given another, in rad; left out, 0.
+    /// Position that a servo holds, instead of setpoints, in radians [default: 0].
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub target_rad: Option<f64>,
 }
 
 /// What acts in a joint beside its damping and friction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(rename = "RobotJointRole")]
 pub enum RoleOption {
-    /// Nothing.
+    /// Nothing: a rocker.
     Free,
     /// A spring.
     Sprung,
-    /// A servo, whose stiffness and damping are left out or the spring's keys.
+    /// A servo that goes to setpoints: an arm, a lift, a turret. `stiffness_*` and `damping_*` are the servo's; left out, they swing what the joint
+    /// moves at most at 10 Hz, critically damped. What the robot's file has of damping and friction acts beside it.
     Driven,
-    /// It does not move: its body is a part of what carries it.
+    /// It does not move.
     Held,
 }
 
@@ -231,6 +266,11 @@ pub(crate) struct JointNumbers {
 }
 
 impl JointOptions {
+    /// Where a servo holds the joint, in rad or m, if that is said.
+    pub fn target(&self) -> Option<f64> {
+        self.target_m.or(self.target_rad)
+    }
+
     /// Its numbers in the units of a joint that slides or turns.
     ///
     /// # Errors

@@ -2,14 +2,10 @@
 
 use std::fmt::Write;
 
-use ilon_formats::LoadRobot;
+use ilon_formats::{LoadRobot, link_tree};
 use ilon_robot::Robot;
-use ilon_scene::description::Floor;
-use ilon_scene::{
-    Description, FrictionChange, GroundBox, OtherWay, Patch, Push, Relief, Scene, Thinning, embed,
-    frames_of_run, shapes_of_bodies,
-};
-use ilon_trace::{Change, Fault, FaultKind, Header, Rows};
+use ilon_scene::{Description, Scene, Thinning, embed, frames_of_run};
+use ilon_trace::{Header, Rows};
 use serde_json::json;
 
 use super::decimate::short;
@@ -35,6 +31,8 @@ pub(crate) struct Picture {
     pub json: String,
     /// What of the robot's looks is left out or simplified.
     pub remarks: Vec<String>,
+    /// Other ways that the ghost may go.
+    pub ways: Vec<String>,
 }
 
 /// The scene of a run as data for `ilonScene`, with the frames of the rows that there are: of a run that has none yet, one that takes
@@ -78,108 +76,18 @@ pub(crate) fn picture_of<R: Rows>(
     if !same {
         return Ok(None);
     }
-    let urdf = (!header.urdf.is_empty()).then_some(header.urdf.as_str());
-    let mut description = Description::of_robot(robot, urdf, &header.looks);
-    description.floor = floor(header, relief_m);
-    description.pushes = pushes(header);
-    description.bodies = shapes_of_bodies(header);
-    description.ways = ways(header);
+    let links = link_tree(&header.urdf);
+    let description = Description::of_run(header, robot, links.as_ref(), relief_m);
     let frames = frames_of_run(rows, robot, THINNING)?;
     let remarks = description.robot.remarks.clone();
+    let ways = description.ways.iter().map(|way| way.name.clone());
+    let ways = ways.collect();
     let json = embed::data(&Scene::new(description, frames)).ok();
-    Ok(json.map(|json| Picture { json, remarks }))
-}
-
-/// The ways without each cause that moved the robot, as its ghost may go.
-fn ways(header: &Header) -> Vec<OtherWay> {
-    let moved = header.twins.iter().filter_map(|twin| match &twin.change {
-        Change::Without(cause) if !twin.poses.is_empty() => Some(OtherWay {
-            name: format!("without {}", cause.words),
-            poses: twin
-                .poses
-                .iter()
-                .map(|pose| pose.map(|x| x as f32))
-                .collect(),
-        }),
-        _ => None,
-    });
-    moved.collect()
-}
-
-fn floor(header: &Header, relief_m: Option<&[Vec<f64>]>) -> Floor {
-    let ground = header.ground.clone().unwrap_or_default();
-    let half = |side: f64| 0.5 * side as f32;
-    Floor {
-        friction: ground.friction as f32,
-        slope_rad: ground.slope_rad as f32,
-        patches: ground
-            .patches
-            .iter()
-            .map(|p| Patch {
-                center_m: p.center_m.map(|x| x as f32),
-                half_sides_m: p.sides_m.map(half),
-                friction: p.friction as f32,
-                from_s: p.from_s as f32,
-                until_s: p.until_s.map(|t| t as f32),
-            })
-            .collect(),
-        boxes: ground
-            .boxes
-            .iter()
-            .map(|b| GroundBox {
-                center_m: [
-                    b.center_m[0] as f32,
-                    b.center_m[1] as f32,
-                    half(b.sides_m[2]),
-                ],
-                half_sides_m: b.sides_m.map(half),
-                heading_rad: b.heading_rad as f32,
-                pitch_rad: 0.0,
-            })
-            .chain(ground.ramps.iter().map(|r| GroundBox {
-                center_m: r.center_m.map(|x| x as f32),
-                half_sides_m: r.sides_m.map(half),
-                heading_rad: r.heading_rad as f32,
-                pitch_rad: r.pitch_rad as f32,
-            }))
-            .collect(),
-        relief: ground.relief.zip(relief_m).and_then(|(r, heights_m)| {
-            let middle = r.map.as_ref().map_or([0.0; 2], |map| map.center_m);
-            Relief::new(r.cell_m, middle, heights_m)
-        }),
-        changes: faults(header)
-            .filter_map(|fault| match fault.kind {
-                FaultKind::FrictionChanged { friction } => Some(FrictionChange {
-                    friction: friction as f32,
-                    from_s: fault.from_s as f32,
-                    until_s: fault.until_s.map(|until_s| until_s as f32),
-                }),
-                _ => None,
-            })
-            .collect(),
-    }
-}
-
-fn pushes(header: &Header) -> Vec<Push> {
-    let push = |fault: &Fault| match fault.kind {
-        FaultKind::Push {
-            impulse_n_s,
-            in_body,
-            place_m,
-        } => Some(Push {
-            impulse_n_s: impulse_n_s.map(|x| x as f32),
-            in_body,
-            point_m: place_m.map(|x| x as f32),
-            from_s: fault.from_s as f32,
-            until_s: fault.until_s.unwrap_or(fault.from_s) as f32,
-        }),
-        _ => None,
-    };
-    faults(header).filter_map(push).collect()
-}
-
-fn faults(header: &Header) -> impl Iterator<Item = &Fault> {
-    header.faults.iter().flatten()
+    Ok(json.map(|json| Picture {
+        json,
+        remarks,
+        ways,
+    }))
 }
 
 /// A page with a stage among its parts: what draws the scene, where there is one, and what moves it come with it.
@@ -214,10 +122,7 @@ pub(crate) fn html(
         wheels: &wheels,
         views: RUN_VIEWS,
         is_run: true,
-        ways: &ways(header)
-            .into_iter()
-            .map(|way| way.name)
-            .collect::<Vec<_>>(),
+        ways: picture.map_or(&[], |picture| &picture.ways),
         track: track(header, ends_s, events),
         clock: clock(ends_s[0], ends_s[1], events),
         help: "The slider moves the picture and the cursor of every figure; a click in a figure over time goes there. Space plays, \

@@ -1,12 +1,13 @@
 //! What is drawn. All lengths are in metres, all angles in radians, in the frames of [`ilon_robot`]; the world's frame is that of the
 //! floor, whose z axis is the floor's normal.
 //!
-//! A pose is `[x, y, z, qx, qy, qz, qw]`: a place and a unit quaternion. Numbers are f32: what is seen needs no more, and it halves
-//! the text.
+//! A pose is `[x, y, z, qx, qy, qz, qw]`: a place and a unit quaternion. Numbers of shapes are f32: what is seen needs no more, and it
+//! halves the text.
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use ilon_robot::Mesh;
+use ilon_trace::{Fault, Ground};
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
@@ -39,11 +40,14 @@ impl Scene {
 pub struct Description {
     /// The robot's shapes.
     pub robot: RobotShape,
-    /// The ground.
-    pub floor: Floor,
-    /// Pushes on the chassis.
+    /// The ground with its patches, boxes and ramps. Of its relief [`Description::relief`] is what is drawn.
+    pub ground: Ground,
+    /// A rough surface in place of the plane.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relief: Option<Relief>,
+    /// What goes wrong on purpose: pushes are drawn, and another friction everywhere.
     #[serde(default)]
-    pub pushes: Vec<Push>,
+    pub faults: Vec<Fault>,
     /// Free bodies, each in its own frame; where they are comes with the frames.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<Shape>,
@@ -179,92 +183,6 @@ pub struct RollerShape {
     pub hub_from_roller: [f32; 7],
     /// Which of [`RobotShape::lathes`] is its outline.
     pub lathe: usize,
-}
-
-/// The ground and what lies on it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Floor {
-    /// Its friction coefficient.
-    pub friction: f32,
-    /// The angle by which it falls towards +x.
-    #[serde(default)]
-    pub slope_rad: f32,
-    /// Places with a friction of their own.
-    #[serde(default)]
-    pub patches: Vec<Patch>,
-    /// Kerbs, thresholds, walls.
-    #[serde(default)]
-    pub boxes: Vec<GroundBox>,
-    /// A rough surface in place of the plane.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub relief: Option<Relief>,
-    /// Times at which the whole floor has another friction; of several at once the last counts.
-    #[serde(default)]
-    pub changes: Vec<FrictionChange>,
-}
-
-/// A rectangle along the world's axes with a friction of its own.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Patch {
-    /// Its middle.
-    pub center_m: [f32; 2],
-    /// Half of its sides.
-    pub half_sides_m: [f32; 2],
-    /// Its friction coefficient.
-    pub friction: f32,
-    /// When it appears, in seconds.
-    #[serde(default)]
-    pub from_s: f32,
-    /// When it is gone, in seconds.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub until_s: Option<f32>,
-}
-
-/// A box in the world.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct GroundBox {
-    /// Its middle.
-    pub center_m: [f32; 3],
-    /// Half of its sides along its own axes.
-    pub half_sides_m: [f32; 3],
-    /// Its heading.
-    #[serde(default)]
-    pub heading_rad: f32,
-    /// By how much the end along its own x axis is lowered.
-    #[serde(default, skip_serializing_if = "is_level")]
-    pub pitch_rad: f32,
-}
-
-fn is_level(pitch_rad: &f32) -> bool {
-    *pitch_rad == 0.0
-}
-
-/// Another friction everywhere but on the patches, for a while.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FrictionChange {
-    /// The friction coefficient.
-    pub friction: f32,
-    /// When it begins, in seconds.
-    pub from_s: f32,
-    /// When it ends, in seconds; without it, never.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub until_s: Option<f32>,
-}
-
-/// A push on the chassis.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Push {
-    /// Its impulse in N s; only its direction is drawn.
-    pub impulse_n_s: [f32; 3],
-    /// Whether the impulse is given along the robot's axes, turned level, in place of the world's.
-    #[serde(default)]
-    pub in_body: bool,
-    /// Where on the chassis, in the body frame.
-    pub point_m: [f32; 3],
-    /// When it begins, in seconds.
-    pub from_s: f32,
-    /// When it ends, in seconds.
-    pub until_s: f32,
 }
 
 /// A rough surface: heights on a grid.

@@ -1,6 +1,6 @@
 //! The robot and its run **in three dimensions**: data and script for a page that needs no network.
 //!
-//! A [`Description`] says what there is: the robot with each roller as its exact barrel, the floor with what lies on it, pushes.
+//! A [`Description`] says what there is: the robot with each roller as its exact barrel, the ground and the faults of a trace's header.
 //! [`Frames`] say what happens: the robot's pose, the ghost of the ideal kinematics, wheel and roller angles, and the contacts, over
 //! time. The two make a [`Scene`], which [`embed::data`] writes into a page beside [`embed::script`] and [`embed::STYLE`]. There
 //! `ilonScene(canvas, data)` draws it with WebGL 2. A page that shows a robot while it drives begins with [`Frames::live`], and gives
@@ -23,20 +23,20 @@
 //!
 //! | module | answers |
 //! |---|---|
-//! | [`description`] | what is drawn: robot, floor, pushes |
+//! | [`description`] | what is drawn: robot, ground, faults |
 //! | [`outline`] | the exact outline of a roller |
 //! | [`frames`] | one instant, and many of them in few bytes |
 //! | [`run`] | the frames of a recorded run |
 //! | [`embed`] | how it, and what drives it by hand, come into a page |
 //!
 //! ```
-//! use ilon_formats::LoadRobot;
+//! use ilon_formats::{LoadRobot, link_tree};
 //! use ilon_robot::{VisualMeshes, Robot};
 //! use ilon_scene::{Description, Frames, Scene, embed};
 //!
 //! let urdf = std::fs::read_to_string("../../../assets/robots/volksbot.urdf")?;
 //! let robot = Robot::from_urdf_str(&urdf, "volksbot.urdf")?;
-//! let scene = Scene::new(Description::of_robot(&robot, Some(&urdf), &VisualMeshes::default()), Frames::at_rest(&robot));
+//! let scene = Scene::new(Description::of_robot(&robot, link_tree(&urdf).as_ref(), &VisualMeshes::default()), Frames::at_rest(&robot));
 //! let page = format!(
 //!     "<style>{}</style><canvas style='height: 20rem'></canvas><script>{}</script>
 //!      <script>ilonScene(document.querySelector('canvas'), {});</script>",
@@ -58,8 +58,7 @@ pub mod run;
 mod visuals;
 
 pub use description::{
-    Description, Floor, FrictionChange, GroundBox, OtherWay, Patch, PlacedMesh, Push, Relief,
-    RobotShape, RollerShape, Scene, Shape, WheelShape,
+    Description, OtherWay, PlacedMesh, Relief, RobotShape, RollerShape, Scene, Shape, WheelShape,
 };
 pub use frames::{Column, Contact, Frame, Frames, Interpolation, WheelFrame};
 pub use run::{Rolling, Thinning, frames_of_run, shapes_of_bodies};

@@ -1,30 +1,31 @@
 //! The robot's shapes, from its model and from what its file shows.
 
 use ilon_robot::{
-    Collision, CollisionShape, JointKind, Mesh, Robot, Roller, RollerForm, VisualMeshes, Wheel,
+    Collision, JointKind, LinkTree, Mesh, Robot, Roller, RollerForm, VisualMeshes, Wheel,
 };
+use ilon_trace::Ground;
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 
 use crate::description::{
-    BodyShape, Description, Floor, Geometry, PlacedMesh, RobotShape, RollerShape, Shape,
-    WheelShape, pose,
+    BodyShape, Description, Geometry, PlacedMesh, RobotShape, RollerShape, Shape, WheelShape, pose,
 };
 use crate::outline;
 use crate::visuals::{self, Visuals};
 
 impl Description {
-    /// A robot on a level floor. The chassis is drawn by the `<visual>` elements of the URDF that it was read from
-    /// (`Loaded::urdf` of ilon-formats), where that is given and shows boxes, cylinders, spheres or meshes that `looks` has
-    /// (`Loaded::looks`); else by its collision shapes, and without any by a plate between its wheels.
-    pub fn of_robot(robot: &Robot, urdf: Option<&str>, looks: &VisualMeshes) -> Self {
-        let visuals = urdf.map(|text| visuals::of_urdf(text, robot, looks));
+    /// A robot on a level floor. The chassis is drawn by what the links of the file that it was read from show
+    /// (`Loaded::links` of ilon-formats), where they are given and show boxes, cylinders, spheres or meshes that `looks` has
+    /// (`Loaded::visual_meshes`); else by its collision shapes, and without any by a plate between its wheels.
+    pub fn of_robot(robot: &Robot, links: Option<&LinkTree>, looks: &VisualMeshes) -> Self {
+        let visuals = links.map(|links| visuals::of_links(links, robot, looks));
         Self {
             robot: robot_shape(robot, &visuals.unwrap_or_default(), looks),
-            floor: Floor {
+            ground: Ground {
                 friction: 0.6,
-                ..Floor::default()
+                ..Ground::default()
             },
-            pushes: Vec::new(),
+            relief: None,
+            faults: Vec::new(),
             bodies: Vec::new(),
             reference: Vec::new(),
             ways: Vec::new(),
@@ -252,47 +253,9 @@ fn hub(wheel: &Wheel, shown: &[Shape], looks: &VisualMeshes) -> Vec<Shape> {
     }]
 }
 
-/// A shape of the model as shapes that are drawn. A mesh is drawn as the box around it.
+/// A shape of the model as shapes that are drawn.
 fn shapes_of_collision(collision: &Collision) -> Vec<Shape> {
-    let at = |shape_from_part: Isometry3<f64>, form: Geometry| Shape {
-        pose: pose(&(collision.body_from_shape * shape_from_part)),
-        form,
-        color: None,
-    };
-    let here = Isometry3::identity();
-    match &collision.shape {
-        CollisionShape::Box { half_extents_m: h } => {
-            vec![at(
-                here,
-                Geometry::Box([h.x as f32, h.y as f32, h.z as f32]),
-            )]
-        }
-        CollisionShape::Cylinder { radius_m, length_m } => vec![at(
-            here,
-            Geometry::Cylinder([*radius_m as f32, *length_m as f32]),
-        )],
-        CollisionShape::Capsule { radius_m, length_m } => {
-            let end = |sign: f64| {
-                let up = Translation3::new(0.0, 0.0, sign * 0.5 * length_m);
-                at(up.into(), Geometry::Sphere([*radius_m as f32]))
-            };
-            let middle = Geometry::Cylinder([*radius_m as f32, *length_m as f32]);
-            vec![at(here, middle), end(-1.0), end(1.0)]
-        }
-        CollisionShape::Sphere { radius_m } => vec![at(here, Geometry::Sphere([*radius_m as f32]))],
-        CollisionShape::ConvexHull { points_m } => {
-            let Some(first) = points_m.first() else {
-                return Vec::new();
-            };
-            let (low, high) = points_m
-                .iter()
-                .fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p)));
-            let half = (high - low) * 0.5;
-            let middle = Translation3::from(nalgebra::center(&low, &high).coords);
-            let form = Geometry::Box([half.x as f32, half.y as f32, half.z as f32]);
-            vec![at(middle.into(), form)]
-        }
-    }
+    visuals::of_solid(&collision.shape, &collision.body_from_shape, None)
 }
 
 /// A plate between the wheels, for a robot whose file shows nothing.

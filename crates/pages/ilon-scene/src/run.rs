@@ -1,11 +1,11 @@
 //! The frames of a recorded run.
 
-use ilon_robot::{Pose, Robot};
+use ilon_robot::{LinkTree, Pose, Robot};
 use ilon_trace::{
-    BodyHeader, BodyShape, Header, JointSample, Projection, Record, Rows, WheelSample,
+    BodyHeader, BodyShape, Change, Header, JointSample, Projection, Record, Rows, WheelSample,
 };
 
-use crate::description::{Geometry, Shape};
+use crate::description::{Description, Geometry, OtherWay, Relief, Shape};
 use crate::frames::{Contact, Frame, Frames, WheelFrame};
 
 /// How many frames of a run are kept.
@@ -39,6 +39,46 @@ impl Thinning {
         };
         by_rate.max(rows.div_ceil(self.most.max(1))).max(1)
     }
+}
+
+impl Description {
+    /// What there is in a run of this robot, whose file has these links. `relief_m` are the heights of the ground's relief, row by row, in metres.
+    pub fn of_run(
+        header: &Header,
+        robot: &Robot,
+        links: Option<&LinkTree>,
+        relief_m: Option<&[Vec<f64>]>,
+    ) -> Self {
+        let mut ground = header.ground.clone().unwrap_or_default();
+        let relief = ground.relief.take().zip(relief_m);
+        Self {
+            relief: relief.and_then(|(relief, heights_m)| {
+                let middle_m = relief.map.map_or([0.0; 2], |map| map.center_m);
+                Relief::new(relief.cell_m, middle_m, heights_m)
+            }),
+            ground,
+            faults: header.faults.clone().unwrap_or_default(),
+            bodies: shapes_of_bodies(header),
+            ways: ways(header),
+            ..Self::of_robot(robot, links, &header.looks)
+        }
+    }
+}
+
+/// The ways without each cause that moved the robot, as its ghost may go.
+fn ways(header: &Header) -> Vec<OtherWay> {
+    let moved = header.twins.iter().filter_map(|twin| match &twin.change {
+        Change::Without(cause) if !twin.poses.is_empty() => Some(OtherWay {
+            name: format!("without {}", cause.words),
+            poses: twin
+                .poses
+                .iter()
+                .map(|pose| pose.map(|x| x as f32))
+                .collect(),
+        }),
+        _ => None,
+    });
+    moved.collect()
 }
 
 /// The free bodies of a run, each in its own frame: what [`crate::Description::bodies`] shows.

@@ -5,6 +5,53 @@ use serde::{Deserialize, Serialize};
 
 use super::run::TIME_SLACK_S;
 
+/// The faults, each of which has a window of time behind its `;`, and which window that is. A push has a length in place of an end.
+macro_rules! windowed {
+    (
+        $(#[$of:meta])*
+        pub enum $name:ident {
+            $(
+                $(#[$about:meta])*
+                $kind:ident {
+                    $($(#[$said:meta])* $field:ident: $type:ty),*
+                    $(,)? $(; $from:ident, $until:ident)?
+                },
+            )*
+        }
+    ) => {
+        $(#[$of])*
+        pub enum $name {
+            $(
+                $(#[$about])*
+                $kind {
+                    $($(#[$said])* $field: $type,)*
+                    $(
+                        /// When it begins, in seconds.
+                        #[serde(default)]
+                        #[schemars(range(min = 0.0))]
+                        $from: f64,
+                        /// When it ends, in seconds; without it, never.
+                        #[serde(default, skip_serializing_if = "Option::is_none")]
+                        #[schemars(range(min = 0.0))]
+                        $until: Option<f64>,
+                    )?
+                },
+            )*
+        }
+
+        impl $name {
+            /// When it begins, and when it ends, if it does.
+            pub fn window_s(&self) -> (f64, Option<f64>) {
+                match *self {
+                    $($(Self::$kind { $from, $until, .. } => ($from, $until),)?)*
+                    Self::Push { from_s, lasts_s, .. } => (from_s, Some(from_s + lasts_s)),
+                }
+            }
+        }
+    };
+}
+
+windowed! {
 /// A fault, a push or a payload, with its time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
@@ -16,55 +63,22 @@ pub enum Fault {
         wheel: String,
         /// The winding is shorted: its back-EMF brakes the wheel. Needs `[motors.dc]`.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-        shorted: bool,
-        /// When it begins, in seconds.
-        #[serde(default)]
-        #[schemars(range(min = 0.0))]
-        from_s: f64,
-        /// When it ends, in seconds; without it, never.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schemars(range(min = 0.0))]
-        until_s: Option<f64>,
+        shorted: bool; from_s, until_s
     },
     /// An encoder reads zero.
     EncoderLost {
         /// The wheel's joint.
-        wheel: String,
-        /// When it begins, in seconds.
-        #[serde(default)]
-        #[schemars(range(min = 0.0))]
-        from_s: f64,
-        /// When it ends, in seconds; without it, never.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schemars(range(min = 0.0))]
-        until_s: Option<f64>,
+        wheel: String; from_s, until_s
     },
     /// An encoder reads a wrong rate.
     EncoderScaled {
         /// The wheel's joint.
         wheel: String,
         /// Rate seen over real rate.
-        factor: f64,
-        /// When it begins, in seconds.
-        #[serde(default)]
-        #[schemars(range(min = 0.0))]
-        from_s: f64,
-        /// When it ends, in seconds; without it, never.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schemars(range(min = 0.0))]
-        until_s: Option<f64>,
+        factor: f64; from_s, until_s
     },
     /// The pose sensor is blind: the last pose stays.
-    PoseLost {
-        /// When it begins, in seconds.
-        #[serde(default)]
-        #[schemars(range(min = 0.0))]
-        from_s: f64,
-        /// When it ends, in seconds; without it, never.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schemars(range(min = 0.0))]
-        until_s: Option<f64>,
-    },
+    PoseLost { ; from_s, until_s },
     /// The pose sensor has an offset.
     PoseShifted {
         /// Along the world's x axis, in metres.
@@ -75,30 +89,14 @@ pub enum Fault {
         y_m: f64,
         /// In heading, in degrees.
         #[serde(default)]
-        heading_deg: f64,
-        /// When it begins, in seconds.
-        #[serde(default)]
-        #[schemars(range(min = 0.0))]
-        from_s: f64,
-        /// When it ends, in seconds; without it, never.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schemars(range(min = 0.0))]
-        until_s: Option<f64>,
+        heading_deg: f64; from_s, until_s
     },
     /// The battery voltage drops. With `[motors.dc]` stall torque and no-load rate fall with it (0: shorted), else the
     /// limits of torque and rate.
     BatterySag {
         /// Remaining share of the voltage, from 0 to 1.
         #[schemars(range(min = 0.0, max = 1.0))]
-        share: f64,
-        /// When it begins, in seconds.
-        #[serde(default)]
-        #[schemars(range(min = 0.0))]
-        from_s: f64,
-        /// When it ends, in seconds; without it, never.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schemars(range(min = 0.0))]
-        until_s: Option<f64>,
+        share: f64; from_s, until_s
     },
     /// A push on the chassis.
     Push {
@@ -145,30 +143,14 @@ pub enum Fault {
         y_m: Option<f64>,
         /// z on the chassis, in metres.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        z_m: Option<f64>,
-        /// When it begins, in seconds.
-        #[serde(default)]
-        #[schemars(range(min = 0.0))]
-        from_s: f64,
-        /// When it ends, in seconds; without it, never.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schemars(range(min = 0.0))]
-        until_s: Option<f64>,
+        z_m: Option<f64>; from_s, until_s
     },
     /// A roller seizes on its axle.
     RollerStuck {
         /// The wheel's joint.
         wheel: String,
         /// Number of the roller, from 0, as in `wheel0_roller` of the trace.
-        roller: u32,
-        /// When it begins, in seconds.
-        #[serde(default)]
-        #[schemars(range(min = 0.0))]
-        from_s: f64,
-        /// When it ends, in seconds; without it, never.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schemars(range(min = 0.0))]
-        until_s: Option<f64>,
+        roller: u32; from_s, until_s
     },
     /// The ground tilts or rocks about the world's origin, by turning gravity; the acceleration of the turning frame is left
     /// out. Added to `world.floor.slope_deg`; several add up.
@@ -186,30 +168,15 @@ pub enum Fault {
         /// Time to build up, and to fade out at the end, in seconds.
         #[serde(default)]
         #[schemars(range(min = 0.0))]
-        ramp_s: f64,
-        /// When it begins, in seconds.
-        #[serde(default)]
-        #[schemars(range(min = 0.0))]
-        from_s: f64,
-        /// When it ends, in seconds; without it, never.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schemars(range(min = 0.0))]
-        until_s: Option<f64>,
+        ramp_s: f64; from_s, until_s
     },
     /// The floor has another friction, except on patches.
     FrictionChanged {
         /// Friction coefficient.
         #[schemars(range(min = 0.0))]
-        friction: f64,
-        /// When it begins, in seconds.
-        #[serde(default)]
-        #[schemars(range(min = 0.0))]
-        from_s: f64,
-        /// When it ends, in seconds; without it, never.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schemars(range(min = 0.0))]
-        until_s: Option<f64>,
+        friction: f64; from_s, until_s
     },
+}
 }
 
 /// The axes that a push is given along.
@@ -237,43 +204,6 @@ impl Fault {
     pub fn is_on(&self, t_s: f64) -> bool {
         let (from_s, until_s) = self.window_s();
         within(t_s, from_s, until_s)
-    }
-
-    /// When it begins, and when it ends, if it does.
-    pub fn window_s(&self) -> (f64, Option<f64>) {
-        match *self {
-            Self::MotorLost {
-                from_s, until_s, ..
-            }
-            | Self::EncoderLost {
-                from_s, until_s, ..
-            }
-            | Self::EncoderScaled {
-                from_s, until_s, ..
-            }
-            | Self::PoseLost { from_s, until_s }
-            | Self::PoseShifted {
-                from_s, until_s, ..
-            }
-            | Self::BatterySag {
-                from_s, until_s, ..
-            }
-            | Self::Payload {
-                from_s, until_s, ..
-            }
-            | Self::RollerStuck {
-                from_s, until_s, ..
-            }
-            | Self::FrictionChanged {
-                from_s, until_s, ..
-            }
-            | Self::Tilt {
-                from_s, until_s, ..
-            } => (from_s, until_s),
-            Self::Push {
-                from_s, lasts_s, ..
-            } => (from_s, Some(from_s + lasts_s)),
-        }
     }
 
     /// The wheel that it is about, if it is about one.

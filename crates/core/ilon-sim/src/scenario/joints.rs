@@ -9,70 +9,12 @@ use super::objection::Objection;
 /// A joint other than wheels and rollers. Keys with `rad` or `n_m` are for joints that turn, the others for joints that
 /// slide.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default)]
 #[schemars(rename = "RobotJointSection")]
 pub struct Joint {
-    /// Its role [default: sprung where a stiffness is given].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub role: Option<JointRole>,
-    /// Stiffness of its spring or servo, in N/m.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub stiffness_n_m: Option<f64>,
-    /// Stiffness of its spring or servo, in N m/rad.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub stiffness_n_m_rad: Option<f64>,
-    /// Viscous damping, or a servo's, in N s/m [default: the robot's file; of a servo critical].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0))]
-    pub damping_n_s_m: Option<f64>,
-    /// Viscous damping, or a servo's, in N m s/rad [default: the robot's file; of a servo critical].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0))]
-    pub damping_n_m_s_rad: Option<f64>,
-    /// Position at which the spring acts with its preload alone, in metres [default: 0].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rest_m: Option<f64>,
-    /// Position at which the spring acts with its preload alone, in radians [default: 0].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rest_rad: Option<f64>,
-    /// Force of the spring at its rest, along the joint's axis, in N [default: 0].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub preload_n: Option<f64>,
-    /// Torque of the spring at its rest, about the joint's axis, in N m [default: 0].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub preload_n_m: Option<f64>,
-    /// Dry friction, in N [default: the robot's file].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0))]
-    pub friction_n: Option<f64>,
-    /// Dry friction, in N m [default: the robot's file].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0))]
-    pub friction_n_m: Option<f64>,
-    /// Largest force of a servo, in N [default: the robot's file].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub effort_n: Option<f64>,
-    /// Largest torque of a servo, in N m [default: the robot's file].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub effort_n_m: Option<f64>,
-    /// Largest rate of a servo's target, in m/s [default: the robot's file].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub rate_limit_m_s: Option<f64>,
-    /// Largest rate of a servo's target, in rad/s [default: the robot's file].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub rate_limit_rad_s: Option<f64>,
-    /// Position that a servo holds, instead of setpoints, in metres [default: 0].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub target_m: Option<f64>,
-    /// Position that a servo holds, instead of setpoints, in radians [default: 0].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub target_rad: Option<f64>,
+    /// What the robot's file is read with.
+    #[serde(flatten)]
+    pub options: JointOptions,
     /// What the servo does over time. Before the first setpoint it holds the first, after the last the last.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub setpoints: Vec<JointSetpoint>,
@@ -170,51 +112,18 @@ impl Between {
     }
 }
 
-/// What acts in a joint beside its damping and friction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[schemars(rename = "RobotJointRole")]
-pub enum JointRole {
-    /// Nothing: a rocker.
-    Free,
-    /// A spring.
-    Sprung,
-    /// A servo that goes to setpoints: an arm, a lift, a turret. `stiffness_*` and `damping_*` are the servo's; left out, they swing what the joint
-    /// moves at most at 10 Hz, critically damped. What the robot's file has of damping and friction acts beside it.
-    Driven,
-    /// It does not move.
-    Held,
-}
-
 impl Joint {
     /// As the robot's file is read with it.
     pub(super) fn options(&self) -> JointOptions {
-        let role = self.role.map(|role| match role {
-            JointRole::Free => RoleOption::Free,
-            JointRole::Sprung => RoleOption::Sprung,
-            JointRole::Driven => RoleOption::Driven,
-            JointRole::Held => RoleOption::Held,
-        });
         // A run begins at the first setpoint.
         let first = self.setpoints.first();
         JointOptions {
-            role,
-            stiffness_n_m: self.stiffness_n_m,
-            stiffness_n_m_rad: self.stiffness_n_m_rad,
-            damping_n_s_m: self.damping_n_s_m,
-            damping_n_m_s_rad: self.damping_n_m_s_rad,
-            rest_m: self.rest_m,
-            rest_rad: self.rest_rad,
-            preload_n: self.preload_n,
-            preload_n_m: self.preload_n_m,
-            friction_n: self.friction_n,
-            friction_n_m: self.friction_n_m,
-            effort_n: self.effort_n,
-            effort_n_m: self.effort_n_m,
-            rate_limit_m_s: self.rate_limit_m_s,
-            rate_limit_rad_s: self.rate_limit_rad_s,
-            target_m: self.target_m.or(first.and_then(|of| of.position_m)),
-            target_rad: self.target_rad.or(first.and_then(|of| of.position_rad)),
+            target_m: self.options.target_m.or(first.and_then(|of| of.position_m)),
+            target_rad: self
+                .options
+                .target_rad
+                .or(first.and_then(|of| of.position_rad)),
+            ..self.options.clone()
         }
     }
 
@@ -224,14 +133,14 @@ impl Joint {
         if self.setpoints.is_empty() {
             return Ok(());
         }
-        if self.role != Some(JointRole::Driven) {
+        if self.options.role != Some(RoleOption::Driven) {
             return Err(Objection::to(
                 key("setpoints"),
                 format!("the joint `{name}` has setpoints and no servo that goes there"),
                 "write role = \"driven\" for it, or leave the setpoints out",
             ));
         }
-        if self.target_m.or(self.target_rad).is_some() {
+        if self.options.target().is_some() {
             return Err(Objection::to(
                 key("setpoints"),
                 format!(

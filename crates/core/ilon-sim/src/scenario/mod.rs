@@ -34,13 +34,16 @@ pub use expect::{Bound, Expect, Must, SignalBound};
 pub(crate) use faults::within;
 pub use faults::{Fault, Frame};
 pub use guidance::{Guidance, Kinematics, Priority, ReferencePoint, Saturation, Task};
-pub use joints::{Between, Joint, JointRole, JointSetpoint, Quantity};
+pub use ilon_formats::{
+    Handedness as Gamma, RoleOption as JointRole, RollerForms as Rollers, WheelOptions as Wheels,
+};
+pub use joints::{Between, Joint, JointSetpoint, Quantity};
 pub use keys::nearest;
 pub(crate) use keys::{SIZES, is_computable};
 pub use materials::{Across, Against, MaterialPair, Materials, Sliding};
 pub use motion::{Heading, Motion, Reference, Scheduled, Timing, Tracked, Twist};
 pub use playback::{Drives, Playback};
-pub use robot::{Gamma, Robot, RollerBodies, Rollers, Wheels};
+pub use robot::{Robot, RollerBodies};
 pub use rollers::{RollerSurface, Tread};
 pub(crate) use run::TIME_SLACK_S;
 pub use run::{Auto, Run, Step};

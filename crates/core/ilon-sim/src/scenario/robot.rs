@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
-use ilon_formats::{Handedness, LoadOptions, Package, RollerForms, WheelOptions};
+use ilon_formats::{LoadOptions, Package, RollerForms, WheelOptions};
 use ilon_robot::Pose;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -34,7 +34,7 @@ pub struct Robot {
     pub roller_bodies: RollerBodies,
     /// What the rollers touch the ground with.
     #[serde(default)]
-    pub rollers: Rollers,
+    pub rollers: RollerForms,
     /// Repair masses, inertias, double names, gaps between rollers, wheels some millimetres off the floor and fixed hubs.
     /// Each change is reported.
     #[serde(default)]
@@ -62,7 +62,7 @@ pub struct Robot {
     pub wheel_radius_m: Option<f64>,
     /// Rollers for wheels that have none in the robot's file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub wheels: Option<Wheels>,
+    pub wheels: Option<WheelOptions>,
     /// Joints other than wheels and rollers, by name. Default: sprung where the file has a spring, free for rockers, else
     /// held at zero.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -97,16 +97,13 @@ impl Robot {
         options.leave_out_missing = self.leave_out_missing;
         options.repair = self.repair;
         options.density_kg_m3 = self.density_kg_m3;
-        options.rollers = match self.rollers {
-            Rollers::Barrel => RollerForms::Barrel,
-            Rollers::AsModelled => RollerForms::AsModelled,
-        };
+        options.rollers = self.rollers;
         options.wheel_radius_m = self.wheel_radius_m;
         options.infer_rollers = self.infer_rollers;
         let joint = |(name, joint): (&String, &Joint)| (name.clone(), joint.options());
         options.joints = self.joints.iter().map(joint).collect();
         options.spec = self.spec.clone();
-        options.wheels = self.wheels.as_ref().map(Wheels::options);
+        options.wheels = self.wheels.clone();
         options
     }
 }
@@ -139,86 +136,6 @@ impl std::fmt::Display for Argument {
             Self::Text(text) => text.fmt(f),
         }
     }
-}
-
-/// Rollers for wheels that have none in the robot's file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(rename = "RobotWheelsSection")]
-pub struct Wheels {
-    /// The wheels' joints, of any type [default: every joint on a level axis that stands on the common floor].
-    #[serde(default)]
-    pub joints: Vec<String>,
-    /// Rollers on each wheel.
-    #[schemars(range(min = 3, max = 1000))]
-    pub rollers: usize,
-    /// Largest radius of the rollers, in metres [default: a fifth of the wheel's, or more, to reach the neighbours].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub roller_radius_m: Option<f64>,
-    /// Mass of one roller, in kg, taken from the wheel's [default: solid rubber, all together at most half of the wheel].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub roller_mass_kg: Option<f64>,
-    /// Viscous damping of a roller's bearing, in N m s/rad.
-    #[serde(default)]
-    #[schemars(range(min = 0.0))]
-    pub damping_n_m_s: f64,
-    /// Dry friction of a roller's bearing, in N m.
-    #[serde(default)]
-    #[schemars(range(min = 0.0))]
-    pub friction_n_m: f64,
-    /// Angle from the hub axis to the rolling direction of the lowest roller, counter-clockwise from above.
-    pub gamma: Gamma,
-}
-
-/// The angle gamma of each wheel, in degrees, with its sign.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Gamma {
-    /// `gamma.x_deg = 45`: mecanum wheels in the usual X. All hub axes must be parallel.
-    XDeg(f64),
-    /// `gamma.all_deg = 0`: the same for all wheels; 0 is an omni wheel.
-    AllDeg(f64),
-    /// `gamma.each_deg = [-45, 45, 45, -45]`: one for each wheel, in the order of `joints`.
-    EachDeg(Vec<f64>),
-}
-
-impl Wheels {
-    fn options(&self) -> WheelOptions {
-        let Self {
-            joints,
-            rollers,
-            roller_radius_m,
-            roller_mass_kg,
-            damping_n_m_s,
-            friction_n_m,
-            gamma,
-        } = self.clone();
-        let gamma = match gamma {
-            Gamma::XDeg(gamma_deg) => Handedness::XDeg(gamma_deg),
-            Gamma::AllDeg(gamma_deg) => Handedness::AllDeg(gamma_deg),
-            Gamma::EachDeg(gammas_deg) => Handedness::EachDeg(gammas_deg),
-        };
-        let mut options = WheelOptions::new(rollers, gamma).on(joints);
-        options.roller_radius_m = roller_radius_m;
-        options.roller_mass_kg = roller_mass_kg;
-        options.damping_n_m_s = damping_n_m_s;
-        options.friction_n_m = friction_n_m;
-        options
-    }
-}
-
-/// What rollers touch the ground with.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Rollers {
-    /// The exact barrel, fitted to what the robot's file models.
-    #[default]
-    Barrel,
-    /// The collision shapes of the robot's file as they are, with their gaps and ripple: what other simulators roll on.
-    /// `roller_bodies` must be `"all"` then. Rollers that are put in by `robot.wheels` stay barrels.
-    AsModelled,
 }
 
 /// Which rollers are checked for contact: all, or those near the ground. Same motion to micrometres, not to the last bit.

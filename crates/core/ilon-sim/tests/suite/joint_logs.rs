@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use ilon_formats::describe;
 use ilon_messages::Message;
 use ilon_messages::bag::{BagWriter, Qos};
 use ilon_messages::builtin_interfaces::Duration;
@@ -274,8 +275,9 @@ fn apart_rad(one: &Run, other: &Run) -> f64 {
 fn the_bag_of_a_run_moves_its_joint_again(by: &str, within_rad: f64) {
     let folder = tempfile::tempdir().expect("a folder");
     let simulation = swing(folder.path());
-    let mut sink =
-        BagSink::create(&folder.path().join("bag"), simulation.plant().robot()).expect("a bag");
+    let robot = simulation.plant().robot();
+    let described = describe(robot, &simulation.trace().header.urdf);
+    let mut sink = BagSink::create(&folder.path().join("bag"), robot, described).expect("a bag");
     sink.begin(&simulation.trace().header).expect("a bag");
     let before = simulation.run();
     sink.take(&before.trace).expect("rows");

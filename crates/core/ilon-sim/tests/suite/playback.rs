@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use ilon_formats::describe;
 use ilon_messages::bag::{BagWriter, Qos};
 use ilon_messages::builtin_interfaces::Time;
 use ilon_messages::geometry_msgs::Twist;
@@ -46,7 +47,9 @@ fn recorded(folder: &Path) -> (PathBuf, Trace) {
     let simulation =
         Simulation::new(&scenario(folder, DRIVEN).expect("a scenario")).expect("a simulation");
     let bag = folder.join("bag");
-    let mut sink = BagSink::create(&bag, simulation.plant().robot()).expect("a bag");
+    let robot = simulation.plant().robot();
+    let described = describe(robot, &simulation.trace().header.urdf);
+    let mut sink = BagSink::create(&bag, robot, described).expect("a bag");
     sink.begin(&simulation.trace().header).expect("a bag");
     let trace = simulation.run().trace;
     sink.take(&trace).expect("rows");

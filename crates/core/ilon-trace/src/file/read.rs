@@ -128,10 +128,7 @@ impl TraceFile {
         let row_count = self.rows_of(group);
         let found =
             (0..schema.num_columns()).find(|&index| schema.column(index).name() == signal.name);
-        let index = match found {
-            None if signal.is_newer() => return Ok(vec![None; row_count]),
-            found => found.ok_or_else(column_error)?,
-        };
+        let index = found.ok_or_else(column_error)?;
         let rows = self.reader.get_row_group(group).map_err(not_parquet)?;
         let column = rows.get_column_reader(index).map_err(not_parquet)?;
         read_column(column, row_count)

@@ -28,5 +28,5 @@ mod writer;
 pub use error::BagError;
 pub use own::{is_own, remove_own};
 pub use qos::{Durability, Qos, Reliability};
-pub use reader::{BagReadError, ReadMessage, read};
+pub use reader::{BagReadError, MessageFault, ReadMessage, Seen, read};
 pub use writer::BagWriter;

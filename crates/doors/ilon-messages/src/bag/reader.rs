@@ -1,6 +1,6 @@
 //! Reading bags of anybody, from front to back.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -10,8 +10,13 @@ use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
+use crate::{CdrError, Message};
+
 /// The longest record that is taken into memory, and the most bytes that a chunk may unpack to.
 const RECORD_BYTES: usize = 256 << 20;
+
+/// The most topics that are kept to be listed.
+const MOST_TOPICS: usize = 1000;
 
 /// The encoding of messages in bags of ROS 2.
 const CDR: &str = "cdr";
@@ -28,6 +33,100 @@ pub struct ReadMessage<'a> {
     pub log_time_ns: u64,
     /// What it says, as CDR.
     pub cdr: &'a [u8],
+}
+
+impl ReadMessage<'_> {
+    /// What it says, as a message of a type.
+    ///
+    /// # Errors
+    /// Where it is of another type, or does not hold what its type says.
+    pub fn decode<M: Message>(&self) -> Result<M, MessageFault> {
+        if self.type_name != M::TYPE_NAME {
+            return Err(MessageFault::OtherType {
+                topic: self.topic.to_owned(),
+                type_name: self.type_name.to_owned(),
+            });
+        }
+        M::decode(self.cdr).map_err(|reason| MessageFault::Damaged {
+            topic: self.topic.to_owned(),
+            type_name: M::TYPE_NAME,
+            reason,
+        })
+    }
+}
+
+/// Why a message is not what was wanted.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MessageFault {
+    /// It is of another type.
+    #[error("`{topic}` is of the type {type_name}")]
+    OtherType {
+        /// Its topic.
+        topic: String,
+        /// Its type.
+        type_name: String,
+    },
+    /// It does not hold what its type says.
+    #[error("a message of `{topic}` is no {type_name}: {reason}")]
+    Damaged {
+        /// Its topic.
+        topic: String,
+        /// Its type.
+        type_name: &'static str,
+        /// Why.
+        reason: CdrError,
+    },
+}
+
+impl MessageFault {
+    /// What to do about it; `choose` says which types would do.
+    pub fn help(&self, choose: impl FnOnce() -> String) -> String {
+        match self {
+            Self::OtherType { .. } => choose(),
+            Self::Damaged { .. } => {
+                "the recording is damaged, or its type has other fields than that of ROS 2"
+                    .to_owned()
+            }
+        }
+    }
+}
+
+/// The topics of a bag as its messages come, with their types, and the time since the first message.
+#[derive(Clone, Debug, Default)]
+pub struct Seen {
+    first_ns: Option<u64>,
+    topics: BTreeMap<String, String>,
+}
+
+impl Seen {
+    /// Takes note of a message, of a thousand topics at most. Gives the seconds since the first one: since 1970 they leave no digits for what happens
+    /// within a period.
+    pub fn note(&mut self, message: &ReadMessage) -> f64 {
+        if !self.topics.contains_key(message.topic) && self.topics.len() < MOST_TOPICS {
+            let (topic, kind) = (message.topic.to_owned(), message.type_name.to_owned());
+            self.topics.insert(topic, kind);
+        }
+        let first_ns = *self.first_ns.get_or_insert(message.log_time_ns);
+        (i128::from(message.log_time_ns) - i128::from(first_ns)) as f64 * 1e-9
+    }
+
+    /// The topics, and the type of each.
+    pub fn topics(&self) -> &BTreeMap<String, String> {
+        &self.topics
+    }
+
+    /// The topics in words.
+    pub fn listed(&self) -> String {
+        let topics = self.topics.iter();
+        let listed: Vec<String> = topics
+            .map(|(topic, kind)| format!("`{topic}` ({kind})"))
+            .collect();
+        match listed.len() {
+            0 => "none at all".to_owned(),
+            _ => listed.join(", "),
+        }
+    }
 }
 
 /// Why a bag cannot be read.

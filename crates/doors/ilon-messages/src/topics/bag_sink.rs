@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use ilon_robot::Robot;
+use ilon_robot::{Robot, RobotDescription};
 use ilon_trace::{Header, Sink, Trace, TraceError};
 
 use super::run::RunTopics;
@@ -12,6 +12,7 @@ use crate::bag::{BagError, BagWriter};
 #[derive(Debug)]
 pub struct BagSink {
     robot: Robot,
+    described: RobotDescription,
     folder: PathBuf,
     bag: Option<BagWriter>,
     topics: Option<RunTopics>,
@@ -19,13 +20,18 @@ pub struct BagSink {
 }
 
 impl BagSink {
-    /// Begins a bag in a folder, for a run of this robot. A bag already there is replaced.
+    /// Begins a bag in a folder, for a run of this robot, which is described so. A bag already there is replaced.
     ///
     /// # Errors
     /// As [`BagWriter::create`].
-    pub fn create(folder: &Path, robot: &Robot) -> Result<Self, BagError> {
+    pub fn create(
+        folder: &Path,
+        robot: &Robot,
+        described: RobotDescription,
+    ) -> Result<Self, BagError> {
         Ok(Self {
             robot: robot.clone(),
+            described,
             folder: folder.to_owned(),
             bag: Some(BagWriter::create(folder)?),
             topics: None,
@@ -42,7 +48,7 @@ impl BagSink {
 impl Sink for BagSink {
     fn begin(&mut self, header: &Header) -> Result<(), TraceError> {
         let fault = self.fault();
-        let topics = RunTopics::new(&self.robot, header);
+        let topics = RunTopics::new(&self.robot, std::mem::take(&mut self.described), header);
         if let Some(bag) = &mut self.bag {
             topics.declare(bag).map_err(&fault)?;
             topics.latched(bag, 0.0).map_err(&fault)?;

@@ -3,7 +3,7 @@
 //! | topic | type | says |
 //! |---|---|---|
 //! | `/clock` | `rosgraph_msgs/Clock` | the simulated time |
-//! | `/robot_description` | `std_msgs/String` | the robot's URDF ([`robot_description`]), latched |
+//! | `/robot_description` | `std_msgs/String` | the robot's URDF ([`RobotDescription`](ilon_robot::RobotDescription)), latched |
 //! | `/tf_static` | `tf2_msgs/TFMessage` | `map -> odom`, and all links that do not move, latched |
 //! | `/tf` | `tf2_msgs/TFMessage` | `odom -> base_link` as reckoned, `map -> ground_truth/base_link` as it is, wheels, rollers |
 //! | `/joint_states` | `sensor_msgs/JointState` | angle, rate and torque of each wheel |
@@ -33,14 +33,10 @@ mod convert;
 mod diagnostics;
 mod frames;
 mod outlet;
-mod robot_description;
-mod ros2_control;
 mod run;
 
 pub use bag_sink::BagSink;
 pub use contacts::MARKER_RATE_HZ;
 pub use frames::{Fixed, Frames, Turning};
 pub use outlet::Outlet;
-pub use robot_description::robot_description;
-pub use ros2_control::with_ros2_control;
 pub use run::RunTopics;

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use ilon_robot::{Pose, Robot, Twist};
+use ilon_robot::{Pose, Robot, RobotDescription, Twist};
 use ilon_trace::{Header as RunHeader, ImuSample, ImuVariances, JointSample, Record, WheelSample};
 use nalgebra::{Isometry3, UnitQuaternion};
 
@@ -11,8 +11,6 @@ use super::convert::{isometry, pose, stamp, time_ns, transform, twist};
 use super::diagnostics::Window;
 use super::frames::Frames;
 use super::outlet::Outlet;
-use super::robot_description::robot_description;
-use super::ros2_control::with_ros2_control;
 use crate::bag::Qos;
 use crate::builtin_interfaces::Time;
 use crate::diagnostic_msgs::DiagnosticArray;
@@ -75,19 +73,14 @@ struct WheelTopics {
 }
 
 impl RunTopics {
-    /// The topics of a run of this robot.
-    pub fn new(robot: &Robot, run: &RunHeader) -> Self {
-        let description = robot_description(robot, &run.urdf);
-        let frames = Frames::of(robot, &description).unwrap_or_else(|| {
-            // The description of a robot without a file has all of its links.
-            let bare = robot_description(robot, "");
-            Frames::of(robot, &bare).unwrap_or_else(|| Frames {
-                base: robot.chassis.name.clone(),
-                fixed: Vec::new(),
-                joints: Vec::new(),
-                wheels: Vec::new(),
-                rollers: Vec::new(),
-            })
+    /// The topics of a run of this robot, which is described so.
+    pub fn new(robot: &Robot, described: RobotDescription, run: &RunHeader) -> Self {
+        let frames = Frames::of(robot, &described.links).unwrap_or_else(|| Frames {
+            base: robot.chassis.name.clone(),
+            fixed: Vec::new(),
+            joints: Vec::new(),
+            wheels: Vec::new(),
+            rollers: Vec::new(),
         });
         let posed = robot.posed(&robot.start_positions());
         let standing = posed.standing_pose();
@@ -129,7 +122,7 @@ impl RunTopics {
             tf: TFMessage { transforms: tf },
             commands,
             joints,
-            description,
+            description: described.urdf,
             frames,
             world,
             odom,
@@ -142,15 +135,6 @@ impl RunTopics {
     pub fn without_odometry_frame(mut self) -> Self {
         if std::mem::take(&mut self.has_odometry_frame) {
             self.tf.transforms.remove(0);
-        }
-        self
-    }
-
-    /// The same topics with a `<ros2_control>` block in the robot's URDF: a controller manager takes the first `/robot_description` that it
-    /// hears, and fails on one without.
-    pub fn with_ros2_control(mut self, robot: &Robot) -> Self {
-        if let Some(whole) = with_ros2_control(robot, &self.description) {
-            self.description = whole;
         }
         self
     }

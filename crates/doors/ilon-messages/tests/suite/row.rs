@@ -1,6 +1,8 @@
 //! A row of a run as topics: components, signs and frames of what is said of it.
 
-use ilon_formats::{Handedness, JointOptions, LoadOptions, LoadRobot, RoleOption, WheelOptions};
+use ilon_formats::{
+    Handedness, JointOptions, LoadOptions, LoadRobot, RoleOption, WheelOptions, describe,
+};
 use ilon_messages::bag::Qos;
 use ilon_messages::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use ilon_messages::geometry_msgs::{Vector3Stamped, WrenchStamped};
@@ -77,7 +79,7 @@ fn sent() -> Kept {
     .steady();
     let mut kept = Kept::default();
     let wheels = vec![sample; robot.wheels.len()];
-    let mut topics = RunTopics::new(&robot, &run);
+    let mut topics = RunTopics::new(&robot, describe(&robot, &run.urdf), &run);
     topics.row(&record, &wheels, &[], &mut kept).expect("sent");
     kept
 }
@@ -137,7 +139,7 @@ fn markers_of(sample: WheelSample) -> (Robot, Vec<Marker>) {
     let run = Header::of_robot(&robot);
     let mut kept = Kept::default();
     let wheels = vec![sample; robot.wheels.len()];
-    let mut topics = RunTopics::new(&robot, &run);
+    let mut topics = RunTopics::new(&robot, describe(&robot, &run.urdf), &run);
     topics
         .row(&Record::default(), &wheels, &[], &mut kept)
         .expect("sent");
@@ -247,7 +249,7 @@ fn diagnostics_report_means_extremes_and_shares_of_the_rows_since_the_last() {
         task_names: vec!["heading".to_owned(), "position".to_owned()],
         ..Header::of_robot(&robot)
     };
-    let mut topics = RunTopics::new(&robot, &run);
+    let mut topics = RunTopics::new(&robot, describe(&robot, &run.urdf), &run);
     let mut kept = Kept::default();
     // Asked for 1 m/s ahead; servo takes 0.1 m/s, rollers 0.2 m/s to the side, slip 0.3 m/s.
     let ahead = |vx: f64, vy: f64| Twist::new(vx, vy, 0.0);
@@ -355,7 +357,7 @@ fn frames_at(angle_rad: f64, rollers_are_taken: bool) -> (RunTopics, Kept) {
     let count = robot.wheels.iter().map(|wheel| wheel.rollers.len()).sum();
     let rollers_rad = vec![rollers_are_taken.then_some(angle_rad); count];
     let mut kept = Kept::default();
-    let mut topics = RunTopics::new(&robot, &run);
+    let mut topics = RunTopics::new(&robot, describe(&robot, &run.urdf), &run);
     topics
         .row(&Record::default(), &wheels, &rollers_rad, &mut kept)
         .expect("sent");
@@ -441,7 +443,7 @@ fn a_frame_is_either_latched_or_sent_with_the_rows() {
             roller_angles,
             ..Header::of_robot(&robot)
         };
-        let mut topics = RunTopics::new(&robot, &run);
+        let mut topics = RunTopics::new(&robot, describe(&robot, &run.urdf), &run);
         let mut kept = Kept::default();
         topics.latched(&mut kept, 0.0).expect("sent");
         let wheels = vec![WheelSample::default(); robot.wheels.len()];
@@ -469,7 +471,7 @@ fn a_frame_is_either_latched_or_sent_with_the_rows() {
 #[test]
 fn topics_are_declared_before_they_are_sent_and_latched_where_they_are_said_once() {
     let robot = Robot::from_urdf_str(MECANUM4, "mecanum4").expect("it loads");
-    let mut topics = RunTopics::new(&robot, &Header::of_robot(&robot));
+    let mut topics = RunTopics::new(&robot, describe(&robot, ""), &Header::of_robot(&robot));
     let mut kept = Kept::default();
     topics.declare(&mut kept).expect("declared");
     topics.latched(&mut kept, 0.0).expect("sent");
@@ -514,7 +516,7 @@ fn a_joint_between_bodies_is_in_tf_and_joint_states() {
         (joint.position, joint.rate, joint.force) = (position, 2.0, 7.0);
     }
     let mut kept = Kept::default();
-    let mut topics = RunTopics::new(&robot, &run);
+    let mut topics = RunTopics::new(&robot, describe(&robot, &run.urdf), &run);
     let wheels = vec![WheelSample::default(); robot.wheels.len()];
     topics.row(&record, &wheels, &[], &mut kept).expect("sent");
     let tf: TFMessage = kept.one("/tf");

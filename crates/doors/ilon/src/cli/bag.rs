@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use ilon_formats::describe;
 use ilon_messages::bag::{self, BagError};
 use ilon_messages::topics::BagSink;
 
@@ -45,7 +46,9 @@ impl Bag {
     /// Makes room: the bag of an earlier run goes. Gives what rows are written into, where a bag is wanted.
     pub fn begin(&self, simulation: &Simulation) -> Result<Option<BagSink>, Failure> {
         bag::remove_own(&self.folder).map_err(failure)?;
-        let sink = || BagSink::create(&self.folder, simulation.plant().robot());
+        let robot = simulation.plant().robot();
+        let described = || describe(robot, &simulation.trace().header.urdf);
+        let sink = || BagSink::create(&self.folder, robot, described());
         self.wanted.then(sink).transpose().map_err(failure)
     }
 }

@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use ilon_formats::Loaded;
-use ilon_messages::topics::{robot_description, with_ros2_control};
+use ilon_formats::{Loaded, describe, with_ros2_control};
 use ilon_trace::file::write_text;
 
 use crate::cli::failure::Failure;
@@ -32,7 +31,7 @@ pub(super) fn write(
         write_text(path, &yaml(robot, &drive, limits))?;
     }
     if let Some(path) = control {
-        let urdf = robot_description(robot, &loaded.urdf);
+        let urdf = describe(robot, &loaded.urdf).urdf;
         let whole = with_ros2_control(robot, &urdf)
             .ok_or_else(|| Failure::encode("the URDF", &"it has no end"))?;
         write_text(path, &whole)?;

@@ -28,7 +28,7 @@ pub fn html(loaded: &Loaded, seen: &Inspection) -> String {
     let kinematics = Kinematics::new(robot).ok();
     let contact = ContactKinematics::new(robot).ok();
     let scene = Scene::new(
-        Description::of_robot(robot, Some(&loaded.urdf), &loaded.visual_meshes()),
+        Description::of_robot(robot, loaded.links().as_ref(), &loaded.visual_meshes()),
         turning(robot, contact.clone()),
     );
     let picture = viewer::of_robot(&scene, TURN_S).ok();

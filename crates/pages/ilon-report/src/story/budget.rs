@@ -10,21 +10,34 @@
 //! that feedback renews for ever.
 
 use ilon_robot::wrap_angle;
-use ilon_trace::ledger::{Integral, TERMS};
+use ilon_trace::ledger::{Integral, NAMES, TERMS};
 use ilon_trace::{Header, Record};
 
-/// Names of the parts: the guidance's correction, then the terms of the ledger in their order.
-pub(crate) const PARTS: [&str; 1 + TERMS] = [
-    "correction by guidance",
-    "saturation",
-    "compensation",
-    "belief",
-    "servo",
-    "geometry",
-    "lift-off",
-    "conflict",
-    "slip",
-];
+/// Names of the parts: the guidance's correction, then the terms of the ledger in their order. The ledger's `guidance` is what saturation takes of it.
+pub(crate) const PARTS: [&str; 1 + TERMS] = {
+    let [
+        _,
+        compensation,
+        belief,
+        servo,
+        geometry,
+        lift_off,
+        conflict,
+        slip,
+    ] = NAMES;
+    let (correction, saturation) = ("correction by guidance", "saturation");
+    [
+        correction,
+        saturation,
+        compensation,
+        belief,
+        servo,
+        geometry,
+        lift_off,
+        conflict,
+        slip,
+    ]
+};
 
 /// How far the parts have come at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

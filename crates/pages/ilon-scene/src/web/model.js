@@ -7,11 +7,15 @@ const NO_SLIDE_M_S = 1e-3;
 
 const ARROW = { shaft: [[-0.5, 0], [-0.5, 1], [0.5, 1]], head: [[0, 0], [0, 1], [1, 0]] };
 
+// Whether what has a beginning, and an end or none, is there at a time.
+const isThere = ({ from_s: from, until_s: until }, t) => t >= from && !(t >= (until ?? Infinity));
+
 class Model {
   constructor(data) {
     this.data = data;
     this.robot = data.robot;
-    this.floor = data.floor;
+    this.floor = data.ground;
+    this.relief = data.relief;
     for (const wheel of this.robot.wheels) {
       wheel.at = fromPose(wheel.body_from_hub);
       wheel.rollers.forEach((roller) => { roller.at = fromPose(roller.hub_from_roller); });
@@ -26,8 +30,8 @@ class Model {
     this.meterPerNewton = 1.7 * radius / load;
     this.meterPerSpeed = 5 * radius;
     this.slideMax = 2.5 * radius;
-    if (this.floor.relief) {
-      const relief = this.floor.relief;
+    if (this.relief) {
+      const relief = this.relief;
       relief.heights = decoded({ data: relief.data, scale: relief.scale }, bytesOf(relief.data).length / 2);
     }
   }
@@ -49,7 +53,7 @@ class Model {
     (this.robot.meshes || []).forEach((mesh, k) => renderer.mesh(`mesh${k}`, surface(mesh), [3, 3, 1], true, true));
     const corners = [[-1, -1], [1, -1], [1, 1], [-1, 1]].flatMap(([x, y]) => [x, y, 0, 0, 0, 1, 0]);
     renderer.mesh('plane', { vertices: corners, indices: [0, 1, 2, 0, 2, 3] }, [3, 3, 1]);
-    if (this.floor.relief) renderer.mesh('relief', heightField(this.floor.relief), [3, 3, 1]);
+    if (this.relief) renderer.mesh('relief', heightField(this.relief), [3, 3, 1]);
   }
 
   // Where the body frame is as each body on a joint carries it.
@@ -246,20 +250,20 @@ class Model {
 
   // Patches, boxes, pushes: what there is of the world at a time.
   ground(t, put, arrow, state, colors) {
-    const there = ({ from_s, until_s }) => t >= from_s && !(t >= until_s);
-    for (const patch of this.floor.patches.filter(there)) {
-      const [[x, y], [a, b]] = [patch.center_m, patch.half_sides_m];
+    for (const patch of this.floor.patches.filter((patch) => isThere(patch, t))) {
+      const [[x, y], [a, b]] = [patch.center_m, patch.sides_m.map((side) => 0.5 * side)];
       put('decal', 'box', [a, 0, 0, x, 0, b, 0, y, 0, 0, 1e-4, 5e-4], [...this.frictionColor(patch.friction, colors), 0.55], [0, 0, 0, 1]);
     }
-    for (const { center_m: at, half_sides_m: half, heading_rad: heading, pitch_rad: pitch = 0 } of this.floor.boxes) {
-      put('world', 'box', scaled(fromAngles(...at, 0, pitch, heading), ...half), colors.box);
+    // A box is placed by the middle of its foot, a ramp by its own.
+    for (const { center_m: [x, y, z], sides_m: sides, heading_rad: heading, pitch_rad: pitch = 0 } of [...this.floor.boxes, ...this.floor.ramps || []]) {
+      put('world', 'box', scaled(fromAngles(x, y, z ?? 0.5 * sides[2], 0, pitch, heading), ...sides.map((side) => 0.5 * side)), colors.box);
     }
-    for (const push of this.data.pushes || []) {
+    for (const { from_s: from, until_s: until, kind: { push } } of this.data.faults || []) {
       // A short push is shown for half a second, or nobody sees it.
-      if (!(t >= push.from_s && t < Math.max(push.until_s, push.from_s + 0.5)) || !Number.isFinite(state.at[0])) continue;
+      if (!push || !(t >= from && t < Math.max(until, from + 0.5)) || !Number.isFinite(state.at[0])) continue;
       const level = fromAngles(0, 0, 0, 0, 0, push.in_body ? state.yaw : 0);
       const way = times(unit(turn(level, push.impulse_n_s)), 4 * this.unit);
-      const tip = apply(state.body, push.point_m);
+      const tip = apply(state.body, push.place_m);
       arrow('mark', sub(tip, way), way, 0.12 * this.unit, colors.sliding);
     }
   }
@@ -273,7 +277,7 @@ class Model {
 
   // The whole floor's colour: another friction everywhere is seen.
   floorColor(t, colors) {
-    const now = (this.floor.changes || []).filter(({ from_s, until_s }) => t >= from_s && !(t >= until_s)).pop();
-    return now ? this.frictionColor(now.friction, colors).map((c, i) => c + 0.6 * (colors.floor[i] - c)) : colors.floor;
+    const now = (this.data.faults || []).filter((fault) => fault.kind.friction_changed && isThere(fault, t)).pop();
+    return now ? this.frictionColor(now.kind.friction_changed.friction, colors).map((c, i) => c + 0.6 * (colors.floor[i] - c)) : colors.floor;
   }
 }

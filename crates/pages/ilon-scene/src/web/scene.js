@@ -59,7 +59,7 @@ function ilonScene(canvas, data, given) {
 
   const model = new Model(data);
   const reach = data.robot.reach_m;
-  const slope = data.floor.slope_rad || 0;
+  const slope = data.ground.slope_rad;
   // The floor falls towards +x by the slope: gravity stays upright in the picture, and the floor leans.
   const level = fromAngles(0, 0, 0, 0, slope, 0);
   const camera = new Camera(-0.9, 0.5, 3.7 * reach);
@@ -207,7 +207,7 @@ function ilonScene(canvas, data, given) {
     note.hidden = !inset;
     const floorColor = model.floorColor(now, colors);
     const line = colors.line.map((c, i) => clamp(c + floorColor[i] - colors.floor[i], 0, 1));
-    const scene = { colors: { ...colors, line }, now, relief: model.floor.relief, floorColor };
+    const scene = { colors: { ...colors, line }, now, relief: model.relief, floorColor };
     const picture = (eyes, box, layers, bands, cells) => {
       const floorFromLevel = fromAngles(0, 0, 0, 0, -slope, 0);
       renderer.picture({

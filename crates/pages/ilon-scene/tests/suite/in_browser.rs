@@ -8,9 +8,9 @@ mod page;
 use std::path::Path;
 use std::process::Command;
 
-use ilon_formats::LoadRobot;
+use ilon_formats::{LoadRobot, link_tree};
 use ilon_robot::{Robot, VisualMeshes};
-use ilon_scene::{Contact, Description, Frame, Frames, Push, Relief, Scene, WheelFrame, embed};
+use ilon_scene::{Contact, Description, Frame, Frames, Relief, Scene, WheelFrame, embed};
 use serde_json::Value;
 
 fn browser() -> Option<String> {
@@ -237,7 +237,7 @@ fn a_mecanum_robot_is_drawn_answers_and_the_console_stays_silent() {
     let Some(browser) = browser() else { return };
     let (robot, urdf) = robot("mecanum4");
     let scene = Scene::new(
-        Description::of_robot(&robot, Some(&urdf), &VisualMeshes::default()),
+        Description::of_robot(&robot, link_tree(&urdf).as_ref(), &VisualMeshes::default()),
         drive(&robot),
     );
     let found = found(&browser, &scene, &["--force-prefers-reduced-motion"]);
@@ -264,8 +264,11 @@ fn a_robot_whose_chassis_is_a_mesh_is_drawn() {
     let options = ilon_formats::LoadOptions::default();
     let loaded = Robot::from_urdf_str_with(&urdf.replace(shown, mesh), &file, &options);
     let loaded = loaded.expect("it is read");
-    let description =
-        Description::of_robot(&loaded.robot, Some(&loaded.urdf), &loaded.visual_meshes());
+    let description = Description::of_robot(
+        &loaded.robot,
+        loaded.links().as_ref(),
+        &loaded.visual_meshes(),
+    );
     assert_eq!(description.robot.meshes.len(), 1);
     let scene = Scene::new(description, drive(&loaded.robot));
     let found = found(&browser, &scene, &["--force-prefers-reduced-motion"]);
@@ -282,23 +285,17 @@ fn a_robot_on_a_slope_with_bumps_patches_boxes_and_pushes_is_drawn() {
             .map(|i| 0.0005 * f64::from((i * 7 + j * 3) % 5))
             .collect()
     });
-    description.floor.relief = Relief::new(0.05, [0.3, -0.2], &heights.collect::<Vec<Vec<f64>>>());
-    assert!(description.floor.relief.is_some());
-    description.floor.slope_rad = 0.2;
-    let json = r#"{ "friction": 0.6,
-        "patches": [{ "center_m": [0.5, 0.5], "half_sides_m": [0.2, 0.2], "friction": 0.02 }],
-        "boxes": [{ "center_m": [0.8, 0, 0.05], "half_sides_m": [0.1, 0.5, 0.05], "heading_rad": 0.3 }],
-        "changes": [{ "friction": 0.1, "from_s": 0.5, "until_s": 1.5 }] }"#;
-    let floor: ilon_scene::Floor = serde_json::from_str(json).expect("a floor");
-    (description.floor.patches, description.floor.boxes) = (floor.patches, floor.boxes);
-    description.floor.changes = floor.changes;
-    description.pushes = vec![Push {
-        impulse_n_s: [0.0, -8.0, 0.0],
-        in_body: false,
-        point_m: [0.2, 0.1, 0.06],
-        from_s: 0.9,
-        until_s: 1.0,
-    }];
+    description.relief = Relief::new(0.05, [0.3, -0.2], &heights.collect::<Vec<Vec<f64>>>());
+    assert!(description.relief.is_some());
+    let ground = r#"{ "friction": 0.6, "slope_rad": 0.2,
+        "patches": [{ "center_m": [0.5, 0.5], "sides_m": [0.4, 0.4], "friction": 0.02, "from_s": 0 }],
+        "boxes": [{ "center_m": [0.8, 0], "sides_m": [0.2, 1, 0.1], "heading_rad": 0.3 }],
+        "ramps": [{ "center_m": [-0.8, 0, 0.05], "sides_m": [0.2, 1, 0.1], "heading_rad": 0.3, "pitch_rad": -0.1 }] }"#;
+    description.ground = serde_json::from_str(ground).expect("a ground");
+    let faults = r#"[{ "from_s": 0.5, "until_s": 1.5, "kind": { "friction_changed": { "friction": 0.1 } } },
+        { "from_s": 0.4, "kind": "pose_lost" },
+        { "from_s": 0.9, "until_s": 1, "kind": { "push": { "impulse_n_s": [0, -8, 0], "in_body": false, "place_m": [0.2, 0.1, 0.06] } } }]"#;
+    description.faults = serde_json::from_str(faults).expect("faults");
     description.reference = vec![[0.0, 0.0], [1.0, 1.0]];
     let found = found(&browser, &Scene::new(description, drive(&robot)), &[]);
     assert_it_works(&found, &robot);
@@ -309,7 +306,7 @@ fn the_page_of_the_example_shows_a_time_that_its_address_names_and_its_console_s
     let Some(browser) = browser() else { return };
     let (robot, urdf) = robot("mecanum6");
     let scene = Scene::new(
-        Description::of_robot(&robot, Some(&urdf), &VisualMeshes::default()),
+        Description::of_robot(&robot, link_tree(&urdf).as_ref(), &VisualMeshes::default()),
         drive(&robot),
     );
     let folder = tempfile::tempdir().expect("a folder to write to");

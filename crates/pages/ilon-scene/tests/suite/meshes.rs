@@ -26,7 +26,12 @@ fn drawn(part: &str, (from, to): (&str, &str)) -> RobotShape {
     let file = folder.path().join("robot.urdf").display().to_string();
     let loaded = Robot::from_urdf_str_with(&urdf, &file, &LoadOptions::default());
     let loaded = loaded.expect("it is read");
-    Description::of_robot(&loaded.robot, Some(&loaded.urdf), &loaded.visual_meshes()).robot
+    Description::of_robot(
+        &loaded.robot,
+        loaded.links().as_ref(),
+        &loaded.visual_meshes(),
+    )
+    .robot
 }
 
 const CHASSIS: &str = "<box size=\"0.4 0.24 0.1\"/></geometry><material name=\"chassis\">";

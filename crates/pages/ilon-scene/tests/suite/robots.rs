@@ -1,6 +1,6 @@
 //! What is drawn of robots, from their model and their file.
 
-use ilon_formats::{JointOptions, LoadOptions, LoadRobot, RoleOption, RollerForms};
+use ilon_formats::{JointOptions, LoadOptions, LoadRobot, RoleOption, RollerForms, link_tree};
 use ilon_robot::{Robot, VisualMeshes};
 use ilon_scene::description::{Geometry, Shape};
 use ilon_scene::{Description, Frames, Scene, embed};
@@ -34,7 +34,12 @@ fn assert_finite(description: &Description) {
 #[test]
 fn chassis_and_hubs_are_drawn_as_the_file_shows_them() {
     let urdf = urdf("mecanum4");
-    let shape = Description::of_robot(&robot(&urdf), Some(&urdf), &VisualMeshes::default()).robot;
+    let shape = Description::of_robot(
+        &robot(&urdf),
+        link_tree(&urdf).as_ref(),
+        &VisualMeshes::default(),
+    )
+    .robot;
     // <origin xyz="0 0 0.06"/> <box size="0.4 0.24 0.1"/> <color rgba="0.35 0.40 0.45 1"/>
     let [
         Shape {
@@ -93,8 +98,12 @@ fn rollers_as_modelled_are_drawn_by_the_hull_of_their_shapes() {
     let mut options = LoadOptions::default();
     options.rollers = RollerForms::AsModelled;
     let loaded = Robot::from_urdf_str_with(&urdf, "robot.urdf", &options).expect("it is read");
-    let shape =
-        Description::of_robot(&loaded.robot, Some(&loaded.urdf), &VisualMeshes::default()).robot;
+    let shape = Description::of_robot(
+        &loaded.robot,
+        loaded.links().as_ref(),
+        &VisualMeshes::default(),
+    )
+    .robot;
     // The outermost spheres of the stack: <origin xyz="0 0 0.01956"/> <sphere radius="0.00956"/>.
     let (first, last) = (shape.lathes[0].first(), shape.lathes[0].last());
     let end = 0.0195598 + 0.0095612;
@@ -136,7 +145,8 @@ fn a_robot_whose_chassis_shows_nothing_is_drawn_by_what_there_is(
     if from.starts_with("<box") {
         robot.chassis.collisions.clear();
     }
-    let description = Description::of_robot(&robot, Some(&shown), &VisualMeshes::default());
+    let description =
+        Description::of_robot(&robot, link_tree(&shown).as_ref(), &VisualMeshes::default());
     assert_eq!(description.robot.chassis.len(), 1);
     assert_eq!(
         description.robot.meshes_left_out,
@@ -159,7 +169,8 @@ fn a_robot_whose_chassis_shows_nothing_is_drawn_by_what_there_is(
 )]
 fn a_text_that_shows_nothing_sensible_leaves_the_model_to_be_drawn(text: &str) {
     let robot = robot(&urdf("volksbot"));
-    let description = Description::of_robot(&robot, Some(text), &VisualMeshes::default());
+    let description =
+        Description::of_robot(&robot, link_tree(text).as_ref(), &VisualMeshes::default());
     assert_eq!(
         description,
         Description::of_robot(&robot, None, &VisualMeshes::default())
@@ -189,7 +200,11 @@ fn a_name_cannot_end_the_script_that_holds_the_data() {
 #[test_case("volksbot")]
 fn every_shipped_robot_is_described_in_few_bytes_without_a_number_that_is_none(name: &str) {
     let urdf = urdf(name);
-    let description = Description::of_robot(&robot(&urdf), Some(&urdf), &VisualMeshes::default());
+    let description = Description::of_robot(
+        &robot(&urdf),
+        link_tree(&urdf).as_ref(),
+        &VisualMeshes::default(),
+    );
     assert_finite(&description);
     let bytes = serde_json::to_string(&description).expect("JSON").len();
     assert!(bytes < 20_000, "{bytes}");

@@ -6,7 +6,9 @@ use std::f64::consts::TAU;
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
-use ilon_formats::{Handedness, JointOptions, LoadOptions, LoadRobot, RoleOption, WheelOptions};
+use ilon_formats::{
+    Handedness, JointOptions, LoadOptions, LoadRobot, RoleOption, WheelOptions, link_tree,
+};
 use ilon_robot::{Pose, Robot, VisualMeshes};
 use ilon_scene::{Description, Frame, Frames, Interpolation, Thinning, frames_of_run};
 use ilon_trace::{Desired, Header, Record, Rows, Trace, WheelSample, rows::Projection};
@@ -328,7 +330,8 @@ fn with_an_arm() -> (Robot, String) {
 #[test]
 fn a_body_on_a_joint_is_drawn_where_its_joint_stands() {
     let (robot, text) = with_an_arm();
-    let shown = Description::of_robot(&robot, Some(&text), &VisualMeshes::default()).robot;
+    let shown =
+        Description::of_robot(&robot, link_tree(&text).as_ref(), &VisualMeshes::default()).robot;
     let [body] = &shown.bodies[..] else {
         panic!("{:?}", shown.bodies);
     };

@@ -1,23 +1,19 @@
 //! Logs as bags of ROS 2 and MCAP files.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use ilon_files::FileAccess;
-use ilon_messages::bag::{self, ReadMessage};
+use ilon_messages::Message;
+use ilon_messages::bag::{self, ReadMessage, Seen};
 use ilon_messages::geometry_msgs::{Pose, PoseStamped};
 use ilon_messages::nav_msgs::Odometry;
 use ilon_messages::sensor_msgs::JointState;
-use ilon_messages::{CdrError, Message};
 use ilon_robot::Robot;
 use ilon_sim::Error;
 use ilon_sim::foreign::MOST_ROWS;
 
 use super::format::{Bag, Format};
 use super::series::Log;
-
-/// Topics that are listed where one is missing.
-const MOST_TOPICS: usize = 1000;
 
 /// Wheel angles as they were recorded, and the pose at those times on the line between the poses around them.
 pub(super) fn read(
@@ -60,9 +56,7 @@ struct Recorded<'a> {
     names: Vec<&'a str>,
     log: Log,
     poses: Vec<(f64, [f64; 3])>,
-    /// The bag's topics and their types.
-    known: BTreeMap<String, String>,
-    first_ns: Option<u64>,
+    seen: Seen,
 }
 
 impl<'a> Recorded<'a> {
@@ -75,8 +69,7 @@ impl<'a> Recorded<'a> {
             names: names.collect(),
             log: Log::default(),
             poses: Vec::new(),
-            known: BTreeMap::new(),
-            first_ns: None,
+            seen: Seen::default(),
         }
     }
 
@@ -85,12 +78,7 @@ impl<'a> Recorded<'a> {
     }
 
     fn take(&mut self, message: &ReadMessage) -> Result<(), Error> {
-        let since_ns = *self.first_ns.get_or_insert(message.log_time_ns);
-        let t_s = (i128::from(message.log_time_ns) - i128::from(since_ns)) as f64 * 1e-9;
-        if !self.known.contains_key(message.topic) && self.known.len() < MOST_TOPICS {
-            let (topic, kind) = (message.topic.to_owned(), message.type_name.to_owned());
-            self.known.insert(topic, kind);
-        }
+        let t_s = self.seen.note(message);
         if message.topic == self.topics.joints {
             self.take_joints(t_s, &decode(self.path, message)?)?;
         } else if message.topic == self.topics.pose {
@@ -148,13 +136,9 @@ impl<'a> Recorded<'a> {
             ("pose", &self.topics.pose, self.poses.len()),
         ] {
             if count == 0 {
-                let known = self.known.iter();
-                let listed: Vec<String> = known
-                    .map(|(topic, kind)| format!("`{topic}` ({kind})"))
-                    .collect();
                 return Err(self.wrong(
                     format!("it has nothing of the robot on `log.bag.{key}` = `{topic}`"),
-                    format!("its topics are {}", listed.join(", ")),
+                    format!("its topics are {}", self.seen.listed()),
                 ));
             }
         }
@@ -196,24 +180,9 @@ fn between(poses: &[(f64, [f64; 3])], t_s: f64) -> [f64; 3] {
 }
 
 fn decode<M: Message>(path: &Path, message: &ReadMessage) -> Result<M, Error> {
-    if message.type_name != M::TYPE_NAME {
-        return Err(Error::contents(
-            path,
-            format!("`{}` is of the type {}", message.topic, message.type_name),
-            format!("name a topic of the type {}", M::TYPE_NAME),
-        ));
-    }
-    M::decode(message.cdr).map_err(|reason: CdrError| {
-        Error::contents(
-            path,
-            format!(
-                "a message of `{}` is no {}: {reason}",
-                message.topic,
-                M::TYPE_NAME
-            ),
-            "the recording is damaged, or its type has other fields than that of ROS 2",
-        )
-    })
+    let choose = || format!("name a topic of the type {}", M::TYPE_NAME);
+    let decoded = message.decode();
+    decoded.map_err(|fault| Error::contents(path, fault.to_string(), fault.help(choose)))
 }
 
 #[cfg(test)]

@@ -1,15 +1,13 @@
 //! Logs as bags of ROS 2 and MCAP files.
 
-use std::collections::BTreeMap;
-
 use ilon_files::FileAccess;
-use ilon_messages::bag::{self, ReadMessage};
+use ilon_messages::Message;
+use ilon_messages::bag::{self, ReadMessage, Seen};
 use ilon_messages::geometry_msgs::{PoseStamped, Twist, TwistStamped};
 use ilon_messages::nav_msgs::{Odometry, Path};
 use ilon_messages::sensor_msgs::JointState;
 use ilon_messages::std_msgs::Float64MultiArray;
 use ilon_messages::trajectory_msgs::JointTrajectory;
-use ilon_messages::{CdrError, Message};
 
 use super::joint_log::QUANTITIES;
 use super::series::Series;
@@ -47,12 +45,9 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<LogContent
     let pose_topic = wanted.section.pose_topic.as_deref();
     let (mut driving, mut measured) = (Series::new(width), pose_topic.map(|_| Series::new(3)));
     let mut fault = None;
-    let mut first_ns = None;
-    let mut seen: BTreeMap<String, String> = BTreeMap::new();
+    let mut seen = Seen::default();
     read_all(wanted, files, &mut |message| {
-        // Since the first message: seconds since 1970 leave no digits for what happens within a period.
-        let since_ns = *first_ns.get_or_insert(message.log_time_ns);
-        let t_s = (i128::from(message.log_time_ns) - i128::from(since_ns)) as f64 * 1e-9;
+        let t_s = seen.note(message);
         let mut take = || -> Result<(), Error> {
             if Some(message.topic) == topic.as_deref() {
                 drive(wanted, message, t_s, &mut driving)?;
@@ -71,9 +66,6 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<LogContent
             Ok(())
         };
         fault = take().err();
-        if !seen.contains_key(message.topic) && seen.len() < 1000 {
-            seen.insert(message.topic.to_owned(), message.type_name.to_owned());
-        }
         let longest = joints.iter().map(Series::len).max().unwrap_or(0);
         if driving.len().max(longest) > MOST_ROWS {
             let message = format!(
@@ -92,10 +84,10 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<LogContent
         ("pose_topic", pose_topic),
         ("joint_topic", joint_topic.as_deref()),
     ] {
-        if let Some(topic) = topic.filter(|topic| !seen.contains_key(*topic)) {
+        if let Some(topic) = topic.filter(|topic| !seen.topics().contains_key(*topic)) {
             return Err(wanted.fault(
                 format!("it has no messages of `playback.{key}` = `{topic}`"),
-                format!("its topics are {}", listed(&seen)),
+                format!("its topics are {}", seen.listed()),
             ));
         }
     }
@@ -116,16 +108,7 @@ fn move_joints(
     if message.type_name == JointTrajectory::TYPE_NAME {
         return follow_trajectory(wanted, message, t_s, joints);
     }
-    if message.type_name != JointState::TYPE_NAME {
-        return Err(wanted.fault(
-            format!("`{}` is of the type {}", message.topic, message.type_name),
-            format!(
-                "choose a topic of the type {}",
-                types(Drives::Joints).join(" or ")
-            ),
-        ));
-    }
-    let state: JointState = decode(wanted, message)?;
+    let state: JointState = decode_of(Drives::Joints, wanted, message)?;
     let said = [
         (&state.position, "positions"),
         (&state.velocity, "velocities"),
@@ -227,15 +210,13 @@ fn types(drives: Drives) -> &'static [&'static str] {
 
 /// The one topic whose messages can say what is wanted.
 fn only_topic(wanted: &Wanted<'_>, files: &FileAccess) -> Result<String, Error> {
-    let mut topics: BTreeMap<String, String> = BTreeMap::new();
+    let mut seen = Seen::default();
     read_all(wanted, files, &mut |message| {
-        if !topics.contains_key(message.topic) {
-            topics.insert(message.topic.to_owned(), message.type_name.to_owned());
-        }
-        topics.len() < 1000
+        seen.note(message);
+        true
     })?;
     let fitting = |kind: &&str| -> Vec<&String> {
-        let of_kind = topics.iter().filter(|(_, known)| known == kind);
+        let of_kind = seen.topics().iter().filter(|(_, known)| known == kind);
         of_kind.map(|(topic, _)| topic).collect()
     };
     let fits: Vec<&String> = types(wanted.section.drives)
@@ -249,7 +230,7 @@ fn only_topic(wanted: &Wanted<'_>, files: &FileAccess) -> Result<String, Error> 
                 "none of its topics is of the type {}",
                 types(wanted.section.drives).join(" or ")
             ),
-            format!("its topics are {}", listed(&topics)),
+            format!("its topics are {}", seen.listed()),
         )),
         _ => {
             let names: Vec<String> = fits.iter().map(|topic| format!("`{topic}`")).collect();
@@ -264,17 +245,6 @@ fn only_topic(wanted: &Wanted<'_>, files: &FileAccess) -> Result<String, Error> 
                 },
             ))
         }
-    }
-}
-
-fn listed(topics: &BTreeMap<String, String>) -> String {
-    let listed: Vec<String> = topics
-        .iter()
-        .map(|(topic, kind)| format!("`{topic}` ({kind})"))
-        .collect();
-    match listed.len() {
-        0 => "none at all".to_owned(),
-        _ => listed.join(", "),
     }
 }
 
@@ -303,7 +273,7 @@ fn drive(
             data
         }
         Drives::WheelRates | Drives::WheelAngles | Drives::WheelTorques => {
-            let joints = expect::<JointState>(wanted, message)?;
+            let joints = decode::<JointState>(wanted, message)?;
             let (values, what) = match wanted.section.drives {
                 Drives::WheelRates => (&joints.velocity, "velocity"),
                 Drives::WheelAngles => (&joints.position, "position"),
@@ -352,7 +322,7 @@ fn drive(
                 name if name == Odometry::TYPE_NAME => {
                     decode::<Odometry>(wanted, message)?.twist.twist
                 }
-                _ => expect::<TwistStamped>(wanted, message)?.twist,
+                _ => decode::<TwistStamped>(wanted, message)?.twist,
             };
             vec![twist.linear.x, twist.linear.y, twist.angular.z]
         }
@@ -394,35 +364,24 @@ fn poses(wanted: &Wanted<'_>, message: &ReadMessage) -> Result<Vec<(f64, [f64; 3
             .map(|(pose, t_s)| (t_s - times[0], pose.pose.planar()))
             .collect());
     }
-    let stamped = expect::<PoseStamped>(wanted, message)?;
+    let stamped = decode::<PoseStamped>(wanted, message)?;
     Ok(vec![(0.0, stamped.pose.planar())])
 }
 
-/// The message, or what else it is.
-fn expect<M: Message>(wanted: &Wanted<'_>, message: &ReadMessage) -> Result<M, Error> {
-    if message.type_name != M::TYPE_NAME {
-        return Err(wanted.fault(
-            format!("`{}` is of the type {}", message.topic, message.type_name),
-            format!(
-                "choose a topic of the type {}",
-                types(wanted.section.drives).join(" or ")
-            ),
-        ));
-    }
-    decode(wanted, message)
+/// What a message says, as one that drives the robot.
+fn decode<M: Message>(wanted: &Wanted<'_>, message: &ReadMessage) -> Result<M, Error> {
+    decode_of(wanted.section.drives, wanted, message)
 }
 
-fn decode<M: Message>(wanted: &Wanted<'_>, message: &ReadMessage) -> Result<M, Error> {
-    M::decode(message.cdr).map_err(|fault: CdrError| {
-        wanted.fault(
-            format!(
-                "a message of `{}` is no {}: {fault}",
-                message.topic,
-                M::TYPE_NAME
-            ),
-            "the recording is damaged, or its type has other fields than that of ROS 2",
-        )
-    })
+/// What a message says, where those of some types would do.
+fn decode_of<M: Message>(
+    drives: Drives,
+    wanted: &Wanted<'_>,
+    message: &ReadMessage,
+) -> Result<M, Error> {
+    let choose = || format!("choose a topic of the type {}", types(drives).join(" or "));
+    let decoded = message.decode();
+    decoded.map_err(|fault| wanted.fault(fault.to_string(), fault.help(choose)))
 }
 
 fn finite(

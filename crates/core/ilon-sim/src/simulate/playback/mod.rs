@@ -163,9 +163,8 @@ fn joints_without_aim(scenario: &Scenario, robot: &Robot) -> Vec<usize> {
         let joint = &robot.joints[*index];
         let asked = scenario.robot.joints.get(&joint.name);
         joint.servo().is_some()
-            && asked.is_none_or(|asked| {
-                asked.setpoints.is_empty() && asked.target_m.or(asked.target_rad).is_none()
-            })
+            && asked
+                .is_none_or(|asked| asked.setpoints.is_empty() && asked.options.target().is_none())
     };
     (0..robot.joints.len()).filter(is_free).collect()
 }

@@ -10,12 +10,11 @@ use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
-use roxmltree::{Document, Node};
 
+use super::links::link_tree;
 use super::mesh::Meshes;
-use super::source::child;
 use crate::files::FileAccess;
-use crate::model::{Mesh, VisualMeshes};
+use crate::model::{Link, LinkTree, Mesh, Visual, VisualMeshes, VisualShape};
 
 /// The most triangles of all meshes of a robot together: about 200 kB of a page.
 const MOST_TRIANGLES: usize = 16_000;
@@ -39,11 +38,11 @@ pub(crate) fn read(text: &str, meshes: &Meshes, rollers: &BTreeSet<&str>) -> Vis
     if !text.contains("<mesh") {
         return looks;
     }
-    let Ok(document) = Document::parse(text) else {
+    let Some(tree) = link_tree(text) else {
         return looks;
     };
     let mut paths: BTreeMap<String, PathBuf> = BTreeMap::new();
-    for name in names(&document, rollers) {
+    for name in names(&tree, rollers) {
         match meshes.find(name) {
             Ok(path) if paths.len() < MOST_FILES => {
                 paths.insert(name.to_owned(), path);
@@ -149,28 +148,17 @@ fn share(counts: &[usize], most: usize) -> usize {
 }
 
 /// The meshes that the links of a robot show, but for its rollers: what joints of these names carry.
-fn names<'a>(document: &'a Document, rollers: &BTreeSet<&str>) -> BTreeSet<&'a str> {
-    let elements = |tag: &'static str| {
-        let all = document.root_element().children();
-        all.filter(move |n| n.has_tag_name(tag))
+fn names<'a>(tree: &'a LinkTree, rollers: &BTreeSet<&str>) -> BTreeSet<&'a str> {
+    let is_shown = |link: &&Link| {
+        let above = link.above.map(|joint| tree.joints[joint].name.as_str());
+        above.is_none_or(|joint| !rollers.contains(joint))
     };
-    let carried: BTreeSet<&str> = elements("joint")
-        .filter(|joint| {
-            joint
-                .attribute("name")
-                .is_some_and(|name| rollers.contains(name))
-        })
-        .filter_map(|joint| child(joint, "child")?.attribute("link"))
-        .collect();
-    let is_shown = |link: &Node| {
-        link.attribute("name")
-            .is_some_and(|name| !carried.contains(name))
+    let visuals = tree.links.iter().filter(is_shown).flat_map(|l| &l.visuals);
+    let mesh = |visual: &'a Visual| match &visual.shape {
+        VisualShape::Mesh { name, .. } => Some(name.as_str()),
+        _ => None,
     };
-    elements("link")
-        .filter(is_shown)
-        .flat_map(|link| link.children().filter(|n| n.has_tag_name("visual")))
-        .filter_map(|visual| child(child(visual, "geometry")?, "mesh")?.attribute("filename"))
-        .collect()
+    visuals.filter_map(mesh).collect()
 }
 
 #[cfg(test)]

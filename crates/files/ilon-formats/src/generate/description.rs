@@ -4,47 +4,53 @@ use std::collections::HashSet;
 use std::fmt::Write;
 use std::ops::Range;
 
-use ilon_robot::{Robot, Roller, RollerForm, SolidOfRevolution, Wheel, roll_pitch_yaw};
+use ilon_robot::roll_pitch_yaw;
 use nalgebra::{Isometry3, UnitQuaternion};
 use roxmltree::Document;
 
-use super::frames::{Tree, child};
-
-/// How many spheres show the barrel of a roller.
-const SPHERES: usize = 7;
+use super::SPHERES_PER_ROLLER as SPHERES;
+use super::elements::attribute;
+use crate::model::{Robot, RobotDescription, Roller, RollerForm, SolidOfRevolution, Wheel};
+use crate::urdf::{child, link_tree};
 
 /// The URDF of a robot, with a joint and a link for each of its wheels and rollers: the text that it was read from, and what that
 /// lacks of them. Rollers that the text does not show are shown as the spheres whose envelope is their barrel.
 ///
-/// `urdf` is the URDF that was read (`Loaded::urdf` of ilon-formats); of an empty text, or one that is no tree of links, the robot is described anew.
-pub fn robot_description(robot: &Robot, urdf: &str) -> String {
-    completed(robot, urdf).unwrap_or_else(|| {
-        let name = quoted(&robot.name);
-        let base = quoted(&robot.chassis.name);
+/// `urdf` is the URDF that was read ([`Loaded::urdf`](crate::Loaded::urdf)); of an empty text, or one that is no tree of links, the robot is
+/// described anew.
+pub fn describe(robot: &Robot, urdf: &str) -> RobotDescription {
+    let urdf = completed(robot, urdf).unwrap_or_else(|| {
+        let [name, base] = [&robot.name, &robot.chassis.name].map(|name| quoted(name));
         let bare = format!("<robot name={name}>\n  <link name={base}/>\n</robot>\n");
         // Its one link is a tree.
         completed(robot, &bare).unwrap_or(bare)
-    })
+    });
+    RobotDescription {
+        links: link_tree(&urdf).unwrap_or_default(),
+        urdf,
+    }
 }
 
 fn completed(robot: &Robot, urdf: &str) -> Option<String> {
+    let tree = link_tree(urdf)?;
     let document = Document::parse(urdf).ok()?;
-    let tree = Tree::of(&document)?;
     let element = document.root_element();
     let end = urdf[..element.range().end].rfind("</")?;
-    let mut names: HashSet<String> = tree.placed.keys().map(ToString::to_string).collect();
+    let mut names: HashSet<String> = tree.links.iter().map(|link| link.name.clone()).collect();
     // What of the text is replaced, and by what.
     let mut edits: Vec<(Range<usize>, String)> = Vec::new();
     let mut added = String::new();
     for wheel in &robot.wheels {
-        let joint = tree.joints.iter().find(|joint| joint.name == wheel.name);
-        let (wheel_link, body_from_wheel) = match joint {
-            Some(joint) => (joint.child.to_owned(), *tree.placed.get(joint.child)?),
+        let (wheel_link, body_from_wheel) = match tree.joint(&wheel.name) {
+            Some(joint) => {
+                let link = &tree.links[joint.child];
+                (link.name.clone(), link.body_from_link)
+            }
             None => {
                 let link = unique(format!("{}_link", wheel.name), &mut names);
                 let placed = Placed {
                     joint: &wheel.name,
-                    parent: tree.root,
+                    parent: &tree.links[0].name,
                     child: &link,
                     parent_from_child: wheel.body_from_hub,
                 };
@@ -54,7 +60,7 @@ fn completed(robot: &Robot, urdf: &str) -> Option<String> {
         };
         for (index, roller) in wheel.rollers.iter().enumerate() {
             let body_from_roller = wheel.body_from_hub * roller.hub_from_roller();
-            let Some(joint) = tree.joints.iter().find(|joint| joint.name == roller.name) else {
+            let Some(joint) = tree.joint(&roller.name) else {
                 let link = format!("{}_roller_{}_link", wheel.name, index + 1);
                 let link = unique(link, &mut names);
                 let placed = Placed {
@@ -67,12 +73,13 @@ fn completed(robot: &Robot, urdf: &str) -> Option<String> {
                 added.push_str(&placed.joint_and_link(&shown));
                 continue;
             };
+            let known = &tree.links[joint.child];
             let mut links = element.children().filter(|node| node.has_tag_name("link"));
-            let link = links.find(|node| node.attribute("name") == Some(joint.child))?;
+            let link = links.find(|node| node.attribute("name") == Some(&known.name))?;
             if child(link, "visual").is_some() {
                 continue;
             }
-            let link_from_roller = tree.placed.get(joint.child)?.inverse() * body_from_roller;
+            let link_from_roller = known.body_from_link.inverse() * body_from_roller;
             let shown = visuals(wheel, roller, &link_from_roller);
             let text = &urdf[link.range()];
             let Range { start, end } = link.range();
@@ -158,10 +165,9 @@ fn origin(pose: &Isometry3<f64>) -> String {
     format!("<origin xyz=\"{x} {y} {z}\" rpy=\"{roll} {pitch} {yaw}\"/>")
 }
 
-/// As the value of an attribute.
+/// A text as an attribute's value, in its quotes.
 pub(super) fn quoted(text: &str) -> String {
-    let text = text.replace('&', "&amp;").replace('<', "&lt;");
-    format!("\"{}\"", text.replace('"', "&quot;"))
+    format!("\"{}\"", attribute(text))
 }
 
 /// A name that is not taken, which is taken now.
@@ -175,8 +181,8 @@ fn unique(mut name: String, taken: &mut HashSet<String>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ilon_formats::LoadRobot;
-    use ilon_robot::RollerForm;
+    use crate::LoadRobot;
+    use crate::model::{CollisionShape, Visual, VisualShape};
 
     fn mecanum4() -> Robot {
         let urdf = include_str!("../../../../../assets/robots/mecanum4.urdf");
@@ -185,25 +191,17 @@ mod tests {
 
     /// The place along z and the radius of each sphere that a link shows.
     fn spheres(urdf: &str, joint: &str) -> Vec<(f64, f64)> {
-        let document = Document::parse(urdf).unwrap();
-        let tree = Tree::of(&document).unwrap();
-        let link = tree.joints.iter().find(|one| one.name == joint).unwrap();
-        let links = document.root_element().children();
-        let element = links
-            .filter(|node| node.has_tag_name("link"))
-            .find(|node| node.attribute("name") == Some(link.child))
-            .unwrap();
-        let visuals = element
-            .children()
-            .filter(|node| node.has_tag_name("visual"));
-        let sphere = |visual: roxmltree::Node<'_, '_>| {
-            let xyz = child(visual, "origin").unwrap().attribute("xyz").unwrap();
-            let xyz: Vec<f64> = xyz.split(' ').map(|x| x.parse().unwrap()).collect();
-            assert!(xyz[0].abs() < 1e-12 && xyz[1].abs() < 1e-12, "{xyz:?}");
-            let shape = child(child(visual, "geometry").unwrap(), "sphere").unwrap();
-            (xyz[2], shape.attribute("radius").unwrap().parse().unwrap())
+        let tree = link_tree(urdf).unwrap();
+        let link = &tree.links[tree.joint(joint).unwrap().child];
+        let sphere = |visual: &Visual| {
+            let at = visual.link_from_visual.translation;
+            assert!(at.x.abs() < 1e-12 && at.y.abs() < 1e-12, "{at}");
+            let VisualShape::Solid(CollisionShape::Sphere { radius_m }) = visual.shape else {
+                panic!("{visual:?}")
+            };
+            (at.z, radius_m)
         };
-        visuals.map(sphere).collect()
+        link.visuals.iter().map(sphere).collect()
     }
 
     /// A barrel is what a wheel's rim leaves of a sphere that goes along the roller's axis: each touches the rim from within, and the first
@@ -211,7 +209,7 @@ mod tests {
     #[test]
     fn spheres_of_a_roller_touch_the_rim_from_within_and_reach_its_ends() {
         let robot = mecanum4();
-        let urdf = robot_description(&robot, "");
+        let urdf = describe(&robot, "").urdf;
         for wheel in &robot.wheels {
             for roller in &wheel.rollers {
                 assert!(!matches!(roller.form, RollerForm::Turned(_)));
@@ -233,13 +231,13 @@ mod tests {
     #[test]
     fn links_of_rollers_that_show_nothing_are_given_something_to_see() {
         let robot = mecanum4();
-        let whole = robot_description(&robot, "");
+        let whole = describe(&robot, "").urdf;
         let lines = whole.lines().filter(|line| !line.contains("<visual>"));
         let in_two_tags = lines.fold(String::new(), |text, line| text + line + "\n");
         let in_one_tag = in_two_tags.replace("\">\n  </link>", "\"/>");
         assert!(in_one_tag.len() < in_two_tags.len());
         for text in [&whole, &in_two_tags, &in_one_tag] {
-            let completed = robot_description(&robot, text);
+            let completed = describe(&robot, text).urdf;
             for roller in robot.wheels.iter().flat_map(|wheel| &wheel.rollers) {
                 let (found, expected) = (
                     spheres(&completed, &roller.name),

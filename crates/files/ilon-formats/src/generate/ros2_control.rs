@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use ilon_robot::Robot;
 use roxmltree::Document;
 
-use super::robot_description::quoted;
+use super::description::quoted;
+use crate::model::Robot;
 
 /// A URDF with a `<ros2_control>` block for the wheels, without which no controller manager takes it: commands and states go over the topics
 /// that `joint_state_topic_hardware_interface` and ilon share. One that has a block of its own is left as it is.
@@ -54,7 +54,7 @@ pub fn with_ros2_control(robot: &Robot, urdf: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ilon_formats::LoadRobot;
+    use crate::LoadRobot;
 
     fn mecanum4() -> (Robot, String) {
         let path = concat!(
