@@ -14,6 +14,7 @@ mod inertias;
 mod joints_of_people;
 mod level;
 mod linkage;
+mod links;
 mod one_answer;
 mod rollers_as_made;
 mod round_trip;
