@@ -79,7 +79,7 @@ fn what_is_given_up_leaves_no_trace() {
         for (world, gives_up) in [(&mut at_once, false), (&mut anew, true)] {
             let dt_s = world.settings.dt_s;
             let body = &mut world.bodies[0];
-            for (wheel, torque) in body.asked.iter_mut().enumerate() {
+            for (wheel, torque) in body.command.motors.iter_mut().enumerate() {
                 *torque = MotorTorque::constant(if wheel % 2 == 0 { 0.3 } else { -0.2 });
             }
             for joint in 0..body.servos.len() {

@@ -9,7 +9,7 @@ use ilon_formats::LoadRobot;
 use ilon_robot::{Pose as PlanarPose, Robot};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 
-use super::{ROOM, World};
+use super::{World, with_solver};
 use crate::contact::reactions::reaction::Part;
 use crate::contact::scene::Scenes;
 use crate::contact::search::free_bodies::{solids, travel_m};
@@ -201,7 +201,7 @@ fn motors_do_not_react_within_the_jump_of_a_hand_over() {
         World::new(&robot, &floor, PlanarPose::default(), &settings).expect("a robot on a plane");
     let way_of_step = |world: &mut World| {
         world.step();
-        let jump: Vec<f64> = ROOM.with_borrow(|room| room.start_change(0).collect());
+        let jump: Vec<f64> = with_solver(|solver| solver.start_change(0).collect());
         DVector::from_vec(jump).try_normalize(0.0)
     };
     let mut jumps = 0;
@@ -253,6 +253,7 @@ fn only_what_is_near_is_looked_at() {
         settings: &world.settings,
         dt_s: world.settings.dt_s,
         bodies: &world.bodies,
+        reactions: &world.reactions,
     };
     let (scene, mut found) = (scenes.of(0), Vec::new());
     scene.find_bodies(&mut found);
