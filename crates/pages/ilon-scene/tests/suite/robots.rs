@@ -25,9 +25,10 @@ fn assert_near<const N: usize>(is: [f32; N], wanted: [f32; N]) {
     assert!(near, "{is:?} is not {wanted:?}");
 }
 
-/// A number of the description that is not finite would be `null` in JSON.
+/// A number of the description that is not finite would be `null` in JSON, as the relief is of ground that has none.
 fn assert_finite(description: &Description) {
     let json = serde_json::to_string(description).expect("a description is JSON");
+    let json = json.replace("\"relief\":null", "");
     assert!(!json.contains("null"), "{json}");
 }
 
