@@ -368,13 +368,6 @@ fn check_wheel(wheel: &Described) -> Result<(), Fault> {
         let key = of("wheels: gamma_deg", "gamma_deg");
         return Err(out_of_range(&key, placed.gamma_deg, range));
     }
-    // Angles of wheels are seldom odd: pi/4 and its like are radians.
-    let is_radians = |of_pi: f64| (placed.gamma_deg.abs() - PI / of_pi).abs() < 2e-3;
-    if [3.0, 4.0, 6.0].into_iter().any(is_radians) {
-        let range = "in degrees: 0.785 radians are 45";
-        let key = of("wheels: gamma_deg", "gamma_deg");
-        return Err(out_of_range(&key, placed.gamma_deg, range));
-    }
     if r.radius_m >= w.radius_m {
         let key = of("rollers.radius_m", "roller_radius_m");
         return Err(out_of_range(&key, r.radius_m, "below `wheel.radius_m`"));
