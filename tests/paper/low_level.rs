@@ -2,7 +2,7 @@
 //! free torques spent on grip.
 
 use ilon_control::{
-    ComputedTorque, ComputedTorqueSettings, DynamicModel, Kinematics, PrioritisedTorque,
+    ComputedTorque, ComputedTorqueSettings, Demand, DynamicModel, Kinematics, PrioritisedTorque,
     PrioritisedTorqueSettings, Priority, TorqueLaw, TorqueRange,
 };
 use ilon_robot::{Pose, Robot, Twist};
@@ -70,12 +70,8 @@ fn drive(
     for k in 0..((0.2 + ramp_s) / settings.dt_s).round() as usize {
         let t_s = (k as f64 * settings.dt_s - 0.2).max(0.0);
         kinematics.wheel_rates(acceleration.scaled(t_s), &mut targets);
-        let torques = law.update(
-            &targets,
-            world.robot().wheel_rates_rad_s(),
-            &limits,
-            settings.dt_s,
-        );
+        let rates = world.robot().wheel_rates_rad_s();
+        let torques = law.update(&Demand::new(&targets, rates, &limits, settings.dt_s));
         world.robot_mut().apply(torques);
         world.step();
     }
