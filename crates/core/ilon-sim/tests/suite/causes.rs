@@ -255,7 +255,7 @@ fn a_joint_that_moves_is_held_where_it_begins() {
     scenario.world.solver = solver;
     let arm = scenario.robot.joints.get_mut("arm").expect("the arm");
     arm.setpoints.clear();
-    arm.role = Some(ilon_sim::scenario::JointRole::Held);
+    arm.options.role = Some(ilon_sim::scenario::JointRole::Held);
     let by_hand = end(&run(&scenario).expect("it runs").summary);
     for (twin, by_hand) in end_without(&found, "joints.arm").into_iter().zip(by_hand) {
         // The two add up the masses of bodies in another order, and what rolls keeps what it has.

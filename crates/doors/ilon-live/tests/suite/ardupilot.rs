@@ -338,7 +338,7 @@ impl Outputs {
 #[test]
 fn the_parameters_make_rover_drive_straight() {
     let drive = |parameters: &str| {
-        let mut sitl = Sitl::start("mecanum4.urdf");
+        let sitl = Sitl::start("mecanum4.urdf");
         let outputs = Outputs::of(parameters);
         let mut state = Value::Null;
         for frame in 1..=3 * u32::from(RATE_HZ) {
