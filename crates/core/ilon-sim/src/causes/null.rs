@@ -27,6 +27,11 @@ pub(super) fn named(scenario: &Scenario, header: &Header) -> Vec<(Cause, Null)> 
     ground(&scenario.world.floor, &mut list);
     bodies(scenario, &mut list);
     sensors(scenario, &mut list);
+    if !scenario.motors.wheels.is_empty() {
+        list.add("motors.wheels", "motors that differ", |scenario, _| {
+            scenario.motors.wheels.clear();
+        });
+    }
     if let Some(belief) = &header.belief {
         list.add(
             "controller.robot",
@@ -239,10 +244,10 @@ fn sensors(scenario: &Scenario, list: &mut List) {
             },
         );
     }
-    if sensors.encoders.rate_noise_rad_s > 0.0 {
+    if sensors.encoders != Encoders::default() {
         list.add(
             "sensors.encoders",
-            "the noise of the encoders",
+            "the noise and the steps of the encoders",
             |scenario, _| {
                 scenario.sensors.encoders = Encoders::default();
             },
@@ -403,6 +408,7 @@ fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
     if scenario.motors.dc.is_some() || robot.wheels.iter().any(is_bounded) {
         list.add("motors", "the limits of its motors", |scenario, robot| {
             scenario.motors.dc = None;
+            scenario.motors.wheels.clear();
             for wheel in &mut robot.wheels {
                 wheel.motor = MotorLimits::default();
             }

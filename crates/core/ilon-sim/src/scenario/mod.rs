@@ -46,7 +46,9 @@ pub(crate) use run::TIME_SLACK_S;
 pub use run::{Auto, Run, Step};
 pub use sensors::{Encoders, Fusion, Imu, ImuNoise, PoseSensor, Sensors};
 pub use setting::{SETTING, Setting};
-pub use wheels::{DcMotor, LoopTiming, Motors, Passive, WheelLaw, WheelLoop};
+pub use wheels::{
+    AntiWindup, DcMotor, LoopTiming, MotorStrength, Motors, Passive, WheelLaw, WheelLoop,
+};
 pub use world::{
     Contacts, Floor, FloorBox, FloorPatch, FloorRamp, FloorStairs, HeightMap, Rough,
     RoughnessClass, Solver, World,
@@ -76,7 +78,7 @@ pub struct Scenario {
     /// What a log says drives the robot: its wheels, a twist, or a path for the guidance to track. In place of `reference` and `twist`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub playback: Option<Playback>,
-    /// How the guidance tracks the reference; of no effect under `twist`, but for its kinematics and wheel rate limit.
+    /// How the guidance tracks the reference; under `twist` its kinematics, wheel rate limits and saturation alone have an effect.
     #[serde(default)]
     pub guidance: Guidance,
     /// What the controller believes of the robot.
