@@ -133,6 +133,8 @@ pub struct Motor {
     effort_n_m: f64,
     velocity_rad_s: f64,
     curve: MotorCurve,
+    /// What it has of its torques forwards and backwards.
+    strength: [f64; 2],
 }
 
 impl Motor {
@@ -149,7 +151,20 @@ impl Motor {
             effort_n_m: limit("the motor's effort limit in N m", limits.effort_n_m)?,
             velocity_rad_s: limit("the motor's velocity limit in rad/s", limits.velocity_rad_s)?,
             curve,
+            strength: [1.0; 2],
         })
+    }
+
+    /// The same motor with a share of its own of torque forwards, and one backwards: of a DC motor of the voltage that arrives, and so of stall torque and
+    /// no-load rate, without a curve of the effort limit.
+    ///
+    /// # Errors
+    /// [`ControlError::NotPositive`].
+    pub fn with_strength(self, strength: [f64; 2]) -> Result<Self, ControlError> {
+        for share in strength {
+            positive("the share of a motor's strength", share)?;
+        }
+        Ok(Self { strength, ..self })
     }
 
     /// The torques it can give at a wheel rate.
@@ -194,7 +209,20 @@ impl Motor {
     /// What bounds its torque about a wheel rate while a share of the supply's voltage is left, but for the velocity limit: for who
     /// holds that, and follows the lines, within a step of time and not from one to the next.
     pub fn bounds_on(&self, rate_rad_s: f64, supply_share: f64) -> MotorBounds {
+        let [forwards, backwards] = self.strength;
         match self.curve {
+            MotorCurve::Flat if self.strength != [1.0; 2] => {
+                let limit_n_m = share_of(self.effort_n_m, supply_share);
+                MotorBounds {
+                    line: TorqueRange {
+                        min_n_m: -backwards * limit_n_m,
+                        max_n_m: forwards * limit_n_m,
+                    },
+                    fall_n_m_s: 0.0,
+                    limit_n_m: f64::INFINITY,
+                    regenerates: true,
+                }
+            }
             MotorCurve::Flat => MotorBounds {
                 line: TorqueRange::UNLIMITED,
                 fall_n_m_s: 0.0,
@@ -206,8 +234,8 @@ impl Motor {
                 let at_rest_n_m = supply_share * motor.stall_torque_n_m;
                 MotorBounds {
                     line: TorqueRange {
-                        min_n_m: -at_rest_n_m - fall_n_m_s * rate_rad_s,
-                        max_n_m: at_rest_n_m - fall_n_m_s * rate_rad_s,
+                        min_n_m: -backwards * at_rest_n_m - fall_n_m_s * rate_rad_s,
+                        max_n_m: forwards * at_rest_n_m - fall_n_m_s * rate_rad_s,
                     },
                     fall_n_m_s,
                     limit_n_m: self.effort_n_m.min(motor.current_limit_n_m),
@@ -355,6 +383,24 @@ mod tests {
         assert_eq!(motor.range_on(7.0, 1.0), motor.range(7.0));
         // The velocity limit is the wheel's, and stays.
         assert_eq!(dc().velocity_limit_on(0.8), 18.0);
+    }
+
+    /// Full forward 4 (0.9 - w/20), full reverse 4 (-0.5 - w/20): no torque at 18 and -10 rad/s. Without a curve 0.9 and 0.5 of 3 N m.
+    #[test]
+    fn a_motor_that_is_weaker_one_way_has_less_of_its_line_or_its_limit_there() {
+        let strength = [0.9, 0.5];
+        let dc = unlimited(MotorCurve::dc_line(4.0, 20.0).unwrap());
+        let dc = dc.with_strength(strength).unwrap();
+        assert!((dc.range(0.0).max_n_m - 3.6).abs() < 1e-15);
+        assert!(dc.range(18.0).max_n_m.abs() < 1e-15 && dc.range(-10.0).min_n_m.abs() < 1e-15);
+        let limits = MotorLimits {
+            effort_n_m: 3.0,
+            velocity_rad_s: 18.0,
+        };
+        let flat = Motor::new(&limits, MotorCurve::Flat).unwrap();
+        let TorqueRange { min_n_m, max_n_m } = flat.with_strength(strength).unwrap().range(5.0);
+        assert!((max_n_m - 2.7).abs() < 1e-15 && (min_n_m + 1.5).abs() < 1e-15);
+        assert!(flat.with_strength([0.0, 1.0]).is_err());
     }
 
     #[test]

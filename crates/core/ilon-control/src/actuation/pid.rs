@@ -145,6 +145,10 @@ pub struct WheelLoopSettings {
     pub feedforward_damping_n_m_s: f64,
     /// Dry friction of the wheel's joint made up for in the target's direction, in N m; 0 for none.
     pub feedforward_friction_n_m: f64,
+    /// The most that the integral gives, in N m; infinite without a limit.
+    pub integral_limit_n_m: f64,
+    /// Whether the integral goes on while the torque is at the motor's limit.
+    pub winds_up: bool,
 }
 
 impl WheelLoopSettings {
@@ -157,6 +161,8 @@ impl WheelLoopSettings {
             derivative_filter_s: 0.0,
             feedforward_damping_n_m_s: 0.0,
             feedforward_friction_n_m: 0.0,
+            integral_limit_n_m: f64::INFINITY,
+            winds_up: false,
         }
     }
 }
@@ -165,7 +171,7 @@ impl WheelLoopSettings {
 ///
 /// The integral stands still while the torque is at the motor's limit and the error would drive it
 /// further beyond (conditional integration), so that it never winds up on what the motor cannot
-/// give.
+/// give, unless the settings let it; and at the integral's own limit.
 #[derive(Clone, Debug)]
 pub struct WheelLoop {
     settings: WheelLoopSettings,
@@ -301,12 +307,17 @@ impl WheelState {
 
         let integral = self.integral_n_m + step_n_m_s * e;
         let wanted = direct + self.integral_n_m + counted * step_n_m_s * e;
-        let winds_up = (wanted > limit.max_n_m && e > 0.0) || (wanted < limit.min_n_m && e < 0.0);
-        if !winds_up {
+        let beyond = (wanted > limit.max_n_m && e > 0.0) || (wanted < limit.min_n_m && e < 0.0);
+        let is_full = integral.abs() > settings.integral_limit_n_m;
+        let stands = (beyond && !settings.winds_up) || is_full;
+        if is_full {
+            let most_n_m = settings.integral_limit_n_m;
+            self.integral_n_m = integral.clamp(-most_n_m, most_n_m);
+        } else if !stands {
             self.integral_n_m = integral;
         }
         self.taken_early_n_m_s = match settings.timing {
-            LoopTiming::Continuous if !winds_up => theta * step_n_m_s,
+            LoopTiming::Continuous if !stands => theta * step_n_m_s,
             _ => 0.0,
         };
         FallingTorque {

@@ -49,7 +49,9 @@ pub(crate) use run::TIME_SLACK_S;
 pub use run::{Auto, Run, Step};
 pub use sensors::{Encoders, Fusion, Imu, ImuNoise, PoseSensor, Sensors};
 pub use setting::{SETTING, Setting};
-pub use wheels::{DcMotor, LoopTiming, Motors, Passive, WheelLaw, WheelLoop};
+pub use wheels::{
+    AntiWindup, DcMotor, LoopTiming, MotorStrength, Motors, Passive, WheelLaw, WheelLoop,
+};
 pub use world::{
     Contacts, Floor, FloorBox, FloorPatch, FloorRamp, FloorStairs, HeightMap, Rough,
     RoughnessClass, Solver, World,
@@ -79,7 +81,7 @@ pub struct Scenario {
     /// Drives the robot by a log: wheels, a twist or a path. Instead of `reference` and `twist`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub playback: Option<Playback>,
-    /// How the robot tracks the reference. Under `twist` only its kinematics and wheel rate limits count.
+    /// How the robot tracks the reference. Under `twist` only its kinematics, wheel rate limits and saturation count.
     #[serde(default)]
     pub guidance: Guidance,
     /// What the controller believes of the robot.

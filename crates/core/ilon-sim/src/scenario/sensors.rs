@@ -70,13 +70,26 @@ pub struct PoseSensor {
 }
 
 /// The encoders on the wheels.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "EncodersSection")]
 pub struct Encoders {
     /// Standard deviation of the noise on a wheel's rate, in rad/s.
     #[schemars(range(min = 0.0))]
     pub rate_noise_rad_s: f64,
+    /// Counts in a turn of a wheel, all edges counted: angles come in such steps, and a rate is what was counted in the last control period over that
+    /// period. Left out, angles and rates are exact but for their noise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1.0))]
+    pub counts_per_turn: Option<f64>,
+    /// Time constant of a first-order filter on counted rates, in seconds; 0 for none.
+    #[schemars(range(min = 0.0))]
+    #[serde(skip_serializing_if = "is_zero")]
+    pub rate_filter_s: f64,
+}
+
+fn is_zero(number: &f64) -> bool {
+    *number == 0.0
 }
 
 /// An inertial measurement unit on the chassis: rates, accelerations, and tilt by a complementary filter, as means since its

@@ -1,5 +1,7 @@
 //! `[wheel_loop]` and `[motors]`: from wheel rates asked for to torques.
 
+use std::collections::BTreeMap;
+
 use ilon_robot::Robot;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -39,6 +41,13 @@ pub struct WheelLoop {
     /// Time constant of the derivative's low-pass, in seconds; 0: none.
     #[schemars(range(min = 0.0))]
     pub derivative_filter_s: f64,
+    /// Largest torque of the PID's integral, in N m [default: torque limits and `anti_windup` alone hold it].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub integral_limit_n_m: Option<f64>,
+    /// What the PID's integral does while the motor cannot give more.
+    #[serde(skip_serializing_if = "AntiWindup::is_default")]
+    pub anti_windup: AntiWindup,
     /// Compensated viscous damping of the wheel's bearing, in N m s/rad.
     #[schemars(range(min = 0.0))]
     pub feedforward_damping_n_m_s: f64,
@@ -98,6 +107,23 @@ pub enum LoopTiming {
     Continuous,
 }
 
+/// What the integral of a PID does while its torque is at the motor's limit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum AntiWindup {
+    /// It stands still while the error would drive it further beyond the limit.
+    #[default]
+    Conditional,
+    /// It goes on, and has to be worked off afterwards.
+    None,
+}
+
+impl AntiWindup {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
 /// A law from wheel rates to torques.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -127,6 +153,8 @@ impl Default for WheelLoop {
             integral_n_m: None,
             derivative_n_m_s2: 0.0,
             derivative_filter_s: 0.0,
+            integral_limit_n_m: None,
+            anti_windup: AntiWindup::default(),
             feedforward_damping_n_m_s: 0.0,
             feedforward_friction_n_m: 0.0,
             passive: None,
@@ -167,6 +195,36 @@ pub struct Motors {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub gear_friction_n_m: Option<f64>,
+    /// Torque below which a drive gives none, in N m: what its stage or its firmware swallows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub dead_band_n_m: Option<f64>,
+    /// `[motors.wheels.NAME]`: what the motors of single wheels have of the strength of the others.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub wheels: BTreeMap<String, MotorStrength>,
+}
+
+/// The share that the motor of one wheel has of the strength of the others: with `[motors.dc]` of the voltage, and so of stall torque and no-load rate; without
+/// it of the effort of the robot's file.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "MotorStrengthSection")]
+pub struct MotorStrength {
+    /// Where it pushes the wheel forwards, in the sense of its joint.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub forwards: f64,
+    /// Where it pushes the wheel backwards.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub backwards: f64,
+}
+
+impl Default for MotorStrength {
+    fn default() -> Self {
+        Self {
+            forwards: 1.0,
+            backwards: 1.0,
+        }
+    }
 }
 
 impl Motors {

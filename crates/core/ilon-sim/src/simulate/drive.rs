@@ -28,6 +28,8 @@ pub(super) struct Drive {
     moving: Option<Box<Robot>>,
     motors: Vec<Motor>,
     limits: Vec<TorqueRange>,
+    /// Torques below this arrive as none, in N m.
+    dead_band_n_m: f64,
     /// Targets within what the motors drive to, in rad/s.
     targets_rad_s: Vec<f64>,
     torques: Vec<MotorTorque>,
@@ -92,6 +94,7 @@ impl Drive {
             targets_rad_s: vec![0.0; motors.len()],
             torques: vec![MotorTorque::constant(0.0); motors.len()],
             limits: vec![TorqueRange::UNLIMITED; motors.len()],
+            dead_band_n_m: scenario.motors.dead_band_n_m.unwrap_or(0.0),
             motors,
         })
     }
@@ -171,6 +174,11 @@ impl Drive {
         for (torque, falling) in self.torques.iter_mut().zip(self.law.falling()) {
             torque.torque_n_m = falling.torque_n_m;
             torque.droop_n_m_s = falling.droop_n_m_s;
+        }
+        let dead_band_n_m = self.dead_band_n_m;
+        let is_swallowed = |torque: &&mut MotorTorque| torque.torque_n_m.abs() < dead_band_n_m;
+        for torque in self.torques.iter_mut().filter(is_swallowed) {
+            (torque.torque_n_m, torque.droop_n_m_s) = (0.0, 0.0);
         }
         &self.torques
     }

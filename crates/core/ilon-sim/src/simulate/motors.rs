@@ -3,6 +3,7 @@
 use ilon_control::{DcMotor, Motor, MotorCurve};
 use ilon_robot::Robot;
 
+use super::faults::wheel_index;
 use crate::Error;
 use crate::scenario::Scenario;
 
@@ -18,8 +19,13 @@ pub(super) fn motors(scenario: &Scenario, robot: &Robot) -> Result<Vec<Motor>, E
         None => MotorCurve::Flat,
     };
     let wheels = robot.wheels.iter();
-    let motors: Result<_, _> = wheels
+    let motors: Result<Vec<Motor>, _> = wheels
         .map(|wheel| Motor::new(&wheel.motor, curve))
         .collect();
-    Ok(motors?)
+    let mut motors = motors?;
+    for (name, strength) in &scenario.motors.wheels {
+        let motor = &mut motors[wheel_index(name, robot, "`motors.wheels` is")?];
+        *motor = motor.with_strength([strength.forwards, strength.backwards])?;
+    }
+    Ok(motors)
 }

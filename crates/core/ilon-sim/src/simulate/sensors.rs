@@ -1,6 +1,7 @@
 //! What the robot sees of its own motion: the truth, late, now and then, and with noise; and what it makes of that.
 
 use std::collections::VecDeque;
+use std::f64::consts::TAU;
 
 use ilon_control::Kinematics;
 use ilon_robot::{Pose, Robot, wrap_angle};
@@ -57,7 +58,8 @@ fn counted(seen: &Measurements) -> (&[f64], &[f64]) {
 #[derive(Clone)]
 pub(super) struct Sensors {
     pose: scenario::PoseSensor,
-    rate_noise_rad_s: f64,
+    encoders: scenario::Encoders,
+    control_dt_s: f64,
     /// Poses taken but not yet arrived.
     on_the_way: VecDeque<Taken>,
     poses_taken: u64,
@@ -90,6 +92,9 @@ struct Miscount {
     off_rad: f64,
     /// The noise of its rate until the next control sample, in rad/s.
     rate_noise_rad_s: f64,
+    /// Of an encoder that counts: the angle at the last control sample, in rad, and the rate since, in rad/s.
+    counted_rad: f64,
+    counted_rad_s: f64,
 }
 
 impl Sensors {
@@ -132,7 +137,8 @@ impl Sensors {
                 .as_ref()
                 .is_some_and(|fusion| fusion.gyroscope),
             pose: section.pose.clone(),
-            rate_noise_rad_s: section.encoders.rate_noise_rad_s,
+            encoders: section.encoders.clone(),
+            control_dt_s: run.control_dt_s,
             on_the_way: VecDeque::new(),
             poses_taken: 0,
             fusion,
@@ -169,12 +175,28 @@ impl Sensors {
             let factor = faults.encoder_factor(t_s, wheel);
             miscount.off_rad += (factor - 1.0) * (angle_rad - miscount.angle_rad);
             miscount.angle_rad = angle_rad;
-            self.seen.wheel_angles_rad[wheel] = angle_rad + miscount.off_rad;
+            let mut seen_rad = angle_rad + miscount.off_rad;
+            if let Some(counts_per_turn) = self.encoders.counts_per_turn {
+                let count_rad = TAU / counts_per_turn;
+                seen_rad = (seen_rad / count_rad).floor() * count_rad;
+                if control_is_due {
+                    let rate_rad_s = (seen_rad - miscount.counted_rad) / self.control_dt_s;
+                    let weight =
+                        self.control_dt_s / (self.control_dt_s + self.encoders.rate_filter_s);
+                    miscount.counted_rad_s += weight * (rate_rad_s - miscount.counted_rad_s);
+                    miscount.counted_rad = seen_rad;
+                }
+            }
+            self.seen.wheel_angles_rad[wheel] = seen_rad;
             if control_is_due {
                 // Once a sample of the control, so that shorter physics steps do not average it away.
-                miscount.rate_noise_rad_s = noise(&mut self.encoder_noise, self.rate_noise_rad_s);
+                miscount.rate_noise_rad_s =
+                    noise(&mut self.encoder_noise, self.encoders.rate_noise_rad_s);
             }
-            self.seen.wheel_rates_rad_s[wheel] = factor * (rate_rad_s + miscount.rate_noise_rad_s);
+            self.seen.wheel_rates_rad_s[wheel] = match self.encoders.counts_per_turn {
+                None => factor * (rate_rad_s + miscount.rate_noise_rad_s),
+                Some(_) => miscount.counted_rad_s + factor * miscount.rate_noise_rad_s,
+            };
         }
         if control_is_due {
             let joints = world.robot().joint_positions().iter();

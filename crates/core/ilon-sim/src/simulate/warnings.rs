@@ -154,7 +154,8 @@ pub(super) fn of_guidance_in_open_loop(scenario: &Scenario) -> Option<String> {
     (!set.is_empty()).then(|| {
         let verb = if set.len() == 1 { "has" } else { "have" };
         format!(
-            "{} {verb} no effect without a reference: all of the motion asked for is one task, which saturation slows as a whole",
+            "{} {verb} no effect without a reference: all of the motion asked for is one task, which saturation slows as a whole; to keep one part of it first, follow \
+             a `[reference]` under `guidance.priority` or `guidance.tasks`",
             set.join(" and ")
         )
     })

@@ -63,6 +63,8 @@ pub(super) fn pid(
         derivative_filter_s: section.derivative_filter_s,
         feedforward_damping_n_m_s: section.feedforward_damping_n_m_s,
         feedforward_friction_n_m: section.feedforward_friction_n_m,
+        integral_limit_n_m: section.integral_limit_n_m.unwrap_or(f64::INFINITY),
+        winds_up: section.anti_windup == scenario::AntiWindup::None,
         ..WheelLoopSettings::new(gains)
     };
     Ok(WheelLoop::new(model.kinematics().wheel_count(), settings)?)

@@ -9,6 +9,7 @@ mod converge;
 mod drives;
 mod extending;
 mod ground;
+mod hardware;
 mod jams;
 mod joint_logs;
 mod joints;

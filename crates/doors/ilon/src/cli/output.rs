@@ -93,6 +93,10 @@ pub(super) fn inputs(path: &Path, scenario: &Scenario) -> Vec<PathBuf> {
     if let Some(file) = scenario.reference.as_ref().and_then(Tracked::file) {
         inputs.push(scenario.resolve(file));
     }
+    let believed = scenario.controller.robot.as_ref();
+    if let Some(file) = believed.and_then(|robot| robot.file.as_ref()) {
+        inputs.push(scenario.resolve(file));
+    }
     if let Some(playback) = &scenario.playback {
         inputs.push(scenario.resolve(&playback.file));
     }

@@ -24,6 +24,8 @@ pub(super) fn of(study: &Draft, fixed: &[Setting], files: &FileAccess) -> Result
         let mut read = Vec::new();
         read.extend(scenario.reference.as_ref().and_then(Tracked::file).cloned());
         read.extend(scenario.playback.as_ref().map(|log| log.file.clone()));
+        let believed = scenario.controller.robot.as_ref();
+        read.extend(believed.and_then(|robot| robot.file.clone()));
         let varied = study.axes.iter().filter(|axis| axis.key.ends_with("file"));
         for axis in varied {
             let paths = (0..axis.count().unwrap_or_default()).map(|at| axis.nth(at));

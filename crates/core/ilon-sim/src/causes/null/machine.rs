@@ -151,6 +151,7 @@ pub(super) fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
     if scenario.motors.dc.is_some() || robot.wheels.iter().any(is_bounded) {
         list.add("motors", "the limits of its motors", |scenario, robot| {
             scenario.motors.dc = None;
+            scenario.motors.wheels.clear();
             for wheel in &mut robot.wheels {
                 wheel.motor = MotorLimits::default();
             }

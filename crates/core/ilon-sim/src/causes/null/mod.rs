@@ -24,6 +24,11 @@ pub(super) fn named(run: Run) -> Vec<(Cause, Null)> {
     scene::bodies(run.scenario, &mut list);
     scene::sensors(run.scenario, &mut list);
     scene::joints(run, true, &mut list);
+    if !run.scenario.motors.wheels.is_empty() {
+        list.add("motors.wheels", "motors that differ", |scenario, _| {
+            scenario.motors.wheels.clear();
+        });
+    }
     if let Some(belief) = &run.header.belief {
         list.add(
             "controller.robot",

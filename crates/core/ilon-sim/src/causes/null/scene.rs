@@ -199,10 +199,10 @@ pub(super) fn sensors(scenario: &Scenario, list: &mut List) {
             },
         );
     }
-    if sensors.encoders.rate_noise_rad_s > 0.0 {
+    if sensors.encoders != Encoders::default() {
         list.add(
             "sensors.encoders",
-            "the noise of the encoders",
+            "the noise and the steps of the encoders",
             |scenario, _| {
                 scenario.sensors.encoders = Encoders::default();
             },

@@ -1,0 +1,118 @@
+//! Hardware as people have it: motors that differ, encoders that count, stages that swallow small torques, integrals that wind up.
+
+use std::path::Path;
+
+use ilon_sim::{Plant, Run, Scenario, WheelCommand, run};
+
+fn scenario(text: &str) -> Scenario {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
+    let text = format!(
+        "robot = {{ file = \"mecanum4.urdf\", roller_bodies = \"near\" }}\nrun.duration_s = 4\n{text}\n"
+    );
+    Scenario::from_toml(&text, "hardware", folder).expect("a scenario")
+}
+
+fn driven(text: &str) -> Run {
+    run(&scenario(text)).expect("it runs")
+}
+
+/// Motors on full voltage, k (u w0 - w) with k = 0.1 N m s/rad and w0 = 10 rad/s, the front left one on 0.9 of it, and nothing slides. The robot takes the
+/// nearest motion of the rates (0.9, 1, 1, 1) w0: ahead (0.9 + 1 + 1 + 1) / 4 = 0.975 of rho w0 = 0.5 m/s, to the left 0.025 of it, less the rollers' 2 %, and it turns
+/// left by 0.1 / 4 / 0.31 m of it. To go round that bend takes m v omega to the left, for which four motors of k / rho^2 give way.
+#[test]
+fn a_weaker_motor_bends_the_way_as_least_squares_have_it() {
+    let text = |weak: &str| {
+        format!(
+            "motors.dc = {{ stall_torque_n_m = 1.0, no_load_rate_rad_s = 10.0 }}\nmotors.wheels = {{ {weak} }}\n\
+             guidance.saturation = \"none\"\ntwist = {{ vx_m_s = 1.4, rest_s = 0.0, ramp_s = 0.5, settle_s = 2.0 }}\nwheel_loop.anti_windup = \"none\""
+        )
+    };
+    let of = |weak: &str| driven(&text(weak)).summary.twist_mean.expect("means");
+    let even = of("");
+    let found = of("front_left.forwards = 0.9");
+    // Bearings and rollers take what they take of both: 1e-3 N m s/rad beside 0.1, a hundredth.
+    assert!((even.vx_m_s / 0.5 - 1.0).abs() < 0.015, "{even:?}");
+    let mass_kg = driven(&text("")).trace.header.mass_kg;
+    let unit_m_s = even.vx_m_s;
+    assert!(
+        (found.vx_m_s / unit_m_s - 0.975).abs() < 2e-3,
+        "{found:?} {even:?}"
+    );
+    let bend_n = mass_kg * found.vx_m_s * found.omega_rad_s;
+    let sideways_m_s = 0.98 * 0.025 * unit_m_s - bend_n / (4.0 * 0.1 / (0.05 * 0.05));
+    assert!(
+        (found.vy_m_s - sideways_m_s).abs() < 5e-4,
+        "{found:?} {sideways_m_s}"
+    );
+    let turned = found.omega_rad_s / unit_m_s * 0.31;
+    assert!((turned - 0.025).abs() < 2e-3, "{found:?} {even:?}");
+    // Backwards it is as strong as the others.
+    assert_eq!(of("front_left.backwards = 0.9").vx_m_s, even.vx_m_s);
+}
+
+/// 20 counts a turn, read every 20 ms: one count is 2 pi / 20 / 0.02 = 15.7 rad/s. At a true 2 rad/s a count comes in 2 * 0.02 * 20 / 2 pi = 12.7 % of the reads.
+#[test]
+fn an_encoder_of_twenty_counts_says_one_count_or_none() {
+    let text = "twist = {}\nsensors.encoders.counts_per_turn = 20\nrun.control_dt_s = 0.02\nrun.physics_dt_s = 2e-3";
+    let mut plant = Plant::of_scenario(&scenario(text)).expect("it stands");
+    let count_rad_s = std::f64::consts::TAU / 20.0 / 0.02;
+    let (mut some, mut reads, mut turned_rad) = (0, 0, 0.0);
+    for period in 0..600 {
+        let seen = plant.observe().wheel_rates_rad_s[0];
+        if period > 50 {
+            reads += 1;
+            let is_one = (seen - count_rad_s).abs() < 1e-9;
+            assert!(is_one || seen == 0.0, "{seen}");
+            some += i32::from(is_one);
+        }
+        // Torques that an ideal motor would need are not known here: wheels are led by what really is.
+        let real = plant.world().robot().wheel_rates_rad_s().to_vec();
+        let torques: Vec<f64> = real.iter().map(|rate| 0.05 * (2.0 - rate)).collect();
+        if period > 50 {
+            turned_rad += 0.02 * real[0];
+        }
+        plant
+            .advance(WheelCommand::Torques(&torques), 0.02)
+            .expect("it goes");
+    }
+    let share = f64::from(some) / f64::from(reads);
+    // Of what the wheel really turned, a little less than 2 rad/s; one count more or less of seventy.
+    let expected = turned_rad / f64::from(reads) * 20.0 / std::f64::consts::TAU;
+    assert!((expected - 0.127).abs() < 0.005, "{expected}");
+    assert!(
+        (share - expected).abs() < 2.0 / f64::from(reads),
+        "{share} {expected}"
+    );
+}
+
+/// A drive that swallows 0.2 N m does not move a wheel for which a P loop asks less: 0.1 N m s/rad times 1.5 rad/s are 0.15 N m.
+#[test]
+fn a_dead_band_swallows_small_torques() {
+    let text = |band: &str| {
+        format!(
+            "wheel_loop = {{ proportional_n_m_s = 0.1, integral_n_m = 0 }}\nmotors.dead_band_n_m = {band}\n\
+             twist = {{ vx_m_s = 0.075, rest_s = 0.0, ramp_s = 0.2, settle_s = 1.0 }}"
+        )
+    };
+    assert!(driven(&text("0.2")).summary.travelled_m < 1e-6);
+    assert!(driven(&text("0.02")).summary.travelled_m > 0.1);
+}
+
+/// A sampled PI on a motor that cannot reach its target winds up for 1.5 s, and runs on by what it has gathered where nothing stops its integral.
+#[test]
+fn an_integral_that_winds_up_overruns_unless_it_is_held() {
+    let overrun = |keys: &str| {
+        let found = driven(&format!(
+            "motors.dc = {{ stall_torque_n_m = 1.0, no_load_rate_rad_s = 10.0 }}\nguidance.saturation = \"none\"\nwheel_loop = {{ {keys} }}\n\
+             twist = {{ vx_m_s = 1.0, rest_s = 0.0, ramp_s = 0.1, schedule = [{{ from_s = 1.5 }}] }}"
+        ));
+        let rows = found.trace.records();
+        let stopped = rows.iter().find(|row| row.t_s > 1.65).expect("rows");
+        rows.last().expect("rows").truth.pose.x_m - stopped.truth.pose.x_m
+    };
+    let held = overrun("");
+    let limited = overrun("anti_windup = \"none\", integral_limit_n_m = 0.05");
+    let wound = overrun("anti_windup = \"none\"");
+    assert!(wound > 0.1 && held.abs() < 0.05, "{wound} {held}");
+    assert!(limited < 0.5 * wound, "{limited} {wound}");
+}
