@@ -13,7 +13,7 @@ use super::null::Null;
 use super::path::Path;
 use super::twin::twin;
 use crate::Error;
-use crate::scenario::{Fault, MaterialPair, Scenario, Setting};
+use crate::scenario::{Fault, MaterialPair, MotorStrength, Scenario, Setting};
 use crate::simulate::{Resolved, resolve};
 use crate::standard_motions::{StandardMotion, standard_motions};
 
@@ -208,14 +208,9 @@ fn usual(robot: &Robot) -> Vec<(String, Option<String>, Null)> {
 }
 
 /// What is often amiss with one wheel.
-fn of_wheel(name: &str) -> [(String, Option<String>, Null); 4] {
+fn of_wheel(name: &str) -> [(String, Option<String>, Null); 5] {
     let wheel = || Some(name.to_owned());
-    let (smaller, stuck, dusty, dragging) = (
-        name.to_owned(),
-        name.to_owned(),
-        name.to_owned(),
-        name.to_owned(),
-    );
+    let [smaller, stuck, dusty, dragging, weak] = std::array::from_fn(|_| name.to_owned());
     [
         (
             format!("{name} 1 % smaller than the others"),
@@ -246,6 +241,17 @@ fn of_wheel(name: &str) -> [(String, Option<String>, Null); 4] {
             format!("dust under {name}: a tenth of the grip"),
             wheel(),
             Box::new(move |scenario, robot| dust(scenario, robot, &dusty)),
+        ),
+        (
+            format!("the motor of {name} 10 % weaker"),
+            wheel(),
+            Box::new(move |scenario, _| {
+                let strength = MotorStrength {
+                    forwards: 0.9,
+                    backwards: 0.9,
+                };
+                scenario.motors.wheels.insert(weak.clone(), strength);
+            }),
         ),
         (
             format!("a dragging bearing in {name}: a tenth of its load at the rim"),

@@ -87,20 +87,3 @@ fn refuse_loss(path: &Path, text: &str) -> Result<(), Failure> {
         Err(error) => Err(Failure::read(path, error)),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_files_are_those_of_the_project() {
-        let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets");
-        let read = |path: String| std::fs::read_to_string(assets.join(path)).expect("an asset");
-        for (name, text) in ROBOTS {
-            assert!(read(format!("robots/{name}.urdf")) == text, "{name}");
-        }
-        for (name, _, text) in SCENARIOS {
-            assert_eq!(read(format!("scenarios/{name}.toml")), text, "{name}");
-        }
-    }
-}

@@ -469,7 +469,7 @@ mod tests {
             ..Gains::default()
         };
         assert!(
-            robot(&far)[0].contains("only ratios hold"),
+            robot(&far)[0].contains("only ratios count"),
             "{:?}",
             robot(&far)
         );

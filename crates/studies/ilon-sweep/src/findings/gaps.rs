@@ -55,6 +55,10 @@ impl Gap {
 /// The quantities that a run has under a condition, by how their names begin, the longer beginning first; and that condition.
 const NEEDS: &[(&str, &str)] = &[
     (
+        "rate_conflict_share",
+        "it is a share of what the wheels turned, and none turned; give the robot a motion",
+    ),
+    (
         "twist_ripple",
         "it is that of an open-loop drive over the window of the means, which begins `twist.settle_s` after the last ramp; drive a \
          `[twist]`, and let `run.duration_s` reach beyond that",

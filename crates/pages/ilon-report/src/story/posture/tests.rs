@@ -277,7 +277,7 @@ fn a_wall_that_pushes_aside_is_slid_along() {
         said.collect::<Vec<String>>()
     };
     let said = lines(0.3, -5.0, 20.0);
-    let expected = "<b>along a wall</b>, a box 300.0 mm high: of <b>400 mm/s</b> asked for it did <b>200 mm/s</b>; the wall held it back by \
+    let expected = "<b>along a wall</b>, a box 300.0 mm high: of <b>400 mm/s</b> commanded it reached <b>200 mm/s</b>; the wall held it back by \
                     <b>5.0 N</b> and pushed it to the left by <b>20.0 N</b>.";
     assert!(said.len() == 1 && said[0].contains(expected), "{said:?}");
     assert!(lines(0.3, -5.0, -20.0)[0].contains("pushed it to the right by <b>20.0 N</b>"));
