@@ -109,7 +109,7 @@ fn a_run_that_a_page_has_no_room_for_is_refused_before_it_begins() {
     let (said, _) = ask(&mut door, &open);
     let shown = said["fault"]["shown"].as_str().unwrap();
     assert!(shown.contains("more than a page has room for"), "{shown}");
-    let open = json!({ "do": "open", "scenario": LATERAL, "settings": ["run.duration_s=600"] });
+    let open = json!({ "do": "open", "scenario": LATERAL, "settings": ["run.duration_s=500"] });
     assert!(ask(&mut door, &open).0["fault"].is_null());
 }
 

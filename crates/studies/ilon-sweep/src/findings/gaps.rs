@@ -55,6 +55,10 @@ impl Gap {
 /// The quantities that a run has under a condition, by how their names begin, the longer beginning first; and that condition.
 const NEEDS: &[(&str, &str)] = &[
     (
+        "ledger.belief",
+        "it is of a controller that takes the robot for another; write `[controller.robot]`",
+    ),
+    (
         "rate_conflict_share",
         "it is a share of what the wheels turned, and none turned; give the robot a motion",
     ),
@@ -174,6 +178,7 @@ mod tests {
             "wheel_rate_",
             "wheel_torque_",
             "slip_energy",
+            "wheel_slip_energy",
             "airborne",
             "contact_residual",
             "end_",
