@@ -115,7 +115,7 @@ pub struct Scenario {
     /// The scenario's name: its file's name without `.toml`.
     #[serde(skip)]
     pub name: String,
-    /// What it is about: the first paragraph of the comment at the head of its file, of at most [`MOST_ABOUT`](load::MOST_ABOUT) characters.
+    /// What it is about: the first paragraph of the comment at the head of its file, of at most 600 characters.
     #[serde(skip)]
     pub about: String,
     /// The folder that its relative paths start from.
