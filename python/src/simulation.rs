@@ -427,24 +427,30 @@ fn advanced(
 ) -> Result<Outcome, Stopped> {
     let physics_dt_s = plant.resolved().physics_dt_s();
     let at_once_s = STEPS_AT_ONCE * physics_dt_s;
-    // What is short, no number or no whole number of steps is the plant's to take or refuse at once.
+    // What is short, no number, or no whole number of steps where loops take those alone, is the plant's to take or refuse at once.
     let steps = period_s / physics_dt_s;
     let is_whole = (steps - steps.round()).abs() <= 1e-6 * steps;
-    if !(period_s > at_once_s && steps <= MOST_STEPS && is_whole) {
+    let takes_parts = !plant.resolved().scenario().wheel_loop.is_sampled();
+    if !(period_s > at_once_s && steps <= MOST_STEPS && (is_whole || takes_parts)) {
         let outcome = plant.advance(command, period_s)?;
         return Ok(Outcome {
             torques_n_m: outcome.torques_n_m.clone(),
             contact_residual_m_s: outcome.contact_residual_m_s,
         });
     }
-    let steps = steps.round();
+    let steps = if is_whole { steps.round() } else { steps };
     let mut whole = Outcome {
         torques_n_m: vec![0.0; plant.robot().wheels.len()],
         contact_residual_m_s: 0.0,
     };
     let (mut left, mut looked) = (steps, Instant::now());
     while left > 0.0 {
-        let now = left.min(STEPS_AT_ONCE);
+        // What is left at last is no less than a step.
+        let now = if left < STEPS_AT_ONCE + 1.0 {
+            left
+        } else {
+            STEPS_AT_ONCE
+        };
         let outcome = plant.advance(command, now * physics_dt_s)?;
         for (mean_n_m, torque_n_m) in whole.torques_n_m.iter_mut().zip(&outcome.torques_n_m) {
             *mean_n_m += torque_n_m * (now / steps);

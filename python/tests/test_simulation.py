@@ -253,11 +253,17 @@ def test_one_kind_of_command_is_given(simulation):
         simulation.advance([1.0] * 4, torques=[1.0] * 4)
 
 
-@pytest.mark.parametrize("period_s", [0.0, -1.0, math.nan, math.inf, 0.0123456, 1e300, 100.0123456])
-def test_a_time_that_is_no_number_of_steps_is_refused(simulation, period_s):
+@pytest.mark.parametrize("period_s", [0.0, -1.0, math.nan, math.inf, 1e-9, 1e300])
+def test_a_time_that_is_none_is_refused(simulation, period_s):
     with pytest.raises(ilon.ScenarioError, match="cannot be advanced"):
         simulation.advance([0.0] * 4, period_s=period_s)
     assert simulation.time_s == 0.0
+
+
+@pytest.mark.parametrize("period_s", [0.001, 0.0123456, 100.0123456])
+def test_any_other_time_is_taken(simulation, period_s):
+    simulation.advance([0.0] * 4, period_s=period_s)
+    assert simulation.time_s == pytest.approx(period_s, abs=1e-9)
 
 
 @pytest.mark.parametrize("pose", [[0, 0], [0, 0, math.nan], [math.inf, 0, 0], [1e30, 0, 0], "here"])

@@ -242,8 +242,8 @@ class Simulation:
         torques: npt.ArrayLike | None = None,
         period_s: float | None = None,
     ) -> Outcome:
-        """Lets the robot act on wheel rates in rad/s, or torques in N m, one a wheel in the robot's order, for a time in seconds: a
-        whole number of physics steps, by default a control period.
+        """Lets the robot act on wheel rates in rad/s, or torques in N m, one a wheel in the robot's order, for a time in seconds,
+        by default a control period; with sampled wheel loops a whole number of physics steps.
 
         Raises ValueError or TypeError for numbers that are not finite or of another count, before anything happens;
         `ilon.DivergedError` where the robot's motion is no number afterwards; KeyboardInterrupt between steps of a long time.
