@@ -5,7 +5,7 @@
 //!
 //! There is no I/O, no clock and no physics engine in here: time, poses and wheel rates come in as
 //! arguments, wheel rates and torques go out. After construction nothing in the update paths
-//! allocates. So the crate can be taken as it is onto a real robot.
+//! allocates. So the crate runs unchanged on a real robot.
 //!
 //! From the outside in, one control step reads:
 //!

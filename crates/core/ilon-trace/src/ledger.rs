@@ -92,7 +92,7 @@ pub struct Chain {
     pub granted: Twist,
     /// What Indiveri 2009, eq. (7), makes of the wheels' targets, for the robot that the controller believes in.
     pub believed_of_targets: Twist,
-    /// The same for the robot as it is.
+    /// The same for the real robot.
     pub ideal_of_targets: Twist,
     /// What it makes of the angles that the wheels turned.
     pub ideal: Twist,

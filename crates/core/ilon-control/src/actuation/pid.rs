@@ -285,7 +285,7 @@ impl WheelState {
         } else {
             target_rad_s.signum()
         };
-        // A continuous loop's torque is given as if the rate stayed as it is, and the droop holds
+        // A continuous loop's torque is given as if the rate did not change, and the droop holds
         // what it does not stay: of the proportional part, of the integral over the step, which is
         // put right when the rate is known, and of the filtered acceleration.
         self.integral_n_m -= self.taken_early_n_m_s * gained_rad_s;

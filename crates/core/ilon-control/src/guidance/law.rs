@@ -260,7 +260,7 @@ impl Guidance {
     }
 
     /// The same with less than the wheels' limit to share out among the tasks: c_1 of eq. (34), in
-    /// rad/s. What is left is for whoever else commands the wheels. Of effect under
+    /// rad/s. The rest is for other commands of the wheels. Of effect under
     /// [`Saturation::Prioritised`] alone.
     ///
     /// # Errors
@@ -340,7 +340,7 @@ impl Guidance {
         Ok(())
     }
 
-    /// Wheel rates for the body frame's pose as it is seen and the desired motion of the reference
+    /// Wheel rates for the estimated pose of the body frame and the desired motion of the reference
     /// point.
     pub fn update(&mut self, seen: &Pose, desired: &Desired) -> &Command {
         self.update_by(seen, desired, None)

@@ -64,7 +64,7 @@ impl Chassis {
 }
 
 impl MassProperties {
-    /// The body with another, given in the same frame, joined to it; as it is where both weigh nothing.
+    /// The body with another, given in the same frame, joined to it; unchanged where both weigh nothing.
     fn joined(&self, part: &Self) -> Self {
         Self::merged(&[self.clone(), part.clone()]).unwrap_or_else(|| self.clone())
     }

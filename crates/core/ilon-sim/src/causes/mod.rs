@@ -27,8 +27,9 @@ pub enum Causes {
     /// None: the run alone.
     #[default]
     None,
-    /// What the scenario names: faults, what lies on the floor, slope, free bodies and sensors' errors; at most eight.
+    /// What the scenario names: faults, what lies on the floor, slope, free bodies, sensors' errors, joints that setpoints move, motors that differ, and what the controller believes; at
+    /// most eight.
     Named,
-    /// All that can make a difference: also sliding, the rollers' geometry and make, bearings, motors and wheel loops.
+    /// All that can make a difference: also sliding, the rollers' geometry and make, bearings, motors, wheel loops, other joints and the control period.
     All,
 }

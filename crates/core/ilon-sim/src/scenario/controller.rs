@@ -19,7 +19,7 @@ pub struct Controller {
 }
 
 /// What the controller believes of the robot, where it is wrong. Commands, dead reckoning, its covariance, fusion and the model of a torque law go by
-/// the believed robot; physics, truth and the choice of gains go by the real one. What is left out is believed as it is.
+/// the believed robot; physics, truth and the choice of gains go by the real one. Keys that are left out are believed rightly.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "BelievedRobotSection")]

@@ -51,7 +51,7 @@ pub struct JointSetpoint {
     pub torque_n_m: Option<f64>,
 }
 
-/// What a servo is told.
+/// What is commanded of a servo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[schemars(rename = "RobotJointQuantity")]

@@ -48,7 +48,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     Ok(resolved)
 }
 
-/// The scenario as far as it is known when the path is timed: nothing goes wrong, nothing is measured or believed wrongly, and payloads are those of the
+/// What is known of the scenario when the path is timed: nothing goes wrong, nothing is measured or believed wrongly, and payloads are those of the
 /// beginning.
 fn as_planned(scenario: &Scenario) -> Scenario {
     let mut planned = scenario.clone();

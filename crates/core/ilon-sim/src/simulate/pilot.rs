@@ -400,7 +400,7 @@ impl Pilot {
     }
 
     /// Wheel rates that a log asks for, over the run, as far as they contradict each other by the kinematics of
-    /// the robot as it is.
+    /// the real robot.
     pub fn contradiction(&self, kinematics: &Kinematics, duration_s: f64) -> Contradiction {
         let count = kinematics.wheel_count();
         let mut found = Contradiction::new(count);

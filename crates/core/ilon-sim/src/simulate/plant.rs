@@ -785,7 +785,7 @@ impl Plant {
         &self.world
     }
 
-    /// The world in rapier, to put bodies of one's own into that the robot pushes and that push it: see [`World::rapier_mut`].
+    /// The world in rapier, to put user bodies into that the robot pushes and that push it: see [`World::rapier_mut`].
     ///
     /// # Errors
     /// [`Error::World`] where rapier solves the robot's contacts.

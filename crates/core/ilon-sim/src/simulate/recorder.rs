@@ -23,7 +23,7 @@ use crate::scenario::TIME_SLACK_S;
 /// [`Recorder::record`] (or [`Recorder::hold`] where no row is wanted), and [`Recorder::count`] after every physics step of [`Plant::advance_watched`].
 pub struct Recorder {
     trace: Trace,
-    /// Of the robot as it is, whatever its controller takes it for.
+    /// Of the real robot, whatever its controller believes.
     kinematics: Kinematics,
     contact_kinematics: ContactKinematics,
     /// Of a robot whose wheels are moved by joints that it measures: where these have them, and which they are.

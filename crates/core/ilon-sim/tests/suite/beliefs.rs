@@ -290,7 +290,7 @@ fn guidance_on_a_wrong_radius_stays_behind_by_what_its_gain_allows() {
     assert!((with - without - 3e-3).abs() < 1e-4, "{with} {without}");
 }
 
-/// What is believed as it is changes no bit; and to leave a belief out is to have none.
+/// A belief that is true changes no bit, and an empty section is no belief.
 #[test]
 fn a_true_belief_is_none() {
     let of = |belief: &str| {

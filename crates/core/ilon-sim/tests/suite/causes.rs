@@ -291,6 +291,11 @@ fn other_control_is_what_the_scenario_with_it_gives() {
     let by_hand = end(&run(&closed).expect("it runs").summary);
     assert_eq!(end_without(&found, "run.control_dt_s"), by_hand);
 
+    // However seldom rows are written: the twin's count of periods has a bound too.
+    let mut seldom = scenario(OPEN, &[]);
+    seldom.run.record_every = u32::MAX;
+    explained(&seldom, Causes::All);
+
     let mut by_torque = scenario(CLOSED, &[]);
     by_torque.wheel_loop.law = ilon_sim::scenario::WheelLaw::ComputedTorque;
     let found = explained(&by_torque, Causes::All);

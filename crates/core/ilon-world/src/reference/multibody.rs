@@ -119,7 +119,7 @@ impl Reference {
         multibody.update_rigid_bodies(bodies, true);
     }
 
-    /// Puts the robot into rapier as it is in the middle of the step, with the rates of its
+    /// Puts the robot into rapier in its state of the step's middle, with the rates of its
     /// beginning.
     pub(super) fn place(&mut self, robot: &Articulated) {
         let middle = &robot.step.middle;

@@ -108,7 +108,7 @@ pub(crate) struct BodyStep {
     pub rates_before: Vec<f64>,
     /// Rates at its end: without reactions, and once it was taken with them.
     pub rates_free: Vec<f64>,
-    /// What the motors do as far as it is straight: it is solved with the masses.
+    /// The linear part of what the motors do, which is solved with the masses.
     pub motors: Vec<MotorTorque>,
     /// What they do with all bounds.
     pub motor_laws: Vec<MotorTorque>,

@@ -1,4 +1,4 @@
-//! One step: the robot as it is in the step's middle, the reactions of ground and bearings, and
+//! One step: the robot in the step's middle, the reactions of ground and bearings, and
 //! what each took.
 
 use std::f64::consts::TAU;
@@ -530,7 +530,7 @@ impl Articulated {
     /// Whether rollers pass over the ground in steps of `dt_s` as the wheels turn now.
     ///
     /// In longer ones a roller would be taken to turn on far beyond where it hands over. The mean
-    /// motion is better then if each contact stays as it is in the middle of the step, and the
+    /// motion is better then if each contact keeps its state of the step's middle, and the
     /// robot moves on as that lets it: of many steps the middles fall anywhere on the rollers, each
     /// place as often as it is passed.
     fn resolves_rollers(&self, dt_s: f64) -> bool {

@@ -151,7 +151,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// How the chassis was turned where its rates hold: as it is now, or, after a step that did not
+    /// How the chassis was turned where its rates hold: now, or, after a step that did not
     /// see rollers pass, as in the middle of that step. At its end such rates would seem to drift
     /// sideways, by v omega dt / 2.
     fn rates_from(&self) -> UnitQuaternion<f64> {

@@ -51,7 +51,7 @@ impl World {
     pub fn rapier_mut(&mut self) -> Result<&mut PhysicsWorld, WorldError> {
         if self.settings.contacts == ContactSolver::Rapier {
             return Err(WorldError::NotInRapier {
-                what: "bodies of one's own".to_owned(),
+                what: "user bodies".to_owned(),
                 remedy: "leave the bodies out",
             });
         }
@@ -63,7 +63,7 @@ impl World {
         Ok(&mut self.user_bodies.insert(rapier).world)
     }
 
-    /// The world in rapier as it is after the last step, for queries, drawing and places of bodies;
+    /// The world in rapier after the last step, for queries, drawing and places of bodies;
     /// `None` before [`World::rapier_mut`] was called for the first time.
     pub fn rapier(&self) -> Option<&PhysicsWorld> {
         self.user_bodies.as_ref().map(|rapier| &rapier.world)

@@ -51,7 +51,7 @@ impl ReactionSolver {
         Some(tread.press(contact.gap_before_m, contact.before.x, scene.dt_s))
     }
 
-    /// What a contact carries when the step begins, in N: of a tread as it is pressed; of a rigid
+    /// What a contact carries when the step begins, in N: of a tread at its present depth; of a rigid
     /// contact, which only the end of the step knows, what the wheel carried in the last one.
     pub(super) fn load_n(
         &self,

@@ -112,7 +112,7 @@ impl Scene<'_> {
     }
 
     /// What a place of a joint's link, or of the chassis, gains in velocity over the step because
-    /// it turns on, in m/s. It is given as it is in the middle of the step.
+    /// it turns on, in m/s. Its state is that of the step's middle.
     pub(super) fn gained_by_turning_m_s(
         &self,
         joint: Option<usize>,

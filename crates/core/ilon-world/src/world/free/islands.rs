@@ -2,7 +2,7 @@
 //!
 //! Robots and the free bodies near them are one problem; free bodies near one another and far from
 //! robots are an island of their own. So a step costs what moves, and not what lies about. An
-//! island in which all has been slow for a while sleeps as it is, with its contacts, until
+//! island in which all has been slow for a while sleeps with its contacts, until
 //! something that is awake comes near, pushes it, or changes the floor: then it goes on from there.
 
 use std::collections::BTreeMap;
