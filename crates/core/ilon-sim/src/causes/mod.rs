@@ -17,6 +17,7 @@ mod twin;
 mod twins;
 
 pub(crate) use path::Path;
+pub(crate) use remedies::has_remedies;
 pub use suspects::{Drift, Suspect, suspects};
 pub(crate) use twins::{CameToo, Twins};
 
@@ -28,7 +29,7 @@ pub enum Causes {
     #[default]
     None,
     /// What the scenario names: faults, what lies on the floor, slope, free bodies, sensors' errors, joints that setpoints move, motors that differ, and what the controller believes; at
-    /// most eight.
+    /// most eight. Remedies are tried where the run is short.
     Named,
     /// All that can make a difference: also sliding, the rollers' geometry and make, bearings, motors, wheel loops, other joints and the control period.
     All,

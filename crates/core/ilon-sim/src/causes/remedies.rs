@@ -89,6 +89,11 @@ pub(super) fn of(scenario: &Scenario, summary: &Summary) -> Vec<(Cause, Null)> {
     remedies
 }
 
+/// Whether there is something to try.
+pub(crate) fn has_remedies(scenario: &Scenario, summary: &Summary) -> bool {
+    !of(scenario, summary).is_empty()
+}
+
 /// Between which links of the chain from asked to real a motion is lost.
 #[derive(Clone, Copy)]
 enum Link {

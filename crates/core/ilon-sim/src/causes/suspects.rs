@@ -1,7 +1,5 @@
 //! What the usual suspects do to a robot in standard motions: which of them would look like what somebody sees of a real one.
 
-use std::sync::atomic::AtomicBool;
-
 use ilon_files::FileAccess;
 use ilon_formats::RollerBearings;
 use ilon_robot::Robot;
@@ -11,7 +9,7 @@ use serde::Serialize;
 
 use super::null::Null;
 use super::path::Path;
-use super::twin::twin;
+use super::twin::{Limits, twin};
 use crate::Error;
 use crate::scenario::{Fault, MaterialPair, MotorStrength, Scenario, Setting};
 use crate::simulate::{Resolved, resolve};
@@ -123,13 +121,7 @@ fn way(
     robot: &Robot,
     change: impl FnOnce(&mut Scenario, &mut Robot),
 ) -> Result<(Path, f64), Error> {
-    let came = twin(
-        resolved,
-        robot,
-        Change::WithoutAll,
-        change,
-        &AtomicBool::new(false),
-    );
+    let came = twin(resolved, robot, Change::WithoutAll, change, Limits::none());
     let ran = came.map(|came| came.ran);
     match ran {
         Some(Ok((summary, path))) => {

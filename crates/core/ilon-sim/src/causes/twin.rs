@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use ilon_robot::Robot;
+use ilon_robot::{Robot, Roller, RollerForm};
 use ilon_trace::{Change, Recording, Settings, Summary, Twin};
 
 use super::path::Path;
@@ -15,6 +15,8 @@ pub(super) struct Came {
     change: Change,
     /// Its figures and its path, or why it has none.
     pub ran: Result<(Summary, Path), String>,
+    /// What it took, in surfaces looked at; 0 where it could not be run.
+    pub effort: u64,
 }
 
 impl Came {
@@ -35,17 +37,42 @@ impl Came {
     }
 }
 
-/// Runs a scenario that was resolved for a robot with something of both changed, to its end. Gives `None` where it was told to `stop`.
+/// When a twin ends before its run does.
+#[derive(Clone, Copy)]
+pub(super) struct Limits<'a> {
+    /// Once this is set.
+    pub stop: &'a AtomicBool,
+    /// Once it has looked at more surfaces than this.
+    pub effort: u64,
+}
+
+impl Limits<'_> {
+    /// It runs to its end.
+    pub fn none() -> Self {
+        static NEVER: AtomicBool = AtomicBool::new(false);
+        Self {
+            stop: &NEVER,
+            effort: u64::MAX,
+        }
+    }
+}
+
+/// Runs a scenario that was resolved for a robot with something of both changed, to its end. Gives `None` where it met its limits.
 pub(super) fn twin(
     resolved: &Resolved,
     robot: &Robot,
     change: Change,
     apply: impl FnOnce(&mut Scenario, &mut Robot),
-    stop: &AtomicBool,
+    limits: Limits<'_>,
 ) -> Option<Came> {
-    let ran = run(resolved, robot, apply, stop);
+    let mut effort = 0;
+    let ran = run(resolved, robot, apply, limits, &mut effort);
     let ran = ran.map_err(|error| error.to_string()).transpose()?;
-    Some(Came { change, ran })
+    Some(Came {
+        change,
+        ran,
+        effort,
+    })
 }
 
 /// Of its rows only the figures are kept.
@@ -53,7 +80,8 @@ fn run(
     resolved: &Resolved,
     robot: &Robot,
     apply: impl FnOnce(&mut Scenario, &mut Robot),
-    stop: &AtomicBool,
+    limits: Limits<'_>,
+    effort: &mut u64,
 ) -> Result<Option<(Summary, Path)>, Error> {
     let of_run = resolved.scenario().run.clone();
     let (resolved, robot) = resolved.with(robot, apply)?;
@@ -61,18 +89,30 @@ fn run(
     let mut recording = Recording::temporary(run.rows_mut().header.clone());
     let parts = of_run.control_dt_s / resolved.scenario().run.control_dt_s;
     let mut path = Path::of(of_run.control_periods(), parts.round() as u64);
+    let surfaces = surfaces(&robot);
     while !run.is_done() {
         if run.control_is_due() {
-            if stop.load(Ordering::Relaxed) {
+            if limits.stop.load(Ordering::Relaxed) || *effort > limits.effort {
                 return Ok(None);
             }
             path.look(&run);
             recording.take(run.rows_mut())?;
         }
         run.step();
+        *effort += surfaces * u64::from(run.searches());
     }
     recording.take(run.rows_mut())?;
     let recorded = recording.finish()?;
     let summary = Summary::of_rows(&recorded, &Settings::default())?;
     Ok(Some((summary, path)))
+}
+
+/// How many surfaces a search for contacts looks at: the rollers, and of rollers as modelled their shapes.
+fn surfaces(robot: &Robot) -> u64 {
+    let rollers = robot.wheels.iter().flat_map(|wheel| &wheel.rollers);
+    let of_roller = |roller: &Roller| match &roller.form {
+        RollerForm::AsModelled(modelled) => modelled.shapes.len() as u64,
+        _ => 1,
+    };
+    rollers.map(of_roller).sum()
 }

@@ -11,35 +11,46 @@ use super::Causes;
 use super::null::{self, Null};
 use super::path::Path;
 use super::remedies;
-use super::twin::{Came, twin};
+use super::twin::{Came, Limits, twin};
 use crate::scenario::{Scenario, Step};
 use crate::simulate::Resolved;
 
 /// A plain run leaves out at most so many causes.
 const MOST_NAMED: usize = 8;
+/// A plain run tries remedies where all its twins look at no more surfaces than this, which takes 0.2 to 0.5 s of CPU in a release build. It is counted and not
+/// timed, so that every machine makes the same twins.
+const MOST_UNASKED: u64 = 800_000;
 
 /// A run's twins.
 pub(crate) struct Twins {
     resolved: Resolved,
     robot: Robot,
     changes: Vec<(Change, Null)>,
-    /// Whether remedies are tried.
-    tries: bool,
+    tries: Tries,
+}
+
+/// Whether remedies are tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Tries {
+    No,
+    /// In runs so short that nobody waits for it.
+    IfShort,
+    Yes,
 }
 
 /// What the twins of a run came to.
 #[must_use]
-pub(crate) struct CameToo(Vec<Came>);
+#[derive(Default)]
+pub(crate) struct CameToo {
+    came: Vec<Came>,
+    /// Whether remedies were not tried because that would have taken too long.
+    pub is_untried: bool,
+}
 
 impl CameToo {
-    /// None at all.
-    pub fn none() -> Self {
-        Self(Vec::new())
-    }
-
     /// As a trace keeps them, beside the path of the run.
     pub fn beside(self, run: &Path) -> Vec<Twin> {
-        self.0.into_iter().map(|came| came.beside(run)).collect()
+        self.came.into_iter().map(|came| came.beside(run)).collect()
     }
 }
 
@@ -69,19 +80,20 @@ impl Twins {
         if causes == Causes::Named {
             left_out.truncate(MOST_NAMED);
         }
-        let explains = causes != Causes::None;
+        let tries = match causes {
+            Causes::None => Tries::No,
+            Causes::Named => Tries::IfShort,
+            Causes::All => Tries::Yes,
+        };
         let converges = scenario.run.converge;
-        if !explains && !converges {
+        if tries == Tries::No && !converges {
             return None;
         }
-        let mut changes = Vec::new();
-        if explains || converges {
-            changes.push((Change::HalfStep, half_step(resolved.physics_dt_s())));
-        }
+        let mut changes = vec![(Change::HalfStep, half_step(resolved.physics_dt_s()))];
         if converges && scenario.world.solver.split_dt_s.is_some() {
             changes.push((Change::HalfSplit, half_split()));
         }
-        if explains && is_noisy(scenario) {
+        if !left_out.is_empty() && is_noisy(scenario) {
             changes.push((Change::OtherSeed, other_seed()));
         }
         let nulls = left_out.into_iter();
@@ -99,7 +111,7 @@ impl Twins {
             resolved: resolved.clone(),
             robot: robot.clone(),
             changes,
-            tries: explains,
+            tries,
         })
     }
 
@@ -112,50 +124,74 @@ impl Twins {
     /// What `work` gives.
     pub fn beside<T, E>(&self, work: impl FnOnce() -> Result<T, E>) -> Result<(T, CameToo), E> {
         let stop = AtomicBool::new(false);
+        let limits = Limits {
+            stop: &stop,
+            effort: self.most_effort(),
+        };
         let mut twins: Vec<Option<Came>> = self.changes.iter().map(|_| None).collect();
         let places = self.changes.iter().zip(&mut twins);
         let alone = rayon::current_thread_index().is_some();
         let worked = if alone {
             let worked = work()?;
-            places.for_each(|(change, twin)| *twin = self.twin(change, &stop));
+            places.for_each(|(change, twin)| *twin = self.twin(change, limits));
             worked
         } else {
             rayon::in_place_scope(|scope| {
                 for (change, twin) in places {
-                    let stop = &stop;
-                    scope.spawn(move |_| *twin = self.twin(change, stop));
+                    scope.spawn(move |_| *twin = self.twin(change, limits));
                 }
                 let worked = work();
                 stop.store(worked.is_err(), Ordering::Relaxed);
                 worked
             })?
         };
-        let mut came: Vec<Came> = twins.into_iter().flatten().collect();
-        came.extend(self.tried(&came, alone));
-        Ok((worked, CameToo(came)))
+        let came: Vec<Came> = twins.into_iter().flatten().collect();
+        let all_came = came.len() == self.changes.len();
+        Ok((worked, self.with_remedies(came, all_came, alone)))
     }
 
-    /// The remedies that the run at half the step gives reason for, tried.
-    fn tried(&self, came: &[Came], alone: bool) -> Vec<Came> {
+    /// What the twins came to, and what the remedies do that the run at half the step gives reason for, where they are to be tried.
+    fn with_remedies(&self, mut came: Vec<Came>, all_came: bool, alone: bool) -> CameToo {
+        if self.tries == Tries::No {
+            return CameToo {
+                came,
+                is_untried: false,
+            };
+        }
         let half = came.first().and_then(|half| half.ran.as_ref().ok());
-        let Some((summary, _)) = half.filter(|_| self.tries) else {
-            return Vec::new();
-        };
-        let remedies: Vec<(Change, Null)> = remedies::of(self.resolved.scenario(), summary)
-            .into_iter()
-            .map(|(remedy, change): (Cause, Null)| (Change::With(remedy), change))
-            .collect();
-        let never = AtomicBool::new(false);
-        let run = |change| self.twin(change, &never);
-        match alone {
-            true => remedies.iter().filter_map(run).collect(),
-            false => remedies.par_iter().filter_map(run).collect(),
+        let remedies = half.map_or_else(Vec::new, |(summary, _)| {
+            remedies::of(self.resolved.scenario(), summary)
+        });
+        // A remedy takes what the run does, and that takes half of what half the step does.
+        let each = came.first().map_or(0, |half| half.effort / 2);
+        let effort: u64 = came.iter().map(|twin| twin.effort).sum();
+        let is_short = all_came && effort + each * remedies.len() as u64 <= MOST_UNASKED;
+        let is_untried = self.tries == Tries::IfShort && !is_short;
+        if !is_untried {
+            let of = |(remedy, change): (Cause, Null)| (Change::With(remedy), change);
+            let remedies: Vec<(Change, Null)> = remedies.into_iter().map(of).collect();
+            let run = |change| self.twin(change, Limits::none());
+            let tried: Vec<Came> = match alone {
+                true => remedies.iter().filter_map(run).collect(),
+                false => remedies.par_iter().filter_map(run).collect(),
+            };
+            came.extend(tried);
+        }
+        CameToo { came, is_untried }
+    }
+
+    /// What each twin may take. Half the step alone is there for remedies, and ends where these would not be tried.
+    fn most_effort(&self) -> u64 {
+        let is_for_remedies = self.changes.len() == 1 && !self.resolved.scenario().run.converge;
+        match self.tries {
+            Tries::IfShort if is_for_remedies => MOST_UNASKED,
+            _ => u64::MAX,
         }
     }
 
-    /// A twin to its end; `None` where it was told to stop.
-    fn twin(&self, (change, null): &(Change, Null), stop: &AtomicBool) -> Option<Came> {
-        twin(&self.resolved, &self.robot, change.clone(), null, stop)
+    /// A twin to its end; `None` where it met its limits.
+    fn twin(&self, (change, null): &(Change, Null), limits: Limits<'_>) -> Option<Came> {
+        twin(&self.resolved, &self.robot, change.clone(), null, limits)
     }
 }
 

@@ -80,6 +80,11 @@ impl RunLoop {
         self.plant.truth()
     }
 
+    /// How often the last step looked for contacts.
+    pub fn searches(&self) -> u32 {
+        self.plant.world().contact_solution().searches
+    }
+
     /// Where the joints between its bodies stand, in rad or m.
     pub fn joint_positions(&self) -> &[f64] {
         self.plant.world().robot().joint_positions()

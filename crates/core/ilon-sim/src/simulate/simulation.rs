@@ -17,7 +17,7 @@ use super::resolve::{Driver, Resolved};
 use super::run::{Progress, Run};
 use super::run_loop::RunLoop;
 use super::warnings;
-use crate::causes::{CameToo, Causes, Path, Twins};
+use crate::causes::{CameToo, Causes, Path, Twins, has_remedies};
 use crate::scenario::{self, Scenario};
 use crate::{Error, judge};
 
@@ -49,6 +49,8 @@ pub struct Simulation {
     run: RunLoop,
     /// The same run with one thing changed, which goes on beside it.
     twins: Option<Twins>,
+    /// Whether it was too long to try remedies unasked.
+    is_untried: bool,
     /// Whether a controller from outside drives it.
     is_foreign: bool,
     warnings: Vec<String>,
@@ -192,6 +194,7 @@ impl Simulation {
         let simulation = Self {
             run,
             twins: None,
+            is_untried: false,
             is_foreign,
             warnings,
         };
@@ -331,8 +334,9 @@ impl Simulation {
         let drive = || self.drive_to_the_end(&mut path, watch);
         let (cpu_s, came) = match twins {
             Some(twins) => twins.beside(drive)?,
-            None => (drive()?, CameToo::none()),
+            None => (drive()?, CameToo::default()),
         };
+        self.is_untried = came.is_untried;
         Ok((cpu_s, came.beside(&path)))
     }
 
@@ -370,6 +374,13 @@ impl Simulation {
             self.run.plant.world(),
         ));
         let twins = &trace.header().twins;
+        if self.is_untried && has_remedies(self.scenario(), &summary) {
+            self.warnings.push(
+                "there is something to try against what this run loses, and the run is too long \
+                 to try it unasked; help: `ilon explain` with this scenario tries it"
+                    .to_owned(),
+            );
+        }
         let was_asked = self.scenario().run.converge;
         let remarks = warnings::of_convergence(&summary.converge, twins, was_asked);
         self.warnings.extend(remarks);

@@ -99,6 +99,7 @@ impl World {
         if self.turn_with_jumps(solver, &gravity, dt_s) {
             solver.react_again(self.scenes(dt_s));
         }
+        self.solution.searches += 1;
         self.solution.add(solver.take_effort());
     }
 
