@@ -284,23 +284,30 @@ impl<'s> Checker<'s> {
             .filter_map(|schema| schema.get("required").and_then(Json::as_array))
             .flatten()
             .filter_map(Json::as_str);
-        for name in required {
-            if !table.keys().any(|key| key.get_ref() == name) {
-                self.path.push(name.to_owned());
-                let doc = known
-                    .iter()
-                    .find(|(known, _)| *known == name)
-                    .and_then(|(_, schema)| self.description(schema))
-                    .unwrap_or_default();
-                return Err(self.fault(
-                    FaultKind::Key,
-                    span,
-                    format!("the key `{}` is missing", self.key()),
-                    format!("add `{}`: {}", self.key(), doc),
-                ));
-            }
+        let missing: Vec<&str> = required
+            .filter(|name| !table.keys().any(|key| key.get_ref() == name))
+            .collect();
+        if missing.is_empty() {
+            return Ok(());
         }
-        Ok(())
+        let mut keys = Vec::new();
+        let mut help = Vec::new();
+        for name in missing {
+            self.path.push(name.to_owned());
+            let schema = known.iter().find(|(known, _)| *known == name);
+            let doc = schema
+                .and_then(|(_, schema)| self.description(schema))
+                .unwrap_or_default();
+            help.push(format!("add `{}`: {doc}", self.key()));
+            keys.push(self.key());
+            self.path.pop();
+        }
+        let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+        let message = match keys.as_slice() {
+            [key] => format!("the key `{key}` is missing"),
+            keys => format!("the keys {} are missing", quoted(keys)),
+        };
+        Err(self.fault(FaultKind::Key, span, message, help.join("\n")))
     }
 
     fn unknown_key(

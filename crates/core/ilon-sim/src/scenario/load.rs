@@ -13,6 +13,7 @@ use toml::de::DeTable;
 
 use super::keys::FaultKind;
 use super::setting::{Origins, SETTING, Setting, dotted_keys, merge};
+use super::source::Source;
 use super::{Scenario, keys};
 use crate::{Error, ScenarioFault};
 
@@ -311,6 +312,8 @@ fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error
         Error::toml_value(&error.message, source, span)
     })?;
     scenario.about = about(text);
+    let changed = origins.settings.iter().map(|(keys, _)| keys.clone());
+    scenario.source = Source::of(name, text, changed.collect());
     scenario.world.floor.fill();
     scenario.object().map_err(|objection| {
         let Some((path, span)) = objection.place(document.get_ref()) else {

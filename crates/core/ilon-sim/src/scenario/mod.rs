@@ -23,6 +23,7 @@ mod rollers;
 mod run;
 mod sensors;
 mod setting;
+mod source;
 mod tracked;
 mod validate;
 mod wheels;
@@ -118,6 +119,9 @@ pub struct Scenario {
     /// What it is about: the first paragraph of the comment at the head of its file, of at most 600 characters.
     #[serde(skip)]
     pub about: String,
+    /// The text that it was read from.
+    #[serde(skip)]
+    pub(crate) source: source::Source,
     /// The folder that its relative paths start from.
     #[serde(skip)]
     pub folder: PathBuf,

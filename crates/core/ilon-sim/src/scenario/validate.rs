@@ -234,9 +234,13 @@ impl Scenario {
                         "the scenario has two motions, `[twist]` and `[playback]`: it takes one",
                     ),
                 };
+                let lacks_time = stand == [false; 3] && self.run.is_open();
                 Err(Objection::to(
                     key,
-                    stands,
+                    match lacks_time {
+                        true => format!("{stands}; and the key `run.duration_s` is missing"),
+                        false => stands.to_owned(),
+                    },
                     "write `twist = { vx_m_s = 0.3 }` for a velocity, `[reference.circle]`, `[reference.line]` or another path for the guidance to \
                      follow, or `[playback]` for what a log says",
                 ))

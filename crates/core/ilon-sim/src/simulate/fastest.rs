@@ -29,6 +29,10 @@ pub fn resolve(scenario: &Scenario, robot: &Robot) -> Result<Resolved, Error> {
 /// # Errors
 /// Like [`resolve`].
 pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result<Resolved, Error> {
+    choose(scenario, robot, driver).map_err(|error| scenario.placed(error))
+}
+
+fn choose(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result<Resolved, Error> {
     let section = scenario.reference.as_ref();
     let open = section.filter(|it| it.timing.is_some() && it.share_of_grip.is_none());
     let Some(section) = open else {

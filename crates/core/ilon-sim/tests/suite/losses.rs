@@ -96,9 +96,10 @@ fn loops_faster_than_can_be_computed_with_are_refused_with_a_figure_that_does() 
         "derivative_n_m_s2",
     ] {
         let of = |value: &str| ilon_sim::run(&scenario_of(&format!("wheel_loop.{key} = {value}")));
-        let Err(Error::Invalid { message, help }) = of("1e9") else {
-            panic!("{key}: it is refused");
+        let Err(Error::Scenario(fault)) = of("1e9") else {
+            panic!("{key}: it is refused, with its place");
         };
+        let (message, help) = (&fault.message, &fault.help);
         assert!(message.contains(key), "{message}");
         let most = help.strip_prefix("give no more than ").expect("a figure");
         let done = of(most).expect("it runs");

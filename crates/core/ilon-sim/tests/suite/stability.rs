@@ -28,7 +28,7 @@ fn said(keys: &str) -> Result<String, String> {
             let of_guidance = lines.find(|line| line.starts_with("the guidance"));
             Ok(of_guidance.cloned().unwrap_or_default())
         }
-        Err(Error::Invalid { message, help }) => Err(format!("{message}; {help}")),
+        Err(Error::Scenario(fault)) => Err(format!("{}; {}", fault.message, fault.help)),
         Err(other) => panic!("{other:?}"),
     }
 }

@@ -136,7 +136,7 @@ fn a_missing_robot() {
         bench.refused(&[]),
         told(
             "robbot.urdf: cannot be read: there is no such file; beside it lies `robot.urdf`",
-            None,
+            "scenario.toml:2:8",
             "give the path of a file that exists and may be read",
         )
     );
@@ -467,7 +467,7 @@ fn a_fault_of_a_wheel_that_is_not_there() {
         bench.refused(&[]),
         told(
             "a fault is about the wheel `wheel_4`, which the robot does not have",
-            None,
+            "scenario.toml:12:26",
             "did you mean `wheel_3`?",
         )
     );
@@ -482,7 +482,7 @@ fn a_roller_that_is_not_there_cannot_seize() {
         bench.refused(&[]),
         told(
             "roller 8 of the wheel `wheel_2` is to seize, but that has 8 rollers",
-            None,
+            "scenario.toml:12:26",
             "they count from 0 to 7",
         )
     );

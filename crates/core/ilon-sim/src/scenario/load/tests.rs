@@ -486,3 +486,45 @@ fn what_a_scenario_is_about_is_the_comment_at_its_head() {
         MOST_ABOUT
     );
 }
+
+#[test]
+fn all_keys_that_are_missing_are_named_at_once() {
+    let hold = "robot.file = \"r.urdf\"\nrun.duration_s = 1\n[reference.hold_pose]\nx_m = 1\n";
+    let (message, help, _) = told(hold, &[]);
+    assert_eq!(
+        message,
+        "the keys `reference.hold_pose.y_m`, `reference.hold_pose.heading_deg` are missing"
+    );
+    assert_eq!(help.lines().count(), 2, "{help}");
+    let (message, _, _) = told("robot.file = \"r.urdf\"\n", &[]);
+    assert!(message.contains("no motion") && message.contains("`run.duration_s` is missing"));
+}
+
+/// What shows only when the robot is known is placed by the key or the value that it names, but not where a setting has the last word, nor where the value is
+/// there twice.
+#[test]
+fn late_errors_are_placed_in_the_text() {
+    let text = format!("{CIRCLE}\n[[faults]]\nmotor_lost = {{ wheel = \"lft\" }}\n");
+    let scenario = parse(&text, "test.toml", &[]).unwrap();
+    let at = |scenario: &Scenario, message: &str| match scenario
+        .placed(Error::invalid(message, "help"))
+    {
+        Error::Scenario(fault) => Some(fault.span.offset()),
+        Error::Invalid { .. } => None,
+        other => panic!("{other:?}"),
+    };
+    let of_wheel = at(&scenario, "there is no wheel `lft` of the fault").unwrap();
+    assert!(text[of_wheel..].starts_with("\"lft\""));
+    let of_key = at(&scenario, "`reference.circle.radius_m` is too small").unwrap();
+    assert!(text[..of_key].contains("radius_m"));
+    assert_eq!(at(&scenario, "nothing of `this` is there"), None);
+    let setting = "reference.circle.radius_m=0.1".parse().unwrap();
+    let changed = parse(&text, "test.toml", &[setting]).unwrap();
+    assert_eq!(
+        at(&changed, "`reference.circle.radius_m` is too small"),
+        None
+    );
+    let twice = format!("{text}[[faults]]\nmotor_lost = {{ wheel = \"lft\" }}\n");
+    let twice = parse(&twice, "test.toml", &[]).unwrap();
+    assert_eq!(at(&twice, "there is no wheel `lft`"), None);
+}
