@@ -8,10 +8,10 @@ use nalgebra::Vector2;
 use serde::Serialize;
 
 use crate::Error;
-use crate::bearing_drag;
 use crate::scenario::{Floor, Scenario, Setting};
-use crate::simulate::{Limits, start_positions};
-use crate::wheels_to_spare;
+use crate::simulate::Limits;
+use ilon_scenario::choices::{bearing_drag, wheels_to_spare, wrong_hands};
+use ilon_scenario::course::joint_targets::start_positions;
 
 /// A robot as it is understood, and what follows from where its wheels sit.
 #[derive(Clone, Debug, Serialize)]
@@ -236,12 +236,6 @@ impl SurfaceInspection {
             tread,
         })
     }
-}
-
-/// What is to be said of wheels whose hands do not fit their places.
-pub(crate) fn wrong_hands(robot: &Robot) -> Option<String> {
-    let wrong = control::WrongHands::of(&robot.wheels);
-    wrong.map(|wrong| format!("the wheels: {wrong}"))
 }
 
 /// As a scenario has it where it says nothing.

@@ -12,31 +12,23 @@
 //!
 //! | module | answers |
 //! |---|---|
-//! | [`scenario`] | what a person writes down about a run |
-//! | [`simulate`] | the loop: sensors, reference, guidance, wheel loops, motors, world, trace |
+//! | [`simulate`] | a run from its beginning to its figures; and what it takes of `ilon-scenario` and `ilon-plant` |
 //! | [`causes`] | what makes a difference to a run: the run again without it |
 //! | [`judge`] | whether a run met its `[expect]` |
 //! | [`inspect`] | a robot as it is understood |
-//! | [`foreign`] | tables of numbers in files that somebody else named, and what messages may show of such files |
 //! | [`standard_motions`] | five motions that show what a robot does |
-//! | [`remedy`] | which options would let a robot's file be used |
 //!
 //! There is no command line, no plot and no progress bar here.
 
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
-mod bearing_drag;
 pub mod causes;
-mod error;
-pub mod foreign;
+mod design;
 pub mod inspect;
 pub mod judge;
-pub mod remedy;
-pub mod scenario;
 pub mod simulate;
 pub mod standard_motions;
-mod wheels_to_spare;
 
 pub use ilon_control as control;
 pub use ilon_files as files;
@@ -46,8 +38,8 @@ pub use ilon_trace as trace;
 pub use ilon_world as world;
 
 pub use causes::Causes;
-pub use error::{Error, RobotFault, ScenarioFault, reason};
-pub use scenario::Scenario;
+pub use ilon_scenario::robot::remedy;
+pub use ilon_scenario::{Error, RobotFault, Scenario, ScenarioFault, foreign, reason, scenario};
 pub use simulate::{
     Commanded, Controller, Driver, JointCommand, Measurements, Moment, Outcome, Plant, Resolved,
     Run, Simulation, Snapshot, WheelCommand, load_robot, resolve, resolve_for, run,

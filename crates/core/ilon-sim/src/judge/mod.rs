@@ -7,10 +7,10 @@ pub use signals::check_names;
 pub use verdict::Verdict;
 
 pub use ilon_trace::{Difference, differences};
-use ilon_trace::{Rows, Summary, number, quantities};
+use ilon_trace::{Rows, Summary, quantities};
 
 use crate::Run;
-use crate::scenario::{Bound, Expect};
+use crate::scenario::Expect;
 
 /// Holds a run against its own `[expect]`: first the quantities of the summary by name, then the signals in the order of
 /// the file.
@@ -46,50 +46,6 @@ fn judge_summary(expect: &Expect, summary: &Summary) -> Vec<Verdict> {
             }
         })
         .collect()
-}
-
-impl Bound {
-    /// Whether a value keeps to the bound. NaN never does.
-    pub fn holds(&self, value: f64) -> bool {
-        self.breach(value) <= 0.0
-    }
-
-    /// How far a value is beyond the bound; zero or less where it holds, infinite of NaN.
-    pub fn breach(&self, value: f64) -> f64 {
-        let Self {
-            min,
-            max,
-            equal,
-            within,
-        } = *self;
-        if !value.is_finite() {
-            return f64::INFINITY;
-        }
-        let parts = [
-            min.map(|min| min - value),
-            max.map(|max| value - max),
-            equal.map(|equal| (value - equal).abs() - within.unwrap_or(0.0)),
-        ];
-        parts
-            .into_iter()
-            .flatten()
-            .fold(f64::NEG_INFINITY, f64::max)
-    }
-}
-
-impl std::fmt::Display for Bound {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let parts = [
-            self.min.map(|min| format!(">= {}", number(min))),
-            self.max.map(|max| format!("<= {}", number(max))),
-            self.equal.map(|equal| match self.within {
-                Some(within) => format!("= {} +- {}", number(equal), number(within)),
-                None => format!("= {}", number(equal)),
-            }),
-        ];
-        let parts: Vec<String> = parts.into_iter().flatten().collect();
-        f.write_str(&parts.join(" and "))
-    }
 }
 
 #[cfg(test)]

@@ -7,19 +7,20 @@ use ilon_robot::{Robot, Twist};
 use ilon_trace::{Recorded, Recording, Rows, Sink, Summary, Trace, TraceError, Twin};
 use ilon_world::World;
 
-use super::clock::CpuTime;
-use super::fastest::{resolve, resolve_for};
-use super::header::Appearance;
-use super::load::{load, load_robot};
-use super::pilot::Controller;
-use super::plant::Plant;
-use super::resolve::{Driver, Resolved};
-use super::run::{Progress, Run};
-use super::run_loop::RunLoop;
-use super::warnings;
+use super::remarks;
+use crate::Error;
 use crate::causes::{CameToo, Causes, Path, Twins, has_remedies};
+use crate::judge;
 use crate::scenario::{self, Scenario};
-use crate::{Error, judge};
+use crate::simulate::run::{Progress, Run};
+use ilon_plant::clock::CpuTime;
+use ilon_plant::pilot::Controller;
+use ilon_plant::plant::Plant;
+use ilon_plant::record::header::Appearance;
+use ilon_plant::record::run_loop::RunLoop;
+use ilon_plant::resolve::{Driver, resolve, resolve_for};
+use ilon_scenario::Resolved;
+use ilon_scenario::robot::load;
 
 /// Runs a scenario.
 ///
@@ -27,18 +28,6 @@ use crate::{Error, judge};
 /// Where the robot cannot be read, or the scenario asks for something that cannot be.
 pub fn run(scenario: &Scenario) -> Result<Run, Error> {
     Ok(Simulation::new(scenario)?.run())
-}
-
-impl Plant {
-    /// The plant of a scenario, with the robot that the scenario names: [`load_robot`](super::load_robot), [`resolve_for`] anybody's
-    /// commands, and [`Plant::new`] in one.
-    ///
-    /// # Errors
-    /// Where the robot's file or the scenario makes no sense, or the robot cannot stand where it starts.
-    pub fn of_scenario(scenario: &Scenario) -> Result<Self, Error> {
-        let robot = load_robot(scenario)?;
-        Self::new(&resolve_for(scenario, &robot, Driver::Own)?, &robot)
-    }
 }
 
 /// Why a run under a controller from outside has no figures at half its step.
@@ -192,7 +181,7 @@ impl Simulation {
         judge::check_names(expected.chain(tolerated), &run.recorder.trace().header)
             .map_err(|error| scenario.placed(error))?;
         let stands = run.plant.world().robot().joint_positions();
-        warnings.extend(warnings::of_joints(run.plant.robot(), stands));
+        warnings.extend(remarks::of_joints(run.plant.robot(), stands));
         let simulation = Self {
             run,
             twins: None,
@@ -362,7 +351,7 @@ impl Simulation {
 
     fn finish<T: Rows>(mut self, trace: T, mut summary: Summary, cpu_s: Option<f64>) -> Run<T> {
         let resolved = self.run.plant.resolved();
-        let remarks = warnings::of_summary(&summary, resolved.has_unstable_loops());
+        let remarks = remarks::of_summary(&summary, resolved.has_unstable_loops());
         self.warnings.extend(remarks);
         if !resolved.is_contradictory() {
             let remark = self
@@ -371,7 +360,7 @@ impl Simulation {
                 .contradiction_remark(self.run.plant.robot());
             self.warnings.extend(remark);
         }
-        self.warnings.extend(warnings::of_bodies(
+        self.warnings.extend(remarks::of_bodies(
             self.run.plant.robot(),
             self.run.plant.world(),
         ));
@@ -384,7 +373,7 @@ impl Simulation {
             );
         }
         let was_asked = self.scenario().run.converge;
-        let remarks = warnings::of_convergence(&summary.converge, twins, was_asked);
+        let remarks = remarks::of_convergence(&summary.converge, twins, was_asked);
         self.warnings.extend(remarks);
         summary.sim_seconds_per_cpu_second = cpu_s
             .filter(|cpu_s| *cpu_s > 0.0)

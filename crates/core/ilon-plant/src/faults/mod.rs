@@ -1,0 +1,262 @@
+//! What goes wrong on purpose with the robot's own sensors and motors, while it does.
+
+pub mod disturbances;
+pub mod tilt;
+
+use ilon_robot::{Pose, Robot, wrap_angle};
+use ilon_trace::FaultKind;
+
+use crate::faults::tilt::Tilts;
+use ilon_scenario::Error;
+use ilon_scenario::robot::wheel_index;
+use ilon_scenario::scenario::{Fault, Frame};
+
+/// What a message about a wheel begins with.
+pub(crate) const A_FAULT: &str = "a fault is";
+
+/// The faults of a scenario as a trace keeps them.
+///
+/// # Errors
+/// [`Error::Invalid`] for a wheel that the robot does not have.
+pub(crate) fn recorded(faults: &[Fault], robot: &Robot) -> Result<Vec<ilon_trace::Fault>, Error> {
+    let center_m = robot.chassis.mass.center_of_mass_m;
+    let place = |x_m: &Option<f64>, y_m: &Option<f64>, z_m: &Option<f64>| {
+        [
+            x_m.unwrap_or(center_m.x),
+            y_m.unwrap_or(center_m.y),
+            z_m.unwrap_or(center_m.z),
+        ]
+    };
+    let kind_of = |fault: &Fault| -> Result<FaultKind, Error> {
+        Ok(match fault {
+            Fault::MotorLost { wheel, shorted, .. } => FaultKind::MotorLost {
+                wheel: wheel_index(wheel, robot, A_FAULT)?,
+                shorted: *shorted,
+            },
+            Fault::EncoderLost { wheel, .. } => FaultKind::EncoderLost {
+                wheel: wheel_index(wheel, robot, A_FAULT)?,
+            },
+            Fault::EncoderScaled { wheel, factor, .. } => FaultKind::EncoderScaled {
+                wheel: wheel_index(wheel, robot, A_FAULT)?,
+                factor: *factor,
+            },
+            Fault::PoseLost { .. } => FaultKind::PoseLost,
+            Fault::PoseShifted {
+                x_m,
+                y_m,
+                heading_deg,
+                ..
+            } => FaultKind::PoseShifted {
+                by_m: [*x_m, *y_m],
+                by_rad: heading_deg.to_radians(),
+            },
+            Fault::BatterySag { share, .. } => FaultKind::BatterySag { share: *share },
+            Fault::Push {
+                impulse_x_n_s,
+                impulse_y_n_s,
+                impulse_z_n_s,
+                frame,
+                x_m,
+                y_m,
+                z_m,
+                ..
+            } => FaultKind::Push {
+                impulse_n_s: [*impulse_x_n_s, *impulse_y_n_s, *impulse_z_n_s],
+                in_body: *frame == Frame::Body,
+                place_m: place(x_m, y_m, z_m),
+            },
+            Fault::Payload {
+                mass_kg,
+                x_m,
+                y_m,
+                z_m,
+                ..
+            } => FaultKind::Payload {
+                mass_kg: *mass_kg,
+                place_m: place(x_m, y_m, z_m),
+            },
+            Fault::RollerStuck { wheel, roller, .. } => FaultKind::RollerStuck {
+                wheel: wheel_index(wheel, robot, A_FAULT)?,
+                roller: *roller,
+            },
+            Fault::FrictionChanged { friction, .. } => FaultKind::FrictionChanged {
+                friction: *friction,
+            },
+            Fault::Tilt {
+                amplitude_deg,
+                frequency_hz,
+                direction_deg,
+                ..
+            } => FaultKind::Tilt {
+                amplitude_rad: amplitude_deg.to_radians(),
+                frequency_hz: *frequency_hz,
+                direction_rad: direction_deg.to_radians(),
+            },
+        })
+    };
+    faults
+        .iter()
+        .map(|fault| {
+            let (from_s, until_s) = fault.window_s();
+            Ok(ilon_trace::Fault {
+                from_s,
+                until_s,
+                kind: kind_of(fault)?,
+            })
+        })
+        .collect()
+}
+
+/// What is left of a motor that is lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum LostMotor {
+    /// No current flows: the wheel turns freely.
+    Free,
+    /// Its winding is shorted: its back-EMF brakes the wheel.
+    Shorted,
+}
+
+/// The faults of a run within the robot; what comes from outside is [`disturbances`].
+#[derive(Clone)]
+pub(crate) struct Faults {
+    faults: Vec<Fault>,
+    /// For each fault the index of its wheel; 0 where it is about none.
+    wheels: Vec<usize>,
+    tilts: Tilts,
+}
+
+impl Faults {
+    /// # Errors
+    /// [`Error::Invalid`] for a wheel that the robot does not have.
+    pub fn new(faults: &[Fault], robot: &Robot) -> Result<Self, Error> {
+        let index_of = |fault: &Fault| match fault.wheel() {
+            None => Ok(0),
+            Some(name) => wheel_index(name, robot, A_FAULT),
+        };
+        Ok(Self {
+            wheels: faults.iter().map(index_of).collect::<Result<_, _>>()?,
+            faults: faults.to_vec(),
+            tilts: Tilts::new(faults),
+        })
+    }
+
+    /// How the ground leans.
+    pub fn tilts(&self) -> &Tilts {
+        &self.tilts
+    }
+
+    /// Whether the pose sensor sees nothing.
+    pub fn pose_is_lost(&self, t_s: f64) -> bool {
+        self.on(t_s)
+            .any(|(fault, _)| matches!(fault, Fault::PoseLost { .. }))
+    }
+
+    /// The pose that the sensor takes for the real one.
+    pub fn pose(&self, t_s: f64, mut pose: Pose) -> Pose {
+        for (fault, _) in self.on(t_s) {
+            if let Fault::PoseShifted {
+                x_m,
+                y_m,
+                heading_deg,
+                ..
+            } = fault
+            {
+                pose.x_m += x_m;
+                pose.y_m += y_m;
+                pose.heading_rad = wrap_angle(pose.heading_rad + heading_deg.to_radians());
+            }
+        }
+        pose
+    }
+
+    /// By how much a wheel's encoder counts wrong: what it counts over what it should.
+    pub fn encoder_factor(&self, t_s: f64, wheel: usize) -> f64 {
+        self.on(t_s)
+            .filter(|(_, of)| *of == wheel)
+            .map(|(fault, _)| match fault {
+                Fault::EncoderLost { .. } => 0.0,
+                Fault::EncoderScaled { factor, .. } => *factor,
+                _ => 1.0,
+            })
+            .product()
+    }
+
+    /// What is left of the motors' supply, from 0 to 1.
+    pub fn supply_share(&self, t_s: f64) -> f64 {
+        self.on(t_s)
+            .map(|(fault, _)| match fault {
+                Fault::BatterySag { share, .. } => *share,
+                _ => 1.0,
+            })
+            .product()
+    }
+
+    /// How the motor of a wheel is lost, if it is; of two faults the short.
+    pub fn lost_motor(&self, t_s: f64, wheel: usize) -> Option<LostMotor> {
+        let lost = self.on(t_s).filter_map(|(fault, of)| match fault {
+            Fault::MotorLost { shorted, .. } if of == wheel => Some(if *shorted {
+                LostMotor::Shorted
+            } else {
+                LostMotor::Free
+            }),
+            _ => None,
+        });
+        lost.max()
+    }
+
+    fn on(&self, t_s: f64) -> impl Iterator<Item = (&Fault, usize)> {
+        self.faults
+            .iter()
+            .zip(self.wheels.iter().copied())
+            .filter(move |(fault, _)| fault.is_on(t_s))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn faults(toml: &str) -> Faults {
+        #[derive(serde::Deserialize)]
+        struct Section {
+            faults: Vec<Fault>,
+        }
+        let section: Section = toml::from_str(toml).expect("faults");
+        Faults {
+            wheels: vec![1; section.faults.len()],
+            tilts: Tilts::new(&section.faults),
+            faults: section.faults,
+        }
+    }
+
+    #[test]
+    fn a_fault_is_there_from_its_beginning_to_its_end_and_on_its_wheel_only() {
+        let faults = faults("[[faults]]\nmotor_lost = { wheel = 'b', from_s = 1, until_s = 2 }");
+        let lost = |t_s| [0, 1].map(|wheel| faults.lost_motor(t_s, wheel));
+        assert_eq!(lost(0.99), [None, None]);
+        assert_eq!(lost(1.0), [None, Some(LostMotor::Free)]);
+        assert_eq!(lost(2.0), [None, None]);
+    }
+
+    #[test]
+    fn faults_add_up() {
+        let faults = faults(
+            "[[faults]]\nencoder_scaled = { wheel = 'b', factor = 2 }\n\
+             [[faults]]\nencoder_scaled = { wheel = 'b', factor = 3, until_s = 5 }\n\
+             [[faults]]\nbattery_sag = { share = 0.5 }\n\
+             [[faults]]\nbattery_sag = { share = 0.8, from_s = 2 }\n\
+             [[faults]]\npose_shifted = { x_m = 0.5, heading_deg = 270 }\n\
+             [[faults]]\npose_lost = { from_s = 9 }",
+        );
+        assert_eq!(
+            [0, 1].map(|wheel| faults.encoder_factor(0.0, wheel)),
+            [1.0, 6.0]
+        );
+        assert_eq!([0.0, 2.0].map(|t_s| faults.supply_share(t_s)), [0.5, 0.4]);
+        let pose = faults.pose(0.0, Pose::default());
+        assert_eq!(pose.x_m, 0.5);
+        // 270 deg wrapped is a quarter turn clockwise; rounding of one sum of numbers below 8.
+        assert!((pose.heading_rad + std::f64::consts::FRAC_PI_2).abs() < 1e-14);
+        assert!(!faults.pose_is_lost(8.9) && faults.pose_is_lost(9.0));
+    }
+}

@@ -1,0 +1,22 @@
+//! A patch of the floor that comes and goes.
+
+use ilon_world::Patch;
+
+use ilon_scenario::scenario;
+
+/// A patch, and when it is there.
+#[derive(Clone, Debug)]
+pub(crate) struct TimedPatch {
+    pub patch: Patch,
+    pub from_s: f64,
+    pub until_s: Option<f64>,
+}
+
+impl TimedPatch {
+    /// The patches that are there at a time in seconds.
+    pub fn those_at(all: &[Self], t_s: f64) -> Vec<Patch> {
+        let there = |timed: &&Self| scenario::within(t_s, timed.from_s, timed.until_s);
+        let patches = all.iter().filter(there);
+        patches.map(|timed| timed.patch.clone()).collect()
+    }
+}

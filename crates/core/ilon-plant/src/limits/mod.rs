@@ -1,0 +1,774 @@
+//! How hard a scenario's robot may be driven: which accelerations neither grip nor motors forbid.
+
+mod sprints;
+
+use std::f64::consts::FRAC_PI_4;
+
+use ilon_control::{
+    AccelerationLimit, AccelerationLimits, AccelerationPolytope, AccelerationUse, Fastest,
+    Kinematics, LimitCause, LimitSettings, Motor, PushSharing, Reference, SpeedLimits,
+};
+use ilon_robot::{Robot, Twist};
+use ilon_trace::Announced;
+use nalgebra::Vector3;
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
+
+use crate::ground::floor::floor;
+use crate::pilot::{Pilot, point_m};
+use crate::wheels::motors::motors;
+use ilon_scenario::Error;
+use ilon_scenario::course::joint_targets::JointTargets;
+use ilon_scenario::course::playback::Played;
+use ilon_scenario::scenario::{Fault, Scenario, WheelLaw};
+
+/// The accelerations that a robot's grip and motors allow under a scenario's floor, motors and wheel loops.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Limits {
+    /// Coulomb's coefficient of friction that they are for.
+    pub friction: f64,
+    /// Angle by which the floor falls, in degrees.
+    pub slope_deg: f64,
+    /// The direction in which it falls, from where the robot looks, counter-clockwise, in degrees.
+    pub downhill_deg: f64,
+    /// How the wheels share what the body needs: `"equal_loops"` of wheel loops by themselves, or `"by_grip"`.
+    pub sharing: &'static str,
+    /// The limits, in each direction and at each speed.
+    pub rows: Vec<LimitRow>,
+    /// The limits of motions without turning in all directions, at rest and at shares of the top speeds.
+    pub outlines: Vec<LimitOutline>,
+    /// A polytope of accelerations from rest, ahead and to the left in m/s^2 and turning in rad/s^2, all of which can be had; in JSON its
+    /// `corners`, its `half_spaces` [x, y, z], within which x a + y b + z c <= 1, and the share `missing_at_most` that no direction misses more
+    /// than. `None` where something along an axis cannot be had.
+    #[serde(serialize_with = "as_corners_and_half_spaces")]
+    pub polytope: Option<AccelerationPolytope>,
+    /// A box of accelerations ahead and back, left and right, in m/s^2, and of turning, in rad/s^2, for planners that know no other shape:
+    /// nine tenths of the largest box in the proportions of the limits from rest, each way the lesser, of which every corner can be had.
+    pub acceleration_box: [f64; 3],
+    /// What is wrong with how the robot stands: that it tips over, or slides, where it is.
+    pub remarks: Vec<String>,
+    /// What of floor and rollers these limits leave out, though the scenario has it.
+    pub left_out: Vec<&'static str>,
+}
+
+/// The limits in all directions at one share of the top speeds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct LimitOutline {
+    /// How fast the robot moves in each direction, over its top speed that way.
+    pub share_of_top: f64,
+    /// The limits on speeding up, counter-clockwise from ahead, every 5 degrees.
+    pub points: Vec<OutlinePoint>,
+}
+
+/// The limit on speeding up in one direction.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct OutlinePoint {
+    /// From where the robot looks, counter-clockwise, in degrees.
+    pub direction_deg: f64,
+    /// The limit.
+    #[serde(flatten)]
+    pub limit: Limit,
+}
+
+/// The limits of one motion.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct LimitRow {
+    /// The motion's name, such as `"ahead"` or `"turning left"`.
+    pub motion: String,
+    /// Its direction from where the robot looks, counter-clockwise, in degrees; `None` of a turn on the spot.
+    pub direction_deg: Option<f64>,
+    /// How fast the robot moves that way, in m/s, or turns, in rad/s.
+    pub speed: f64,
+    /// The limit on speeding up.
+    pub speeding_up: Limit,
+    /// The limit on slowing down; the same as speeding up the other way where the robot stands.
+    pub slowing_down: Limit,
+}
+
+/// One limit, and what makes it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Limit {
+    /// The largest acceleration, in m/s^2, or rad/s^2 of a turn; zero where the motion itself takes more than there is.
+    pub largest: f64,
+    /// The wheel that slides first, or whose motor has no more torque; of a robot that tips over, one that leaves the ground.
+    pub wheel: String,
+    /// `"grip"`, `"motor"` or `"tipping"`.
+    pub cause: &'static str,
+    /// What statics allow, in the same unit.
+    pub by_statics: f64,
+    /// The share of it that the limit is: less than 1 where the simulated robot slides at more.
+    pub share_held: f64,
+}
+
+impl LimitRow {
+    /// A motion from rest of which only the share is of interest.
+    pub(crate) fn from_rest(share: f64) -> Self {
+        let limit = Limit {
+            largest: share,
+            wheel: String::new(),
+            cause: "grip",
+            by_statics: 1.0,
+            share_held: share,
+        };
+        Self {
+            motion: String::new(),
+            direction_deg: None,
+            speed: 0.0,
+            speeding_up: limit.clone(),
+            slowing_down: limit,
+        }
+    }
+}
+
+/// The motions that are looked at: name, direction in eighths of a turn, and sense of turning.
+pub(crate) const MOTIONS: [(&str, Option<i32>, f64); 10] = [
+    ("ahead", Some(0), 0.0),
+    ("ahead and left", Some(1), 0.0),
+    ("left", Some(2), 0.0),
+    ("back and left", Some(3), 0.0),
+    ("back", Some(4), 0.0),
+    ("back and right", Some(-3), 0.0),
+    ("right", Some(-2), 0.0),
+    ("ahead and right", Some(-1), 0.0),
+    ("turning left", None, 1.0),
+    ("turning right", None, -1.0),
+];
+
+/// The unit twist of a motion: along a direction in eighths of a turn, or where there is none turning.
+pub(crate) fn direction(eighths: Option<i32>, turning: f64) -> Twist {
+    match eighths {
+        Some(eighths) => {
+            let (sin, cos) = libm::sincos(FRAC_PI_4 * f64::from(eighths));
+            Twist::new(cos, sin, 0.0)
+        }
+        None => Twist::new(0.0, 0.0, turning),
+    }
+}
+
+/// At which shares of its top speed a motion is looked at.
+const SHARES_OF_TOP: [f64; 3] = [0.0, 0.5, 0.9];
+
+/// Of the edge of what can be had, the share that a polytope may miss beyond the middles of its faces.
+const POLYTOPE_MISSES: f64 = 0.03;
+
+/// Between the directions of an outline, in degrees.
+const OUTLINE_STEP_DEG: usize = 5;
+
+impl Limits {
+    /// The limits of a robot under a scenario: with its floor, gravity, slope under its start, motors, wheel loops, and the payloads that
+    /// are on from the beginning, and its joints where their servos start. The robot is as [`load_robot`](ilon_scenario::robot::load_robot) gives it.
+    ///
+    /// # Errors
+    /// Where the scenario, or the robot, makes no sense, or the floor has no friction.
+    pub fn of(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
+        // Whatever a log says later, servos stand where the robot's file and the scenario send them.
+        let targets = JointTargets::new(scenario, &Played::default(), robot)?;
+        let mut limiter = Limiter::new(scenario, (robot, &targets), 1.0)?;
+        let kinematics = Kinematics::new(&targets.standing(robot))?;
+        let tops = SpeedLimits::new(&kinematics, &top_rates(scenario, robot));
+        let mut rows = Vec::new();
+        for (motion, eighths, turning) in MOTIONS {
+            let direction = direction(eighths, turning);
+            let top = 1.0 / tops.share(direction);
+            let shares = SHARES_OF_TOP
+                .iter()
+                .filter(|share| **share == 0.0 || top.is_finite());
+            for share in shares {
+                let speed = if *share == 0.0 { 0.0 } else { share * top };
+                let twist = direction.scaled(speed);
+                rows.push(LimitRow {
+                    motion: motion.to_owned(),
+                    direction_deg: eighths.map(|eighths| 45.0 * f64::from(eighths)),
+                    speed,
+                    speeding_up: limiter.limit(direction, twist)?,
+                    slowing_down: limiter.limit(direction.scaled(-1.0), twist)?,
+                });
+            }
+        }
+        let section = &scenario.world.floor;
+        Ok(Self {
+            friction: limiter.friction,
+            slope_deg: section.slope_deg,
+            downhill_deg: 0.0 - scenario.robot.heading_deg,
+            sharing: match limiter.sharing {
+                PushSharing::EqualLoops => "equal_loops",
+                PushSharing::ByGrip => "by_grip",
+            },
+            outlines: limiter.outlines(&tops)?,
+            polytope: limiter.limits.polytope(
+                Twist::default(),
+                &limiter.motors,
+                POLYTOPE_MISSES,
+            )?,
+            acceleration_box: limiter.box_from_rest()?,
+            rows,
+            remarks: limiter.how_it_stands()?,
+            left_out: left_out(scenario, &limiter.robot),
+        })
+    }
+}
+
+fn as_corners_and_half_spaces<S: Serializer>(
+    polytope: &Option<AccelerationPolytope>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    let Some(polytope) = polytope else {
+        return serializer.serialize_none();
+    };
+    let corners = polytope.corners.iter();
+    let corners: Vec<[f64; 3]> = corners
+        .map(|corner| [corner.vx_m_s, corner.vy_m_s, corner.omega_rad_s])
+        .collect();
+    let mut both = serializer.serialize_struct("polytope", 3)?;
+    both.serialize_field("corners", &corners)?;
+    both.serialize_field("half_spaces", &polytope.half_spaces)?;
+    both.serialize_field("missing_at_most", &polytope.missing_at_most)?;
+    both.end()
+}
+
+/// Rates up to which wheels are driven, in rad/s: of motor, guidance and a DC motor's line.
+pub fn top_rates(scenario: &Scenario, robot: &Robot) -> Vec<f64> {
+    let guided = scenario.guidance.wheel_rate_limit_rad_s;
+    let no_load = scenario.motors.dc.map(|dc| dc.no_load_rate_rad_s);
+    let held = guided
+        .into_iter()
+        .chain(no_load)
+        .fold(f64::INFINITY, f64::min);
+    let wheels = robot.wheels.iter();
+    wheels
+        .map(|wheel| wheel.motor.velocity_rad_s.min(held))
+        .collect()
+}
+
+/// What the limits know nothing of.
+fn left_out(scenario: &Scenario, robot: &Robot) -> Vec<&'static str> {
+    let section = &scenario.world.floor;
+    let any_surface =
+        |of: fn(&ilon_robot::RollerSurface) -> bool| robot.wheels.iter().any(|w| of(&w.surface));
+    let all = [
+        (
+            section.rolling_resistance.is_some_and(|r| r > 0.0)
+                || any_surface(|surface| surface.rolling_resistance > 0.0),
+            "rolling resistance",
+        ),
+        (
+            any_surface(|surface| surface.tread.is_some()),
+            "treads that give",
+        ),
+        (section.creep.is_some_and(|creep| creep > 0.0), "creep"),
+        (
+            section.sliding.is_some(),
+            "friction that falls as a roller slides",
+        ),
+        (
+            section.across.is_some() || section.against.is_some(),
+            "the nap of the floor",
+        ),
+        (!section.patches.is_empty(), "patches of the floor"),
+        (!section.is_plane(), "ground that is no plane"),
+    ];
+    let there = all.into_iter().filter(|(is_there, _)| *is_there);
+    there.map(|(_, what)| what).collect()
+}
+
+/// The limits of a scenario's robot, to be asked.
+pub struct Limiter {
+    limits: AccelerationLimits,
+    settings: LimitSettings,
+    motors: Vec<Motor>,
+    /// With its payloads, its joints at zero.
+    robot: Robot,
+    /// Where its joints stand, in rad or m.
+    positions: Vec<f64>,
+    friction: f64,
+    sharing: PushSharing,
+}
+
+impl Limiter {
+    /// Of a scenario and a robot, for a share of grip and torques.
+    ///
+    /// # Errors
+    /// Like [`Limits::of`].
+    pub fn new(
+        scenario: &Scenario,
+        (robot, targets): (&Robot, &JointTargets),
+        share: f64,
+    ) -> Result<Self, Error> {
+        let robot = laden(scenario, robot);
+        // The limits are those of its plane.
+        let floor = floor(scenario, &robot, None)?;
+        let pairs = floor.footings.iter().map(|footing| footing.friction);
+        let friction = pairs.fold(floor.friction, f64::min);
+        if friction <= 0.0 {
+            return Err(Error::invalid(
+                "on a floor without friction no acceleration can be had",
+                "give `world.floor.friction` a value above 0",
+            ));
+        }
+        let sharing = match scenario.wheel_loop.law {
+            WheelLaw::Pid | WheelLaw::ComputedTorque => PushSharing::EqualLoops,
+            WheelLaw::PrioritisedTorque | WheelLaw::Passive => PushSharing::ByGrip,
+        };
+        let settings = LimitSettings {
+            friction,
+            gravity_m_s2: scenario.world.gravity_m_s2,
+            slope_rad: floor.slope_rad,
+            // The floor falls towards +x of the world.
+            downhill_rad: -scenario.robot.start().heading_rad,
+            sharing,
+            share,
+        };
+        let positions = targets.at(0.0, &robot);
+        Ok(Self {
+            limits: AccelerationLimits::new(&robot.posed(&positions), &settings)?,
+            settings,
+            positions,
+            motors: motors(scenario, &robot)?,
+            robot,
+            friction,
+            sharing,
+        })
+    }
+
+    /// The limits by direction, at each share of the top speeds; at rest alone where nothing limits these.
+    fn outlines(&mut self, tops: &SpeedLimits) -> Result<Vec<LimitOutline>, Error> {
+        let mut outlines = Vec::new();
+        for share_of_top in SHARES_OF_TOP {
+            let mut points = Vec::new();
+            for degrees in (0..360).step_by(OUTLINE_STEP_DEG) {
+                let direction_deg = degrees as f64;
+                let (sin, cos) = libm::sincos(direction_deg.to_radians());
+                let direction = Twist::new(cos, sin, 0.0);
+                let speed = match share_of_top == 0.0 {
+                    true => 0.0,
+                    false => share_of_top / tops.share(direction),
+                };
+                if !speed.is_finite() {
+                    return Ok(outlines);
+                }
+                points.push(OutlinePoint {
+                    direction_deg,
+                    limit: self.limit(direction, direction.scaled(speed))?,
+                });
+            }
+            outlines.push(LimitOutline {
+                share_of_top,
+                points,
+            });
+        }
+        Ok(outlines)
+    }
+
+    /// Lets the joints stand elsewhere, in rad or m, where that is far enough from where they are to matter.
+    fn stand(&mut self, positions: Vec<f64>) -> Result<(), Error> {
+        /// In rad or m.
+        const MATTERS: f64 = 5e-3;
+        let pairs = positions.iter().zip(&self.positions);
+        if pairs
+            .map(|(to, from)| (to - from).abs())
+            .fold(0.0, f64::max)
+            > MATTERS
+        {
+            self.limits = AccelerationLimits::new(&self.robot.posed(&positions), &self.settings)?;
+            self.positions = positions;
+        }
+        Ok(())
+    }
+
+    /// The largest acceleration along a direction while the robot moves with a twist.
+    pub fn along(&mut self, direction: Twist, twist: Twist) -> Result<AccelerationLimit, Error> {
+        Ok(self.limits.along(direction, twist, &self.motors)?)
+    }
+
+    /// The wheels that are short first where an acceleration takes more than there is: the one that is asked for most, and those that are asked
+    /// for nearly as much of their grip.
+    fn first_of(
+        &mut self,
+        used: &AccelerationUse,
+        twist_rate: Twist,
+        twist: Twist,
+    ) -> Result<Vec<usize>, Error> {
+        let worst = used.by.wheel;
+        if used.by.cause == LimitCause::Motor {
+            return Ok(vec![worst]);
+        }
+        let mut shares = vec![0.0; self.motors.len()];
+        self.limits
+            .grip_used(twist_rate, twist, &self.motors, &mut shares)?;
+        Ok(nearly_most_used(&shares))
+    }
+
+    /// The share of grip and torques that an acceleration takes where the wheels share what they push by their grip, the floor falling towards an angle in rad
+    /// from the robot's heading.
+    fn by_grip(&self, twist_rate: Twist, twist: Twist, downhill_rad: f64) -> Result<f64, Error> {
+        let settings = LimitSettings {
+            sharing: PushSharing::ByGrip,
+            downhill_rad,
+            ..self.settings
+        };
+        let mut limits = AccelerationLimits::new(&self.robot.posed(&self.positions), &settings)?;
+        Ok(limits.used(twist_rate, twist, &self.motors)?.share)
+    }
+
+    /// The box of [`Limits::acceleration_box`].
+    fn box_from_rest(&mut self) -> Result<[f64; 3], Error> {
+        const SHARE: f64 = 0.9;
+        let mut sides = [0.0; 3];
+        for (axis, side) in sides.iter_mut().enumerate() {
+            let mut least = f64::INFINITY;
+            for sign in [1.0, -1.0] {
+                let mut way = [0.0; 3];
+                way[axis] = sign;
+                let found = self.along(Twist::new(way[0], way[1], way[2]), Twist::default())?;
+                least = least.min(found.largest);
+            }
+            *side = least;
+        }
+        if sides.contains(&0.0) {
+            return Ok([0.0; 3]);
+        }
+        let mut share = f64::INFINITY;
+        for corner in 0..8 {
+            let way = |axis: usize| {
+                if corner >> axis & 1 == 1 {
+                    -sides[axis]
+                } else {
+                    sides[axis]
+                }
+            };
+            let found = self.along(Twist::new(way(0), way(1), way(2)), Twist::default())?;
+            share = share.min(found.largest);
+        }
+        Ok(sides.map(|side| SHARE * share * side))
+    }
+
+    fn limit(&mut self, direction: Twist, twist: Twist) -> Result<Limit, Error> {
+        let found = self.along(direction, twist)?;
+        Ok(Limit {
+            largest: found.largest,
+            by_statics: found.largest,
+            share_held: 1.0,
+            wheel: self.robot.wheels[found.wheel].name.clone(),
+            cause: match found.cause {
+                LimitCause::Grip if self.tips(direction.scaled(found.largest)) => "tipping",
+                LimitCause::Grip => "grip",
+                LimitCause::Motor => "motor",
+            },
+        })
+    }
+
+    /// Whether the robot is about to tip over at an acceleration.
+    fn tips(&self, twist_rate: Twist) -> bool {
+        /// Of the way from the outermost wheel to the origin.
+        const ABOUT: f64 = 1e-4;
+        let wheels = self.robot.wheels.iter();
+        let arm_m = wheels
+            .map(|w| w.position_m().xy().norm())
+            .fold(0.0, f64::max);
+        self.limits.tipping_margin_m(twist_rate) < ABOUT * arm_m
+    }
+
+    /// What is wrong with how the robot stands, in words.
+    fn how_it_stands(&mut self) -> Result<Vec<String>, Error> {
+        let rest = Twist::default();
+        let margin_m = self.limits.tipping_margin_m(rest);
+        if margin_m == f64::NEG_INFINITY {
+            let words = "the robot falls over: its wheels stand in one row";
+            return Ok(vec![words.to_owned()]);
+        }
+        if margin_m < 0.0 {
+            let off_mm = -1e3 * margin_m;
+            return Ok(vec![format!(
+                "the robot tips over where it stands: its weight meets the ground {off_mm:.1} mm outside of its wheels"
+            )]);
+        }
+        let mut remarks = Vec::new();
+        let used = self.limits.used(rest, rest, &self.motors)?;
+        if used.share > 1.0 + 1e-9 {
+            let wheel = &self.robot.wheels[used.by.wheel].name;
+            let what = match used.by.cause {
+                LimitCause::Grip => "grip",
+                LimitCause::Motor => "motor's torque",
+            };
+            remarks.push(match used.share.is_finite() {
+                true => format!(
+                    "the robot cannot stand here: wheel `{wheel}` needs {:.0} % of its {what} for it",
+                    100.0 * used.share
+                ),
+                false => format!("the robot cannot stand here: wheel `{wheel}` has no {what} for it"),
+            });
+        }
+        remarks.extend(self.unloaded()?);
+        Ok(remarks)
+    }
+
+    /// Wheels that bear nothing while the robot stands, in words.
+    fn unloaded(&mut self) -> Result<Option<String>, Error> {
+        let loads_n = self.limits.loads_n(Twist::default(), &self.motors)?;
+        let whole_n: f64 = loads_n.iter().sum();
+        let light = |wheel: &usize| loads_n[*wheel] <= 1e-9 * whole_n;
+        let wheels: Vec<usize> = (0..loads_n.len()).filter(light).collect();
+        Ok((!wheels.is_empty()).then(|| {
+            let names = wheels
+                .iter()
+                .map(|wheel| format!("`{}`", self.robot.wheels[*wheel].name));
+            let names: Vec<String> = names.collect();
+            format!(
+                "the others bear all of the weight, so that nothing holds what is asked of {}",
+                names.join(", ")
+            )
+        }))
+    }
+}
+
+/// The path of a scenario in the least time within a share of grip and torques, and one of wheel rates.
+///
+/// # Errors
+/// Like [`Limits::of`], and where there is no way along the path.
+pub(crate) fn fastest(
+    scenario: &Scenario,
+    (robot, targets): (&Robot, &JointTargets),
+    path: &Reference,
+    [share, of_rates]: [f64; 2],
+) -> Result<Reference, Error> {
+    let mut limiter = Limiter::new(scenario, (robot, targets), share)?;
+    let kinematics = Kinematics::new(&targets.standing(robot))?;
+    let limit_rad_s = top_rates(scenario, robot)
+        .into_iter()
+        .fold(f64::INFINITY, f64::min);
+    let mut under = Fastest {
+        limits: &mut limiter.limits,
+        motors: &limiter.motors,
+        wheel_rate_limit_rad_s: of_rates * limit_rad_s,
+        reference_point_m: point_m(scenario.guidance.reference_point, &kinematics),
+        // The floor falls towards +x.
+        downhill_in_world_rad: 0.0,
+    };
+    Ok(path.as_fast_as_possible(&mut under, scenario.run.duration_s)?)
+}
+
+/// Times at which a motion is looked at.
+const LOOKS: usize = 2000;
+
+/// A planned motion that takes more than grip or motors give, and for which share of the run.
+#[derive(Clone, Debug)]
+pub(crate) struct Beyond {
+    pub announced: Announced,
+    /// At how many of the [`LOOKS`].
+    looks: u32,
+    /// What would help where it asks for most.
+    remedy: &'static str,
+    /// The share of grip that it takes there where all wheels share it by their grip, as they do once one slides.
+    together: Option<f64>,
+}
+
+/// Where a planned motion takes more than grip or motors give: when first, how much at most, of which wheel, and of what. Steps of a speed, which
+/// would take any amount, are left to the wheel loops.
+pub(crate) fn beyond(
+    scenario: &Scenario,
+    (robot, targets): (&Robot, &JointTargets),
+    pilot: &Pilot,
+) -> Option<Beyond> {
+    // What is wrong with a scenario is said elsewhere.
+    let mut limiter = Limiter::new(scenario, (robot, targets), 1.0).ok()?;
+    let mut beyond: Option<Beyond> = None;
+    let tops_rad_s = top_rates(scenario, robot);
+    for look in 0..=LOOKS {
+        let t_s = scenario.run.duration_s * look as f64 / LOOKS as f64;
+        let (twist, twist_rate) = pilot.planned(t_s)?;
+        let heading_rad = match pilot.desired_heading_rad(t_s) {
+            Some(heading_rad) => heading_rad,
+            None => scenario.robot.start().heading_rad,
+        };
+        if !robot.joints.is_empty() {
+            limiter.stand(targets.at(t_s, robot)).ok()?;
+        }
+        limiter.limits.turn_slope(-heading_rad).ok()?;
+        let used = limiter
+            .limits
+            .used(twist_rate, twist, &limiter.motors)
+            .ok()?;
+        if used.share <= 1.0 + 1e-9 {
+            continue;
+        }
+        let beyond = match &mut beyond {
+            Some(beyond) => beyond,
+            None => beyond.insert(Beyond {
+                announced: Announced {
+                    from_s: t_s,
+                    first: limiter.first_of(&used, twist_rate, twist).ok()?,
+                    most_at_s: t_s,
+                    wheel: used.by.wheel,
+                    of_grip: used.by.cause == LimitCause::Grip,
+                    share: Some(0.0),
+                },
+                looks: 0,
+                remedy: "",
+                together: None,
+            }),
+        };
+        if beyond.take(t_s, &used) {
+            let mut rates_rad_s = vec![0.0; tops_rad_s.len()];
+            pilot.kinematics().wheel_rates(twist, &mut rates_rad_s);
+            let tops = rates_rad_s.iter().zip(&tops_rad_s);
+            let is_too_fast = tops.into_iter().any(|(rate, top)| rate.abs() > *top);
+            beyond.remedy = match (is_too_fast, twist_rate == Twist::default()) {
+                (true, _) => "its wheels cannot turn so fast: command less speed",
+                (false, true) => {
+                    "without any acceleration: the slope or the speed alone needs that"
+                }
+                (false, false) => "command less acceleration",
+            };
+            beyond.together = limiter.by_grip(twist_rate, twist, -heading_rad).ok();
+        }
+    }
+    beyond
+}
+
+/// The wheels that use nearly as much of their grip as the one that uses most.
+fn nearly_most_used(shares: &[f64]) -> Vec<usize> {
+    /// Of the most. What is not foreseen of loads and pushes is some percent.
+    const NEARLY: f64 = 0.95;
+    let most = shares.iter().copied().fold(0.0, f64::max);
+    let near = (0..shares.len()).filter(|wheel| shares[*wheel] >= NEARLY * most);
+    near.collect()
+}
+
+impl Beyond {
+    /// Takes in what the motion asks for at a time, and says whether it asks for most then.
+    fn take(&mut self, t_s: f64, used: &AccelerationUse) -> bool {
+        self.looks += 1;
+        let announced = &mut self.announced;
+        let is_most = used.share > announced.share.unwrap_or(f64::INFINITY);
+        if is_most {
+            announced.most_at_s = t_s;
+            announced.wheel = used.by.wheel;
+            announced.of_grip = used.by.cause == LimitCause::Grip;
+            announced.share = used.share.is_finite().then_some(used.share);
+        }
+        is_most
+    }
+
+    /// It in words.
+    pub fn remark(&self, robot: &Robot) -> String {
+        let Announced {
+            from_s,
+            ref first,
+            most_at_s,
+            wheel,
+            of_grip,
+            share,
+        } = self.announced;
+        let wheel = &robot.wheels[wheel].name;
+        let first = named(robot, first);
+        let of_what = match of_grip {
+            true => "grip on the floor",
+            false => "motor's torque",
+        };
+        let needs = match share {
+            Some(share) => format!("needs {:.0} % of its {of_what}", 100.0 * share),
+            None => format!("needs more than its {of_what}"),
+        };
+        let then = match (of_grip, self.together) {
+            (false, _) => "the robot falls behind".to_owned(),
+            // It and the others are short alike.
+            (true, Some(together)) if together > 1.0 => format!(
+                "all wheels together need {:.0} % of theirs, and the robot slides",
+                100.0 * together
+            ),
+            (true, Some(together)) => format!(
+                "it slides until the others take its share, which then need {:.0} % of theirs",
+                100.0 * together
+            ),
+            (true, None) => "it slides".to_owned(),
+        };
+        format!(
+            "the motion is too fast for {:.1} % of the run, from {from_s:.2} s on and first for {first}. At {most_at_s:.2} s wheel `{wheel}` {needs}: {then}; {}",
+            100.0 * f64::from(self.looks) / (LOOKS + 1) as f64,
+            self.remedy
+        )
+    }
+}
+
+/// Wheels in words.
+fn named(robot: &Robot, wheels: &[usize]) -> String {
+    if wheels.len() == robot.wheels.len() {
+        return "all wheels".to_owned();
+    }
+    let names = wheels.iter().map(|wheel| &robot.wheels[*wheel].name);
+    let names: Vec<_> = names.map(|name| format!("`{name}`")).collect();
+    match names.as_slice() {
+        [one] => format!("wheel {one}"),
+        names => format!("wheels {}, about alike", names.join(", ")),
+    }
+}
+
+/// The robot with the payloads that are on it when the run begins.
+fn laden(scenario: &Scenario, robot: &Robot) -> Robot {
+    let mut robot = robot.clone();
+    let empty_m = robot.chassis.mass.center_of_mass_m;
+    for fault in &scenario.faults {
+        if let Fault::Payload {
+            mass_kg,
+            x_m,
+            y_m,
+            z_m,
+            ..
+        } = *fault
+            && fault.is_on(0.0)
+        {
+            let at_m = Vector3::new(
+                x_m.unwrap_or(empty_m.x),
+                y_m.unwrap_or(empty_m.y),
+                z_m.unwrap_or(empty_m.z),
+            );
+            let mass = &mut robot.chassis.mass;
+            let whole_kg = mass.mass_kg + mass_kg;
+            let center_m = (mass.mass_kg * mass.center_of_mass_m + mass_kg * at_m) / whole_kg;
+            let load = ilon_robot::MassProperties::point(mass_kg, at_m);
+            mass.inertia_kg_m2 = mass.inertia_about(&center_m) + load.inertia_about(&center_m);
+            (mass.mass_kg, mass.center_of_mass_m) = (whole_kg, center_m);
+        }
+    }
+    robot
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ilon_formats::LoadRobot;
+
+    fn of(lines: &str) -> (Scenario, Robot) {
+        let urdf = include_str!("../../../../../assets/robots/mecanum4.urdf");
+        let text = format!("robot.file = \"\"\ntwist = {{}}\nrun.duration_s = 1.0\n{lines}");
+        let scenario = Scenario::from_toml(&text, "test", "").expect("a scenario");
+        (
+            scenario,
+            Robot::from_urdf_str(urdf, "mecanum4").expect("a robot"),
+        )
+    }
+
+    /// The robot's motors turn at 30 rad/s at most.
+    #[test]
+    fn a_wheel_turns_up_to_the_lowest_of_its_bounds() {
+        for (no_load_rate_rad_s, top_rad_s) in [(25.0, 25.0), (40.0, 30.0)] {
+            let (scenario, robot) = of(&format!(
+                "motors.dc = {{ stall_torque_n_m = 2.0, no_load_rate_rad_s = {no_load_rate_rad_s} }}"
+            ));
+            assert_eq!(top_rates(&scenario, &robot), [top_rad_s; 4]);
+        }
+    }
+
+    #[test]
+    fn a_floor_that_drags_is_left_out_whatever_the_rollers_are() {
+        let (scenario, robot) = of("world.floor.rolling_resistance = 0.01");
+        assert_eq!(left_out(&scenario, &robot), ["rolling resistance"]);
+        let (scenario, robot) = of("");
+        assert!(left_out(&scenario, &robot).is_empty());
+    }
+}

@@ -1,0 +1,327 @@
+//! The accelerations of [`Limits`], as far as the simulated robot holds them.
+//!
+//! Statics about the middles of the wheels leave out what moves: that rollers touch off these middles, that wheels strain one another, that targets of the
+//! wheel loops come in steps. So the plant sprints in each direction of the table, from rest to the top speed and back, as hard as the table says. Where
+//! it slides the table is lowered, and it sprints again.
+
+use ilon_control::Kinematics;
+use ilon_robot::{Robot, Twist};
+use ilon_world::World;
+
+use crate::limits::{Limit, LimitRow, Limits, MOTIONS, direction};
+use crate::plant::Plant;
+use crate::resolve::{Driver, resolve_as_given};
+use ilon_scenario::Error;
+use ilon_scenario::course::command::WheelCommand;
+use ilon_scenario::scenario::{Controller, Scenario};
+
+/// Of the work that motors give and take, the share that may be lost to sliding.
+const MAY_SLIDE: f64 = 0.005;
+
+/// Before the first sprint, in seconds: springs come to rest.
+const SETTLES_S: f64 = 0.2;
+
+/// In which an acceleration comes, in seconds.
+const COMES_S: f64 = 0.1;
+
+/// How long a robot speeds up, or slows down, at most, in seconds; and one whose speed nothing limits.
+const MOST_S: f64 = 1.0;
+const WITHOUT_END_S: f64 = 0.4;
+
+impl Limits {
+    /// Like [`Limits::of`], but lowered where the simulated robot loses more than 0.5 % of its motors' work to sliding: with its rollers, springs and joints, under
+    /// the scenario's wheel loops and targets once a control period. [`Limit::share_held`] says by how much.
+    ///
+    /// Outlines are lowered as the directions of the table are on both sides of theirs, and polytope and box as much as the worst of the table at rest and of
+    /// the corners of the box.
+    ///
+    /// # Errors
+    /// Like [`Limits::of`], and where the scenario cannot be simulated.
+    pub fn held(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
+        let mut limits = Self::of(scenario, robot)?;
+        // What cannot stand does not sprint.
+        if !limits.remarks.is_empty() {
+            return Ok(limits);
+        }
+        let mut sprinter = Sprinter::new(scenario, robot)?;
+        let rows_of = limits.rows.chunk_by_mut(|a, b| a.motion == b.motion);
+        for (rows, (_, eighths, turning)) in rows_of.zip(MOTIONS) {
+            sprinter.lower(direction(eighths, turning), rows)?;
+        }
+        let at_rest = limits.rows.iter().filter(|row| row.speed == 0.0);
+        let least = at_rest
+            .map(|row| row.speeding_up.share_held)
+            .fold(1.0, f64::min);
+        // The box stays as far inside of the polytope.
+        let held = sprinter.box_held(limits.acceleration_box, least)?;
+        limits.acceleration_box = limits.acceleration_box.map(|side| held * side);
+        if let Some(polytope) = &mut limits.polytope {
+            polytope.scale(held);
+        }
+        limits.lower_outlines();
+        Ok(limits)
+    }
+
+    /// Lowers the outlines as the table is in the directions on both sides.
+    fn lower_outlines(&mut self) {
+        /// Between directions of the table, in degrees.
+        const APART_DEG: f64 = 45.0;
+        let rows: Vec<(f64, f64)> = self
+            .rows
+            .iter()
+            .filter_map(|row| Some((row.direction_deg?, row.speeding_up.share_held)))
+            .collect();
+        // Each direction has a row a level.
+        let levels = (rows.len() as f64 * APART_DEG / 360.0).max(1.0) as usize;
+        for (level, outline) in self.outlines.iter_mut().enumerate() {
+            let of_level = || rows.iter().skip(level).step_by(levels);
+            for point in &mut outline.points {
+                let weighted = of_level().map(|(direction_deg, share)| {
+                    let off_deg = (point.direction_deg - direction_deg).rem_euclid(360.0);
+                    let off_deg = off_deg.min(360.0 - off_deg);
+                    (1.0 - off_deg / APART_DEG).max(0.0) * share
+                });
+                point.limit.lower(weighted.sum());
+            }
+        }
+    }
+}
+
+impl Limit {
+    /// Lowers it to a share.
+    fn lower(&mut self, share: f64) {
+        self.share_held *= share;
+        self.largest = self.share_held * self.by_statics;
+    }
+
+    /// Lowers it so that less slides, where too much did; says whether it is to be tried again. `before` is what slid before it was lowered last.
+    fn learn(&mut self, slid: f64, before: &mut Option<Tried>) -> bool {
+        /// What slides grows with an acceleration near the edge of the grip about as this power of it, where one sprint alone is known; and the powers that are
+        /// believed.
+        const POWER: f64 = 6.0;
+        const POWERS: [f64; 2] = [3.0, 20.0];
+        /// What is aimed at, of what may slide; the largest step; and the share from which on it is not the acceleration that slides.
+        const AIM: f64 = 0.8;
+        const MOST: f64 = 0.6;
+        const LEAST: f64 = 0.3;
+        let share_held = self.share_held;
+        if slid <= MAY_SLIDE || share_held <= LEAST {
+            return false;
+        }
+        let power = before.map_or(POWER, |before| {
+            let through = libm::log(slid / before.slid);
+            let through = through / libm::log(share_held / before.share_held);
+            through.clamp(POWERS[0], POWERS[1])
+        });
+        *before = Some(Tried { share_held, slid });
+        let step = libm::pow(AIM * MAY_SLIDE / slid, 1.0 / power).max(MOST);
+        self.share_held = (step * share_held).max(LEAST);
+        self.largest = self.share_held * self.by_statics;
+        true
+    }
+}
+
+/// A share of what statics allow, and what slid at it.
+#[derive(Clone, Copy)]
+struct Tried {
+    share_held: f64,
+    slid: f64,
+}
+
+/// What slid, and what the motors gave and took, in J.
+#[derive(Clone, Copy, Debug, Default)]
+struct Slid {
+    slip_j: f64,
+    work_j: f64,
+}
+
+impl Slid {
+    /// All of it since a world began.
+    fn so_far(world: &World) -> Self {
+        Self {
+            slip_j: world.slip_energy_j(),
+            // What they gave, and what they took: that less what both come to.
+            work_j: 2.0 * world.motor_positive_energy_j() - world.motor_energy_j(),
+        }
+    }
+
+    fn share(&self) -> f64 {
+        match self.work_j > 0.0 {
+            true => self.slip_j / self.work_j,
+            false => 0.0,
+        }
+    }
+}
+
+impl LimitRow {
+    /// Its limit on speeding up, or on slowing down.
+    fn limit(&self, is_up: bool) -> &Limit {
+        match is_up {
+            true => &self.speeding_up,
+            false => &self.slowing_down,
+        }
+    }
+
+    fn limit_mut(&mut self, is_up: bool) -> &mut Limit {
+        match is_up {
+            true => &mut self.speeding_up,
+            false => &mut self.slowing_down,
+        }
+    }
+}
+
+/// A robot that moves along a direction, and how fast, in m/s or rad/s.
+#[derive(Clone)]
+struct Moving {
+    plant: Plant,
+    speed: f64,
+}
+
+/// A robot that stands, to be sent in all directions.
+struct Sprinter {
+    standing: Plant,
+    kinematics: Kinematics,
+    period_s: f64,
+    rates_rad_s: Vec<f64>,
+}
+
+impl Sprinter {
+    fn new(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
+        let knowing = Scenario {
+            controller: Controller::default(),
+            ..scenario.clone()
+        };
+        let resolved = resolve_as_given(&knowing, robot, Driver::Own)?;
+        let mut standing = Plant::new(&resolved, robot)?;
+        let rates_rad_s = vec![0.0; robot.wheels.len()];
+        let period_s = resolved.control_dt_s();
+        for _ in 0..(SETTLES_S / period_s).ceil() as u32 {
+            standing.advance(WheelCommand::Rates(&rates_rad_s), period_s)?;
+        }
+        Ok(Self {
+            kinematics: standing.kinematics().clone(),
+            standing,
+            period_s,
+            rates_rad_s,
+        })
+    }
+
+    /// Lowers the rows of a motion until the robot holds them: speeding up, and slowing down from where that ends.
+    fn lower(&mut self, direction: Twist, rows: &mut [LimitRow]) -> Result<(), Error> {
+        let at_rest = Moving {
+            plant: self.standing.clone(),
+            speed: 0.0,
+        };
+        let fast = self.lower_one_way(direction, rows, (&at_rest, true))?;
+        // From rest it slows down as it speeds up the other way.
+        if fast.speed > 0.0 && rows.last().is_some_and(|row| row.speed > 0.0) {
+            self.lower_one_way(direction, rows, (&fast, false))?;
+        }
+        Ok(())
+    }
+
+    /// Lowers the limits on speeding up, or on slowing down, from a speed until the robot holds them. Gives how it moves then.
+    fn lower_one_way(
+        &mut self,
+        direction: Twist,
+        rows: &mut [LimitRow],
+        (from, is_up): (&Moving, bool),
+    ) -> Result<Moving, Error> {
+        const MOST_SPRINTS: usize = 8;
+        let mut before = vec![None; rows.len()];
+        let mut moving = from.clone();
+        for _ in 0..MOST_SPRINTS {
+            moving.clone_from(from);
+            let slid = self.sprint(&mut moving, direction, (rows, is_up))?;
+            let mut again = false;
+            for ((row, slid), before) in rows.iter_mut().zip(slid).zip(&mut before) {
+                again |= row.limit_mut(is_up).learn(slid.share(), before);
+            }
+            if !again {
+                break;
+            }
+        }
+        Ok(moving)
+    }
+
+    /// Of a box of accelerations from rest, the share of which the robot holds every corner, up to `most`.
+    fn box_held(&mut self, sides: [f64; 3], most: f64) -> Result<f64, Error> {
+        let mut held = most;
+        for corner in 0..8 {
+            let side = |axis: usize| match corner >> axis & 1 {
+                0 => sides[axis],
+                _ => -sides[axis],
+            };
+            let mut rows = [LimitRow::from_rest(held)];
+            self.lower(Twist::new(side(0), side(1), side(2)), &mut rows)?;
+            held = rows[0].speeding_up.largest;
+        }
+        Ok(held)
+    }
+
+    /// Speeds up along a direction as hard as the rows say, to beyond the speed of the last, or slows down to rest; gives what slid beside each row.
+    fn sprint(
+        &mut self,
+        moving: &mut Moving,
+        direction: Twist,
+        (rows, is_up): (&[LimitRow], bool),
+    ) -> Result<Vec<Slid>, Error> {
+        /// Over the fastest row's speed, which is 0.9 of the top speed.
+        const BEYOND: f64 = 1.05;
+        let mut slid = vec![Slid::default(); rows.len()];
+        let top = rows.last().map_or(0.0, |row| BEYOND * row.speed);
+        let (until, most_s) = match top > 0.0 {
+            true => (top, MOST_S),
+            false => (f64::INFINITY, WITHOUT_END_S),
+        };
+        let mut since_s = 0.0;
+        let Moving { plant, speed } = moving;
+        while since_s < most_s && if is_up { *speed < until } else { *speed > 0.0 } {
+            let of_row = &mut slid[nearest(rows, *speed)];
+            let u = (since_s / COMES_S).min(1.0);
+            let gain = u * u * (3.0 - 2.0 * u) * largest(rows, *speed, is_up) * self.period_s;
+            *speed = match is_up {
+                true => *speed + gain,
+                false => (*speed - gain).max(0.0),
+            };
+            since_s += self.period_s;
+            self.kinematics
+                .wheel_rates(direction.scaled(*speed), &mut self.rates_rad_s);
+            let before = Slid::so_far(plant.world());
+            plant.advance(WheelCommand::Rates(&self.rates_rad_s), self.period_s)?;
+            let after = Slid::so_far(plant.world());
+            of_row.slip_j += after.slip_j - before.slip_j;
+            of_row.work_j += after.work_j - before.work_j;
+        }
+        Ok(slid)
+    }
+}
+
+/// The row nearest in speed.
+fn nearest(rows: &[LimitRow], speed: f64) -> usize {
+    let off = |row: &LimitRow| (row.speed - speed).abs();
+    let mut nearest = 0;
+    for (index, row) in rows.iter().enumerate() {
+        if off(row) < off(&rows[nearest]) {
+            nearest = index;
+        }
+    }
+    nearest
+}
+
+/// The acceleration between rows, in proportion to the speed; beyond the last as there.
+fn largest(rows: &[LimitRow], speed: f64, is_up: bool) -> f64 {
+    let of = |row: &LimitRow| row.limit(is_up).largest;
+    let after = rows.partition_point(|row| row.speed <= speed);
+    match (
+        after.checked_sub(1).map(|before| &rows[before]),
+        rows.get(after),
+    ) {
+        (Some(before), Some(after)) => {
+            let part = (speed - before.speed) / (after.speed - before.speed);
+            of(before) + part * (of(after) - of(before))
+        }
+        (Some(row), None) | (None, Some(row)) => of(row),
+        (None, None) => 0.0,
+    }
+}

@@ -1,0 +1,199 @@
+//! Wheel rates that contradict each other: no motion of the robot turns its wheels so, and they slide against each other on any floor.
+//!
+//! Of rates q' the part r = q' - M M^+ q' belongs to no twist. It is linear in them, so that sums over time of q' q'^T say how large it would have
+//! been with one wheel reversed, or with two exchanged.
+
+use ilon_control::Kinematics;
+use ilon_robot::Robot;
+use nalgebra::{DMatrix, DVector};
+
+/// Rates contradict each other from this share on, and from this speed at the rims, in m/s.
+const LEAST_SHARE: f64 = 0.05;
+const LEAST_M_S: f64 = 5e-3;
+/// What lasts no longer is the lag of a wheel loop, in seconds.
+const LEAST_S: f64 = 0.3;
+/// A change removes the contradiction where it leaves no more than this part of it.
+const REMOVED: f64 = 0.15;
+
+/// The times at which wheel rates contradicted each other.
+#[derive(Clone, Debug)]
+pub struct Contradiction {
+    from_s: Option<f64>,
+    time_s: f64,
+    /// The sum of q' q'^T over these times, in rad^2/s.
+    products: DMatrix<f64>,
+    residual: Vec<f64>,
+}
+
+/// Sizes of the part of some rates that belongs to no motion, and of all, as sums of squares.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sizes {
+    pub of_no_motion: f64,
+    pub of_all: f64,
+}
+
+impl Sizes {
+    /// |r| over |q'|, in [0, 1]; 0 where the wheels stand.
+    pub fn share(self) -> f64 {
+        match self.of_all > 0.0 {
+            true => (self.of_no_motion / self.of_all).sqrt(),
+            false => 0.0,
+        }
+    }
+}
+
+impl Contradiction {
+    /// Of a robot with so many wheels, none so far.
+    pub fn new(wheels: usize) -> Self {
+        Self {
+            from_s: None,
+            time_s: 0.0,
+            products: DMatrix::zeros(wheels, wheels),
+            residual: vec![0.0; wheels],
+        }
+    }
+
+    /// What of the rates that were looked at last belongs to no motion, in rad/s.
+    pub fn residual(&self) -> &[f64] {
+        &self.residual
+    }
+
+    /// What of rates in rad/s belongs to no motion.
+    pub fn of(&mut self, kinematics: &Kinematics, rates_rad_s: &[f64]) -> Sizes {
+        kinematics.contradiction(rates_rad_s, &mut self.residual);
+        let squares = |of: &[f64]| of.iter().map(|rate| rate * rate).sum::<f64>();
+        Sizes {
+            of_no_motion: squares(&self.residual),
+            of_all: squares(rates_rad_s),
+        }
+    }
+
+    /// Adds the rates in rad/s that were looked at last, which held from a time on for another, in seconds, of wheels that all carry.
+    pub fn add(
+        &mut self,
+        kinematics: &Kinematics,
+        rates_rad_s: &[f64],
+        sizes: Sizes,
+        [t_s, span_s]: [f64; 2],
+    ) {
+        let rims = self.residual.iter().zip(kinematics.lever_m());
+        let rim_m2_s2 = rims.map(|(rate, lever_m)| (rate * lever_m).powi(2));
+        let rim_m_s = (rim_m2_s2.sum::<f64>() / rates_rad_s.len() as f64).sqrt();
+        if sizes.share() >= LEAST_SHARE && rim_m_s >= LEAST_M_S {
+            self.from_s.get_or_insert(t_s);
+            self.time_s += span_s;
+            let rates = DVector::from_column_slice(rates_rad_s);
+            self.products.ger(span_s, &rates, &rates, 1.0);
+        }
+    }
+
+    /// In words, with what would remove it; `None` where the rates belong to one motion. `whose` are the rates.
+    pub fn remark(&self, kinematics: &Kinematics, robot: &Robot, whose: &str) -> Option<String> {
+        let from_s = self.from_s.filter(|_| self.time_s >= LEAST_S)?;
+        let share = (self.of_no_motion(kinematics, &self.products) / self.products.trace()).sqrt();
+        let mended = self.mended(kinematics, robot);
+        let remedy = match &mended[..] {
+            [] => "no single reversal or exchange of wheels removes it".to_owned(),
+            [first] => format!("{first} removes it"),
+            [first, rest @ ..] => format!("{first} removes it, and so does {}", rest.join(", or ")),
+        };
+        Some(format!(
+            "{whose} contradict each other from {from_s:.2} s on, for {:.2} s: {:.0} % of them belongs to no motion of the robot, so that wheels \
+             slide against each other on any floor, and where the robot goes is up to friction (column `rate_conflict_share`); {remedy}",
+            self.time_s,
+            100.0 * share
+        ))
+    }
+
+    /// The sum of |r|^2 over time for such products.
+    fn of_no_motion(&self, kinematics: &Kinematics, products: &DMatrix<f64>) -> f64 {
+        let count = products.nrows();
+        let projector =
+            DMatrix::identity(count, count) - kinematics.rate_matrix() * kinematics.twist_matrix();
+        (&projector * products * projector.transpose())
+            .trace()
+            .max(0.0)
+    }
+
+    /// Each reversal of one wheel, and each exchange of two, that removes the contradiction; first what lets the robot go ahead most.
+    fn mended(&self, kinematics: &Kinematics, robot: &Robot) -> Vec<String> {
+        let count = robot.wheels.len();
+        let name = |wheel: usize| robot.wheels[wheel].name.as_str();
+        let reversals = (0..count).map(|wheel| {
+            let mut change = DMatrix::identity(count, count);
+            change[(wheel, wheel)] = -1.0;
+            (change, format!("reversing `{}`", name(wheel)))
+        });
+        let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
+        let exchanges = pairs.map(|(a, b)| {
+            let mut change = DMatrix::identity(count, count);
+            change.swap_rows(a, b);
+            let words = format!("exchanging `{}` and `{}`", name(a), name(b));
+            (change, words)
+        });
+        let before = self.of_no_motion(kinematics, &self.products);
+        let mut found: Vec<(f64, String)> = reversals
+            .chain(exchanges)
+            .filter_map(|(change, words)| {
+                let products = &change * &self.products * change.transpose();
+                let left = self.of_no_motion(kinematics, &products);
+                let ahead = kinematics.twist_matrix().row(0);
+                (left <= REMOVED * REMOVED * before)
+                    .then(|| ((ahead * products * ahead.transpose()).x, words))
+            })
+            .collect();
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        found.into_iter().map(|(_, words)| words).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_control::Kinematics;
+
+    use super::*;
+
+    /// Four mecanum wheels of the textbook.
+    fn robot() -> Robot {
+        let file = "../../../assets/robots/mecanum4.toml";
+        let text = format!("[robot]\nfile = '{file}'\n[twist]\n[run]\nduration_s = 1");
+        let here = env!("CARGO_MANIFEST_DIR");
+        let scenario = ilon_scenario::Scenario::from_toml(&text, "s", here).expect("a scenario");
+        ilon_scenario::robot::load(&scenario)
+            .expect("a robot")
+            .robot
+    }
+
+    fn said(rows: &[[f64; 4]]) -> Option<String> {
+        let robot = robot();
+        let kinematics = Kinematics::new(&robot).expect("a kinematics");
+        let mut found = Contradiction::new(4);
+        for (row, rates) in rows.iter().enumerate() {
+            let sizes = found.of(&kinematics, rates);
+            found.add(&kinematics, rates, sizes, [row as f64, 1.0]);
+        }
+        found.remark(&kinematics, &robot, "the wheel rates")
+    }
+
+    /// Rates of a motion have no r. No motion of these wheels, front left and right, then rear, has a part of n = (1, 1, -1, -1) / 2, and the rates
+    /// (-6, 6, 6, 6) rad/s have
+    /// n . q' = -6: half of their length 12. A drive ahead with the first wheel reversed is also one that turns, or goes sideways, with another
+    /// reversed.
+    #[test]
+    fn a_reversed_motor_is_found_and_four_free_numbers_are_not_mended() {
+        assert_eq!(said(&[[6.0; 4], [6.0, -6.0, 6.0, -6.0]]), None);
+        let reversed = said(&[[-6.0, 6.0, 6.0, 6.0]]).unwrap_or_default();
+        assert!(reversed.contains("50 % of them"), "{reversed}");
+        let first = reversed.split("removes it").next().unwrap_or_default();
+        assert!(first.ends_with("reversing `front_left` "), "{reversed}");
+        // Of a drive that turns as well, (2, 6, 4, 4) rad/s, one reversal alone is left.
+        let turns = said(&[[-6.0, 6.0, 6.0, 6.0], [-2.0, 6.0, 4.0, 4.0]]);
+        let turns = turns.unwrap_or_default();
+        assert!(
+            turns.ends_with("; reversing `front_left` removes it"),
+            "{turns}"
+        );
+        let free = said(&[[7.0, -2.0, 3.0, -5.0], [1.0, 4.0, -6.0, 3.0]]).unwrap_or_default();
+        assert!(free.contains("no single reversal or exchange"), "{free}");
+    }
+}

@@ -1,0 +1,64 @@
+//! The guidance law as a scenario sets it.
+
+use ilon_control::{Gain, Guidance, GuidanceSettings, GuidanceTask, Kinematics, Saturation};
+use ilon_robot::Twist;
+use nalgebra::{Matrix2, Vector2};
+
+use ilon_scenario::Error;
+use ilon_scenario::scenario;
+
+/// The guidance of a `[guidance]` section: gains, saturation, tasks and limits; for the point that the kinematics count from.
+///
+/// # Errors
+/// Where a gain, a limit or a task makes no sense.
+pub fn guidance(section: &scenario::Guidance, kinematics: Kinematics) -> Result<Guidance, Error> {
+    let settings = GuidanceSettings {
+        position_gain: match section.position_gain_matrix_per_s {
+            Some([[xx, xy], [yx, yy]]) => Gain::Matrix(Matrix2::new(xx, xy, yx, yy)),
+            None => Gain::Scalar(section.position_gain_per_s),
+        },
+        heading_gain: section.heading_gain_per_s,
+        wheel_rate_limit_rad_s: section.wheel_rate_limit_rad_s.unwrap_or(f64::INFINITY),
+        saturation: match section.saturation {
+            scenario::Saturation::Prioritised => Saturation::Prioritised(section.priority.into()),
+            scenario::Saturation::Clip => Saturation::Clip,
+            scenario::Saturation::Scale => Saturation::Scale,
+            scenario::Saturation::None => Saturation::None,
+        },
+    };
+    let mut guidance = Guidance::new(kinematics, &settings)?;
+    if !section.wheel_rate_limits_rad_s.is_empty() {
+        guidance = guidance.with_wheel_limits(&section.wheel_rate_limits_rad_s)?;
+    }
+    if !section.tasks.is_empty() {
+        let tasks: Vec<_> = section.tasks.iter().map(task).collect();
+        guidance = guidance.with_tasks(&tasks)?;
+    }
+    Ok(match section.capacity_rad_s {
+        Some(capacity_rad_s) => guidance.with_capacity(capacity_rad_s)?,
+        None => guidance,
+    })
+}
+
+/// A task of a scenario, for the guidance.
+fn task(task: &scenario::Task) -> GuidanceTask {
+    match *task {
+        scenario::Task::PositionFeedforward => GuidanceTask::PositionFeedforward,
+        scenario::Task::PositionFeedback => GuidanceTask::PositionFeedback,
+        scenario::Task::HeadingFeedforward => GuidanceTask::HeadingFeedforward,
+        scenario::Task::HeadingFeedback => GuidanceTask::HeadingFeedback,
+        scenario::Task::Face {
+            x_m,
+            y_m,
+            gain_per_s,
+        } => GuidanceTask::Face {
+            point_m: Vector2::new(x_m, y_m),
+            gain_per_s,
+        },
+        scenario::Task::Twist {
+            vx_m_s,
+            vy_m_s,
+            omega_rad_s,
+        } => GuidanceTask::Twist(Twist::new(vx_m_s, vy_m_s, omega_rad_s)),
+    }
+}

@@ -1,0 +1,850 @@
+//! What is controlled: a robot in its world with its motors and wheel loops, its sensors, and what goes wrong with it.
+
+use std::sync::Arc;
+
+use ilon_control::{BodySense, Desired, Kinematics, TorqueShares};
+use ilon_robot::{Pose, Robot};
+use ilon_trace::{Storage, Truth};
+use ilon_world::rapier3d::prelude::PhysicsWorld;
+use ilon_world::{
+    ContactSolver, Floor, MotorTorque, Payload, Push, Settings, SharedRobot, WheelTally, World,
+};
+use nalgebra::{Matrix6, Vector3};
+
+use crate::bodies;
+use crate::clock::Clock;
+use crate::faults::disturbances::{Disturbances, Wrench};
+use crate::faults::{Faults, LostMotor};
+use crate::ground::floor;
+use crate::sensing::sensors::{Measurements, Sensors};
+use crate::storage::StorageAccount;
+use crate::wheels::drive::{Drive, WheelRates};
+use ilon_scenario::Error;
+use ilon_scenario::Resolved;
+use ilon_scenario::course::command::{JointCommand, WheelCommand};
+use ilon_scenario::course::joint_targets::JointTargets;
+use ilon_scenario::scenario;
+
+/// The most physics steps that are taken at once: days of a robot's time. More are a mistake.
+const MOST_STEPS: f64 = 1e9;
+
+/// The shortest time that a plant is advanced by, as a share of its step.
+const SHORTEST_PART: f64 = 1e-3;
+
+/// A part of a step that is no time: far beyond the rounding of a sum of steps, and far below what could be meant.
+const NO_TIME: f64 = 1e-6;
+
+/// What came of an advance.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Outcome {
+    /// The torques that the motors put on the wheels, in N m: the mean over the time.
+    pub torques_n_m: Vec<f64>,
+    /// What each wheel, its motor and its contact did over the time: means, and the least and largest.
+    pub wheels: Vec<WheelTally>,
+    /// By how much the laws of contact were broken at worst, in m/s: the speed at which something moves that should not.
+    pub contact_residual_m_s: f64,
+    /// The acceleration of the body frame's origin in the world frame, in m/s^2: the mean over the time.
+    pub acceleration_in_world_m_s2: [f64; 3],
+    /// How much of each task the wheel loops' law could give in the last step; `None` of a law that weighs none.
+    pub torque_shares: Option<TorqueShares>,
+}
+
+/// A robot that can be driven step by step from outside: robot, world, motors and wheel loops, sensors and faults.
+///
+/// ```no_run
+/// use ilon_plant::{Plant, Scenario, WheelCommand};
+///
+/// let scenario = Scenario::load("assets/scenarios/mecanum4_lateral.toml")?;
+/// let mut plant = Plant::of_scenario(&scenario)?;
+/// for _ in 0..100 {
+///     let seen = plant.observe();
+///     let rates_rad_s = if seen.pose.x_m < 0.5 { [5.0; 4] } else { [0.0; 4] };
+///     plant.advance(WheelCommand::Rates(&rates_rad_s), 0.01)?;
+/// }
+/// println!("{:?}", plant.truth());
+/// # Ok::<(), ilon_plant::Error>(())
+/// ```
+///
+/// It keeps no record and decides nothing. It may go to another thread, and copies of it go on to the bit as it does.
+///
+/// A fleet is a list of copies: they share scenario, robot and rollers' shapes, and [`Plant::reset`] puts each where it begins. A
+/// thread goes through many plants fastest where it advances each by a control period at a time, for then what a plant needs is
+/// fetched into the processor's cache once a period, and not once a step. A plant of a robot of 36 rollers holds 20 kB:
+/// 10,000 of them 200 MB.
+#[derive(Clone)]
+pub struct Plant {
+    /// What stays as it is, shared by all copies.
+    plan: Arc<Plan>,
+    clock: Clock,
+    world: World,
+    sensors: Sensors,
+    drive: Drive,
+    faults: Faults,
+    disturbances: Disturbances,
+    joint_targets: JointTargets,
+    motors: Vec<MotorTorque>,
+    /// Of a passive wheel law.
+    storage: Option<StorageAccount>,
+    /// The physics step at which the sensors looked last, counted from 1; 0 where they have not yet.
+    sensed: u64,
+    outcome: Outcome,
+}
+
+/// What a plant is built from, again whenever it is reset.
+struct Plan {
+    resolved: Resolved,
+    robot: SharedRobot,
+    /// Of the robot that the controller believes in.
+    kinematics: Kinematics,
+    floor: Floor,
+    settings: Settings,
+}
+
+impl Plan {
+    /// What the scenario's reference wants at a time in seconds.
+    fn desired(&self, t_s: f64) -> Option<Desired> {
+        Some(self.resolved.reference()?.at(t_s))
+    }
+
+    /// Whether plants of both are alike in all but where they are: the same scenario, and the same robot.
+    fn is_that_of(&self, other: &Arc<Self>) -> Result<bool, Error> {
+        if std::ptr::eq(self, Arc::as_ptr(other)) {
+            return Ok(true);
+        }
+        let (ours, theirs) = (self.resolved.scenario(), other.resolved.scenario());
+        // As text, in which every default is spelled out and numbers are whole; and the robot, for its file may have changed.
+        let (robot, their_robot): (&Robot, &Robot) = (&self.robot, &other.robot);
+        Ok(robot == their_robot
+            && self.floor == other.floor
+            && ours.to_toml()? == theirs.to_toml()?)
+    }
+}
+
+/// The account of what a passive wheel law stores, where a scenario has one.
+fn storage_account(resolved: &Resolved, wheels: usize) -> Option<StorageAccount> {
+    let passive = resolved.scenario().wheel_loop.passive.as_ref()?;
+    let along = passive.stiffness_n_m?;
+    let stiffness = Vector3::new(along, along, passive.heading_stiffness_n_m_rad?);
+    let point_m = resolved.reference_point_m();
+    Some(StorageAccount::new(stiffness, point_m, wheels))
+}
+
+/// Whether a matrix can be the inertia of something: symmetric, and nothing that moves has negative energy, but for rounding.
+fn is_inertia(inertia: &Matrix6<f64>) -> bool {
+    /// Of the greatest entry. Beyond what sums of a scene's masses round by, and below what a robot would feel.
+    const ROUNDING: f64 = 1e-9;
+    let most = inertia.amax();
+    let slack = ROUNDING * most;
+    let is_symmetric = (inertia - inertia.transpose()).amax() <= slack;
+    // A number that is none is below nothing.
+    most < f64::INFINITY
+        && is_symmetric
+        && (most == 0.0
+            || (inertia + Matrix6::identity() * (6.0 * slack))
+                .cholesky()
+                .is_some())
+}
+
+/// A plant as it was at one moment.
+#[derive(Clone)]
+pub struct Snapshot(Box<Plant>);
+
+impl Plant {
+    /// Puts a robot into the world of a scenario that was resolved for it, at rest.
+    ///
+    /// # Errors
+    /// Where the robot cannot stand where it starts, or a setting makes no sense.
+    pub fn new(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
+        let floor = floor::floor(resolved.scenario(), robot, resolved.uneven())?;
+        Self::on_floor(resolved, robot, floor)
+    }
+
+    /// Puts a robot onto a ground of one's own in place of the scenario's: measured heights, boxes, patches.
+    ///
+    /// # Errors
+    /// Like [`Plant::new`], and where the ground makes no sense.
+    pub fn on_floor(resolved: &Resolved, robot: &Robot, floor: Floor) -> Result<Self, Error> {
+        let plan = Plan {
+            kinematics: resolved.kinematics(resolved.believed(robot))?.0,
+            floor,
+            settings: resolved.world_settings(),
+            resolved: resolved.clone(),
+            robot: SharedRobot::from(&resolved.joint_targets().begun(robot)),
+        };
+        let seed = resolved.scenario().sensors.seed;
+        Self::build(Arc::new(plan), seed, resolved.start())
+    }
+
+    fn build(plan: Arc<Plan>, seed: u64, start: Pose) -> Result<Self, Error> {
+        let Plan {
+            resolved,
+            robot,
+            kinematics,
+            floor,
+            settings,
+        } = &*plan;
+        let scenario = resolved.scenario();
+        let physics_dt_s = resolved.physics_dt_s();
+        let wheel_count = robot.wheels.len();
+        let mut world = World::new(robot, floor, start, settings)?;
+        bodies::put_in(scenario, &mut world)?;
+        let drive = Drive::new(resolved, robot)?;
+        let section = scenario::Sensors {
+            seed,
+            ..scenario.sensors.clone()
+        };
+        Ok(Self {
+            clock: Clock::new(&scenario.run, physics_dt_s),
+            world,
+            sensors: Sensors::new(
+                &section,
+                start,
+                (resolved.believed(robot), kinematics),
+                scenario,
+            )?,
+            storage: storage_account(resolved, wheel_count),
+            drive,
+            faults: Faults::new(&scenario.faults, robot)?,
+            disturbances: Disturbances::new(scenario, robot)?,
+            joint_targets: resolved.joint_targets().clone(),
+            motors: vec![MotorTorque::constant(0.0); wheel_count],
+            sensed: 0,
+            outcome: Outcome {
+                torques_n_m: vec![0.0; wheel_count],
+                wheels: vec![WheelTally::default(); wheel_count],
+                ..Outcome::default()
+            },
+            plan,
+        })
+    }
+
+    /// Begins anew: time zero, the robot at rest at a pose in the ground plane, noise from a seed.
+    ///
+    /// # Errors
+    /// Where the robot cannot stand there; the plant is then as it was.
+    pub fn reset(&mut self, seed: u64, pose: Pose) -> Result<(), Error> {
+        let numbers = [pose.x_m, pose.y_m, pose.heading_rad];
+        // As far off as a scenario may be. NaN is not.
+        let most = *scenario::SIZES.end();
+        if !numbers.iter().all(|number| number.abs() <= most) {
+            return Err(Error::invalid(
+                format!("a robot cannot start at {pose:?}"),
+                format!("give metres and radians of no more than {most:e}"),
+            ));
+        }
+        *self = Self::build(Arc::clone(&self.plan), seed, pose)?;
+        Ok(())
+    }
+
+    /// What the robot's sensors say now. Asked again at the same moment, they say the same.
+    pub fn observe(&mut self) -> &Measurements {
+        let moment = self.clock.moments() + 1;
+        if self.sensed != moment {
+            self.sensed = moment;
+            self.sensors.sense(
+                self.clock.time_s(),
+                self.clock.control_is_due(),
+                &self.world,
+                &self.faults,
+            );
+        }
+        self.sensors.seen()
+    }
+
+    /// Lets the robot act on a command for a time in seconds. Where it ends within a physics step, a part of that step is taken, and the next advance takes
+    /// the rest of it first: whatever a host's steps are, those of the plant stay where they are. Wheel loops that are sampled take whole steps alone.
+    ///
+    /// Sensors with a rate or a delay of their own go on meanwhile; those without take their samples at multiples of the
+    /// scenario's control period.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where the command is not one finite number a wheel or the time is none that can be advanced by: nothing
+    /// has happened then. [`Error::Diverged`] where the robot's motion is no number afterwards.
+    pub fn advance(&mut self, command: WheelCommand<'_>, period_s: f64) -> Result<&Outcome, Error> {
+        self.advance_watched(command, period_s, |_, _| ())
+    }
+
+    /// Like [`Plant::advance`]; shows the world, and the length of a step in seconds, after each physics step.
+    ///
+    /// # Errors
+    /// Like [`Plant::advance`].
+    pub fn advance_watched(
+        &mut self,
+        command: WheelCommand<'_>,
+        period_s: f64,
+        mut watch: impl FnMut(&World, f64),
+    ) -> Result<&Outcome, Error> {
+        self.check(command)?;
+        self.check_period(period_s)?;
+        self.outcome.wheels.fill(WheelTally::default());
+        self.outcome.contact_residual_m_s = 0.0;
+        let before_m_s = self.velocity_in_world_m_s();
+        let mut left_s = period_s;
+        while left_s > NO_TIME * self.clock.physics_dt_s() {
+            let part_s = self.next_part_s(left_s);
+            left_s -= part_s;
+            self.actuate_for(command, part_s);
+            self.step_for(part_s);
+            let acted = self.world.robot().wheel_tallies();
+            for (sum, step) in self.outcome.wheels.iter_mut().zip(acted) {
+                sum.add(step);
+            }
+            let residual_m_s = self.world.contact_residual_m_s();
+            let worst_m_s = &mut self.outcome.contact_residual_m_s;
+            *worst_m_s = worst_m_s.max(residual_m_s);
+            watch(&self.world, part_s);
+        }
+        for (mean_n_m, wheel) in (self.outcome.torques_n_m.iter_mut()).zip(&self.outcome.wheels) {
+            *mean_n_m = wheel.torque_mean_n_m();
+        }
+        self.outcome.torque_shares = self.drive.shares();
+        let gained_m_s = self.velocity_in_world_m_s() - before_m_s;
+        self.outcome.acceleration_in_world_m_s2 = (gained_m_s / period_s).into();
+        if !self.is_finite() {
+            return Err(Error::Diverged {
+                t_s: self.clock.time_s(),
+            });
+        }
+        Ok(&self.outcome)
+    }
+
+    /// Pushes the chassis from now on with a constant force in the world frame, in N, for a time in seconds, at a place in the
+    /// body frame, in metres; without one, at the chassis's centre of mass. Several pushes add up, and a reset ends them.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where a number is not finite or the time is not above 0.
+    pub fn push(
+        &mut self,
+        force_in_world_n: [f64; 3],
+        place_in_body_m: Option<[f64; 3]>,
+        lasts_s: f64,
+    ) -> Result<(), Error> {
+        let place_in_body_m = self.place_or_center(place_in_body_m);
+        let force_in_world_n = Vector3::from(force_in_world_n);
+        let mut numbers = force_in_world_n.iter().chain(&place_in_body_m);
+        let can_be =
+            numbers.all(|number| number.is_finite()) && lasts_s.is_finite() && lasts_s > 0.0;
+        if !can_be {
+            return Err(Error::invalid(
+                format!(
+                    "the robot cannot be pushed with {:?} N for {lasts_s} s",
+                    force_in_world_n.as_slice()
+                ),
+                "give finite newtons and metres, and a time above 0 s",
+            ));
+        }
+        let now_s = self.clock.time_s();
+        self.disturbances
+            .push(now_s, force_in_world_n, place_in_body_m, lasts_s);
+        Ok(())
+    }
+
+    /// Lets a force in N and a moment in N m act on the chassis from now on until they are changed, both in the world frame, the force at a
+    /// place in the body frame in metres, or without one at the chassis's centre of mass: what another simulator's bodies put on the robot.
+    /// Pushes come on top, and a reset ends it.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where a number is not finite; what acted before goes on then.
+    pub fn set_wrench(
+        &mut self,
+        force_in_world_n: [f64; 3],
+        moment_in_world_n_m: [f64; 3],
+        place_in_body_m: Option<[f64; 3]>,
+    ) -> Result<(), Error> {
+        let place_in_body_m = self.place_or_center(place_in_body_m);
+        let numbers = force_in_world_n.iter().chain(&moment_in_world_n_m);
+        if !numbers
+            .chain(&place_in_body_m)
+            .all(|number| number.is_finite())
+        {
+            return Err(Error::invalid(
+                format!(
+                    "{force_in_world_n:?} N and {moment_in_world_n_m:?} N m cannot act on the robot"
+                ),
+                "give finite newtons, newton metres and metres",
+            ));
+        }
+        let acts = force_in_world_n != [0.0; 3] || moment_in_world_n_m != [0.0; 3];
+        self.disturbances.hold(acts.then(|| Wrench {
+            force: Push {
+                force_in_world_n: force_in_world_n.into(),
+                place_in_body_m,
+            },
+            moment_in_world_n_m: moment_in_world_n_m.into(),
+        }));
+        Ok(())
+    }
+
+    /// Lets the chassis bear from now on the inertia of something that another simulator moves: of its acceleration a, linear at the body
+    /// frame's origin before angular, that takes a wrench A a there, all along the world's axes, in kg, kg m and kg m^2. A is the
+    /// articulated-body inertia of an arm or a pushed box (Featherstone 2008, section 7.1).
+    ///
+    /// With [`Plant::set_wrench`] of what that thing puts on the chassis where it is not accelerated, both simulators meet without a delay:
+    /// contacts and motors move what they really move, stable whatever weighs more. All zeros, and a reset, end it.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where a number is not finite, where A is not symmetric or has negative energy, and where rapier's own solver moves the
+    /// robot; what was borne before goes on then.
+    pub fn set_articulated_inertia(&mut self, inertia: &[[f64; 6]; 6]) -> Result<(), Error> {
+        self.refuse_in_rapier("an articulated inertia")?;
+        let inertia = Matrix6::from_fn(|row, column| inertia[row][column]);
+        if !is_inertia(&inertia) {
+            return Err(Error::invalid(
+                format!(
+                    "the rows {:?} are no articulated inertia",
+                    inertia.transpose().as_slice()
+                ),
+                "give six rows of six finite numbers, symmetric and without negative energy, linear before angular",
+            ));
+        }
+        let bears = inertia.iter().any(|number| *number != 0.0);
+        self.world.robot_mut().attach(bears.then_some(&inertia));
+        Ok(())
+    }
+
+    /// Lets the ground lean from now on: gravity pulls along a direction in the world frame, of any length above 0;
+    /// [0, 0, -1] is level ground. Tilts of the scenario turn it further, and a reset ends it.
+    ///
+    /// The frame stays the floor's: what a frame that turns would add is left out, as [`World::lean`] says.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a direction that is none or not finite, and where rapier's own solver moves the robot.
+    pub fn set_down(&mut self, down_in_world: [f64; 3]) -> Result<(), Error> {
+        self.refuse_in_rapier("ground that leans")?;
+        let down = Vector3::from(down_in_world);
+        let direction = down.try_normalize(f64::MIN_POSITIVE);
+        let direction = direction.filter(|direction| direction.iter().all(|x| x.is_finite()));
+        let Some(direction) = direction else {
+            return Err(Error::invalid(
+                format!("gravity cannot pull along {down_in_world:?}"),
+                "give three finite numbers that are not all 0, such as [0, 0, -1]",
+            ));
+        };
+        self.disturbances.lean(direction);
+        Ok(())
+    }
+
+    /// Refuses what the world does not do where rapier's own solver moves the robot.
+    fn refuse_in_rapier(&self, what: &str) -> Result<(), Error> {
+        if self.plan.settings.contacts == ContactSolver::Rapier {
+            return Err(Error::invalid(
+                format!("{what} is not to be had where rapier's own solver moves the robot"),
+                "leave `world.solver.contacts` at \"ilon\"",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Lets the rollers of a wheel find a share of the ground's friction from now on; 1 for all of it. A reset ends it.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a wheel that the robot does not have, a share that is negative or no number, and where rapier's own solver moves
+    /// the robot.
+    pub fn set_grip(&mut self, wheel: usize, share: f64) -> Result<(), Error> {
+        self.refuse_in_rapier("grip of single wheels")?;
+        let wheels = self.motors.len();
+        if wheel >= wheels || !(share.is_finite() && share >= 0.0) {
+            return Err(Error::invalid(
+                format!("wheel {wheel} cannot have {share} of the floor's friction"),
+                format!(
+                    "wheels count from 0 to {}; give a finite share of 0 or more",
+                    wheels - 1
+                ),
+            ));
+        }
+        self.world.robot_mut().set_grip(wheel, share);
+        Ok(())
+    }
+
+    /// A place in the body frame, or where none is given the chassis's centre of mass without payload.
+    fn place_or_center(&self, place_in_body_m: Option<[f64; 3]>) -> Vector3<f64> {
+        let center_m = self.plan.robot.chassis.mass.center_of_mass_m;
+        place_in_body_m.map_or(center_m, Vector3::from)
+    }
+
+    /// Whether a command is one that this robot can be given.
+    fn check(&self, command: WheelCommand<'_>) -> Result<(), Error> {
+        let (found, wheels) = (command.numbers().len(), self.motors.len());
+        if found != wheels {
+            return Err(Error::invalid(
+                format!("a command of {found} numbers was given to a robot of {wheels} wheels"),
+                "give one number a wheel, in the robot's order",
+            ));
+        }
+        let wild = command.numbers().iter().find(|number| !number.is_finite());
+        match wild {
+            Some(number) => Err(Error::invalid(
+                format!("a wheel was commanded {number}"),
+                "give finite numbers",
+            )),
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses a time in seconds by which the plant cannot be advanced.
+    fn check_period(&self, period_s: f64) -> Result<(), Error> {
+        let physics_dt_s = self.clock.physics_dt_s();
+        let steps = period_s / physics_dt_s;
+        let is_whole = (steps - steps.round()).abs() <= NO_TIME * steps.round();
+        let takes_parts = !self.plan.resolved.scenario().wheel_loop.is_sampled();
+        if (SHORTEST_PART..=MOST_STEPS).contains(&steps) && (is_whole || takes_parts) {
+            return Ok(());
+        }
+        let (why, help) = match is_whole || takes_parts {
+            true => (
+                "that is no time that it can be advanced by".to_owned(),
+                "advance by a time between a thousandth of a step and a thousand million steps",
+            ),
+            false => (
+                format!("its wheel loops are sampled, in steps of {physics_dt_s} s"),
+                "advance by a whole number of steps, such as the control period, or set `run.physics_dt_s`",
+            ),
+        };
+        Err(Error::invalid(
+            format!("the plant cannot be advanced by {period_s} s: {why}"),
+            help,
+        ))
+    }
+
+    /// What comes next of a time that is left, in seconds: the rest of a step, or what is left where that ends before.
+    fn next_part_s(&self, left_s: f64) -> f64 {
+        let of_step_s = self.clock.left_s();
+        // What differs by rounding is the step.
+        if left_s > of_step_s - NO_TIME * self.clock.physics_dt_s() {
+            of_step_s
+        } else {
+            left_s
+        }
+    }
+
+    /// Turns a command into what the motors do in the coming physics step.
+    pub fn actuate(&mut self, command: WheelCommand<'_>) {
+        self.actuate_for(command, self.clock.physics_dt_s());
+    }
+
+    /// Like [`Self::actuate`], for a part of a step, in seconds.
+    fn actuate_for(&mut self, command: WheelCommand<'_>, part_s: f64) {
+        self.observe();
+        let t_s = self.clock.time_s();
+        if self.clock.control_is_due() {
+            let robot = self.world.robot();
+            (self.drive).stand(robot.joint_positions(), robot.joint_targets());
+        }
+        let rates = WheelRates {
+            real_rad_s: self.world.robot().wheel_rates_rad_s(),
+            seen_rad_s: &self.sensors.seen().wheel_rates_rad_s,
+        };
+        let known = BodySense {
+            angles_rad: &self.sensors.seen().wheel_angles_rad,
+            gravity_in_body_m_s2: self.sensors.gravity_in_body_m_s2(),
+        };
+        let torques = self.drive.torques(
+            command,
+            (rates, &known),
+            self.faults.supply_share(t_s),
+            part_s,
+        );
+        self.motors.copy_from_slice(torques);
+        for (wheel, motor) in self.motors.iter_mut().enumerate() {
+            // A lost motor has no loop either.
+            match self.faults.lost_motor(t_s, wheel) {
+                Some(LostMotor::Free) => *motor = MotorTorque::constant(0.0),
+                Some(LostMotor::Shorted) => {
+                    *motor = self.drive.shorted(wheel, rates.real_rad_s[wheel]);
+                }
+                None => {}
+            }
+        }
+    }
+
+    /// Takes a physics step with the motors as they are.
+    pub fn step(&mut self) {
+        self.step_for(self.clock.physics_dt_s());
+    }
+
+    /// Like [`Self::step`], for a part of a step, in seconds.
+    fn step_for(&mut self, dt_s: f64) {
+        let t_s = self.clock.time_s();
+        self.joint_targets
+            .send(t_s + 0.5 * dt_s, dt_s, &mut self.world);
+        self.disturbances.act(t_s, dt_s, &mut self.world);
+        self.world.robot_mut().drive(&self.motors);
+        if let (Some(storage), Some(effort)) = (&mut self.storage, self.drive.passive_effort()) {
+            let desired = self.plan.desired(t_s);
+            storage.before(&self.world, &effort, desired.as_ref());
+        }
+        self.world.step_for(dt_s);
+        if let (Some(storage), Some(effort)) = (&mut self.storage, self.drive.passive_effort()) {
+            let desired = self.plan.desired(t_s + dt_s);
+            storage.after(&self.world, &effort, desired.as_ref(), dt_s);
+        }
+        if dt_s < self.clock.left_s() {
+            self.clock.tick_part(dt_s);
+        } else {
+            self.clock.tick();
+        }
+    }
+
+    /// Whether the wheel loops have targets for the wheels' rates: a passive law has none.
+    pub fn has_rate_targets(&self) -> bool {
+        self.drive.passive_effort().is_none()
+    }
+
+    /// What a passive wheel law stores and was supplied with, after its last decision; `None` of any other.
+    pub fn storage(&self) -> Option<Storage> {
+        let (storage, effort) = (self.storage.as_ref()?, self.drive.passive_effort()?);
+        let desired = self.plan.desired(self.clock.time_s());
+        Some(storage.now(&self.world, &effort, desired.as_ref()))
+    }
+
+    /// Coulomb's coefficient of friction with which the floor was built, where there is no patch; of a floor of a material, to the rollers
+    /// of the first wheel.
+    pub fn floor_friction(&self) -> f64 {
+        self.plan.floor.friction
+    }
+
+    /// Changes how slippery the floor is from now on, but on its patches. A fault of the scenario that changes it too has the
+    /// last word from its own time on.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a friction that is negative or no number.
+    pub fn set_friction(&mut self, friction: f64) -> Result<(), Error> {
+        if !(friction.is_finite() && friction >= 0.0) {
+            return Err(Error::invalid(
+                format!("a floor cannot have a friction of {friction}"),
+                "give a finite number of 0 or more",
+            ));
+        }
+        let patches = self.plan.floor.patches.clone();
+        self.world.set_friction(Some(friction), &patches);
+        Ok(())
+    }
+
+    /// Tells the servos of joints between bodies, each by its name, where to go, how fast, or with what torque or force to act. All are told, or none. From now
+    /// on the scenario's setpoints no longer hold for these joints; a reset brings them back, and a snapshot holds what was last.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where the robot has no such joint, nothing drives it, it cannot go there, or a number is not finite.
+    pub fn command_joints(&mut self, commands: &[(&str, JointCommand)]) -> Result<(), Error> {
+        let indices = commands.iter().map(|(joint, _)| self.joint(joint));
+        let indices: Vec<usize> = indices.collect::<Result<_, _>>()?;
+        for (index, (name, command)) in indices.iter().zip(commands) {
+            self.check_joint(*index, name, *command)?;
+        }
+        for (index, (_, command)) in indices.into_iter().zip(commands) {
+            self.joint_targets.give(index, *command);
+        }
+        Ok(())
+    }
+
+    /// Refuses what the servo of a joint cannot do.
+    fn check_joint(&self, index: usize, name: &str, command: JointCommand) -> Result<(), Error> {
+        let of = &self.plan.robot.joints[index];
+        let [lower, upper] = of.limits;
+        if of.servo().is_none() {
+            return Err(Error::invalid(
+                format!("nothing drives the joint `{name}`"),
+                format!("write role = \"driven\" in [robot.joints.{name}]"),
+            ));
+        }
+        if !command.is_finite() {
+            return Err(Error::invalid(
+                format!("the joint `{name}` was told {command:?}, which is not finite"),
+                "give finite numbers",
+            ));
+        }
+        match command {
+            JointCommand::Position { position, .. } if !(lower..=upper).contains(&position) => {
+                Err(Error::invalid(
+                    format!(
+                        "the joint `{name}` cannot go to {position}: its limits are {lower} and {upper}"
+                    ),
+                    "give a position between them, or correct the limits in the robot's file",
+                ))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The place of a joint between bodies among the robot's.
+    fn joint(&self, name: &str) -> Result<usize, Error> {
+        let joints = &self.plan.robot.joints;
+        joints.iter().position(|of| of.name == name).ok_or_else(|| {
+            let known: Vec<&str> = joints.iter().map(|of| of.name.as_str()).collect();
+            Error::invalid(
+                format!("the robot has no joint `{name}` between bodies"),
+                if known.is_empty() {
+                    "give one the role `driven` in [robot.joints.NAME]".to_owned()
+                } else {
+                    format!("name one of: {}", known.join(", "))
+                },
+            )
+        })
+    }
+
+    /// Puts a mass in kg on the robot, at its chassis's centre of mass, in place of the one put there before; 0 takes it off. It comes
+    /// on top of the payloads of the scenario's faults, and a reset takes it off.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a mass that is negative or no number.
+    pub fn carry(&mut self, mass_kg: f64) -> Result<(), Error> {
+        self.carry_at(mass_kg, None)
+    }
+
+    /// Like [`Plant::carry`], at a place in the body frame, in metres.
+    ///
+    /// # Errors
+    /// Like [`Plant::carry`], and for a place that is nowhere.
+    pub fn carry_at(
+        &mut self,
+        mass_kg: f64,
+        place_in_body_m: Option<[f64; 3]>,
+    ) -> Result<(), Error> {
+        if !(mass_kg.is_finite() && mass_kg >= 0.0) {
+            return Err(Error::invalid(
+                format!("the robot cannot carry {mass_kg} kg"),
+                "give a finite mass of 0 kg or more",
+            ));
+        }
+        let place_in_body_m = self.place_or_center(place_in_body_m);
+        let payload = (mass_kg > 0.0).then(|| Payload::new(mass_kg, place_in_body_m));
+        self.disturbances.carry(payload.transpose()?);
+        Ok(())
+    }
+
+    /// What the sensors said when they looked last.
+    pub fn seen(&self) -> &Measurements {
+        self.sensors.seen()
+    }
+
+    /// How much of each task the wheel loops' law gave last; `None` of a law that weighs none.
+    pub fn torque_shares(&self) -> Option<TorqueShares> {
+        self.drive.shares()
+    }
+
+    /// The time of the run.
+    pub fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// Simulated time since the start or the last reset, in seconds.
+    pub fn time_s(&self) -> f64 {
+        self.clock.time_s()
+    }
+
+    /// Where the robot really is and how it really moves, whatever its sensors say.
+    pub fn truth(&self) -> Truth {
+        let body = self.world.robot().state();
+        Truth {
+            pose: body.pose,
+            height_m: body.height_m,
+            roll_rad: body.roll_rad,
+            pitch_rad: body.pitch_rad,
+            twist_in_body: body.twist_in_body,
+        }
+    }
+
+    /// Velocity of the body frame's origin in the world frame, in m/s.
+    fn velocity_in_world_m_s(&self) -> Vector3<f64> {
+        let body = self.world.robot().state();
+        body.world_from_body * body.velocity_in_body_m_s
+    }
+
+    fn is_finite(&self) -> bool {
+        let Truth {
+            pose,
+            height_m,
+            roll_rad,
+            pitch_rad,
+            twist_in_body,
+        } = self.truth();
+        let numbers = [
+            pose.x_m,
+            pose.y_m,
+            pose.heading_rad,
+            height_m,
+            roll_rad,
+            pitch_rad,
+            twist_in_body.vx_m_s,
+            twist_in_body.vy_m_s,
+            twist_in_body.omega_rad_s,
+        ];
+        numbers.into_iter().all(f64::is_finite)
+    }
+
+    /// What came of the last advance; nothing but zeros before the first.
+    pub fn outcome(&self) -> &Outcome {
+        &self.outcome
+    }
+
+    /// The world as it is now: contacts, energies, rollers.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The world in rapier, to put user bodies into that the robot pushes and that push it: see [`World::rapier_mut`].
+    ///
+    /// # Errors
+    /// [`Error::World`] where rapier solves the robot's contacts.
+    pub fn rapier_mut(&mut self) -> Result<&mut PhysicsWorld, Error> {
+        Ok(self.world.rapier_mut()?)
+    }
+
+    /// The robot.
+    pub fn robot(&self) -> &Robot {
+        &self.plan.robot
+    }
+
+    /// The robot's kinematics about its origin, as its controller believes it: wheel rates for a twist, and back.
+    pub fn kinematics(&self) -> &Kinematics {
+        &self.plan.kinematics
+    }
+
+    /// The scenario with every default and everything chosen spelled out.
+    pub fn resolved(&self) -> &Resolved {
+        &self.plan.resolved
+    }
+
+    /// The plant as it is now, to come back to.
+    pub fn snapshot(&self) -> Snapshot {
+        Snapshot(Box::new(self.clone()))
+    }
+
+    /// Goes back to a snapshot, of this plant or of another of the same scenario and robot: from there all is as it was, to the bit.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a snapshot of another scenario or robot; the plant is then as it was.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), Error> {
+        if !self.plan.is_that_of(&snapshot.0.plan)? {
+            return Err(Error::invalid(
+                format!(
+                    "the snapshot is of another simulation, of `{}` with the robot `{}`: this one is of `{}` with `{}`",
+                    snapshot.0.plan.resolved.scenario().name,
+                    snapshot.0.plan.robot.name,
+                    self.plan.resolved.scenario().name,
+                    self.plan.robot.name,
+                ),
+                "go back to a snapshot of the same scenario, with the same keys and the same robot",
+            ));
+        }
+        *self = (*snapshot.0).clone();
+        Ok(())
+    }
+}
+
+impl std::fmt::Debug for Plant {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Plant")
+            .field("robot", &self.plan.robot.name)
+            .field("time_s", &self.time_s())
+            .field("truth", &self.truth())
+            .finish_non_exhaustive()
+    }
+}
+
+impl std::fmt::Debug for Snapshot {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("Snapshot").field(&self.0).finish()
+    }
+}

@@ -1,0 +1,204 @@
+//! The error budget of a run as it grows: where the motion asked for went.
+
+use ilon_control::{ContactKinematics, Kinematics};
+use ilon_robot::{Pose, Twist, wrap_angle};
+use ilon_trace::Ledger;
+use ilon_trace::ledger::Chain;
+use ilon_world::World;
+
+use crate::pilot::contradiction::{Contradiction, Sizes};
+
+/// A span ends once it is this long, in seconds, or where a decision changes. The touching rollers are taken as they are in its middle, which
+/// is of second order in what the wheels turn in it: at 20 rad/s a tenth of a radian, which leaves 4e-4 of what the rollers' geometry takes.
+const SPAN_S: f64 = 5e-3;
+
+/// A sum of steps may miss the span by rounding.
+const SLACK: f64 = 1e-6;
+
+/// Counts the [`Ledger`] over spans of a few physics steps, however often rows are written.
+pub(crate) struct Budget {
+    ledger: Ledger,
+    weight_n: f64,
+    /// Twists in the body frame that hold until the next decision: asked for, granted, and those of the wheels' targets, as the controller believes and
+    /// as they are; `None` where there are no rate targets.
+    decided: Option<[Twist; 4]>,
+    /// When and how the rates of the wheels contradicted each other.
+    contradiction: Contradiction,
+    /// How much of the rates did, since the last row.
+    conflict: Sizes,
+    /// What each wheel carried in the span, in N s.
+    loads_n_s: Vec<f64>,
+    /// For how long any wheel touched the ground in it, in seconds.
+    touched_s: f64,
+    /// When the span that is not counted yet began, in seconds since the start.
+    begun_s: f64,
+    /// How long the span that is not counted yet has lasted, in seconds, and where the robot and its wheels were as it began.
+    lasted_s: f64,
+    pose: Pose,
+    angles_rad: Vec<f64>,
+    turned_rad: Vec<f64>,
+    middle_rad: Vec<f64>,
+    rates_rad_s: Vec<f64>,
+}
+
+impl Budget {
+    /// For a robot of a weight in N that begins at a pose with all wheel angles zero.
+    pub fn new(start: Pose, wheels: usize, weight_n: f64) -> Self {
+        Self {
+            weight_n,
+            ledger: Ledger::default(),
+            decided: Some([Twist::default(); 4]),
+            contradiction: Contradiction::new(wheels),
+            conflict: Sizes::default(),
+            loads_n_s: vec![0.0; wheels],
+            touched_s: 0.0,
+            begun_s: 0.0,
+            lasted_s: 0.0,
+            pose: start,
+            angles_rad: vec![0.0; wheels],
+            turned_rad: vec![0.0; wheels],
+            middle_rad: vec![0.0; wheels],
+            rates_rad_s: vec![0.0; wheels],
+        }
+    }
+
+    /// What has been counted up to the last decision or end of a span.
+    pub fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+
+    /// When and how the rates of the wheels contradicted each other.
+    pub fn contradiction(&self) -> &Contradiction {
+        &self.contradiction
+    }
+
+    /// How much of the wheels' rates belonged to no motion since this was asked last: |r| over |q'|, root mean squares over time.
+    pub fn take_conflict_share(&mut self) -> f64 {
+        std::mem::take(&mut self.conflict).share()
+    }
+
+    /// Sets the twists that hold from now on, in the body frame: asked for, granted, and those of the wheels' targets by eq. (7), of the robot that the
+    /// controller believes in and of the real one; `None` where the wheels have no rate targets.
+    pub fn decide(&mut self, decided: Option<[Twist; 4]>) {
+        self.decided = decided;
+    }
+
+    /// Counts a physics step that was taken.
+    pub fn count(
+        &mut self,
+        world: &World,
+        dt_s: f64,
+        kinematics: (&Kinematics, &mut ContactKinematics),
+    ) {
+        self.lasted_s += dt_s;
+        let mut touching: f64 = 0.0;
+        for (load, tally) in self.loads_n_s.iter_mut().zip(world.robot().wheel_tallies()) {
+            *load += tally.normal_force_mean_n() * dt_s;
+            touching += tally.touching_share();
+        }
+        self.touched_s += touching.min(1.0) * dt_s;
+        if self.lasted_s >= SPAN_S * (1.0 - SLACK) {
+            self.end_span(world, kinematics);
+        }
+    }
+
+    /// Ends the span here, if one has begun.
+    pub fn end_span(
+        &mut self,
+        world: &World,
+        (kinematics, contact): (&Kinematics, &mut ContactKinematics),
+    ) {
+        if self.lasted_s <= 0.0 {
+            return;
+        }
+        let span_s = std::mem::take(&mut self.lasted_s);
+        let wheels = self.turned_rad.iter_mut().zip(&mut self.middle_rad);
+        let angles = self.angles_rad.iter_mut();
+        for (((turned, middle), before), now) in
+            wheels.zip(angles).zip(world.robot().wheel_angles_rad())
+        {
+            *turned = now - *before;
+            *middle = now - 0.5 * *turned;
+            *before = *now;
+        }
+        let pose = world.robot().state().pose;
+        let before = std::mem::replace(&mut self.pose, pose);
+        let turned_rad = wrap_angle(pose.heading_rad - before.heading_rad);
+        let moved = Twist::new(pose.x_m - before.x_m, pose.y_m - before.y_m, turned_rad);
+        let real = moved.rotated(-(before.heading_rad + 0.5 * turned_rad));
+        let ideal = kinematics.twist(&self.turned_rad);
+        let of_contacts = contact.twist(&self.middle_rad, &self.turned_rad);
+        let carried = contact.twist_by_load_here(&self.turned_rad, &self.loads_n_s, real);
+        let carried = real + (carried - real).scaled(self.hold(span_s));
+        let all_carry = self.loads_n_s.iter().all(|load| *load > 0.0);
+        self.loads_n_s.fill(0.0);
+        let settled = self.settled(kinematics, (span_s, all_carry), [carried, real]);
+        let decided = self
+            .decided
+            .map(|twists| twists.map(|twist| twist.scaled(span_s)));
+        let [asked, granted, believed_of_targets, ideal_of_targets] = decided.unwrap_or([ideal; 4]);
+        let chain = Chain {
+            asked,
+            granted,
+            believed_of_targets,
+            ideal_of_targets,
+            ideal,
+            contact: of_contacts,
+            carried,
+            settled,
+            real,
+        };
+        self.ledger
+            .count(&chain, [before.heading_rad, pose.heading_rad]);
+    }
+
+    /// How far the wheels have hold of the robot, in [0, 1]: for the part of the span in which any of them touches, and fully from half of the
+    /// robot's weight on, so that neither a slope nor a shake takes of it. For the rest of the step the robot flies freely.
+    fn hold(&mut self, span_s: f64) -> f64 {
+        let load_n_s: f64 = self.loads_n_s.iter().sum();
+        let whole_n_s = 0.5 * self.weight_n * span_s;
+        let by_load = match load_n_s < whole_n_s {
+            true => load_n_s / whole_n_s,
+            false => 1.0,
+        };
+        // A sum of steps may miss the span by rounding.
+        let touched = std::mem::take(&mut self.touched_s) / span_s;
+        match touched < 1.0 - SLACK {
+            true => by_load.min(touched),
+            false => by_load,
+        }
+    }
+
+    /// How far, on its way from `carried` to `real`, the robot moves as the wheels that contradict each other let it: as long as each wheel slides
+    /// in the sense of its part of r.
+    ///
+    /// A wheel's slide along its roller's axis is in the sense of s = r + a g, with g the change of its rolling rate by eq. (9) over the whole way
+    /// and a the part of it. As r is perpendicular to the rates of all motions, some wheel ends it; without r it ends at once.
+    fn settled(
+        &mut self,
+        kinematics: &Kinematics,
+        (span_s, all_carry): (f64, bool),
+        [carried, real]: [Twist; 2],
+    ) -> Twist {
+        let wheels = self.turned_rad.iter().zip(&mut self.rates_rad_s);
+        wheels.for_each(|(turned, rate)| *rate = turned / span_s);
+        let begun_s = self.begun_s;
+        self.begun_s += span_s;
+        let sizes = self.contradiction.of(kinematics, &self.rates_rad_s);
+        if all_carry {
+            let when_s = [begun_s, span_s];
+            (self.contradiction).add(kinematics, &self.rates_rad_s, sizes, when_s);
+        }
+        self.conflict.of_no_motion += sizes.of_no_motion * span_s;
+        self.conflict.of_all += sizes.of_all * span_s;
+        let off = (carried - real).scaled(1.0 / span_s);
+        kinematics.wheel_rates(off, &mut self.rates_rad_s);
+        let mut part: f64 = 1.0;
+        for (residual, change) in self.contradiction.residual().iter().zip(&self.rates_rad_s) {
+            if residual * change <= 0.0 && *change != 0.0 {
+                part = part.min((residual / change).abs());
+            }
+        }
+        carried - off.scaled(part * span_s)
+    }
+}

@@ -1,0 +1,218 @@
+//! What happened between two rows: means, and the least and largest.
+
+use ilon_trace::{BodySample, JointSample, MAX_BODIES, MAX_JOINTS, Support, WheelSample};
+use ilon_world::{WheelTally, World};
+use nalgebra::Vector2;
+
+use crate::bodies;
+
+/// Sums and extremes over the physics steps since the last row.
+pub(crate) struct Period {
+    time_s: f64,
+    /// By how much the laws of contact were broken at worst, in m/s.
+    pub residual_m_s: f64,
+    wheels: Vec<WheelTally>,
+    joints: Vec<JointTally>,
+    bodies: Vec<PushTally>,
+    carried: Carried,
+}
+
+/// What is summed of a joint, in rad and N m where it turns, in m and N where it slides.
+#[derive(Clone, Copy)]
+struct JointTally {
+    position: [f64; 2],
+    force: [f64; 2],
+    impulse: f64,
+}
+
+/// What robots did to a free body: the sum over time of the force's size in N s, and its largest in N.
+#[derive(Clone, Copy, Default)]
+struct PushTally {
+    sum_n_s: f64,
+    largest_n: f64,
+}
+
+/// What is summed of the whole robot: impulses in the world frame, in N s.
+#[derive(Clone, Copy, Default)]
+struct Carried {
+    wheels_n_s: f64,
+    chassis_n_s: f64,
+    obstacles_n_s: Vector2<f64>,
+}
+
+/// No values: the least is above and the largest below all numbers.
+const NONE: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
+
+fn take_in([low, high]: &mut [f64; 2], value: f64) {
+    (*low, *high) = (low.min(value), high.max(value));
+}
+
+impl Default for JointTally {
+    fn default() -> Self {
+        Self {
+            position: NONE,
+            force: NONE,
+            impulse: 0.0,
+        }
+    }
+}
+
+impl Carried {
+    /// Means over a time along a heading, in N.
+    fn means(&self, time_s: f64, heading_rad: f64) -> Support {
+        if time_s <= 0.0 {
+            return Support::default();
+        }
+        let (sin, cos) = libm::sincos(heading_rad);
+        let obstacles_n = self.obstacles_n_s / time_s;
+        Support {
+            wheels_n: self.wheels_n_s / time_s,
+            chassis_n: self.chassis_n_s / time_s,
+            obstacles_x_n: cos * obstacles_n.x + sin * obstacles_n.y,
+            obstacles_y_n: cos * obstacles_n.y - sin * obstacles_n.x,
+        }
+    }
+}
+
+impl Period {
+    /// Of a robot with so many wheels and joints between bodies, in which nothing has happened yet.
+    pub fn new(wheels: usize, joints: usize) -> Self {
+        Self {
+            time_s: 0.0,
+            residual_m_s: 0.0,
+            wheels: vec![WheelTally::default(); wheels],
+            joints: vec![JointTally::default(); joints.min(MAX_JOINTS)],
+            bodies: Vec::new(),
+            carried: Carried::default(),
+        }
+    }
+
+    /// Begins anew.
+    pub fn clear(&mut self) {
+        self.time_s = 0.0;
+        self.residual_m_s = 0.0;
+        self.wheels.fill(WheelTally::default());
+        self.joints.fill(JointTally::default());
+        self.bodies.fill(PushTally::default());
+        self.carried = Carried::default();
+    }
+
+    /// Adds a physics step that was taken.
+    pub fn count(&mut self, world: &World, dt_s: f64) {
+        let robot = world.robot();
+        self.time_s += dt_s;
+        self.residual_m_s = self.residual_m_s.max(world.contact_residual_m_s());
+        for (sum, step) in self.wheels.iter_mut().zip(robot.wheel_tallies()) {
+            sum.add(step);
+        }
+        let joints = robot.joint_positions().iter().zip(robot.joint_forces());
+        for (sum, (position, force)) in self.joints.iter_mut().zip(joints) {
+            take_in(&mut sum.position, *position);
+            take_in(&mut sum.force, *force);
+            sum.impulse += force * dt_s;
+        }
+        let recorded = world.free_bodies().len().min(MAX_BODIES);
+        self.bodies.resize(recorded, PushTally::default());
+        for (sum, push_n) in self.bodies.iter_mut().zip(bodies::pushes_n(world)) {
+            sum.sum_n_s += push_n * dt_s;
+            sum.largest_n = sum.largest_n.max(push_n);
+        }
+        let support = robot.support();
+        self.carried.wheels_n_s += support.wheels_n * dt_s;
+        self.carried.chassis_n_s += support.chassis_n * dt_s;
+        self.carried.obstacles_n_s += support.obstacles_n * dt_s;
+    }
+
+    /// What carried the robot and stood in its way, along a heading in radians.
+    pub fn support(&self, heading_rad: f64) -> Support {
+        self.carried.means(self.time_s, heading_rad)
+    }
+
+    /// Puts a wheel's means and extremes into its sample, whose state is there already.
+    pub fn put_wheel(&self, wheel: usize, sample: &mut WheelSample) {
+        let tally = &self.wheels[wheel];
+        if tally.time_s() <= 0.0 {
+            sample.hub_height_min_m = sample.hub_height_m;
+            sample.hub_height_max_m = sample.hub_height_m;
+            return;
+        }
+        let (place_m, force_n) = (tally.place_mean_in_body_m(), tally.force_mean_in_body_n());
+        let sliding_m_s = tally.sliding_mean_in_body_m_s();
+        *sample = WheelSample {
+            torque_n_m: tally.torque_mean_n_m(),
+            torque_min_n_m: tally.torque_n_m[0],
+            torque_max_n_m: tally.torque_n_m[1],
+            hub_height_min_m: tally.hub_height_m[0],
+            hub_height_max_m: tally.hub_height_m[1],
+            touching_share: tally.touching_share(),
+            contact_x_m: place_m.x,
+            contact_y_m: place_m.y,
+            normal_force_n: tally.normal_force_mean_n(),
+            normal_force_min_n: tally.normal_force_n[0],
+            normal_force_max_n: tally.normal_force_n[1],
+            force_x_n: force_n.x,
+            force_y_n: force_n.y,
+            friction: tally.friction_mean(),
+            friction_used_max: tally.friction_used_max,
+            slip_x_m_s: sliding_m_s.x,
+            slip_y_m_s: sliding_m_s.y,
+            slip_speed_rms_m_s: tally.sliding_rms_m_s(),
+            slip_speed_max_m_s: tally.sliding_max_m_s,
+            ..*sample
+        };
+    }
+
+    /// The joints between the robot's bodies, as they are recorded.
+    pub fn joints(&self, world: &World) -> [JointSample; MAX_JOINTS] {
+        let robot = world.robot();
+        let mut samples = [JointSample::default(); MAX_JOINTS];
+        let states = robot.joint_positions().iter().zip(robot.joint_rates());
+        let found = states.zip(&self.joints);
+        for (sample, ((position, rate), tally)) in samples.iter_mut().zip(found) {
+            let mut positions = tally.position;
+            take_in(&mut positions, *position);
+            *sample = JointSample {
+                position: *position,
+                position_min: positions[0],
+                position_max: positions[1],
+                rate: *rate,
+                ..JointSample::default()
+            };
+            if self.time_s > 0.0 {
+                sample.force = tally.impulse / self.time_s;
+                [sample.force_min, sample.force_max] = tally.force;
+            }
+        }
+        samples
+    }
+
+    /// The free bodies, as they are recorded.
+    pub fn bodies(&self, world: &World) -> [BodySample; MAX_BODIES] {
+        let mut samples = bodies::samples(world);
+        if self.time_s > 0.0 {
+            for (sample, push) in samples.iter_mut().zip(&self.bodies) {
+                sample.push_n = push.sum_n_s / self.time_s;
+                sample.push_max_n = push.largest_n;
+            }
+        }
+        samples
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A robot that looks along the world's y axis has the world's x axis to its right.
+    #[test]
+    fn what_obstacles_push_is_along_the_robots_own_axes() {
+        let carried = Carried {
+            obstacles_n_s: Vector2::new(3.0, 4.0),
+            ..Carried::default()
+        };
+        let means = carried.means(0.5, std::f64::consts::FRAC_PI_2);
+        // The cosine of a rounded right angle is 6e-17.
+        assert!((means.obstacles_x_n - 8.0).abs() < 1e-14);
+        assert!((means.obstacles_y_n + 6.0).abs() < 1e-14);
+    }
+}

@@ -1,0 +1,343 @@
+//! Writes down what happens, once a control period or less often.
+
+use ilon_control::{ContactKinematics, Kinematics};
+use ilon_robot::{Pose, Robot, wrap_angle};
+use ilon_trace::{Desired, Header, MAX_TASKS, Record, TaskShare, Trace, WheelSample};
+use ilon_world::World;
+
+use crate::pilot::{Idle, Pilot};
+use crate::plant::Plant;
+use crate::record::budget::Budget;
+use crate::record::header::{Appearance, header};
+use crate::record::period::Period;
+use crate::sensing::hubs::{self, Hubs};
+use crate::sensing::reckoning::Reckoning;
+use ilon_scenario::Error;
+use ilon_scenario::Resolved;
+use ilon_scenario::course::command::{Commanded, Decided};
+use ilon_scenario::scenario::TIME_SLACK_S;
+
+/// Writes down what happens to a [`Plant`]: the growing trace, and what has to be summed between its rows.
+///
+/// For a loop of a program around a plant, once a control period: [`Recorder::reckon`] with the angles that were seen, decide,
+/// [`Recorder::record`] (or [`Recorder::hold`] where no row is wanted), and [`Recorder::count`] after every physics step of [`Plant::advance_watched`].
+pub struct Recorder {
+    trace: Trace,
+    /// Of the real robot, whatever its controller believes.
+    kinematics: Kinematics,
+    contact_kinematics: ContactKinematics,
+    /// Of a robot whose wheels are moved by joints that it measures: where these have them, and which they are.
+    hubs: Option<(Hubs, Vec<bool>)>,
+    /// The positions of the joints between bodies as they were last, in rad or m; of those that the robot does not measure zero. None before the first.
+    measured_positions: Vec<f64>,
+    /// What the controller makes of the wheels' angles.
+    reckoning: Reckoning,
+    /// From row to row.
+    row_period_s: f64,
+    /// What each wheel has lost since the start.
+    lost: Vec<Lost>,
+    /// Since the last row.
+    period: Period,
+    decisions: Decisions,
+    /// Since the start.
+    budget: Budget,
+    samples: Vec<WheelSample>,
+    /// Seconds between samples of the rollers' angles, where they are recorded, and how many have been taken.
+    rollers_every_s: Option<f64>,
+    rollers_taken: u64,
+}
+
+/// What a wheel has lost since the start, in J.
+#[derive(Clone, Copy, Debug, Default)]
+struct Lost {
+    slip_j: f64,
+    spin_up_j: f64,
+}
+
+/// What was decided at the control instants since the last row.
+#[derive(Clone, Debug, Default)]
+struct Decisions {
+    instants: u32,
+    saturated: u32,
+    position_error_max_m: f64,
+    heading_error_max_rad: f64,
+    target_peaks_rad_s: Vec<f64>,
+}
+
+impl Decisions {
+    fn clear(&mut self) {
+        self.target_peaks_rad_s.fill(0.0);
+        *self = Self {
+            target_peaks_rad_s: std::mem::take(&mut self.target_peaks_rad_s),
+            ..Self::default()
+        };
+    }
+
+    /// Adds a control instant at which the robot was at a pose.
+    fn add(&mut self, header: &Header, pose: Pose, decided: &Decided<'_>) {
+        self.instants += 1;
+        let mut tasks = decided.tasks.iter();
+        let saturates = tasks.any(|task| task.asked_rad_s > 0.0 && task.weight < 1.0);
+        self.saturated += u32::from(saturates);
+        for (peak, target) in self
+            .target_peaks_rad_s
+            .iter_mut()
+            .zip(decided.wheel_rates_rad_s)
+        {
+            *peak = peak.max(target.abs());
+        }
+        if let Some(desired) = decided.desired {
+            let point = header.reference_point_at(pose);
+            let off_m = (desired.pose.position_m() - point.position_m()).norm();
+            let off_rad = wrap_angle(desired.pose.heading_rad - point.heading_rad);
+            self.position_error_max_m = self.position_error_max_m.max(off_m);
+            self.heading_error_max_rad = self.heading_error_max_rad.max(off_rad.abs());
+        }
+    }
+}
+
+impl Recorder {
+    /// For a robot that starts at a pose; of `header.record_every` control periods a row, with room for so many.
+    pub fn new(
+        header: Header,
+        resolved: &Resolved,
+        robot: &Robot,
+        start: Pose,
+        rows: usize,
+    ) -> Result<Self, Error> {
+        let (scenario, believed) = (resolved.scenario(), resolved.believed(robot));
+        let (kinematics, contact_kinematics) = resolved.kinematics(robot)?;
+        let wheel_count = robot.wheels.len();
+        let of_encoders = (
+            scenario.sensors.encoders.rate_noise_rad_s,
+            header.control_dt_s,
+        );
+        let of_belief = resolved.kinematics(believed)?;
+        let weight_n = header.mass_kg * scenario.world.gravity_m_s2;
+        let roller_angles_hz = scenario.run.roller_angles_hz;
+        Ok(Self {
+            row_period_s: header.control_dt_s * f64::from(header.record_every.max(1)),
+            trace: Trace::with_capacity(header, rows),
+            kinematics,
+            contact_kinematics,
+            hubs: Hubs::that_move(robot).map(|hubs| (hubs, hubs::measured(robot))),
+            measured_positions: Vec::new(),
+            reckoning: Reckoning::new(believed, of_belief, start, of_encoders),
+            lost: vec![Lost::default(); wheel_count],
+            period: Period::new(wheel_count, robot.joints.len()),
+            decisions: Decisions {
+                target_peaks_rad_s: vec![0.0; wheel_count],
+                ..Decisions::default()
+            },
+            budget: Budget::new(start, wheel_count, weight_n),
+            samples: vec![WheelSample::default(); wheel_count],
+            rollers_every_s: roller_angles_hz.map(|rate_hz| 1.0 / rate_hz),
+            rollers_taken: 0,
+        })
+    }
+
+    /// For a loop of a program around this plant, which stands at its start: its rows are once a control period, and time counts
+    /// from zero. `urdf` is [`ilon_formats::Loaded::urdf`], or empty.
+    ///
+    /// # Errors
+    /// [`Error`] where the scenario cannot be written as text.
+    pub fn of_plant(plant: &Plant, urdf: &str) -> Result<Self, Error> {
+        let (resolved, robot) = (plant.resolved(), plant.robot());
+        let pilot = Pilot::of(resolved, robot, Some(Box::new(Idle)))?;
+        let header = Header {
+            // A row each control period, for as long as the loop goes on.
+            record_every: 1,
+            control_periods: 0,
+            ..header(resolved, robot, Appearance::by(urdf), &pilot)?
+        };
+        let start = plant.truth().pose;
+        Self::new(header, resolved, robot, start, 1)
+    }
+
+    /// Sums what happened during the last physics step.
+    pub fn count(&mut self, world: &World, dt_s: f64) {
+        for (lost, contact) in self.lost.iter_mut().zip(world.robot().contacts()) {
+            lost.slip_j += contact.slip_power_w * dt_s;
+            lost.spin_up_j += contact.spin_up_power_w * dt_s;
+        }
+        self.period.count(world, dt_s);
+        let kinematics = (&self.kinematics, &mut self.contact_kinematics);
+        self.budget.count(world, dt_s, kinematics);
+        let positions = world.robot().joint_positions();
+        if let Some((_, known)) = &self.hubs {
+            let joints = positions.iter().zip(known);
+            let measured = joints.map(|(position, known)| if *known { *position } else { 0.0 });
+            self.measured_positions.clear();
+            self.measured_positions.extend(measured);
+        }
+        self.reckoning.see(positions, &self.measured_positions);
+    }
+
+    /// Takes what was decided at a control instant that has no row of its own.
+    pub fn hold(&mut self, plant: &Plant, decided: &Decided<'_>) {
+        let pose = plant.world().robot().state().pose;
+        self.decisions.add(&self.trace.header, pose, decided);
+        let kinematics = (&self.kinematics, &mut self.contact_kinematics);
+        self.budget.end_span(plant.world(), kinematics);
+        let has_targets = plant.has_rate_targets() && decided.commanded == Commanded::Rates;
+        self.budget.decide(has_targets.then(|| {
+            [
+                decided.command_twist_in_body,
+                decided.granted_twist_in_body,
+                self.reckoning.twist(decided.wheel_rates_rad_s),
+                self.kinematics.twist(decided.wheel_rates_rad_s),
+            ]
+        }));
+    }
+
+    /// Adds a row: the state now, what was decided on it, and what happened since the last row.
+    pub fn record(&mut self, t_s: f64, plant: &Plant, decided: &Decided<'_>) {
+        self.hold(plant, decided);
+        let (world, seen, shares) = (plant.world(), plant.seen(), plant.torque_shares());
+        let angles_rad = world.robot().wheel_angles_rad();
+        let rates_rad_s = world.robot().wheel_rates_rad_s();
+        let twist_contact = self.contact_kinematics.twist(angles_rad, rates_rad_s);
+
+        let mut tasks = [TaskShare::default(); MAX_TASKS];
+        for (share, task) in tasks.iter_mut().zip(decided.tasks) {
+            *share = TaskShare {
+                asked_rad_s: task.asked_rad_s,
+                capacity_rad_s: task.capacity_rad_s,
+                weight: task.weight,
+                asked_twist_in_body: task.twist_in_body,
+            };
+        }
+        let energy = world.energy();
+        let record = Record {
+            t_s,
+            truth: plant.truth(),
+            twist_ideal: self.kinematics.twist(rates_rad_s),
+            twist_contact,
+            seen_pose: seen.pose,
+            odometry_ideal: self.reckoning.ideal(),
+            odometry_contact: self.reckoning.contact(),
+            odometry_posed: self.reckoning.posed(),
+            desired: decided.desired.map(|desired| Desired {
+                pose: desired.pose,
+                velocity_in_world: desired.velocity_in_world,
+                position_error_max_m: self.decisions.position_error_max_m,
+                heading_error_max_rad: self.decisions.heading_error_max_rad,
+            }),
+            measured: decided.measured,
+            command_twist_in_body: decided.command_twist_in_body,
+            granted_twist_in_body: decided.granted_twist_in_body,
+            twist_target_ideal: self.kinematics.twist(decided.wheel_rates_rad_s),
+            saturated_share: f64::from(self.decisions.saturated)
+                / f64::from(self.decisions.instants),
+            tasks,
+            joints: self.period.joints(world),
+            bodies: self.period.bodies(world),
+            torque_weight_position: shares.map_or(1.0, |shares| shares.position),
+            torque_weight_heading: shares.map_or(1.0, |shares| shares.heading),
+            ledger: *self.budget.ledger(),
+            slip_energy_j: world.slip_energy_j(),
+            spin_up_energy_j: world.spin_up_energy_j(),
+            motor_energy_j: world.motor_energy_j(),
+            motor_positive_energy_j: world.motor_positive_energy_j(),
+            bearing_energy_j: world.bearing_energy_j(),
+            impact_energy_j: world.impact_energy_j(),
+            outside_energy_j: world.outside_energy_j(),
+            kinetic_energy_j: energy.kinetic_j,
+            potential_energy_j: energy.potential_j,
+            contact_residual_m_s: self.period.residual_m_s,
+            rate_conflict_share: self.budget.take_conflict_share(),
+            support: Some(self.period.support(plant.truth().pose.heading_rad)),
+            reckoned: (self.reckoning).reckoned(&seen.wheel_rates_rad_s, self.row_period_s),
+            imu: seen.imu,
+            storage: plant.storage(),
+        };
+        self.sample_wheels(world, decided.wheel_rates_rad_s);
+        self.period.clear();
+        self.decisions.clear();
+        self.trace.push(record, &self.samples);
+        self.record_rollers(t_s, world);
+    }
+
+    /// Puts the rollers' angles into the last row where they are due: at most once a row, and on the mean as often as asked.
+    fn record_rollers(&mut self, t_s: f64, world: &World) {
+        let Some(every_s) = self.rollers_every_s else {
+            return;
+        };
+        let due = ((t_s + TIME_SLACK_S) / every_s).floor() as u64 + 1;
+        if due > self.rollers_taken {
+            self.rollers_taken = due;
+            let wheels = 0..self.samples.len();
+            let angles = wheels.flat_map(|wheel| world.robot().roller_angles_rad(wheel));
+            self.trace.push_roller_angles(angles);
+        }
+    }
+
+    /// When and how the wheels' real rates contradicted each other, in words; `None` where they did not.
+    pub fn contradiction_remark(&self, robot: &Robot) -> Option<String> {
+        let found = self.budget.contradiction();
+        found.remark(&self.kinematics, robot, "the rates of the wheels")
+    }
+
+    /// What was recorded so far.
+    pub fn trace(&self) -> &Trace {
+        &self.trace
+    }
+
+    /// Where dead reckoning by Indiveri 2009, eq. (7), puts the robot, from the true pose at the start.
+    pub fn odometry(&self) -> Pose {
+        self.reckoning.ideal()
+    }
+
+    /// What was recorded so far, to be taken out.
+    pub fn trace_mut(&mut self) -> &mut Trace {
+        &mut self.trace
+    }
+
+    /// What was recorded; no row is left.
+    pub fn take_trace(&mut self) -> Trace {
+        let none = Trace::with_capacity(self.trace.header.clone(), 0);
+        std::mem::replace(&mut self.trace, none)
+    }
+
+    /// Dead reckoning from the wheel angles turned since the last control period, by both kinematics: what a robot with
+    /// encoders would do once a control period.
+    pub fn reckon(&mut self, angles_rad: &[f64]) {
+        self.reckoning.reckon(angles_rad);
+        let Some((hubs, _)) = &mut self.hubs else {
+            return;
+        };
+        if !self.measured_positions.is_empty()
+            && hubs.see(&self.measured_positions)
+            && let (Some(kinematics), Ok(contact)) =
+                (hubs.kinematics(), ContactKinematics::new(&hubs.posed()))
+        {
+            self.kinematics = kinematics.clone();
+            self.contact_kinematics = contact;
+        }
+    }
+
+    fn sample_wheels(&mut self, world: &World, targets_rad_s: &[f64]) {
+        let robot = world.robot();
+        let contacts = robot.contacts().iter().enumerate();
+        for (sample, (wheel, contact)) in self.samples.iter_mut().zip(contacts) {
+            *sample = WheelSample {
+                target_rad_s: targets_rad_s[wheel],
+                target_peak_rad_s: self.decisions.target_peaks_rad_s[wheel],
+                rate_rad_s: robot.wheel_rates_rad_s()[wheel],
+                angle_rad: robot.wheel_angles_rad()[wheel],
+                hub_height_m: robot.hub_height_m(wheel),
+                roller: contact.roller as u32,
+                touching: contact.touching,
+                slip_energy_j: self.lost[wheel].slip_j,
+                spin_up_energy_j: self.lost[wheel].spin_up_j,
+                ..WheelSample::default()
+            };
+            if contact.touching {
+                sample.load_share = contact.load_share;
+                sample.roller_spin_rad_s = contact.roller_spin_rad_s;
+                sample.roller_spin_ideal_rad_s = contact.roller_spin_ideal_rad_s;
+            }
+            self.period.put_wheel(wheel, sample);
+        }
+    }
+}

@@ -1,0 +1,303 @@
+//! The share of grip that a path as fast as grip allows takes: the largest at which the simulated robot hardly slides.
+//!
+//! Statics about the middles of the wheels say in which time a path can be driven within a share of grip and torques. How much slides at that share depends
+//! on what statics leave out: rollers touch off the middles of their wheels, wheels strain one another, loops answer to targets that come in steps, springs
+//! and joints move. So the plant itself is driven along the path, under the scenario's guidance, and the share is lowered until it hardly slides.
+
+use ilon_robot::{Robot, Twist};
+
+use crate::pilot::Pilot;
+use crate::plant::Plant;
+use crate::resolve::{Driver, resolve_as_given};
+use ilon_scenario::robot::load_robot;
+use ilon_scenario::scenario::{Controller, Fault, Scenario, Sensors};
+use ilon_scenario::{Error, Resolved};
+
+/// Of the motors' positive work, the share that may be lost to sliding.
+const MAY_SLIDE: f64 = 0.005;
+
+/// Makes every choice that a scenario leaves to the program, for a robot under the scenario's own guidance.
+///
+/// It reads the files of waypoints, of a log and of a height map that the scenario names, and touches nothing else.
+///
+/// # Errors
+/// Where the scenario asks for something that cannot be, or this robot cannot do.
+pub fn resolve(scenario: &Scenario, robot: &Robot) -> Result<Resolved, Error> {
+    resolve_for(scenario, robot, Driver::Guidance)
+}
+
+/// Like [`resolve`], for any driver.
+///
+/// # Errors
+/// Like [`resolve`].
+pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result<Resolved, Error> {
+    choose(scenario, robot, driver).map_err(|error| scenario.placed(error))
+}
+
+fn choose(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result<Resolved, Error> {
+    let section = scenario.reference.as_ref();
+    let open = section.filter(|it| it.timing.is_some() && it.share_of_grip.is_none());
+    let Some(section) = open else {
+        return resolve_as_given(scenario, robot, driver);
+    };
+    scenario.validate()?;
+    let most = section.share_of_limits();
+    let planned = as_planned(scenario);
+    let found = largest_share(most, |share| {
+        let given = with_share(&planned, share);
+        drive(&resolve_as_given(&given, robot, Driver::Guidance)?, robot)
+    })?;
+    let mut resolved = resolve_as_given(&with_share(scenario, found.share), robot, driver)?;
+    if let Some(remark) = found.remark(most) {
+        resolved.remark_first(remark);
+    }
+    Ok(resolved)
+}
+
+impl Plant {
+    /// The plant of a scenario, with the robot that the scenario names: [`load_robot`](ilon_scenario::robot::load_robot), [`resolve_for`] anybody's
+    /// commands, and [`Plant::new`] in one.
+    ///
+    /// # Errors
+    /// Where the robot's file or the scenario makes no sense, or the robot cannot stand where it starts.
+    pub fn of_scenario(scenario: &Scenario) -> Result<Self, Error> {
+        let robot = load_robot(scenario)?;
+        Self::new(&resolve_for(scenario, &robot, Driver::Own)?, &robot)
+    }
+}
+
+/// What is known of the scenario when the path is timed: nothing goes wrong, nothing is measured or believed wrongly, and payloads are those of the
+/// beginning.
+fn as_planned(scenario: &Scenario) -> Scenario {
+    let mut planned = scenario.clone();
+    planned
+        .faults
+        .retain(|fault| matches!(fault, Fault::Payload { .. }) && fault.is_on(0.0));
+    planned.controller = Controller::default();
+    planned.sensors = Sensors {
+        imu: planned.sensors.imu,
+        ..Sensors::default()
+    };
+    planned
+}
+
+fn with_share(scenario: &Scenario, share: f64) -> Scenario {
+    let mut given = scenario.clone();
+    if let Some(section) = &mut given.reference {
+        section.share_of_grip = Some(share);
+    }
+    given
+}
+
+/// A share of grip and torques, and what came of driving at it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Drive {
+    share: f64,
+    /// Lost to sliding, of the motors' positive work.
+    slid: f64,
+    /// How long the path takes, in seconds: without end, up to where its last lap repeats.
+    takes_s: f64,
+}
+
+impl Drive {
+    /// It in words, where the path may take more than it takes.
+    fn remark(&self, most: f64) -> Option<String> {
+        let percent = |share: f64| (1e4 * share).round() / 1e2;
+        let whole = (1e2 * most).round();
+        let taken = match self.share < most {
+            true => format!(
+                "the path takes {:.0} % of grip and torques, not {whole} %",
+                100.0 * self.share
+            ),
+            false => format!("the path takes {whole} % of grip and torques"),
+        };
+        if self.slid > MAY_SLIDE {
+            return Some(format!(
+                "{taken}, and still loses {} % of the motors' work to sliding: more than {} % at any share",
+                percent(self.slid),
+                percent(MAY_SLIDE)
+            ));
+        }
+        (self.share < most).then(|| {
+            format!(
+                "{taken}: at more, over {} % of the motors' work would be lost to sliding",
+                percent(MAY_SLIDE)
+            )
+        })
+    }
+}
+
+/// The largest share of grip and torques at which no more slides than may, up to `most`; where there is none, the share at which least slides. It is found to
+/// within 2 % of the time that the path takes.
+///
+/// Sliding grows as some power of the share: about 20 for robots that slide when they are driven hard, less than 1 for those whose wheels strain one another.
+/// The next share is where the power through the last two drives would slide what may.
+fn largest_share(
+    most: f64,
+    mut drive: impl FnMut(f64) -> Result<Drive, Error>,
+) -> Result<Drive, Error> {
+    /// Times, and shares, that differ by less are the same: one over another.
+    const SAME: f64 = 1.02;
+    /// The power where one drive alone is known, and those that are believed.
+    const POWER: f64 = 5.0;
+    const POWERS: [f64; 2] = [0.3, 20.0];
+    /// The largest step down, one share over another, while every drive slides too much.
+    const DOWN: f64 = 4.0;
+    /// Of `most`. What slides at less does not slide for being driven hard.
+    const LEAST: f64 = 0.02;
+    /// Of the way between a share that slides too much and one that does not, in logarithms: the least and the most that is gone.
+    const BETWEEN: [f64; 2] = [0.15, 0.85];
+    const MOST_DRIVES: usize = 16;
+
+    let mut beyond = drive(most)?;
+    let (mut within, mut gentlest) = (None::<Drive>, beyond);
+    // What is known to be small enough, or too small to hold the robot on its slope.
+    let mut enough = None;
+    let mut power = POWER;
+    for _ in 1..MOST_DRIVES {
+        let found = within.is_some_and(|within| within.takes_s < SAME * beyond.takes_s);
+        let room = libm::log(beyond.share / enough.unwrap_or(LEAST * most));
+        if beyond.slid <= MAY_SLIDE || found || room < libm::log(SAME) {
+            break;
+        }
+        let [shortest, longest] = match enough {
+            Some(_) => BETWEEN.map(|part| part * room),
+            None => [libm::log(SAME), libm::log(DOWN)],
+        };
+        let down = libm::log(beyond.slid / MAY_SLIDE) / power;
+        let share = beyond.share * libm::exp(-down.max(shortest).min(longest).min(room));
+        let Ok(now) = drive(share) else {
+            enough = Some(share);
+            continue;
+        };
+        let before = within.unwrap_or(beyond);
+        let through = libm::log(now.slid / before.slid) / libm::log(now.share / before.share);
+        if through.is_finite() {
+            power = through.clamp(POWERS[0], POWERS[1]);
+        }
+        if now.slid < gentlest.slid {
+            gentlest = now;
+        }
+        match now.slid <= MAY_SLIDE {
+            true => (within, enough) = (Some(now), Some(share)),
+            false => beyond = now,
+        }
+    }
+    Ok(match beyond.slid <= MAY_SLIDE {
+        true => beyond,
+        false => within.unwrap_or(gentlest),
+    })
+}
+
+/// Drives the path of a scenario, from where it begins, for as long as the run lasts.
+fn drive(resolved: &Resolved, robot: &Robot) -> Result<Drive, Error> {
+    let scenario = resolved.scenario();
+    let section = scenario.reference.as_ref();
+    let mut drive = Drive {
+        share: section.and_then(|it| it.share_of_grip).unwrap_or(1.0),
+        slid: 0.0,
+        takes_s: 0.0,
+    };
+    let Some(reference) = resolved.reference() else {
+        return Ok(drive);
+    };
+    drive.takes_s = reference.nothing_new_from_s().unwrap_or(0.0);
+    let (duration_s, period_s) = (scenario.run.duration_s, resolved.control_dt_s());
+    let mut plant = Plant::new(resolved, robot)?;
+    let point_m = resolved.reference_point_m();
+    let from_point = Twist::new(-point_m.x, -point_m.y, 0.0);
+    plant.reset(
+        scenario.sensors.seed,
+        reference.at(0.0).pose.moved(from_point),
+    )?;
+    let mut pilot = Pilot::of(resolved, robot, None)?;
+    while plant.time_s() < duration_s - 0.5 * period_s {
+        let t_s = plant.time_s();
+        pilot.decide(t_s, plant.observe());
+        plant.advance(pilot.command(), period_s)?;
+    }
+    let work_j = plant.world().motor_positive_energy_j();
+    if work_j > 0.0 {
+        drive.slid = plant.world().slip_energy_j() / work_j;
+    }
+    Ok(drive)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A robot that slides as a power of the share, with a lap that takes as long as one over its root.
+    fn slides(share: f64, slid: f64) -> Result<Drive, Error> {
+        Ok(Drive {
+            share,
+            slid,
+            takes_s: 1.0 / share.sqrt(),
+        })
+    }
+
+    /// Whatever power of the share slides, and wherever it is what may: the share that is found slides no more, and its lap is within 3 % of the
+    /// shortest, which is 6 % of the share. That takes few drives.
+    #[test]
+    fn the_largest_share_is_found_in_few_drives() {
+        for power in [0.3, 0.75, 1.5, 3.0, 6.0, 12.0, 20.0] {
+            for largest in [0.03, 0.1, 0.3, 0.6, 0.85] {
+                let mut drives = 0;
+                let found = largest_share(0.9, |share| {
+                    drives += 1;
+                    slides(share, MAY_SLIDE * libm::pow(share / largest, power))
+                })
+                .expect("it is driven");
+                let of_largest = found.share / largest;
+                assert!(found.slid <= MAY_SLIDE, "{power} {largest}: {found:?}");
+                assert!(of_largest > 0.94, "{power} {largest}: {of_largest}");
+                assert!(drives <= 7, "{power} {largest}: {drives}");
+            }
+        }
+    }
+
+    /// Sliding that ripples with the share by a tenth, as rollers come down at other places: what is found slides no more than may.
+    #[test]
+    fn what_ripples_is_found_too() {
+        for power in [0.75, 3.0, 12.0] {
+            for largest in [0.05, 0.3, 0.8] {
+                let slid_at = |share: f64| {
+                    let ripple = 1.0 + 0.1 * libm::sin(300.0 * libm::log(share));
+                    MAY_SLIDE * libm::pow(share / largest, power) * ripple
+                };
+                let found = largest_share(0.9, |share| slides(share, slid_at(share)));
+                let found = found.expect("it is driven");
+                assert!(found.slid <= MAY_SLIDE, "{power} {largest}: {found:?}");
+                // A tenth more at a power of 0.75 is what 14 % less of the share slides less.
+                let least = libm::pow(0.9, 1.0 / power) * 0.94;
+                assert!(
+                    found.share > least * largest,
+                    "{power} {largest}: {found:?}"
+                );
+            }
+        }
+    }
+
+    /// Where nothing slides all is taken at once; where as much slides at any share the least that slides is taken, and said. Where a share does not hold the
+    /// robot on its slope, one that does is taken.
+    #[test]
+    fn what_no_share_avoids_is_said() {
+        let none = largest_share(0.9, |share| slides(share, 0.0)).expect("it is driven");
+        assert_eq!((none.share, none.remark(0.9)), (0.9, None));
+        let always = largest_share(0.9, |share| slides(share, 0.02 - 0.01 * share));
+        let always = always.expect("it is driven");
+        assert_eq!(always.share, 0.9);
+        let said = always.remark(0.9).expect("a remark");
+        assert!(said.contains("1.1 % of the motors' work"), "{said}");
+        for (holds_from, slides_less_from) in [(0.5, true), (0.2, false)] {
+            let steep = largest_share(0.9, |share| match share > holds_from {
+                true => slides(share, 0.02 * share),
+                false => Err(Error::invalid("too steep", "level it")),
+            });
+            let steep = steep.expect("nine tenths hold it");
+            assert_eq!(steep.slid > MAY_SLIDE, slides_less_from, "{steep:?}");
+            assert!(steep.share > holds_from, "{steep:?}");
+        }
+        assert!(largest_share(0.9, |_| Err(Error::invalid("it falls over", "widen it"))).is_err());
+    }
+}

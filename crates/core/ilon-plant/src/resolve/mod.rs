@@ -1,0 +1,243 @@
+//! From a scenario as a person wrote it to one that leaves nothing open.
+
+mod fastest;
+mod warnings;
+
+pub use fastest::{resolve, resolve_for};
+
+use std::sync::Arc;
+
+use ilon_control::{DynamicModel, Kinematics};
+use ilon_robot::Robot;
+
+use crate::ground::floor;
+use crate::limits;
+use crate::pilot::{Idle, Pilot};
+use ilon_scenario::Error;
+use ilon_scenario::choices::bearing_drag;
+use ilon_scenario::choices::loop_stability;
+use ilon_scenario::choices::stability::Stability;
+use ilon_scenario::choices::wheel_loop;
+use ilon_scenario::choices::wheels_to_spare;
+use ilon_scenario::choices::{defaults, kinematics_of, wrong_hands};
+use ilon_scenario::course::joint_targets::JointTargets;
+use ilon_scenario::course::playback;
+use ilon_scenario::course::reference;
+use ilon_scenario::robot::belief::believed;
+use ilon_scenario::scenario::{Contacts, Drives, Rollers, Scenario, Step};
+use ilon_scenario::{Choices, Resolved};
+
+/// Who decides what the wheels shall do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Driver {
+    /// The scenario's `[reference]` under its `[guidance]`, or its `[twist]`.
+    Guidance,
+    /// A controller of one's own, of which nothing is known beforehand: an automatic step then serves whatever rates the wheels
+    /// can reach.
+    Own,
+}
+
+/// Makes every choice that a scenario leaves to the program but one: a path as fast as grip allows takes the share of grip that the scenario gives, and
+/// where it gives none all that the path may take.
+///
+/// # Errors
+/// Like [`resolve`](fastest::resolve).
+pub(crate) fn resolve_as_given(
+    scenario: &Scenario,
+    robot: &Robot,
+    driver: Driver,
+) -> Result<Resolved, Error> {
+    scenario.validate()?;
+    let mut scenario = scenario.clone();
+    scenario.world.floor.fill();
+    let (uneven, of_ground) = floor::uneven(&scenario, robot)?;
+    let played = playback::read(&scenario, robot, scenario.robot.start())?;
+    let joint_targets = JointTargets::new(&scenario, &played, robot)?;
+    let standing = joint_targets.standing(robot);
+    let kinematics = Kinematics::new(&standing)?;
+    let belief = believed(&scenario, robot)?.map(Arc::new);
+    let known = belief.as_deref().unwrap_or(robot);
+
+    let wheel_rate_limit_rad_s = choose_wheel_rate_limit(&mut scenario, robot);
+    if let Some(playback) = &mut scenario.playback
+        && playback.drives == Drives::WheelAngles
+    {
+        playback.angle_gain_per_s = Some(playback.angle_gain_per_s());
+    }
+    wheel_loop::choose_springs(&mut scenario, &standing)?;
+    let log = played.log.clone();
+    if scenario.run.is_open() {
+        scenario.run.duration_s = played.end_s;
+        scenario.validate()?;
+    }
+    let path = log.as_ref().and_then(|log| log.reference()).transpose()?;
+    let mut reference = reference::reference_of(&scenario)?.or(path);
+    let section = scenario.reference.as_mut();
+    let section = section.filter(|section| section.timing.is_some());
+    let shares = section.map(|section| {
+        let share = section.share_of_limits();
+        [*section.share_of_grip.get_or_insert(share), share]
+    });
+    if let (Some(shares), Some(path)) = (shares, &reference) {
+        let of_robot = (robot, &joint_targets);
+        reference = Some(limits::fastest(&scenario, of_robot, path, shares)?);
+    }
+    // What it would decide says how fast the wheels are asked to turn.
+    let pilot = Pilot::new(
+        &scenario,
+        (reference.clone(), log),
+        kinematics_of(&joint_targets.standing(known))?,
+        known,
+        match driver {
+            Driver::Guidance => None,
+            Driver::Own => Some(Box::new(Idle)),
+        },
+    )?;
+
+    let model = wheel_loop::dynamic_model(&standing)?;
+    let physics_dt_s = choose_step(&mut scenario, robot, (&model, &pilot))?;
+    choose_contacts(&mut scenario, robot);
+    let of_contacts = scenario.check_contacts(robot)?;
+    let loop_period_s = wheel_loop::choose_gains(&mut scenario.wheel_loop, &model, physics_dt_s)?;
+
+    let of_file = robot.remarks.iter().filter(|remark| !remark.is_aside);
+    let mut warnings: Vec<String> = of_file.map(ToString::to_string).collect();
+    warnings.extend(of_scenario(&scenario, robot, of_ground));
+    let unstable_loops = loop_stability::remark(&scenario, &model, physics_dt_s)?;
+    warnings.extend(unstable_loops.clone());
+    warnings.extend(of_contacts);
+    warnings.extend(joint_targets.beyond_rate_limits(robot));
+    let beyond = match driver {
+        Driver::Guidance => limits::beyond(&scenario, (robot, &joint_targets), &pilot),
+        Driver::Own => None,
+    };
+    warnings.extend(beyond.as_ref().map(|beyond| beyond.remark(robot)));
+    let contradiction = pilot.contradiction(&kinematics, scenario.run.duration_s);
+    let played_back = contradiction.remark(&kinematics, robot, "the wheel rates of the log");
+    let is_contradictory = played_back.is_some();
+    warnings.extend(played_back);
+    let mut stability = None;
+    match pilot.feasibility(scenario.run.duration_s) {
+        Some(feasibility) => {
+            warnings.extend(warnings::of_feasibility(&feasibility, robot));
+            stability = Stability::of(&scenario, &model, loop_period_s);
+            if let Some(stability) = &stability {
+                warnings.extend(stability.remark(&scenario)?);
+            }
+        }
+        None => {
+            let asked_rad_s = pilot.fastest_rate_asked_rad_s(&scenario).unwrap_or(0.0);
+            let playback = scenario.playback.as_ref();
+            let is_twist = playback.is_none_or(|playback| {
+                !matches!(playback.drives, Drives::WheelRates | Drives::WheelAngles)
+            });
+            warnings.extend(warnings::of_twist(
+                asked_rad_s,
+                wheel_rate_limit_rad_s,
+                is_twist.then_some(scenario.guidance.saturation),
+                pilot.held_to_limits(),
+            ));
+            if matches!(driver, Driver::Guidance) {
+                warnings.extend(warnings::of_guidance_in_open_loop(&scenario));
+            }
+        }
+    }
+    let choices = Choices {
+        physics_dt_s,
+        wheel_rate_limit_rad_s,
+        reference,
+        played,
+        joint_targets,
+        believed: belief,
+        uneven: uneven.map(Arc::new),
+        reference_point_m: pilot.reference_point_m(),
+        announced: beyond.map(|beyond| beyond.announced),
+        stability,
+        has_unstable_loops: unstable_loops.is_some(),
+        is_contradictory,
+        warnings,
+    };
+    Ok(Resolved::new(scenario, choices))
+}
+
+/// The wheel rate limit that the scenario or the robot gives, in rad/s; infinite for none. Of wheels with limits of their own the fastest
+/// counts, which says how long steps may be.
+fn choose_wheel_rate_limit(scenario: &mut Scenario, robot: &Robot) -> f64 {
+    let guidance = &mut scenario.guidance;
+    let of_wheels = guidance.wheel_rate_limits_rad_s.iter().copied();
+    let limit_rad_s = of_wheels
+        .reduce(f64::max)
+        .or(guidance.wheel_rate_limit_rad_s)
+        .unwrap_or_else(|| robot.wheel_rate_limit_rad_s());
+    guidance.wheel_rate_limit_rad_s = limit_rad_s.is_finite().then_some(limit_rad_s);
+    limit_rad_s
+}
+
+/// The step of physics, in seconds, and the parts into which an automatic one is split.
+fn choose_step(
+    scenario: &mut Scenario,
+    robot: &Robot,
+    (model, pilot): (&DynamicModel, &Pilot),
+) -> Result<f64, Error> {
+    let radius_m = defaults::scale_of(scenario, robot).length_m;
+    let physics_dt_s = match scenario.run.physics_dt_s {
+        Step::Seconds(dt_s) => dt_s,
+        Step::Auto(_) => {
+            let split_dt_s = defaults::split_dt_s(scenario, robot);
+            let solver = &mut scenario.world.solver;
+            solver.split_dt_s = solver.split_dt_s.or(split_dt_s);
+            let asked_rad_s = pilot.fastest_rate_asked_rad_s(scenario);
+            let dt_s = defaults::physics_dt_s(scenario, robot, model, asked_rad_s)?;
+            match scenario.longest_step_of_bodies(radius_m) {
+                Some((_, longest_s)) if dt_s > longest_s => {
+                    let control_dt_s = scenario.run.control_dt_s;
+                    control_dt_s / (control_dt_s / longest_s).ceil()
+                }
+                _ => dt_s,
+            }
+        }
+    };
+    scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);
+    scenario.check_step(physics_dt_s)?;
+    scenario.check_bodies(physics_dt_s, radius_m)?;
+    Ok(physics_dt_s)
+}
+
+/// How stiff contacts are and how soon they come to rest, where ilon solves them.
+fn choose_contacts(scenario: &mut Scenario, robot: &Robot) {
+    let scale = defaults::scale_of(scenario, robot);
+    let solver = &mut scenario.world.solver;
+    if solver.contacts == Contacts::Ilon {
+        solver
+            .contact_stiffness_n_m
+            .get_or_insert_with(|| ilon_world::contact_stiffness_n_m(&scale));
+        solver
+            .contact_relaxation_s
+            .get_or_insert_with(|| ilon_world::contact_relaxation_s(&scale));
+    }
+}
+
+/// What the scenario alone gives reason to remark, with what its ground has given already.
+fn of_scenario(scenario: &Scenario, robot: &Robot, of_ground: Vec<String>) -> Vec<String> {
+    let world = &scenario.world;
+    let mut remarks = Vec::new();
+    if !world.floor.is_of_material() {
+        let (friction, gravity_m_s2) = (world.floor.friction(), world.gravity_m_s2);
+        remarks.extend(bearing_drag::remarks(robot, friction, gravity_m_s2));
+    }
+    let barrels = scenario.robot.rollers == Rollers::Barrel;
+    if barrels && world.floor.is_plane() && world.solver.contacts == Contacts::Ilon {
+        let stiffness_n_m = world.solver.contact_stiffness_n_m;
+        remarks.extend(wheels_to_spare::remark(
+            robot,
+            stiffness_n_m,
+            world.gravity_m_s2,
+        ));
+    }
+    remarks.extend(wrong_hands(robot));
+    remarks.extend(of_ground);
+    remarks.extend(warnings::of_friction(scenario));
+    remarks.extend(warnings::of_what_comes_too_late(scenario));
+    remarks.extend(warnings::of_heading(scenario));
+    remarks
+}

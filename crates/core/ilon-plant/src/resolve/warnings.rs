@@ -1,0 +1,253 @@
+//! What a person should know of a scenario although it can be run.
+
+use ilon_robot::{Robot, Twist, wrap_angle};
+
+use crate::pilot::FeasibilityInTime;
+use ilon_scenario::scenario::{Priority, ReferencePoint, Saturation, Scenario};
+
+/// No two materials that wheels and floors are made of grip better.
+const MOST_FRICTION: f64 = 2.0;
+
+/// Of a floor that grips like none there is.
+pub(crate) fn of_friction(scenario: &Scenario) -> Option<String> {
+    let floor = &scenario.world.floor;
+    let own = floor.material.is_none().then(|| floor.friction());
+    let patches = floor.patches.iter().filter_map(|patch| patch.friction);
+    let pairs = scenario.materials.values().flat_map(|on| on.values());
+    let all = patches.chain(own).chain(pairs.map(|pair| pair.friction));
+    let most = all.fold(0.0, f64::max);
+    (most > MOST_FRICTION).then(|| {
+        format!(
+            "a friction of {most} is beyond that of any floor: rubber on dry concrete has about 1; nothing will ever slide"
+        )
+    })
+}
+
+/// Of faults and patches that begin when the run is over.
+pub(crate) fn of_what_comes_too_late(scenario: &Scenario) -> Vec<String> {
+    let end_s = scenario.run.duration_s;
+    let late = scenario
+        .windows_s()
+        .filter(|(_, from_s, _)| *from_s >= end_s);
+    late.map(|(key, from_s, _)| {
+        format!("`{key}` never happens: it begins at {from_s} s, and the run ends at {end_s} s")
+    })
+    .collect()
+}
+
+/// Of a heading at the start that looks like one in radians.
+pub(crate) fn of_heading(scenario: &Scenario) -> Option<String> {
+    /// Within what a person writes of pi / 4 and its multiples, in radians.
+    const NEAR_RAD: f64 = 6e-3;
+    /// A whole turn.
+    const MOST_RAD: f64 = 6.3;
+    let heading = scenario.robot.heading_deg;
+    let eighths = heading / std::f64::consts::FRAC_PI_4;
+    let off_rad = (eighths - eighths.round()).abs() * std::f64::consts::FRAC_PI_4;
+    let is_odd = heading.fract() != 0.0 && heading.abs() < MOST_RAD && off_rad < NEAR_RAD;
+    (is_odd && eighths.round() != 0.0).then(|| {
+        format!(
+            "`robot.heading_deg` = {heading} is in degrees: if an angle in radians is meant, it is {:.0}",
+            45.0 * eighths.round()
+        )
+    })
+}
+
+/// Of a motion in open loop that takes more than the wheels' limit, with the result: of a twist what saturation makes of it, `None` of rates that a
+/// log asks for. `held` is the fastest twist asked for and what is left of it.
+pub(crate) fn of_twist(
+    asked_rad_s: f64,
+    limit_rad_s: f64,
+    saturation: Option<Saturation>,
+    held: Option<[Twist; 2]>,
+) -> Option<String> {
+    if asked_rad_s <= limit_rad_s * (1.0 + 1e-9) {
+        return None;
+    }
+    let what = match saturation {
+        None => "the log asks for wheel rates",
+        Some(_) => "the commanded twist needs wheel rates",
+    };
+    let comes = match saturation {
+        Some(Saturation::Prioritised | Saturation::Scale) => "it is scaled down to that".to_owned(),
+        Some(Saturation::Clip) => format!("each wheel is clipped to that by itself{}", bent(held)),
+        Some(Saturation::None) => {
+            "nothing holds the command to that, and the wheels turn as fast as their motors let them".to_owned()
+        }
+        None => "rates of a log are commanded as they are, and the wheels turn as fast as their motors let them".to_owned(),
+    };
+    Some(format!(
+        "{what} of {asked_rad_s:.3} rad/s, but the limit is {limit_rad_s:.3} rad/s: {comes}; command less or raise \
+         `guidance.wheel_rate_limit_rad_s`"
+    ))
+}
+
+/// What is left of a twist whose wheels were clipped one by one.
+fn bent(held: Option<[Twist; 2]>) -> String {
+    let Some([asked, left]) = held else {
+        return ", which bends the motion".to_owned();
+    };
+    let heading = |twist: Twist| libm::atan2(twist.vy_m_s, twist.vx_m_s);
+    let turned_rad = wrap_angle(heading(left) - heading(asked));
+    let turns = match asked.linear_m_s().norm() > 0.0 {
+        true => format!(
+            ", and the direction turns by {:.2} deg",
+            turned_rad.to_degrees().abs()
+        ),
+        false => String::new(),
+    };
+    format!(
+        ": ({:.3}, {:.3}) m/s and {:.3} rad/s are left of ({:.3}, {:.3}) m/s and {:.3} rad/s{turns}",
+        left.vx_m_s, left.vy_m_s, left.omega_rad_s, asked.vx_m_s, asked.vy_m_s, asked.omega_rad_s
+    )
+}
+
+/// Of keys of the guidance that are set and that a motion in open loop does not look at: it has one task alone.
+pub(crate) fn of_guidance_in_open_loop(scenario: &Scenario) -> Option<String> {
+    let guidance = &scenario.guidance;
+    let keys = [
+        ("priority", guidance.priority != Priority::default()),
+        ("tasks", !guidance.tasks.is_empty()),
+        (
+            "position_gain_matrix_per_s",
+            guidance.position_gain_matrix_per_s.is_some(),
+        ),
+        (
+            "reference_point",
+            guidance.reference_point != ReferencePoint::default(),
+        ),
+    ];
+    let set = keys.into_iter().filter(|(_, is_set)| *is_set);
+    let set: Vec<String> = set.map(|(key, _)| format!("`guidance.{key}`")).collect();
+    (!set.is_empty()).then(|| {
+        let verb = if set.len() == 1 { "has" } else { "have" };
+        format!(
+            "{} {verb} no effect without a reference: all of the motion asked for is one task, which saturation slows as a whole; to keep one part of it first, follow \
+             a `[reference]` under `guidance.priority` or `guidance.tasks`",
+            set.join(" and ")
+        )
+    })
+}
+
+/// Of a reference that takes more than the wheels' rates allow, or may: from when on, how much at most, and when.
+pub(crate) fn of_feasibility(feasibility: &FeasibilityInTime, robot: &Robot) -> Option<String> {
+    const REMEDY: &str = "slow it down or raise `guidance.wheel_rate_limit_rad_s`";
+    if let Some((from_s, at_s, asked)) = feasibility.saturates {
+        return Some(format!(
+            "the reference cannot be followed from {from_s:.2} s on: at {at_s:.2} s it takes {:.3} rad/s of wheel `{}`, which can be given \
+             {:.3} rad/s, and nothing is left for errors (Indiveri 2009, eqs. (36), (37)); {REMEDY}",
+            asked.rate_rad_s.abs(),
+            robot.wheels[asked.wheel].name,
+            asked.limit_rad_s
+        ));
+    }
+    let conditions = [
+        (&feasibility.position, "velocity", "(36)"),
+        (&feasibility.heading, "heading rate", "(37)"),
+    ];
+    let parts = conditions.into_iter().filter_map(|(asked, what, equation)| {
+        let from_s = asked.beyond_from_s?;
+        Some(format!(
+            "from {from_s:.2} s on its {what} alone takes wheel rates of up to {:.3} rad/s, at {:.2} s (Indiveri 2009, eq. {equation})",
+            asked.most_rad_s, asked.most_at_s
+        ))
+    });
+    let parts: Vec<String> = parts.collect();
+    (!parts.is_empty()).then(|| {
+        format!(
+            "the reference may be too fast to track: {}, but half of the limit is {:.3} rad/s; {REMEDY}",
+            parts.join(", and "),
+            0.5 * feasibility.limit_rad_s
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of_floor(toml: &str) -> Option<String> {
+        let text = format!(
+            "[robot]\nfile = 'r.urdf'\n[twist]\nvx_m_s = 0.1\n[run]\nduration_s = 1\n[world.floor]\n{toml}"
+        );
+        of_friction(&Scenario::from_toml(&text, "s", ".").expect("a scenario"))
+    }
+
+    #[test]
+    fn friction_that_no_floor_has_is_remarked_wherever_it_is() {
+        assert_eq!(of_floor("friction = 1.2"), None);
+        assert!(of_floor("friction = 20").is_some());
+        let patch =
+            "patches = [{ x_m = 0, y_m = 0, length_x_m = 1, length_y_m = 1, friction = 3 }]";
+        assert!(of_floor(patch).is_some());
+    }
+
+    #[test]
+    fn a_heading_in_radians_is_remarked() {
+        let of = |heading_deg: &str| {
+            let text = format!(
+                "robot = {{ file = 'r.urdf', heading_deg = {heading_deg} }}\ntwist.vx_m_s = 0.1\nrun.duration_s = 1"
+            );
+            of_heading(&Scenario::from_toml(&text, "s", ".").expect("a scenario"))
+        };
+        for (written, degrees) in [
+            ("1.57", "is 90"),
+            ("-0.785", "is -45"),
+            ("3.14159", "is 180"),
+        ] {
+            assert!(
+                of(written).is_some_and(|text| text.ends_with(degrees)),
+                "{written}"
+            );
+        }
+        for plain in ["0", "1", "3", "1.5", "45", "0.001", "90.0"] {
+            assert_eq!(of(plain), None, "{plain}");
+        }
+    }
+
+    #[test]
+    fn a_twist_is_remarked_when_it_is_too_fast_with_what_comes_of_it() {
+        let of = |asked, limit, saturation| of_twist(asked, limit, saturation, None);
+        let scaled = Some(Saturation::Prioritised);
+        assert_eq!(of(10.0, 10.0, scaled), None);
+        assert_eq!(of(10.0, f64::INFINITY, scaled), None);
+        assert!(of(10.1, 10.0, scaled).is_some_and(|text| text.contains("10.100")));
+        let words = [
+            (scaled, "scaled down"),
+            (
+                Some(Saturation::Clip),
+                "clipped to that by itself, which bends",
+            ),
+            (Some(Saturation::None), "nothing holds the command"),
+            (None, "rates of a log are commanded as they are"),
+        ];
+        for (saturation, words) in words {
+            let said = of(10.1, 10.0, saturation).unwrap_or_default();
+            assert!(said.contains(words), "{said}");
+        }
+        // (1, 0.8) m/s of wheels that turn at 4, 36, 36 and 4 rad/s, held to 30: (0.85, 0.65) m/s. Its direction is atan 0.65 / 0.85 = 37.41 deg
+        // and was atan 0.8 = 38.66 deg.
+        let held = [Twist::new(1.0, 0.8, 0.0), Twist::new(0.85, 0.65, 0.0)];
+        let said = of_twist(36.0, 30.0, Some(Saturation::Clip), Some(held)).unwrap_or_default();
+        assert!(
+            said.contains("(0.850, 0.650) m/s") && said.contains("turns by 1.25 deg"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn keys_that_a_motion_in_open_loop_does_not_look_at_are_remarked() {
+        let of = |guidance: &str| {
+            let text = format!(
+                "robot.file = 'r.urdf'\ntwist.vx_m_s = 0.1\nrun.duration_s = 1\n[guidance]\n{guidance}"
+            );
+            of_guidance_in_open_loop(&Scenario::from_toml(&text, "s", ".").expect("a scenario"))
+        };
+        assert_eq!(of("saturation = 'clip'"), None);
+        let said = of("priority = 'heading'").unwrap_or_default();
+        assert!(
+            said.starts_with("`guidance.priority` has no effect"),
+            "{said}"
+        );
+    }
+}

@@ -1,0 +1,156 @@
+//! Where the joints between bodies have the wheels, and what moving them there does.
+//!
+//! Of the velocity of a hub v_h = v + omega x b + db/dt the wheel rolls off all, so that Indiveri 2009, eq. (5), has db/dt beside the body's motion; and of
+//! the rate with which a wheel rolls over the ground its encoder sees all but that of its carrier.
+//!
+//! A driven joint has an encoder, so the robot knows its position, and that of a joint that is coupled to it. Nothing measures a joint that is free or sprung:
+//! the robot takes it to be at zero.
+
+use ilon_control::Kinematics;
+use ilon_robot::{JointRole, Robot, Twist};
+use nalgebra::{Isometry3, Vector3};
+
+/// The wheels of a robot with its joints somewhere.
+#[derive(Clone)]
+pub(crate) struct Hubs {
+    robot: Robot,
+    /// The positions of the joints for which the rest is, in rad or m; none before the first.
+    positions: Vec<f64>,
+    /// Pose of each hub in the body frame with the joints there, at wheel angle zero.
+    body_from_hubs: Vec<Isometry3<f64>>,
+    /// Of the last positions at which a twist follows from the wheels' rates.
+    kinematics: Option<Kinematics>,
+    carried_rad: Vec<f64>,
+    rates_rad: Vec<f64>,
+}
+
+impl Hubs {
+    /// Of a robot whose joints are nowhere yet.
+    pub fn new(robot: &Robot) -> Self {
+        let wheels = robot.wheels.len();
+        Self {
+            robot: robot.clone(),
+            positions: Vec::new(),
+            body_from_hubs: Vec::new(),
+            kinematics: None,
+            carried_rad: vec![0.0; wheels],
+            rates_rad: vec![0.0; wheels],
+        }
+    }
+
+    /// The same, of a robot of which a joint that it measures moves a wheel.
+    pub fn that_move(robot: &Robot) -> Option<Self> {
+        let measured = measured(robot);
+        let moves = |mut carrier: Option<usize>| {
+            while let Some(joint) = carrier {
+                if measured[joint] {
+                    return true;
+                }
+                carrier = robot.joints[joint].parent;
+            }
+            false
+        };
+        let mut wheels = robot.wheels.iter();
+        (wheels.any(|wheel| moves(wheel.carrier))).then(|| Self::new(robot))
+    }
+
+    /// Takes up where the joints are now, in rad or m, and says whether they have moved.
+    pub fn see(&mut self, positions: &[f64]) -> bool {
+        self.carried_rad.fill(0.0);
+        if self.positions == positions && self.kinematics.is_some() {
+            return false;
+        }
+        self.positions.clear();
+        self.positions.extend_from_slice(positions);
+        let posed = self.robot.posed(positions);
+        let hubs = posed.wheels.iter().map(|wheel| wheel.body_from_hub);
+        let before = std::mem::replace(&mut self.body_from_hubs, hubs.collect());
+        self.kinematics = Kinematics::new(&posed).ok().or(self.kinematics.take());
+        let Some(kinematics) = &self.kinematics else {
+            return true;
+        };
+        for (wheel, (now, then)) in self.body_from_hubs.iter().zip(&before).enumerate() {
+            let moved_m = now.translation.vector - then.translation.vector;
+            let turned = (now.rotation * then.rotation.inverse()).scaled_axis();
+            let asked = Twist::new(moved_m.x, moved_m.y, 0.0);
+            kinematics.wheel_rates(asked, &mut self.rates_rad);
+            self.carried_rad[wheel] =
+                turned.dot(&(now.rotation * Vector3::z())) - self.rates_rad[wheel];
+        }
+        true
+    }
+
+    /// The kinematics with the joints there; `None` before the first, and where wheels stand so that no twist follows from their rates.
+    pub fn kinematics(&self) -> Option<&Kinematics> {
+        self.kinematics.as_ref()
+    }
+
+    /// By how much each wheel rolled over the ground because its joints moved it since the last time, beside what its encoder saw and as if the body had
+    /// stood, in rad.
+    pub fn carried_rad(&self) -> &[f64] {
+        &self.carried_rad
+    }
+
+    /// The robot with its joints there.
+    pub fn posed(&self) -> Robot {
+        self.robot.posed(&self.positions)
+    }
+}
+
+/// Of each joint between bodies, whether the robot knows where it is.
+pub(crate) fn measured(robot: &Robot) -> Vec<bool> {
+    let is_driven = |joint: &ilon_robot::BodyJoint| matches!(joint.role, JointRole::Driven(_));
+    let mut measured: Vec<bool> = robot.joints.iter().map(is_driven).collect();
+    // One may follow another that follows a third.
+    for _ in &robot.couplings {
+        for coupling in &robot.couplings {
+            measured[coupling.joint] |= measured[coupling.follows];
+        }
+    }
+    measured
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_formats::{JointOptions, LoadOptions, LoadRobot, RoleOption};
+    use ilon_robot::Coupling;
+
+    use super::*;
+
+    const URDF: &str = include_str!("../../../../../assets/robots/mecanum4_sprung.urdf");
+
+    /// Of four slides the first is driven, the second follows it, the third the second, and the fourth is on its own: whatever is said first.
+    #[test]
+    fn what_follows_a_measured_joint_is_measured() {
+        let free = JointOptions {
+            role: Some(RoleOption::Free),
+            ..JointOptions::default()
+        };
+        let slides = ["front_left", "front_right", "rear_left", "rear_right"];
+        let joints = slides.map(|wheel| (format!("{wheel}_spring"), free.clone()));
+        let mut options = LoadOptions::default();
+        options.joints = joints.into();
+        let loaded = Robot::from_urdf_str_with(URDF, "mecanum4_sprung.urdf", &options);
+        let mut robot = loaded.expect("a robot").robot;
+        robot.joints[0].role = JointRole::Driven(ilon_robot::JointServo {
+            target: 0.0,
+            stiffness: 1e3,
+            damping: 1.0,
+            effort: 10.0,
+            rate_limit: 1.0,
+        });
+        robot.couplings = [(2, 1), (1, 0)]
+            .map(|(joint, follows)| Coupling {
+                joint,
+                follows,
+                factor: -1.0,
+                offset: 0.0,
+            })
+            .to_vec();
+        assert_eq!(measured(&robot), [true, true, true, false]);
+        assert!(Hubs::that_move(&robot).is_some());
+        robot.joints[0].role = JointRole::Free;
+        assert_eq!(measured(&robot), [false; 4]);
+        assert!(Hubs::that_move(&robot).is_none());
+    }
+}

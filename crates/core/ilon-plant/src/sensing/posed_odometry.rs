@@ -1,0 +1,150 @@
+//! Dead reckoning that knows where joints between bodies have the wheels.
+
+use ilon_robot::{Pose, Robot};
+
+use crate::sensing::hubs::Hubs;
+
+/// Dead reckoning by Indiveri 2009, eq. (5), with the wheels where their joints have them, once a control period.
+#[derive(Clone)]
+pub(crate) struct PosedOdometry {
+    hubs: Hubs,
+    /// The joints' positions as they were last, in rad or m.
+    positions: Vec<f64>,
+    /// By how much each wheel rolled over the ground in the last control period, in rad.
+    rolled_rad: Vec<f64>,
+    pose: Pose,
+}
+
+impl PosedOdometry {
+    pub fn new(robot: &Robot, start: Pose) -> Self {
+        Self {
+            hubs: Hubs::new(robot),
+            positions: Vec::new(),
+            rolled_rad: vec![0.0; robot.wheels.len()],
+            pose: start,
+        }
+    }
+
+    pub fn pose(&self) -> Pose {
+        self.pose
+    }
+
+    /// By how much each wheel rolled over the ground in the last control period, in rad: what its encoder saw, and what its hub's motion made of it.
+    pub fn rolled_rad(&self) -> &[f64] {
+        &self.rolled_rad
+    }
+
+    /// The wheels as they are known.
+    pub fn hubs(&self) -> &Hubs {
+        &self.hubs
+    }
+
+    /// Takes up where the joints are, as far as that is known.
+    pub fn see(&mut self, positions: impl Iterator<Item = f64>) {
+        self.positions.clear();
+        self.positions.extend(positions);
+    }
+
+    /// Goes on by what the wheels turned in a control period, in rad, and says whether joints have moved since the last.
+    pub fn reckon(&mut self, turned_rad: &[f64]) -> bool {
+        self.rolled_rad.copy_from_slice(turned_rad);
+        if self.positions.is_empty() {
+            return false;
+        }
+        let moved = self.hubs.see(&self.positions);
+        let Some(kinematics) = self.hubs.kinematics() else {
+            return moved;
+        };
+        let rolled = self.rolled_rad.iter_mut().zip(self.hubs.carried_rad());
+        rolled.for_each(|(rolled, carried)| *rolled += carried);
+        self.pose = self.pose.moved(kinematics.twist(&self.rolled_rad));
+        moved
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_formats::LoadRobot;
+    use ilon_robot::{Body, BodyJoint, JointKind, JointRole, MassProperties};
+    use nalgebra::{Isometry3, Vector3};
+
+    use super::*;
+
+    const URDF: &str = include_str!("../../../../../assets/robots/mecanum4.urdf");
+
+    /// The mecanum4 with all of its wheels on one carrier, which moves on a joint at the body's origin.
+    fn on_a_carrier(kind: JointKind, axis: Vector3<f64>) -> Robot {
+        let mut robot = Robot::from_urdf_str(URDF, "mecanum4.urdf").expect("a robot");
+        let turn = nalgebra::UnitQuaternion::rotation_between(&Vector3::z(), &axis);
+        let body_from_joint =
+            Isometry3::from_parts(Vector3::zeros().into(), turn.expect("not the opposite"));
+        robot.joints.push(BodyJoint {
+            name: "carrier".to_owned(),
+            parent: None,
+            kind,
+            body_from_joint,
+            body: Body {
+                name: "carrier".to_owned(),
+                mass: MassProperties::point(1.0, Vector3::zeros()),
+                collisions: Vec::new(),
+            },
+            role: JointRole::Free,
+            limits: [-1.0, 1.0],
+            damping: 0.0,
+            friction: 0.0,
+        });
+        robot
+            .wheels
+            .iter_mut()
+            .for_each(|wheel| wheel.carrier = Some(0));
+        robot
+    }
+
+    /// Wheels that stand on the ground while their carrier moves under the body: the body goes back by as much, which eq. (7) alone would not see.
+    #[test]
+    fn hubs_that_move_move_the_body() {
+        for (kind, axis, at, expected) in [
+            (JointKind::Slides, Vector3::x(), 0.1, [-0.1, 0.0, 0.0]),
+            (JointKind::Slides, Vector3::y(), -0.05, [0.0, 0.05, 0.0]),
+            (JointKind::Turns, Vector3::z(), 0.3, [0.0, 0.0, -0.3]),
+        ] {
+            let robot = on_a_carrier(kind, axis);
+            let mut odometry = PosedOdometry::new(&robot, Pose::default());
+            let steps = 2000;
+            for step in 0..=steps {
+                odometry.see([at * f64::from(step) / f64::from(steps)].into_iter());
+                odometry.reckon(&[0.0; 4]);
+            }
+            let pose = odometry.pose();
+            let found = [pose.x_m, pose.y_m, pose.heading_rad];
+            for (found, expected) in found.iter().zip(expected) {
+                // Each period is taken with the kinematics of its end: of first order in the period.
+                assert!((found - expected).abs() < 1e-3, "{found} {expected}");
+            }
+        }
+    }
+
+    /// A carrier that turns about the wheels' own axis rolls them: an encoder against it sees nothing.
+    #[test]
+    fn a_carrier_that_turns_about_an_axle_rolls_the_wheel() {
+        let mut robot = on_a_carrier(JointKind::Turns, Vector3::y());
+        let hub_m = robot.wheels[0].body_from_hub.translation.vector;
+        robot.joints[0].body_from_joint.translation = Vector3::new(0.0, 0.0, hub_m.z).into();
+        // All hubs at one axle: so they turn in place.
+        for wheel in &mut robot.wheels {
+            wheel.body_from_hub.translation.vector.x *= 1e-9;
+        }
+        robot.wheels[0].body_from_hub.translation.vector.x = 0.0;
+        let mut odometry = PosedOdometry::new(&robot, Pose::default());
+        for step in 0..=100 {
+            odometry.see([0.2 * f64::from(step) / 100.0].into_iter());
+            odometry.reckon(&[0.0; 4]);
+        }
+        let radius_m = robot.wheels[0].radius_m;
+        let pose = odometry.pose();
+        assert!(
+            (pose.x_m - 0.2 * radius_m).abs() < 1e-3 * radius_m,
+            "{pose:?}"
+        );
+    }
+}

@@ -1,0 +1,151 @@
+//! Dead reckoning as the robot's controller does it, once a control period, for the robot that it believes in.
+
+use std::borrow::Cow;
+
+use ilon_control::{ContactKinematics, Kinematics, Odometry, OdometryCovariance, WayErrors};
+use ilon_robot::{Pose, Robot, Twist};
+use ilon_trace::Reckoned;
+
+use crate::sensing::hubs::Hubs;
+use crate::sensing::posed_odometry::PosedOdometry;
+
+/// The share of a wheel's way that a controller takes to slip, where it does not know: what rollers of steel and rubber lose by creep and by
+/// handing over.
+const SLIP_SHARE: f64 = 0.005;
+
+/// Where the robot takes itself to be by what its wheels turned.
+pub(crate) struct Reckoning {
+    kinematics: Kinematics,
+    ideal: Pose,
+    contact: Odometry,
+    /// With all joints between bodies where they are, of a robot that has some.
+    posed: Option<PosedOdometry>,
+    /// With those where they are that the robot measures, of a robot whose wheels they move.
+    measured: Option<PosedOdometry>,
+    /// Of `ideal`; of a robot whose rollers say how it errs.
+    covariance: Option<OdometryCovariance>,
+    control_dt_s: f64,
+    last_angles_rad: Vec<f64>,
+    turned_rad: Vec<f64>,
+}
+
+impl Reckoning {
+    /// For a robot that starts at a pose with all wheel angles zero; its encoders have a noise in rad/s, and control a period in seconds.
+    pub fn new(
+        robot: &Robot,
+        (kinematics, contact): (Kinematics, ContactKinematics),
+        start: Pose,
+        (rate_noise_rad_s, control_dt_s): (f64, f64),
+    ) -> Self {
+        let errors = WayErrors::of_rollers(robot, SLIP_SHARE).map(|errors| WayErrors {
+            rate_noise_rad_s,
+            ..errors
+        });
+        let wheels = robot.wheels.len();
+        Self {
+            covariance: errors
+                .and_then(|errors| OdometryCovariance::new(kinematics.clone(), errors))
+                .ok(),
+            kinematics,
+            ideal: start,
+            contact: Odometry::new(contact, start, &[]),
+            posed: (!robot.joints.is_empty()).then(|| PosedOdometry::new(robot, start)),
+            measured: Hubs::that_move(robot).map(|_| PosedOdometry::new(robot, start)),
+            control_dt_s,
+            last_angles_rad: vec![0.0; wheels],
+            turned_rad: vec![0.0; wheels],
+        }
+    }
+
+    /// By Indiveri 2009, eq. (7).
+    pub fn ideal(&self) -> Pose {
+        self.ideal
+    }
+
+    /// By the rollers that touch.
+    pub fn contact(&self) -> Pose {
+        self.contact.pose()
+    }
+
+    /// By eq. (7) with all joints between bodies where they are, of a robot that has some.
+    pub fn posed(&self) -> Option<Pose> {
+        self.posed.as_ref().map(PosedOdometry::pose)
+    }
+
+    /// The twist of wheel rates in rad/s by eq. (7).
+    pub fn twist(&self, rates_rad_s: &[f64]) -> Twist {
+        self.kinematics.twist(rates_rad_s)
+    }
+
+    /// Takes up where the joints between bodies are, in rad or m: all of them, and those that the robot measures, the others at zero.
+    pub fn see(&mut self, positions: &[f64], measured: &[f64]) {
+        if let Some(posed) = &mut self.posed {
+            posed.see(positions.iter().copied());
+        }
+        if let Some(odometry) = &mut self.measured {
+            odometry.see(measured.iter().copied());
+        }
+    }
+
+    /// Counts what the wheels have turned since the last time, by the angles that the encoders say.
+    pub fn reckon(&mut self, angles_rad: &[f64]) {
+        let increments = self.turned_rad.iter_mut().zip(&mut self.last_angles_rad);
+        for ((turned, last), now) in increments.zip(angles_rad) {
+            *turned = now - *last;
+            *last = *now;
+        }
+        if let Some(posed) = &mut self.posed {
+            posed.reckon(&self.turned_rad);
+        }
+        let before = self.ideal;
+        let Some(measured) = &mut self.measured else {
+            if let Some(covariance) = &mut self.covariance {
+                covariance.count(&before, &self.turned_rad);
+            }
+            self.contact.update(angles_rad);
+            // The kinematics is linear in the rates: angles turned give the displacement.
+            let displacement = self.kinematics.twist(&self.turned_rad);
+            self.ideal = self.ideal.moved(displacement);
+            return;
+        };
+        let moved = measured.reckon(&self.turned_rad);
+        self.ideal = measured.pose();
+        let hubs = measured.hubs();
+        if let Some(covariance) = &mut self.covariance {
+            if let Some(kinematics) = hubs.kinematics().filter(|_| moved) {
+                covariance.stand(kinematics);
+            }
+            covariance.count(&before, measured.rolled_rad());
+        }
+        if moved
+            && let (Some(kinematics), Ok(contact)) =
+                (hubs.kinematics(), ContactKinematics::new(&hubs.posed()))
+        {
+            self.kinematics = kinematics.clone();
+            self.contact.stand(contact);
+        }
+        self.contact.update_carried(angles_rad, hubs.carried_rad());
+    }
+
+    /// What it says of the twist where encoders say rates in rad/s, and how sure it is, for rows a time apart in seconds.
+    pub fn reckoned(&self, seen_rad_s: &[f64], row_period_s: f64) -> Option<Reckoned> {
+        let covariance = self.covariance.as_ref()?;
+        let rolling_rad_s = match &self.measured {
+            None => Cow::Borrowed(seen_rad_s),
+            Some(measured) => {
+                let carried = measured.hubs().carried_rad();
+                let rates = seen_rad_s.iter().zip(carried);
+                rates
+                    .map(|(seen, carried)| seen + carried / self.control_dt_s)
+                    .collect()
+            }
+        };
+        let pose = covariance.covariance(self.ideal.heading_rad);
+        let twist = covariance.twist_covariance(&rolling_rad_s, row_period_s);
+        Some(Reckoned {
+            twist: self.kinematics.twist(&rolling_rad_s),
+            pose_covariance: pose.into(),
+            twist_covariance: twist.into(),
+        })
+    }
+}

@@ -1,0 +1,266 @@
+//! What the robot sees of its own motion: the truth, late, now and then, and with noise; and what it makes of that.
+
+use std::collections::VecDeque;
+use std::f64::consts::TAU;
+
+use ilon_control::Kinematics;
+use ilon_robot::{Pose, Robot, wrap_angle};
+use ilon_trace::ImuSample;
+use ilon_world::World;
+use nalgebra::Vector3;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use crate::faults::Faults;
+use crate::noise::noise;
+use crate::sensing::fusion::Fusion;
+use crate::sensing::hubs;
+use crate::sensing::imu::Imu;
+use ilon_scenario::Error;
+use ilon_scenario::scenario;
+use ilon_scenario::scenario::TIME_SLACK_S;
+
+/// What the robot knows at one moment.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Measurements {
+    /// The newest pose that has arrived; with fusion, the pose now by the filter.
+    pub pose: Pose,
+    /// The wheels' rates, in rad/s.
+    pub wheel_rates_rad_s: Vec<f64>,
+    /// The wheels' angles since the start, as the encoders counted them, in rad.
+    pub wheel_angles_rad: Vec<f64>,
+    /// Where the joints between bodies are as far as the robot knows, in rad or m, in the robot's order: of a driven joint, and of one that is coupled to it,
+    /// what its encoder says once a control period. Nothing measures a joint that is free or sprung: it counts as at zero.
+    pub joint_positions: Vec<f64>,
+    /// What the inertial measurement unit said last, and the tilt by its filter; `None` without one.
+    pub imu: Option<ImuSample>,
+}
+
+impl Measurements {
+    /// A robot at rest, its wheels at angle zero.
+    pub(crate) fn at(pose: Pose, wheel_count: usize) -> Self {
+        Self {
+            pose,
+            wheel_rates_rad_s: vec![0.0; wheel_count],
+            wheel_angles_rad: vec![0.0; wheel_count],
+            joint_positions: Vec::new(),
+            imu: None,
+        }
+    }
+}
+
+/// What the encoders say: the wheels' angles and the joints' positions.
+fn counted(seen: &Measurements) -> (&[f64], &[f64]) {
+    (&seen.wheel_angles_rad, &seen.joint_positions)
+}
+
+/// The sensors of a robot.
+#[derive(Clone)]
+pub(crate) struct Sensors {
+    pose: scenario::PoseSensor,
+    encoders: scenario::Encoders,
+    control_dt_s: f64,
+    /// Poses taken but not yet arrived.
+    on_the_way: VecDeque<Taken>,
+    poses_taken: u64,
+    fusion: Option<Fusion>,
+    imu: Option<Imu>,
+    /// Whether the fusion takes the turn from the gyroscope.
+    by_gyroscope: bool,
+    seen: Measurements,
+    /// Of each joint between bodies, whether the robot knows where it is.
+    measured_joints: Vec<bool>,
+    miscounts: Vec<Miscount>,
+    pose_noise: ChaCha8Rng,
+    encoder_noise: ChaCha8Rng,
+}
+
+/// A pose on its way from the sensor to the robot.
+#[derive(Clone)]
+struct Taken {
+    taken_s: f64,
+    arrives_s: f64,
+    pose: Pose,
+}
+
+/// What an encoder measures wrong.
+#[derive(Clone, Copy, Debug, Default)]
+struct Miscount {
+    /// The wheel's angle when it was last looked at, in rad.
+    angle_rad: f64,
+    /// What was counted too much since the start, in rad.
+    off_rad: f64,
+    /// The noise of its rate until the next control sample, in rad/s.
+    rate_noise_rad_s: f64,
+    /// Of an encoder that counts: the angle at the last control sample, in rad, and the rate since, in rad/s.
+    counted_rad: f64,
+    counted_rad_s: f64,
+}
+
+impl Sensors {
+    /// Sensors of a robot that know the start. Odometry is counted by `kinematics`, or where joints move the wheels by theirs, once in a control period of
+    /// the run.
+    ///
+    /// # Errors
+    /// [`Error::Control`] for a filter that cannot be.
+    pub fn new(
+        section: &scenario::Sensors,
+        start: Pose,
+        (robot, kinematics): (&Robot, &Kinematics),
+        whole: &scenario::Scenario,
+    ) -> Result<Self, Error> {
+        let run = &whole.run;
+        let wheel_count = kinematics.wheel_count();
+        let fusion = match &section.fusion {
+            Some(fusion) => Some(Fusion::new(
+                fusion,
+                &section.pose,
+                start,
+                (robot, kinematics),
+                run.control_dt_s,
+                run.duration_s,
+            )?),
+            None => None,
+        };
+        // One stream of random numbers a sensor, so that a change of one leaves the others' noise as it was.
+        let stream = |number| {
+            let mut rng = ChaCha8Rng::seed_from_u64(section.seed);
+            rng.set_stream(number);
+            rng
+        };
+        let imu = section.imu.as_ref();
+        let imu = imu.map(|imu| Imu::new(imu, whole.world.gravity_m_s2, stream(3)));
+        Ok(Self {
+            imu: imu.transpose()?,
+            by_gyroscope: section
+                .fusion
+                .as_ref()
+                .is_some_and(|fusion| fusion.gyroscope),
+            pose: section.pose.clone(),
+            encoders: section.encoders.clone(),
+            control_dt_s: run.control_dt_s,
+            on_the_way: VecDeque::new(),
+            poses_taken: 0,
+            fusion,
+            seen: Measurements::at(start, wheel_count),
+            measured_joints: hubs::measured(robot),
+            miscounts: vec![Miscount::default(); wheel_count],
+            pose_noise: stream(1),
+            encoder_noise: stream(2),
+        })
+    }
+
+    /// Looks at the world at a physics step.
+    pub fn sense(&mut self, t_s: f64, control_is_due: bool, world: &World, faults: &Faults) {
+        let pose_is_due = match self.pose.rate_hz {
+            Some(rate_hz) => t_s + TIME_SLACK_S >= self.poses_taken as f64 / rate_hz,
+            None => control_is_due,
+        };
+        if pose_is_due {
+            self.poses_taken += 1;
+            let pose = self.noisy(faults.pose(t_s, world.robot().state().pose));
+            if !faults.pose_is_lost(t_s) {
+                self.on_the_way.push_back(Taken {
+                    taken_s: t_s,
+                    arrives_s: t_s + self.pose.latency_s,
+                    pose,
+                });
+            }
+        }
+        for (wheel, miscount) in self.miscounts.iter_mut().enumerate() {
+            let (angle_rad, rate_rad_s) = (
+                world.robot().wheel_angles_rad()[wheel],
+                world.robot().wheel_rates_rad_s()[wheel],
+            );
+            let factor = faults.encoder_factor(t_s, wheel);
+            miscount.off_rad += (factor - 1.0) * (angle_rad - miscount.angle_rad);
+            miscount.angle_rad = angle_rad;
+            let mut seen_rad = angle_rad + miscount.off_rad;
+            if let Some(counts_per_turn) = self.encoders.counts_per_turn {
+                let count_rad = TAU / counts_per_turn;
+                seen_rad = (seen_rad / count_rad).floor() * count_rad;
+                if control_is_due {
+                    let rate_rad_s = (seen_rad - miscount.counted_rad) / self.control_dt_s;
+                    let weight =
+                        self.control_dt_s / (self.control_dt_s + self.encoders.rate_filter_s);
+                    miscount.counted_rad_s += weight * (rate_rad_s - miscount.counted_rad_s);
+                    miscount.counted_rad = seen_rad;
+                }
+            }
+            self.seen.wheel_angles_rad[wheel] = seen_rad;
+            if control_is_due {
+                // Once a sample of the control, so that shorter physics steps do not average it away.
+                miscount.rate_noise_rad_s =
+                    noise(&mut self.encoder_noise, self.encoders.rate_noise_rad_s);
+            }
+            self.seen.wheel_rates_rad_s[wheel] = match self.encoders.counts_per_turn {
+                None => factor * (rate_rad_s + miscount.rate_noise_rad_s),
+                Some(_) => miscount.counted_rad_s + factor * miscount.rate_noise_rad_s,
+            };
+        }
+        if control_is_due {
+            let joints = world.robot().joint_positions().iter();
+            let joints = joints.zip(&self.measured_joints);
+            let seen = joints.map(|(position, known)| if *known { *position } else { 0.0 });
+            self.seen.joint_positions.clear();
+            self.seen.joint_positions.extend(seen);
+        }
+        if let Some(imu) = &mut self.imu {
+            imu.sense(t_s, control_is_due, world, faults.tilts());
+            self.seen.imu = Some(imu.seen());
+        }
+        self.receive(t_s, control_is_due);
+    }
+
+    /// Gravity in the body frame by the inertial measurement unit, in m/s^2; `None` without one.
+    pub fn gravity_in_body_m_s2(&self) -> Option<Vector3<f64>> {
+        Some(self.imu.as_ref()?.gravity_in_body_m_s2())
+    }
+
+    /// Takes in the poses that have arrived, and reckons on where the robot joins them with odometry.
+    fn receive(&mut self, t_s: f64, control_is_due: bool) {
+        if let Some(fusion) = &mut self.fusion
+            && control_is_due
+        {
+            let turned_rad = self.imu.as_mut().filter(|_| self.by_gyroscope);
+            let turned_rad = turned_rad.map(Imu::take_turned_rad);
+            fusion.reckon(t_s, counted(&self.seen), turned_rad);
+        }
+        while let Some(taken) = self.on_the_way.front()
+            && taken.arrives_s <= t_s + TIME_SLACK_S
+        {
+            match &mut self.fusion {
+                Some(fusion) => {
+                    let turned_rad = self.imu.as_mut().filter(|_| self.by_gyroscope);
+                    let turned_rad = turned_rad.map(Imu::take_turned_rad);
+                    fusion.reckon(t_s, counted(&self.seen), turned_rad);
+                    fusion.correct(taken.taken_s, &taken.pose);
+                }
+                None => self.seen.pose = taken.pose,
+            }
+            self.on_the_way.pop_front();
+        }
+        if let Some(fusion) = &self.fusion {
+            self.seen.pose = fusion.pose();
+        }
+    }
+
+    /// What the robot knows now.
+    pub fn seen(&self) -> &Measurements {
+        &self.seen
+    }
+
+    fn noisy(&mut self, pose: Pose) -> Pose {
+        let heading_noise_rad = self.pose.heading_noise_deg.to_radians();
+        let rng = &mut self.pose_noise;
+        Pose {
+            x_m: pose.x_m + noise(rng, self.pose.position_noise_m),
+            y_m: pose.y_m + noise(rng, self.pose.position_noise_m),
+            heading_rad: match heading_noise_rad {
+                0.0 => pose.heading_rad,
+                sigma_rad => wrap_angle(pose.heading_rad + noise(rng, sigma_rad)),
+            },
+        }
+    }
+}

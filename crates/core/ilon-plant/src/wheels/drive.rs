@@ -1,0 +1,212 @@
+//! From wheel rates asked for to torques: the wheel loops and the motors' limits.
+
+use ilon_control::{
+    BodySense, ComputedTorque, ComputedTorqueSettings, Demand, Motor, MotorBounds, PassiveEffort,
+    PassiveTorque, PassiveTorqueSettings, PrioritisedTorque, PrioritisedTorqueSettings, TorqueLaw,
+    TorqueRange, TorqueShares,
+};
+use ilon_robot::{JointRole, Robot};
+use ilon_world::{MotorTorque, TorqueBounds};
+
+use crate::wheels::motors::motors;
+use ilon_scenario::Error;
+use ilon_scenario::Resolved;
+use ilon_scenario::choices::wheel_loop::{dynamic_model, passive_settings, pid};
+use ilon_scenario::course::command::WheelCommand;
+use ilon_scenario::scenario::WheelLaw;
+
+/// The wheel loops of a robot and its motors.
+#[derive(Clone)]
+pub(crate) struct Drive {
+    law: Box<dyn TorqueLaw>,
+    /// In how many physics steps the law decides once, and in how many it decides next.
+    every: u32,
+    until_due: u32,
+    /// What the law decided last, in N m.
+    held_n_m: Vec<f64>,
+    /// The robot of a law that goes by its masses, where joints between bodies move them; its servos have the targets that they have now.
+    moving: Option<Box<Robot>>,
+    motors: Vec<Motor>,
+    limits: Vec<TorqueRange>,
+    /// Torques below this arrive as none, in N m.
+    dead_band_n_m: f64,
+    /// Targets within what the motors drive to, in rad/s.
+    targets_rad_s: Vec<f64>,
+    torques: Vec<MotorTorque>,
+}
+
+impl Drive {
+    /// The drive of a resolved scenario.
+    pub fn new(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
+        let (scenario, physics_dt_s) = (resolved.scenario(), resolved.physics_dt_s());
+        let loop_period_s = scenario.wheel_loop.period_s.unwrap_or(physics_dt_s);
+        // A PID is fitted to the robot; of the others the model is the controller's.
+        let known = match scenario.wheel_loop.law {
+            WheelLaw::Pid => robot,
+            _ => resolved.believed(robot),
+        };
+        let standing = &resolved.joint_targets().standing(known);
+        let model = dynamic_model(standing)?;
+        let law: Box<dyn TorqueLaw> = match scenario.wheel_loop.law {
+            WheelLaw::Pid => Box::new(pid(&scenario.wheel_loop, &model, loop_period_s)?),
+            WheelLaw::ComputedTorque => {
+                let settings = ComputedTorqueSettings {
+                    bandwidth_rad_s: scenario.wheel_loop.bandwidth_rad_s,
+                    // The targets change once a control period; their derivative is smoothed over as long.
+                    target_filter_s: scenario.run.control_dt_s,
+                    dt_s: loop_period_s,
+                };
+                Box::new(ComputedTorque::new(model, &settings)?)
+            }
+            WheelLaw::PrioritisedTorque => {
+                let settings = PrioritisedTorqueSettings {
+                    bandwidth_rad_s: scenario.wheel_loop.bandwidth_rad_s,
+                    target_filter_s: scenario.run.control_dt_s,
+                    dt_s: loop_period_s,
+                    priority: scenario.guidance.priority.into(),
+                    reference_point_m: resolved.reference_point_m(),
+                    friction: scenario.wheel_loop.friction.unwrap_or(f64::INFINITY),
+                    gravity_m_s2: scenario.world.gravity_m_s2,
+                };
+                Box::new(PrioritisedTorque::new(standing, &settings)?)
+            }
+            WheelLaw::Passive => {
+                let settings = passive_settings(scenario, standing, loop_period_s)?;
+                let reference_point_m = resolved.reference_point_m();
+                Box::new(PassiveTorque::new(
+                    standing,
+                    &PassiveTorqueSettings {
+                        reference_point_m,
+                        ..settings
+                    },
+                )?)
+            }
+        };
+        let motors = motors(scenario, robot)?;
+        let moves = !robot.joints.is_empty() && scenario.wheel_loop.law != WheelLaw::Pid;
+        Ok(Self {
+            law,
+            // A period is a whole number of steps.
+            every: (loop_period_s / physics_dt_s).round().max(1.0) as u32,
+            until_due: 0,
+            held_n_m: vec![0.0; motors.len()],
+            moving: moves.then(|| Box::new(known.clone())),
+            targets_rad_s: vec![0.0; motors.len()],
+            torques: vec![MotorTorque::constant(0.0); motors.len()],
+            limits: vec![TorqueRange::UNLIMITED; motors.len()],
+            dead_band_n_m: scenario.motors.dead_band_n_m.unwrap_or(0.0),
+            motors,
+        })
+    }
+
+    /// Takes up where the joints between bodies are, in rad or m, and where the targets of their servos are.
+    pub fn stand(&mut self, positions: &[f64], targets: impl Iterator<Item = f64>) {
+        let Some(robot) = &mut self.moving else {
+            return;
+        };
+        for (joint, target) in robot.joints.iter_mut().zip(targets) {
+            if let JointRole::Driven(servo) = &mut joint.role {
+                servo.target = target;
+            }
+        }
+        self.law.stand(&robot.posed(positions));
+    }
+
+    /// What a passive law did last; `None` of any other.
+    pub fn passive_effort(&self) -> Option<PassiveEffort<'_>> {
+        self.law.passive_effort()
+    }
+
+    /// How much of each task the last torques gave; `None` of a law that weighs none.
+    pub fn shares(&self) -> Option<TorqueShares> {
+        self.law.shares()
+    }
+
+    /// The torques of the next physics step, of `dt_s` seconds, while a share of the supply is left, each with what its motor can give about the rate of
+    /// its wheel. The wheel loops go by the rates that are seen.
+    pub fn torques(
+        &mut self,
+        command: WheelCommand<'_>,
+        (rates, known): (WheelRates<'_>, &BodySense<'_>),
+        supply_share: f64,
+        dt_s: f64,
+    ) -> &[MotorTorque] {
+        let is_due = self.until_due == 0;
+        self.until_due = if is_due { self.every } else { self.until_due } - 1;
+        let motors = self.motors.iter().zip(rates.real_rad_s);
+        let outputs = self.limits.iter_mut().zip(&mut self.torques);
+        for ((limit, torque), (motor, rate_rad_s)) in outputs.zip(motors) {
+            let bounds = motor.bounds_on(*rate_rad_s, supply_share);
+            *limit = bounds.range();
+            *torque = MotorTorque {
+                rate_limit_rad_s: motor.velocity_limit_on(supply_share),
+                bounds: bounds_in_world(&bounds),
+                ..MotorTorque::constant(0.0)
+            };
+        }
+        let targets = match command {
+            WheelCommand::Rates(targets) => targets,
+            WheelCommand::Torques(asked) => {
+                let given = self.torques.iter_mut().zip(&self.limits);
+                for ((given, limit), asked) in given.zip(asked) {
+                    given.torque_n_m = limit.clamp(*asked);
+                }
+                return &self.torques;
+            }
+        };
+        let held = self.targets_rad_s.iter_mut().zip(targets);
+        for ((target, asked), motor) in held.zip(&self.motors) {
+            let limit_rad_s = motor.velocity_limit_on(supply_share);
+            *target = asked.clamp(-limit_rad_s, limit_rad_s);
+        }
+        if is_due {
+            let (targets, limits) = (&self.targets_rad_s, &self.limits);
+            self.law.sense(known);
+            let period_s = f64::from(self.every) * dt_s;
+            let decided_n_m =
+                self.law
+                    .update(&Demand::new(targets, rates.seen_rad_s, limits, period_s));
+            self.held_n_m.copy_from_slice(decided_n_m);
+        }
+        for (torque, held_n_m) in self.torques.iter_mut().zip(&self.held_n_m) {
+            torque.torque_n_m = *held_n_m;
+        }
+        for (torque, falling) in self.torques.iter_mut().zip(self.law.falling()) {
+            torque.torque_n_m = falling.torque_n_m;
+            torque.droop_n_m_s = falling.droop_n_m_s;
+        }
+        let dead_band_n_m = self.dead_band_n_m;
+        let is_swallowed = |torque: &&mut MotorTorque| torque.torque_n_m.abs() < dead_band_n_m;
+        for torque in self.torques.iter_mut().filter(is_swallowed) {
+            (torque.torque_n_m, torque.droop_n_m_s) = (0.0, 0.0);
+        }
+        &self.torques
+    }
+
+    /// What the motor of a wheel that turns at a rate in rad/s does while its winding is shorted; nothing where its winding is not known.
+    pub fn shorted(&self, wheel: usize, rate_rad_s: f64) -> MotorTorque {
+        let motor = &self.motors[wheel];
+        let per_rate_n_m_s = motor.shorted_n_m_s().unwrap_or(0.0);
+        MotorTorque::with_droop(-per_rate_n_m_s * rate_rad_s, per_rate_n_m_s)
+    }
+}
+
+/// The rates of a robot's wheels, in rad/s, one a wheel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WheelRates<'a> {
+    /// As they are: a motor's back-EMF is of these.
+    pub real_rad_s: &'a [f64],
+    /// As the encoders have them.
+    pub seen_rad_s: &'a [f64],
+}
+
+/// What bounds a motor, in the world's words.
+fn bounds_in_world(bounds: &MotorBounds) -> TorqueBounds {
+    TorqueBounds {
+        least_n_m: bounds.line.min_n_m,
+        most_n_m: bounds.line.max_n_m,
+        fall_n_m_s: bounds.fall_n_m_s,
+        limit_n_m: bounds.limit_n_m,
+        regenerates: bounds.regenerates,
+    }
+}

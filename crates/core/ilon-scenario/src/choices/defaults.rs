@@ -1,0 +1,540 @@
+//! What the program chooses where the scenario leaves it open.
+
+use std::f64::consts::TAU;
+
+use ilon_control::DynamicModel;
+use ilon_robot::{Robot, Scale, Wheel};
+use ilon_world::longest_step_of_springs_s;
+
+use crate::Error;
+use crate::scenario::{Contacts, LoopTiming, Passive, Rollers, Scenario, WheelLaw};
+
+// Times are in the robot's own unit, sqrt(rho / g), of which a wheel of 50 mm has 14 a second: robots of one shape and any size get steps
+// of one sort, and slip alike.
+
+/// The longest step on an open plane: 1/240 s for wheels of 50 mm. Mean motion is as accurate at 20 steps a second as at 1000, but how a
+/// roller starts to slide, and is spun up when it takes over, is smeared over a step (`docs/measured.md`).
+const LONGEST_ON_A_PLANE: f64 = 0.0584;
+/// The longest step on edges and bumps, where rollers are as modelled, and where the wheels' rates have no bound: 2 ms for wheels of 50 mm.
+const LONGEST_ON_EDGES: f64 = 0.0281;
+/// The longest step of rigid rollers whose wheel is no circle, or that slide along their axles: half a millisecond for wheels of 50 mm. Each
+/// roller lands, and a landing is known by its step: at four times the step the heading is off by 0.3 %, the heat of sliding by a quarter.
+const LONGEST_IN_LANDINGS: f64 = 7.01e-3;
+/// The same where wheels that are no circle are to spare on a rigid chassis: an eighth of a millisecond for wheels of 50 mm. The wheels of one diagonal
+/// land while the other carries, and how far they have turned against each other by then decides which carries next, on which half of its rollers. With
+/// landings that are known to half a millisecond a robot of crowned rollers turned by 2.6 % less after some seconds; from here on its answers stay
+/// within 0.2 % (`docs/rollers.md`).
+const LONGEST_IN_ROCKING: f64 = 1.7525e-3;
+/// Steps that a roller's passage over the ground takes at least: one that is missed altogether is never felt.
+const STEPS_PER_PASSAGE: f64 = 6.0;
+/// The shortest step that a sampled wheel loop is given for its bandwidth, half a millisecond for wheels of 50 mm; below, its gains give
+/// way.
+const SHORTEST_FOR_LOOP: f64 = 7.01e-3;
+/// The parts in which a step is taken while a roller is about to slide, 0.1 ms for wheels of 50 mm: what a fast turn on the edge of its
+/// grip loses to slip is then within a tenth of its limit (`docs/measured.md`).
+const SPLIT: f64 = 1.4e-3;
+/// The shortest step that a limit of the wheels' rates makes by itself, a millisecond for wheels of 50 mm. Many files hold a limit that no
+/// wheel reaches, in place of none: beyond, what counts is the rate that the scenario asks for.
+const SHORTEST_FOR_LIMIT: f64 = 0.0141;
+/// How far a robot's bouncing on its treads moves on in a step at most, in radians: the step then sees it.
+const BOUNCE_A_STEP_RAD: f64 = 0.5;
+/// The shortest step that treads make by themselves, a millisecond for wheels of 50 mm. Stiffer ones are damped where the step does not see
+/// them, and near to rigid.
+const SHORTEST_FOR_TREAD: f64 = 0.0141;
+/// The longest step where rapier solves the contacts, in seconds: its contacts have a frequency of their own, 1000 Hz.
+const LONGEST_IN_RAPIER_S: f64 = 1e-3;
+/// By how much wheels may be faster than the scenario asks: feedback, noise and overshoot.
+const FASTER_THAN_ASKED: f64 = 2.0;
+/// The shortest step that is chosen, in seconds. Nothing that rolls needs a shorter one, and a second of it takes half a
+/// minute to compute; one who wants it can write it.
+const SHORTEST_S: f64 = 1e-5;
+
+/// The parts in which a step is taken for `"auto"` while a roller is near its grip; none where edges and bumps decide.
+pub fn split_dt_s(scenario: &Scenario, robot: &Robot) -> Option<f64> {
+    let by_ilon = scenario.world.solver.contacts == Contacts::Ilon;
+    let serves = by_ilon && is_open_plane(scenario, robot);
+    serves.then(|| SPLIT * scale_of(scenario, robot).time_s())
+}
+
+/// The robot's units in the scenario's gravity.
+pub fn scale_of(scenario: &Scenario, robot: &Robot) -> Scale {
+    Scale::of(robot, scenario.world.gravity_m_s2)
+}
+
+/// Whether wheels that are round, wherever their rollers are on their axles, roll on nothing but a plane.
+fn is_open_plane(scenario: &Scenario, robot: &Robot) -> bool {
+    let floor = &scenario.world.floor;
+    let round = scenario.robot.rollers == Rollers::Barrel && robot.wheels.iter().all(is_round);
+    round && floor.is_plane()
+}
+
+/// Whether a wheel is a circle, wherever its rollers are on their axles.
+fn is_round(wheel: &Wheel) -> bool {
+    wheel.is_round() && wheel.surface.axial_play_m == 0.0
+}
+
+/// What rollers need that land one after the other. A tread of their own softens that.
+fn landing_need(scenario: &Scenario, robot: &Robot, scale: &Scale) -> Need {
+    let lands = |wheel: &Wheel| !is_round(wheel) && wheel.surface.tread.is_none();
+    let rocks = |wheel: &Wheel| lands(wheel) && !wheel.is_round();
+    let made = scenario.robot.rollers == Rollers::Barrel;
+    let any = |of: &dyn Fn(&Wheel) -> bool| made && robot.wheels.iter().any(of);
+    let longest = if robot.has_wheels_to_spare() && any(&rocks) {
+        LONGEST_IN_ROCKING
+    } else if any(&lands) {
+        LONGEST_IN_LANDINGS
+    } else {
+        f64::INFINITY
+    };
+    Need {
+        longest_s: longest * scale.time_s(),
+        because: String::new(),
+        help: "",
+    }
+}
+
+/// What a step must be no longer than, and which key or joint has it so.
+struct Need {
+    longest_s: f64,
+    because: String,
+    help: &'static str,
+}
+
+/// The physics step for `"auto"`, in seconds: the longest that serves the contacts, the passing of the rollers, the wheel
+/// loop and the pose sensor, shortened to divide the control period. `asked_rad_s` is the fastest wheel rate that the
+/// scenario asks for, if that is known.
+///
+/// # Errors
+/// [`Error::Invalid`] where that is shorter than anything that is chosen, with what makes it so.
+pub fn physics_dt_s(
+    scenario: &Scenario,
+    robot: &Robot,
+    model: &DynamicModel,
+    asked_rad_s: Option<f64>,
+) -> Result<f64, Error> {
+    let scale = scale_of(scenario, robot);
+    let needs = [
+        contact_need(scenario, robot, (&scale, asked_rad_s)),
+        landing_need(scenario, robot, &scale),
+        solver_need(scenario),
+        tread_need(robot, &scale),
+        spring_need(robot),
+        loop_need(scenario, model, &scale),
+        pose_need(scenario),
+    ];
+    let shortest = needs
+        .into_iter()
+        .min_by(|a, b| a.longest_s.total_cmp(&b.longest_s));
+    // A whole part of the control period, and of a wheel loop's own, which is a whole part of that.
+    let period_s = scenario.wheel_loop.period_s;
+    let period_s = period_s.unwrap_or(scenario.run.control_dt_s);
+    let longest_s = shortest.as_ref().map_or(period_s, |need| need.longest_s);
+    if let Some(need) = shortest.filter(|need| need.longest_s < SHORTEST_S) {
+        return Err(Error::invalid(
+            format!(
+                "`run.physics_dt_s` = \"auto\" comes to {:.1e} s, where {SHORTEST_S:.0e} s is the shortest that is chosen: {}",
+                need.longest_s, need.because
+            ),
+            need.help,
+        ));
+    }
+    // A part in 10^9 keeps a period that is a whole number of steps but for rounding from taking one more.
+    let steps = (period_s / longest_s - 1e-9).ceil().max(1.0);
+    Ok(period_s / steps)
+}
+
+/// What the contacts allow: what edges do, and longer steps for exact rollers on an open plane where the
+/// wheels' rates are bounded.
+fn contact_need(
+    scenario: &Scenario,
+    robot: &Robot,
+    (scale, asked_rad_s): (&Scale, Option<f64>),
+) -> Need {
+    let [on_a_plane_s, default_s, for_limits_s] =
+        [LONGEST_ON_A_PLANE, LONGEST_ON_EDGES, SHORTEST_FOR_LIMIT].map(|of| of * scale.time_s());
+    let limit_rad_s = scenario
+        .guidance
+        .wheel_rate_limit_rad_s
+        .unwrap_or(f64::INFINITY)
+        .min(robot.wheel_rate_limit_rad_s());
+    let rollers = robot.wheels.iter().map(|wheel| wheel.rollers.len()).max();
+    let for_rate_s =
+        |rate_rad_s: f64| TAU / (rollers.unwrap_or(1) as f64 * rate_rad_s) / STEPS_PER_PASSAGE;
+    let longest_s = if is_open_plane(scenario, robot) && limit_rad_s.is_finite() {
+        on_a_plane_s
+    } else {
+        default_s
+    };
+    let for_limit_s = for_rate_s(limit_rad_s);
+    let (for_rates_s, because, help) = match asked_rad_s {
+        _ if for_limit_s >= for_limits_s => (for_limit_s, String::new(), ""),
+        Some(asked_rad_s) => {
+            let rate_rad_s = limit_rad_s.min(FASTER_THAN_ASKED * asked_rad_s);
+            let most_s = if limit_rad_s.is_finite() {
+                for_limits_s
+            } else {
+                default_s
+            };
+            (
+                for_rate_s(rate_rad_s).min(most_s),
+                format!("the scenario asks for wheel rates of {asked_rad_s:.1e} rad/s"),
+                "ask for a slower motion, or limit the wheels' rates: `guidance.wheel_rate_limit_rad_s`",
+            )
+        }
+        // Without a limit nothing is known of the rates.
+        None if limit_rad_s == f64::INFINITY => (f64::INFINITY, String::new(), ""),
+        None => (
+            for_limit_s,
+            limited_by(scenario, robot, limit_rad_s),
+            "write the rate that the wheels reach as `guidance.wheel_rate_limit_rad_s`, or a step: `run.physics_dt_s`",
+        ),
+    };
+    Need {
+        longest_s: longest_s.min(for_rates_s),
+        because,
+        help,
+    }
+}
+
+/// What rapier's own solver of contacts needs: its sweeps come near enough to the laws of contact in short steps only.
+fn solver_need(scenario: &Scenario) -> Need {
+    Need {
+        longest_s: match scenario.world.solver.contacts {
+            Contacts::Ilon => f64::INFINITY,
+            Contacts::Rapier => LONGEST_IN_RAPIER_S,
+        },
+        because: String::new(),
+        help: "",
+    }
+}
+
+/// What rollers that give need: a step that sees the robot bounce on them.
+fn tread_need(robot: &Robot, scale: &Scale) -> Need {
+    let load_kg = scale.load_kg;
+    let shortest_s = SHORTEST_FOR_TREAD * scale.time_s();
+    let treads = robot
+        .wheels
+        .iter()
+        .filter_map(|wheel| wheel.surface.touching_tread(scale));
+    let seen_s = treads.map(|tread| BOUNCE_A_STEP_RAD * (load_kg / tread.stiffness_n_m).sqrt());
+    Need {
+        longest_s: seen_s
+            .reduce(f64::min)
+            .map_or(f64::INFINITY, |seen_s| seen_s.max(shortest_s)),
+        because: String::new(),
+        help: "",
+    }
+}
+
+/// What the springs and servos of joints need: a step that can follow them. Their accuracy asks for no more, as they stay stiff in longer ones.
+fn spring_need(robot: &Robot) -> Need {
+    let (longest_s, because) = match longest_step_of_springs_s(robot) {
+        Some((longest_s, joint)) => {
+            let name = &robot.joints[joint].name;
+            (
+                longest_s,
+                format!("the joint `{name}` is held by as stiff a spring or servo"),
+            )
+        }
+        None => (f64::INFINITY, String::new()),
+    };
+    Need {
+        longest_s,
+        because,
+        help: "give it less stiffness, or hold the joint",
+    }
+}
+
+/// What limits the wheels' rates, in words.
+fn limited_by(scenario: &Scenario, robot: &Robot, limit_rad_s: f64) -> String {
+    let of_motor = |wheel: &&ilon_robot::Wheel| wheel.motor.velocity_rad_s <= limit_rad_s;
+    match robot.wheels.iter().find(of_motor) {
+        Some(wheel) => format!(
+            "the joint `{}` may turn at {:.1e} rad/s, the velocity of its limit",
+            wheel.name, wheel.motor.velocity_rad_s
+        ),
+        None => format!(
+            "`guidance.wheel_rate_limit_rad_s` lets wheels turn at {:.1e} rad/s",
+            scenario
+                .guidance
+                .wheel_rate_limit_rad_s
+                .unwrap_or(limit_rad_s)
+        ),
+    }
+}
+
+/// No more than one pose is taken in a step.
+fn pose_need(scenario: &Scenario) -> Need {
+    let rate_hz = scenario.sensors.pose.rate_hz.unwrap_or(0.0);
+    Need {
+        longest_s: 1.0 / rate_hz,
+        because: format!("`sensors.pose.rate_hz` = {rate_hz} asks for a pose in each step"),
+        help: "take poses less often",
+    }
+}
+
+/// What the wheel loop allows. A PID that is sampled once a step must leave a wheel in the air in peace: k_p dt <= J_air.
+/// Computed torque is sampled too: a bandwidth w needs w dt of a tenth or so to be what it says.
+fn loop_need(scenario: &Scenario, model: &DynamicModel, scale: &Scale) -> Need {
+    let wheel_loop = &scenario.wheel_loop;
+    let longest_s = match (wheel_loop.law, wheel_loop.timing) {
+        (WheelLaw::Pid, LoopTiming::Continuous) => f64::INFINITY,
+        // Its period is given, whatever the step.
+        _ if wheel_loop.period_s.is_some() => f64::INFINITY,
+        (WheelLaw::Pid, LoopTiming::Sampled) => {
+            let asked_n_m_s = model.ground_inertia_kg_m2() * wheel_loop.bandwidth_rad_s;
+            let proportional_n_m_s = wheel_loop.proportional_n_m_s.unwrap_or(asked_n_m_s);
+            (model.air_inertia_kg_m2() / proportional_n_m_s).max(SHORTEST_FOR_LOOP * scale.time_s())
+        }
+        (WheelLaw::Passive, _) => return damper_need(scenario, model),
+        _ => 0.12 / wheel_loop.bandwidth_rad_s,
+    };
+    Need {
+        longest_s,
+        because: format!(
+            "`wheel_loop.bandwidth_rad_s` = {} asks for as fast a loop",
+            wheel_loop.bandwidth_rad_s
+        ),
+        help: "take a smaller bandwidth",
+    }
+}
+
+/// What the dampers of a passive law allow: wheels in the air, which feel only their own inertia, come to rest in several steps.
+fn damper_need(scenario: &Scenario, model: &DynamicModel) -> Need {
+    let section = scenario.wheel_loop.passive.as_ref();
+    let most = |of: fn(&Passive) -> Option<f64>| section.and_then(of).unwrap_or(0.0);
+    let lever_m = model
+        .kinematics()
+        .lever_m()
+        .iter()
+        .map(|m| m.abs())
+        .fold(0.0, f64::max);
+    let far = |wheel: &ilon_robot::Wheel| wheel.position_m().xy().norm();
+    let wheels = model.kinematics().wheels().iter();
+    let least_m = wheels.map(far).fold(f64::INFINITY, f64::min);
+    // No wheel feels more than the whole damping at its lever.
+    let heading_n_s_m = most(|p| p.heading_damping_n_m_s_rad) / (least_m * least_m);
+    let along_n_s_m = most(|p| p.damping_n_s_m).max(heading_n_s_m);
+    let felt_n_m_s = (lever_m * lever_m * along_n_s_m).max(most(|p| p.wheel_damping_n_m_s_rad));
+    Need {
+        longest_s: 0.5 * model.air_inertia_kg_m2() / felt_n_m_s,
+        because: format!(
+            "`[wheel_loop.passive]` damps wheels in the air by {felt_n_m_s} N m s/rad"
+        ),
+        help: "take less damping",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ilon_formats::LoadRobot;
+
+    const URDF: &str = include_str!("../../../../../assets/robots/mecanum4.urdf");
+
+    fn chosen_s(lines: &str) -> f64 {
+        chosen(URDF, lines, Some(6.0)).unwrap()
+    }
+
+    fn chosen(urdf: &str, lines: &str, asked_rad_s: Option<f64>) -> Result<f64, Error> {
+        let robot = Robot::from_urdf_str(urdf, "mecanum4").unwrap();
+        let text = format!("robot.file = \"\"\ntwist = {{}}\nrun.duration_s = 1.0\n{lines}");
+        let scenario = Scenario::from_toml(&text, "test", "").unwrap();
+        let model = super::super::wheel_loop::dynamic_model(&robot).unwrap();
+        physics_dt_s(&scenario, &robot, &model, asked_rad_s)
+    }
+
+    /// The robot with another limit on the rates of its wheels.
+    fn limited_to(velocity: &str) -> String {
+        URDF.replace("velocity=\"30\"", &format!("velocity=\"{velocity}\""))
+    }
+
+    #[test]
+    fn the_chosen_step_divides_the_control_period_and_is_no_longer_than_the_longest() {
+        for control_dt_s in [0.01, 1.0 / 30.0, 0.0007, 0.0123] {
+            let dt_s = chosen_s(&format!("run.control_dt_s = {control_dt_s}"));
+            let steps = control_dt_s / dt_s;
+            assert!((steps - steps.round()).abs() < 1e-9 * steps);
+            // sqrt(0.05 / 9.81) = 71.4 ms.
+            assert!(dt_s <= LONGEST_ON_A_PLANE * 0.0714);
+        }
+    }
+
+    #[test]
+    fn on_a_plane_the_step_follows_the_rollers_that_pass() {
+        let slow = "run.control_dt_s = 0.1\n";
+        // Nine rollers at 10 rad/s: one passes in 2 pi / 90 = 69.8 ms, a sixth of which is longer than 1/240 s; at the
+        // motors' 30 rad/s a sixth is 3.88 ms. 24 and 26 steps a control period.
+        let at = |limit_rad_s: f64| {
+            chosen_s(&format!(
+                "{slow}guidance.wheel_rate_limit_rad_s = {limit_rad_s}"
+            ))
+        };
+        assert!((at(10.0) - 0.1 / 24.0).abs() < 1e-12);
+        assert!((at(100.0) - 0.1 / 26.0).abs() < 1e-12);
+        // On a kerb, and under rollers as modelled, it is the step that holds for contacts of all kinds.
+        let kerb = "world.floor.boxes = [{ x_m = 1.0, y_m = 0.0, length_x_m = 0.1, length_y_m = 1.0, height_m = 0.01 }]\n";
+        assert!((chosen_s(&format!("{slow}{kerb}")) - 0.002).abs() < 1e-12);
+        let modelled = "robot.rollers = \"as_modelled\"\n";
+        assert!((chosen_s(&format!("{modelled}{slow}")) - 0.002).abs() < 1e-12);
+    }
+
+    #[test]
+    fn of_a_limit_that_no_wheel_reaches_what_is_asked_for_counts() {
+        // At 116 rad/s nine rollers pass a sixth of the way in a millisecond: the shortest for a limit. A limit of 1e5 or
+        // 1e9 stands for none, and twice the 6 rad/s that are asked for need no shorter step.
+        for velocity in ["1000", "1e5", "1e9"] {
+            let dt_s = chosen(&limited_to(velocity), "", Some(6.0)).unwrap();
+            assert!((dt_s - 1e-3).abs() < 1e-12, "{velocity}: {dt_s}");
+        }
+        // 500 rad/s asked for, and as much again on top: 2 pi / (9 x 1000) / 6 = 0.116 ms, 86 steps of which divide 10 ms.
+        let fast = chosen(&limited_to("1e9"), "", Some(500.0)).unwrap();
+        assert_eq!((0.01 / fast).round(), 86.0);
+        // No faster than the limit: 2 pi / (9 x 600) / 6 = 0.194 ms.
+        let limited = chosen(&limited_to("600"), "", Some(500.0)).unwrap();
+        assert_eq!((0.01 / limited).round(), 52.0);
+    }
+
+    #[test]
+    fn what_would_never_end_is_refused_with_what_makes_it_so() {
+        let told = |urdf: &str, lines: &str, asked_rad_s| match chosen(urdf, lines, asked_rad_s) {
+            Err(Error::Invalid { message, .. }) => message,
+            other => panic!("{other:?}"),
+        };
+        // A controller of one's own: nothing is known but the limit.
+        let unknown = told(&limited_to("1e9"), "", None);
+        assert!(
+            unknown.ends_with(
+                "the joint `front_left` may turn at 1.0e9 rad/s, the velocity of its limit"
+            ),
+            "{unknown}"
+        );
+        let guided = "guidance.wheel_rate_limit_rad_s = 1e8";
+        let by_guidance = told(&limited_to("1e9"), guided, None);
+        assert!(
+            by_guidance.contains("`guidance.wheel_rate_limit_rad_s` lets"),
+            "{by_guidance}"
+        );
+        let asked = told(&limited_to("1e9"), "", Some(1e7));
+        assert!(
+            asked.ends_with("asks for wheel rates of 1.0e7 rad/s"),
+            "{asked}"
+        );
+        let stiff = "wheel_loop = { law = \"computed_torque\", bandwidth_rad_s = 1e6 }";
+        let stiff = told(URDF, stiff, Some(6.0));
+        assert!(
+            stiff.contains("`wheel_loop.bandwidth_rad_s` = 1000000"),
+            "{stiff}"
+        );
+        let poses = told(URDF, "sensors.pose.rate_hz = 1e9", Some(6.0));
+        assert!(
+            poses.contains("`sensors.pose.rate_hz` = 1000000000"),
+            "{poses}"
+        );
+    }
+
+    #[test]
+    fn treads_get_a_step_that_sees_the_robot_bounce_on_them() {
+        let mut robot = Robot::from_urdf_str(URDF, "mecanum4").unwrap();
+        let longest_s = |robot: &mut Robot, stiffness_n_m: f64| {
+            for wheel in &mut robot.wheels {
+                wheel.surface.tread = Some(ilon_robot::Tread::new(stiffness_n_m));
+            }
+            tread_need(robot, &Scale::of(robot, 9.81)).longest_s
+        };
+        let scale = Scale::of(&robot, 9.81);
+        assert_eq!(tread_need(&robot, &scale).longest_s, f64::INFINITY);
+        // 11.36 kg on four wheels of 1e5 N/m: 0.5 sqrt(2.84 / 1e5) = 2.66 ms; near to rigid ones of 1e8 N/m a millisecond.
+        assert!((longest_s(&mut robot, 1e5) - 2.66e-3).abs() < 1e-5);
+        assert!((longest_s(&mut robot, 1e8) - 1e-3).abs() < 1e-5);
+    }
+
+    #[test]
+    fn stiff_springs_get_a_step_in_which_the_world_takes_them() {
+        let text = include_str!("../../../../../assets/robots/mecanum4_sprung.urdf");
+        let mut options = ilon_formats::LoadOptions::default();
+        options.joints = ["front_left", "front_right", "rear_left", "rear_right"]
+            .map(|wheel| {
+                let free = ilon_formats::JointOptions {
+                    role: Some(ilon_formats::RoleOption::Free),
+                    ..ilon_formats::JointOptions::default()
+                };
+                (format!("{wheel}_spring"), free)
+            })
+            .into();
+        let mut robot = Robot::from_urdf_str_with(text, "sprung.urdf", &options)
+            .unwrap()
+            .robot;
+        let stiff = |robot: &mut Robot, stiffness: f64| {
+            robot.joints[2].role = ilon_robot::JointRole::Sprung(ilon_robot::JointSpring {
+                stiffness,
+                rest: 0.0,
+                preload: 0.0,
+            });
+            let need = spring_need(robot);
+            let takes = |dt_s: f64| {
+                let settings = ilon_world::Settings {
+                    dt_s,
+                    ..ilon_world::Settings::default()
+                };
+                let start = ilon_robot::Pose::default();
+                let floor = ilon_world::Floor::default();
+                ilon_world::World::new(&*robot, &floor, start, &settings).is_ok()
+            };
+            assert!(takes(0.999 * need.longest_s) && !takes(1.001 * need.longest_s));
+            need
+        };
+        for stiffness in [1e5, 1e6, 1e7] {
+            // The slide moves a carrier of 0.1 kg and a wheel of 0.34 kg with 9 rollers; a spring swings that in 2 pi sqrt(m / k).
+            let mass_kg = robot.inertia_on_joint(2);
+            let swing_s = TAU * (mass_kg / stiffness).sqrt();
+            let need = stiff(&mut robot, stiffness);
+            assert!((need.longest_s - swing_s / 1.5).abs() < 1e-12);
+        }
+        // A spring beyond all that is chosen is refused with its name.
+        let need = stiff(&mut robot, 1e12);
+        assert!(need.longest_s < SHORTEST_S && need.because.contains(&robot.joints[2].name));
+    }
+
+    #[test]
+    fn rigid_rollers_that_land_get_steps_that_know_when() {
+        let text = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 1.0";
+        let scenario = Scenario::from_toml(text, "test", "").unwrap();
+        let mut robot = Robot::from_urdf_str(URDF, "mecanum4").unwrap();
+        let longest_s =
+            |robot: &Robot| landing_need(&scenario, robot, &Scale::of(robot, 9.81)).longest_s;
+        assert_eq!(longest_s(&robot), f64::INFINITY);
+        robot.wheels[1].surface.axial_play_m = 2e-4;
+        // 0.00701 sqrt(0.05 / 9.81) s; a tread of its own softens the landing.
+        assert!((longest_s(&robot) - 5e-4).abs() < 1e-6);
+        robot.wheels[1].surface.tread = Some(ilon_robot::Tread::new(1e5));
+        assert_eq!(longest_s(&robot), f64::INFINITY);
+        // Four crowned wheels on a rigid chassis rock; with three on it and one on a joint the ground carries each.
+        let crowned = ilon_robot::RollersAsMade {
+            crown: 1.2,
+            ..ilon_robot::RollersAsMade::default()
+        };
+        for wheel in &mut robot.wheels {
+            wheel.surface = ilon_robot::RollerSurface::default();
+            wheel.make_rollers(crowned.clone(), None).unwrap();
+        }
+        assert!((longest_s(&robot) - 1.25e-4).abs() < 1e-6);
+        robot.wheels[1].carrier = Some(0);
+        assert!((longest_s(&robot) - 5e-4).abs() < 1e-6);
+    }
+
+    #[test]
+    fn poses_that_come_fast_find_a_step_each() {
+        let dt_s = chosen_s("sensors.pose.rate_hz = 900.0");
+        assert_eq!((0.01 / dt_s).round(), 9.0);
+    }
+
+    #[test]
+    fn a_sampled_loop_gets_a_step_that_leaves_a_wheel_in_the_air_stable() {
+        let sampled = "wheel_loop.timing = \"sampled\"\n";
+        // Half a millisecond is the least; a soft loop of 5 rad/s needs no shorter step than the contacts.
+        assert!((chosen_s(sampled) - 0.01 / 18.0).abs() < 1e-4);
+        let soft = format!("{sampled}wheel_loop.bandwidth_rad_s = 5.0");
+        assert!((chosen_s(&soft) - 0.01 / 3.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,20 @@
+//! What the program chooses where a scenario leaves it open (steps, gains, contacts), what is known of loops and wheels before a run, and [`Resolved`].
+
+pub mod bearing_drag;
+pub mod defaults;
+pub mod loop_stability;
+mod resolved;
+pub mod stability;
+pub mod wheel_loop;
+pub mod wheels_to_spare;
+
+use ilon_control::WrongHands;
+use ilon_robot::Robot;
+
+pub use resolved::{Choices, Resolved, kinematics_of};
+
+/// What is to be said of wheels whose hands do not fit their places.
+pub fn wrong_hands(robot: &Robot) -> Option<String> {
+    let wrong = WrongHands::of(&robot.wheels);
+    wrong.map(|wrong| format!("the wheels: {wrong}"))
+}

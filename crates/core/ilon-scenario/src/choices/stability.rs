@@ -1,0 +1,488 @@
+//! Whether the guidance can settle at its control period: Indiveri 2009, eqs. (25)-(26), in discrete time.
+//!
+//! | symbol | is |
+//! |---|---|
+//! | K | a gain, K_r or K_phi of eq. (26), in 1/s; of a matrix its largest eigenvalue |
+//! | T | the period in which the guidance sees a new pose and decides, in s |
+//! | l | how old a pose is when it is decided on, in s |
+//! | u, v | what is commanded and what the wheels make of it, along one direction of motion, in m/s or rad/s |
+//!
+//! Eq. (25) proves that the error decays for every K > 0 in continuous time. A controller that decides once a period holds its command until
+//! the next. Along one direction
+//!
+//! e' = -v,   u = K e(k T - l)  from k T to (k + 1) T.
+//!
+//! Wheels that follow at once have v = u; loops with a proportional and an integral part, and a feedforward of the command's filtered
+//! derivative, have
+//!
+//! v' = w (u - v) + s i + c (u - x),   i' = u - v,   x' = c (u - x).
+//!
+//! Over a period this is a matrix, and the error decays where and only where its powers vanish. For wheels that follow at once and l = d T it is
+//! e_(k+1) = e_k - K T e_(k-d), which decays for
+//!
+//! 0 < K T < 2 cos(d pi / (2 d + 1)),
+//!
+//! (Levin and May 1976, "A note on difference-delay equations"): below 2 with poses that are seen at once, 1 with poses a period old, 0.618
+//! with two. From half of it (exactly so for d = 0) the error changes its sign from period to period. Loops move the bound: w T = 0.6 lowers
+//! 2 to 1.64, w T = 4 raises it to 3.15.
+
+use ilon_control::DynamicModel;
+use ilon_trace::Guidance;
+use nalgebra::{DMatrix, DVector, Matrix3};
+
+use crate::Error;
+use crate::scenario::{Scenario, Task, WheelLaw};
+
+/// How the wheels answer a command along one direction of motion.
+#[derive(Clone, Copy, Debug)]
+struct Answer {
+    /// w, in 1/s.
+    proportional_per_s: f64,
+    /// s, in 1/s^2.
+    integral_per_s2: f64,
+    /// c, in 1/s; 0 without feedforward.
+    feedforward_per_s: f64,
+}
+
+/// A period, and how old the pose is that is decided on in it.
+#[derive(Clone, Copy, Debug)]
+struct Timing {
+    /// T.
+    period_s: f64,
+    /// l.
+    age_s: f64,
+}
+
+/// An error of the pose along one direction, its gain left open; without an answer the wheels follow at once.
+#[derive(Clone, Copy, Debug)]
+struct ErrorLoop {
+    timing: Timing,
+    answer: Option<Answer>,
+}
+
+/// Poses that are older than so many periods are looked at in longer ones.
+const MOST_PERIODS: f64 = 20.0;
+
+impl Timing {
+    /// With a period so long that the pose is [`MOST_PERIODS`] of it old. What is decided on is held for half a period in the mean, so that age and
+    /// half a period together stay as they are: the bound on the gain then stays to 3e-4.
+    fn coarsened(&self) -> Self {
+        let Self { period_s, age_s } = *self;
+        if age_s <= MOST_PERIODS * period_s {
+            return *self;
+        }
+        let longer_s = (age_s + 0.5 * period_s) / (MOST_PERIODS + 0.5);
+        Self {
+            period_s: longer_s,
+            age_s: MOST_PERIODS * longer_s,
+        }
+    }
+}
+
+impl ErrorLoop {
+    /// The product K T from which on the error does not decay.
+    fn limit(&self) -> f64 {
+        let timing = self.timing.coarsened();
+        let coarsened = Self { timing, ..*self };
+        coarsened.limit_in_periods() * self.timing.period_s / timing.period_s
+    }
+
+    fn limit_in_periods(&self) -> f64 {
+        /// No loop bears more.
+        const MOST: f64 = 8.0;
+        let (mut low, mut high) = (0.0, MOST);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            match self.decays(middle) {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        high
+    }
+
+    /// Whether the error decays under a product K T.
+    fn decays(&self, product: f64) -> bool {
+        /// After so many doublings a part in 10^7 below the bound is told from one above.
+        const DOUBLINGS: usize = 30;
+        /// What has shrunk or grown to this does so for good.
+        const SMALL: f64 = 1e-6;
+        let mut over = self.over_a_period(product);
+        for _ in 0..DOUBLINGS {
+            let size = over.norm();
+            if !(SMALL..1.0 / SMALL).contains(&size) {
+                return size < SMALL;
+            }
+            over = &over * &over;
+        }
+        false
+    }
+
+    /// What a period makes of the state: v, i and x, where there is an answer; e; and e as it was seen in the periods before.
+    fn over_a_period(&self, product: f64) -> DMatrix<f64> {
+        let Timing { period_s, age_s } = self.timing;
+        let age = age_s / period_s;
+        // So many whole periods, and a part of one, between the look and the decision.
+        let whole = (age + 1e-9).floor();
+        let part = (age - whole).max(0.0);
+        let own = self.rates();
+        // The last row and column are of u, which is held.
+        let size = own.nrows() - 1;
+        let e = size - 1;
+        let moves = |share: f64| (&own * (share * period_s)).exp();
+        let looks = match part > 1e-9 {
+            true => whole as usize + 1,
+            false => whole as usize,
+        };
+        let mut seen = DVector::zeros(size + looks);
+        seen[if looks == 0 { e } else { size + looks - 1 }] = 1.0;
+        let command = seen.transpose() * (product / period_s);
+        let mut over = DMatrix::zeros(size + looks, size + looks);
+        let advance = |over: &mut DMatrix<f64>, row: usize, of: usize, moved: &DMatrix<f64>| {
+            let mut line = &command * moved[(of, size)];
+            for column in 0..size {
+                line[column] += moved[(of, column)];
+            }
+            over.set_row(row, &line);
+        };
+        let whole_period = moves(1.0);
+        for row in 0..size {
+            advance(&mut over, row, row, &whole_period);
+        }
+        if looks > 0 {
+            // The newest look is between this decision and the next.
+            advance(&mut over, size, e, &moves(1.0 - part));
+            for row in 1..looks {
+                over[(size + row, size + row - 1)] = 1.0;
+            }
+            if part <= 1e-9 {
+                // It is at this decision.
+                over.row_mut(size).fill(0.0);
+                over[(size, e)] = 1.0;
+            }
+        }
+        over
+    }
+
+    /// The rates of v, i, x, e and u by these.
+    fn rates(&self) -> DMatrix<f64> {
+        match self.answer {
+            None => DMatrix::from_row_slice(2, 2, &[0.0, -1.0, 0.0, 0.0]),
+            Some(answer) => {
+                let (w, s) = (answer.proportional_per_s, answer.integral_per_s2);
+                let c = answer.feedforward_per_s;
+                // What has no effect shall vanish, and not stand for an error that stays.
+                let own = 1.0 / self.timing.period_s;
+                let of_i = if s == 0.0 {
+                    [0.0, -own, 0.0]
+                } else {
+                    [-1.0, 0.0, 1.0]
+                };
+                let of_x = if c == 0.0 { [-own, 0.0] } else { [-c, c] };
+                #[rustfmt::skip]
+                let rates = [
+                    -w, s, -c, 0.0, w + c,
+                    of_i[0], of_i[1], 0.0, 0.0, of_i[2],
+                    0.0, 0.0, of_x[0], 0.0, of_x[1],
+                    -1.0, 0.0, 0.0, 0.0, 0.0,
+                    0.0, 0.0, 0.0, 0.0, 0.0,
+                ];
+                DMatrix::from_row_slice(5, 5, &rates)
+            }
+        }
+    }
+}
+
+/// When a scenario's guidance sees new poses, and whether it is always so: poses that come at a period that does not go with the control's are
+/// now older, now younger.
+fn timing(scenario: &Scenario) -> (Timing, bool) {
+    // Rounding shall not take a period off.
+    const SLACK: f64 = 1e-9;
+    let control_s = scenario.run.control_dt_s;
+    let sensor = &scenario.sensors.pose;
+    let of = |period_s, age_s| Timing { period_s, age_s };
+    // A filter brings each pose up to the present.
+    if scenario.sensors.fusion.is_some() {
+        return (of(control_s, 0.0), true);
+    }
+    let pose_s = sensor.rate_hz.map_or(control_s, |rate_hz| 1.0 / rate_hz);
+    let periods = pose_s / control_s;
+    match periods > 1.0 - 1e-6 && (periods - periods.round()).abs() < 1e-6 {
+        // It waits for the next decision.
+        true => {
+            let waits = (sensor.latency_s / control_s - SLACK).ceil().max(0.0);
+            (of(periods.round() * control_s, waits * control_s), true)
+        }
+        false => (of(pose_s.max(control_s), sensor.latency_s), false),
+    }
+}
+
+/// How the wheels answer along the directions in which a position error, and a heading error, are led back.
+fn answers(scenario: &Scenario, model: &DynamicModel, physics_dt_s: f64) -> [Vec<Answer>; 2] {
+    let section = &scenario.wheel_loop;
+    if section.law != WheelLaw::Pid {
+        // Laws that know the robot make the loop that they are asked for, in each direction.
+        let w = model.bandwidth_rad_s(section.bandwidth_rad_s, physics_dt_s);
+        let answer = Answer {
+            proportional_per_s: w,
+            integral_per_s2: 0.25 * w * w,
+            feedforward_per_s: 1.0 / scenario.run.control_dt_s,
+        };
+        return [vec![answer], vec![answer]];
+    }
+    let (k_p, k_i) = (
+        section.proportional_n_m_s.unwrap_or(0.0),
+        section.integral_n_m.unwrap_or(0.0),
+    );
+    // R^T I R v' = R^T R (k_p (u - v) + k_i i).
+    let r = model.kinematics().rate_matrix();
+    let (inertia, push) = (r.transpose() * model.inertia() * r, r.transpose() * r);
+    let answer = |pushed: f64| {
+        let pushed = pushed / (1.0 + pushed * section.derivative_n_m_s2);
+        Answer {
+            proportional_per_s: k_p * pushed,
+            integral_per_s2: k_i * pushed,
+            feedforward_per_s: 0.0,
+        }
+    };
+    let along = |matrix: &Matrix3<f64>| matrix.fixed_view::<2, 2>(0, 0).into_owned();
+    // Of a positive definite matrix, which every inertia is.
+    let root = along(&inertia).cholesky().and_then(|c| c.l().try_inverse());
+    let values = root.map(|root| (root * along(&push) * root.transpose()).symmetric_eigenvalues());
+    let position = values.iter().flat_map(|values| values.iter());
+    [
+        position.map(|value| answer(*value)).collect(),
+        vec![answer(push[(2, 2)] / inertia[(2, 2)])],
+    ]
+}
+
+/// A gain of a guidance: its key, and how large it is.
+struct UsedGain {
+    key: String,
+    per_s: f64,
+    /// Whether it is on the heading.
+    of_heading: bool,
+}
+
+/// Which gains a scenario's guidance uses.
+fn gains(scenario: &Scenario) -> Vec<UsedGain> {
+    let section = &scenario.guidance;
+    let position = || UsedGain {
+        key: match section.position_gain_matrix_per_s {
+            Some(_) => "the largest eigenvalue of `guidance.position_gain_matrix_per_s`",
+            None => "`guidance.position_gain_per_s`",
+        }
+        .to_owned(),
+        per_s: section.position_gain_most_per_s(),
+        of_heading: false,
+    };
+    let heading = |key: &str, per_s| UsedGain {
+        key: format!("`guidance.{key}`"),
+        per_s,
+        of_heading: true,
+    };
+    let on_heading = || heading("heading_gain_per_s", section.heading_gain_per_s);
+    if section.tasks.is_empty() {
+        return vec![position(), on_heading()];
+    }
+    let of_task = |(index, task): (usize, &Task)| match *task {
+        Task::PositionFeedback => Some(position()),
+        Task::HeadingFeedback => Some(on_heading()),
+        Task::Face { gain_per_s, .. } => Some(heading(
+            &format!("tasks.{index}.face.gain_per_s"),
+            gain_per_s,
+        )),
+        Task::PositionFeedforward | Task::HeadingFeedforward | Task::Twist { .. } => None,
+    };
+    section
+        .tasks
+        .iter()
+        .enumerate()
+        .filter_map(of_task)
+        .collect()
+}
+
+/// The products of a gain and the period at which an error stops to settle.
+#[derive(Clone, Copy, Debug)]
+struct Bounds {
+    /// From which on it changes its sign from period to period: half of what wheels that follow at once, or the scenario's own loops, bear.
+    overshoots_from: f64,
+    /// Under the wheel loops of the scenario.
+    unstable_from: f64,
+    /// Under these, and under wheels that follow at once.
+    hopeless_from: f64,
+}
+
+/// What the gains of a guidance can be at its period, its poses and its wheel loops.
+#[derive(Clone, Copy, Debug)]
+pub struct Stability {
+    timing: Timing,
+    position: Bounds,
+    heading: Bounds,
+}
+
+impl Stability {
+    /// Of a scenario whose guidance follows a reference, in physics steps of some seconds; `None` of a law with springs, which has limits of
+    /// its own.
+    pub fn of(scenario: &Scenario, model: &DynamicModel, physics_dt_s: f64) -> Option<Self> {
+        if scenario.wheel_loop.law == WheelLaw::Passive {
+            return None;
+        }
+        let (timing, is_certain) = timing(scenario);
+        let limit = |answer| ErrorLoop { timing, answer }.limit();
+        let at_once = limit(None);
+        let bounds = answers(scenario, model, physics_dt_s).map(|answers| {
+            let known = answers.into_iter().map(|own| limit(Some(own)));
+            let (least, most) = known.fold((f64::INFINITY, at_once), |(least, most), own| {
+                (least.min(own), most.max(own))
+            });
+            Bounds {
+                overshoots_from: 0.5 * least.min(at_once),
+                unstable_from: least,
+                hopeless_from: if is_certain { most } else { f64::INFINITY },
+            }
+        });
+        let [position, heading] = bounds;
+        Some(Self {
+            timing,
+            position,
+            heading,
+        })
+    }
+
+    /// It as a trace keeps it; the gain on an error that no task serves is 0.
+    pub fn recorded(&self, scenario: &Scenario) -> Guidance {
+        let gains = gains(scenario);
+        let most = |of_heading: bool| {
+            let of_kind = gains.iter().filter(|gain| gain.of_heading == of_heading);
+            of_kind.map(|gain| gain.per_s).fold(0.0, f64::max)
+        };
+        let periods = scenario.run.control_dt_s / self.timing.period_s;
+        Guidance {
+            position_gain_per_s: most(false),
+            heading_gain_per_s: most(true),
+            position_unstable_from: self.position.unstable_from * periods,
+            heading_unstable_from: self.heading.unstable_from * periods,
+        }
+    }
+
+    /// What a person should know of the gains of a scenario.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`], where an error cannot settle.
+    pub fn remark(&self, scenario: &Scenario) -> Result<Option<String>, Error> {
+        /// Rounding shall not let a bound through.
+        const ALMOST: f64 = 1.0 - 1e-9;
+        let period_s = self.timing.period_s;
+        let poses = match self.timing.age_s > 0.0 {
+            true => format!(" with poses {} s old", self.timing.age_s),
+            false => String::new(),
+        };
+        let mut worst: Option<(f64, UsedGain, Bounds)> = None;
+        for gain in gains(scenario) {
+            let bounds = if gain.of_heading {
+                self.heading
+            } else {
+                self.position
+            };
+            let share = gain.per_s * period_s / bounds.overshoots_from;
+            if worst.as_ref().is_none_or(|(most, ..)| share > *most) {
+                worst = Some((share, gain, bounds));
+            }
+        }
+        let Some((_, gain, bounds)) = worst.filter(|(share, ..)| *share >= ALMOST) else {
+            return Ok(None);
+        };
+        let (key, product) = (&gain.key, gain.per_s * period_s);
+        let (unstable, hopeless) = (bounds.unstable_from, bounds.hopeless_from);
+        let is = format!("{key} times the period of {period_s} s is {product:.3}");
+        let help = format!(
+            "choose a gain below {:.3} /s, or a shorter `run.control_dt_s`",
+            bounds.overshoots_from / period_s
+        );
+        if product >= hopeless * ALMOST {
+            return Err(Error::invalid(
+                format!(
+                    "the guidance cannot settle: {is}, and from {hopeless:.3} on{poses} an error grows from period to period, with these wheel \
+                     loops and with wheels that follow at once"
+                ),
+                help,
+            ));
+        }
+        Ok(Some(match product >= unstable * ALMOST {
+            true => format!(
+                "the guidance is unstable: {is}, and from {unstable:.3} on{poses} and with these wheel loops an error grows from period to period; {help}"
+            ),
+            false => format!(
+                "the guidance overshoots: {is}, and from {:.3} on{poses} an error changes its sign from period to period (from {unstable:.3} on it \
+                 grows, with these wheel loops); {help}",
+                bounds.overshoots_from
+            ),
+        }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+
+    fn limit(periods_old: f64, answer: Option<(f64, f64)>) -> f64 {
+        let timing = Timing {
+            period_s: 0.02,
+            age_s: 0.02 * periods_old,
+        };
+        let answer = answer.map(|(proportional_per_s, integral_per_s2)| Answer {
+            proportional_per_s,
+            integral_per_s2,
+            feedforward_per_s: 0.0,
+        });
+        ErrorLoop { timing, answer }.limit()
+    }
+
+    /// Wheels that follow at once: 2 cos(d pi / (2 d + 1)) of poses d whole periods old. Of poses a part f of a period old the polynomial
+    /// is z^2 - z + p ((1 - f) z + f), by Jury's criterion stable below 2 / (1 - 2 f) and 1 / f.
+    #[test]
+    fn wheels_that_follow_at_once_have_the_bounds_of_levin_and_jury() {
+        for d in 0..6 {
+            let d = f64::from(d);
+            let exact = 2.0 * (d * PI / (2.0 * d + 1.0)).cos();
+            let found = limit(d, None);
+            assert!((found - exact).abs() < 1e-5, "{d}: {found} {exact}");
+        }
+        // Of poses so old that longer periods stand for these, to what the bound says of itself.
+        for d in [21.0, 50.0, 300.0, 1e4] {
+            let exact = 2.0 * (d * PI / (2.0 * d + 1.0)).cos();
+            let found = limit(d, None);
+            assert!((found / exact - 1.0).abs() < 3e-4, "{d}: {found} {exact}");
+        }
+        for f in [0.05_f64, 0.2, 0.25, 0.3, 0.5, 0.9] {
+            let of_minus_one = if f < 0.5 {
+                2.0 / (1.0 - 2.0 * f)
+            } else {
+                f64::INFINITY
+            };
+            let exact = of_minus_one.min(1.0 / f);
+            let found = limit(f, None);
+            assert!((found - exact).abs() < 1e-5, "{f}: {found} {exact}");
+        }
+    }
+
+    /// Loops without an integral are a lag of 1 / w: with a = exp(-w T) the polynomial is (z - 1)(z - a) + p (b1 z + b0), b1 = 1 - (1 - a) / (w T)
+    /// and b0 = (1 - a) / (w T) - a, stable below 2 (1 + a) / (b1 - b0) and (1 - a) / b0. Very fast ones follow at once, and very slow ones with
+    /// an integral are those of the double lag.
+    #[test]
+    fn loops_have_the_bounds_of_their_polynomials() {
+        for w_t in [0.1, 0.6, 2.0, 4.0, 8.0, 30.0] {
+            let a = f64::exp(-w_t);
+            let (b1, b0) = (1.0 - (1.0 - a) / w_t, (1.0 - a) / w_t - a);
+            let exact = (2.0 * (1.0 + a) / (b1 - b0)).min((1.0 - a) / b0);
+            let exact = if b1 > b0 { exact } else { (1.0 - a) / b0 };
+            let found = limit(0.0, Some((w_t / 0.02, 0.0)));
+            assert!((found / exact - 1.0).abs() < 1e-5, "{w_t}: {found} {exact}");
+        }
+        let fast = 1e5;
+        assert!((limit(0.0, Some((fast, 0.25 * fast * fast))) - 2.0).abs() < 2e-3);
+    }
+}

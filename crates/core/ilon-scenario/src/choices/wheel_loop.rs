@@ -1,0 +1,176 @@
+//! The wheel loops of a scenario: the gains that it gives or leaves to the program.
+
+use ilon_control::{
+    DynamicModel, LoopTiming, PassiveTorqueSettings, TiltLoop, WheelGains, WheelLoop,
+    WheelLoopSettings,
+};
+use ilon_robot::Robot;
+
+use crate::Error;
+use crate::scenario::{self, Passive, Scenario, Step, WheelLaw};
+
+/// Writes the period and the gains that a `[wheel_loop]` section leaves out, and the program chooses, into it. Gives the period, in seconds.
+pub fn choose_gains(
+    section: &mut scenario::WheelLoop,
+    model: &DynamicModel,
+    physics_dt_s: f64,
+) -> Result<f64, Error> {
+    if section.is_sampled() {
+        section.period_s.get_or_insert(physics_dt_s);
+    }
+    let period_s = section.period_s.unwrap_or(physics_dt_s);
+    if section.law == WheelLaw::Pid {
+        let gains = gains(section, model, period_s)?;
+        section.proportional_n_m_s = Some(gains.proportional_n_m_s);
+        section.integral_n_m = Some(gains.integral_n_m);
+    }
+    Ok(period_s)
+}
+
+fn gains(
+    section: &scenario::WheelLoop,
+    model: &DynamicModel,
+    period_s: f64,
+) -> Result<WheelGains, Error> {
+    let bandwidth_rad_s = section.bandwidth_rad_s;
+    let proposed = WheelGains::for_robot(model, timing(section), period_s, bandwidth_rad_s)?;
+    Ok(WheelGains {
+        proportional_n_m_s: section
+            .proportional_n_m_s
+            .unwrap_or(proposed.proportional_n_m_s),
+        integral_n_m: section.integral_n_m.unwrap_or(proposed.integral_n_m),
+        derivative_n_m_s2: section.derivative_n_m_s2,
+    })
+}
+
+fn timing(section: &scenario::WheelLoop) -> LoopTiming {
+    match section.timing {
+        scenario::LoopTiming::Sampled => LoopTiming::Sampled,
+        scenario::LoopTiming::Continuous => LoopTiming::Continuous,
+    }
+}
+
+/// The wheel loops of a `[wheel_loop]` section.
+pub fn pid(
+    section: &scenario::WheelLoop,
+    model: &DynamicModel,
+    period_s: f64,
+) -> Result<WheelLoop, Error> {
+    let gains = gains(section, model, period_s)?;
+    let settings = WheelLoopSettings {
+        timing: timing(section),
+        inertia_kg_m2: model.ground_inertia_kg_m2(),
+        derivative_filter_s: section.derivative_filter_s,
+        feedforward_damping_n_m_s: section.feedforward_damping_n_m_s,
+        feedforward_friction_n_m: section.feedforward_friction_n_m,
+        integral_limit_n_m: section.integral_limit_n_m.unwrap_or(f64::INFINITY),
+        winds_up: section.anti_windup == scenario::AntiWindup::None,
+        ..WheelLoopSettings::new(gains)
+    };
+    Ok(WheelLoop::new(model.kinematics().wheel_count(), settings)?)
+}
+
+/// The dynamic model of a scenario's robot.
+pub fn dynamic_model(robot: &Robot) -> Result<DynamicModel, Error> {
+    Ok(DynamicModel::new(robot)?)
+}
+
+/// Writes what a passive law's section leaves out, and the guidance's gains that follow from it, into a scenario.
+///
+/// # Errors
+/// [`Error::Control`] for a robot that has no such law.
+pub fn choose_springs(scenario: &mut Scenario, robot: &Robot) -> Result<(), Error> {
+    if scenario.wheel_loop.law != WheelLaw::Passive {
+        return Ok(());
+    }
+    let dt_s = match (scenario.wheel_loop.period_s, scenario.run.physics_dt_s) {
+        (Some(period_s), _) => period_s,
+        (None, Step::Seconds(dt_s)) => dt_s,
+        // A step that is chosen is short enough for dampers of this period.
+        (None, Step::Auto(_)) => scenario.run.control_dt_s.min(LONGEST_FOR_SPRINGS_S),
+    };
+    let own = passive_settings(scenario, robot, dt_s)?;
+    scenario.wheel_loop.passive = Some(Passive {
+        stiffness_n_m: Some(own.stiffness_n_m),
+        damping_n_s_m: Some(own.damping_n_s_m),
+        heading_stiffness_n_m_rad: Some(own.heading_stiffness_n_m_rad),
+        heading_damping_n_m_s_rad: Some(own.heading_damping_n_m_s_rad),
+        wheel_stiffness_n_m_rad: Some(own.wheel_stiffness_n_m_rad),
+        wheel_damping_n_m_s_rad: Some(own.wheel_damping_n_m_s_rad),
+        wheel_limit_n_m: Some(own.wheel_limit_n_m),
+    });
+    scenario.guidance.position_gain_per_s = own.position_gain_per_s();
+    scenario.guidance.heading_gain_per_s = own.heading_gain_per_s();
+    Ok(())
+}
+
+/// The longest physics step that springs which are left out allow for where the step is chosen, in seconds.
+const LONGEST_FOR_SPRINGS_S: f64 = 1e-3;
+
+/// What a scenario says of a passive law, about the body's origin.
+pub fn passive_settings(
+    scenario: &Scenario,
+    robot: &Robot,
+    loop_period_s: f64,
+) -> Result<PassiveTorqueSettings, Error> {
+    let (control_dt_s, sensor) = (scenario.run.control_dt_s, &scenario.sensors.pose);
+    let period =
+        |rate_hz: Option<f64>| rate_hz.map_or(control_dt_s, |hz| control_dt_s.max(1.0 / hz));
+    // A filter brings each pose up to the present.
+    let (pose_period_s, pose_delay_s) = match scenario.sensors.fusion {
+        Some(_) => (control_dt_s, 0.0),
+        None => (period(sensor.rate_hz), sensor.latency_s),
+    };
+    let mut own = PassiveTorqueSettings::for_robot(
+        robot,
+        scenario.world.gravity_m_s2,
+        loop_period_s,
+        pose_period_s,
+        pose_delay_s,
+    )?;
+    let said = scenario.wheel_loop.passive.clone().unwrap_or_default();
+    // Along and about: what is said, completed by the other half's own ratio of damping^2 to stiffness.
+    let complete = |own: (f64, f64), said: (Option<f64>, Option<f64>)| match said {
+        (Some(stiffness), Some(damping)) => (stiffness, damping),
+        (Some(stiffness), None) => (stiffness, own.1 * libm::sqrt(stiffness / own.0)),
+        (None, Some(damping)) => (own.0 * (damping / own.1) * (damping / own.1), damping),
+        (None, None) => own,
+    };
+    (own.stiffness_n_m, own.damping_n_s_m) = complete(
+        (own.stiffness_n_m, own.damping_n_s_m),
+        (said.stiffness_n_m, said.damping_n_s_m),
+    );
+    (own.heading_stiffness_n_m_rad, own.heading_damping_n_m_s_rad) = complete(
+        (own.heading_stiffness_n_m_rad, own.heading_damping_n_m_s_rad),
+        (
+            said.heading_stiffness_n_m_rad,
+            said.heading_damping_n_m_s_rad,
+        ),
+    );
+    let set = |own: &mut f64, said: Option<f64>| *own = said.unwrap_or(*own);
+    set(
+        &mut own.wheel_stiffness_n_m_rad,
+        said.wheel_stiffness_n_m_rad,
+    );
+    set(
+        &mut own.wheel_damping_n_m_s_rad,
+        said.wheel_damping_n_m_s_rad,
+    );
+    set(&mut own.wheel_limit_n_m, said.wheel_limit_n_m);
+    own.priority = scenario.guidance.priority.into();
+    own.friction = scenario.wheel_loop.friction.unwrap_or(f64::INFINITY);
+    own.tilt = scenario.sensors.imu.as_ref().map(|imu| TiltLoop {
+        time_constant_s: imu.filter_s,
+        delay_s: imu.latency_s + period(imu.rate_hz),
+    });
+    Ok(own)
+}
+
+impl From<scenario::Priority> for ilon_control::Priority {
+    fn from(priority: scenario::Priority) -> Self {
+        match priority {
+            scenario::Priority::Position => Self::Position,
+            scenario::Priority::Heading => Self::Heading,
+        }
+    }
+}

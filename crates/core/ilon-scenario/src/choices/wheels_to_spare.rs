@@ -1,0 +1,85 @@
+//! Whether less than real rollers give way by decides which wheels of a robot touch the ground.
+//!
+//! Four wheels on a rigid chassis stand on a plane with contacts of stiffness k each. Where one of them ends d higher than the plane of the others, a load of
+//! k d / 4 goes from each wheel of its diagonal to the other diagonal, so that under a load N on each wheel all touch while k d < 4 N. Where hubs rise
+//! and fall by t, two of a diagonal may be up while the other two are down, d = 2 t: all touch while k t < 2 N.
+
+use ilon_robot::{Robot, RollerForm, Scale, Wheel};
+
+/// Heights that rounding makes, in metres.
+const EXACT_M: f64 = 1e-9;
+
+/// A height by which wheels to spare differ, in metres, what it is, and the largest stiffness of contacts in N/m with which all wheels stay down.
+struct Uneven {
+    words: String,
+    bears_n_m: f64,
+}
+
+/// What is to be said of a robot with wheels to spare on contacts of a stiffness in N/m, where none is said that of a robot of its size.
+pub fn remark(
+    robot: &Robot,
+    contact_stiffness_n_m: Option<f64>,
+    gravity_m_s2: f64,
+) -> Option<String> {
+    let is_rigid = |wheel: &Wheel| {
+        let is_modelled = |form: &RollerForm| matches!(form, RollerForm::AsModelled(_));
+        let mut forms = wheel.rollers.iter().map(|roller| &roller.form);
+        wheel.surface.tread.is_none()
+            && wheel.surface.axial_play_m == 0.0
+            && !forms.any(is_modelled)
+    };
+    if !robot.has_wheels_to_spare() || !robot.wheels.iter().all(is_rigid) {
+        return None;
+    }
+    let scale = Scale::of(robot, gravity_m_s2);
+    let load_n = scale.load_kg * scale.gravity_m_s2;
+    let stiffness_n_m =
+        contact_stiffness_n_m.unwrap_or_else(|| ilon_world::contact_stiffness_n_m(&scale));
+    let uneven = [of_hubs(robot, load_n), of_standing(robot, load_n)];
+    let softest = |a: &Uneven, b: &Uneven| a.bears_n_m.total_cmp(&b.bears_n_m);
+    let uneven = uneven.into_iter().flatten().min_by(softest)?;
+    (stiffness_n_m > uneven.bears_n_m).then(|| {
+        format!(
+            "the wheels: {}, while a rigid contact gives way by {:.2} um under a wheel's load: so rigid a robot stands on two or three of its {} wheels, and \
+             who touches, and with it slip and heading, is decided by less than real rollers give way by. On treads softer than {:.0e} N/m all \
+             wheels stay down: give the stiffness of yours as `rollers.tread.stiffness_n_m`",
+            uneven.words,
+            1e6 * load_n / stiffness_n_m,
+            robot.wheels.len(),
+            uneven.bears_n_m
+        )
+    })
+}
+
+/// Of hubs that rise and fall as rollers pass.
+fn of_hubs(robot: &Robot, load_n: f64) -> Option<Uneven> {
+    let wheels = robot.wheels.iter().filter(|wheel| !wheel.is_round());
+    let travels_m = wheels.map(|wheel| wheel.hub_heights().travel_m);
+    let travel_m = travels_m
+        .reduce(f64::max)
+        .filter(|travel_m| *travel_m > EXACT_M)?;
+    Some(Uneven {
+        words: format!(
+            "their hubs rise and fall by {:.3} mm as rollers pass",
+            1e3 * travel_m
+        ),
+        bears_n_m: 2.0 * load_n / travel_m,
+    })
+}
+
+/// Of a wheel that ends higher than the plane on which the others stand.
+fn of_standing(robot: &Robot, load_n: f64) -> Option<Uneven> {
+    let pose = robot.standing_pose()?;
+    let gaps = robot.wheels.iter().map(|wheel| (pose.gap_m(wheel), wheel));
+    let (gap_m, highest) = gaps
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .filter(|(gap_m, _)| *gap_m > EXACT_M)?;
+    Some(Uneven {
+        words: format!(
+            "`{}` ends {:.4} mm higher than the others",
+            highest.name,
+            1e3 * gap_m
+        ),
+        bears_n_m: 4.0 * load_n / gap_m,
+    })
+}

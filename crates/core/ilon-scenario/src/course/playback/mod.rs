@@ -1,0 +1,428 @@
+//! A log that drives the robot.
+
+mod bag;
+mod csv;
+mod joint_log;
+mod series;
+mod wanted;
+
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use ilon_control::{Heading, Reference};
+use ilon_robot::{JointKind, Pose, Robot, Twist};
+use nalgebra::Vector2;
+
+pub use self::joint_log::JointLog;
+pub use self::series::Placing;
+use self::series::{Series, is_wrapped, place, unwrap};
+use self::wanted::{LogContents, Wanted};
+use crate::Error;
+use crate::scenario::{Drives, Scenario, TIME_SLACK_S};
+
+/// Points of a path are at least this far apart, in seconds: a spline through poses that lie closer follows their noise.
+const PATH_STEP_S: f64 = 0.25;
+
+/// A log that was read: what drives the robot, and where the real one was.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Log {
+    drives: Drives,
+    driving: Series,
+    /// x, y and heading, unwrapped.
+    measured: Option<Measured>,
+    angle_gain_per_s: f64,
+    control_dt_s: f64,
+}
+
+/// Where the real robot was.
+#[derive(Clone, Debug, PartialEq)]
+struct Measured {
+    poses: Series,
+    /// Whether they are placed where the simulated robot starts: a log that says so from the beginning knows where that is.
+    is_placed: bool,
+}
+
+/// What comes of a log.
+#[derive(Clone, Debug, Default)]
+pub struct Played {
+    /// What drives wheels or body; `None` of a log that drives joints alone.
+    pub log: Option<Arc<Log>>,
+    /// What it tells the servos of joints between bodies: which of the robot's, and what.
+    pub joints: Vec<(usize, Arc<JointLog>)>,
+    /// When what it drives ends, in seconds of the run.
+    pub end_s: f64,
+}
+
+/// What a log asks of the wheels at a time.
+pub enum Asked {
+    /// Rates, in rad/s.
+    Rates,
+    /// Torques, in N m.
+    Torques,
+    /// Those of a twist in the body frame.
+    Twist(Twist),
+}
+
+/// Reads the log that a scenario names, for a robot that starts at a pose; nothing where it names none.
+///
+/// # Errors
+/// Where it cannot be read, or does not say what shall drive the robot.
+pub fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Played, Error> {
+    let Some(section) = &scenario.playback else {
+        return Ok(Played::default());
+    };
+    let path = scenario.resolve(&section.file);
+    let wheels: Vec<&str> = robot
+        .wheels
+        .iter()
+        .map(|wheel| wheel.name.as_str())
+        .collect();
+    let moved = joints_without_aim(scenario, robot);
+    let joints: Vec<(&str, JointKind)> = moved
+        .iter()
+        .map(|index| {
+            (
+                robot.joints[*index].name.as_str(),
+                robot.joints[*index].kind,
+            )
+        })
+        .collect();
+    let wanted = Wanted {
+        section,
+        wheels: &wheels,
+        joints: &joints,
+        path: &path,
+        asked: RefCell::default(),
+    };
+    let said = match section.is_csv() {
+        true => csv::read(&wanted, &scenario.files)?,
+        false => bag::read(&wanted, &scenario.files)?,
+    };
+    let LogContents {
+        mut driving,
+        measured,
+        mut joints,
+    } = said;
+    let all = [Some(&driving), measured.as_ref()].into_iter().flatten();
+    all.chain(&joints)
+        .try_for_each(|series| grows(&wanted, series))?;
+    let alone = section.drives == Drives::Joints;
+    let first_s = match alone {
+        true => joints
+            .iter()
+            .filter_map(|series| series.times_s.first().copied())
+            .reduce(f64::min),
+        false => driving.times_s.first().copied(),
+    };
+    let Some(first_s) = first_s else {
+        if alone {
+            return Err(moves_no_joint(&wanted));
+        }
+        return Err(wanted.fault(
+            "it holds nothing that could drive the robot",
+            "see `playback.drives` and `playback.topic`",
+        ));
+    };
+    // Time counts from what drives the robot first.
+    let shift_s = -first_s - section.from_s;
+    joints
+        .iter_mut()
+        .for_each(|series| series.shift_times(shift_s));
+    let mut told = Vec::new();
+    for (index, series) in moved.into_iter().zip(&joints) {
+        let log = JointLog::new(&wanted, &robot.joints[index].name, series)?;
+        told.extend(log.map(|log| (index, Arc::new(log))));
+    }
+    let asks = alone || section.joint_topic.is_some() || section.joints_by.is_some();
+    if told.is_empty() && asks {
+        return Err(moves_no_joint(&wanted));
+    }
+    if alone {
+        let ends_s = told.iter().map(|(_, log)| log.end_s());
+        return Ok(Played {
+            log: None,
+            end_s: ends_s.fold(0.0, f64::max),
+            joints: told,
+        });
+    }
+    driving.shift_times(shift_s);
+    let log = Log::new(
+        &wanted,
+        (driving, measured),
+        shift_s,
+        scenario.run.control_dt_s,
+        start,
+    )?;
+    Ok(Played {
+        end_s: log.end_s(),
+        log: Some(Arc::new(log)),
+        joints: told,
+    })
+}
+
+/// The joints that a log may drive: those with a servo that the scenario sends nowhere.
+fn joints_without_aim(scenario: &Scenario, robot: &Robot) -> Vec<usize> {
+    let is_free = |index: &usize| {
+        let joint = &robot.joints[*index];
+        let asked = scenario.robot.joints.get(&joint.name);
+        joint.servo().is_some()
+            && asked
+                .is_none_or(|asked| asked.setpoints.is_empty() && asked.options.target().is_none())
+    };
+    (0..robot.joints.len()).filter(is_free).collect()
+}
+
+/// That a log which shall drive joints drives none.
+fn moves_no_joint(wanted: &Wanted<'_>) -> Error {
+    let names: Vec<String> = wanted
+        .joints
+        .iter()
+        .map(|(joint, _)| format!("`{}`", wanted.name(joint)))
+        .collect();
+    let help = match (names.is_empty(), wanted.section.is_csv()) {
+        (true, _) => "give a joint role = \"driven\", and neither a target nor setpoints, in [robot.joints.NAME]".to_owned(),
+        (false, true) => format!(
+            "looked for are columns such as {0}_position_rad, {0}_rate_rad_s and {0}_torque_n_m, or _position_m, _rate_m_s and _force_n of a joint that slides, of {1}; \
+             `playback.names` says what a joint is called",
+            wanted.name(wanted.joints[0].0),
+            names.join(", ")
+        ),
+        (false, false) => format!(
+            "looked for are positions, velocities and efforts of {}; `playback.names` says what a joint is called",
+            names.join(", ")
+        ),
+    };
+    wanted.fault("it drives no joint of the robot", help)
+}
+
+/// Refuses times that do not grow.
+fn grows(wanted: &Wanted<'_>, series: &Series) -> Result<(), Error> {
+    let times_s = &series.times_s;
+    let Some(row) = times_s.windows(2).position(|pair| pair[1] <= pair[0]) else {
+        return Ok(());
+    };
+    Err(wanted.fault(
+        format!(
+            "its times do not grow: after {} s comes {} s",
+            times_s[row],
+            times_s[row + 1]
+        ),
+        "order its rows by time, and leave each time once",
+    ))
+}
+
+impl Log {
+    /// A log whose rows have the times of the run; the real robot's have those of the log until they are shifted by as much.
+    fn new(
+        wanted: &Wanted<'_>,
+        (mut driving, measured): (Series, Option<Series>),
+        shift_s: f64,
+        control_dt_s: f64,
+        start: Pose,
+    ) -> Result<Self, Error> {
+        let section = wanted.section;
+        if driving.len() == 1 {
+            return Err(wanted.fault(
+                "it drives the robot by one row alone, of which nobody knows how long it holds",
+                "add a row at the time at which it ends",
+            ));
+        }
+        if driving.end_s() <= 0.0 {
+            return Err(wanted.fault(
+                format!(
+                    "`playback.from_s` = {} leaves nothing of it",
+                    section.from_s
+                ),
+                format!("it is {:.3} s long", driving.end_s() + section.from_s),
+            ));
+        }
+        let measured = match measured {
+            None => None,
+            Some(poses) if poses.len() == 0 => {
+                return Err(wanted.fault(
+                    "it says nowhere where the real robot was",
+                    "see `playback.pose_topic`",
+                ));
+            }
+            Some(mut poses) => {
+                poses.shift_times(shift_s);
+                unwrap(&mut poses, 2);
+                let is_placed = poses.times_s[0] <= TIME_SLACK_S;
+                if is_placed {
+                    place(&mut poses, start);
+                }
+                Some(Measured { poses, is_placed })
+            }
+        };
+        if section.drives == Drives::Path {
+            unwrap(&mut driving, 2);
+            place(&mut driving, start);
+        }
+        if section.drives == Drives::WheelAngles {
+            for column in 0..driving.width {
+                if is_wrapped(&driving, column) {
+                    unwrap(&mut driving, column);
+                }
+                // They count from where they are when the run begins.
+                let first = driving.between(0.0, column);
+                let values = driving.values.iter_mut().skip(column);
+                values
+                    .step_by(driving.width)
+                    .for_each(|angle| *angle -= first);
+            }
+        }
+        Ok(Self {
+            drives: section.drives,
+            driving,
+            measured,
+            angle_gain_per_s: section.angle_gain_per_s(),
+            control_dt_s,
+        })
+    }
+
+    /// When what drives the robot ends, in seconds of the run: where rows hold until the next, when the last has held as long as the others;
+    /// else with the last.
+    pub fn end_s(&self) -> f64 {
+        let driving = &self.driving;
+        match self.drives {
+            Drives::WheelRates | Drives::WheelTorques | Drives::Twist => driving.end_s(),
+            Drives::WheelAngles | Drives::Path | Drives::Joints => {
+                driving.times_s.last().copied().unwrap_or(0.0)
+            }
+        }
+    }
+
+    /// The path of the log as a reference, if it is one.
+    pub fn reference(&self) -> Option<Result<Reference, ilon_control::ControlError>> {
+        if self.drives != Drives::Path {
+            return None;
+        }
+        let (mut times_s, mut points_m, mut headings_rad) = (Vec::new(), Vec::new(), Vec::new());
+        let rows = self.driving.len();
+        for (index, (t_s, row)) in self.driving.rows().enumerate() {
+            let far = times_s.last().is_none_or(|last| t_s - last >= PATH_STEP_S);
+            if t_s >= 0.0 && (far || index + 1 == rows) {
+                // The last point takes the place of one that is too near to it.
+                if !far && times_s.len() > 1 {
+                    times_s.pop();
+                    points_m.pop();
+                    headings_rad.pop();
+                }
+                times_s.push(t_s);
+                points_m.push(Vector2::new(row[0], row[1]));
+                headings_rad.push(row[2]);
+            }
+        }
+        Some(Reference::waypoints(
+            &times_s,
+            points_m,
+            Heading::Waypoints { headings_rad },
+        ))
+    }
+
+    /// What the log asks at a time, in seconds: rates or torques come into `wheels`. `angles_rad` are those that the robot sees.
+    pub fn ask(&self, t_s: f64, angles_rad: &[f64], wheels: &mut [f64]) -> Asked {
+        wheels.fill(0.0);
+        match self.drives {
+            Drives::WheelRates | Drives::WheelTorques => {
+                if let Some(row) = self.driving.held(t_s) {
+                    wheels.copy_from_slice(row);
+                }
+                match self.drives {
+                    Drives::WheelTorques => Asked::Torques,
+                    _ => Asked::Rates,
+                }
+            }
+            Drives::WheelAngles => {
+                for (column, (rate, angle_rad)) in wheels.iter_mut().zip(angles_rad).enumerate() {
+                    let now = self.driving.between(t_s, column);
+                    let next = self.driving.between(t_s + self.control_dt_s, column);
+                    *rate = (next - now) / self.control_dt_s
+                        + self.angle_gain_per_s * (now - angle_rad);
+                }
+                Asked::Rates
+            }
+            Drives::Twist | Drives::Path | Drives::Joints => {
+                let row = self
+                    .driving
+                    .held(t_s)
+                    .filter(|_| self.drives == Drives::Twist);
+                Asked::Twist(
+                    row.map_or_else(Twist::default, |row| Twist::new(row[0], row[1], row[2])),
+                )
+            }
+        }
+    }
+
+    /// The wheel rates that the log asks for at a time, in seconds, of wheels that follow it; `false` where it asks for something else.
+    pub fn rates_alone(&self, t_s: f64, rates_rad_s: &mut [f64]) -> bool {
+        let angles: Vec<f64> = match self.drives {
+            Drives::WheelRates => vec![0.0; self.driving.width],
+            Drives::WheelAngles => (0..self.driving.width)
+                .map(|column| self.driving.between(t_s, column))
+                .collect(),
+            _ => return false,
+        };
+        matches!(self.ask(t_s, &angles, rates_rad_s), Asked::Rates)
+    }
+
+    /// Where the real robot was at a time, in seconds; `None` where the log does not say. In the frame of the log unless
+    /// [`Log::measured_is_placed`].
+    pub fn measured_at(&self, t_s: f64) -> Option<Pose> {
+        let poses = &self.measured.as_ref()?.poses;
+        let (first, last) = (poses.times_s.first()?, poses.times_s.last()?);
+        let within = t_s >= first - TIME_SLACK_S && t_s <= last + TIME_SLACK_S;
+        within.then(|| Pose {
+            x_m: poses.between(t_s, 0),
+            y_m: poses.between(t_s, 1),
+            heading_rad: poses.between(t_s, 2),
+        })
+    }
+
+    /// Whether the log knows where the real robot started, so that its poses are placed where the simulated robot does. Those of a log
+    /// that says so later only are to be placed where the simulated robot is then.
+    pub fn measured_is_placed(&self) -> bool {
+        self.measured
+            .as_ref()
+            .is_some_and(|measured| measured.is_placed)
+    }
+
+    /// Whether it says where the real robot was.
+    pub fn has_measured(&self) -> bool {
+        self.measured.is_some()
+    }
+
+    /// The fastest that it asks a wheel to turn, in rad/s, where it asks for rates; `rates` gives those of a twist.
+    pub fn fastest_rate_rad_s(
+        &self,
+        rates: impl Fn(Twist, &mut [f64]),
+        wheel_count: usize,
+    ) -> Option<f64> {
+        let largest = |row: &[f64]| row.iter().fold(0.0, |most: f64, rate| most.max(rate.abs()));
+        match self.drives {
+            Drives::WheelTorques | Drives::Path | Drives::Joints => None,
+            Drives::WheelRates => Some(largest(&self.driving.values)),
+            Drives::WheelAngles => {
+                let rows: Vec<(f64, &[f64])> = self.driving.rows().collect();
+                let fastest = rows.windows(2).map(|pair| {
+                    let dt_s = (pair[1].0 - pair[0].0).max(self.control_dt_s);
+                    let turned = pair[0]
+                        .1
+                        .iter()
+                        .zip(pair[1].1)
+                        .map(|(a, b)| ((b - a) / dt_s).abs());
+                    turned.fold(0.0, f64::max)
+                });
+                Some(fastest.fold(0.0, f64::max))
+            }
+            Drives::Twist => {
+                let mut wheels = vec![0.0; wheel_count];
+                let fastest = self.driving.rows().map(|(_, row)| {
+                    rates(Twist::new(row[0], row[1], row[2]), &mut wheels);
+                    largest(&wheels)
+                });
+                Some(fastest.fold(0.0, f64::max))
+            }
+        }
+    }
+}

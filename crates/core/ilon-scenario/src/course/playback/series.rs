@@ -1,0 +1,259 @@
+//! What a log says over time.
+
+use std::f64::consts::{PI, TAU};
+
+use ilon_robot::{Pose, wrap_angle};
+
+use crate::scenario::TIME_SLACK_S;
+
+/// What a log says over time: rows of as many numbers each, their times growing from about zero.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Series {
+    /// When, in seconds.
+    pub times_s: Vec<f64>,
+    /// Row by row.
+    pub values: Vec<f64>,
+    /// How many a row.
+    pub width: usize,
+}
+
+impl Series {
+    pub fn new(width: usize) -> Self {
+        Self {
+            width,
+            ..Self::default()
+        }
+    }
+
+    pub fn push(&mut self, t_s: f64, values: impl IntoIterator<Item = f64>) {
+        self.times_s.push(t_s);
+        self.values.extend(values);
+    }
+
+    pub fn len(&self) -> usize {
+        self.times_s.len()
+    }
+
+    pub fn row(&self, index: usize) -> &[f64] {
+        &self.values[index * self.width..(index + 1) * self.width]
+    }
+
+    pub fn rows(&self) -> impl Iterator<Item = (f64, &[f64])> {
+        let times = self.times_s.iter().enumerate();
+        times.map(|(index, t_s)| (*t_s, self.row(index)))
+    }
+
+    /// The last row at or before a time; `None` before the first.
+    pub fn before(&self, t_s: f64) -> Option<usize> {
+        let after = self
+            .times_s
+            .partition_point(|time_s| *time_s <= t_s + TIME_SLACK_S);
+        after.checked_sub(1)
+    }
+
+    /// A number of the row that holds at a time: that of the last row, and `None` before the first and once the last has stood
+    /// for as long as rows of the log do.
+    pub fn held(&self, t_s: f64) -> Option<&[f64]> {
+        let row = self.before(t_s)?;
+        let is_over = row + 1 == self.len() && t_s > self.end_s() + TIME_SLACK_S;
+        (!is_over).then(|| self.row(row))
+    }
+
+    /// When the last row has stood as long as the rows before it did on the mean.
+    pub fn end_s(&self) -> f64 {
+        let (Some(first), Some(last)) = (self.times_s.first(), self.times_s.last()) else {
+            return 0.0;
+        };
+        last + (last - first) / (self.len() - 1).max(1) as f64
+    }
+
+    /// A number at a time on the line between its neighbours; that of the first or last row beyond them.
+    pub fn between(&self, t_s: f64, column: usize) -> f64 {
+        let value = |row: usize| self.row(row)[column];
+        match self.before(t_s) {
+            None => value(0),
+            Some(row) if row + 1 == self.len() => value(row),
+            Some(row) => {
+                let (from_s, to_s) = (self.times_s[row], self.times_s[row + 1]);
+                let share = ((t_s - from_s) / (to_s - from_s)).clamp(0.0, 1.0);
+                value(row) + share * (value(row + 1) - value(row))
+            }
+        }
+    }
+
+    /// Lets go of all rows after a time, and adds one at that time where one of them was under way.
+    pub fn cut(&mut self, t_s: f64) {
+        let kept = self.times_s.partition_point(|time_s| *time_s < t_s);
+        if kept == 0 {
+            self.times_s.clear();
+            self.values.clear();
+            return;
+        }
+        let at: Vec<f64> = (0..self.width)
+            .map(|column| self.between(t_s, column))
+            .collect();
+        self.times_s.truncate(kept);
+        self.values.truncate(kept * self.width);
+        self.push(t_s, at);
+    }
+
+    /// Lets go of the last row.
+    pub fn pop(&mut self) {
+        self.times_s.pop();
+        self.values.truncate(self.times_s.len() * self.width);
+    }
+
+    pub fn shift_times(&mut self, by_s: f64) {
+        self.times_s.iter_mut().for_each(|time_s| *time_s += by_s);
+    }
+}
+
+/// Whether angles are counted within one turn, and jump where they leave it.
+pub(super) fn is_wrapped(series: &Series, column: usize) -> bool {
+    // What a degree of three digits makes of a turn.
+    const ROUNDING_RAD: f64 = 1e-4;
+    let angles = || series.rows().map(|(_, row)| row[column]);
+    let least = angles().fold(f64::INFINITY, f64::min);
+    let most = angles().fold(f64::NEG_INFINITY, f64::max);
+    let jumps = angles()
+        .zip(angles().skip(1))
+        .any(|(a, b)| (b - a).abs() > PI);
+    jumps && most - least <= TAU + ROUNDING_RAD
+}
+
+/// Takes the jumps of a whole turn out of angles.
+pub(super) fn unwrap(series: &mut Series, column: usize) {
+    let width = series.width;
+    for row in 1..series.len() {
+        let before = series.values[(row - 1) * width + column];
+        let angle = &mut series.values[row * width + column];
+        *angle = before + wrap_angle(*angle - before);
+    }
+}
+
+/// Moves poses so that the one at the start of the run is this one.
+pub(super) fn place(series: &mut Series, start: Pose) {
+    let [x_m, y_m, heading_rad] = [0, 1, 2].map(|column| series.between(0.0, column));
+    let placing = Placing {
+        from: Pose {
+            x_m,
+            y_m,
+            heading_rad,
+        },
+        to: start,
+    };
+    for row in series.values.chunks_exact_mut(series.width) {
+        let placed = placing.of(Pose {
+            x_m: row[0],
+            y_m: row[1],
+            heading_rad: row[2],
+        });
+        row.copy_from_slice(&[placed.x_m, placed.y_m, placed.heading_rad]);
+    }
+}
+
+/// How poses of a log are moved into the world: as one body, so that one of them becomes another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placing {
+    /// A pose in the frame of the log.
+    pub from: Pose,
+    /// The same pose in the world.
+    pub to: Pose,
+}
+
+impl Placing {
+    /// A pose of the log in the world. Its heading is not wrapped.
+    pub fn of(&self, pose: Pose) -> Pose {
+        let turned_rad = self.to.heading_rad - self.from.heading_rad;
+        let (sin, cos) = libm::sincos(turned_rad);
+        let (x_m, y_m) = (pose.x_m - self.from.x_m, pose.y_m - self.from.y_m);
+        Pose {
+            x_m: self.to.x_m + cos * x_m - sin * y_m,
+            y_m: self.to.y_m + sin * x_m + cos * y_m,
+            heading_rad: pose.heading_rad + turned_rad,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn series(rows: &[(f64, f64)]) -> Series {
+        let mut series = Series::new(1);
+        rows.iter()
+            .for_each(|(t_s, value)| series.push(*t_s, [*value]));
+        series
+    }
+
+    #[test]
+    fn a_command_holds_until_the_next_and_the_last_as_long_as_the_others() {
+        let series = series(&[(0.0, 1.0), (0.1, 2.0), (0.2, 3.0)]);
+        let held = |t_s| series.held(t_s).map(|row| row[0]);
+        assert_eq!(held(-0.01), None);
+        assert_eq!(
+            [held(0.0), held(0.05), held(0.1)],
+            [Some(1.0), Some(1.0), Some(2.0)]
+        );
+        // A sum of periods a rounding below the time that it means.
+        assert_eq!(held(0.1 - 1e-12), Some(2.0));
+        assert_eq!([held(0.29), held(0.31)], [Some(3.0), None]);
+    }
+
+    #[test]
+    fn between_rows_lies_a_line_and_beyond_them_nothing_changes() {
+        let series = series(&[(0.0, 1.0), (0.2, 3.0)]);
+        let at = |t_s| series.between(t_s, 0);
+        assert_eq!([at(-1.0), at(0.0), at(0.2), at(9.0)], [1.0, 1.0, 3.0, 3.0]);
+        assert!((at(0.05) - 1.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn angles_within_a_turn_that_jump_are_wrapped_and_others_are_not() {
+        let turning = |angle: fn(f64) -> f64| {
+            let rows: Vec<(f64, f64)> = (0..200)
+                .map(|row| (0.01 * f64::from(row), angle(0.1 * f64::from(row))))
+                .collect();
+            series(&rows)
+        };
+        let steady = turning(|angle| angle);
+        for wrapped in [turning(wrap_angle), turning(|angle| angle.rem_euclid(TAU))] {
+            assert!(is_wrapped(&wrapped, 0));
+            let mut whole = wrapped;
+            unwrap(&mut whole, 0);
+            let mut pairs = whole.values.iter().zip(&steady.values);
+            assert!(pairs.all(|(a, b)| (a - b).abs() < 1e-9));
+        }
+        assert!(!is_wrapped(&steady, 0));
+        // A log with few rows turns by more than half a turn between two.
+        assert!(!is_wrapped(
+            &series(&[(0.0, 0.0), (1.0, 5.0), (2.0, 10.0)]),
+            0
+        ));
+    }
+
+    #[test]
+    fn poses_are_placed_at_the_start_with_their_shape() {
+        let mut poses = Series::new(3);
+        // A quarter of a turn to the left on the way from (1, 1) to (1, 2), across the seam of angles.
+        poses.push(0.0, [1.0, 1.0, 3.0]);
+        poses.push(1.0, [1.0, 2.0, 3.0 + 1.5 - std::f64::consts::TAU]);
+        unwrap(&mut poses, 2);
+        let start = Pose {
+            x_m: -1.0,
+            y_m: 0.5,
+            heading_rad: 3.0 - std::f64::consts::FRAC_PI_2,
+        };
+        place(&mut poses, start);
+        let near = |row: usize, wanted: [f64; 3]| {
+            poses
+                .row(row)
+                .iter()
+                .zip(wanted)
+                .all(|(a, b)| (a - b).abs() < 1e-12)
+        };
+        // Turned by a quarter to the right, what led along y leads along x.
+        assert!(near(0, [-1.0, 0.5, start.heading_rad]), "{poses:?}");
+        assert!(near(1, [0.0, 0.5, start.heading_rad + 1.5]), "{poses:?}");
+    }
+}

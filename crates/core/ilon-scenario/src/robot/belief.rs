@@ -1,0 +1,277 @@
+//! The robot that the controller believes in.
+//!
+//! It is the real robot with other wheels, in the real wheels' order: a wheel that the controller takes for another has the other's place, axis, angle
+//! and radius, and one that it takes to turn the other way has its axis reversed. So its kinematics give the rates of the real wheels as they are
+//! wired, and what their encoders say goes straight into them.
+
+use std::f64::consts::PI;
+
+use ilon_control::Kinematics;
+use ilon_formats::{LoadOptions, LoadRobot};
+use ilon_robot::{Barrel, Robot, RollerForm, Wheel};
+use nalgebra::{Isometry3, Rotation3, Unit, UnitQuaternion, Vector3};
+
+use super::wheel_index;
+use crate::Error;
+use crate::robot::remedy;
+use crate::scenario::{Believed, BelievedWheel, Scenario};
+
+/// What differs by less is the same but for a file's digits, in metres and radians.
+const SAME: f64 = 1e-9;
+
+/// Levers below this are none, in metres.
+const LEAST_LEVER_M: f64 = 1e-9;
+
+/// The robot that a scenario's controller believes in; `None` where it knows its robot.
+///
+/// # Errors
+/// [`Error::Invalid`] where it speaks of wheels that the robot does not have, or no controller could drive what it believes in, and what a file's reader
+/// says.
+pub fn believed(scenario: &Scenario, robot: &Robot) -> Result<Option<Robot>, Error> {
+    let Some(section) = &scenario.controller.robot else {
+        return Ok(None);
+    };
+    let mut wheels = match &section.file {
+        Some(_) => of_file(scenario, robot)?,
+        None => robot.wheels.clone(),
+    };
+    for wheel in &mut wheels {
+        alike(wheel, section)?;
+    }
+    let before = wheels.clone();
+    for (name, of_wheel) in &section.wheels {
+        let index = wheel_index(name, robot, "`controller.robot.wheels` is")?;
+        let wheel = &mut wheels[index];
+        if let Some(other) = &of_wheel.taken_for {
+            let other = wheel_index(other, robot, "`taken_for` in `controller.robot.wheels` is")?;
+            *wheel = as_in(&robot.wheels[index], &before[other]);
+        }
+        single(wheel, of_wheel);
+    }
+    let origin_from_body = Isometry3::new(
+        Vector3::new(section.origin_x_m, section.origin_y_m, 0.0),
+        section.origin_heading_deg.to_radians() * Vector3::z(),
+    )
+    .inverse();
+    if origin_from_body != Isometry3::identity() {
+        for wheel in &mut wheels {
+            wheel.body_from_hub = origin_from_body * wheel.body_from_hub;
+        }
+    }
+    if wheels == robot.wheels {
+        return Ok(None);
+    }
+    let believed = Robot {
+        wheels,
+        ..robot.clone()
+    };
+    match Kinematics::new(&believed) {
+        Ok(_) => Ok(Some(believed)),
+        Err(reason) => Err(Error::invalid(
+            format!("the robot of `[controller.robot]` cannot be driven: {reason}"),
+            "let the controller believe in wheels that can give all three motions in the plane",
+        )),
+    }
+}
+
+/// How a believed robot differs from the real one: what of all wheels is alike in one phrase, and else wheel by wheel.
+pub fn in_words(robot: &Robot, believed: &Robot) -> String {
+    type Figure = (&'static str, fn(&Wheel) -> f64, &'static str);
+    const FIGURES: [Figure; 5] = [
+        ("radius", |wheel| 1e3 * wheel.radius_m, " mm"),
+        ("x", |wheel| 1e3 * wheel.position_m().x, " mm"),
+        ("y", |wheel| 1e3 * wheel.position_m().y, " mm"),
+        ("axis", |wheel| axis_rad(wheel).to_degrees(), "°"),
+        ("gamma", |wheel| wheel.gamma_rad.to_degrees(), "°"),
+    ];
+    /// Of mm and degrees: what rounds away.
+    const LEAST: f64 = 1e-4;
+    /// Wheels that are spoken of one by one.
+    const MOST: usize = 3;
+    let mut phrases = Vec::new();
+    let mut pairs: Vec<[Wheel; 2]> = Vec::new();
+    for (real, believed) in robot.wheels.iter().zip(&believed.wheels) {
+        let (mut taken_for, mut believed) = (real.clone(), believed.clone());
+        let apart_m = |wheel: &Wheel| (wheel.position_m() - believed.position_m()).xy().norm();
+        let other = robot.wheels.iter().find(|wheel| apart_m(wheel) < SAME);
+        if let Some(other) = other.filter(|other| other.name != real.name) {
+            phrases.push(format!("`{}` taken for `{}`", real.name, other.name));
+            taken_for = as_in(real, other);
+        }
+        if (taken_for.axis() + believed.axis()).norm() < SAME {
+            phrases.push(format!("`{}` reversed", real.name));
+            believed.body_from_hub.rotation = taken_for.body_from_hub.rotation;
+        }
+        pairs.push([taken_for, believed]);
+    }
+    for (name, of, unit) in FIGURES {
+        let instead = |[real, believed]: &[Wheel; 2]| {
+            let [real, believed] = [real, believed].map(|wheel| format!("{:.2}{unit}", of(wheel)));
+            format!("{name} {believed} in place of {real}")
+        };
+        let differ: Vec<&[Wheel; 2]> = pairs
+            .iter()
+            .filter(|[real, believed]| (of(real) - of(believed)).abs() > LEAST)
+            .collect();
+        let Some(first) = differ.first() else {
+            continue;
+        };
+        let is_alike = differ.iter().all(|pair| instead(pair) == instead(first));
+        if differ.len() == pairs.len() && is_alike {
+            phrases.push(format!("all wheels with {}", instead(first)));
+        } else if differ.len() > MOST {
+            phrases.push(format!("{} wheels with another {name}", differ.len()));
+        } else {
+            let single = |pair: &&[Wheel; 2]| format!("`{}` with {}", pair[0].name, instead(pair));
+            phrases.extend(differ.iter().map(single));
+        }
+    }
+    match phrases.is_empty() {
+        true => "other rollers".to_owned(),
+        false => phrases.join(", "),
+    }
+}
+
+/// The direction of a wheel's hub axis in the body frame, in radians.
+fn axis_rad(wheel: &Wheel) -> f64 {
+    let n = wheel.axis();
+    libm::atan2(n.y, n.x)
+}
+
+/// The wheels of the file that the controller goes by, in the robot's order.
+fn of_file(scenario: &Scenario, robot: &Robot) -> Result<Vec<Wheel>, Error> {
+    let section = scenario.controller.robot.as_ref();
+    let file = section.and_then(|section| section.file.as_ref());
+    let path = scenario.resolve(file.map_or_else(|| "".as_ref(), |file| file.as_path()));
+    // The scenario's own options, but for what is of its own robot's file.
+    let own = scenario
+        .robot
+        .load_options(&scenario.folder, &scenario.files);
+    let mut options = LoadOptions::default();
+    options.files = own.files;
+    options.packages = own.packages;
+    options.rollers = own.rollers;
+    let other = match Robot::load_with(&path, &options) {
+        Ok(loaded) => loaded.robot,
+        Err(fault) => return Err(remedy::diagnosed(fault, &path, &options, &remedy::Keys)),
+    };
+    let (found, wanted) = (other.wheels.len(), robot.wheels.len());
+    if found != wanted {
+        return Err(Error::invalid(
+            format!(
+                "the robot of `controller.robot.file` has {found} wheels, and the robot has {wanted}"
+            ),
+            "name the file of a robot with as many wheels",
+        ));
+    }
+    let by_name = |wheel: &Wheel| other.wheels.iter().find(|of| of.name == wheel.name);
+    let named: Option<Vec<&Wheel>> = robot.wheels.iter().map(by_name).collect();
+    let matched = named.unwrap_or_else(|| other.wheels.iter().collect());
+    let pairs = robot.wheels.iter().zip(matched);
+    Ok(pairs.map(|(own, other)| as_in(own, other)).collect())
+}
+
+/// A wheel with the place, the axis, the radius and the rollers of another.
+fn as_in(own: &Wheel, other: &Wheel) -> Wheel {
+    Wheel {
+        name: own.name.clone(),
+        carrier: own.carrier,
+        hub: own.hub.clone(),
+        motor: own.motor,
+        joint: own.joint,
+        drive: own.drive,
+        ..other.clone()
+    }
+}
+
+/// Puts into a wheel what is believed of all.
+fn alike(wheel: &mut Wheel, section: &Believed) -> Result<(), Error> {
+    let radius_m = section.wheel_radius_m.unwrap_or(wheel.radius_m);
+    let gamma_rad = section.gamma_deg.map(|gamma_deg| {
+        let sense = if wheel.gamma_rad < 0.0 { -1.0 } else { 1.0 };
+        sense * gamma_deg.to_radians()
+    });
+    reshape(wheel, radius_m, gamma_rad.unwrap_or(wheel.gamma_rad));
+    let Some(lever_m) = section.lever_m else {
+        return Ok(());
+    };
+    let own_m = lever_of(wheel);
+    if own_m < LEAST_LEVER_M {
+        return Err(Error::invalid(
+            format!(
+                "`controller.robot.lever_m` = {lever_m}, and the wheel `{}` does not turn while the robot turns in place: it has no lever",
+                wheel.name
+            ),
+            "leave `lever_m` out, and give x_m and y_m under [controller.robot.wheels.NAME]",
+        ));
+    }
+    let place = &mut wheel.body_from_hub.translation.vector;
+    let scale = match differ(lever_m, own_m) {
+        true => lever_m / own_m,
+        false => 1.0,
+    };
+    (place.x, place.y) = (scale * place.x, scale * place.y);
+    Ok(())
+}
+
+/// How far a wheel's rim goes while the robot turns by one radian about the body's origin, in metres: |b . u_gamma| / cos(gamma), Indiveri 2009, eq. (5).
+fn lever_of(wheel: &Wheel) -> f64 {
+    let along = wheel
+        .roller_rolling_direction()
+        .dot(&wheel.position_m().xy());
+    (along / libm::cos(wheel.gamma_rad)).abs()
+}
+
+/// Puts into a wheel what is believed of it alone.
+fn single(wheel: &mut Wheel, section: &BelievedWheel) {
+    let radius_m = section.radius_m.unwrap_or(wheel.radius_m);
+    let gamma_rad = section.gamma_deg.map_or(wheel.gamma_rad, f64::to_radians);
+    reshape(wheel, radius_m, gamma_rad);
+    let place = &mut wheel.body_from_hub.translation.vector;
+    let instead =
+        |own: f64, said: Option<f64>| said.filter(|said| differ(own, *said)).unwrap_or(own);
+    place.x = instead(place.x, section.x_m);
+    place.y = instead(place.y, section.y_m);
+    let mut turned_rad = match section.axis_deg {
+        Some(axis_deg) => axis_deg.to_radians() - axis_rad(wheel),
+        None => 0.0,
+    };
+    if section.reversed {
+        turned_rad += PI;
+    }
+    if differ(turned_rad, 0.0) {
+        let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turned_rad);
+        wheel.body_from_hub.rotation = turned * wheel.body_from_hub.rotation;
+    }
+}
+
+fn differ(one: f64, other: f64) -> bool {
+    (one - other).abs() > SAME
+}
+
+/// Gives a wheel another radius and another angle gamma: as a like wheel of that size, with the rollers' axes turned about the lines from the hub axis
+/// through their middles. They are barrels then, whatever the real ones are.
+fn reshape(wheel: &mut Wheel, radius_m: f64, gamma_rad: f64) {
+    if !differ(radius_m, wheel.radius_m) && !differ(gamma_rad, wheel.gamma_rad) {
+        return;
+    }
+    let count = wheel.rollers.len();
+    let (scale, turned_rad) = (radius_m / wheel.radius_m, gamma_rad - wheel.gamma_rad);
+    for roller in &mut wheel.rollers {
+        let thick_m = wheel.radius_m - roller.ring_radius_m();
+        let even_m = |radius_m, thick_m, gamma_rad| {
+            Barrel::handing_over(radius_m, thick_m, gamma_rad, count).half_length_m
+        };
+        roller.length_m *= even_m(radius_m, scale * thick_m, gamma_rad)
+            / even_m(wheel.radius_m, thick_m, wheel.gamma_rad);
+        // Counter-clockwise seen from above, of the roller that points down.
+        let mut up = -roller.center_in_hub_m;
+        up.z = 0.0;
+        let turn = Rotation3::from_axis_angle(&Unit::new_normalize(up), turned_rad);
+        roller.axis_in_hub = turn * roller.axis_in_hub;
+        roller.center_in_hub_m *= scale;
+        roller.radius_m *= scale;
+        roller.form = RollerForm::Barrel;
+    }
+    (wheel.radius_m, wheel.gamma_rad) = (radius_m, gamma_rad);
+}

@@ -1,0 +1,544 @@
+//! `[expect]`: bounds on what a run must come to.
+
+use std::collections::BTreeMap;
+
+use ilon_trace::number;
+use ilon_trace::quantities::{self, GROUPS};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use super::objection::Objection;
+use super::run::{Run, TIME_SLACK_S};
+use crate::Error;
+
+/// Bounds on quantities of the summary, by name; a dot steps into a quantity of several components, as in
+/// `twist_ratio_contact.vy = { min = 0.995, max = 1.005 }`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Table", into = "Table")]
+pub struct Expect {
+    /// The bounds, by the quantity's dotted name.
+    pub bounds: BTreeMap<String, Bound>,
+    /// Bounds on signals over time: `[[expect.signals]]`.
+    pub signals: Vec<SignalBound>,
+    /// Tolerance of each signal against a baseline, by column (`wheel*_` for every wheel); others must be equal.
+    pub tolerances: BTreeMap<String, f64>,
+}
+
+/// Bounds of a recorded signal over time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SignalBound {
+    /// A column of the trace such as `truth_x_m` (`wheel*_`: every wheel), or `position_error_m` or `heading_error_rad`.
+    pub signal: String,
+    /// When the bound must hold.
+    #[serde(default)]
+    pub must: Must,
+    /// Start of the window, in seconds.
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    pub from_s: f64,
+    /// End of the window, or the time by which the signal must have settled, in seconds [default: the end].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub until_s: Option<f64>,
+    /// At least this.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub min: Option<f64>,
+    /// At most this.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max: Option<f64>,
+    /// Equal to this, up to `within`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub equal: Option<f64>,
+    /// Largest distance from `equal`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub within: Option<f64>,
+}
+
+/// When a bound on a signal must hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Must {
+    /// At every instant of the window.
+    #[default]
+    Always,
+    /// At some instant of the window.
+    Eventually,
+    /// From the end of the window at the latest, and from then on to the end of the run.
+    Settle,
+}
+
+impl SignalBound {
+    /// The bound by itself.
+    pub fn bound(&self) -> Bound {
+        Bound {
+            min: self.min,
+            max: self.max,
+            equal: self.equal,
+            within: self.within,
+        }
+    }
+}
+
+/// Bounds of one quantity; all given ones must hold. A quantity that does not exist for the run fails.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Bound {
+    /// At least this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min: Option<f64>,
+    /// At most this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max: Option<f64>,
+    /// Equal to this, up to `within`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub equal: Option<f64>,
+    /// Largest distance from `equal`.
+    #[schemars(range(min = 0.0))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub within: Option<f64>,
+}
+
+impl Bound {
+    /// Whether a value keeps to the bound. NaN never does.
+    pub fn holds(&self, value: f64) -> bool {
+        self.breach(value) <= 0.0
+    }
+
+    /// How far a value is beyond the bound; zero or less where it holds, infinite of NaN.
+    pub fn breach(&self, value: f64) -> f64 {
+        let Self {
+            min,
+            max,
+            equal,
+            within,
+        } = *self;
+        if !value.is_finite() {
+            return f64::INFINITY;
+        }
+        let parts = [
+            min.map(|min| min - value),
+            max.map(|max| value - max),
+            equal.map(|equal| (value - equal).abs() - within.unwrap_or(0.0)),
+        ];
+        parts
+            .into_iter()
+            .flatten()
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+impl std::fmt::Display for Bound {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let parts = [
+            self.min.map(|min| format!(">= {}", number(min))),
+            self.max.map(|max| format!("<= {}", number(max))),
+            self.equal.map(|equal| match self.within {
+                Some(within) => format!("= {} +- {}", number(equal), number(within)),
+                None => format!("= {}", number(equal)),
+            }),
+        ];
+        let parts: Vec<String> = parts.into_iter().flatten().collect();
+        f.write_str(&parts.join(" and "))
+    }
+}
+
+impl Expect {
+    /// Whether nothing is expected.
+    pub fn is_empty(&self) -> bool {
+        self.bounds.is_empty() && self.signals.is_empty() && self.tolerances.is_empty()
+    }
+
+    /// Refuses what says nothing of a run: bounds that nothing can break, and such as nothing can meet.
+    pub(super) fn object(&self) -> Result<(), Objection> {
+        for (name, bound) in &self.bounds {
+            object_to_bound(bound, &format!("expect.{name}"))?;
+        }
+        for (index, signal) in self.signals.iter().enumerate() {
+            object_to_signal(signal, &format!("expect.signals.{index}"))?;
+        }
+        Ok(())
+    }
+
+    /// Refuses bounds on how a reference is tracked, which a run in open loop has none of.
+    pub(super) fn object_to_tracking(&self) -> Result<(), Objection> {
+        let of_tracking =
+            |name: &&String| name.starts_with("position_") || name.starts_with("heading_");
+        match self.bounds.keys().find(of_tracking) {
+            None => Ok(()),
+            Some(name) => Err(Objection::to(
+                format!("expect.{name}"),
+                format!(
+                    "`expect.{name}` can never hold: a run with `[twist]` follows no reference"
+                ),
+                "bound `end_x_m`, `end_y_m`, `end_heading_rad` or `twist_ratio_asked`, or write a `[reference]`",
+            )),
+        }
+    }
+
+    /// Checks that every expectation on a signal looks at a row of the run: one that looks at none says nothing of it.
+    ///
+    /// A run that was cut short for a look is none the worse for it, so that this is asked where a scenario is a test.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`], with the expectation at fault.
+    pub fn check_windows(&self, run: &Run) -> Result<(), Error> {
+        let last_row_s = run.last_row_s();
+        for (index, expected) in self.signals.iter().enumerate() {
+            let SignalBound {
+                ref signal,
+                must,
+                from_s,
+                until_s,
+                ..
+            } = *expected;
+            let object = |what: String, help: &str| {
+                let message = format!("`expect.signals.{index}` on `{signal}` {what}");
+                Err(Error::invalid(message, help))
+            };
+            const LONGER: &str = "lengthen the run, `run.duration_s`, or move the window into it";
+            let end_s = match until_s {
+                Some(until_s) if until_s > run.duration_s + TIME_SLACK_S => {
+                    let end_s = run.duration_s;
+                    return object(
+                        format!("looks until {until_s} s, beyond the end of the run at {end_s} s"),
+                        LONGER,
+                    );
+                }
+                until_s => until_s.unwrap_or(f64::INFINITY),
+            };
+            // A signal that must have settled by a time is looked at from then on.
+            let (from_s, end_s) = match must {
+                Must::Settle => (until_s.unwrap_or(0.0), f64::INFINITY),
+                Must::Always | Must::Eventually => (from_s, end_s),
+            };
+            if from_s > last_row_s + TIME_SLACK_S {
+                return object(
+                    format!(
+                        "looks from {from_s} s on, but the last row of the run is at {last_row_s} s"
+                    ),
+                    LONGER,
+                );
+            }
+            let first_row = ((from_s - TIME_SLACK_S) / run.row_s()).ceil().max(0.0);
+            if last_row_s.min(first_row * run.row_s()) > end_s + TIME_SLACK_S {
+                return object(
+                    format!(
+                        "looks from {from_s} to {end_s} s, between two rows, which are {} s apart",
+                        run.row_s()
+                    ),
+                    "widen the window, or record more often: `run.control_dt_s`, `run.record_every`",
+                );
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Refuses a bound that nothing can break, and one that nothing can meet.
+fn object_to_bound(bound: &Bound, key: &str) -> Result<(), Objection> {
+    let Bound {
+        min,
+        max,
+        equal,
+        within,
+    } = *bound;
+    if equal.is_none() && within.is_some() {
+        return Err(Objection::to(
+            format!("{key}.within"),
+            format!("`{key}` has `within`, but no `equal` that it is meant from"),
+            "add `equal`, the value around which it may lie",
+        ));
+    }
+    if min.is_none() && max.is_none() && equal.is_none() {
+        return Err(Objection::to(
+            key,
+            format!("`{key}` bounds nothing, and would hold whatever comes"),
+            "give it `min`, `max`, or `equal` with `within`, or leave it out",
+        ));
+    }
+    let within = within.unwrap_or(0.0);
+    let least = [min, equal.map(|equal| equal - within)];
+    let most = [max, equal.map(|equal| equal + within)];
+    let least = least
+        .into_iter()
+        .flatten()
+        .fold(f64::NEG_INFINITY, f64::max);
+    let most = most.into_iter().flatten().fold(f64::INFINITY, f64::min);
+    if least > most {
+        return Err(Objection::to(
+            key,
+            format!("`{key}` can never hold: nothing is both {least} or more and {most} or less"),
+            "exchange or correct its bounds",
+        ));
+    }
+    Ok(())
+}
+
+fn object_to_signal(expected: &SignalBound, key: &str) -> Result<(), Objection> {
+    object_to_bound(&expected.bound(), key)?;
+    if expected.must == Must::Settle && expected.from_s != 0.0 {
+        return Err(Objection::to(
+            format!("{key}.from_s"),
+            format!(
+                "`{key}.from_s` is of no use where a signal must settle: it is looked at from `until_s` on"
+            ),
+            "leave it out, or write when it must have settled as `until_s`",
+        ));
+    }
+    if let Some(until_s) = expected.until_s
+        && expected.from_s > until_s
+    {
+        return Err(Objection::to(
+            format!("{key}.until_s"),
+            format!(
+                "`{key}` looks at nothing: its window begins at {} s and ends at {until_s} s",
+                expected.from_s
+            ),
+            "exchange `from_s` and `until_s`",
+        ));
+    }
+    Ok(())
+}
+
+impl TryFrom<Table> for Expect {
+    type Error = toml::de::Error;
+
+    fn try_from(mut table: Table) -> Result<Self, Self::Error> {
+        let signals = match table.remove("signals") {
+            Some(signals) => signals.try_into()?,
+            None => Vec::new(),
+        };
+        let tolerances = match table.remove("tolerances") {
+            Some(tolerances) => tolerances.try_into()?,
+            None => BTreeMap::new(),
+        };
+        let mut bounds = BTreeMap::new();
+        collect(table, "", &mut bounds)?;
+        Ok(Self {
+            bounds,
+            signals,
+            tolerances,
+        })
+    }
+}
+
+/// Gathers the bounds of a table and of the tables in it under their dotted names.
+fn collect(
+    table: Table,
+    prefix: &str,
+    bounds: &mut BTreeMap<String, Bound>,
+) -> Result<(), toml::de::Error> {
+    for (key, value) in table {
+        let name = format!("{prefix}{key}");
+        match value {
+            Value::Table(inner) if quantities::by_key(&name).is_none() => {
+                collect(inner, &format!("{name}."), bounds)?;
+            }
+            value => {
+                let bound = value.try_into()?;
+                if bounds.contains_key(&name) {
+                    let message = format!("the bound on `{name}` stands twice");
+                    return Err(serde::de::Error::custom(message));
+                }
+                bounds.insert(name, bound);
+            }
+        }
+    }
+    Ok(())
+}
+
+impl From<Expect> for Table {
+    fn from(expect: Expect) -> Self {
+        let mut root = Table::new();
+        for (name, bound) in expect.bounds {
+            let (path, leaf) = name.rsplit_once('.').unwrap_or(("", &name));
+            let mut table = &mut root;
+            for part in path.split('.').filter(|part| !part.is_empty()) {
+                let inner = table
+                    .entry(part)
+                    .or_insert_with(|| Value::Table(Table::new()));
+                match inner.as_table_mut() {
+                    Some(inner) => table = inner,
+                    None => return root,
+                }
+            }
+            if let Ok(value) = Value::try_from(bound) {
+                table.insert(leaf.to_owned(), value);
+            }
+        }
+        if let Ok(tolerances) = Value::try_from(&expect.tolerances)
+            && !expect.tolerances.is_empty()
+        {
+            root.insert("tolerances".to_owned(), tolerances);
+        }
+        if let Ok(signals) = Value::try_from(&expect.signals)
+            && !expect.signals.is_empty()
+        {
+            root.insert("signals".to_owned(), signals);
+        }
+        root
+    }
+}
+
+impl JsonSchema for Expect {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "ExpectSection".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let bound = generator.subschema_for::<Bound>().to_value();
+        let mut root = serde_json::json!({
+            "description": "Bounds on quantities of summary.json, by name.",
+            "type": "object", "properties": {}, "additionalProperties": false,
+        });
+        let of_group =
+            |group: &'static quantities::Group| group.quantities.iter().map(move |q| (group, q));
+        for (group, quantity) in GROUPS.iter().flat_map(of_group) {
+            let mut node = &mut root;
+            for part in quantity.key.split('.') {
+                let object = &mut node["properties"][part];
+                if object.is_null() {
+                    *object = serde_json::json!({
+                        "type": "object", "properties": {}, "additionalProperties": false,
+                    });
+                }
+                node = object;
+            }
+            *node = bound.clone();
+            let unit = match quantities::si_unit(quantity.key) {
+                "" => String::new(),
+                unit => format!(", in {unit}"),
+            };
+            node["description"] = format!("{}: {}{unit}", group.heading, quantity.label).into();
+        }
+        let signals = generator.subschema_for::<Vec<SignalBound>>().to_value();
+        root["properties"]["signals"] = signals;
+        root["properties"]["tolerances"] = serde_json::json!({
+            "description": "Tolerance of each signal against a baseline, by column (`wheel*_` for every wheel); others must be \
+                            equal.",
+            "type": "object",
+            "additionalProperties": { "type": "number", "minimum": 0.0 },
+        });
+        Schema::try_from(root).unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Scenario;
+    use super::*;
+
+    const RUN: &str = "robot.file = \"r.urdf\"\ntwist = {}\n[run]\nduration_s = 1.0\n";
+
+    /// What is said of a scenario, and the text at which it points.
+    fn told(further: &str) -> (String, String) {
+        let text = format!("{RUN}{further}");
+        match Scenario::from_toml(&text, "test", "") {
+            Err(Error::Scenario(fault)) => {
+                let span = fault.span.offset()..fault.span.offset() + fault.span.len();
+                (fault.message.clone(), text[span].to_owned())
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn scenario(further: &str) -> Result<Scenario, Error> {
+        Scenario::from_toml(&format!("{RUN}{further}"), "test", "")
+    }
+
+    #[test_case::test_case("hub_ripple_m = {}", "bounds nothing", "hub_ripple_m"; "empty")]
+    #[test_case::test_case("hub_ripple_m = { within = 1e-9 }", "no `equal`", "1e-9"; "no equal")]
+    #[test_case::test_case("hub_ripple_m = { max = 1, within = 1e-9 }", "no `equal`", "1e-9"; "not even max")]
+    #[test_case::test_case("twist_mean.vx_m_s = {}", "bounds nothing", "vx_m_s"; "in a group")]
+    #[test_case::test_case(
+        "slip_energy_j = { min = 2, max = 1 }",
+        "both 2 or more and 1 or less",
+        "slip_energy_j";
+        "crossed"
+    )]
+    #[test_case::test_case(
+        "slip_energy_j = { equal = 5, within = 1, max = 3 }",
+        "both 4 or more and 3 or less",
+        "slip_energy_j";
+        "apart"
+    )]
+    #[test_case::test_case(
+        "slip_energy_j = { equal = 5, min = 5.1 }",
+        "both 5.1 or more and 5 or less",
+        "slip_energy_j";
+        "apart below"
+    )]
+    fn a_bound_that_nothing_can_break_or_meet_is_refused_where_it_stands(
+        bound: &str,
+        message: &str,
+        place: &str,
+    ) {
+        let (told, at) = told(&format!("[expect]\n{bound}\n"));
+        assert!(told.contains(message), "{told}");
+        assert_eq!(at, place);
+    }
+
+    #[test]
+    fn a_run_in_open_loop_has_no_tracking_to_bound() {
+        let text = "robot.file = 'x.urdf'\ntwist.vx_m_s = 0.3\nrun.duration_s = 1\n";
+        let told =
+            |bound: &str| Scenario::from_toml(&format!("{text}expect.{bound}"), "t", ".").err();
+        let refused = told("position_error_max_m = { max = 0.1 }").map(|error| error.to_string());
+        assert!(refused.is_some_and(|text| text.contains("follows no reference")));
+        assert!(told("end_x_m = { max = 0.1 }").is_none());
+    }
+
+    #[test_case::test_case("", "bounds nothing"; "empty")]
+    #[test_case::test_case("within = 0.1", "no `equal`"; "no equal")]
+    #[test_case::test_case("min = 1\nmax = -1", "can never hold"; "crossed")]
+    #[test_case::test_case("max = 1\nfrom_s = 0.5\nuntil_s = 0.4", "looks at nothing"; "reversed")]
+    #[test_case::test_case("max = 1\nmust = 'settle'\nfrom_s = 0.5", "is of no use"; "settles")]
+    fn a_bound_on_a_signal_that_says_nothing_is_refused(bound: &str, message: &str) {
+        let good = "[[expect.signals]]\nsignal = 'truth_x_m'\nmax = 1\n";
+        let bad = format!("{good}[[expect.signals]]\nsignal = 'truth_y_m'\n{bound}\n");
+        let (told, _) = told(&bad);
+        assert!(told.contains(message), "{told}");
+        assert!(told.contains("`expect.signals.1"), "{told}");
+        assert!(scenario(good).is_ok());
+    }
+
+    // A row every 10 ms for 1 s: the last at 0.99 s.
+    #[test_case::test_case("max = 1", None)]
+    #[test_case::test_case("max = 1\nfrom_s = 0.99", None)]
+    #[test_case::test_case("max = 1\nuntil_s = 1.0", None)]
+    #[test_case::test_case("max = 1\nfrom_s = 0.3\nuntil_s = 0.3", None)]
+    #[test_case::test_case("max = 1\nmust = 'settle'\nuntil_s = 0.99", None)]
+    #[test_case::test_case(
+        "max = 1\nuntil_s = 1.1",
+        Some("looks until 1.1 s, beyond the end of the run at 1 s")
+    )]
+    #[test_case::test_case(
+        "max = 1\nfrom_s = 0.995",
+        Some("looks from 0.995 s on, but the last row of the run is at 0.99 s")
+    )]
+    #[test_case::test_case("max = 1\nfrom_s = 5", Some("looks from 5 s on"))]
+    #[test_case::test_case("max = 1\nmust = 'eventually'\nuntil_s = 2", Some("looks until 2 s"))]
+    #[test_case::test_case("max = 1\nmust = 'settle'\nuntil_s = 1.0", Some("looks from 1 s on"))]
+    #[test_case::test_case(
+        "max = 1\nfrom_s = 0.301\nuntil_s = 0.309",
+        Some("between two rows, which are 0.01 s apart")
+    )]
+    fn a_window_is_refused_where_it_holds_no_row(bound: &str, message: Option<&str>) {
+        let scenario = scenario(&format!(
+            "[[expect.signals]]\nsignal = 'truth_x_m'\n{bound}\n"
+        ));
+        let found = scenario
+            .map(|s| s.expect.check_windows(&s.run))
+            .expect("the run itself is good");
+        match message {
+            None => assert!(found.is_ok(), "{found:?}"),
+            Some(message) => {
+                let told = found.unwrap_err().to_string();
+                assert!(told.contains(message), "{told}");
+            }
+        }
+    }
+}

@@ -1,0 +1,529 @@
+//! Checks a scenario's keys and values against its JSON Schema, so that a fault is told with its place and its mend.
+//!
+//! The schema is the only source of what a key is called, of which type and within which bounds its value is; serde
+//! reads the same types afterwards.
+
+use std::ops::Range;
+
+use serde_json::Value as Json;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Sizes of the numbers of a scenario: of larger ones, and of smaller ones, sums with what has the size of a robot lose their meaning. What a run is judged by is not bound so.
+pub const SIZES: std::ops::RangeInclusive<f64> = 1e-12..=1e9;
+
+/// Whether a number is finite and of such a size, or zero.
+pub(crate) fn is_computable(number: f64) -> bool {
+    number == 0.0 || SIZES.contains(&number.abs())
+}
+
+/// Whether a number that may have either sign is of such a size, or as good as zero: a rate of cos(90 deg) is 6e-17 to a script.
+fn is_computable_with_sign(number: f64) -> bool {
+    number.abs() <= *SIZES.end()
+}
+
+/// A key or value that a scenario may not hold.
+#[derive(Debug)]
+pub(crate) struct KeyFault {
+    /// The dotted key, split at its dots.
+    pub path: Vec<String>,
+    /// The bytes of the text that are at fault.
+    pub span: Range<usize>,
+    /// What is wrong.
+    pub message: String,
+    /// How to mend it.
+    pub help: String,
+    /// What of it.
+    pub kind: FaultKind,
+}
+
+/// What of a key is at fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FaultKind {
+    /// The key itself: a scenario has none of that name, or lacks it.
+    Key,
+    /// The type of its value.
+    Type,
+    /// The value, where another of the same type would do.
+    Value,
+}
+
+/// Finds the first fault of a document, in the order of the keys.
+pub(crate) fn check(document: &Spanned<DeTable<'_>>, schema: &Json) -> Result<(), KeyFault> {
+    let mut checker = Checker {
+        root: schema,
+        path: Vec::new(),
+    };
+    checker.table(
+        document.get_ref(),
+        document.span(),
+        &checker.alternatives(schema),
+    )
+}
+
+/// Whether a key, given from the outermost table in, holds a list, and nothing else that has keys.
+pub(crate) fn is_list<'s>(schema: &'s Json, path: &[String]) -> bool {
+    let checker = Checker {
+        root: schema,
+        path: Vec::new(),
+    };
+    let mut alternatives = checker.alternatives(schema);
+    for part in path {
+        let is_place = part.parse::<usize>().is_ok();
+        let within = |schema: &&'s Json| {
+            let named = schema.get("properties").and_then(|named| named.get(part));
+            let item = || schema.get("items").filter(|_| is_place);
+            let other = || schema.get("additionalProperties");
+            named.or_else(item).or_else(other)
+        };
+        let inner: Vec<&Json> = alternatives.iter().filter_map(within).collect();
+        alternatives = inner
+            .into_iter()
+            .flat_map(|schema| checker.alternatives(schema))
+            .collect();
+    }
+    accepts(&alternatives, "array") && !accepts(&alternatives, "object")
+}
+
+/// The nearest of some names to one that is not among them, if it is near enough to be meant.
+pub fn nearest<'a>(unknown: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // Jaro-Winkler over 0.75 takes in swapped, missing and doubled letters in names of this length, and little else.
+    known
+        .into_iter()
+        .map(|name| (strsim::jaro_winkler(unknown, name), name))
+        .filter(|(likeness, _)| *likeness > 0.75)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name)
+}
+
+struct Checker<'s> {
+    root: &'s Json,
+    path: Vec<String>,
+}
+
+impl<'s> Checker<'s> {
+    /// The schemas that a value may meet: references followed, choices laid side by side.
+    fn alternatives(&self, schema: &'s Json) -> Vec<&'s Json> {
+        if let Some(target) = schema.get("$ref").and_then(Json::as_str) {
+            let pointer = target.trim_start_matches('#');
+            return match self.root.pointer(pointer) {
+                Some(schema) => self.alternatives(schema),
+                None => Vec::new(),
+            };
+        }
+        for choice in ["anyOf", "oneOf"] {
+            if let Some(choices) = schema.get(choice).and_then(Json::as_array) {
+                return choices
+                    .iter()
+                    .flat_map(|schema| self.alternatives(schema))
+                    .collect();
+            }
+        }
+        vec![schema]
+    }
+
+    fn value(&mut self, value: &Spanned<DeValue<'_>>, schema: &'s Json) -> Result<(), KeyFault> {
+        let alternatives = self.alternatives(schema);
+        let span = value.span();
+        if alternatives.iter().any(|schema| says_nothing(schema)) {
+            return Ok(());
+        }
+        match value.get_ref() {
+            DeValue::Table(table) if accepts(&alternatives, "object") => {
+                self.table(table, span, &alternatives)
+            }
+            DeValue::Array(items) if accepts(&alternatives, "array") => {
+                if let Some(wanted) = how_many(&alternatives)
+                    && items.len() != wanted
+                {
+                    // serde would leave what is too many out of account.
+                    return Err(self.fault(
+                        FaultKind::Value,
+                        span,
+                        format!(
+                            "`{}` has {} entries, but must have {wanted}",
+                            self.key(),
+                            items.len()
+                        ),
+                        format!("write {wanted} numbers"),
+                    ));
+                }
+                let item_schema = alternatives.iter().find_map(|schema| schema.get("items"));
+                for (index, item) in items.iter().enumerate() {
+                    self.path.push(index.to_string());
+                    if let Some(item_schema) = item_schema {
+                        self.value(item, item_schema)?;
+                    }
+                    self.path.pop();
+                }
+                Ok(())
+            }
+            DeValue::String(word) if accepts(&alternatives, "string") => {
+                self.word(word, span, &alternatives)
+            }
+            DeValue::Boolean(_) if accepts(&alternatives, "boolean") => Ok(()),
+            DeValue::Integer(number)
+                if accepts(&alternatives, "integer") || accepts(&alternatives, "number") =>
+            {
+                let radix = number.radix();
+                // Wider than a seed, of 64 bits without a sign, so that what is beyond is told as a number.
+                let parsed = i128::from_str_radix(number.as_str(), radix);
+                if let Some(most) = most_whole(&alternatives)
+                    && parsed.as_ref().map_or(true, |number| *number > most)
+                {
+                    let rule = format!("{most} or less");
+                    return Err(self.fault(
+                        FaultKind::Value,
+                        span,
+                        format!(
+                            "`{}` is {}, but must be {rule}",
+                            self.key(),
+                            number.as_str()
+                        ),
+                        format!("write a whole number that is {rule}"),
+                    ));
+                }
+                let number = parsed.map_or(f64::INFINITY, |number| number as f64);
+                self.number(number, span, &alternatives)
+            }
+            DeValue::Float(number) if accepts(&alternatives, "number") => {
+                let parsed = number.as_str().parse().unwrap_or(f64::NAN);
+                self.number(parsed, span, &alternatives)
+            }
+            DeValue::Table(table)
+                if accepts(&alternatives, "array")
+                    && !table.is_empty()
+                    && table
+                        .keys()
+                        .all(|key| key.get_ref().parse::<usize>().is_ok()) =>
+            {
+                let places: Vec<&str> = table.keys().map(|key| key.get_ref().as_ref()).collect();
+                Err(self.fault(
+                    FaultKind::Key,
+                    span,
+                    format!(
+                        "the list `{}` has no place {} yet",
+                        self.key(),
+                        places.join(", ")
+                    ),
+                    "places count from 0; the place after the last one adds to the list, one at a time".to_owned(),
+                ))
+            }
+            other => Err(self.fault(
+                FaultKind::Type,
+                span,
+                format!(
+                    "`{}` is {}, but must be {}",
+                    self.key(),
+                    found(other),
+                    wanted(&alternatives)
+                ),
+                match (
+                    wanted_words(&alternatives).as_slice(),
+                    wanted_keys(&alternatives).as_slice(),
+                ) {
+                    ([], [])
+                        if matches!(other, DeValue::Table(_))
+                            && accepts(&alternatives, "array") =>
+                    {
+                        format!(
+                            "write it with two brackets, `[[{}]]`: there may be several",
+                            self.key()
+                        )
+                    }
+                    ([], []) => format!("write {} here", wanted(&alternatives)),
+                    ([], keys) => format!(
+                        "write a table, `{{ ... }}`, with what you need of its keys: {}",
+                        quoted(keys)
+                    ),
+                    (words, _) => format!("write one of {}", quoted(words)),
+                },
+            )),
+        }
+    }
+
+    fn table(
+        &mut self,
+        table: &DeTable<'_>,
+        span: Range<usize>,
+        alternatives: &[&'s Json],
+    ) -> Result<(), KeyFault> {
+        let properties = |schema: &&'s Json| schema.get("properties").and_then(Json::as_object);
+        let known: Vec<(&'s str, &'s Json)> = alternatives
+            .iter()
+            .filter_map(properties)
+            .flatten()
+            .map(|(name, schema)| (name.as_str(), schema))
+            .collect();
+        // Keys of any name, where the schema says what they hold.
+        let any_other = alternatives
+            .iter()
+            .filter_map(|schema| schema.get("additionalProperties"))
+            .find(|schema| schema.is_object() || **schema == Json::Bool(true));
+        // In the order of the text, so that the first fault told is the first that a reader meets.
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(key, _)| key.span().start);
+        for (key, value) in entries {
+            self.path.push(key.get_ref().to_string());
+            let schema = known
+                .iter()
+                .find(|(name, _)| *name == key.get_ref())
+                .map(|(_, schema)| *schema);
+            match (schema, any_other) {
+                (Some(schema), _) | (None, Some(schema)) => self.value(value, schema)?,
+                (None, None) => return Err(self.unknown_key(key, &known)),
+            }
+            self.path.pop();
+        }
+        // Of several kinds of tables, which keys are required depends on what is chosen: serde tells.
+        let is_table = |schema: &&&'s Json| accepts(&[**schema], "object");
+        let of_no_choice = alternatives.iter().filter(is_table).count() == 1;
+        let required = alternatives
+            .iter()
+            .filter(|schema| of_no_choice && is_table(schema))
+            .filter_map(|schema| schema.get("required").and_then(Json::as_array))
+            .flatten()
+            .filter_map(Json::as_str);
+        let missing: Vec<&str> = required
+            .filter(|name| !table.keys().any(|key| key.get_ref() == name))
+            .collect();
+        if missing.is_empty() {
+            return Ok(());
+        }
+        let mut keys = Vec::new();
+        let mut help = Vec::new();
+        for name in missing {
+            self.path.push(name.to_owned());
+            let schema = known.iter().find(|(known, _)| *known == name);
+            let doc = schema
+                .and_then(|(_, schema)| self.description(schema))
+                .unwrap_or_default();
+            help.push(format!("add `{}`: {doc}", self.key()));
+            keys.push(self.key());
+            self.path.pop();
+        }
+        let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+        let message = match keys.as_slice() {
+            [key] => format!("the key `{key}` is missing"),
+            keys => format!("the keys {} are missing", quoted(keys)),
+        };
+        Err(self.fault(FaultKind::Key, span, message, help.join("\n")))
+    }
+
+    fn unknown_key(
+        &mut self,
+        key: &Spanned<std::borrow::Cow<'_, str>>,
+        known: &[(&'s str, &'s Json)],
+    ) -> KeyFault {
+        let name = key.get_ref();
+        let message = format!("unknown key `{}`", self.key());
+        let mut names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+        // Of kinds of one thing, several may have the same key.
+        names.sort_unstable();
+        names.dedup();
+        let help = match nearest(name, names.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if names.is_empty() => "nothing can stand here".to_owned(),
+            None => format!("the keys here are {}", quoted(&names)),
+        };
+        self.fault(FaultKind::Key, key.span(), message, help)
+    }
+
+    fn word(
+        &self,
+        word: &str,
+        span: Range<usize>,
+        alternatives: &[&'s Json],
+    ) -> Result<(), KeyFault> {
+        let words = wanted_words(alternatives);
+        if words.is_empty() || words.contains(&word) {
+            return Ok(());
+        }
+        let help = match nearest(word, words.iter().copied()) {
+            Some(near) => format!("did you mean \"{near}\"?"),
+            None => format!("write one of {}", quoted(&words)),
+        };
+        let message = format!("`{}` cannot be \"{word}\"", self.key());
+        Err(self.fault(FaultKind::Value, span, message, help))
+    }
+
+    fn number(
+        &self,
+        number: f64,
+        span: Range<usize>,
+        alternatives: &[&'s Json],
+    ) -> Result<(), KeyFault> {
+        if !number.is_finite() {
+            return Err(self.fault(
+                FaultKind::Value,
+                span,
+                format!("`{}` is not a finite number", self.key()),
+                "write a finite number".to_owned(),
+            ));
+        }
+        let whole = |schema: &&Json| schema.get("type").and_then(Json::as_str) == Some("integer");
+        let judged = self.path.first().is_some_and(|section| section == "expect");
+        let bound = |name| {
+            alternatives
+                .iter()
+                .find_map(|schema| schema.get(name).and_then(Json::as_f64))
+        };
+        // What says itself how large it may be is no length, time or mass: stiff contacts of heavy robots.
+        let says_so = bound("maximum").is_some_and(|most| (1.0..=most).contains(&number));
+        let has_sign = bound("minimum").is_none() && bound("exclusiveMinimum").is_none();
+        let computable = match has_sign {
+            true => is_computable_with_sign(number),
+            false => is_computable(number) || says_so,
+        };
+        if !judged && !alternatives.iter().any(whole) && !computable {
+            let (least, most) = (SIZES.start(), SIZES.end());
+            return Err(self.fault(
+                FaultKind::Value,
+                span,
+                format!(
+                    "`{}` is {number:e}, which is beyond what can be computed with",
+                    self.key()
+                ),
+                format!("write 0 or a number whose size is between {least:e} and {most:e}"),
+            ));
+        }
+        let broken = match (
+            bound("minimum"),
+            bound("exclusiveMinimum"),
+            bound("maximum"),
+        ) {
+            (Some(least), _, _) if number < least => Some(format!("{least} or more")),
+            (_, Some(least), _) if number <= least => Some(format!("greater than {least}")),
+            (_, _, Some(most)) if number > most => Some(format!("{most} or less")),
+            _ => None,
+        };
+        match broken {
+            Some(rule) => Err(self.fault(
+                FaultKind::Value,
+                span,
+                format!("`{}` is {number}, but must be {rule}", self.key()),
+                format!("write a number that is {rule}"),
+            )),
+            None => Ok(()),
+        }
+    }
+
+    /// The first sentence of what a key is for.
+    fn description(&self, schema: &'s Json) -> Option<String> {
+        let own = schema.get("description").and_then(Json::as_str);
+        let text = own.or_else(|| {
+            let alternatives = self.alternatives(schema);
+            let first = alternatives.first()?;
+            first.get("description").and_then(Json::as_str)
+        })?;
+        Some(text.lines().collect::<Vec<_>>().join(" "))
+    }
+
+    fn key(&self) -> String {
+        self.path.join(".")
+    }
+
+    fn fault(
+        &self,
+        kind: FaultKind,
+        span: Range<usize>,
+        message: String,
+        help: String,
+    ) -> KeyFault {
+        KeyFault {
+            kind,
+            path: self.path.clone(),
+            span,
+            message,
+            help,
+        }
+    }
+}
+
+/// The largest whole number that a key may hold, where it may hold no other.
+fn most_whole(alternatives: &[&Json]) -> Option<i128> {
+    let most = |schema: &&Json| match schema.get("format").and_then(Json::as_str)? {
+        "uint32" => Some(i128::from(u32::MAX)),
+        "uint64" | "uint" => Some(i128::from(u64::MAX)),
+        _ => None,
+    };
+    alternatives.iter().find_map(most)
+}
+
+/// Whether a schema takes whatever stands there.
+fn says_nothing(schema: &Json) -> bool {
+    match schema {
+        Json::Bool(anything) => *anything,
+        schema => schema.as_object().is_some_and(serde_json::Map::is_empty),
+    }
+}
+
+fn accepts(alternatives: &[&Json], kind: &str) -> bool {
+    alternatives.iter().any(|schema| match schema.get("type") {
+        Some(Json::String(one)) => one == kind,
+        Some(Json::Array(several)) => several.iter().any(|one| one == kind),
+        _ => kind == "string" && (schema.get("const").is_some() || schema.get("enum").is_some()),
+    })
+}
+
+/// How many entries an array must have, where it may have no other number of them.
+fn how_many(alternatives: &[&Json]) -> Option<usize> {
+    let [schema] = alternatives else {
+        return None;
+    };
+    let count = |bound: &str| schema.get(bound).and_then(Json::as_u64);
+    let most = count("maxItems")?;
+    (count("minItems") == Some(most)).then_some(most as usize)
+}
+
+/// The words that a value may be, where it may only be some.
+fn wanted_words<'s>(alternatives: &[&'s Json]) -> Vec<&'s str> {
+    let constant = |schema: &&'s Json| schema.get("const").and_then(Json::as_str);
+    let listed = |schema: &&'s Json| schema.get("enum").and_then(Json::as_array);
+    let constants = alternatives.iter().filter_map(constant);
+    let lists = alternatives.iter().filter_map(listed).flatten();
+    constants.chain(lists.filter_map(Json::as_str)).collect()
+}
+
+/// The keys of the table that a value must be, where it may be nothing else.
+fn wanted_keys<'s>(alternatives: &[&'s Json]) -> Vec<&'s str> {
+    if wanted(alternatives) != "a table" {
+        return Vec::new();
+    }
+    let properties = |schema: &&'s Json| schema.get("properties").and_then(Json::as_object);
+    let keys = alternatives.iter().filter_map(properties).flatten();
+    keys.map(|(name, _)| name.as_str()).collect()
+}
+
+fn wanted(alternatives: &[&Json]) -> String {
+    let kinds = [
+        ("number", "a number"),
+        ("integer", "a whole number"),
+        ("string", "a text in quotes"),
+        ("boolean", "true or false"),
+        ("array", "an array"),
+        ("object", "a table"),
+    ];
+    let wanted: Vec<&str> = kinds
+        .iter()
+        .filter(|(kind, _)| accepts(alternatives, kind))
+        .map(|(_, words)| *words)
+        .collect();
+    wanted.join(" or ")
+}
+
+fn found(value: &DeValue<'_>) -> &'static str {
+    match value {
+        DeValue::String(_) => "a text",
+        DeValue::Integer(_) | DeValue::Float(_) => "a number",
+        DeValue::Boolean(_) => "true or false",
+        DeValue::Datetime(_) => "a date",
+        DeValue::Array(_) => "an array",
+        DeValue::Table(_) => "a table",
+    }
+}
+
+fn quoted(names: &[&str]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    quoted.join(", ")
+}

@@ -1,0 +1,117 @@
+//! Where in the text of a scenario an error lies that shows only when its robot is known.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use ilon_formats::{Fault, RobotError};
+use miette::NamedSource;
+use toml::de::{DeTable, DeValue};
+
+use super::Scenario;
+use super::objection::Objection;
+use crate::Error;
+use crate::ScenarioFault;
+
+/// The text that a scenario was read from; empty of one that was made.
+#[derive(Clone, Debug, Default)]
+pub struct Source {
+    /// The file's name, and what stands in it.
+    read: Option<Arc<(String, String)>>,
+    /// Keys that settings changed: what the text says of them does not count.
+    changed: Vec<Vec<String>>,
+}
+
+impl Source {
+    pub(super) fn of(name: &str, text: &str, changed: Vec<Vec<String>>) -> Self {
+        Self {
+            read: Some(Arc::new((name.to_owned(), text.to_owned()))),
+            changed,
+        }
+    }
+
+    /// Where what a message names between backticks stands: a key with its tables, or a value that is there once.
+    fn find(&self, message: &str) -> Option<(NamedSource<String>, Range<usize>)> {
+        let (name, text) = self.read.as_deref()?;
+        let document = DeTable::parse(text).ok()?;
+        let document = document.get_ref();
+        let mut quoted = message.split('`').skip(1).step_by(2);
+        let span = quoted.find_map(|quoted| {
+            let of_key = || self.key(document, quoted);
+            of_key().or_else(|| the_value(document, quoted))
+        })?;
+        Some((NamedSource::new(name, text.clone()), span))
+    }
+
+    fn key(&self, document: &DeTable<'_>, key: &str) -> Option<Range<usize>> {
+        let parts: Vec<&str> = key.split('.').collect();
+        if self.changed.iter().any(|changed| *changed == parts) {
+            return None;
+        }
+        let (path, span) = Objection::to(key, "", "").place(document)?;
+        (path == parts).then_some(span)
+    }
+}
+
+/// Where a text stands as a value, if it does so once.
+fn the_value(document: &DeTable<'_>, text: &str) -> Option<Range<usize>> {
+    let mut found = None;
+    let mut left: Vec<(&DeValue<'_>, Range<usize>)> = Vec::new();
+    left.extend(
+        document
+            .values()
+            .map(|value| (value.get_ref(), value.span())),
+    );
+    while let Some((value, span)) = left.pop() {
+        let inside = |value: &'_ toml::Spanned<DeValue<'_>>| value.span();
+        match value {
+            DeValue::String(value) if value == text => {
+                if found.replace(span).is_some() {
+                    return None;
+                }
+            }
+            DeValue::Array(items) => {
+                left.extend(items.iter().map(|item| (item.get_ref(), inside(item))));
+            }
+            DeValue::Table(table) => {
+                left.extend(table.values().map(|item| (item.get_ref(), inside(item))));
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+impl Scenario {
+    /// The error with the lines of the scenario's file that it is about, where these are known.
+    pub fn placed(&self, error: Error) -> Error {
+        let (message, help, names) = match &error {
+            Error::Invalid { message, help } => (message.clone(), help.clone(), message.clone()),
+            Error::Robot(fault) => match of_scenario(&fault.fault) {
+                Some((message, names)) => (message, fault.fault.help(), names),
+                None => return error,
+            },
+            _ => return error,
+        };
+        let Some((source_code, span)) = self.source.find(&names) else {
+            return error;
+        };
+        Error::Scenario(Box::new(ScenarioFault {
+            message,
+            help,
+            source_code,
+            span: span.into(),
+        }))
+    }
+}
+
+/// Of a fault of a robot's file that the scenario is to blame for: its words, and the scenario's keys and values between backticks; `None` of others.
+fn of_scenario(fault: &RobotError) -> Option<(String, String)> {
+    match fault.fault() {
+        Fault::Unreadable { .. } => Some((fault.to_string(), "`robot.file`".to_owned())),
+        Fault::UnknownJoint { joint, .. } | Fault::NoSuchJoint { joint, .. } => Some((
+            format!("there is no joint `{joint}` in {}", fault.file()),
+            format!("`robot.joints.{joint}` `{joint}`"),
+        )),
+        _ => None,
+    }
+}

@@ -1,0 +1,602 @@
+//! What no single key of a scenario can say: what must stand together, how time divides, and what a test must bound.
+
+use ilon_trace::file::MOST_ROWS;
+
+use super::objection::Objection;
+use super::{
+    Contacts, Drives, Fault, Motion, Robot, RollerBodies, Rollers, Scenario, Step, WheelLaw,
+};
+use crate::Error;
+
+/// The most physics steps of a run: weeks of computing.
+const MOST_STEPS: f64 = 1e11;
+
+impl Scenario {
+    /// Checks what no single key can say: what must stand together, how the time steps divide, and that each expectation
+    /// bounds something.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`], with the keys at fault.
+    pub fn validate(&self) -> Result<(), Error> {
+        Ok(self.object()?)
+    }
+
+    /// Like [`Self::validate`], with the key at fault by itself.
+    pub(super) fn object(&self) -> Result<(), Objection> {
+        self.object_to_motion()?;
+        let Robot {
+            rollers,
+            roller_bodies,
+            ..
+        } = self.robot;
+        if (rollers, roller_bodies) == (Rollers::AsModelled, RollerBodies::Near) {
+            return Err(Objection::to(
+                "robot.roller_bodies",
+                "`robot.rollers` = \"as_modelled\" and `robot.roller_bodies` = \"near\" do not go together: which rollers \
+                 can touch the ground is known of barrels only",
+                "put the shapes of all rollers into the world, `robot.roller_bodies` = \"all\", or take barrels",
+            ));
+        }
+        let mut joints = self.robot.joints.iter();
+        joints.try_for_each(|(name, joint)| joint.object(name))?;
+        self.controller.object()?;
+        self.object_to_solver()?;
+        super::bodies::object(&self.world.bodies)?;
+        self.object_to_materials()?;
+        self.object_to_windows()?;
+        let is_shorted = |fault: &Fault| matches!(fault, Fault::MotorLost { shorted: true, .. });
+        if let (Some(index), None) = (self.faults.iter().position(is_shorted), &self.motors.dc) {
+            return Err(Objection::to(
+                format!("faults.{index}"),
+                "`motor_lost` with `shorted` needs to know the motor's winding, and there is no `[motors.dc]`",
+                "write the motor's stall_torque_n_m and no_load_rate_rad_s under [motors.dc], or leave `shorted` out: the motor is then free",
+            ));
+        }
+        // Faster than that, samples show another frequency than the ground's.
+        let most_hz = 0.5 / self.run.control_dt_s;
+        let is_too_fast = |fault: &Fault| matches!(fault, Fault::Tilt { frequency_hz, .. } if *frequency_hz > most_hz);
+        if let Some(index) = self.faults.iter().position(is_too_fast) {
+            return Err(Objection::to(
+                format!("faults.{index}.tilt.frequency_hz"),
+                format!(
+                    "the ground rocks faster than control periods can show, which is {most_hz} Hz"
+                ),
+                "write a lower frequency_hz, or a shorter `run.control_dt_s`",
+            ));
+        }
+        let law = self.wheel_loop.law;
+        if self.wheel_loop.passive.is_some() && law != WheelLaw::Passive {
+            return Err(Objection::to(
+                "wheel_loop.passive",
+                "`[wheel_loop.passive]` is of no use to `wheel_loop.law`, which has no springs",
+                "write law = \"passive\", or leave the section out",
+            ));
+        }
+        if self.wheel_loop.friction.is_some()
+            && !matches!(law, WheelLaw::PrioritisedTorque | WheelLaw::Passive)
+        {
+            return Err(Objection::to(
+                "wheel_loop.friction",
+                "`wheel_loop.friction` is of no use to `wheel_loop.law`, which knows of no grip",
+                "write law = \"prioritised_torque\" or \"passive\", or leave the friction out",
+            ));
+        }
+        let floor = &self.world.floor;
+        if floor.rough.is_some() && floor.height_map.is_some() {
+            return Err(Objection::to(
+                "world.floor.height_map",
+                "both `world.floor.rough` and `world.floor.height_map` take the place of the floor's plane",
+                "leave one of them out",
+            ));
+        }
+        let fusion = self.sensors.fusion.as_ref();
+        if self.sensors.imu.is_none() && fusion.is_some_and(|fusion| fusion.gyroscope) {
+            return Err(Objection::to(
+                "sensors.fusion.gyroscope",
+                "`sensors.fusion.gyroscope` needs a gyroscope, and there is no `[sensors.imu]`",
+                "write [sensors.imu], or leave it out: the wheels then say how the robot turns",
+            ));
+        }
+        self.object_to_times()?;
+        if self.twist.is_some() {
+            self.expect.object_to_tracking()?;
+        }
+        self.expect.object()
+    }
+
+    /// What rapier's own solver does not know may not be asked of it.
+    fn object_to_solver(&self) -> Result<(), Objection> {
+        let solver = &self.world.solver;
+        if solver.contacts == Contacts::Ilon {
+            return Ok(());
+        }
+        if self.robot.roller_bodies == RollerBodies::Near {
+            return Err(Objection::to(
+                "robot.roller_bodies",
+                "`world.solver.contacts` = \"rapier\" and `robot.roller_bodies` = \"near\" do not go together: every roller \
+                 is a body of its own there",
+                "write `robot.roller_bodies` = \"all\", or let ilon solve the contacts",
+            ));
+        }
+        let leans = |fault: &Fault| matches!(fault, Fault::Tilt { .. });
+        if let Some(index) = self.faults.iter().position(leans) {
+            return Err(Objection::to(
+                format!("faults.{index}"),
+                "ground that leans does not go with `world.solver.contacts` = \"rapier\", where gravity stays as it was built",
+                "leave it out, or let ilon solve the contacts",
+            ));
+        }
+        if !self.world.bodies.is_empty() {
+            return Err(Objection::to(
+                "world.bodies",
+                "`world.solver.contacts` = \"rapier\" and `world.bodies` do not go together: what pushes what is solved by ilon",
+                "leave the bodies out, or let ilon solve the contacts",
+            ));
+        }
+        let (floor, rollers) = (&self.world.floor, &self.rollers);
+        let gives = [
+            ("rollers.tread", rollers.tread.is_some()),
+            (
+                "rollers.rolling_resistance",
+                rollers.rolling_resistance.is_some_and(|drag| drag > 0.0),
+            ),
+            ("rollers.bearings", rollers.bearings.is_some()),
+            (
+                "rollers.axle_friction",
+                rollers.axle_friction.is_some_and(|friction| friction > 0.0),
+            ),
+            (
+                "rollers.axial_play_m",
+                rollers.axial_play_m.is_some_and(|play_m| play_m > 0.0),
+            ),
+            (
+                "world.floor.rolling_resistance",
+                floor.rolling_resistance.is_some_and(|drag| drag > 0.0),
+            ),
+            (
+                "world.floor.creep",
+                floor.creep.is_some_and(|creep| creep > 0.0),
+            ),
+            ("world.floor.sliding", floor.sliding.is_some()),
+            ("world.floor.across", floor.across.is_some()),
+            ("world.floor.against", floor.against.is_some()),
+        ];
+        if let Some((key, _)) = gives.into_iter().find(|(_, gives)| *gives) {
+            return Err(Objection::to(
+                key,
+                format!(
+                    "`{key}` is of rollers that give or have play and of floors that drag, which `world.solver.contacts` = \"rapier\" does not know"
+                ),
+                "leave it out, or let ilon solve the contacts",
+            ));
+        }
+        let keys = [
+            ("world.solver.split_dt_s", solver.split_dt_s),
+            (
+                "world.solver.contact_stiffness_n_m",
+                solver.contact_stiffness_n_m,
+            ),
+            (
+                "world.solver.contact_relaxation_s",
+                solver.contact_relaxation_s,
+            ),
+        ];
+        match keys.into_iter().find(|(_, value)| value.is_some()) {
+            Some((key, _)) => Err(Objection::to(
+                key,
+                format!(
+                    "`{key}` says how ilon solves contacts, but `world.solver.contacts` = \"rapier\""
+                ),
+                "leave it out, or let ilon solve the contacts",
+            )),
+            None => Ok(()),
+        }
+    }
+
+    fn object_to_motion(&self) -> Result<(), Objection> {
+        let playback = self.playback.as_ref();
+        let of_joints = playback.filter(|playback| playback.drives == Drives::Joints);
+        if let Some(playback) = of_joints {
+            playback.object()?;
+        }
+        match self.motion() {
+            Some(Motion::OpenLoop(twist)) => object_to_schedule(twist),
+            Some(Motion::Played(playback)) => playback.object(),
+            Some(Motion::Tracked(tracked)) => object_to_timing(tracked),
+            None => {
+                let stand = [
+                    self.reference.is_some(),
+                    self.twist.is_some(),
+                    self.playback.is_some() && of_joints.is_none(),
+                ];
+                if of_joints.is_some() && stand == [false; 3] {
+                    return Err(Objection::to(
+                        "playback.drives",
+                        "the log drives joints alone, and nothing says what the wheels shall do",
+                        "add a `[twist]`, of zeros where they shall stand, or a `[reference]`",
+                    ));
+                }
+                let (key, stands) = match stand {
+                    [false, false, false] => (
+                        "",
+                        "the scenario has no motion: neither `[twist]` nor `[reference]` nor `[playback]` is there",
+                    ),
+                    [_, true, false] => (
+                        "twist",
+                        "the scenario has two motions, `[reference]` and `[twist]`: it takes one",
+                    ),
+                    [true, _, _] => (
+                        "playback",
+                        "the scenario has two motions, `[reference]` and `[playback]`: it takes one",
+                    ),
+                    _ => (
+                        "playback",
+                        "the scenario has two motions, `[twist]` and `[playback]`: it takes one",
+                    ),
+                };
+                let lacks_time = stand == [false; 3] && self.run.is_open();
+                Err(Objection::to(
+                    key,
+                    match lacks_time {
+                        true => format!("{stands}; and the key `run.duration_s` is missing"),
+                        false => stands.to_owned(),
+                    },
+                    "write `twist = { vx_m_s = 0.3 }` for a velocity, `[reference.circle]`, `[reference.line]` or another path for the guidance to \
+                     follow, or `[playback]` for what a log says",
+                ))
+            }
+        }
+    }
+
+    /// Refuses faults and patches that end before they begin.
+    fn object_to_windows(&self) -> Result<(), Objection> {
+        match self
+            .windows_s()
+            .find(|(_, from_s, until_s)| until_s.is_some_and(|until_s| until_s <= *from_s))
+        {
+            None => Ok(()),
+            Some((key, from_s, until_s)) => {
+                let until_s = until_s.unwrap_or_default();
+                Err(Objection::to(
+                    key.clone(),
+                    format!(
+                        "`{key}` never happens: it begins at {from_s} s and ends at {until_s} s"
+                    ),
+                    "let `until_s` come after `from_s`, or leave it out",
+                ))
+            }
+        }
+    }
+
+    /// What happens in the world from one time to another, each by its key, with when it begins and when it ends, in seconds.
+    pub fn windows_s(&self) -> impl Iterator<Item = (String, f64, Option<f64>)> {
+        let faults = self.faults.iter().enumerate().map(|(index, fault)| {
+            let (from_s, until_s) = fault.window_s();
+            (format!("faults.{index}"), from_s, until_s)
+        });
+        let patches = self.world.floor.patches.iter().enumerate();
+        let patches = patches.map(|(index, patch)| {
+            let key = format!("world.floor.patches.{index}");
+            (key, patch.from_s, patch.until_s)
+        });
+        faults.chain(patches)
+    }
+
+    /// Refuses a period of a wheel loop that has none, and one that is no whole number of steps or no whole part of the control period.
+    fn object_to_loop_period(&self) -> Result<(), Objection> {
+        let Some(period_s) = self.wheel_loop.period_s else {
+            return Ok(());
+        };
+        let key = "wheel_loop.period_s";
+        if !self.wheel_loop.is_sampled() {
+            return Err(Objection::to(
+                key,
+                "`wheel_loop.period_s` has no effect: a continuous PID acts within each step",
+                "leave it out, or set `wheel_loop.timing` to \"sampled\"",
+            ));
+        }
+        let control_dt_s = self.run.control_dt_s;
+        let step_s = match self.run.physics_dt_s {
+            Step::Seconds(dt_s) => dt_s,
+            Step::Auto(_) => period_s,
+        };
+        if is_whole(period_s / step_s) && is_whole(control_dt_s / period_s) {
+            return Ok(());
+        }
+        Err(Objection::to(
+            key,
+            format!(
+                "`wheel_loop.period_s` = {period_s} must be a whole number of physics steps, and `run.control_dt_s` = {control_dt_s} a whole \
+                 number of these periods"
+            ),
+            format!(
+                "set it to {}, the control period, and `run.physics_dt_s` to a whole part of it",
+                control_dt_s
+            ),
+        ))
+    }
+
+    fn object_to_times(&self) -> Result<(), Objection> {
+        let run = &self.run;
+        self.object_to_loop_period()?;
+        if let Step::Seconds(dt_s) = run.physics_dt_s {
+            let steps = run.control_dt_s / dt_s;
+            if !is_whole(steps) {
+                return Err(Objection::to(
+                    "run.physics_dt_s",
+                    format!(
+                        "`run.control_dt_s` = {} is {steps:.6} physics steps of `run.physics_dt_s` = {dt_s}, \
+                         but must be a whole number of them",
+                        run.control_dt_s
+                    ),
+                    format!(
+                        "set `run.physics_dt_s` to {}, which divides it",
+                        run.control_dt_s / steps.ceil().max(1.0)
+                    ),
+                ));
+            }
+            self.object_to_step(dt_s)?;
+        }
+        if run.is_open() {
+            // How long the log is shows when it is read; then all this is looked at again.
+            return match &self.playback {
+                Some(_) => Ok(()),
+                None => Err(Objection::to(
+                    "run.duration_s",
+                    "the key `run.duration_s` is missing",
+                    "add `run.duration_s`: simulated time in seconds; a `playback` alone can do without, which ends with its log",
+                )),
+            };
+        }
+        if run.duration_s < run.control_dt_s {
+            return Err(Objection::to(
+                "run.duration_s",
+                format!(
+                    "`run.duration_s` = {} is shorter than one control period, `run.control_dt_s` = {}",
+                    run.duration_s, run.control_dt_s
+                ),
+                "lengthen the run or shorten the control period",
+            ));
+        }
+        let periods = run.duration_s / run.control_dt_s;
+        let (rows, most) = (
+            periods / f64::from(run.record_every.max(1)),
+            MOST_ROWS as f64,
+        );
+        if rows > most {
+            return Err(Objection::to(
+                "run.duration_s",
+                format!(
+                    "`run.duration_s` = {} makes {rows:.1e} rows of the trace, where at most {most:.0e} are kept",
+                    run.duration_s
+                ),
+                format!(
+                    "shorten the run, or record less often: `run.record_every` = {:.0}",
+                    (periods / most).ceil()
+                ),
+            ));
+        }
+        let latency_s = self.sensors.pose.latency_s;
+        if latency_s > run.duration_s {
+            return Err(Objection::to(
+                "sensors.pose.latency_s",
+                format!(
+                    "`sensors.pose.latency_s` = {latency_s} is longer than the run, `run.duration_s` = {}: no pose would \
+                     ever arrive",
+                    run.duration_s
+                ),
+                "shorten the latency or lengthen the run",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Refuses physics steps that never come to an end, or that miss poses.
+    fn object_to_step(&self, physics_dt_s: f64) -> Result<(), Objection> {
+        let steps = self.run.duration_s / physics_dt_s;
+        if !self.run.is_open() && steps > MOST_STEPS {
+            return Err(Objection::to(
+                "run.duration_s",
+                format!(
+                    "`run.duration_s` = {} takes {steps:.1e} physics steps of `run.physics_dt_s` = {physics_dt_s}, where \
+                     at most {MOST_STEPS:.0e} are taken",
+                    self.run.duration_s
+                ),
+                "shorten the run or lengthen its steps",
+            ));
+        }
+        // A part in 10^9 forgives rounding.
+        if let Some(rate_hz) = self.sensors.pose.rate_hz
+            && rate_hz * physics_dt_s > 1.0 + 1e-9
+        {
+            return Err(Objection::to(
+                "sensors.pose.rate_hz",
+                format!(
+                    "`sensors.pose.rate_hz` = {rate_hz} asks for more than one pose in a physics step, \
+                     `run.physics_dt_s` = {physics_dt_s}"
+                ),
+                format!(
+                    "take poses at {:.6} Hz at most, or shorten the step",
+                    1.0 / physics_dt_s
+                ),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Checks that the run can be simulated in physics steps of that length, which `run.physics_dt_s` may leave open.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`], with the keys at fault.
+    pub fn check_step(&self, physics_dt_s: f64) -> Result<(), Error> {
+        Ok(self.object_to_step(physics_dt_s)?)
+    }
+}
+
+/// Whether a number of steps is whole, and at least one. A part in 10^9 forgives the rounding of periods such as 1/240 s written with ten digits.
+fn is_whole(steps: f64) -> bool {
+    steps.round() >= 1.0 && (steps - steps.round()).abs() <= 1e-9 * steps
+}
+
+fn object_to_timing(tracked: &super::Tracked) -> Result<(), Objection> {
+    let is_timed = tracked.timing.is_some();
+    let is_path = !matches!(tracked.path, super::Reference::HoldPose { .. });
+    let (key, message) = if is_timed && !is_path {
+        (
+            "reference.timing",
+            "`reference.timing` is of a path, and a pose that is held has none",
+        )
+    } else if !is_timed && tracked.share_of_limits.is_some() {
+        (
+            "reference.share_of_limits",
+            "`reference.share_of_limits` has no effect without `reference.timing`",
+        )
+    } else if !is_timed && tracked.share_of_grip.is_some() {
+        (
+            "reference.share_of_grip",
+            "`reference.share_of_grip` has no effect without `reference.timing`",
+        )
+    } else {
+        return Ok(());
+    };
+    Err(Objection::to(key, message, "leave it out"))
+}
+
+fn object_to_schedule(twist: &super::Twist) -> Result<(), Objection> {
+    let mut before_s = twist.rest_s;
+    for (index, next) in twist.schedule.iter().enumerate() {
+        if next.from_s < before_s + twist.ramp_s {
+            return Err(Objection::to(
+                format!("twist.schedule.{index}.from_s"),
+                format!(
+                    "`twist.schedule.{index}` begins at {} s, while the ramp before it lasts until {} s",
+                    next.from_s,
+                    before_s + twist.ramp_s
+                ),
+                "order the schedule by `from_s` and leave each ramp its time",
+            ));
+        }
+        before_s = next.from_s;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RUN: &str = "robot.file = \"r.urdf\"\ntwist = {}\n[run]\nduration_s = 1.0\n";
+
+    fn scenario(further: &str) -> Result<Scenario, Error> {
+        Scenario::from_toml(&format!("{RUN}{further}"), "test", "")
+    }
+
+    /// What is told of a scenario, and the text at which it points.
+    fn told(further: &str) -> (String, String) {
+        let text = format!("{RUN}{further}");
+        match Scenario::from_toml(&text, "test", "") {
+            Err(Error::Scenario(fault)) => {
+                let span = fault.span.offset()..fault.span.offset() + fault.span.len();
+                (fault.message.clone(), text[span].to_owned())
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn poses_that_never_arrive_or_come_faster_than_physics_are_refused() {
+        let late = told("[sensors.pose]\nlatency_s = 1.5\n");
+        assert!(late.0.contains("no pose would ever arrive"), "{}", late.0);
+        assert_eq!(late.1, "1.5");
+        let fast = "physics_dt_s = 0.005\n[sensors.pose]\nrate_hz =";
+        assert!(scenario(&format!("{fast} 200")).is_ok());
+        let (message, at) = told(&format!("{fast} 201"));
+        assert!(
+            message.contains("more than one pose in a physics step"),
+            "{message}"
+        );
+        assert_eq!(at, "201");
+    }
+
+    #[test]
+    fn what_ends_before_it_begins_is_refused_with_its_key() {
+        let fault = "[[faults]]\nmotor_lost = { wheel = \"front_left\", from_s = 0.2, until_s = ";
+        for until_s in ["0.1", "0.2"] {
+            let (message, _) = told(&format!("{fault}{until_s} }}\n"));
+            assert!(message.starts_with("`faults.0` never happens"), "{message}");
+        }
+        assert!(scenario(&format!("{fault}0.3 }}\n")).is_ok());
+        let patch = "[[world.floor.patches]]\nx_m = 0\ny_m = 0\nlength_x_m = 1\nlength_y_m = 1\nfriction = 0.1\nfrom_s = 2\nuntil_s = 1\n";
+        let (message, _) = told(patch);
+        assert!(
+            message.starts_with("`world.floor.patches.0` never happens"),
+            "{message}"
+        );
+    }
+
+    #[test]
+    fn keys_of_a_playback_that_would_be_ignored_are_refused() {
+        let told = |keys: &str| {
+            let text = format!("robot.file = \"r.urdf\"\nrun.duration_s = 1\n[playback]\n{keys}\n");
+            match Scenario::from_toml(&text, "test", "") {
+                Err(Error::Scenario(fault)) => fault.message.clone(),
+                other => panic!("{other:?}"),
+            }
+        };
+        let topic = told("file = \"a.CSV\"\ndrives = \"twist\"\ntopic = \"/cmd_vel\"");
+        assert!(
+            topic.contains("but `playback.file` is a CSV file"),
+            "{topic}"
+        );
+        let gain = told("file = \"a.csv\"\ndrives = \"twist\"\nangle_gain_per_s = 3");
+        assert!(gain.contains("does not drive them by angles"), "{gain}");
+    }
+
+    #[test]
+    fn what_rapiers_solver_does_not_know_is_refused_beside_it() {
+        let rapier = "[world.solver]\ncontacts = \"rapier\"\n";
+        assert!(scenario(rapier).is_ok());
+        for (key, value) in [
+            ("split_dt_s", "0.0001"),
+            ("contact_stiffness_n_m", "1e6"),
+            ("contact_relaxation_s", "0.001"),
+        ] {
+            let (message, at) = told(&format!("{rapier}{key} = {value}\n"));
+            assert!(
+                message.contains("says how ilon solves contacts"),
+                "{message}"
+            );
+            assert_eq!(at, value);
+            let by_ilon = format!("[world.solver]\n{key} = {value}\n");
+            assert!(scenario(&by_ilon).is_ok(), "{key}");
+        }
+    }
+
+    #[test]
+    fn what_a_setting_makes_wrong_is_shown_in_the_setting() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("s.toml");
+        std::fs::write(
+            &path,
+            format!("{RUN}[expect]\nslip_energy_j = {{ max = 1 }}\n"),
+        )
+        .unwrap();
+        let setting = "expect.slip_energy_j.min=2".parse().unwrap();
+        match Scenario::load_with(&path, &[setting]) {
+            Err(Error::Scenario(fault)) => {
+                assert!(fault.message.contains("can never hold"));
+                // The bound stands in the file, and half of it in the setting.
+                assert_eq!(fault.source_code.name(), path.display().to_string());
+            }
+            other => panic!("{other:?}"),
+        }
+        let setting = "sensors.pose.latency_s=2".parse().unwrap();
+        match Scenario::load_with(&path, &[setting]) {
+            Err(Error::Scenario(fault)) => {
+                assert_eq!(fault.source_code.name(), crate::scenario::SETTING);
+                assert_eq!(fault.span.offset(), "sensors.pose.latency_s = ".len());
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}

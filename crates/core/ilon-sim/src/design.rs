@@ -1,0 +1,49 @@
+//! What a design can do, without a run: rank and condition of its wheels' arrangement, what speeds their limits allow, and what accelerations
+//! grip and motors allow.
+
+use ilon_control::{Arrangement, Kinematics, SpeedLimits};
+use ilon_robot::{Robot, Twist};
+use ilon_trace::Design;
+
+use crate::Error;
+use crate::scenario::Scenario;
+use ilon_plant::limits::{Limiter, top_rates};
+use ilon_scenario::course::joint_targets::JointTargets;
+use ilon_scenario::course::playback::Played;
+
+/// Between the directions in which accelerations are looked at, in degrees: limits change slowly from one to the next.
+const STEP_DEG: usize = 15;
+
+/// What a robot can do under a scenario: with its floor, slope, motors, payloads, and rates of wheels. The robot is as
+/// [`load_robot`](crate::load_robot) gives it. What is singular has its rank alone.
+///
+/// # Errors
+/// Where the robot, or the scenario, makes no sense: fewer than three wheels, a floor without friction.
+pub fn design(scenario: &Scenario, robot: &Robot) -> Result<Design, Error> {
+    let targets = JointTargets::new(scenario, &Played::default(), robot)?;
+    let posed = targets.standing(robot);
+    let arrangement = Arrangement::of(&posed)?;
+    let finite = |value: f64| value.is_finite().then_some(value);
+    let mut design = Design::default();
+    design.rank = Some(arrangement.rank as f64);
+    if arrangement.rank < 3 {
+        return Ok(design);
+    }
+    design.condition = finite(arrangement.condition);
+    let tops = SpeedLimits::new(&Kinematics::new(&posed)?, &top_rates(scenario, robot));
+    let (least_m_s, most_m_s) = tops.top_speed_range_m_s();
+    design.speed_least_m_s = finite(least_m_s);
+    design.speed_most_m_s = finite(most_m_s);
+    design.yaw_rate_rad_s = finite(tops.top_yaw_rate_rad_s());
+    let mut limiter = Limiter::new(scenario, (robot, &targets), 1.0)?;
+    let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+    for degrees in (0..360).step_by(STEP_DEG) {
+        let (sin, cos) = libm::sincos((degrees as f64).to_radians());
+        let found = limiter.along(Twist::new(cos, sin, 0.0), Twist::default())?;
+        least = least.min(found.largest);
+        most = most.max(found.largest);
+    }
+    design.acceleration_least_m_s2 = finite(least);
+    design.acceleration_most_m_s2 = finite(most);
+    Ok(design)
+}

@@ -1,0 +1,260 @@
+//! What a person should know of a run that is over, or of a robot that has come to rest at its start.
+
+use ilon_robot::{BodyJoint, JointKind, Robot};
+use ilon_trace::metrics::Energy;
+use ilon_trace::quantities::{self, Measure};
+use ilon_trace::{Convergence, Quantity, Summary, Twin};
+use ilon_world::{FreeBodyId, World};
+
+/// A contact that misses its law by more than this, in m/s, is no rigid contact any more.
+const WORST_RESIDUAL_M_S: f64 = 1e-3;
+
+/// Energy that is missing from the balance, or too much in it, beyond this share of what was turned over means that something was not
+/// resolved by the step. So does a loss that falls below zero by as much.
+const WORST_UNEXPLAINED: f64 = 0.01;
+
+/// Wheels whose rates are off by this share of the fastest that is asked for do not just lag: their loops swing, where they cannot settle.
+const SWINGING: f64 = 0.05;
+
+/// A wheel that is in the air for more than this part of the run does not carry the robot.
+const MOST_AIRBORNE: f64 = 0.5;
+
+/// Of how far the joints between bodies have moved from zero where the robot stands at the start: what its springs give way by.
+pub fn of_joints(robot: &Robot, positions: &[f64]) -> Option<String> {
+    let place = |(joint, position): (&BodyJoint, &f64)| match joint.kind {
+        JointKind::Turns => format!("`{}` at {position:.4} rad", joint.name),
+        JointKind::Slides => format!("`{}` at {:.2} mm", joint.name, 1e3 * position),
+    };
+    let places: Vec<String> = robot.joints.iter().zip(positions).map(place).collect();
+    (!places.is_empty()).then(|| {
+        format!(
+            "before it drives, the robot stands in equilibrium of springs, stops and ground with its joints {}",
+            places.join(", ")
+        )
+    })
+}
+
+/// Of free bodies that were too heavy for what they lay on.
+pub fn of_bodies(robot: &Robot, world: &World) -> Vec<String> {
+    /// What is pressed deeper than this, in wheel radii, was carried by nothing.
+    const DEEP: f64 = 0.1;
+    let radii_m = robot.wheels.iter().map(|wheel| wheel.radius_m);
+    let deep_m = DEEP * radii_m.fold(f64::INFINITY, f64::min);
+    let remark = |id: &FreeBodyId| {
+        let pressed_m = world.free_body(*id)?.pressed_m;
+        let name = world.free_body_name(*id)?;
+        (pressed_m > deep_m).then(|| {
+            format!(
+                "body `{name}` and what it touched were pressed {:.1} mm into one another: contacts of this stiffness do not bear it; make it lighter \
+                 or slower, or raise `world.solver.contact_stiffness_n_m`",
+                1e3 * pressed_m
+            )
+        })
+    };
+    world.free_bodies().iter().filter_map(remark).collect()
+}
+
+/// Of what came of the run.
+pub fn of_summary(summary: &Summary, has_unstable_loops: bool) -> Vec<String> {
+    let mut remarks = Vec::new();
+    if let (true, Some(off_rad_s), Some(most_rad_s)) = (
+        has_unstable_loops,
+        summary.wheel_rate_error_rms_rad_s,
+        summary.wheel_rate_command_max_rad_s,
+    ) && off_rad_s > SWINGING * most_rad_s
+    {
+        remarks.push(format!(
+            "the wheel loops swung: wheels were {off_rad_s:.2} rad/s off their targets (rms), up to {most_rad_s:.2} rad/s; what slid, and how far \
+             the robot was off, comes from gains that are unstable at this step, and not from the floor"
+        ));
+    }
+    remarks.extend(of_wheels_in_the_air(summary));
+    if let Some(residual_m_s) = summary.contact_residual_max_m_s
+        && residual_m_s > WORST_RESIDUAL_M_S
+    {
+        remarks.push(format!(
+            "the contacts could not all be solved: the worst missed its law by {:.2} mm/s in a step; what happened then is \
+             uncertain by as much (column `contact_residual_m_s`); a shorter `run.physics_dt_s` may help",
+            1e3 * residual_m_s
+        ));
+    }
+    remarks.extend(of_energy(&summary.energy));
+    remarks
+}
+
+/// Of wheels that were in the air for most of the run: of one or two that do not carry the robot, or of so many that it hops.
+fn of_wheels_in_the_air(summary: &Summary) -> Option<String> {
+    let wheels = summary.wheels.iter();
+    let aloft = wheels.filter_map(|wheel| {
+        let share = wheel.lost_contact.filter(|share| *share > MOST_AIRBORNE)?;
+        Some(format!("`{}` for {:.0} %", wheel.name, 100.0 * share))
+    });
+    let aloft: Vec<String> = aloft.collect();
+    // Two wheels or fewer carry nothing: the others carry the robot in turn.
+    let hops = aloft.len() + 2 > summary.wheels.len();
+    let what = match (aloft.len(), hops) {
+        (0, _) => return None,
+        (_, true) => "the robot hops from wheel to wheel, which carry it in turn",
+        (1, false) => "it does not carry the robot",
+        (_, false) => "they do not carry the robot",
+    };
+    Some(format!(
+        "in the air were, of the run, {}: {what}",
+        aloft.join(", ")
+    ))
+}
+
+/// Of energies that do not add up, and of losses that gave energy.
+fn of_energy(energy: &Energy) -> Vec<String> {
+    const REMEDY: &str = "the step does not resolve what happened, or the wheel loops are stiffer than can be computed with; shorten \
+                          `run.physics_dt_s` or lower `wheel_loop.bandwidth_rad_s`";
+    let mut remarks = Vec::new();
+    if let Some(share) = energy.unexplained_share
+        && share.abs() > WORST_UNEXPLAINED
+    {
+        remarks.push(format!(
+            "the energies do not close: {:.1} % of what motors, pushes and gravity put in is unaccounted for: {REMEDY}",
+            100.0 * share
+        ));
+    }
+    let [motor_j, drove_j, outside_j, stored_j] = [
+        energy.motor_j,
+        energy.motor_positive_j,
+        energy.outside_j,
+        energy.stored_j,
+    ]
+    .map(|joules| joules.unwrap_or(0.0));
+    let losses = [
+        ("sliding", energy.slip_j),
+        ("spinning rollers up", energy.spin_up_j),
+        ("bearings and gears", energy.bearing_j),
+        ("impacts", energy.impact_j),
+    ];
+    let losses = losses.map(|(what, lost_j)| (what, lost_j.unwrap_or(0.0)));
+    let sizes = losses.iter().map(|(_, lost_j)| lost_j.abs());
+    let rounding_j = WORST_UNEXPLAINED * sizes.fold(drove_j + outside_j.abs(), f64::max);
+    for (what, lost_j) in losses {
+        if lost_j < -rounding_j {
+            remarks.push(format!(
+                "a loss gave energy: {what} took {lost_j:.4} J, which cannot be: {REMEDY}"
+            ));
+        }
+    }
+    let (slip_j, there_j) = (losses[0].1, motor_j + outside_j - stored_j);
+    if slip_j > there_j + rounding_j {
+        remarks.push(format!(
+            "sliding took {slip_j:.4} J, more than the {there_j:.4} J that were there to be lost: {REMEDY}"
+        ));
+    }
+    remarks
+}
+
+/// Of figures that move at half the step by more than their stated accuracy, and of a run that could not be repeated at it. Where nobody asked, only of
+/// where the robot goes.
+pub fn of_convergence(converge: &Convergence, twins: &[Twin], was_asked: bool) -> Vec<String> {
+    let halves = twins.iter().filter(|twin| twin.change.is_noise());
+    let failed = halves.filter_map(|twin| twin.error.as_ref());
+    let mut remarks: Vec<String> = failed
+        .map(|error| format!("the run could not be repeated at half its step: {error}"))
+        .collect();
+    let words = |(quantity, moved): (&Quantity, &ilon_trace::convergence::Moved)| {
+        format!("{} by {:.2} %", quantity.words(), 100.0 * moved.share)
+    };
+    let goes = |quantity: &Quantity| {
+        quantities::accuracy(quantity.key).is_some_and(|accuracy| accuracy.of != Measure::Itself)
+    };
+    let beyond = converge
+        .beyond()
+        .filter(|(quantity, _)| was_asked || goes(quantity));
+    let beyond: Vec<String> = beyond.map(words).collect();
+    if !beyond.is_empty() {
+        remarks.push(format!(
+            "at half the step figures move by more than their stated accuracy: {}; a shorter `run.physics_dt_s`, or a shorter \
+             `world.solver.split_dt_s`, brings them closer",
+            beyond.join(", ")
+        ));
+    }
+    remarks
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_trace::slip::WheelSlip;
+
+    use super::*;
+
+    #[test]
+    fn a_wheel_in_the_air_and_unsolved_contacts_are_remarked_with_their_figures() {
+        let wheel = |name: &str, lost| {
+            let mut wheel = WheelSlip::default();
+            wheel.name = name.to_owned();
+            wheel.lost_contact = Some(lost);
+            wheel
+        };
+        let mut summary = Summary::default();
+        summary.wheels = ["left", "right", "front"]
+            .map(|name| wheel(name, 0.02))
+            .into();
+        summary.wheels.push(wheel("rear", 1.0));
+        summary.contact_residual_max_m_s = Some(1e-8);
+        let [remark] = &of_summary(&summary, false)[..] else {
+            panic!("one wheel does not touch");
+        };
+        assert!(
+            remark.contains("`rear` for 100 %") && remark.ends_with("it does not carry the robot"),
+            "{remark}"
+        );
+        for wheel in &mut summary.wheels {
+            wheel.lost_contact = Some(0.6);
+        }
+        // None of them carries the robot all the time, and together they do.
+        let [hops] = &of_summary(&summary, false)[..] else {
+            panic!("one remark for all");
+        };
+        assert!(
+            hops.contains("hops") && !hops.contains("does not carry"),
+            "{hops}"
+        );
+        summary.wheels.clear();
+        summary.energy.unexplained_share = Some(0.004);
+        summary.contact_residual_max_m_s = Some(0.02);
+        assert!(of_summary(&summary, false)[0].contains("20.00 mm/s"));
+        summary.contact_residual_max_m_s = None;
+        summary.energy.unexplained_share = Some(-69.0);
+        assert!(of_summary(&summary, false)[0].contains("-6900.0 %"));
+    }
+
+    /// A loss below zero by a hundredth of what the motors put in is no rounding, nor is sliding that took more than there was.
+    #[test]
+    fn losses_that_give_and_sliding_that_takes_more_than_there_is_are_remarked() {
+        let remarks = |slip_j: f64, bearing_j: f64, impact_j: f64| {
+            let mut energy = Energy::default();
+            energy.motor_j = Some(0.7);
+            energy.motor_positive_j = Some(1.0);
+            energy.stored_j = Some(0.3);
+            (energy.slip_j, energy.bearing_j) = (Some(slip_j), Some(bearing_j));
+            energy.impact_j = Some(impact_j);
+            of_energy(&energy)
+        };
+        assert!(remarks(0.25, 0.15, -0.005).is_empty());
+        let [bearing] = &remarks(0.3, -4.7, 0.0)[..] else {
+            panic!("a bearing that drives");
+        };
+        assert!(
+            bearing.contains("bearings") && bearing.contains("-4.7"),
+            "{bearing}"
+        );
+        assert_eq!(remarks(0.81, 0.13, -0.55).len(), 2);
+    }
+
+    #[test]
+    fn loops_that_cannot_settle_are_named_where_wheels_are_far_off() {
+        let mut summary = Summary::default();
+        summary.wheel_rate_command_max_rad_s = Some(8.0);
+        summary.wheel_rate_error_rms_rad_s = Some(0.1);
+        assert!(of_summary(&summary, true).is_empty());
+        summary.wheel_rate_error_rms_rad_s = Some(1.2);
+        assert!(of_summary(&summary, true)[0].contains("swung"));
+        assert!(of_summary(&summary, false).is_empty());
+    }
+}
