@@ -396,7 +396,10 @@ fn least_and_most(values: impl Iterator<Item = f64>) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulate::relief_heights_m;
+
+    fn relief_heights_m(relief: &GroundRelief) -> Vec<Vec<f64>> {
+        heights_m(relief.map.as_ref().unwrap(), relief.points)
+    }
 
     /// A file in a folder of its own, and the map of the keys beside it.
     fn read(name: &str, bytes: &[u8], keys: &str) -> Result<GroundRelief, Error> {

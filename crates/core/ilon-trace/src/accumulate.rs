@@ -25,24 +25,14 @@ impl Summary {
     /// Where the rows cannot be read.
     pub fn of_rows<R: Rows>(rows: &R, settings: &Settings) -> Result<Self, R::Error> {
         let header = rows.header();
-        let mut run = Accumulator::new(header, settings);
-        rows.each_batch(Projection::All, &mut |chunk| run.add(header, chunk))?;
-        let mut all_wheels = AllWheels::default();
-        for wheel in 0..header.wheels.len() {
-            all_wheels.before_s = 0.0;
-            rows.each_batch(Projection::Wheel(wheel), &mut |chunk| {
-                all_wheels.add(chunk, wheel);
-            })?;
-        }
-        let twist_mean = run.twist.get();
-        let mut ripple = Ripple::default();
-        if let Some(mean) = twist_mean.filter(|_| header.open_loop) {
-            rows.each_batch(Projection::Robot, &mut |chunk| {
-                ripple.add(header, chunk, mean)
-            })?;
-        }
-        let trace_hash = crate::hash::hash_of_rows(rows)?;
+        let Counted {
+            run,
+            all_wheels,
+            twist_ripple,
+            trace_hash,
+        } = Counted::of(rows, settings)?;
 
+        let twist_mean = run.twist.get();
         let last_s = run.last.map(|last| last.t_s);
         let duration_s = last_s.map_or(0.0, |last_s| header.row_end_s(last_s));
         let (twist_ideal_mean, twist_contact_mean) =
@@ -84,9 +74,7 @@ impl Summary {
             saturated_share: run.saturated.get(),
             twist_asked_mean,
             twist_mean,
-            twist_ripple: twist_mean
-                .filter(|_| header.open_loop)
-                .map(|_| ripple.get()),
+            twist_ripple,
             twist_ideal_mean,
             twist_contact_mean,
             twist_ratio_asked: ratio(twist_mean, twist_asked_mean, asked),
@@ -132,6 +120,44 @@ impl Summary {
         summary.converge = Convergence::of(&summary, header);
         summary.effects = Effects::of(&summary, header);
         Ok(summary)
+    }
+}
+
+/// What the passes over a run's rows count.
+struct Counted {
+    run: Accumulator,
+    all_wheels: AllWheels,
+    /// Of a run in open loop.
+    twist_ripple: Option<Twist>,
+    trace_hash: String,
+}
+
+impl Counted {
+    fn of<R: Rows>(rows: &R, settings: &Settings) -> Result<Self, R::Error> {
+        let header = rows.header();
+        let mut run = Accumulator::new(header, settings);
+        rows.each_batch(Projection::All, &mut |chunk| run.add(header, chunk))?;
+        let mut all_wheels = AllWheels::default();
+        for wheel in 0..header.wheels.len() {
+            all_wheels.before_s = 0.0;
+            rows.each_batch(Projection::Wheel(wheel), &mut |chunk| {
+                all_wheels.add(chunk, wheel);
+            })?;
+        }
+        let mut twist_ripple = None;
+        if let Some(mean) = run.twist.get().filter(|_| header.open_loop) {
+            let mut ripple = Ripple::default();
+            rows.each_batch(Projection::Robot, &mut |chunk| {
+                ripple.add(header, chunk, mean)
+            })?;
+            twist_ripple = Some(ripple.get());
+        }
+        Ok(Self {
+            run,
+            all_wheels,
+            twist_ripple,
+            trace_hash: crate::hash::hash_of_rows(rows)?,
+        })
     }
 }
 

@@ -7,12 +7,13 @@ pub use fastest::{resolve, resolve_for};
 
 use std::sync::Arc;
 
-use ilon_control::{DynamicModel, Kinematics};
+use ilon_control::{DynamicModel, Kinematics, Reference};
 use ilon_robot::Robot;
+use ilon_trace::GroundRelief;
 
 use crate::ground::floor;
 use crate::limits;
-use crate::pilot::{Idle, Pilot};
+use crate::pilot::{Controller, Idle, Pilot};
 use ilon_scenario::Error;
 use ilon_scenario::choices::bearing_drag;
 use ilon_scenario::choices::loop_stability;
@@ -21,7 +22,7 @@ use ilon_scenario::choices::wheel_loop;
 use ilon_scenario::choices::wheels_to_spare;
 use ilon_scenario::choices::{defaults, kinematics_of, wrong_hands};
 use ilon_scenario::course::joint_targets::JointTargets;
-use ilon_scenario::course::playback;
+use ilon_scenario::course::playback::{self, Played};
 use ilon_scenario::course::reference;
 use ilon_scenario::robot::belief::believed;
 use ilon_scenario::scenario::{Contacts, Drives, Rollers, Scenario, Step};
@@ -50,51 +51,14 @@ pub(crate) fn resolve_as_given(
     scenario.validate()?;
     let mut scenario = scenario.clone();
     scenario.world.floor.fill();
-    let (uneven, of_ground) = floor::uneven(&scenario, robot)?;
-    let played = playback::read(&scenario, robot, scenario.robot.start())?;
-    let joint_targets = JointTargets::new(&scenario, &played, robot)?;
-    let standing = joint_targets.standing(robot);
-    let kinematics = Kinematics::new(&standing)?;
-    let belief = believed(&scenario, robot)?.map(Arc::new);
-    let known = belief.as_deref().unwrap_or(robot);
-
+    let inputs = Inputs::read(&scenario, robot)?;
     let wheel_rate_limit_rad_s = choose_wheel_rate_limit(&mut scenario, robot);
-    if let Some(playback) = &mut scenario.playback
-        && playback.drives == Drives::WheelAngles
-    {
-        playback.angle_gain_per_s = Some(playback.angle_gain_per_s());
-    }
-    wheel_loop::choose_springs(&mut scenario, &standing)?;
-    let log = played.log.clone();
-    if scenario.run.is_open() {
-        scenario.run.duration_s = played.end_s;
-        scenario.validate()?;
-    }
-    let path = log.as_ref().and_then(|log| log.reference()).transpose()?;
-    let mut reference = reference::reference_of(&scenario)?.or(path);
-    let section = scenario.reference.as_mut();
-    let section = section.filter(|section| section.timing.is_some());
-    let shares = section.map(|section| {
-        let share = section.share_of_limits();
-        [*section.share_of_grip.get_or_insert(share), share]
-    });
-    if let (Some(shares), Some(path)) = (shares, &reference) {
-        let of_robot = (robot, &joint_targets);
-        reference = Some(limits::fastest(&scenario, of_robot, path, shares)?);
-    }
-    // What it would decide says how fast the wheels are asked to turn.
-    let pilot = Pilot::new(
-        &scenario,
-        (reference.clone(), log),
-        kinematics_of(&joint_targets.standing(known))?,
-        known,
-        match driver {
-            Driver::Guidance => None,
-            Driver::Own => Some(Box::new(Idle)),
-        },
-    )?;
-
-    let model = wheel_loop::dynamic_model(&standing)?;
+    choose_angle_gain(&mut scenario);
+    wheel_loop::choose_springs(&mut scenario, &inputs.standing)?;
+    choose_duration(&mut scenario, &inputs.played)?;
+    let reference = choose_reference(&mut scenario, robot, &inputs)?;
+    let pilot = inputs.pilot(&scenario, reference.clone(), robot, driver)?;
+    let model = wheel_loop::dynamic_model(&inputs.standing)?;
     let physics_dt_s = choose_step(&mut scenario, robot, (&model, &pilot))?;
     choose_contacts(&mut scenario, robot);
     let of_contacts = scenario.check_contacts(robot)?;
@@ -102,18 +66,18 @@ pub(crate) fn resolve_as_given(
 
     let of_file = robot.remarks.iter().filter(|remark| !remark.is_aside);
     let mut warnings: Vec<String> = of_file.map(ToString::to_string).collect();
-    warnings.extend(of_scenario(&scenario, robot, of_ground));
+    warnings.extend(of_scenario(&scenario, robot, &inputs.of_ground));
     let unstable_loops = loop_stability::remark(&scenario, &model, physics_dt_s)?;
     warnings.extend(unstable_loops.clone());
     warnings.extend(of_contacts);
-    warnings.extend(joint_targets.beyond_rate_limits(robot));
+    warnings.extend(inputs.joint_targets.beyond_rate_limits(robot));
     let beyond = match driver {
-        Driver::Guidance => limits::beyond(&scenario, (robot, &joint_targets), &pilot),
+        Driver::Guidance => limits::beyond(&scenario, (robot, &inputs.joint_targets), &pilot),
         Driver::Own => None,
     };
     warnings.extend(beyond.as_ref().map(|beyond| beyond.remark(robot)));
-    let contradiction = pilot.contradiction(&kinematics, scenario.run.duration_s);
-    let played_back = contradiction.remark(&kinematics, robot, "the wheel rates of the log");
+    let contradiction = pilot.contradiction(&inputs.kinematics, scenario.run.duration_s);
+    let played_back = contradiction.remark(&inputs.kinematics, robot, "the wheel rates of the log");
     let is_contradictory = played_back.is_some();
     warnings.extend(played_back);
     let mut stability = None;
@@ -125,31 +89,21 @@ pub(crate) fn resolve_as_given(
                 warnings.extend(stability.remark(&scenario)?);
             }
         }
-        None => {
-            let asked_rad_s = pilot.fastest_rate_asked_rad_s(&scenario).unwrap_or(0.0);
-            let playback = scenario.playback.as_ref();
-            let is_twist = playback.is_none_or(|playback| {
-                !matches!(playback.drives, Drives::WheelRates | Drives::WheelAngles)
-            });
-            warnings.extend(warnings::of_twist(
-                asked_rad_s,
-                wheel_rate_limit_rad_s,
-                is_twist.then_some(scenario.guidance.saturation),
-                pilot.held_to_limits(),
-            ));
-            if matches!(driver, Driver::Guidance) {
-                warnings.extend(warnings::of_guidance_in_open_loop(&scenario));
-            }
-        }
+        None => warnings.extend(of_open_loop(
+            &scenario,
+            &pilot,
+            wheel_rate_limit_rad_s,
+            driver,
+        )),
     }
     let choices = Choices {
         physics_dt_s,
         wheel_rate_limit_rad_s,
         reference,
-        played,
-        joint_targets,
-        believed: belief,
-        uneven: uneven.map(Arc::new),
+        played: inputs.played,
+        joint_targets: inputs.joint_targets,
+        believed: inputs.believed,
+        uneven: inputs.uneven.map(Arc::new),
         reference_point_m: pilot.reference_point_m(),
         announced: beyond.map(|beyond| beyond.announced),
         stability,
@@ -158,6 +112,98 @@ pub(crate) fn resolve_as_given(
         warnings,
     };
     Ok(Resolved::new(scenario, choices))
+}
+
+/// What the files of a scenario say, and what follows from them and the robot alone.
+struct Inputs {
+    uneven: Option<GroundRelief>,
+    /// What a person should know of the ground.
+    of_ground: Vec<String>,
+    played: Played,
+    joint_targets: JointTargets,
+    /// The robot as its servos start it.
+    standing: Robot,
+    kinematics: Kinematics,
+    /// What the controller takes the robot for, where it does not know it.
+    believed: Option<Arc<Robot>>,
+}
+
+impl Inputs {
+    fn read(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
+        let (uneven, of_ground) = floor::uneven(scenario, robot)?;
+        let played = playback::read(scenario, robot, scenario.robot.start())?;
+        let joint_targets = JointTargets::new(scenario, &played, robot)?;
+        let standing = joint_targets.standing(robot);
+        Ok(Self {
+            uneven,
+            of_ground,
+            played,
+            joint_targets,
+            kinematics: Kinematics::new(&standing)?,
+            standing,
+            believed: believed(scenario, robot)?.map(Arc::new),
+        })
+    }
+
+    /// The pilot of the run: its decisions tell how fast the wheels are asked to turn.
+    fn pilot(
+        &self,
+        scenario: &Scenario,
+        reference: Option<Reference>,
+        robot: &Robot,
+        driver: Driver,
+    ) -> Result<Pilot, Error> {
+        let known = self.believed.as_deref().unwrap_or(robot);
+        let controller: Option<Box<dyn Controller>> = match driver {
+            Driver::Guidance => None,
+            Driver::Own => Some(Box::new(Idle)),
+        };
+        let kinematics = kinematics_of(&self.joint_targets.standing(known))?;
+        let tracked = (reference, self.played.log.clone());
+        Pilot::new(scenario, tracked, kinematics, known, controller)
+    }
+}
+
+/// The gain by which wheels follow the angles of a log.
+fn choose_angle_gain(scenario: &mut Scenario) {
+    if let Some(playback) = &mut scenario.playback
+        && playback.drives == Drives::WheelAngles
+    {
+        playback.angle_gain_per_s = Some(playback.angle_gain_per_s());
+    }
+}
+
+/// How long the run is: where the scenario does not say, as long as its log.
+fn choose_duration(scenario: &mut Scenario, played: &Played) -> Result<(), Error> {
+    if scenario.run.is_open() {
+        scenario.run.duration_s = played.end_s;
+        scenario.validate()?;
+    }
+    Ok(())
+}
+
+/// The path in time that is desired, of the scenario or of its log; as fast as grip and motors allow, where the scenario asks for that.
+fn choose_reference(
+    scenario: &mut Scenario,
+    robot: &Robot,
+    inputs: &Inputs,
+) -> Result<Option<Reference>, Error> {
+    let log = inputs.played.log.as_ref();
+    let path = log.and_then(|log| log.reference()).transpose()?;
+    let reference = reference::reference_of(scenario)?.or(path);
+    let section = scenario.reference.as_mut();
+    let section = section.filter(|section| section.timing.is_some());
+    let shares = section.map(|section| {
+        let share = section.share_of_limits();
+        [*section.share_of_grip.get_or_insert(share), share]
+    });
+    match (shares, &reference) {
+        (Some(shares), Some(path)) => {
+            let of_robot = (robot, &inputs.joint_targets);
+            limits::fastest(scenario, of_robot, path, shares).map(Some)
+        }
+        _ => Ok(reference),
+    }
 }
 
 /// The wheel rate limit that the scenario or the robot gives, in rad/s; infinite for none. Of wheels with limits of their own the fastest
@@ -218,7 +264,7 @@ fn choose_contacts(scenario: &mut Scenario, robot: &Robot) {
 }
 
 /// What the scenario alone gives reason to remark, with what its ground has given already.
-fn of_scenario(scenario: &Scenario, robot: &Robot, of_ground: Vec<String>) -> Vec<String> {
+fn of_scenario(scenario: &Scenario, robot: &Robot, of_ground: &[String]) -> Vec<String> {
     let world = &scenario.world;
     let mut remarks = Vec::new();
     if !world.floor.is_of_material() {
@@ -235,9 +281,34 @@ fn of_scenario(scenario: &Scenario, robot: &Robot, of_ground: Vec<String>) -> Ve
         ));
     }
     remarks.extend(wrong_hands(robot));
-    remarks.extend(of_ground);
+    remarks.extend_from_slice(of_ground);
     remarks.extend(warnings::of_friction(scenario));
     remarks.extend(warnings::of_what_comes_too_late(scenario));
     remarks.extend(warnings::of_heading(scenario));
     remarks
+}
+
+/// What the motion of a scenario without feedback of the pose gives reason to remark.
+fn of_open_loop(
+    scenario: &Scenario,
+    pilot: &Pilot,
+    wheel_rate_limit_rad_s: f64,
+    driver: Driver,
+) -> Vec<String> {
+    let asked_rad_s = pilot.fastest_rate_asked_rad_s(scenario).unwrap_or(0.0);
+    let playback = scenario.playback.as_ref();
+    let is_twist = playback.is_none_or(|playback| {
+        !matches!(playback.drives, Drives::WheelRates | Drives::WheelAngles)
+    });
+    let too_fast = warnings::of_twist(
+        asked_rad_s,
+        wheel_rate_limit_rad_s,
+        is_twist.then_some(scenario.guidance.saturation),
+        pilot.held_to_limits(),
+    );
+    let unused = match driver {
+        Driver::Guidance => warnings::of_guidance_in_open_loop(scenario),
+        Driver::Own => None,
+    };
+    too_fast.into_iter().chain(unused).collect()
 }

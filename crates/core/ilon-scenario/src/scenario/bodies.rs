@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::objection::Objection;
+use super::checks::objection::Objection;
 
 /// A free rigid body of uniform density: `box`, `cylinder` or `sphere`.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]

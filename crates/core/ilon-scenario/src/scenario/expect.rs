@@ -8,7 +8,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use super::objection::Objection;
+use super::checks::objection::Objection;
 use super::run::{Run, TIME_SLACK_S};
 use crate::Error;
 

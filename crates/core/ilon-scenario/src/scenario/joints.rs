@@ -4,7 +4,7 @@ use ilon_formats::{JointOptions, RoleOption};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::objection::Objection;
+use super::checks::objection::Objection;
 
 /// A joint other than wheels and rollers. Keys with `rad` or `n_m` are for joints that turn, the others for joints that
 /// slide.

@@ -1,57 +1,45 @@
 //! The scenario file: what a person writes down about one run.
 //!
 //! A scenario is TOML. Unknown keys are refused, defaults stand beside each field, paths are relative to the file, and
-//! degrees exist here only, in keys that end in `_deg`.
+//! degrees exist here only, in keys that end in `_deg`. Each file here is a section of it; `reading` has how its text becomes a [`Scenario`],
+//! `checks` what keys of several sections must have in common.
 
 mod bodies;
+mod checks;
 mod controller;
 mod expect;
 mod faults;
 mod guidance;
-mod keys;
-mod load;
-mod material_check;
-mod materials;
-pub use load::{MAX_BYTES, read_toml};
 mod joints;
+mod materials;
 mod motion;
-mod objection;
 mod playback;
-mod resolvable;
+mod reading;
 mod robot;
 mod rollers;
 mod run;
 mod sensors;
-mod setting;
-mod source;
-mod tracked;
-mod validate;
 mod wheels;
 mod world;
 
 pub use bodies::{Body, BoxShape, CylinderShape, SphereShape};
 pub use controller::{Believed, BelievedWheel, Controller};
 pub use expect::{Bound, Expect, Must, SignalBound};
-pub use faults::within;
-pub use faults::{Fault, Frame};
+pub use faults::{Fault, Frame, within};
 pub use guidance::{Guidance, Kinematics, Priority, ReferencePoint, Saturation, Task};
 pub use ilon_formats::{
     Handedness as Gamma, RoleOption as JointRole, RollerForms as Rollers, WheelOptions as Wheels,
 };
 pub use joints::{Between, Joint, JointSetpoint, Quantity};
-pub use keys::SIZES;
-pub(crate) use keys::is_computable;
-pub use keys::nearest;
 pub use materials::{Across, Against, MaterialPair, Materials, Sliding};
 pub use motion::{Heading, Motion, Reference, Scheduled, Timing, Tracked, Twist};
 pub use playback::{Drives, Playback};
+pub(crate) use reading::is_computable;
+pub use reading::{MAX_BYTES, SETTING, SIZES, Setting, Source, nearest, read_toml};
 pub use robot::{Robot, RollerBodies};
 pub use rollers::{RollerSurface, Tread};
-pub use run::TIME_SLACK_S;
-pub use run::{Auto, Run, Step};
+pub use run::{Auto, Run, Step, TIME_SLACK_S};
 pub use sensors::{Encoders, Fusion, Imu, ImuNoise, PoseSensor, Sensors};
-pub use setting::{SETTING, Setting};
-pub use source::Source;
 pub use wheels::{
     AntiWindup, DcMotor, LoopTiming, MotorStrength, Motors, Passive, WheelLaw, WheelLoop,
 };

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::checks::objection::Objection;
 use super::joints::Quantity;
-use super::objection::Objection;
 
 /// Drives the robot by a log: a CSV file, an MCAP file or a ROS 2 bag. If the log has the real robot's pose, the trace has
 /// it beside the simulated one.

@@ -353,111 +353,131 @@ impl Episode {
     /// It with its figures, as HTML.
     pub fn sentence(&self, header: &Header, end_s: f64) -> String {
         let when = capital(&span(self.from_s, self.until_s, end_s, header.row_dt_s()));
+        let what = match self.stance {
+            Stance::Fallen => format!(
+                "<b>fell off the ground</b>: nothing was under it, and at last it was <b>{}</b> below the floor",
+                length(-self.highest_hub_m)
+            ),
+            Stance::Tipped => self.tipped(),
+            Stance::InTheAir => self.in_the_air(end_s - self.until_s > header.row_dt_s()),
+            Stance::OnChassis => self.on_chassis(header),
+            Stance::Blocked => self.blocked(header),
+            Stance::Along => self.along(),
+        };
+        format!("{when} the robot {what}.")
+    }
+
+    fn tipped(&self) -> String {
+        let carried = match self.carried_n().iter().sum::<f64>() > LEAST_N {
+            true => format!(
+                ", and its wheels carried {} of what the ground held",
+                percent(1.0 - self.chassis_share())
+            ),
+            false => String::new(),
+        };
+        format!(
+            "lay <b>tipped over on {}</b>: it leaned by up to <b>{}</b>{carried}",
+            self.lies_on,
+            angle(self.lean_rad)
+        )
+    }
+
+    fn in_the_air(&self, has_landed: bool) -> String {
+        let landed = match has_landed {
+            true => format!(
+                "the landing took <b>{}</b>",
+                energy(self.hits_j[1] - self.hits_j[0])
+            ),
+            false => "it has not landed".to_owned(),
+        };
+        format!(
+            "was <b>in the air</b>, up to <b>{}</b> above where it left the ground; {landed}",
+            length(self.rise_m())
+        )
+    }
+
+    fn on_chassis(&self, header: &Header) -> String {
+        let lean = match self.lean_rad > LEAST_LEAN_RAD {
+            true => format!(", leaning by up to {}", angle(self.lean_rad)),
+            false => String::new(),
+        };
+        let of_asked = self.of_asked();
+        let motion = match of_asked.is_empty() {
+            true => of_asked,
+            false => format!("; {of_asked}"),
+        };
+        let [wheels_n, chassis_n] = self.carried_n();
+        let [on, what] = on_which(header);
+        format!(
+            "stood <b>on {on}</b>{lean}: the wheels carried {}, and {what} {}, <b>{}</b> of the weight{motion}",
+            force(wheels_n),
+            force(chassis_n),
+            percent(self.chassis_share())
+        )
+    }
+
+    fn blocked(&self, header: &Header) -> String {
+        let body = self.body.and_then(|body| header.bodies.get(body));
+        let what = match (body, self.obstacle.map(|of| of.sides_m[2])) {
+            (Some(body), _) => format!(
+                "stood <b>against {}</b>, which it could not push on",
+                escape(&body.name)
+            ),
+            (None, Some(height_m)) if height_m < least_radius_m(header) => format!(
+                "was <b>caught at a kerb</b>, a box {} high",
+                length(height_m)
+            ),
+            (None, Some(height_m)) => format!(
+                "stood <b>against a wall</b>, a box {} high",
+                length(height_m)
+            ),
+            (None, None) => "stood <b>against a bump</b> of the ground".to_owned(),
+        };
+        format!(
+            "{what}: {}, held back by <b>{}</b>",
+            self.of_asked(),
+            force(self.held_back_n_s / self.asked_over_s())
+        )
+    }
+
+    fn along(&self) -> String {
+        let height_m = self.obstacle.map_or(0.0, |of| of.sides_m[2]);
+        let side = match self.aside_n_s > 0.0 {
+            true => "left",
+            false => "right",
+        };
+        let asked_s = self.asked_over_s();
+        format!(
+            "slid <b>along a wall</b>, a box {} high: {}; the wall held it back by <b>{}</b> and pushed it to the {side} by <b>{}</b>",
+            length(height_m),
+            self.of_asked(),
+            force(self.held_back_n_s / asked_s),
+            force(self.aside_n_s.abs() / asked_s)
+        )
+    }
+
+    /// What wheels and chassis carried, in N: means over the time.
+    fn carried_n(&self) -> [f64; 2] {
         let over_s = self.time_s.max(f64::MIN_POSITIVE);
-        let [wheels_n, chassis_n] = self.carried_n_s.map(|sum| sum / over_s);
-        let asked_s = self.asked_s.max(f64::MIN_POSITIVE);
+        self.carried_n_s.map(|sum| sum / over_s)
+    }
+
+    /// How long a motion was commanded, in seconds; above 0.
+    fn asked_over_s(&self) -> f64 {
+        self.asked_s.max(f64::MIN_POSITIVE)
+    }
+
+    /// The commanded speed and the one reached, as HTML; empty where next to none was commanded.
+    fn of_asked(&self) -> String {
+        let asked_s = self.asked_over_s();
         let (asked_m_s, done_m_s) = (self.asked_m / asked_s, self.done_m / asked_s);
-        let of_asked = if asked_m_s > SLOWEST_ASKED_M_S {
-            format!(
+        match asked_m_s > SLOWEST_ASKED_M_S {
+            true => format!(
                 "of <b>{}</b> commanded it reached <b>{}</b>",
                 speed(asked_m_s),
                 speed(done_m_s)
-            )
-        } else {
-            String::new()
-        };
-        match self.stance {
-            Stance::Fallen => format!(
-                "{when} the robot <b>fell off the ground</b>: nothing was under it, and at last it was <b>{}</b> below the floor.",
-                length(-self.highest_hub_m)
             ),
-            Stance::Tipped => {
-                let carried = match wheels_n + chassis_n > LEAST_N {
-                    true => format!(
-                        ", and its wheels carried {} of what the ground held",
-                        percent(1.0 - self.chassis_share())
-                    ),
-                    false => String::new(),
-                };
-                format!(
-                    "{when} the robot lay <b>tipped over on {}</b>: it leaned by up to <b>{}</b>{carried}.",
-                    self.lies_on,
-                    angle(self.lean_rad)
-                )
-            }
-            Stance::InTheAir => {
-                let landed = match end_s - self.until_s > header.row_dt_s() {
-                    true => format!(
-                        "the landing took <b>{}</b>",
-                        energy(self.hits_j[1] - self.hits_j[0])
-                    ),
-                    false => "it has not landed".to_owned(),
-                };
-                format!(
-                    "{when} the robot was <b>in the air</b>, up to <b>{}</b> above where it left the ground; {landed}.",
-                    length(self.rise_m())
-                )
-            }
-            Stance::OnChassis => {
-                let lean = match self.lean_rad > LEAST_LEAN_RAD {
-                    true => format!(", leaning by up to {}", angle(self.lean_rad)),
-                    false => String::new(),
-                };
-                let motion = match of_asked.is_empty() {
-                    true => of_asked,
-                    false => format!("; {of_asked}"),
-                };
-                let [on, what] = on_which(header);
-                format!(
-                    "{when} the robot stood <b>on {on}</b>{lean}: the wheels carried {}, and {what} {}, <b>{}</b> of the weight{motion}.",
-                    force(wheels_n),
-                    force(chassis_n),
-                    percent(self.chassis_share())
-                )
-            }
-            Stance::Blocked => {
-                let least_m = least_radius_m(header);
-                let body = self.body.and_then(|body| header.bodies.get(body));
-                let what = match self.obstacle.map(|of| of.sides_m[2]) {
-                    _ if body.is_some() => {
-                        let name = body.map_or("", |body| body.name.as_str());
-                        format!(
-                            "stood <b>against {}</b>, which it could not push on",
-                            escape(name)
-                        )
-                    }
-                    Some(height_m) if height_m < least_m => {
-                        format!(
-                            "was <b>caught at a kerb</b>, a box {} high",
-                            length(height_m)
-                        )
-                    }
-                    Some(height_m) => {
-                        format!(
-                            "stood <b>against a wall</b>, a box {} high",
-                            length(height_m)
-                        )
-                    }
-                    None => "stood <b>against a bump</b> of the ground".to_owned(),
-                };
-                format!(
-                    "{when} the robot {what}: {of_asked}, held back by <b>{}</b>.",
-                    force(self.held_back_n_s / asked_s)
-                )
-            }
-            Stance::Along => {
-                let height_m = self.obstacle.map_or(0.0, |of| of.sides_m[2]);
-                let side = match self.aside_n_s > 0.0 {
-                    true => "left",
-                    false => "right",
-                };
-                format!(
-                    "{when} the robot slid <b>along a wall</b>, a box {} high: {of_asked}; the wall held it back by <b>{}</b> and pushed it to the {side} by <b>{}</b>.",
-                    length(height_m),
-                    force(self.held_back_n_s / asked_s),
-                    force(self.aside_n_s.abs() / asked_s)
-                )
-            }
+            false => String::new(),
         }
     }
 }

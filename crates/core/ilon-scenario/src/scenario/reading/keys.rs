@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use serde_json::Value as Json;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeArray, DeInteger, DeTable, DeValue};
 
 /// Sizes of the numbers of a scenario: of larger ones, and of smaller ones, sums with what has the size of a robot lose their meaning. What a run is judged by is not bound so.
 pub const SIZES: std::ops::RangeInclusive<f64> = 1e-12..=1e9;
@@ -133,30 +133,7 @@ impl<'s> Checker<'s> {
                 self.table(table, span, &alternatives)
             }
             DeValue::Array(items) if accepts(&alternatives, "array") => {
-                if let Some(wanted) = how_many(&alternatives)
-                    && items.len() != wanted
-                {
-                    // serde would leave what is too many out of account.
-                    return Err(self.fault(
-                        FaultKind::Value,
-                        span,
-                        format!(
-                            "`{}` has {} entries, but must have {wanted}",
-                            self.key(),
-                            items.len()
-                        ),
-                        format!("write {wanted} numbers"),
-                    ));
-                }
-                let item_schema = alternatives.iter().find_map(|schema| schema.get("items"));
-                for (index, item) in items.iter().enumerate() {
-                    self.path.push(index.to_string());
-                    if let Some(item_schema) = item_schema {
-                        self.value(item, item_schema)?;
-                    }
-                    self.path.pop();
-                }
-                Ok(())
+                self.list(items, span, &alternatives)
             }
             DeValue::String(word) if accepts(&alternatives, "string") => {
                 self.word(word, span, &alternatives)
@@ -165,26 +142,7 @@ impl<'s> Checker<'s> {
             DeValue::Integer(number)
                 if accepts(&alternatives, "integer") || accepts(&alternatives, "number") =>
             {
-                let radix = number.radix();
-                // Wider than a seed, of 64 bits without a sign, so that what is beyond is told as a number.
-                let parsed = i128::from_str_radix(number.as_str(), radix);
-                if let Some(most) = most_whole(&alternatives)
-                    && parsed.as_ref().map_or(true, |number| *number > most)
-                {
-                    let rule = format!("{most} or less");
-                    return Err(self.fault(
-                        FaultKind::Value,
-                        span,
-                        format!(
-                            "`{}` is {}, but must be {rule}",
-                            self.key(),
-                            number.as_str()
-                        ),
-                        format!("write a whole number that is {rule}"),
-                    ));
-                }
-                let number = parsed.map_or(f64::INFINITY, |number| number as f64);
-                self.number(number, span, &alternatives)
+                self.whole_number(number, span, &alternatives)
             }
             DeValue::Float(number) if accepts(&alternatives, "number") => {
                 let parsed = number.as_str().parse().unwrap_or(f64::NAN);
@@ -209,37 +167,88 @@ impl<'s> Checker<'s> {
                     "places count from 0; the place after the last one adds to the list, one at a time".to_owned(),
                 ))
             }
-            other => Err(self.fault(
-                FaultKind::Type,
-                span,
-                format!(
-                    "`{}` is {}, but must be {}",
-                    self.key(),
-                    found(other),
-                    wanted(&alternatives)
-                ),
-                match (
-                    wanted_words(&alternatives).as_slice(),
-                    wanted_keys(&alternatives).as_slice(),
-                ) {
-                    ([], [])
-                        if matches!(other, DeValue::Table(_))
-                            && accepts(&alternatives, "array") =>
-                    {
-                        format!(
-                            "write it with two brackets, `[[{}]]`: there may be several",
-                            self.key()
-                        )
-                    }
-                    ([], []) => format!("write {} here", wanted(&alternatives)),
-                    ([], keys) => format!(
-                        "write a table, `{{ ... }}`, with what you need of its keys: {}",
-                        quoted(keys)
-                    ),
-                    (words, _) => format!("write one of {}", quoted(words)),
-                },
-            )),
+            other => Err(self.wrong_type(other, span, &alternatives)),
         }
+    }
+
+    fn list(
+        &mut self,
+        items: &DeArray<'_>,
+        span: Range<usize>,
+        alternatives: &[&'s Json],
+    ) -> Result<(), KeyFault> {
+        if let Some(wanted) = how_many(alternatives)
+            && items.len() != wanted
+        {
+            // serde would ignore the entries that are too many.
+            let (key, count) = (self.key(), items.len());
+            return Err(self.fault(
+                FaultKind::Value,
+                span,
+                format!("`{key}` has {count} entries, but must have {wanted}"),
+                format!("write {wanted} numbers"),
+            ));
+        }
+        let item_schema = alternatives.iter().find_map(|schema| schema.get("items"));
+        for (index, item) in items.iter().enumerate() {
+            self.path.push(index.to_string());
+            if let Some(item_schema) = item_schema {
+                self.value(item, item_schema)?;
+            }
+            self.path.pop();
+        }
+        Ok(())
+    }
+
+    fn whole_number(
+        &self,
+        number: &DeInteger<'_>,
+        span: Range<usize>,
+        alternatives: &[&'s Json],
+    ) -> Result<(), KeyFault> {
+        // Wider than a seed of 64 bits without a sign, so that a larger number is reported as a number.
+        let parsed = i128::from_str_radix(number.as_str(), number.radix());
+        if let Some(most) = most_whole(alternatives)
+            && parsed.as_ref().map_or(true, |number| *number > most)
+        {
+            let (key, number) = (self.key(), number.as_str());
+            return Err(self.fault(
+                FaultKind::Value,
+                span,
+                format!("`{key}` is {number}, but must be {most} or less"),
+                format!("write a whole number that is {most} or less"),
+            ));
+        }
+        let number = parsed.map_or(f64::INFINITY, |number| number as f64);
+        self.number(number, span, alternatives)
+    }
+
+    /// The fault of a value that is of none of the types that its key takes.
+    fn wrong_type(
+        &self,
+        value: &DeValue<'_>,
+        span: Range<usize>,
+        alternatives: &[&'s Json],
+    ) -> KeyFault {
+        let (key, wanted) = (self.key(), wanted(alternatives));
+        let is_table_for_list =
+            matches!(value, DeValue::Table(_)) && accepts(alternatives, "array");
+        let help = match (
+            wanted_words(alternatives).as_slice(),
+            wanted_keys(alternatives).as_slice(),
+        ) {
+            ([], []) if is_table_for_list => {
+                format!("write it with two brackets, `[[{key}]]`: there may be several")
+            }
+            ([], []) => format!("write {wanted} here"),
+            ([], keys) => format!(
+                "write a table, `{{ ... }}`, with what you need of its keys: {}",
+                quoted(keys)
+            ),
+            (words, _) => format!("write one of {}", quoted(words)),
+        };
+        let message = format!("`{key}` is {}, but must be {wanted}", found(value));
+        self.fault(FaultKind::Type, span, message, help)
     }
 
     fn table(

@@ -1,5 +1,5 @@
-use super::super::Step;
 use super::*;
+use crate::scenario::{Fault, RollerBodies, Step};
 
 const CIRCLE: &str = r#"
 [robot]
@@ -51,10 +51,7 @@ fn a_setting_changes_any_key_and_needs_no_quotes() {
     .map(|s| s.parse().unwrap());
     let scenario = parse(CIRCLE, "test.toml", &settings).unwrap();
     assert_eq!(scenario.world.floor.friction, Some(0.2));
-    assert_eq!(
-        scenario.robot.roller_bodies,
-        super::super::RollerBodies::Near
-    );
+    assert_eq!(scenario.robot.roller_bodies, RollerBodies::Near);
     assert_eq!(scenario.robot.x_m, -1.0);
     assert_eq!(scenario.robot.file, Path::new("robot.urdf"));
 }
@@ -403,7 +400,7 @@ fn a_setting_makes_the_list_that_it_names_and_adds_to_it() {
     assert_eq!(scenario.faults.len(), 2);
     assert!(matches!(
         scenario.faults[0],
-        super::super::Fault::Payload { mass_kg, x_m: Some(x_m), .. } if mass_kg == 2.0 && x_m == 0.1
+        Fault::Payload { mass_kg, x_m: Some(x_m), .. } if mass_kg == 2.0 && x_m == 0.1
     ));
     // Added to one that is there.
     let text = format!("{CIRCLE}\n[[faults]]\npose_lost = {{}}\n");

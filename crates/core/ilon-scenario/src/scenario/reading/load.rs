@@ -11,10 +11,11 @@ use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::DeTable;
 
+use super::keys;
 use super::keys::FaultKind;
 use super::setting::{Origins, SETTING, Setting, dotted_keys, merge};
 use super::source::Source;
-use super::{Scenario, keys};
+use crate::scenario::{Scenario, Tracked};
 use crate::{Error, ScenarioFault};
 
 /// The longest scenario that is read, in bytes: one with a schedule of a hundred thousand twists stays below.
@@ -154,7 +155,7 @@ impl Scenario {
             from_there(file);
         }
         moved.robot.packages.values_mut().for_each(from_there);
-        if let Some(file) = moved.reference.as_mut().and_then(super::Tracked::file_mut) {
+        if let Some(file) = moved.reference.as_mut().and_then(Tracked::file_mut) {
             from_there(file);
         }
         if let Some(playback) = &mut moved.playback {

@@ -8,7 +8,7 @@ use crate::Error;
 
 /// Something that a scenario asks for and that cannot be.
 #[derive(Debug)]
-pub(super) struct Objection {
+pub(in crate::scenario) struct Objection {
     /// The key that says so, with its tables before it and dots between; empty where it is a key that is missing.
     pub key: String,
     /// What is wrong.

@@ -8,7 +8,7 @@ use serde::de::{
 };
 use serde::{Deserialize, Deserializer, forward_to_deserialize_any};
 
-use super::motion::{Reference, Timing, Tracked};
+use crate::scenario::motion::{Reference, Timing, Tracked};
 
 impl<'de> Deserialize<'de> for Tracked {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {

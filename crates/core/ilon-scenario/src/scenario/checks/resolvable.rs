@@ -3,8 +3,8 @@
 use ilon_robot::{Robot, Scale};
 
 use super::objection::Objection;
-use super::{Body, Contacts, Fault, Scenario};
 use crate::Error;
+use crate::scenario::{Body, Contacts, Fault, Scenario};
 
 impl Scenario {
     /// The longest physics step in which no free body may pass through what it meets, in seconds, and which body that is; `None` of bodies that do not

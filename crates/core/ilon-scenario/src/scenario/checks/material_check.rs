@@ -1,8 +1,8 @@
 //! What of materials and keys of floor and patches does not go together.
 
-use super::Scenario;
-use super::materials::Across;
 use super::objection::Objection;
+use crate::scenario::Scenario;
+use crate::scenario::materials::Across;
 
 /// A key beside `material`, and whether it stands.
 type Beside = (&'static str, bool);

@@ -7,10 +7,9 @@ use ilon_formats::{Fault, RobotError};
 use miette::NamedSource;
 use toml::de::{DeTable, DeValue};
 
-use super::Scenario;
-use super::objection::Objection;
-use crate::Error;
-use crate::ScenarioFault;
+use crate::scenario::Scenario;
+use crate::scenario::checks::objection::Objection;
+use crate::{Error, ScenarioFault};
 
 /// The text that a scenario was read from; empty of one that was made.
 #[derive(Clone, Debug, Default)]

@@ -3,10 +3,11 @@
 use ilon_trace::file::MOST_ROWS;
 
 use super::objection::Objection;
-use super::{
-    Contacts, Drives, Fault, Motion, Robot, RollerBodies, Rollers, Scenario, Step, WheelLaw,
-};
 use crate::Error;
+use crate::scenario::{
+    Contacts, Drives, Fault, Motion, Reference, Robot, RollerBodies, Rollers, Scenario, Step,
+    Tracked, Twist, WheelLaw, bodies,
+};
 
 /// The most physics steps of a run: weeks of computing.
 const MOST_STEPS: f64 = 1e11;
@@ -22,7 +23,7 @@ impl Scenario {
     }
 
     /// Like [`Self::validate`], with the key at fault by itself.
-    pub(super) fn object(&self) -> Result<(), Objection> {
+    pub(in crate::scenario) fn object(&self) -> Result<(), Objection> {
         self.object_to_motion()?;
         let Robot {
             rollers,
@@ -41,7 +42,7 @@ impl Scenario {
         joints.try_for_each(|(name, joint)| joint.object(name))?;
         self.controller.object()?;
         self.object_to_solver()?;
-        super::bodies::object(&self.world.bodies)?;
+        bodies::object(&self.world.bodies)?;
         self.object_to_materials()?;
         self.object_to_windows()?;
         let is_shorted = |fault: &Fault| matches!(fault, Fault::MotorLost { shorted: true, .. });
@@ -438,9 +439,9 @@ fn is_whole(steps: f64) -> bool {
     steps.round() >= 1.0 && (steps - steps.round()).abs() <= 1e-9 * steps
 }
 
-fn object_to_timing(tracked: &super::Tracked) -> Result<(), Objection> {
+fn object_to_timing(tracked: &Tracked) -> Result<(), Objection> {
     let is_timed = tracked.timing.is_some();
-    let is_path = !matches!(tracked.path, super::Reference::HoldPose { .. });
+    let is_path = !matches!(tracked.path, Reference::HoldPose { .. });
     let (key, message) = if is_timed && !is_path {
         (
             "reference.timing",
@@ -462,7 +463,7 @@ fn object_to_timing(tracked: &super::Tracked) -> Result<(), Objection> {
     Err(Objection::to(key, message, "leave it out"))
 }
 
-fn object_to_schedule(twist: &super::Twist) -> Result<(), Objection> {
+fn object_to_schedule(twist: &Twist) -> Result<(), Objection> {
     let mut before_s = twist.rest_s;
     for (index, next) in twist.schedule.iter().enumerate() {
         if next.from_s < before_s + twist.ramp_s {

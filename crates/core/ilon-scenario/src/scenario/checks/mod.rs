@@ -1,0 +1,6 @@
+//! What a scenario's keys must have in common: within its text ([`Scenario::validate`](super::Scenario::validate)), and for its robot and step.
+
+mod material_check;
+pub(super) mod objection;
+mod resolvable;
+mod validate;
