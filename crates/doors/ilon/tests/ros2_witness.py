@@ -373,6 +373,21 @@ def listen():
     time.sleep(60)
 
 
+def leave():
+    """Interrupted, terminated, or at its end by itself: the command ends well, and its node has left the graph within a second."""
+    client = Client()
+    names = lambda: client.node.get_node_names()
+    for signal_sent in (signal.SIGINT, signal.SIGTERM, None):
+        arguments = ("--ros2",) if signal_sent else ("--ros2", "--seconds", "4")
+        with Ilon(*arguments) as ilon:
+            wait_for(lambda: "ilon" in names(), "the node")
+            if signal_sent:
+                ilon.process.send_signal(signal_sent)
+            assert ilon.process.wait(10.0) == 0, ilon.said
+            wait_for(lambda: "ilon" not in names(), f"the node's leaving after {signal_sent}", 1.0)
+    client.close()
+
+
 def misfits():
     """Of `drive`: publishers that do not go with ilon."""
     client = Client("misfits")

@@ -37,6 +37,8 @@ use crate::topics::LiveTopics;
 const MOST_ROWS: usize = 256;
 /// The package that defines how simulators are controlled.
 const SIMULATION: &str = "simulation_interfaces";
+/// How long the middleware has to say that the node has gone.
+const LEAVING: Duration = Duration::from_millis(200);
 /// How often others in the domain are looked at.
 const LOOK: Duration = Duration::from_secs(1);
 
@@ -90,7 +92,13 @@ impl Ros2 {
         };
         let thread = std::thread::Builder::new()
             .name("ros2".to_owned())
-            .spawn(move || heart.beat(receiver, topics))
+            .spawn(move || {
+                let participant = heart.ends.context.domain_participant();
+                heart.beat(receiver, topics);
+                // That its node and topics have gone is sent by a thread of the middleware, which ends with the participant.
+                std::thread::sleep(LEAVING);
+                drop(participant);
+            })
             .map_err(|reason| Ros2Error::topic("a thread", reason))?;
         network.remarks.iter().for_each(|remark| desk.say(remark));
         Ok(Self {

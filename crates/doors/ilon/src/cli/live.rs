@@ -1,6 +1,8 @@
 //! `ilon live`: a robot that is driven while it is simulated, from a page in the browser, from ROS 2, from Foxglove.
 
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use ilon_live::{LiveError, Mailbox, Observer, Pace, Server, Session};
@@ -112,11 +114,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         true => robot_alone(path, "twist = {}\nrun.duration_s = 1.0\n", settings, &files)?,
         false => Scenario::load_within(path, settings, &files)?,
     };
-    let end = arguments
-        .seconds
-        .map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
+    let goes_on = until_the_end(arguments.seconds)?;
     if let Some(port) = arguments.ardupilot {
-        return ardupilot(port, &scenario, end);
+        return ardupilot(port, &scenario, goes_on);
     }
     let mut session = Session::new(&scenario).map_err(failure)?;
     let desk = Mailbox::default();
@@ -140,15 +140,34 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             .iter_mut()
             .map(|viewers| viewers as &mut dyn Observer),
     );
-    ilon_live::run(&mut session, &desk, &mut watchers, pace, || {
-        end.is_none_or(|end| Instant::now() < end)
-    })
-    .map_err(failure)?;
+    ilon_live::run(&mut session, &desk, &mut watchers, pace, goes_on).map_err(failure)?;
     Ok(Outcome::Done)
 }
 
+/// Whether to go on: until so many seconds have gone by, or somebody interrupts or terminates the command. What it has opened is closed then; a second
+/// interruption ends it at once.
+fn until_the_end(seconds: Option<f64>) -> Result<impl Fn() -> bool, Failure> {
+    let end = seconds.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let handler = Arc::clone(&interrupted);
+    ctrlc::set_handler(move || {
+        if handler.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    })
+    .map_err(|reason| {
+        let remedy = "start it where signals can be handled";
+        Failure::usage(format!("Ctrl-C cannot be heard: {reason}"), remedy)
+    })?;
+    Ok(move || !interrupted.load(Ordering::Relaxed) && end.is_none_or(|end| Instant::now() < end))
+}
+
 /// Answers ArduPilot until the end, or until it is interrupted.
-fn ardupilot(port: u16, scenario: &Scenario, end: Option<Instant>) -> Result<Outcome, Failure> {
+fn ardupilot(
+    port: u16,
+    scenario: &Scenario,
+    goes_on: impl Fn() -> bool,
+) -> Result<Outcome, Failure> {
     use ilon_live::ardupilot::{ArduPilot, Vehicle};
     let mut vehicle = Vehicle::new(scenario).map_err(failure)?;
     let server = ArduPilot::start(port).map_err(|fault| {
@@ -170,8 +189,7 @@ fn ardupilot(port: u16, scenario: &Scenario, end: Option<Instant>) -> Result<Out
         motors.join(", "),
         parameters.display()
     ))?;
-    let go_on = || end.is_none_or(|end| Instant::now() < end);
-    let served = server.serve(&mut vehicle, go_on, console::note);
+    let served = server.serve(&mut vehicle, goes_on, console::note);
     served.map_err(failure)?;
     Ok(Outcome::Done)
 }

@@ -90,6 +90,11 @@ fn either_side_may_go_and_come_again() {
 }
 
 #[test]
+fn it_leaves_the_graph_however_it_ends() {
+    holds("leave");
+}
+
+#[test]
 fn the_example_drives_its_square() {
     holds("square");
 }
