@@ -279,7 +279,7 @@ def check_bags(path):
     for name, written in expected["bags"].items():
         folder = Path(path).parent / name
         if name == "killed":
-            check_killed(folder / "bag_0.mcap", written)
+            check_killed(folder / "bag_0.mcap.ilon-partial", written)
             continue
         check_folder(folder, written, expected["qos"])
         check_file(folder / "bag_0.mcap", written)

@@ -328,7 +328,7 @@ def check_by_rerun(folder, types, counts, transforms):
 
 def check_cut(folder):
     """A killed run: all messages of whole chunks can be read from the file alone."""
-    path = folder / "bag/bag_0.mcap"
+    path = folder / "bag/bag_0.mcap.ilon-partial"
     assert not (folder / "bag/metadata.yaml").exists()
     read = Counter()
     last = 0

@@ -324,6 +324,21 @@ fn a_damaged_bag_never_ends_in_a_panic() {
     assert!(played > 0);
 }
 
+/// A bag whose run was killed has no file that looks whole, and playback says why.
+#[test]
+fn a_bag_that_was_cut_short_is_not_taken_for_an_empty_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (bag, _) = recorded(folder.path());
+    std::fs::rename(bag.join("bag_0.mcap"), bag.join("bag_0.mcap.ilon-partial")).expect("a bag");
+    let motion = format!(
+        "[playback]\nfile = {:?}\ndrives = \"twist\"\ntopic = \"/cmd_vel\"\n",
+        bag.file_name().expect("a name")
+    );
+    let scenario = scenario(folder.path(), &motion).expect("a scenario");
+    let error = Simulation::new(&scenario).expect_err("refused").to_string();
+    assert!(error.contains("cut short"), "{error}");
+}
+
 /// A folder with a log of twists, and what it comes to.
 fn played(log: &str, further: &str) -> Run {
     let folder = tempfile::tempdir().expect("a folder");

@@ -8,6 +8,8 @@ use super::BagError;
 
 /// Its messages.
 pub(super) const FILE: &str = "bag_0.mcap";
+/// The same while it is written, and of a bag that was cut short.
+pub(super) const UNFINISHED_FILE: &str = "bag_0.mcap.ilon-partial";
 /// What ROS 2 wants to know of them.
 pub(super) const METADATA: &str = "metadata.yaml";
 /// The same while it is written.

@@ -5,10 +5,10 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use super::BagError;
-use super::files::{FILE, METADATA, UNFINISHED_METADATA, remove_if_there};
+use super::files::{FILE, METADATA, UNFINISHED_FILE, UNFINISHED_METADATA, remove_if_there};
 
 /// What a bag of ilon consists of, finished or not.
-const FILES: [&str; 3] = [FILE, METADATA, UNFINISHED_METADATA];
+const FILES: [&str; 4] = [FILE, UNFINISHED_FILE, METADATA, UNFINISHED_METADATA];
 
 /// The bytes with which an MCAP file begins.
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
@@ -25,7 +25,9 @@ pub fn is_own(folder: &Path) -> bool {
         && entries.all(|entry| {
             entry.is_ok_and(|entry| FILES.iter().any(|name| entry.file_name() == *name))
         })
-        && begins_as_own(&folder.join(FILE)).unwrap_or(false)
+        && [FILE, UNFINISHED_FILE]
+            .iter()
+            .any(|name| begins_as_own(&folder.join(name)).unwrap_or(false))
 }
 
 /// Whether a file names ilon at its head. A file that a killed writer left empty might be anybody's: there is nothing to lose in it.

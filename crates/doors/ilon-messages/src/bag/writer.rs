@@ -10,7 +10,7 @@ use mcap::{WriteOptions, Writer};
 
 use crate::Message;
 
-use super::files::{FILE, METADATA, UNFINISHED_METADATA, remove_if_there};
+use super::files::{FILE, METADATA, UNFINISHED_FILE, UNFINISHED_METADATA, remove_if_there};
 use super::metadata::Metadata;
 use super::topic::{self, Topic};
 use super::{BagError, Qos};
@@ -25,9 +25,9 @@ pub(super) const LIBRARY: &str = concat!("ilon ", env!("CARGO_PKG_VERSION"));
 
 /// Writes a bag while its messages come: the file grows by whole chunks, each of which can be read whatever happens after it.
 ///
-/// A bag is whole after [`BagWriter::finish`]. Of a writer that was dropped before, the file is whole and `metadata.yaml` is
-/// missing (`ros2 bag reindex` makes one); of a process that was killed, the file also lacks its index, and readers have to go
-/// through it from its start.
+/// A bag is whole after [`BagWriter::finish`]; until then its file is called `bag_0.mcap.ilon-partial`. What a writer leaves that was dropped before is a
+/// whole file of that name, without `metadata.yaml` (`ros2 bag reindex` makes one); what a process leaves that was killed also lacks its index, and
+/// readers have to go through it from its start.
 pub struct BagWriter {
     folder: PathBuf,
     /// The file, locked as long as it is open.
@@ -56,10 +56,10 @@ impl BagWriter {
     /// The folder or its files cannot be made, or another program writes this bag.
     pub fn create(folder: &Path) -> Result<Self, BagError> {
         fs::create_dir_all(folder).map_err(BagError::io(folder))?;
-        let path = folder.join(FILE);
+        let path = folder.join(UNFINISHED_FILE);
         let growing = claim(&path)?;
-        // They speak of the older bag.
-        for older in [METADATA, UNFINISHED_METADATA] {
+        must_be_plain(&folder.join(FILE))?;
+        for older in [FILE, METADATA, UNFINISHED_METADATA] {
             remove_if_there(&folder.join(older))?;
         }
         growing.set_len(0).map_err(BagError::io(&path))?;
@@ -215,11 +215,12 @@ impl BagWriter {
             .into_inner()
             .map_err(|error| BagError::io(&path)(error.into_error()))?;
         file.sync_all().map_err(BagError::io(&path))?;
+        fs::rename(&path, self.folder.join(FILE)).map_err(BagError::io(&path))?;
         write_metadata(&self.folder, &metadata).map_err(BagError::io(&self.folder.join(METADATA)))
     }
 
     fn path(&self) -> PathBuf {
-        self.folder.join(FILE)
+        self.folder.join(UNFINISHED_FILE)
     }
 }
 
@@ -234,13 +235,7 @@ impl std::fmt::Debug for BagWriter {
 
 /// Opens the file of a bag for this writer alone, and leaves what is in it.
 fn claim(path: &Path) -> Result<File, BagError> {
-    if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
-        let source = io::Error::other("it is not a plain file");
-        return Err(BagError::Io {
-            path: path.into(),
-            source,
-        });
-    }
+    must_be_plain(path)?;
     let file = OpenOptions::new()
         .create(true)
         .write(true)
@@ -251,6 +246,17 @@ fn claim(path: &Path) -> Result<File, BagError> {
         Err(TryLockError::WouldBlock) => Err(BagError::Busy { path: path.into() }),
         // A file system without locks has nobody who waits for one either.
         _ => Ok(file),
+    }
+}
+
+/// Makes sure that a file is plain, if there is one.
+fn must_be_plain(path: &Path) -> Result<(), BagError> {
+    match fs::metadata(path) {
+        Ok(found) if !found.is_file() => {
+            let source = io::Error::other("it is not a plain file");
+            Err(BagError::io(path)(source))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -155,6 +155,10 @@ fn file(folder: &Path) -> std::path::PathBuf {
     folder.join("bag_0.mcap")
 }
 
+fn unfinished(folder: &Path) -> std::path::PathBuf {
+    folder.join("bag_0.mcap.ilon-partial")
+}
+
 /// How many messages a reader that goes through from the start gets before the bytes end or make no sense.
 fn readable_messages(bytes: &[u8]) -> usize {
     let mut reader = LinearReader::new();
@@ -248,7 +252,7 @@ fn what_a_killed_writer_leaves_can_be_read() {
     let mut bag = BagWriter::create(folder.path()).unwrap();
     let all = write_run(&mut bag, 1000);
     std::mem::forget(bag);
-    let bytes = fs::read(file(folder.path())).unwrap();
+    let bytes = fs::read(unfinished(folder.path())).unwrap();
     assert!(
         ends_with_a_record(&bytes),
         "a record in the middle of which the file ends"
@@ -280,7 +284,7 @@ fn a_dropped_writer_leaves_a_whole_file() {
     let mut bag = BagWriter::create(folder.path()).unwrap();
     let all = write_run(&mut bag, 10);
     drop(bag);
-    let bytes = fs::read(file(folder.path())).unwrap();
+    let bytes = fs::read(unfinished(folder.path())).unwrap();
     assert_eq!(
         MessageStream::new(&bytes)
             .unwrap()

@@ -114,7 +114,7 @@ fn a_killed_run_leaves_a_bag_that_can_be_read() {
         .stderr(Stdio::null())
         .spawn()
         .expect("the command runs");
-    let bag = folder.path("out/bag/bag_0.mcap");
+    let bag = folder.path("out/bag/bag_0.mcap.ilon-partial");
     let since = Instant::now();
     // Two seconds of the run stand in the file.
     while std::fs::metadata(&bag).map_or(0, |file| file.len()) < 400_000 {
