@@ -276,6 +276,17 @@ pub enum Fault {
         "its moments are those of its shape about other axes: ixx, iyy and izz may be exchanged, or its frame be turned"
     )]
     InertiaExchanged,
+    /// A wheel's moment about its own axle is much less than that across it, as of no wheel that is rounder than long.
+    #[error(
+        "its moment about the wheel's axle is {axial_kg_m2:.2e} kg m^2, that across it {across_kg_m2:.2e}, where a disc has more about its axle: \
+         ixx, iyy and izz may be exchanged, or a power of ten be missing"
+    )]
+    InertiaThinAboutAxle {
+        /// About its axle, in kg m^2.
+        axial_kg_m2: f64,
+        /// Across it, in kg m^2: the mean of both.
+        across_kg_m2: f64,
+    },
     /// The robot has fewer than three wheels.
     #[error(
         "{} with passive rollers{}, but moving freely in the plane takes three{}{has}",
@@ -329,6 +340,17 @@ pub enum Fault {
         rollers: usize,
         /// How many wheels the robot has without it.
         wheels: usize,
+    },
+    /// Wheels carry rollers that do not turn.
+    #[error(
+        "the {rollers} rollers of {} do not turn: their joints are fixed",
+        listed(wheels)
+    )]
+    RollersDoNotTurn {
+        /// How many rollers there are on a wheel.
+        rollers: usize,
+        /// The wheels' joints.
+        wheels: Vec<String>,
     },
     /// The chassis reaches down to the floor on which the wheels stand, or below it.
     #[error(

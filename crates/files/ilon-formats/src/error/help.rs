@@ -132,7 +132,8 @@ impl Fault {
             | Self::InertiaImpossible { .. }
             | Self::InertiaTooLarge { .. }
             | Self::InertiaTooSmall { .. }
-            | Self::InertiaExchanged => {
+            | Self::InertiaExchanged
+            | Self::InertiaThinAboutAxle { .. } => {
                 return format!("take the inertia from a CAD program, or {BOX}");
             }
             Self::UnknownGeometry => "give the collision one of these geometries",
@@ -196,6 +197,7 @@ impl Fault {
                  held, and rollers are put in"
             }
             Self::HubDoesNotTurn { .. } => "make the joint `continuous`, with the hub's axis",
+            Self::RollersDoNotTurn { .. } => "make the joints of the rollers `continuous`",
             Self::ChassisBelowFloor { .. } => {
                 "raise the collision geometry, or lower the wheels: where it touches the floor it carries the robot in their place"
             }
@@ -305,8 +307,10 @@ impl Fault {
             | Self::InertiaTooLarge { .. }
             | Self::InertiaTooSmall { .. }
             | Self::InertiaExchanged
+            | Self::InertiaThinAboutAxle { .. }
             | Self::NoMass
-            | Self::HubDoesNotTurn { .. } => vec![Remedy::Repair],
+            | Self::HubDoesNotTurn { .. }
+            | Self::RollersDoNotTurn { .. } => vec![Remedy::Repair],
             Self::Xacro {
                 before_2014: true, ..
             }

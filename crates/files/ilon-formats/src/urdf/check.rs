@@ -7,7 +7,7 @@ use super::candidates::{Survey, WheelLike, is_called_wheel};
 use super::faults::Faults;
 use super::geometry::primitive;
 use super::loading::Loading;
-use super::recognise::{Candidate, fixed_hubs};
+use super::recognise::{Candidate, fixed_hubs, fixed_rollers};
 use super::source::Source;
 use super::tree::{Motion, PlacedShape, Tree};
 use super::{inertia_doubts, infer, plausibility, schema, wheel_size};
@@ -53,6 +53,17 @@ pub(super) fn check_wheel_count(
             faults.push(source.joint_error(&tree.joints[hub].name, fault));
         }
         faults.into_result()?;
+    }
+    let fixed = fixed_rollers(tree);
+    if let [first, ..] = &fixed[..]
+        && candidates.len() + fixed.len() >= LEAST_WHEELS
+    {
+        let name = |of: &Candidate| tree.joints[of.hub].name.clone();
+        let fault = Fault::RollersDoNotTurn {
+            rollers: first.rollers.len(),
+            wheels: fixed.iter().map(name).collect(),
+        };
+        return Err(source.joint_error(&tree.joints[first.hub].name, fault));
     }
     if candidates.is_empty() && given == 0 {
         let turning: Vec<&WheelLike> = survey.turning.iter().collect();

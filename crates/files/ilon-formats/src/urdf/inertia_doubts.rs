@@ -105,6 +105,8 @@ fn as_wheel(mass: &MassProperties, (axis, radius_m): (&Unit<Vector3<f64>>, f64))
     /// Moments that differ by less than this share are meant to be the same, and by more than that are not.
     const SAME: f64 = 0.02;
     const OTHER: f64 = 0.1;
+    /// Of the moment across its axle, the least that a wheel has about it: that of a solid cylinder three times as long as its radius.
+    const THIN: f64 = 0.5;
     let axial = axis.dot(&(mass.inertia_kg_m2 * axis.into_inner()));
     let [least, middle, most] = mass.principal_moments_kg_m2();
     let gyration_m = (most / mass.mass_kg).sqrt();
@@ -124,7 +126,15 @@ fn as_wheel(mass: &MassProperties, (axis, radius_m): (&Unit<Vector3<f64>>, f64))
         });
     }
     let is_disc = middle - least < SAME * middle && most - middle > OTHER * most;
-    (is_disc && (axial - least).abs() < SAME * least).then_some(Fault::InertiaExchanged)
+    if is_disc && (axial - least).abs() < SAME * least {
+        return Some(Fault::InertiaExchanged);
+    }
+    // A solid cylinder as long as it is wide has 6 / 7 of its moment across about its axle.
+    let across_kg_m2 = 0.5 * (mass.inertia_kg_m2.trace() - axial);
+    (axial < THIN * across_kg_m2).then_some(Fault::InertiaThinAboutAxle {
+        axial_kg_m2: axial,
+        across_kg_m2,
+    })
 }
 
 impl super::tree::Tree {

@@ -108,6 +108,31 @@ pub(super) fn fixed_hubs(tree: &Tree) -> Vec<(usize, usize)> {
         .collect()
 }
 
+/// Level turning joints that carry a ring of joints which have axes but do not turn, and bear shapes: rollers that were left fixed.
+pub(super) fn fixed_rollers(tree: &Tree) -> Vec<Candidate> {
+    /// The cosine of the least angle between a roller's axis and its hub's, of 10 degrees.
+    const APART: f64 = 0.985;
+    let of_hub = |hub: usize| {
+        let axis = &tree.joints[hub].axis;
+        let is_roller = |&j: &usize| {
+            let joint = &tree.joints[j];
+            let has_shape = !tree.links[joint.child].shapes.is_empty();
+            joint.motion == Motion::Fixed
+                && joint.states_axis
+                && has_shape
+                && joint.axis.dot(axis).abs() < APART
+        };
+        let on_link = &tree.links[tree.joints[hub].child].joints_below;
+        let rollers: Vec<usize> = on_link.iter().copied().filter(is_roller).collect();
+        let rollers = on_one_ring(tree, hub, &rollers);
+        (rollers.len() >= LEAST_ROLLERS).then_some(Candidate { hub, rollers })
+    };
+    let hubs = tree
+        .moving(Motion::Turning)
+        .filter(|&hub| tree.is_level(hub));
+    hubs.filter_map(of_hub).collect()
+}
+
 /// The axis of the ring that the rollers on a joint's link make, in the body frame: the one across which their places spread
 /// least.
 pub(super) fn ring_axis(tree: &Tree, hub: usize) -> Option<Vector3<f64>> {

@@ -114,6 +114,7 @@ fn repair(
     match fault {
         Fault::DuplicateName { tag, .. } => rename(source, node, tag),
         Fault::HubDoesNotTurn { .. } => turn_hub(source, node),
+        Fault::RollersDoNotTurn { .. } => turn_rollers(source),
         Fault::ChassisBelowFloor { deep_mm, .. } => leave_out_lowest(source, 1e-3 * deep_mm),
         Fault::MissingAttribute { .. } if number_in(node).is_some() => move_number(source, node),
         Fault::OutOfRange { key, value, .. } if is_zero_size(key, value) => {
@@ -132,7 +133,8 @@ fn repair(
         | Fault::InertiaImpossible { .. }
         | Fault::InertiaTooLarge { .. }
         | Fault::InertiaTooSmall { .. }
-        | Fault::InertiaExchanged => {
+        | Fault::InertiaExchanged
+        | Fault::InertiaThinAboutAxle { .. } => {
             let link = node.ancestors().find(|n| n.has_tag_name("link"))?;
             let inertial = child(link, "inertial");
             let of_inertia = ["link", "inertial", "mass", "inertia"];
@@ -352,6 +354,20 @@ fn turn_hub(source: &Source, joint: Node) -> Option<(Vec<Edit>, String)> {
         edits,
         "it carries rollers and is made to turn about the axis of their ring".to_owned(),
     ))
+}
+
+/// Lets rollers turn that are fixed to wheels.
+fn turn_rollers(source: &Source) -> Option<(Vec<Edit>, String)> {
+    let tree = tree(source)?;
+    let rollers = recognise::fixed_rollers(&tree).into_iter();
+    let rollers: Vec<usize> = rollers.flat_map(|of| of.rollers).collect();
+    let edits = rollers.iter().map(|&j| {
+        let joint = source.named("joint", &tree.joints[j].name)?;
+        let range = joint.attribute_node("type")?.range_value();
+        Some((range, "continuous".to_owned()))
+    });
+    let said = format!("{} rollers that were fixed are made to turn", rollers.len());
+    Some((edits.collect::<Option<Vec<Edit>>>()?, said))
 }
 
 /// Leaves out the collision geometry that reaches down to the floor, of all that does not turn: what reaches lowest, and what reaches lower than

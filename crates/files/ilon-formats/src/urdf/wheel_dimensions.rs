@@ -1,5 +1,7 @@
 //! What a wheel and its rollers measure.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use super::body::RigidBody;
@@ -66,6 +68,7 @@ pub(super) fn measure(
     let mut rollers = rollers(loading, &seen, &ring)?;
     let handover = hand_over(loading, &joint.name, &mut rollers, &ring)?;
     remark_motor(&joint.name, &joint.limits, &mut loading.remarks);
+    remark_stops(loading, candidate);
     outline(loading, &joint.name, seen, &ring, &handover, lone_spheres);
     remark_crowd(&joint.name, &rollers, &mut loading.remarks);
     Ok(Wheel {
@@ -83,6 +86,24 @@ pub(super) fn measure(
         material: None,
         made: RollersAsMade::default(),
     })
+}
+
+/// Says where wheels and rollers have stops, which are not read.
+fn remark_stops(loading: &mut Loading, candidate: &Candidate) {
+    /// Turns between stops that nobody reaches.
+    const ENDLESS_TURNS: f64 = 1000.0;
+    for &j in std::iter::once(&candidate.hub).chain(&candidate.rollers) {
+        let joint = &loading.tree.joints[j];
+        let turns = (joint.travel[1] - joint.travel[0]) / TAU;
+        if turns < ENDLESS_TURNS {
+            loading.remarks.push(Remark::new(
+                format!("joint `{}`", joint.name),
+                format!(
+                    "its limits stop it after {turns:.1} turns in other simulators: here it turns freely; make it `continuous`"
+                ),
+            ));
+        }
+    }
 }
 
 /// Gives lone spheres a length, and says how the rollers fit the wheel's circle. Returns how many lone spheres there are.

@@ -1,6 +1,6 @@
 //! Robots as people build them: joints to the world above the base, rollers for show, wheels that do not fit the others.
 
-use ilon_formats::{Fault, LoadOptions, LoadRobot, Remedy, RobotError};
+use ilon_formats::{Fault, Handedness, LoadOptions, LoadRobot, Remedy, RobotError};
 use ilon_robot::Robot;
 
 const PLACES: [(&str, f64, f64); 4] = [
@@ -330,13 +330,74 @@ fn directions_of_friction_are_read_in_either_order() {
             [-45.0, 45.0, 45.0, -45.0]
         );
     }
+    // In the wheel's own frame: proposed where it is oblique, and else what a plain wheel may have too.
     let turning = |side: f64| format!("<mu1>1</mu1><mu2>0</mu2><fdir1>1 {side} 0</fdir1>");
     let error = robot(&[&text(&turning)]).unwrap_err();
     let help = error.help();
     assert!(
+        help.contains("the `<fdir1>` of `plain_fl` and the others"),
+        "{help}"
+    );
+    let [Remedy::Rollers(rollers)] = &error.remedies()[..] else {
+        panic!("{:?}", error.remedies());
+    };
+    assert_eq!(
+        rollers.gamma,
+        Handedness::EachDeg(vec![-45.0, 45.0, 45.0, -45.0])
+    );
+    let ahead = |_: f64| "<mu1>1</mu1><mu2>0</mu2><fdir1>1 0 0</fdir1>".to_owned();
+    let help = robot(&[&text(&ahead)]).unwrap_err().help();
+    assert!(
         help.contains("`<fdir1>` of `plain_fl` names no frame but the wheel's own"),
         "{help}"
     );
+}
+
+/// Rollers whose joints are fixed are one fault, which a repair mends; the chassis is held against the floor of the rollers and not of the hub. Joints that
+/// stop after a turn are taken to turn on, and remarked; stops that nobody reaches are not.
+#[test]
+fn rollers_that_do_not_turn_are_a_fault_and_stops_a_remark() {
+    let plain = crate::common::small();
+    let with_rollers = |kind: &str| {
+        let line = |line: &str| match line.contains("<joint") && line.contains("_roller_") {
+            true => line.replace("type=\"continuous\"", kind),
+            false => line.to_owned(),
+        };
+        plain.lines().map(line).collect::<Vec<_>>().join("\n")
+    };
+    let fixed = with_rollers("type=\"fixed\"");
+    let error = Robot::from_urdf_str(&fixed, "small.urdf").unwrap_err();
+    assert_eq!(error.others().count(), 0, "{error}");
+    let Fault::RollersDoNotTurn { wheels, .. } = error.fault() else {
+        panic!("{error}");
+    };
+    assert_eq!(wheels.len(), 3, "{error}");
+    let mut options = LoadOptions::default();
+    options.repair = true;
+    let repaired = Robot::from_urdf_str_with(&fixed, "small.urdf", &options)
+        .unwrap()
+        .robot;
+    let whole = Robot::from_urdf_str(&plain, "small.urdf").unwrap();
+    let sizes = |robot: &Robot| -> Vec<(usize, f64)> {
+        robot
+            .wheels
+            .iter()
+            .map(|wheel| (wheel.rollers.len(), wheel.radius_m))
+            .collect()
+    };
+    assert_eq!(sizes(&repaired), sizes(&whole));
+    let stopped = |most: &str| {
+        let limit = format!(
+            "type=\"revolute\"><limit lower=\"-{most}\" upper=\"{most}\" effort=\"1\" velocity=\"99\"/"
+        );
+        let text = with_rollers(&limit).replace("<limit effort=\"0\" velocity=\"1000\"/>", "");
+        let robot = Robot::from_urdf_str(&text, "small.urdf").unwrap();
+        let said = robot.remarks.iter().map(ToString::to_string);
+        said.filter(|said| said.contains("its limits stop it after"))
+            .count()
+    };
+    assert!(stopped("3.15") > 10);
+    assert_eq!(stopped("1e16"), 0);
 }
 
 /// Three rollers of four have a shape: the ring of their axes, 38 mm, and their radius, 12 mm, are the wheel's, and a hub of 42 mm with the inertia of

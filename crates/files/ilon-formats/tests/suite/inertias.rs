@@ -102,3 +102,22 @@ fn impossible_inertias_are_remarked_and_mended(base: [f64; 3], wheel: [f64; 3], 
     let chassis = robot.chassis.mass.inertia_kg_m2.diagonal();
     assert!((0..3).all(|i| near(chassis[i], BOX[i])), "{chassis}");
 }
+
+/// A tenth of m r^2 / 2 about the axle and all of the rest across it: no other order of the moments fits, and no wheel has that. A third about it is more
+/// than doubt allows, too; a wheel as long as it is wide (6 / 7) is not.
+#[test]
+fn a_moment_about_the_axle_that_lacks_a_power_of_ten_is_doubted() {
+    let [across, along, _] = WHEEL;
+    let said = |axial: f64| load(&text(BOX, [across, axial, across]), &LoadOptions::default()).1;
+    for axial in [0.1 * along, across / 3.0] {
+        let said = said(axial);
+        assert!(said.contains("a power of ten be missing"), "{said}");
+    }
+    let even = said(6.0 / 7.0 * across);
+    assert!(!even.contains("doubtful"), "{even}");
+    let mut options = LoadOptions::default();
+    options.repair = true;
+    let (repaired, said) = load(&text(BOX, [across, 0.1 * along, across]), &options);
+    let [axial, ..] = of_wheel(&repaired);
+    assert!((axial / along - 1.0).abs() < 1e-3, "{axial} {said}");
+}

@@ -55,15 +55,41 @@ pub(super) fn by_joints(tree: &Tree, wheels: &[WheelLike]) -> Option<Vec<f64>> {
 /// gamma of each wheel in degrees, where the file gives each a direction in which it grips and one in which it does not: that
 /// direction is the axis of the roller on the ground.
 pub(super) fn by_friction(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Vec<f64>> {
-    wheels
-        .iter()
-        .map(|wheel| {
-            let body = tree.lone_body(tree.joints[wheel.joint].child);
-            let link = &tree.links[body.link].name;
-            let grip = friction_direction(source, tree, link)?;
-            gamma_deg(&wheel.axis, &grip)
-        })
-        .collect()
+    by_directions(source, tree, wheels, false)
+}
+
+/// The same of directions that turn with their wheels, as they lie where these stand in the file; only of rollers that lean, for along and across
+/// are what plain wheels have as well. In words what speaks for them.
+pub(super) fn by_turning_friction(
+    source: &Source,
+    tree: &Tree,
+    wheels: &[WheelLike],
+) -> Option<(Vec<f64>, String)> {
+    /// Rollers of mecanum wheels lean by no less than this and no more, in degrees.
+    const LEANS_DEG: std::ops::RangeInclusive<f64> = 20.0..=70.0;
+    let gammas_deg = by_directions(source, tree, wheels, true)?;
+    let do_lean = gammas_deg.iter().all(|deg| LEANS_DEG.contains(&deg.abs()));
+    let why = format!(
+        "the `<fdir1>` of `{}` and the others; in the wheels' own frames these turn with the wheels, and the robot cannot move sideways in other \
+         simulators: name a frame that stands, as `expressed_in`",
+        tree.links[tree.joints[wheels.first()?.joint].child].name
+    );
+    do_lean.then_some((gammas_deg, why))
+}
+
+fn by_directions(
+    source: &Source,
+    tree: &Tree,
+    wheels: &[WheelLike],
+    may_turn: bool,
+) -> Option<Vec<f64>> {
+    let of_wheel = |wheel: &WheelLike| {
+        let body = tree.lone_body(tree.joints[wheel.joint].child);
+        let link = &tree.links[body.link].name;
+        let grip = friction_direction(source, tree, link, may_turn)?;
+        gamma_deg(&wheel.axis, &grip)
+    };
+    wheels.iter().map(of_wheel).collect()
 }
 
 /// A direction of friction that turns with its wheel, in words: in a frame that does not, it would say how rollers lie.
@@ -106,7 +132,13 @@ fn frame_of<'a>(fdir1: &Node<'a, '_>) -> Option<&'a str> {
 }
 
 /// The direction in which a link grips, in the body frame: the first, or that across it on the ground, whichever has the more friction.
-fn friction_direction(source: &Source, tree: &Tree, link: &str) -> Option<Vector3<f64>> {
+/// In the wheel's own frame, which turns with it, the direction means nothing, unless it `may_turn`.
+fn friction_direction(
+    source: &Source,
+    tree: &Tree,
+    link: &str,
+    may_turn: bool,
+) -> Option<Vector3<f64>> {
     let ode = friction_settings(source, link)?;
     let number = |tag: &str| child(ode, tag)?.text()?.trim().parse::<f64>().ok();
     let first = number("mu").or_else(|| number("mu1")).unwrap_or(1.0);
@@ -115,8 +147,10 @@ fn friction_direction(source: &Source, tree: &Tree, link: &str) -> Option<Vector
         return None;
     }
     let fdir1 = child(ode, "fdir1")?;
-    // In the wheel's own frame, which turns with it, the direction would mean nothing.
-    let frame = frame_of(&fdir1).filter(|frame| *frame != link)?;
+    let frame = frame_of(&fdir1).unwrap_or(link);
+    if frame == link && !may_turn {
+        return None;
+    }
     let numbers: Vec<f64> = fdir1
         .text()?
         .split_whitespace()

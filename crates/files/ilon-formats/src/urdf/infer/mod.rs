@@ -18,7 +18,10 @@ use super::source::Source;
 use super::tree::{Motion, Tree};
 use crate::error::{CandidateJoint, Proposed};
 use crate::options::{Handedness, WheelOptions};
-use axes::{are_aligned, are_parallel, by_friction, by_joints, stand_in_x, turning_friction};
+use axes::{
+    are_aligned, are_parallel, by_friction, by_joints, by_turning_friction, stand_in_x,
+    turning_friction,
+};
 use called::{
     Kind, are_of_two_kinds, called, free_name, heading, hint, is_called_omni, is_driven_as_plain,
     kind, mover, plugin, robot_called, speaks_of_mecanum,
@@ -124,6 +127,8 @@ pub(super) fn fitting(
         (Some(Handedness::EachDeg(gammas_deg)), ONE_JOINT.to_owned())
     } else if let Some((gamma, why)) = by_drawing {
         (Some(gamma), why)
+    } else if let Some((gammas_deg, why)) = by_turning_friction(source, tree, &wheels) {
+        (Some(Handedness::EachDeg(gammas_deg)), why)
     } else if !are_parallel(&wheels) || are_of_two_kinds(source, tree, &wheels) {
         let why = "their axes and what the file calls them".to_owned();
         (by_groups(source, tree, &wheels), why)
