@@ -335,8 +335,8 @@ fn a_bag_that_was_cut_short_is_not_taken_for_an_empty_one() {
         bag.file_name().expect("a name")
     );
     let scenario = scenario(folder.path(), &motion).expect("a scenario");
-    let error = Simulation::new(&scenario).expect_err("refused").to_string();
-    assert!(error.contains("cut short"), "{error}");
+    let error = Simulation::new(&scenario).err().expect("refused");
+    assert!(error.to_string().contains("cut short"), "{error}");
 }
 
 /// A folder with a log of twists, and what it comes to.
