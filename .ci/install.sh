@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the ilon command: fetches the archive of a release for this machine, holds it against its checksum, and puts the command and its
-# completions below ~/.local, or where ILON_PREFIX says. Nothing else is touched. ILON_RELEASE names a release by its address.
+# C library and completions below ~/.local, or where ILON_PREFIX says. Nothing else is touched. ILON_RELEASE names a release by its address.
 set -eu
 
 release="${ILON_RELEASE:-@RELEASE@}"
@@ -37,10 +37,15 @@ fi || fail "$name.tar.gz is not the file of its checksum; fetch it again"
 tar xzf "$name.tar.gz"
 "./$name/ilon" --version >/dev/null || fail "the command does not run on this machine"
 
-mkdir -p "$prefix/bin" "$prefix/share/bash-completion/completions" "$prefix/share/zsh/site-functions" \
+mkdir -p "$prefix/bin" "$prefix/lib" "$prefix/include" "$prefix/share/bash-completion/completions" "$prefix/share/zsh/site-functions" \
   "$prefix/share/fish/vendor_completions.d" "$prefix/share/man/man1"
 cp "$name/ilon" "$prefix/bin/ilon.new"
 mv "$prefix/bin/ilon.new" "$prefix/bin/ilon"
+for library in "$name"/lib/*; do
+  cp "$library" "$prefix/lib/new.${library##*/}"
+  mv "$prefix/lib/new.${library##*/}" "$prefix/lib/${library##*/}"
+done
+cp "$name"/include/* "$prefix/include/"
 cp "$name/completions/ilon.bash" "$prefix/share/bash-completion/completions/ilon"
 cp "$name/completions/_ilon" "$prefix/share/zsh/site-functions/_ilon"
 cp "$name/completions/ilon.fish" "$prefix/share/fish/vendor_completions.d/ilon.fish"

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
+from pathlib import Path
 
 from ._ilon import command
 
@@ -12,4 +14,7 @@ def main() -> int:
     """Runs the command of this process's arguments; gives its exit code."""
     # Python only notes Ctrl-C and looks at it later; the command shall end at once, as any other does.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # The C library that came with the package, which `ilon export --fmu` packs.
+    for library in Path(__file__).parent.glob("*ilon_c.*"):
+        os.environ.setdefault("ILON_C_LIBRARY", str(library))
     return command(["ilon", *sys.argv[1:]])

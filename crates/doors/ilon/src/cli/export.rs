@@ -26,7 +26,7 @@ pub(super) struct Arguments {
     /// File or folder of the result [default: SCENARIO.fmu, or ROBOT_planar].
     #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
-    /// Shared library of ilon-c for the FMU [default: the one beside this command].
+    /// Shared library of ilon-c for the FMU [default: the one that came with this command].
     #[arg(long, value_name = "FILE", conflicts_with = "planar")]
     library: Option<PathBuf>,
     #[command(flatten)]
@@ -93,7 +93,7 @@ fn planar_base(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
 fn fmu(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
     let library = match &arguments.library {
         Some(library) => library.clone(),
-        None => beside_this_command()?,
+        None => of_this_command()?,
     };
     let out = match &arguments.out {
         Some(out) => out.clone(),
@@ -108,16 +108,22 @@ fn fmu(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// The shared library as cargo and releases put it: beside the command.
-fn beside_this_command() -> Result<PathBuf, Failure> {
+/// The shared library: where `ILON_C_LIBRARY` says, as the Python package does; beside the command, as cargo puts it; or in `lib` beside its folder, as the
+/// installer of a release does.
+fn of_this_command() -> Result<PathBuf, Failure> {
     use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
     let name = format!("{DLL_PREFIX}ilon_c{DLL_SUFFIX}");
     let command = std::env::current_exe().and_then(|path| path.canonicalize());
-    let beside = command.ok().map(|path| path.with_file_name(&name));
-    beside.filter(|path| path.is_file()).ok_or_else(|| {
+    let folder = command
+        .ok()
+        .and_then(|path| Some(path.parent()?.to_owned()));
+    let near = folder.map(|folder| [folder.join(&name), folder.join("../lib").join(&name)]);
+    let said = std::env::var_os("ILON_C_LIBRARY").map(PathBuf::from);
+    let mut places = said.into_iter().chain(near.into_iter().flatten());
+    places.find(|path| path.is_file()).ok_or_else(|| {
         Failure::usage(
-            format!("there is no `{name}` beside this command, and an FMU holds it"),
-            "build it with `cargo build --release -p ilon-c`, or name it with --library",
+            format!("there is no `{name}` beside this command nor in `../lib`, and an FMU holds it"),
+            "take it from a release's archive or wheel, build it with `cargo build --release -p ilon-c`, or name it with --library",
         )
     })
 }
