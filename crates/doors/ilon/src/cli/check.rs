@@ -6,6 +6,7 @@ mod scenarios;
 mod update;
 
 use std::collections::BTreeSet;
+use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use ilon_files::FileAccess;
 use ilon_sweep::{Options, Store, Study, is_study};
-use ilon_trace::{Recorded, Recording, file};
+use ilon_trace::{Recorded, Recording, Summary, file};
 use rayon::prelude::*;
 
 use self::outcome::{Checked, Count, Ended, Judged};
@@ -42,6 +43,9 @@ pub(super) struct Arguments {
     /// Write the results as JUnit XML, for CI.
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
+    /// Add the results to this file as a table in Markdown: in GitHub's CI, `$GITHUB_STEP_SUMMARY`.
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
     /// Print the results as JSON, and nothing else, on standard output.
     #[arg(long)]
     json: bool,
@@ -65,6 +69,16 @@ pub(super) struct Arguments {
     /// shown.
     #[arg(long, value_name = "MARGIN", num_args = 0..=1, default_missing_value = "0.1", value_parser = margin)]
     update: Option<f64>,
+    /// Write bounds into scenarios that have none: around the measured headline figures, MARGIN wide (0.1 is 10 %).
+    #[arg(
+        long,
+        value_name = "MARGIN",
+        num_args = 0..=1,
+        default_missing_value = "0.1",
+        value_parser = margin,
+        conflicts_with = "update"
+    )]
+    init: Option<f64>,
     /// Scenarios at a time [default: as many as there are processors].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
@@ -86,9 +100,16 @@ fn margin(text: &str) -> Result<f64, String> {
 /// Runs all scenarios and prints a line for each.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let files = arguments.sandbox.files()?;
-    if arguments.update.is_some() && !arguments.settings.settings.is_empty() {
+    let rewrites = arguments.update.or(arguments.init).is_some();
+    if rewrites && !arguments.settings.settings.is_empty() {
+        let option = match arguments.update {
+            Some(_) => "--update",
+            None => "--init",
+        };
         return Err(Failure::usage(
-            "--update would write into the files what was measured under --set, which is not in them",
+            format!(
+                "{option} would write into the files what was measured under --set, which is not in them"
+            ),
             "change the keys in the files, or leave one of the two out",
         ));
     }
@@ -135,6 +156,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(path) = &arguments.junit {
         file::write_text(path, &junit::xml(&checked)?)?;
     }
+    if let Some(path) = &arguments.markdown {
+        add_to(path, &outcome::markdown(&checked))?;
+    }
     if arguments.json {
         console::data(&outcome::json(&checked)?)?;
     } else {
@@ -163,6 +187,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(outcome)
 }
 
+/// Adds text to the end of a file, which may be there.
+fn add_to(path: &Path, text: &str) -> Result<(), Failure> {
+    let failed = |source| Failure::write(path, &source);
+    let mut options = std::fs::OpenOptions::new();
+    let mut file = options
+        .append(true)
+        .create(true)
+        .open(path)
+        .map_err(failed)?;
+    file.write_all(text.as_bytes()).map_err(failed)
+}
+
 /// Options that say nothing of a study are named for each that is checked.
 fn say_what_studies_leave_out(arguments: &Arguments, found: &[CheckedFile], files: &FileAccess) {
     let options = [
@@ -170,6 +206,7 @@ fn say_what_studies_leave_out(arguments: &Arguments, found: &[CheckedFile], file
         ("--save", arguments.save.is_some()),
         ("--against", arguments.against.is_some()),
         ("--update", arguments.update.is_some()),
+        ("--init", arguments.init.is_some()),
         ("--converge", arguments.converge.converge),
     ];
     let given: Vec<&str> = options
@@ -233,7 +270,7 @@ fn claims(arguments: &Arguments, found: &[CheckedFile]) -> Result<Vec<ReservedOu
             file::clear_unfinished(&folder)?;
         }
     }
-    if arguments.update.is_some() {
+    if arguments.update.or(arguments.init).is_some() {
         let file = |one: &CheckedFile| one.path.canonicalize().ok();
         let folders: BTreeSet<_> = found
             .iter()
@@ -305,26 +342,34 @@ fn run_and_judge(
     let simulation = Simulation::new(&scenario)?;
     let recording = Recording::temporary(simulation.trace().header.clone());
     let run = simulation.run_recorded(recording, |_, _| Ok::<(), Failure>(()))?;
-    let (differences, drawn) = match baseline {
-        Some(baseline) => {
-            let (found, drawn) = against(&run, &baseline, name, arguments)?;
-            (Some(found), drawn)
+    let (mut differences, mut drawn, mut moved) = (None, None, Vec::new());
+    if let Some(baseline) = baseline {
+        let (found, page) = against(&run, &baseline, name, arguments)?;
+        if !found.is_empty() {
+            moved = outcome::moved(
+                &run.summary,
+                &Summary::of_rows(&baseline, &Default::default())?,
+            );
         }
-        None => (None, None),
-    };
+        (differences, drawn) = (Some(found), page);
+    }
     if let Some(folder) = &arguments.save {
         run.trace.write_parquet(&baseline_file(folder, name))?;
     }
     let verdicts = judge_rows(&run)?;
-    let update = match arguments.update {
-        Some(margin) => Some(Update::of(path, &verdicts, margin)?),
-        None => None,
+    let update = match (arguments.update, arguments.init) {
+        (Some(margin), _) => Some(Update::of(path, &verdicts, margin)?),
+        (None, Some(margin)) if verdicts.is_empty() => {
+            Some(Update::first(path, &run.summary, margin)?)
+        }
+        _ => None,
     };
     let judged = Judged {
         verdicts,
         trace_hash: Some(run.summary.trace_hash.clone()),
         converge: run.summary.converge.clone(),
         differences,
+        moved,
         drawn,
         update,
         is_study: false,

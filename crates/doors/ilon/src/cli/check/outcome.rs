@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use ilon_trace::Convergence;
+use ilon_trace::{Convergence, Summary, quantities};
 
 use super::update::Update;
 use crate::cli::converge;
@@ -42,6 +42,8 @@ pub(super) struct Judged {
     pub converge: Convergence,
     /// Where it leaves its baseline; `None` where it was held against none.
     pub differences: Option<Vec<Difference>>,
+    /// Which headline figures are others than the baseline's, a line each, in per cent.
+    pub moved: Vec<String>,
     /// Where the differences are drawn, if there are any.
     pub drawn: Option<PathBuf>,
     /// What `--update` changes in the file, once it was shown.
@@ -147,6 +149,7 @@ impl Checked {
             "converge": judged.converge,
             "bounds": judged.verdicts,
             "failures": judged.failures(),
+            "moved": judged.moved,
             "error": error,
         })
     }
@@ -198,13 +201,13 @@ impl Checked {
                 let changes = judged.changes();
                 let bounds = bounds(changes.lines().count());
                 format!(
-                    "UPDATED {label} ({took_s:.1} s): {bounds} rewritten around what was measured\n{changes}"
+                    "UPDATED {label} ({took_s:.1} s): {bounds} written around what was measured\n{changes}"
                 )
             }
             Count::Failed => {
                 let mut text = format!("FAILED {label} ({took_s:.1} s)\n");
-                for failure in judged.failures() {
-                    text.push_str(&format!("         {failure}\n"));
+                for line in judged.moved.iter().chain(&judged.failures()) {
+                    text.push_str(&format!("         {line}\n"));
                 }
                 let verb = if judged.is_study { "sweep" } else { "run" };
                 let command = format!("ilon {verb} {}{settings}", self.path.display());
@@ -239,9 +242,74 @@ pub(super) fn totals(checked: &[Checked]) -> Table {
     table.heading("all scenarios");
     for (count, name) in WORDS {
         let of_kind = checked.iter().filter(|one| one.count() == count).count();
-        table.row(name, Some(of_kind as f64), 0, "");
+        if of_kind > 0 {
+            table.row(name, Some(of_kind as f64), 0, "");
+        }
     }
     table
+}
+
+/// What came of each scenario, as Markdown for the summary of a job: failures and what moved below their scenario.
+pub(super) fn markdown(checked: &[Checked]) -> String {
+    let mut text = "| scenario | result |\n|---|---|\n".to_owned();
+    for one in checked {
+        let count = one.count();
+        let word = WORDS.iter().find(|(known, _)| *known == count);
+        let mut cells = vec![word.map_or("", |(_, word)| word).to_owned()];
+        match &one.result {
+            Ended::Judged(judged) => {
+                cells.extend(judged.moved.iter().cloned());
+                cells.extend(judged.failures());
+            }
+            Ended::Refused(error) => cells.push(shown(&error.to_string())),
+            Ended::Skipped => {}
+        }
+        let cells: Vec<String> = cells.iter().map(|cell| in_cell(cell)).collect();
+        text.push_str(&format!(
+            "| {} | {} |\n",
+            in_cell(&one.label),
+            cells.join("<br>")
+        ));
+    }
+    text
+}
+
+/// A text in a cell of a table of Markdown: nothing in it is markup.
+fn in_cell(text: &str) -> String {
+    let mut cell = String::new();
+    for c in text.chars() {
+        match c {
+            '&' => cell.push_str("&amp;"),
+            '<' => cell.push_str("&lt;"),
+            '>' => cell.push_str("&gt;"),
+            '\\' | '`' | '*' | '_' | '[' | ']' | '|' | '#' | '~' | '!' => cell.extend(['\\', c]),
+            _ => cell.push(c),
+        }
+    }
+    cell
+}
+
+/// The headline figures of a run that are others than its baseline's, and by how many per cent.
+pub(super) fn moved(summary: &Summary, baseline: &Summary) -> Vec<String> {
+    let figures = quantities::headlines(summary).into_iter();
+    let lines = figures.filter_map(|quantity| {
+        let (now, before) = (quantity.shown(summary)?, quantity.shown(baseline)?);
+        let digits = quantity.decimals;
+        let [new, old] = [now, before].map(|value| format!("{value:.digits$}"));
+        if new == old {
+            return None;
+        }
+        let share = match before == 0.0 {
+            true => String::new(),
+            false => format!(" ({:+.1} %)", 100.0 * (now - before) / before.abs()),
+        };
+        let words = quantity.words();
+        Some(format!(
+            "{words}: {new} {}, was {old}{share}",
+            quantity.unit.symbol
+        ))
+    });
+    lines.collect()
 }
 
 fn bounds(count: usize) -> String {

@@ -1,9 +1,11 @@
-//! `ilon check --update`: bounds rewritten around what was measured.
+//! `ilon check --update` and `--init`: bounds rewritten, or written first, around what was measured.
 
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
-use toml_edit::{DocumentMut, Item, TableLike, value};
+use ilon_trace::Summary;
+use ilon_trace::quantities::{Quantity, headlines};
+use toml_edit::{DocumentMut, InlineTable, Item, TableLike, value};
 
 use crate::cli::failure::Failure;
 use crate::judge::Verdict;
@@ -24,12 +26,28 @@ impl Update {
     /// # Errors
     /// Where the file cannot be read.
     pub fn of(path: &Path, verdicts: &[Verdict], margin: f64) -> Result<Self, Failure> {
+        Self::by(path, |text| updated(text, verdicts, margin))
+    }
+
+    /// Writes bounds into a scenario that has none: around what was measured of the figures that a person looks at first, with a margin as a share of it. Ratios get
+    /// both bounds, what a run costs the upper one. Nothing is written yet.
+    ///
+    /// # Errors
+    /// Where the file cannot be read.
+    pub fn first(path: &Path, summary: &Summary, margin: f64) -> Result<Self, Failure> {
+        Self::by(path, |text| begun(text, summary, margin))
+    }
+
+    fn by(
+        path: &Path,
+        rewrite: impl FnOnce(&str) -> Result<(String, String), Failure>,
+    ) -> Result<Self, Failure> {
         // Of a link the file that it leads to is rewritten.
         let file = path.canonicalize();
         let file = file.map_err(|source| Failure::read(path, source))?;
         let text = FileAccess::anywhere().read_text(&file, MAX_BYTES);
         let text = text.map_err(|fault| ilon_sim::Error::read(path, &fault))?;
-        let (text, changes) = updated(&text, verdicts, margin)?;
+        let (text, changes) = rewrite(&text)?;
         Ok(Self {
             path: file,
             text,
@@ -49,10 +67,63 @@ impl Update {
     }
 }
 
-fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<(String, String), Failure> {
-    let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| {
+fn document(text: &str) -> Result<DocumentMut, Failure> {
+    let document = text.parse().map_err(|error: toml_edit::TomlError| {
         ilon_sim::Error::invalid(error.to_string(), "correct the file")
-    })?;
+    });
+    Ok(document?)
+}
+
+fn begun(text: &str, summary: &Summary, margin: f64) -> Result<(String, String), Failure> {
+    let mut document = document(text)?;
+    let mut changes = String::new();
+    for quantity in headlines(summary) {
+        let Some(measured) = quantity.value(summary) else {
+            continue;
+        };
+        let bound = first_bound(quantity, measured, margin);
+        changes.push_str(&format!(
+            "         {}: {bound} (measured {measured})\n",
+            quantity.key
+        ));
+        let mut table = document.as_table_mut() as &mut dyn TableLike;
+        let mut parts: Vec<&str> = std::iter::once("expect")
+            .chain(quantity.key.split('.'))
+            .collect();
+        let last = parts.pop().unwrap_or_default();
+        for part in parts {
+            let new = || toml_edit::table();
+            let Some(inner) = table.entry(part).or_insert_with(new).as_table_like_mut() else {
+                return Err(ilon_sim::Error::invalid(
+                    format!("`expect` of the scenario has a `{part}` that is no table"),
+                    "write `[expect]` with bounds in it",
+                )
+                .into());
+            };
+            // `twist_ratio_ideal.vx` on one line, below the one heading.
+            inner.set_dotted(part != "expect");
+            table = inner;
+        }
+        table.insert(last, value(bound));
+    }
+    Ok((document.to_string(), changes))
+}
+
+/// Room for a share of what was measured, and for ten of the last digit that is shown of it.
+fn first_bound(quantity: &Quantity, measured: f64, margin: f64) -> InlineTable {
+    let digit = 10f64.powi(-i32::try_from(quantity.decimals).unwrap_or(0)) / quantity.unit.per_si;
+    let room = (margin * measured.abs()).max(10.0 * digit);
+    let mut bound = InlineTable::new();
+    if quantity.key.contains("ratio") {
+        bound.insert("min", rounded(measured - room, f64::floor).into());
+    }
+    bound.insert("max", rounded(measured + room, f64::ceil).into());
+    bound.fmt();
+    bound
+}
+
+fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<(String, String), Failure> {
+    let mut document = document(text)?;
     let mut changes = String::new();
     for verdict in verdicts
         .iter()
