@@ -13,6 +13,15 @@
     if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
   };
 
+  // A note tells of a moment: it goes again.
+  const NOTE_MS = 8000;
+  let noteGoes = 0;
+  const say = (text) => {
+    note.textContent = text;
+    clearTimeout(noteGoes);
+    noteGoes = setTimeout(() => { note.textContent = ''; }, NOTE_MS);
+  };
+
   const show = ilonFigures(find('figures'));
   ilonWheels(find('wheels'), scene);
 
@@ -32,7 +41,7 @@
       }
       const message = JSON.parse(data);
       if (message.figures) show(message.figures);
-      if (message.note) note.textContent = message.note;
+      if (message.note) say(message.note);
     };
     socket.onclose = () => {
       state.textContent = '(not connected)';

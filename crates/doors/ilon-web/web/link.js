@@ -38,7 +38,15 @@ function fromWords() {
 async function fromLink() {
   const packed = /[#&]run=([\w-]+)/.exec(location.hash);
   if (!packed) return fromWords();
-  const reader = new Blob([fromBase64(packed[1])]).stream().pipeThrough(new DecompressionStream('deflate-raw')).getReader();
+  try {
+    return await unfolded(packed[1]);
+  } catch (error) {
+    throw new Error(`This link holds no scenario: it was cut or changed. Copy it again from where it was made. (${error.message})`);
+  }
+}
+
+async function unfolded(packed) {
+  const reader = new Blob([fromBase64(packed)]).stream().pipeThrough(new DecompressionStream('deflate-raw')).getReader();
   const parts = [];
   let size = 0;
   for (let { done, value } = await reader.read(); !done; { done, value } = await reader.read()) {

@@ -445,7 +445,7 @@ async function begin() {
     if (!isLinked && !touched) await run();
   } catch (error) {
     showFault(error);
-    say(compiledYet ? 'It cannot be opened.' : 'The simulator could not be loaded.');
+    say(compiledYet || location.hash ? 'It cannot be opened.' : 'The simulator could not be loaded.');
   } finally {
     document.documentElement.dataset.ready = 'yes';
   }
