@@ -315,7 +315,7 @@ fn measures(one: &Ablation, summary: &Summary) -> Vec<(f64, String)> {
             };
             if asked.abs() > 1e-3 {
                 let text = format!(
-                    "the robot did <b>{}</b> of what was asked instead of {}",
+                    "the robot reached <b>{}</b> of the command instead of {}",
                     percent(tried / asked),
                     percent(real / asked)
                 );
