@@ -147,6 +147,10 @@ pub struct Head {
 /// What says in a page that ilon wrote it, so that another's is not taken for one.
 pub const GENERATOR: &str = "<meta name=\"generator\" content=\"ilon\">";
 
+/// What stands in a page whose scripts a viewer does not run.
+const NO_SCRIPT: &str = "<noscript><p class=\"lead\">Without scripts the scene and the curves of this page stay empty. Open the file in a browser that runs them, or read \
+                         the words and tables.</p></noscript>\n";
+
 /// What a page carries beside its words and figures.
 #[derive(Default)]
 pub struct Parts<'a> {
@@ -177,7 +181,7 @@ pub fn page(head: &Head, sections: &[Section], footer: &str, parts: &Parts) -> S
          <a class=\"skip\" href=\"#main\">Skip to the content</a>\n<header>\n\
          <div class=\"brand\"><span>{MARK}<strong>ilon</strong> · {kind}</span>\
          <button type=\"button\" class=\"theme\">Light / dark</button></div>\n\
-         <h1>{title}</h1>\n<ul class=\"facts\">{facts}</ul>\n{lead}\n</header>\n\
+         <h1>{title}</h1>\n<ul class=\"facts\">{facts}</ul>\n{lead}\n{NO_SCRIPT}</header>\n\
          <nav aria-label=\"Sections\"><ul tabindex=\"0\">{links}</ul></nav>\n<main id=\"main\">\n",
         kind = head.kind,
         lead = head.lead,

@@ -20,17 +20,13 @@
       apply(chosen);
     });
   }
-  // Paper is white, and shows what is folded away on the screen.
-  let folded = [];
+  // Paper is white, and shows what is open on the screen.
   window.addEventListener('beforeprint', () => {
     root.dataset.printing = '';
-    folded = Array.from(document.querySelectorAll('details:not([open])'));
-    folded.forEach((details) => { details.open = true; });
     apply('light');
   });
   window.addEventListener('afterprint', () => {
     delete root.dataset.printing;
-    folded.forEach((details) => { details.open = false; });
     apply(wanted());
   });
   document.querySelectorAll('.unfold').forEach((unfold) => unfold.addEventListener('click', () => {
