@@ -51,7 +51,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
 }
 
 impl Plant {
-    /// The plant of a scenario, with the robot that the scenario names: [`load_robot`](ilon_scenario::robot::load_robot), [`resolve_for`] anybody's
+    /// The plant of a scenario, with the robot that the scenario names: [`load_robot`], [`resolve_for`] anybody's
     /// commands, and [`Plant::new`] in one.
     ///
     /// # Errors
