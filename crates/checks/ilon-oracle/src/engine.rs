@@ -212,11 +212,6 @@ impl Engine {
         loads
     }
 
-    /// Torque of each wheel's drive in the last step, in N m; where it is locked, what held it.
-    pub fn drive_torques_n_m(&self) -> &[f64] {
-        &self.solution.drive_torques
-    }
-
     /// Mass of the whole robot, in kg.
     pub fn mass_kg(&self) -> f64 {
         self.tree.mass_kg()

@@ -10,7 +10,7 @@
 //! | [`faults`] | what goes wrong on purpose: pushes, payloads, lost motors and sensors |
 //! | [`pilot`] | who decides the wheels' rates: guidance, log, twist, or a controller of the caller's |
 //! | [`record`] | what of a run becomes rows and a header, and the loop of one run |
-//! | [`resolve`] | a scenario with nothing left open, made for a robot and a driver |
+//! | [`mod@resolve`] | a scenario with nothing left open, made for a robot and a driver |
 //! | [`limits`] | which accelerations grip and motors allow |
 //!
 //! A [`Plant`] decides nothing and records nothing.

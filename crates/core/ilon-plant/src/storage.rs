@@ -146,7 +146,7 @@ mod tests {
         let text = "robot.file = \"mecanum4.urdf\"\ntwist.vx_m_s = 0.1\nrun.duration_s = 1\n";
         let scenario =
             ilon_scenario::Scenario::from_toml(text, "storage", ROBOTS).expect("a scenario");
-        let robot = crate::load_robot(&scenario).expect("a shipped robot");
+        let robot = ilon_scenario::robot::load_robot(&scenario).expect("a shipped robot");
         let start = Pose {
             x_m: 2.0,
             y_m: -1.0,

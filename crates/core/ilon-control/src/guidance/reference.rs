@@ -10,7 +10,7 @@ use nalgebra::{Vector1, Vector2};
 
 use crate::ControlError;
 use crate::error::{finite, not_negative, positive};
-use crate::guidance::pace::Pace;
+use crate::guidance::pace::{Pace, length_over_m};
 use crate::guidance::spline::{Motion, Spline};
 
 /// What the guidance is asked to do at one moment.
@@ -542,21 +542,9 @@ impl Path {
         }
     }
 
-    /// Length of the path from `from_s` over `step_s`, by Gauss's rule of five points.
+    /// Length of the path from `from_s` over `step_s`.
     fn distance_m(&self, from_s: f64, step_s: f64) -> f64 {
-        const NODES: [(f64, f64); 5] = [
-            (0.0, 0.568_888_888_888_888_9),
-            (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
-            (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
-            (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
-            (0.906_179_845_938_664, 0.236_926_885_056_189_1),
-        ];
-        let speed = |x: f64| self.at(from_s + 0.5 * step_s * (1.0 + x)).velocity.norm();
-        0.5 * step_s
-            * NODES
-                .iter()
-                .map(|(x, weight)| weight * speed(*x))
-                .sum::<f64>()
+        length_over_m(from_s, step_s, &|t_s| self.at(t_s).velocity.norm())
     }
 
     /// Length of a piece between waypoints, in sixteen steps.

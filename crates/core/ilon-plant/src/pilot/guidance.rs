@@ -4,8 +4,7 @@ use ilon_control::{Gain, Guidance, GuidanceSettings, GuidanceTask, Kinematics, S
 use ilon_robot::Twist;
 use nalgebra::{Matrix2, Vector2};
 
-use ilon_scenario::Error;
-use ilon_scenario::scenario;
+use ilon_scenario::{Error, scenario};
 
 /// The guidance of a `[guidance]` section: gains, saturation, tasks and limits; for the point that the kinematics count from.
 ///

@@ -10,9 +10,8 @@ use crate::bodies;
 use crate::faults;
 use crate::ground::floor;
 use crate::pilot::Pilot;
-use ilon_scenario::Error;
-use ilon_scenario::Resolved;
 use ilon_scenario::scenario;
+use ilon_scenario::{Error, Resolved};
 
 /// By what a robot is seen, for the header of its trace.
 #[derive(Default)]
@@ -60,7 +59,7 @@ pub fn header(
         measure_from_s: pilot.measure_from_s(),
         measure_to_s: scenario.run.duration_s,
         wheel_rate_limit_rad_s: limit_rad_s.is_finite().then_some(limit_rad_s),
-        open_loop: resolved.is_open_loop(),
+        open_loop: resolved.reference().is_none(),
         roller_angles: scenario.run.roller_angles_hz.is_some(),
         measured: pilot.is_measured(),
         imu: scenario.sensors.imu.is_some(),
@@ -68,12 +67,18 @@ pub fn header(
         storage: scenario.wheel_loop.law == scenario::WheelLaw::Passive,
         urdf: seen.urdf.to_owned(),
         looks: seen.looks,
-        ground: Some(floor::ground(scenario, robot, resolved.uneven())?),
+        ground: Some(floor::ground(
+            scenario,
+            robot,
+            resolved.choices().uneven.as_deref(),
+        )?),
         bodies: bodies::header(scenario),
         faults: Some(faults::recorded(&scenario.faults, robot)?),
         announced: resolved.announced().cloned(),
         guidance: resolved
-            .stability()
+            .choices()
+            .stability
+            .as_ref()
             .map(|stability| stability.recorded(scenario)),
         motor_line: scenario.motors.dc.map(|dc| MotorLine {
             stall_torque_n_m: dc.stall_torque_n_m,
@@ -84,6 +89,6 @@ pub fn header(
         versions: BTreeMap::from([("ilon".to_owned(), env!("CARGO_PKG_VERSION").to_owned())]),
         // Its joints are counted from zero; drawn it is as its servos start it.
         joints: Header::of_robot(robot).joints,
-        ..Header::of_robot(&resolved.joint_targets().standing(robot))
+        ..Header::of_robot(&resolved.choices().joint_targets.standing(robot))
     })
 }

@@ -12,10 +12,9 @@ use crate::record::header::{Appearance, header};
 use crate::record::period::Period;
 use crate::sensing::hubs::{self, Hubs};
 use crate::sensing::reckoning::Reckoning;
-use ilon_scenario::Error;
-use ilon_scenario::Resolved;
 use ilon_scenario::course::command::{Commanded, Decided};
 use ilon_scenario::scenario::TIME_SLACK_S;
+use ilon_scenario::{Error, Resolved};
 
 /// Writes down what happens to a [`Plant`]: the growing trace, and what has to be summed between its rows.
 ///

@@ -7,8 +7,7 @@ use crate::pilot::{Controller, Pilot};
 use crate::plant::Plant;
 use crate::record::header::{Appearance, header};
 use crate::record::recorder::Recorder;
-use ilon_scenario::Error;
-use ilon_scenario::Resolved;
+use ilon_scenario::{Error, Resolved};
 
 /// A plant, what drives it, and what records it.
 pub struct RunLoop {

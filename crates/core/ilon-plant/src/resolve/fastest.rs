@@ -55,7 +55,7 @@ fn choose(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result<Resolved
 }
 
 impl Plant {
-    /// The plant of a scenario, with the robot that the scenario names: [`load_robot`](ilon_scenario::robot::load_robot), [`resolve_for`] anybody's
+    /// The plant of a scenario, with the robot that the scenario names: [`load_robot`], [`resolve_for`] anybody's
     /// commands, and [`Plant::new`] in one.
     ///
     /// # Errors

@@ -14,19 +14,16 @@ use ilon_trace::GroundRelief;
 use crate::ground::floor;
 use crate::limits;
 use crate::pilot::{Controller, Idle, Pilot};
-use ilon_scenario::Error;
-use ilon_scenario::choices::bearing_drag;
-use ilon_scenario::choices::loop_stability;
 use ilon_scenario::choices::stability::Stability;
-use ilon_scenario::choices::wheel_loop;
-use ilon_scenario::choices::wheels_to_spare;
-use ilon_scenario::choices::{defaults, kinematics_of, wrong_hands};
+use ilon_scenario::choices::{
+    bearing_drag, defaults, kinematics_of, loop_stability, wheel_loop, wheels_to_spare, wrong_hands,
+};
 use ilon_scenario::course::joint_targets::JointTargets;
 use ilon_scenario::course::playback::{self, Played};
 use ilon_scenario::course::reference;
 use ilon_scenario::robot::belief::believed;
 use ilon_scenario::scenario::{Contacts, Drives, Rollers, Scenario, Step};
-use ilon_scenario::{Choices, Resolved};
+use ilon_scenario::{Choices, Error, Resolved};
 
 /// Who decides what the wheels shall do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,8 +4,7 @@ use ilon_control::{Kinematics, PoseFilter, PoseFilterSettings};
 use ilon_robot::{Pose, Robot, Wheel};
 
 use crate::sensing::hubs::Hubs;
-use ilon_scenario::Error;
-use ilon_scenario::scenario;
+use ilon_scenario::{Error, scenario};
 
 /// Odometry and poses joined by a filter.
 #[derive(Clone)]
@@ -118,7 +117,7 @@ mod tests {
         let text = "robot.file = \"mecanum4.urdf\"\n[reference.hold_pose]\nx_m = 0\ny_m = 0\nheading_deg = 0\n\
                     [run]\nduration_s = 4\n";
         let scenario = scenario::Scenario::from_toml(text, "fusion", ROBOTS).expect("a scenario");
-        let robot = crate::load_robot(&scenario).expect("a shipped robot");
+        let robot = ilon_scenario::robot::load_robot(&scenario).expect("a shipped robot");
         let kinematics = Kinematics::new(&robot).expect("it drives");
         for rate_hz in [None, Some(50.0), Some(2000.0)] {
             let sensor = scenario::PoseSensor {

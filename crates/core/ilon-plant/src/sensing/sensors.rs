@@ -16,9 +16,8 @@ use crate::noise::noise;
 use crate::sensing::fusion::Fusion;
 use crate::sensing::hubs;
 use crate::sensing::imu::Imu;
-use ilon_scenario::Error;
-use ilon_scenario::scenario;
 use ilon_scenario::scenario::TIME_SLACK_S;
+use ilon_scenario::{Error, scenario};
 
 /// What the robot knows at one moment.
 #[derive(Clone, Debug, PartialEq)]

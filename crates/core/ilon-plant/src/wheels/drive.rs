@@ -9,11 +9,10 @@ use ilon_robot::{JointRole, Robot};
 use ilon_world::{MotorTorque, TorqueBounds};
 
 use crate::wheels::motors::motors;
-use ilon_scenario::Error;
-use ilon_scenario::Resolved;
 use ilon_scenario::choices::wheel_loop::{dynamic_model, passive_settings, pid};
 use ilon_scenario::course::command::WheelCommand;
 use ilon_scenario::scenario::WheelLaw;
+use ilon_scenario::{Error, Resolved};
 
 /// The wheel loops of a robot and its motors.
 #[derive(Clone)]
@@ -45,7 +44,7 @@ impl Drive {
             WheelLaw::Pid => robot,
             _ => resolved.believed(robot),
         };
-        let standing = &resolved.joint_targets().standing(known);
+        let standing = &resolved.choices().joint_targets.standing(known);
         let model = dynamic_model(standing)?;
         let law: Box<dyn TorqueLaw> = match scenario.wheel_loop.law {
             WheelLaw::Pid => Box::new(pid(&scenario.wheel_loop, &model, loop_period_s)?),

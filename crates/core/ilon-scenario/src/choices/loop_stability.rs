@@ -11,7 +11,7 @@
 //! feels: its own inertia in the air and while it slides, and a share of the robot's on the ground, which depends on the direction of motion.
 //!
 //! **A continuous loop** settles at any gain, but its torque falls within the step by as much as the wheel gains rate. Where that fall is
-//! [`STIFFEST`] times what the wheel's inertia takes, the difference of the two is no longer computed to its digits, and motors and bearings are
+//! `STIFFEST` times what the wheel's inertia takes, the difference of the two is no longer computed to its digits, and motors and bearings are
 //! given energies that they never had. A wheel that follows within a thousandth of a step follows at once, so that nothing is lost by less.
 
 use ilon_control::DynamicModel;

@@ -11,7 +11,7 @@ use super::stability::Stability;
 use super::wheel_loop;
 use crate::Error;
 use crate::course::joint_targets::JointTargets;
-use crate::course::playback::{Log, Played};
+use crate::course::playback::Played;
 use crate::robot::belief::{self, believed};
 use crate::scenario::{Contacts, RollerBodies, Scenario, Step};
 
@@ -70,6 +70,11 @@ impl Resolved {
     /// The scenario with every default and everything chosen spelled out.
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
+    }
+
+    /// What was chosen for it.
+    pub fn choices(&self) -> &Choices {
+        &self.choices
     }
 
     /// The same run, and its robot, with something changed. All that was chosen stays, such as gains and the path in time; keys of robot and motion,
@@ -133,11 +138,6 @@ impl Resolved {
         self.choices.reference.as_ref()
     }
 
-    /// What a log says, where the scenario has a `[playback]`.
-    pub fn log(&self) -> Option<Arc<Log>> {
-        self.choices.played.log.clone()
-    }
-
     /// What the controller takes the robot for: the robot itself, unless the scenario says otherwise.
     pub fn believed<'a>(&'a self, robot: &'a Robot) -> &'a Robot {
         self.choices.believed.as_deref().unwrap_or(robot)
@@ -159,34 +159,9 @@ impl Resolved {
         self.choices.warnings.insert(0, remark);
     }
 
-    /// Where the servos of joints between bodies are sent.
-    pub fn joint_targets(&self) -> &JointTargets {
-        &self.choices.joint_targets
-    }
-
-    /// What is in place of the ground's plane, if something is.
-    pub fn uneven(&self) -> Option<&GroundRelief> {
-        self.choices.uneven.as_deref()
-    }
-
     /// Where its motion asks for more than grip or motors give, as far as that is known beforehand.
     pub fn announced(&self) -> Option<&Announced> {
         self.choices.announced.as_ref()
-    }
-
-    /// What the guidance's gains can be, where it follows a reference and that is known.
-    pub fn stability(&self) -> Option<&Stability> {
-        self.choices.stability.as_ref()
-    }
-
-    /// Whether the wheel loops cannot settle at the physics step, see [`ilon_scenario::choices::loop_stability`].
-    pub fn has_unstable_loops(&self) -> bool {
-        self.choices.has_unstable_loops
-    }
-
-    /// Whether a log asks for wheel rates that contradict each other, which is remarked already.
-    pub fn is_contradictory(&self) -> bool {
-        self.choices.is_contradictory
     }
 
     /// The point of the body frame that follows the reference, in metres.
@@ -202,11 +177,6 @@ impl Resolved {
     /// What a person should know about the input, although it can be run.
     pub fn warnings(&self) -> &[String] {
         &self.choices.warnings
-    }
-
-    /// Whether the robot is driven without feedback of the pose.
-    pub fn is_open_loop(&self) -> bool {
-        self.choices.reference.is_none()
     }
 
     /// The settings of the world.

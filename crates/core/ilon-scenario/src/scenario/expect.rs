@@ -431,6 +431,18 @@ mod tests {
     use super::super::Scenario;
     use super::*;
 
+    #[test]
+    fn a_bound_holds_on_its_edge_and_not_beyond() {
+        let bound = Bound {
+            min: Some(1.0),
+            max: Some(2.0),
+            ..Bound::default()
+        };
+        assert!(bound.holds(1.0) && bound.holds(2.0));
+        assert!(!bound.holds(0.999) && !bound.holds(2.001) && !bound.holds(f64::NAN));
+        assert_eq!(bound.to_string(), ">= 1 and <= 2");
+    }
+
     const RUN: &str = "robot.file = \"r.urdf\"\ntwist = {}\n[run]\nduration_s = 1.0\n";
 
     /// What is said of a scenario, and the text at which it points.

@@ -351,9 +351,9 @@ impl Simulation {
 
     fn finish<T: Rows>(mut self, trace: T, mut summary: Summary, cpu_s: Option<f64>) -> Run<T> {
         let resolved = self.run.plant.resolved();
-        let remarks = remarks::of_summary(&summary, resolved.has_unstable_loops());
+        let remarks = remarks::of_summary(&summary, resolved.choices().has_unstable_loops);
         self.warnings.extend(remarks);
-        if !resolved.is_contradictory() {
+        if !resolved.choices().is_contradictory {
             let remark = self
                 .run
                 .recorder

@@ -24,16 +24,6 @@ pub(super) enum Failure {
         help: String,
     },
 
-    /// Something cannot be turned into the text of a file.
-    #[error("{what} cannot be written as text: {reason}")]
-    #[diagnostic(help("this is a fault of ilon itself: please report it"))]
-    Encode {
-        /// What should be written.
-        what: &'static str,
-        /// Why, in the writer's words.
-        reason: String,
-    },
-
     /// ilon itself broke down; where several scenarios run, the others go on.
     #[error("ilon broke down over this scenario; what it said stands on standard error")]
     #[diagnostic(help("this is a fault of ilon itself: please report it, with the scenario"))]
@@ -59,10 +49,7 @@ impl Failure {
     }
 
     pub(super) fn encode(what: &'static str, reason: &dyn std::fmt::Display) -> Self {
-        Self::Encode {
-            what,
-            reason: reason.to_string(),
-        }
+        Self::Simulation(ilon_sim::Error::encode(what, reason))
     }
 
     pub(super) fn write(path: &Path, source: &std::io::Error) -> Self {
