@@ -31,6 +31,8 @@ struct Grid {
     center_m: [f64; 2],
     lowest_m: f64,
     step_m: f64,
+    /// How its steps become finer, in words.
+    finer: &'static str,
     /// Steps above the lowest.
     levels: Vec<u16>,
     /// What a person should know.
@@ -89,8 +91,9 @@ impl Grid {
         }
         if self.step_m > ROUGH * radius_m {
             remarks.push(format!(
-                "the height map has steps of {:.2} mm between one grey and the next: wheels of {radius_mm:.1} mm climb each; a picture of 16 bits has finer ones",
-                1e3 * self.step_m
+                "heights of the height map are multiples of {:.2} mm: wheels of {radius_mm:.1} mm climb each step; {}",
+                1e3 * self.step_m,
+                self.finer
             ));
         }
         let steepest_m = self.steepest_m();
@@ -202,6 +205,11 @@ fn picture(map: &HeightMap, bytes: &[u8]) -> Result<Grid, Fault> {
         center_m: [map.x_m, map.y_m],
         lowest_m: map.base_m,
         step_m: height_m / if wide { STEPS } else { 255.0 },
+        finer: if wide {
+            "give `world.floor.height_map.height_m` of the ground alone"
+        } else {
+            "a picture of 16 bits has finer ones"
+        },
         levels: upwards.flatten().copied().collect(),
         remarks: Vec::new(),
     })
@@ -256,6 +264,7 @@ fn mesh(map: &HeightMap, path: &Path, files: &FileAccess) -> Result<Grid, Fault>
         ],
         lowest_m: map.base_m + lowest_m,
         step_m,
+        finer: "cut off what is far above or below the ground that is driven on: a mesh has 65535 heights from its lowest place to its highest",
         levels: heights.iter().map(level).collect(),
         remarks: above.remarks(&triangles, &heights),
     })
@@ -403,6 +412,14 @@ mod tests {
 
     /// A file in a folder of its own, and the map of the keys beside it.
     fn read(name: &str, bytes: &[u8], keys: &str) -> Result<GroundRelief, Error> {
+        Ok(read_remarked(name, bytes, keys)?.0)
+    }
+
+    fn read_remarked(
+        name: &str,
+        bytes: &[u8],
+        keys: &str,
+    ) -> Result<(GroundRelief, Vec<String>), Error> {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join(name), bytes).unwrap();
         let text = format!(
@@ -410,7 +427,7 @@ mod tests {
         );
         let scenario = Scenario::from_toml(&text, "map", folder.path())?;
         let map = scenario.world.floor.height_map.as_ref().unwrap();
-        Ok(relief(map, &scenario, 0.05)?.0)
+        relief(map, &scenario, 0.05)
     }
 
     fn refused(name: &str, bytes: &[u8], keys: &str) -> String {
@@ -577,6 +594,25 @@ mod tests {
             assert!(said.contains(says), "{said}");
         }
         assert!(!refused("roof.stl", b"solid", keys).is_empty());
+    }
+
+    /// A roof of 1 m has steps of 15 um; with a mast of 1 km on it they are of 15 mm, and what mends that is not a picture.
+    #[test]
+    fn a_mesh_that_is_too_high_for_its_steps_says_what_mends_them() {
+        let remarks = |text: &str| {
+            let (_, remarks) =
+                read_remarked("roof.obj", text.as_bytes(), "cell_m = 0.25\n").unwrap();
+            remarks.join("; ")
+        };
+        let high = ROOF.replace("v 5 -1 1\n", "v 5 -1 1000\n");
+        assert_ne!(high, ROOF);
+        assert!(!remarks(ROOF).contains("multiples"), "{}", remarks(ROOF));
+        let said = remarks(&high);
+        assert!(
+            said.contains("multiples of 15.26 mm") && said.contains("cut off"),
+            "{said}"
+        );
+        assert!(!said.contains("picture"), "{said}");
     }
 
     #[test]

@@ -12,6 +12,7 @@ use crate::limits::{Limit, LimitRow, Limits, MOTIONS, direction};
 use crate::plant::Plant;
 use crate::resolve::{Driver, resolve_as_given};
 use ilon_scenario::Error;
+use ilon_scenario::choices::defaults;
 use ilon_scenario::course::command::WheelCommand;
 use ilon_scenario::scenario::{Controller, Scenario};
 
@@ -187,10 +188,15 @@ struct Sprinter {
 
 impl Sprinter {
     fn new(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
-        let knowing = Scenario {
+        /// The parts of steps in which rollers are about to slide, over those of a run. Shares move by 0.01, and sprints take a quarter of the time.
+        const LONGER: f64 = 5.0;
+        let mut knowing = Scenario {
             controller: Controller::default(),
             ..scenario.clone()
         };
+        let split_dt_s = &mut knowing.world.solver.split_dt_s;
+        let of_run_s = defaults::split_dt_s(scenario, robot);
+        *split_dt_s = split_dt_s.or(of_run_s.map(|dt_s| LONGER * dt_s));
         let resolved = resolve_as_given(&knowing, robot, Driver::Own)?;
         let mut standing = Plant::new(&resolved, robot)?;
         let rates_rad_s = vec![0.0; robot.wheels.len()];

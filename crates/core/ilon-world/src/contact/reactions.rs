@@ -30,6 +30,13 @@
 //! to come. As a law between p and u_1: u_1 + g_0 / (dt + tau) + p / (k dt (dt + tau)) = 0. A gap
 //! that is still open is not damped.
 //!
+//! **Hand-overs.** A roller that comes down within a step bears its share of the load N over all of
+//! it. Were each taken up that comes down before the step's end, rollers would take over half a step
+//! early on average, and with v the speed of the approach each would cost N v dt / 2 of work more
+//! than the hit itself. So one is taken up where it comes down in the first half, g_0 + dt u_1 / 2 >=
+//! 0: some are late then by as much as others are early, and what is left of the error has no sign.
+//! What hits is stopped before it is in the ground: there the hit is more than the load over a step.
+//!
 //! **What lasts.** [`Reactions`] are those of the last step: each world and island keeps them. A
 //! [`ReactionSolver`] finds those of the next one, and holds nothing that lasts.
 

@@ -42,6 +42,23 @@ fn grip_of(scene: &Scene<'_>, part: Part) -> f64 {
     }
 }
 
+/// Whether a roller comes down because its wheel rolls on to it from one that bears, and does not hit
+/// something: it comes no faster than the load would move the wheel alone within the step, or would
+/// not be deep after half of it.
+fn rolls_on(scene: &Scene<'_>, (part, contact): (Part, &PotentialContact), half_s: f64) -> bool {
+    /// In wheel radii. 0.1 mm for wheels of 50 mm.
+    const DEPTH: f64 = 2e-3;
+    let Part::Roller(wheel, _) = part else {
+        return false;
+    };
+    let (body, robot) = (&scene.wheels[wheel], &scene.robot.wheels[wheel]);
+    let rollers_kg: f64 = robot.rollers.iter().map(|roller| roller.mass_kg).sum();
+    let mass_kg = robot.hub.mass_kg + rollers_kg;
+    let load_n = body.surface.load_kg * scene.settings.gravity_m_s2;
+    let most_m_s = (2.0 * half_s * load_n / mass_kg).max(DEPTH * scene.scale.length_m / half_s);
+    -contact.before.x < most_m_s && body.rollers.iter().any(|roller| roller.pressed)
+}
+
 /// The direction of a nap among the tangents of a contact; `None` where the ground there stands
 /// upright along it.
 fn nap_among(nap: &Nap, frame: &[Vector3<f64>; 3]) -> Option<Vector2<f64>> {
@@ -219,7 +236,9 @@ impl ReactionSolver {
             // rapier lets its contacts be some way in one another.
             place.gap_m / dt_s
         } else if gap_m > 0.0 {
-            gap_m / dt_s
+            let half_s = 0.5 * dt_s;
+            let takes_over = place.came_down && rolls_on(&scene, (place.a.part, contact), half_s);
+            gap_m / if takes_over { half_s } else { dt_s }
         } else {
             // No faster than what the spring was loaded with, and a little.
             let before = self.impulse_before(&scene, (place.a, place.b));
