@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use ilon_formats::Loaded;
-use ilon_robot::{Robot, VisualMeshes};
-use ilon_trace::{Header, MotorLine};
+use ilon_robot::{Robot, VisualMeshes, Wheel};
+use ilon_trace::{Header, MotorLine, WheelHeader};
 
 use super::pilot::Pilot;
 use super::resolve::Resolved;
 use super::{bodies, faults, floor};
+use crate::scenario::Scenario;
 use crate::{Error, scenario};
 
 /// By what a robot is seen, for the header of its trace.
@@ -45,6 +46,7 @@ pub(super) fn header(
 ) -> Result<Header, Error> {
     let scenario = resolved.scenario();
     let limit_rad_s = resolved.wheel_rate_limit_rad_s();
+    let standing = resolved.joint_targets().standing(robot);
     Ok(Header {
         scenario_name: scenario.name.clone(),
         scenario_toml: scenario.to_toml()?,
@@ -81,6 +83,19 @@ pub(super) fn header(
         versions: BTreeMap::from([("ilon".to_owned(), env!("CARGO_PKG_VERSION").to_owned())]),
         // Its joints are counted from zero; drawn it is as its servos start it.
         joints: Header::of_robot(robot).joints,
-        ..Header::of_robot(&resolved.joint_targets().standing(robot))
+        wheels: wheels(scenario, &standing),
+        ..Header::of_robot(&standing)
     })
+}
+
+/// The wheels of a robot, with the strength of motors that differ.
+fn wheels(scenario: &Scenario, robot: &Robot) -> Vec<WheelHeader> {
+    let of = |wheel: &Wheel| {
+        let strength = scenario.motors.wheels.get(&wheel.name);
+        WheelHeader {
+            motor_strength: strength.map(|of| [of.forwards, of.backwards]),
+            ..WheelHeader::of_wheel(wheel)
+        }
+    };
+    robot.wheels.iter().map(of).collect()
 }
