@@ -305,6 +305,12 @@ pub struct WheelHeader {
     pub rate_limit_rad_s: Option<f64>,
     /// The wheel's torque limit, in N m.
     pub torque_limit_n_m: Option<f64>,
+    /// What its motor has of the strength of the others, forwards and backwards, where motors differ.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motor_strength: Option<[f64; 2]>,
+    /// Coulomb friction of bearing and gear, in N m, where there is any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dry_friction_n_m: Option<f64>,
 }
 
 impl Header {
@@ -453,6 +459,8 @@ impl WheelHeader {
             roller_count: wheel.rollers.len(),
             rate_limit_rad_s: finite(wheel.motor.velocity_rad_s),
             torque_limit_n_m: finite(wheel.motor.effort_n_m),
+            motor_strength: None,
+            dry_friction_n_m: Some(wheel.dry_friction_n_m()).filter(|n_m| *n_m > 0.0),
         }
     }
 

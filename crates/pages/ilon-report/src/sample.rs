@@ -214,6 +214,7 @@ fn header(duration_s: f64, open_loop: bool) -> Header {
                 roller_count: ROLLERS,
                 rate_limit_rad_s: Some(LIMIT_RAD_S),
                 torque_limit_n_m: Some(2.0),
+                ..WheelHeader::default()
             })
             .to_vec(),
         chassis_outlines_m: vec![vec![[0.2, 0.12], [-0.2, 0.12], [-0.2, -0.12], [0.2, -0.12]]],

@@ -2,10 +2,11 @@
 //! ideal kinematics.
 
 use std::collections::BTreeMap;
-use std::f64::consts::FRAC_PI_4;
+use std::f64::consts::{FRAC_PI_4, TAU};
 
 use ilon_control::Kinematics;
 use ilon_robot::Robot;
+use nalgebra::{Vector2, Vector3};
 
 use crate::directions::contact;
 use crate::model::Parameter;
@@ -45,25 +46,65 @@ fn rigid(robot: &Robot) -> Option<[f64; 3]> {
     Some([gain(0)?, gain(1)?, gain(2)?])
 }
 
-/// The settings that follow from gains by direction, and from wheels that were fitted one by one.
+/// The controller of ros2_controllers that can drive such a robot: four mecanum wheels on parallel axes with equal sums of their arms, or omni wheels
+/// that look outward, spread evenly on a circle.
+pub fn kind(robot: &Robot) -> Option<ControllerKind> {
+    /// Lengths that differ by less than this share are equal: files round, people measure.
+    const WITHIN: f64 = 0.01;
+    let wheels = &robot.wheels;
+    let count = wheels.len() as f64;
+    let are_at = |gamma_rad: f64| {
+        let mut all = wheels.iter();
+        all.all(|wheel| (wheel.gamma_rad.abs() - gamma_rad).abs() < WITHIN_RAD)
+    };
+    let middle = wheels
+        .iter()
+        .map(|wheel| wheel.position_m())
+        .sum::<Vector3<f64>>()
+        / count;
+    let arms = || {
+        wheels
+            .iter()
+            .map(|wheel| (wheel.position_m() - middle).xy())
+    };
+    let are_equal = |lengths: &mut dyn Iterator<Item = f64>| {
+        let lengths: Vec<f64> = lengths.collect();
+        let mean = lengths.iter().sum::<f64>() / count;
+        lengths
+            .iter()
+            .all(|length| (length - mean).abs() < WITHIN * mean)
+    };
+    let axes = || wheels.iter().map(|wheel| wheel.axis().xy());
+    if are_at(0.0) {
+        let looks_outward = |(arm, axis): (Vector2<f64>, Vector2<f64>)| {
+            arm.perp(&axis).abs() < WITHIN_RAD * arm.norm()
+        };
+        let mut angles: Vec<f64> = arms().map(|arm| libm::atan2(arm.y, arm.x)).collect();
+        angles.sort_by(f64::total_cmp);
+        let first = angles.first().copied().unwrap_or_default();
+        let is_even = |(place, angle): (usize, &f64)| {
+            (angle - first - TAU * place as f64 / count).abs() < WITHIN_RAD
+        };
+        let is_ring = are_equal(&mut arms().map(|arm| arm.norm()))
+            && arms().zip(axes()).all(looks_outward)
+            && angles.iter().enumerate().all(is_even);
+        return is_ring.then_some(ControllerKind::Omni);
+    }
+    let first = axes().next()?;
+    let are_parallel = axes().all(|axis| axis.perp(&first).abs() < WITHIN_RAD);
+    let sum = |arm: Vector2<f64>| arm.dot(&first).abs() + arm.perp(&first).abs();
+    let is_mecanum =
+        wheels.len() == 4 && are_at(FRAC_PI_4) && are_parallel && are_equal(&mut arms().map(sum));
+    is_mecanum.then_some(ControllerKind::Mecanum)
+}
+
+/// The settings that follow from gains by direction, and from wheels that were fitted one by one; of no [`kind`] yet.
 ///
 /// Wheels of radius R that are commanded by v / R make g v of a twist ahead; they make v of it where the controller takes R g for their radius.
 /// With that radius a lever L makes (gain of turns / gain ahead) of a turn, and sideways (gain sideways / gain ahead) is left.
 pub fn controller(robot: &Robot, gains: &Gains, parameters: &[(Parameter, Value)]) -> Controller {
     let nominal = |parameter: Parameter| parameter.nominal(robot);
     let (radius_m, lever_m) = (nominal(Parameter::Radius), nominal(Parameter::Lever));
-    let is_omni = robot
-        .wheels
-        .iter()
-        .all(|wheel| wheel.gamma_rad.abs() < WITHIN_RAD);
-    let is_mecanum = robot.wheels.len() == 4
-        && (robot.wheels.iter())
-            .all(|wheel| (wheel.gamma_rad.abs() - FRAC_PI_4).abs() < WITHIN_RAD);
-    let kind = match (is_omni, is_mecanum) {
-        (true, _) => Some(ControllerKind::Omni),
-        (_, true) => Some(ControllerKind::Mecanum),
-        _ => None,
-    };
     let wheels: Vec<(usize, &Value)> = parameters
         .iter()
         .filter_map(|(parameter, value)| match parameter {
@@ -71,12 +112,29 @@ pub fn controller(robot: &Robot, gains: &Gains, parameters: &[(Parameter, Value)
             _ => None,
         })
         .collect();
+    let value_of = |wanted: Parameter| {
+        let mut parameters = parameters.iter();
+        parameters
+            .find(|(of, _)| *of == wanted)
+            .map(|of| of.1.clone())
+    };
+    // Gains by direction are what wheels that stand otherwise make of commands for others: radius and lever are what was fitted beside their places.
+    if parameters
+        .iter()
+        .any(|(parameter, _)| parameter.is_of_place())
+    {
+        return Controller {
+            radius_m: value_of(Parameter::Radius),
+            lever_m: value_of(Parameter::Lever),
+            ..Controller::default()
+        };
+    }
     if wheels.is_empty() {
         let of = |value: &Option<Value>, f: &dyn Fn(f64) -> f64, unit: &str, nominal: f64| {
             value.as_ref().map(|value| value.through(f, unit, nominal))
         };
         return Controller {
-            kind,
+            kind: None,
             radius_m: of(&gains.ahead, &|gain| radius_m * gain, "m", radius_m),
             lever_m: of(
                 &gains.turn_over_ahead,
@@ -94,18 +152,15 @@ pub fn controller(robot: &Robot, gains: &Gains, parameters: &[(Parameter, Value)
             |wheel: usize| own(wheel).map_or(robot.wheels[wheel].radius_m, |own| own.1.value);
         (0..robot.wheels.len()).map(radius_m).sum::<f64>() / robot.wheels.len() as f64
     };
-    let lever = parameters
-        .iter()
-        .find(|(parameter, _)| *parameter == Parameter::Lever);
     Controller {
-        kind,
+        kind: None,
         radius_m: Some(Value {
             value: mean_m,
             ci95: [None, None],
             unit: "m".to_owned(),
             nominal: radius_m,
         }),
-        lever_m: lever.map(|(_, value)| value.clone()),
+        lever_m: value_of(Parameter::Lever),
         sideways_factor: None,
         wheels: (wheels.into_iter())
             .map(|(wheel, radius_m)| WheelSetting {
@@ -122,21 +177,23 @@ mod tests {
     use super::*;
     use ilon_formats::LoadRobot;
 
-    /// ros2_controllers has one for four wheels whose rollers stand at 45 degrees, one for rollers across the wheel, and none for others.
+    /// ros2_controllers has one for four wheels whose rollers stand at 45 degrees and whose arms are alike, one for rollers across wheels that are spread
+    /// evenly and look outward, and none for others.
     #[test]
-    fn the_controller_is_that_of_the_rollers_angle() {
-        let urdf = include_str!("../../../../assets/robots/mecanum4.urdf");
-        let of = |change: &dyn Fn(f64) -> f64, wheels: usize| {
-            let mut robot = Robot::from_urdf_str(urdf, "mecanum4").unwrap();
-            robot.wheels.truncate(wheels);
-            for wheel in &mut robot.wheels {
-                wheel.gamma_rad = change(wheel.gamma_rad);
-            }
-            controller(&robot, &Gains::default(), &[]).kind
+    fn the_controller_is_one_that_can_drive_the_robot() {
+        let mecanum = include_str!("../../../../assets/robots/mecanum4.urdf");
+        let omni = include_str!("../../../../assets/robots/volksbot.urdf");
+        let of = |urdf: &str, change: &dyn Fn(&mut Robot)| {
+            let mut robot = Robot::from_urdf_str(urdf, "robot").unwrap();
+            change(&mut robot);
+            kind(&robot)
         };
-        assert_eq!(of(&|gamma| gamma, 4), Some(ControllerKind::Mecanum));
-        assert_eq!(of(&|_| 0.0, 4), Some(ControllerKind::Omni));
-        assert_eq!(of(&|gamma| 0.7 * gamma, 4), None);
-        assert_eq!(of(&|gamma| gamma, 3), None);
+        let moved = |robot: &mut Robot| robot.wheels[0].body_from_hub.translation.x += 0.02;
+        assert_eq!(of(mecanum, &|_| ()), Some(ControllerKind::Mecanum));
+        assert_eq!(of(omni, &|_| ()), Some(ControllerKind::Omni));
+        assert_eq!(of(mecanum, &|robot| robot.wheels[0].gamma_rad *= 0.7), None);
+        assert_eq!(of(mecanum, &|robot| robot.wheels.truncate(3)), None);
+        assert_eq!(of(mecanum, &moved), None);
+        assert_eq!(of(omni, &moved), None);
     }
 }

@@ -16,8 +16,8 @@ use crate::model::{Model, Parameter};
 use crate::model_choice::{choose, end, judge, judged_by, matrix_of, trackers_of};
 use crate::motion::{Tracker, Window, reckoned};
 use crate::outcome::{
-    Errors, HeldParameter, Identified, Judged, JudgedBy, NoiseFigures, Run, Series, SteadyDrive,
-    Value,
+    Controller, Errors, HeldParameter, Identified, Judged, JudgedBy, NoiseFigures, Run, Series,
+    SteadyDrive, Value,
 };
 use crate::scatter::Scatter;
 use crate::simulate::{Observations, SimulationFit, simulate};
@@ -86,11 +86,18 @@ impl Candidates {
             ..
         } = checked;
         let judged_by = judged_by(evidence, &evidence.kept_back());
-        let files = models(study);
+        let mut files = models(study);
         let mut fits = Vec::new();
         for model in &files {
             progress(Progress::Fitting(model.name.clone()));
             fits.push(judge(study, model, evidence, *noise, logs, judged_by)?);
+        }
+        let is_off = |(_, _, held_out): &FittedModel| held_out.over_noise > FAR_OFF;
+        if study.file.models.is_empty() && is_off(&fits[choose(&fits)]) {
+            let model = model("each wheel's axis", &["radius_m", "lever_m", "axis_deg.*"]);
+            progress(Progress::Fitting(model.name.clone()));
+            fits.push(judge(study, &model, evidence, *noise, logs, judged_by)?);
+            files.push(model);
         }
         Ok(Self {
             chosen: choose(&fits),
@@ -147,7 +154,10 @@ fn outcome(
         model: candidates.files[candidates.chosen].name.clone(),
         parameters,
         derived: derived(fitted),
-        controller: controller::controller(&study.robot, &gains, &valued),
+        controller: Controller {
+            kind: controller::kind(&fitted.model.robot(&fitted.values)),
+            ..controller::controller(&study.robot, &gains, &valued)
+        },
         gains,
         held: held(fitted, &study.robot),
         fit: *fit_errors,
@@ -241,15 +251,21 @@ fn nominal_model() -> ModelFile {
     }
 }
 
+/// Where all models miss by this many times the noise, wheels may stand otherwise than stated.
+const FAR_OFF: f64 = 20.0;
+
+fn model(name: &str, free: &[&str]) -> ModelFile {
+    ModelFile {
+        name: name.to_owned(),
+        free: free.iter().map(|name| (*name).to_owned()).collect(),
+    }
+}
+
 /// The models of a study, or those that fit any robot.
 fn models(study: &Study) -> Vec<ModelFile> {
     if !study.file.models.is_empty() {
         return study.file.models.clone();
     }
-    let model = |name: &str, free: &[&str]| ModelFile {
-        name: name.to_owned(),
-        free: free.iter().map(|name| (*name).to_owned()).collect(),
-    };
     vec![
         nominal_model(),
         model("radius and lever", &["radius_m", "lever_m"]),

@@ -336,7 +336,7 @@ pub fn see_with(
     Ok(trackers)
 }
 
-fn search_of(model: &Model) -> Search {
+pub(crate) fn search_of(model: &Model) -> Search {
     Search {
         differences: model.scales().iter().map(|scale| 1e-3 * scale).collect(),
         bounds: vec![(f64::NEG_INFINITY, f64::INFINITY); model.parameters.len()],

@@ -27,6 +27,7 @@
 //! | [`scatter`] | how sure the values are |
 //! | `simulate` | keys of the scenario, by simulating |
 //! | [`plan`] | which course determines what is free |
+//! | [`tape`] | the same from runs of which a tape measured the ends |
 //! | [`outcome`] | what was found, as it is written |
 //!
 //! There is no command line and no plot here.
@@ -54,6 +55,7 @@ pub mod scatter;
 mod simulate;
 mod study;
 mod study_file;
+pub mod tape;
 
 pub use identify::{Progress, identify};
 pub use least_squares::{Minimum, Search, least_squares};

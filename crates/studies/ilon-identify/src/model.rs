@@ -3,7 +3,7 @@
 use ilon_control::Kinematics;
 use ilon_robot::Robot;
 use ilon_sim::Error;
-use nalgebra::{Isometry3, Matrix3xX, Translation3, Vector3};
+use nalgebra::{Isometry3, Matrix3xX, Translation3, UnitQuaternion, Vector3};
 
 use crate::log::wheel_names;
 use crate::motion::Tracker;
@@ -20,6 +20,12 @@ pub enum Parameter {
     Lever,
     /// The size of the angle gamma of all wheels, in degrees.
     Gamma,
+    /// The heading of a wheel's axis in the body frame, in degrees.
+    WheelAxis(usize),
+    /// Where a wheel stands along x of the body frame, in metres.
+    WheelX(usize),
+    /// Where it stands along y, in metres.
+    WheelY(usize),
     /// What the robot does along x over what the matrix says.
     GainAhead,
     /// What it does along y over what the matrix says.
@@ -43,9 +49,13 @@ impl Parameter {
             "" => format!("tracker.{name}"),
             series => format!("tracker.{name}.{series}"),
         };
+        let of_wheel = |name: &str, wheel: usize| format!("{name}.{}", robot.wheels[wheel].name);
         match self {
             Self::Radius => "radius_m".to_owned(),
-            Self::WheelRadius(wheel) => format!("radius_m.{}", robot.wheels[*wheel].name),
+            Self::WheelRadius(wheel) => of_wheel("radius_m", *wheel),
+            Self::WheelAxis(wheel) => of_wheel("axis_deg", *wheel),
+            Self::WheelX(wheel) => of_wheel("x_m", *wheel),
+            Self::WheelY(wheel) => of_wheel("y_m", *wheel),
             Self::Lever => "lever_m".to_owned(),
             Self::Gamma => "gamma_deg".to_owned(),
             Self::GainAhead => "gain.ahead".to_owned(),
@@ -64,9 +74,11 @@ impl Parameter {
             Self::Radius
             | Self::WheelRadius(_)
             | Self::Lever
+            | Self::WheelX(_)
+            | Self::WheelY(_)
             | Self::TrackerX(_)
             | Self::TrackerY(_) => "m",
-            Self::Gamma | Self::TrackerHeading(_) => "deg",
+            Self::Gamma | Self::WheelAxis(_) | Self::TrackerHeading(_) => "deg",
             Self::GainAhead | Self::GainSideways | Self::GainTurn | Self::RowsLost => "",
         }
     }
@@ -78,6 +90,12 @@ impl Parameter {
             Self::WheelRadius(wheel) => robot.wheels[*wheel].radius_m,
             Self::Lever => lever_m(robot),
             Self::Gamma => gamma_rad(robot).to_degrees(),
+            Self::WheelAxis(wheel) => {
+                let axis = robot.wheels[*wheel].axis();
+                libm::atan2(axis.y, axis.x).to_degrees()
+            }
+            Self::WheelX(wheel) => robot.wheels[*wheel].position_m().x,
+            Self::WheelY(wheel) => robot.wheels[*wheel].position_m().y,
             Self::GainAhead | Self::GainSideways | Self::GainTurn => 1.0,
             Self::RowsLost | Self::TrackerX(_) | Self::TrackerY(_) | Self::TrackerHeading(_) => 0.0,
         }
@@ -87,7 +105,8 @@ impl Parameter {
     pub fn scale(&self, robot: &Robot) -> f64 {
         match self {
             Self::Radius | Self::WheelRadius(_) | Self::Lever => 0.1 * self.nominal(robot),
-            Self::Gamma | Self::TrackerHeading(_) => 5.0,
+            Self::WheelX(_) | Self::WheelY(_) => 0.1 * lever_m(robot),
+            Self::Gamma | Self::WheelAxis(_) | Self::TrackerHeading(_) => 5.0,
             Self::GainAhead | Self::GainSideways | Self::GainTurn | Self::RowsLost => 0.1,
             Self::TrackerX(_) | Self::TrackerY(_) => 0.1,
         }
@@ -101,13 +120,15 @@ impl Parameter {
         )
     }
 
-    /// The parameters of a name in a study, of which `radius_m.*` is one a wheel.
+    /// Whether it is where a wheel stands, or how its axis lies.
+    pub fn is_of_place(&self) -> bool {
+        matches!(self, Self::WheelAxis(_) | Self::WheelX(_) | Self::WheelY(_))
+    }
+
+    /// The parameters of a name in a study, of which `radius_m.*` and the like are one a wheel.
     fn named(name: &str, robot: &Robot) -> Option<Vec<Self>> {
         let one = match name {
             "radius_m" => Self::Radius,
-            "radius_m.*" => {
-                return Some((0..robot.wheels.len()).map(Self::WheelRadius).collect());
-            }
             "lever_m" => Self::Lever,
             "gamma_deg" => Self::Gamma,
             "gain.ahead" => Self::GainAhead,
@@ -115,8 +136,18 @@ impl Parameter {
             "gain.turn" => Self::GainTurn,
             "rows_lost" => Self::RowsLost,
             _ => {
-                let wheel = name.strip_prefix("radius_m.")?;
-                Self::WheelRadius(robot.wheels.iter().position(|known| known.name == wheel)?)
+                let (name, wheel) = name.split_once('.')?;
+                let of = match name {
+                    "radius_m" => Self::WheelRadius,
+                    "axis_deg" => Self::WheelAxis,
+                    "x_m" => Self::WheelX,
+                    "y_m" => Self::WheelY,
+                    _ => return None,
+                };
+                if wheel == "*" {
+                    return Some((0..robot.wheels.len()).map(of).collect());
+                }
+                of(robot.wheels.iter().position(|known| known.name == wheel)?)
             }
         };
         Some(vec![one])
@@ -163,8 +194,8 @@ impl Model {
                 return Err(Error::invalid(
                     format!("`{name}` is no parameter of a model of the kinematics"),
                     format!(
-                        "there are radius_m, radius_m.* and radius_m.WHEEL ({}), lever_m, gamma_deg, gain.ahead, gain.sideways, \
-                         gain.turn and rows_lost; keys of the scenario are fitted below `[simulate]`",
+                        "there are radius_m, lever_m, gamma_deg, gain.ahead, gain.sideways, gain.turn and rows_lost, and radius_m, axis_deg, x_m and \
+                         y_m of a wheel, as radius_m.WHEEL or radius_m.* ({}); keys of the scenario are fitted below `[simulate]`",
                         wheel_names(robot).join(", ")
                     ),
                 ));
@@ -249,6 +280,19 @@ impl Model {
                             wheel.body_from_hub.rotation,
                         );
                     }
+                }
+                Parameter::WheelAxis(wheel) => {
+                    let by_deg = value - parameter.nominal(&self.robot);
+                    let turn =
+                        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), by_deg.to_radians());
+                    let hub = &mut robot.wheels[*wheel].body_from_hub;
+                    hub.rotation = turn * hub.rotation;
+                }
+                Parameter::WheelX(wheel) => {
+                    robot.wheels[*wheel].body_from_hub.translation.x = *value;
+                }
+                Parameter::WheelY(wheel) => {
+                    robot.wheels[*wheel].body_from_hub.translation.y = *value;
                 }
                 Parameter::Gamma => {
                     for wheel in &mut robot.wheels {

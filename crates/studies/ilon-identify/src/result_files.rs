@@ -196,6 +196,23 @@ fn apply(description: &mut Table, name: &str, value: f64, nominal: f64) -> bool 
     let Some(Value::Table(wheels)) = description.get_mut("wheels") else {
         return false;
     };
+    if let (Some((key, wheel)), Some(Value::Array(list))) =
+        (name.split_once('.'), wheels.get_mut("list"))
+    {
+        let is_it = |of: &&mut Value| of.get("name").and_then(Value::as_str) == Some(wheel);
+        let entry = match (key, list.iter_mut().find(is_it)) {
+            ("axis_deg", Some(of)) => of.get_mut("axis_deg"),
+            ("x_m", Some(of)) => of.get_mut("position_m").and_then(|at| at.get_mut(0)),
+            ("y_m", Some(of)) => of.get_mut("position_m").and_then(|at| at.get_mut(1)),
+            _ => None,
+        };
+        let Some(entry) = entry else { return false };
+        let before = entry
+            .as_float()
+            .or_else(|| entry.as_integer().map(|whole| whole as f64));
+        *entry = Value::Float(before.unwrap_or(nominal) + value - nominal);
+        return true;
+    }
     let Some(Value::Table(arrangement)) = wheels.iter_mut().next().map(|(_, value)| value) else {
         return false;
     };

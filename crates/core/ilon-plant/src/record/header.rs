@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use ilon_formats::Loaded;
-use ilon_robot::{Robot, VisualMeshes};
-use ilon_trace::{Header, MotorLine};
+use ilon_robot::{Robot, VisualMeshes, Wheel};
+use ilon_trace::{Header, MotorLine, WheelHeader};
 
 use crate::bodies;
 use crate::faults;
 use crate::ground::floor;
 use crate::pilot::Pilot;
-use ilon_scenario::scenario;
+use ilon_scenario::scenario::{self, Scenario};
 use ilon_scenario::{Error, Resolved};
 
 /// By what a robot is seen, for the header of its trace.
@@ -47,6 +47,7 @@ pub fn header(
 ) -> Result<Header, Error> {
     let scenario = resolved.scenario();
     let limit_rad_s = resolved.wheel_rate_limit_rad_s();
+    let standing = resolved.choices().joint_targets.standing(robot);
     Ok(Header {
         scenario_name: scenario.name.clone(),
         scenario_toml: scenario.to_toml()?,
@@ -89,6 +90,19 @@ pub fn header(
         versions: BTreeMap::from([("ilon".to_owned(), env!("CARGO_PKG_VERSION").to_owned())]),
         // Its joints are counted from zero; drawn it is as its servos start it.
         joints: Header::of_robot(robot).joints,
-        ..Header::of_robot(&resolved.choices().joint_targets.standing(robot))
+        wheels: wheels(scenario, &standing),
+        ..Header::of_robot(&standing)
     })
+}
+
+/// The wheels of a robot, with the strength of motors that differ.
+fn wheels(scenario: &Scenario, robot: &Robot) -> Vec<WheelHeader> {
+    let of = |wheel: &Wheel| {
+        let strength = scenario.motors.wheels.get(&wheel.name);
+        WheelHeader {
+            motor_strength: strength.map(|of| [of.forwards, of.backwards]),
+            ..WheelHeader::of_wheel(wheel)
+        }
+    };
+    robot.wheels.iter().map(of).collect()
 }

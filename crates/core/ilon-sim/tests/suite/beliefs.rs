@@ -290,6 +290,37 @@ fn guidance_on_a_wrong_radius_stays_behind_by_what_its_gain_allows() {
     assert!((with - without - 3e-3).abs() < 1e-4, "{with} {without}");
 }
 
+/// With the front wheels exchanged a command (vx, vy, omega) moves the robot by (vx, -L omega, -vy / L), L = 0.31 m: what is to correct the place turns it, and
+/// what is to correct the heading shifts it. Of gains of 1 / s the errors obey e_y' = L e_h, e_h' = e_y / L: they grow as cosh t and sinh t, and no gain
+/// helps. Nine rollers take 2 % sideways and 1 % of turns. A loop that integrates to the wheel's angle follows slow commands without a lag of first
+/// order, and a command that is held for 10 ms comes 5 ms late in the mean: a growth of sqrt(0.98 x 0.99) (1 - 0.005) = 0.980 / s. The first 10 ms and
+/// rollers that hand over leave some per cent of the millimetre that it begins with.
+#[test]
+fn guidance_drives_a_robot_away_whose_front_wheels_are_exchanged() {
+    let exchanged = "controller.robot.wheels = { front_left.taken_for = \"front_right\", front_right.taken_for = \"front_left\" }";
+    // It begins 1 mm to the left of where it is to stand.
+    let motion = "reference.hold_pose = { x_m = 0, y_m = -1e-3, heading_deg = 0 }\nguidance.position_gain_per_s = 1\nguidance.heading_gain_per_s = 1";
+    let ended = |belief: &str| {
+        let found = driven(MECANUM, motion, belief);
+        assert_adds_up(&found, belief);
+        found.trace.records().last().expect("rows").truth.pose
+    };
+    let right = ended("");
+    // e^-2.5 is left.
+    assert!((right.y_m + 1e-3 - 8.2e-5).abs() < 1e-5, "{right:?}");
+    let wrong = ended(exchanged);
+    let t = 0.980 * 2.5_f64;
+    assert!(
+        ((wrong.y_m + 1e-3) / (1e-3 * t.cosh()) - 1.0).abs() < 0.04,
+        "{wrong:?}"
+    );
+    let turned_rad = 1e-3 / 0.31 * t.sinh();
+    assert!(
+        (wrong.heading_rad.abs() / turned_rad - 1.0).abs() < 0.04,
+        "{wrong:?}"
+    );
+}
+
 /// A belief that is true changes no bit, and an empty section is no belief.
 #[test]
 fn a_true_belief_is_none() {

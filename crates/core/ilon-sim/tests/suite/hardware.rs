@@ -16,9 +16,12 @@ fn driven(text: &str) -> Run {
     run(&scenario(text)).expect("it runs")
 }
 
-/// Motors on full voltage, k (u w0 - w) with k = 0.1 N m s/rad and w0 = 10 rad/s, the front left one on 0.9 of it, and nothing slides. The robot takes the
-/// nearest motion of the rates (0.9, 1, 1, 1) w0: ahead (0.9 + 1 + 1 + 1) / 4 = 0.975 of rho w0 = 0.5 m/s, to the left 0.025 of it, less the rollers' 2 %, and it turns
-/// left by 0.1 / 4 / 0.31 m of it. To go round that bend takes m v omega to the left, for which four motors of k / rho^2 give way.
+/// Motors on full voltage, k (u w0 - w) with k = 0.1 N m s/rad and w0 = 10 rad/s, the front left one on u = 0.9, and nothing slides.
+///
+/// With the wheels' rates R xi / rho (rows (1, -+1, -+L) of R, R^T R = diag(4, 4, 4 L^2), L = 0.31 m) and bearings of c = 1e-3 N m s/rad the forces
+/// R^T tau / rho = (k w0 R^T u - (k + c) R^T R xi / rho) / rho are those of the bend, m omega (-vy, vx, 0). With V = rho w0 k / (k + c) = 0.49505 m/s:
+/// vx = 0.975 V = 0.4827 m/s; omega = 0.025 V / L = 0.03992 rad/s; vy = 0.025 V - rho^2 / (4 (k + c)) m omega vx, of whose first part nine rollers at
+/// 45 deg lose 2 %. With m = 11.36 kg that is 0.01213 - 0.00135 = 0.01078 m/s.
 #[test]
 fn a_weaker_motor_bends_the_way_as_least_squares_have_it() {
     let text = |weak: &str| {
@@ -38,8 +41,11 @@ fn a_weaker_motor_bends_the_way_as_least_squares_have_it() {
         (found.vx_m_s / unit_m_s - 0.975).abs() < 2e-3,
         "{found:?} {even:?}"
     );
-    let bend_n = mass_kg * found.vx_m_s * found.omega_rad_s;
-    let sideways_m_s = 0.98 * 0.025 * unit_m_s - bend_n / (4.0 * 0.1 / (0.05 * 0.05));
+    let paper_m_s = 0.5 * 0.1 / 0.101;
+    let bend_n = mass_kg * (0.975 * paper_m_s) * (0.025 * paper_m_s / 0.31);
+    let sideways_m_s = 0.98 * 0.025 * paper_m_s - bend_n / (4.0 * 0.101 / (0.05 * 0.05));
+    assert!((sideways_m_s - 0.01078).abs() < 1e-5, "{sideways_m_s}");
+    // Rollers shift the contacts by up to a quarter of the radius, which bends the lever by percents: 5 % of 0.0108 m/s.
     assert!(
         (found.vy_m_s - sideways_m_s).abs() < 5e-4,
         "{found:?} {sideways_m_s}"
@@ -50,7 +56,8 @@ fn a_weaker_motor_bends_the_way_as_least_squares_have_it() {
     assert_eq!(of("front_left.backwards = 0.9").vx_m_s, even.vx_m_s);
 }
 
-/// 20 counts a turn, read every 20 ms: one count is 2 pi / 20 / 0.02 = 15.7 rad/s. At a true 2 rad/s a count comes in 2 * 0.02 * 20 / 2 pi = 12.7 % of the reads.
+/// 20 counts a turn, read every 20 ms: one count is 2 pi / 20 / 0.02 = 15.7 rad/s. Torques of 0.05 (2 - w) against bearings of 1e-3 N m s/rad turn a wheel at
+/// w = 2 x 0.05 / 0.051 = 1.961 rad/s, and a count comes in w x 0.02 x 20 / 2 pi = 12.48 % of the reads.
 #[test]
 fn an_encoder_of_twenty_counts_says_one_count_or_none() {
     let text = "twist = {}\nsensors.encoders.counts_per_turn = 20\nrun.control_dt_s = 0.02\nrun.physics_dt_s = 2e-3";
@@ -78,7 +85,8 @@ fn an_encoder_of_twenty_counts_says_one_count_or_none() {
     let share = f64::from(some) / f64::from(reads);
     // Of what the wheel really turned, a little less than 2 rad/s; one count more or less of seventy.
     let expected = turned_rad / f64::from(reads) * 20.0 / std::f64::consts::TAU;
-    assert!((expected - 0.127).abs() < 0.005, "{expected}");
+    // Rollers that hand over shake the rate by some per mille.
+    assert!((expected - 0.1248).abs() < 1e-3, "{expected}");
     assert!(
         (share - expected).abs() < 2.0 / f64::from(reads),
         "{share} {expected}"

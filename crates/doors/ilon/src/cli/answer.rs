@@ -1,7 +1,9 @@
 //! What a study or an identification found, as a person reads it on a terminal.
 
 use ilon_identify::Identified;
+use ilon_identify::outcome::Gains;
 use ilon_identify::plan::Plan;
+use ilon_identify::tape::TapeFit;
 use ilon_report::answers::{identify, sweep};
 use ilon_report::sweep::figure as number;
 use ilon_sim::judge::Verdict;
@@ -54,6 +56,60 @@ pub(super) fn of_identification(found: &Identified, in_full: bool) -> String {
             .iter()
             .for_each(|one| table.of(one)),
         false => table.of(&identify::tables::parameters(found)),
+    }
+    format!("{text}\n{table}")
+}
+
+/// What runs that were measured by tape tell, and what further ones would.
+pub(super) fn of_tape(found: &TapeFit) -> String {
+    let mut text = format!("{}\n", found.study);
+    for line in identify::set(&found.controller, &Gains::default()) {
+        text += &format!("\n{line}\n");
+    }
+    for held in &found.held {
+        text += &format!(
+            "\n`{}` is held at {}: {}.\n",
+            held.name,
+            number(held.value),
+            held.why
+        );
+    }
+    if let Some(over) = found.over_errors.filter(|over| *over > 2.0) {
+        let over = number(over);
+        text += &format!(
+            "\nThe runs miss the fit by {over} times their stated errors: a run is wrong, or more than this is otherwise than known; free `axis_deg.*`, \
+             `x_m.*` or `radius_m.*` too.\n"
+        );
+    }
+    let mut table = Table::new();
+    table.heading("parameters: value, from, to (95 %), before");
+    for (name, value) in &found.parameters {
+        let end = |end: Option<f64>| end.map_or("-".to_owned(), number);
+        let [low, high] = value.ci95.map(end);
+        table.words(
+            name,
+            &[number(value.value), low, high, number(value.nominal)],
+        );
+    }
+    table.heading("misses of each run, in its standard errors: x, y, heading");
+    for (index, misses) in found.misses.iter().enumerate() {
+        let words = misses.map(|miss| miss.map_or("-".to_owned(), number));
+        table.words(&format!("{}", index + 1), &words);
+    }
+    let names: Vec<&str> = found
+        .next
+        .iter()
+        .flat_map(|of| of.errors.keys())
+        .map(String::as_str)
+        .collect();
+    let names = &names[..names.len() / found.next.len().max(1)];
+    table.heading(&format!(
+        "standard errors after three more runs of a drive: {}",
+        names.join(", ")
+    ));
+    for next in &found.next {
+        let errors: Vec<String> = next.errors.values().map(|error| number(*error)).collect();
+        table.words(&next.drive, &errors);
     }
     format!("{text}\n{table}")
 }

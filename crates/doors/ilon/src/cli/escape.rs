@@ -34,8 +34,8 @@ pub(super) fn one_line(text: &str) -> Cow<'_, str> {
 pub(super) fn folded(line: &str) -> String {
     /// How that begins.
     const COPIED: [&str; 2] = ["this works", "fill in "];
-    /// The longest line that stays whole, and how long those are that it is broken into, in characters.
-    const WHOLE: usize = 240;
+    /// The longest line that stays whole, and how long those are that it is broken into, in characters: with what stands before it no more than 240.
+    const WHOLE: usize = 220;
     const PART: usize = 180;
     if line.chars().count() <= WHOLE {
         return line.to_owned();
@@ -124,7 +124,8 @@ fn written_out(text: &str) -> String {
 pub(super) fn standing_in(text: &str) -> String {
     let mut after = text.chars().skip(1);
     let stand_in = |c: char| {
-        let ends_line = c == '\n' || (c, after.next()) == ('\r', Some('\n'));
+        let next = after.next();
+        let ends_line = c == '\n' || (c, next) == ('\r', Some('\n'));
         match (acts(c) && c != '\t' && !ends_line, c.len_utf8()) {
             (false, _) => c,
             (true, 1) => '?',
@@ -207,7 +208,7 @@ mod tests {
             assert_eq!(instead.len_utf8(), c.len_utf8());
             assert!(!acts(instead) || matches!(instead, '\t' | '\n'));
         }
-        assert_eq!(standing_in("a\r\nb\rc\r"), "a\r\nb?c?");
+        assert_eq!(standing_in("a\r\nb\r\nc\rd\r"), "a\r\nb\r\nc?d?");
         assert_eq!(standing_in("##[error]"), "#?[error]");
     }
 }

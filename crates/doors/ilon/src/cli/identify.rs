@@ -3,6 +3,7 @@
 use ilon_formats::LoadRobot;
 use std::path::PathBuf;
 
+use ilon_identify::tape::Tape;
 use ilon_identify::{Progress, Study, identify};
 use ilon_trace::file::write_text;
 
@@ -17,7 +18,7 @@ use crate::cli::failure::Failure;
 /// Arguments of `ilon identify`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The study file: a robot, logs of its drives, and the free parameters.
+    /// The study file: a robot, logs of its drives or runs measured by tape, and the free parameters.
     #[arg(required_unless_present = "plan")]
     study: Option<PathBuf>,
     /// Propose a short course for this robot that determines the free parameters, as waypoints and as wheel rates.
@@ -52,7 +53,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let Some(path) = &arguments.study else {
         return plan(arguments);
     };
-    let study = Study::load_within(path, &arguments.sandbox.files()?)?;
+    let files = arguments.sandbox.files()?;
+    if let Some(tape) = Tape::load_within(path, &files)? {
+        return by_tape(arguments, &tape);
+    }
+    let study = Study::load_within(path, &files)?;
     let out = arguments.out.or_of(&study.name());
     results::refuse_identify_inputs(&out, &study, "--out")?;
     let _claim = reserve::folder(&out, "--out")?;
@@ -83,6 +88,25 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         )
     })?;
     arguments.open.page(&out.join("report.html"));
+    Ok(Outcome::Done)
+}
+
+/// Fits runs that were measured by tape.
+fn by_tape(arguments: &Arguments, tape: &Tape) -> Result<Outcome, Failure> {
+    let out = arguments.out.or_of(&tape.name());
+    let file = out.join("identified.json");
+    reserve::not_an_input(&file, "--out", &tape.inputs())?;
+    let _claim = reserve::folder(&out, "--out")?;
+    let found = tape.fit()?;
+    let json = pretty("what was found", &found)?;
+    write_text(&file, &json)?;
+    arguments.printing.answer(&json, || {
+        let written = path_in_line(&out);
+        format!(
+            "{}\nwritten to {written}: identified.json\n",
+            answer::of_tape(&found)
+        )
+    })?;
     Ok(Outcome::Done)
 }
 

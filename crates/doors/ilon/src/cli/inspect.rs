@@ -330,8 +330,6 @@ fn by_name(robot: &Inspection) -> impl Iterator<Item = (&str, &WheelInspection)>
 }
 
 fn text(robot: &Inspection) -> String {
-    /// Most elements that a remark names.
-    const MOST_SUBJECTS: usize = 8;
     let any = |has: fn(&WheelInspection) -> bool| robot.wheels.iter().any(has);
     let mut tables = vec![wheels(robot), rollers(robot)];
     if !robot.joints.is_empty() {
@@ -359,13 +357,7 @@ fn text(robot: &Inspection) -> String {
     }
     if !robot.remarks.is_empty() {
         text.push_str("\nremarks on the file\n");
-        for (subjects, said) in gathered(&robot.remarks) {
-            let rest = match subjects.len().saturating_sub(MOST_SUBJECTS) {
-                0 => String::new(),
-                rest => format!(" and {rest} more"),
-            };
-            let subjects = &subjects[..subjects.len().min(MOST_SUBJECTS)];
-            let remark = format!("{}{rest}: {said}", subjects.join(", "));
+        for remark in gathered(&robot.remarks) {
             let folded = folded(&one_line(&remark)).replace('\n', "\n    ");
             text.push_str(&format!("  {folded}\n"));
         }
@@ -461,8 +453,10 @@ fn kinematics(robot: &Inspection) -> Table {
     table
 }
 
-/// Remarks `subject: text`, those of one text together, in the order in which each text comes first.
-fn gathered(remarks: &[String]) -> Vec<(Vec<&str>, &str)> {
+/// Remarks `subject: text`, those of one text as one, in the order in which each text comes first.
+pub(super) fn gathered(remarks: &[String]) -> Vec<String> {
+    /// Most elements that a remark names.
+    const MOST_SUBJECTS: usize = 8;
     let mut gathered: Vec<(Vec<&str>, &str)> = Vec::new();
     for remark in remarks {
         let (subject, said) = remark.split_once(": ").unwrap_or(("", remark));
@@ -471,5 +465,15 @@ fn gathered(remarks: &[String]) -> Vec<(Vec<&str>, &str)> {
             None => gathered.push((vec![subject], said)),
         }
     }
-    gathered
+    let line = |(subjects, said): (Vec<&str>, &str)| {
+        let rest = match subjects.len().saturating_sub(MOST_SUBJECTS) {
+            0 => String::new(),
+            rest => format!(" and {rest} more"),
+        };
+        match subjects[..subjects.len().min(MOST_SUBJECTS)].join(", ") {
+            none if none.is_empty() => said.to_owned(),
+            subjects => format!("{subjects}{rest}: {said}"),
+        }
+    };
+    gathered.into_iter().map(line).collect()
 }

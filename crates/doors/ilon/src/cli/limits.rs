@@ -28,7 +28,13 @@ pub(super) struct Asked {
 }
 
 /// What has no meaning without limits.
-const NEED_LIMITS: [&str; 4] = ["pathplanner", "choreo", "road_runner", "identified"];
+const NEED_LIMITS: [&str; 5] = [
+    "pathplanner",
+    "choreo",
+    "road_runner",
+    "pedro",
+    "identified",
+];
 
 /// Keys of a scenario that say under what.
 #[derive(Clone, Debug, clap::Args)]

@@ -1,4 +1,4 @@
-//! `ilon inspect --pathplanner`, `--choreo` and `--road-runner`: a robot for the planners of robot contests.
+//! `ilon inspect --pathplanner`, `--choreo`, `--road-runner` and `--pedro`: a robot for the planners of robot contests.
 
 use std::path::{Path, PathBuf};
 
@@ -26,15 +26,19 @@ pub(super) struct Exports {
     /// Write feedforward and limits for Road Runner's mecanum drive, as Java; needs `--set motors.dc...`.
     #[arg(long, value_name = "FILE")]
     road_runner: Option<PathBuf>,
+    /// Write Pedro Pathing's constants of a mecanum drive, as Java; needs `--set motors.dc...`.
+    #[arg(long, value_name = "FILE")]
+    pedro: Option<PathBuf>,
 }
 
 impl Exports {
     /// The files, with the flags that name them.
-    pub fn files(&self) -> [(&Option<PathBuf>, &'static str); 3] {
+    pub fn files(&self) -> [(&Option<PathBuf>, &'static str); 4] {
         [
             (&self.pathplanner, "--pathplanner"),
             (&self.choreo, "--choreo"),
             (&self.road_runner, "--road-runner"),
+            (&self.pedro, "--pedro"),
         ]
     }
 
@@ -72,27 +76,33 @@ impl Exports {
                 }
             }
         }
-        if let Some(path) = &self.road_runner {
-            limits::must_give(limits, "--road-runner")?;
+        for (path, flag) in [
+            (&self.road_runner, "--road-runner"),
+            (&self.pedro, "--pedro"),
+        ] {
+            let Some(path) = path else { continue };
+            limits::must_give(limits, flag)?;
             let dc = scenario.motors.dc.as_ref().ok_or_else(|| {
                 Failure::usage(
-                    "--road-runner needs to know the motors",
+                    format!("{flag} needs to know the motors"),
                     "add `--set motors.dc.stall_torque_n_m=...` and `--set motors.dc.no_load_rate_rad_s=...`, both at the wheel on 12 V",
                 )
             })?;
+            let not_mecanum = || {
+                Failure::usage(
+                    format!("{flag} is for four equal mecanum wheels, which this robot has not"),
+                    format!("leave {flag} out"),
+                )
+            };
             let drive = DriveParameters::of(&robot)?.map_err(|_| not_mecanum())?;
             let under = (dc, &scenario.world);
             let measured = conditions.sideways_over_ahead(files)?;
-            let text = planners::road_runner(&robot, &drive, under, limits, measured)?;
+            let text = match flag {
+                "--pedro" => planners::pedro(&robot, &drive, under, measured)?,
+                _ => planners::road_runner(&robot, &drive, under, limits, measured)?,
+            };
             write_text(path, &text.ok_or_else(not_mecanum)?)?;
         }
         Ok(())
     }
-}
-
-fn not_mecanum() -> Failure {
-    Failure::usage(
-        "Road Runner drives four mecanum wheels, which this robot has not",
-        "leave --road-runner out",
-    )
 }

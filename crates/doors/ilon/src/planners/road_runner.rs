@@ -8,10 +8,10 @@ use crate::ros2_control::{Controller, DriveParameters};
 use crate::scenario::{DcMotor, World};
 use crate::simulate::Limits;
 
-const INCH_M: f64 = 0.0254;
+pub(super) const INCH_M: f64 = 0.0254;
 
 /// The battery's voltage at which a motor's stall torque and no-load rate hold, in V: Road Runner divides by the voltage that it measures.
-const BATTERY_V: f64 = 12.0;
+pub(super) const BATTERY_V: f64 = 12.0;
 
 /// What a motion needs of a motor's voltage: k_S sign(v) + k_V v + k_A v', with v the speed of a wheel's rim.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +23,8 @@ pub struct Feedforward {
     pub kv_v_s_m: f64,
     /// Per acceleration, in V s^2/m.
     pub ka_v_s2_m: f64,
+    /// The part of k_V that friction takes, which grows with the speed, in V s/m; the rest is the motor's own voltage.
+    pub drag_v_s_m: f64,
 }
 
 impl Feedforward {
@@ -77,11 +79,11 @@ impl Feedforward {
         let radius_m = robot.mean_wheel_radius_m();
         // Of the wheel's rim where the robot moves at the direction's speed.
         let rim_m_s = radius_m * rate_sum / n as f64;
+        let drag_v_s_m = BATTERY_V * of_torque(twice_n_m - once_n_m) / rim_m_s;
         Ok(Self {
             ks_v: BATTERY_V * of_torque(dry_n_m),
-            kv_v_s_m: BATTERY_V
-                * (of_torque(twice_n_m - once_n_m) / rim_m_s
-                    + 1.0 / (radius_m * dc.no_load_rate_rad_s)),
+            kv_v_s_m: drag_v_s_m + BATTERY_V / (radius_m * dc.no_load_rate_rad_s),
+            drag_v_s_m,
             ka_v_s2_m: BATTERY_V * of_torque(driving_n_m(0.0, 1.0)) / rim_m_s,
         })
     }

@@ -41,7 +41,8 @@ pub fn yaml(robot: &Robot, drive: &DriveParameters, limits: Option<&Limits>) -> 
                  # Half of the wheelbase and half of the track together, times what turning on rollers loses.\n      \
                  sum_of_robot_center_projection_on_X_Y_axis: {center_sum_m:.6}\n{frames}    \
                  pose_covariance_diagonal: [0.001, 0.001, 1000000.0, 1000000.0, 1000000.0, 0.01]\n    \
-                 twist_covariance_diagonal: [0.001, 0.001, 1000000.0, 1000000.0, 1000000.0, 0.01]\n",
+                 twist_covariance_diagonal: [0.001, 0.001, 1000000.0, 1000000.0, 1000000.0, 0.01]\n{speeds}",
+                speeds = speeds(drive, limits),
                 x = number(*x_m),
                 y = number(*y_m),
                 theta = number(*base_frame_offset_rad),
@@ -80,7 +81,39 @@ pub fn yaml(robot: &Robot, drive: &DriveParameters, limits: Option<&Limits>) -> 
     text
 }
 
-/// The accelerations for Nav2. The controllers of ros2_controllers for mecanum and omni wheels have no such parameters.
+/// Speeds and accelerations for the mecanum controller, which limits each by itself; empty where there are none. What is left out is
+/// unlimited there, and the reverse is as forwards.
+fn speeds(drive: &DriveParameters, limits: Option<&Limits>) -> String {
+    let speeds = drive.box_within();
+    let accelerations = limits.map(|limits| limits.acceleration_box);
+    if speeds.is_none() && accelerations.is_none() {
+        return String::new();
+    }
+    let of = |axis: usize| {
+        let speed = speeds.map(|of| format!("max_velocity: {:.4}", of[axis]));
+        let acceleration = accelerations.map(|of| {
+            let most = of[axis];
+            format!(
+                "max_acceleration: {most:.4}, max_deceleration: {:.4}",
+                -most
+            )
+        });
+        [speed, acceleration]
+            .into_iter()
+            .flatten()
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    format!(
+        "    # Limits of the reference, from 6.8 of ros2_controllers on: boxes of which every corner can be driven.\n    \
+         linear:\n      x: {{{}}}\n      y: {{{}}}\n    angular:\n      z: {{{}}}\n",
+        of(0),
+        of(1),
+        of(2)
+    )
+}
+
+/// The accelerations for Nav2. The controller of ros2_controllers for omni wheels has no such parameters.
 fn accelerations(drive: &DriveParameters, limits: &Limits) -> String {
     let [x, y, yaw] = limits.acceleration_box;
     let mppi = match drive.box_within() {

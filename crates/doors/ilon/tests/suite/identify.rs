@@ -485,3 +485,44 @@ fn ended_in_the_middle_it_leaves_no_half_of_anything_and_begins_again() {
         &folder.ilon(&["identify", "study.toml", "--out", "found"]),
     );
 }
+
+/// Runs of which a tape measured the ends: 1.968 m of 2 m that were commanded make 49.2 mm of 50, and turns are what would tell the lever.
+#[test]
+fn runs_that_a_tape_measured_are_fitted_and_further_ones_named() {
+    let folder = Folder::new();
+    volksbot(&folder);
+    let run = |row: &str| {
+        folder.write(
+            "tape.toml",
+            &format!("robot = \"known.toml\"\nmeasured = [ {{ {row} }} ]\n"),
+        );
+        folder.ilon(&["identify", "tape.toml", "--out", "out"])
+    };
+    let found = run("drive = { vx_m_s = 0.4, for_s = 5 }, x_m = 1.968");
+    ended_with(0, &found);
+    let said = stdout(&found);
+    for words in [
+        "`wheel_radius`, to 49.2 mm",
+        "`lever_m` is held at 0.25",
+        "3 turns on the spot",
+    ] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    let json: serde_json::Value =
+        serde_json::from_str(&folder.read("out/identified.json")).expect("JSON");
+    let radius_m = json["parameters"]["radius_m"]["value"]
+        .as_f64()
+        .expect("a number");
+    assert!((radius_m - 0.0492).abs() < 1e-6, "{json}");
+    for (row, words) in [
+        ("x_m = 1.968", "give either `wheels"),
+        (
+            "drive = { vx_m_s = 0.4, for_s = 5 }",
+            "give `x_m`, `y_m` or `heading_deg`",
+        ),
+        ("wheels = { nobody = 3 }, x_m = 1", "is missing"),
+    ] {
+        let said = ended_with(2, &run(row));
+        assert!(said.contains(words), "{said}");
+    }
+}

@@ -194,6 +194,28 @@ fn files_are_written_and_robots_that_are_no_swerve_drive_are_refused() {
         text.contains("public double kS = 0.0000;") && text.contains("* inPerTick;"),
         "{text}"
     );
+    // The same motors for Pedro Pathing: without friction the rims turn at 30 rad/s of 50 mm, 1.5 m/s or 59.06 in/s, and nothing stops the robot;
+    // sideways its nine rollers take 2 % of that.
+    let mut pedro = vec!["inspect", "mecanum4.urdf", "--pedro", "Constants.java"];
+    assert!(ended_with(2, &folder.ilon(&pedro)).contains("motors.dc"));
+    pedro.extend(["--set", dc]);
+    ended_with(0, &folder.ilon(&pedro));
+    let text = folder.read("Constants.java");
+    assert!(text.contains(".mass(11.360)"), "{text}");
+    let number = |key: &str| -> f64 {
+        let rest = &text[text.find(key).expect(key) + key.len()..];
+        rest[..rest.find(')').expect("it ends")]
+            .parse()
+            .expect("a number")
+    };
+    // The bearings of the file take what they take.
+    assert!(
+        (number(".xVelocity(") / 59.055 - 1.0).abs() < 0.02,
+        "{text}"
+    );
+    let sideways = number(".yVelocity(") / number(".xVelocity(");
+    assert!((sideways / 0.98 - 1.0).abs() < 0.005, "{text}");
+    assert!(number(".forwardZeroPowerAcceleration(") <= 0.0, "{text}");
     // What was identified: a floor that drags, and how far it goes sideways; what is set has the last word.
     let found = r#"{ "parameters": { "radius_m": { "value": 0.05 }, "world.floor.rolling_resistance": { "value": 0.02 } },
                      "gains": { "sideways_over_ahead": { "value": 0.957 } } }"#;

@@ -171,10 +171,11 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
             most: MOST_WHEELS,
         }));
     }
-    let inferred = if candidates.is_empty() && asked.is_none() && loading.options.infer_rollers {
-        infer::infer(loading, &survey)
-    } else {
-        None
+    let may_infer = candidates.is_empty() && asked.is_none() && loading.options.infer_rollers;
+    // Rollers that the file models, and leaves fixed, are not put in a second time.
+    let inferred = match may_infer && recognise::fixed_rollers(loading.tree).is_empty() {
+        true => infer::infer(loading, &survey),
+        false => None,
     };
     if let Some(inferred) = &inferred {
         let count = inferred.rollers.rollers;

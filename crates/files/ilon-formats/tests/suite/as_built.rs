@@ -367,7 +367,7 @@ fn rollers_that_do_not_turn_are_a_fault_and_stops_a_remark() {
     };
     let fixed = with_rollers("type=\"fixed\"");
     let error = Robot::from_urdf_str(&fixed, "small.urdf").unwrap_err();
-    assert_eq!(error.others().count(), 0, "{error}");
+    assert!(error.others().is_empty(), "{error}");
     let Fault::RollersDoNotTurn { wheels, .. } = error.fault() else {
         panic!("{error}");
     };

@@ -18,7 +18,11 @@ const TOO_SHORT: f64 = 0.95;
 
 /// What was found, the answer first: what the robot does, what to set, how sure that is, and what to drive to know more.
 pub fn answers(found: &Identified) -> Vec<Answer> {
-    let mut plain = robot(&found.gains);
+    // What gains say is what wheels do that stand otherwise.
+    let mut plain = match stand_otherwise(found) {
+        Some(said) => vec![said],
+        None => robot(&found.gains),
+    };
     plain.extend(by_direction(&found.residual));
     plain.extend(set(&found.controller, &found.gains));
     let mut answers: Vec<Answer> = plain.into_iter().map(Answer::plain).collect();
@@ -50,6 +54,36 @@ pub fn answers(found: &Identified) -> Vec<Answer> {
     }
     answers.extend(to_know_more(found).map(Answer::plain));
     answers
+}
+
+/// Wheels that stand otherwise than stated, and what that takes.
+fn stand_otherwise(found: &Identified) -> Option<String> {
+    let each = found.parameters.iter().filter_map(|(name, value)| {
+        let (what, wheel) = name.split_once('.')?;
+        let (what, unit, per_own) = match what {
+            "axis_deg" => ("heading of the axis", "°", 1.0),
+            "x_m" => ("x", "mm", 1e3),
+            "y_m" => ("y", "mm", 1e3),
+            _ => return None,
+        };
+        let is_otherwise = !may_be(value, value.nominal);
+        is_otherwise.then(|| {
+            let now = number(per_own * value.value);
+            let before = number(per_own * value.nominal);
+            format!(
+                "{what} of `{wheel}` {now} {unit}{} in place of {before}",
+                between(value, per_own)
+            )
+        })
+    });
+    let each: Vec<String> = each.collect();
+    (!each.is_empty()).then(|| {
+        format!(
+            "Wheels stand otherwise than stated: {}. Turn them back, or command the robot by its own matrix M: `ilon inspect robot.toml` prints that of the \
+             robot as it was found.",
+            each.join(", ")
+        )
+    })
 }
 
 /// By how much something falls short of 1, with its interval, in percent: `4.3 % less far` and ` (3.9 to 4.7 %)`.
@@ -216,7 +250,7 @@ fn between(value: &Value, per_own: f64) -> String {
 }
 
 /// What a controller is to be set to.
-fn set(controller: &Controller, gains: &Gains) -> Vec<String> {
+pub fn set(controller: &Controller, gains: &Gains) -> Vec<String> {
     let (name, radius_key, lever_key) = match controller.kind {
         Some(ControllerKind::Mecanum) => (
             "mecanum_drive_controller",

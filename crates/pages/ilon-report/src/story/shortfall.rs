@@ -37,10 +37,12 @@ struct Stretch {
     /// How the robot moved, and each term of the ledger: displacements in the body frame.
     moved: Twist,
     terms: Terms,
-    /// How many samples of wheels there were, how many with their motor at its limit, and how many of these at that of its rate.
-    samples: u32,
-    at_limit: u32,
-    at_rate_limit: u32,
+    /// How far wheels are off their targets, in rad, summed over all; how much of it with their motor at its limit, how much of that at that of its
+    /// rate, and how much where dry friction takes most of the torque.
+    off_rad: f64,
+    at_limit_rad: f64,
+    at_rate_limit_rad: f64,
+    held_rad: f64,
 }
 
 /// What was asked for and what came of it, in the window of the means, and in each stretch of a schedule.
@@ -83,10 +85,13 @@ impl Stretch {
         self.until_s = record.t_s;
         let share = supply_share(header, record.t_s);
         for (wheel, sample) in header.wheels.iter().zip(samples) {
-            self.samples += 1;
+            let off_rad = span_s * (sample.target_rad_s - sample.rate_rad_s).abs();
             let [gives_all, turns_fastest] = limits_met(header, wheel, sample, share);
-            self.at_limit += u32::from(gives_all || turns_fastest);
-            self.at_rate_limit += u32::from(turns_fastest);
+            let where_it_is = |is_so: bool| if is_so { off_rad } else { 0.0 };
+            self.off_rad += off_rad;
+            self.at_limit_rad += where_it_is(gives_all || turns_fastest);
+            self.at_rate_limit_rad += where_it_is(turns_fastest);
+            self.held_rad += where_it_is(is_held(wheel, sample));
         }
     }
 
@@ -115,11 +120,13 @@ impl Stretch {
         self.mean(self.moved + slip + conflict + lift_off + geometry)
     }
 
-    /// What kept the wheels from their targets: what motors cannot, where they gave all they can for most of the time, or the wheel loops.
+    /// What kept the wheels from their targets: what motors cannot, where they gave all they can for most of what is missing, dry friction, or the
+    /// wheel loops.
     fn behind_targets(&self) -> &'static str {
-        match 2 * self.at_limit > self.samples {
-            true if 2 * self.at_rate_limit > self.at_limit => "the motors' rate limit",
+        match 2.0 * self.at_limit_rad > self.off_rad {
+            true if 2.0 * self.at_rate_limit_rad > self.at_limit_rad => "the motors' rate limit",
             true => "the motors' limit",
+            false if 2.0 * self.held_rad > self.off_rad => "the dry friction of bearings and gears",
             false => "the wheel loops' error",
         }
     }
@@ -191,7 +198,17 @@ pub(super) fn at_rest(header: &Header, summary: &Summary, means: &Means) -> Opti
             metres(means.most_asked_m_s)
         )
     } else {
-        return None;
+        let frictions = header.wheels.iter().map(|wheel| wheel.dry_friction_n_m);
+        let least_n_m = frictions.map(Option::unwrap_or_default).reduce(f64::min)?;
+        if means.most_torque_n_m > least_n_m {
+            return None;
+        }
+        format!(
+            "up to {} were commanded, but the motors gave {} N m at most, and the dry friction of bearings and gears holds each wheel up to {} N m",
+            metres(means.most_asked_m_s),
+            crate::short(means.most_torque_n_m, 3),
+            crate::short(least_n_m, 3)
+        )
     };
     Some(format!("The robot <b>did not move</b>: {why}."))
 }
@@ -211,11 +228,20 @@ fn supply_share(header: &Header, t_s: f64) -> f64 {
 fn limits_met(header: &Header, wheel: &WheelHeader, sample: &WheelSample, share: f64) -> [bool; 2] {
     let rate_rad_s = sample.rate_rad_s.abs();
     let line = header.motor_line;
+    let strength = wheel.motor_strength.map_or(1.0, |[forwards, backwards]| {
+        if sample.target_rad_s < 0.0 {
+            backwards
+        } else {
+            forwards
+        }
+    });
     let by_line_n_m = line.map(|line| {
-        line.stall_torque_n_m * (share - rate_rad_s / line.no_load_rate_rad_s).max(0.0)
+        line.stall_torque_n_m * (share * strength - rate_rad_s / line.no_load_rate_rad_s).max(0.0)
     });
     let by_current_n_m = line.and_then(|line| line.current_limit_n_m);
-    let limits = [wheel.torque_limit_n_m, by_line_n_m, by_current_n_m];
+    let own = if line.is_none() { strength } else { 1.0 };
+    let by_effort_n_m = wheel.torque_limit_n_m.map(|n_m| own * n_m);
+    let limits = [by_effort_n_m, by_line_n_m, by_current_n_m];
     let most_n_m = limits.into_iter().flatten().reduce(f64::min);
     let too_slow = sample.target_rad_s.abs() > rate_rad_s;
     let gives_all = most_n_m.is_some_and(|most_n_m| sample.torque_n_m.abs() >= AT_LIMIT * most_n_m);
@@ -223,6 +249,13 @@ fn limits_met(header: &Header, wheel: &WheelHeader, sample: &WheelSample, share:
         .rate_limit_rad_s
         .is_some_and(|limit_rad_s| rate_rad_s >= AT_LIMIT * limit_rad_s);
     [gives_all, turns_fastest].map(|is_met| is_met && too_slow)
+}
+
+/// Whether dry friction of bearing and gear takes most of the torque of a wheel that is slower than it should be, or holds it.
+fn is_held(wheel: &WheelHeader, sample: &WheelSample) -> bool {
+    let too_slow = sample.target_rad_s.abs() > sample.rate_rad_s.abs();
+    let takes_most = |n_m: f64| 2.0 * n_m >= sample.torque_n_m.abs();
+    too_slow && wheel.dry_friction_n_m.is_some_and(takes_most)
 }
 
 /// A component of the mean twists, with what it is called and its unit.
@@ -478,8 +511,8 @@ mod tests {
                 slip: ahead(ideal - real),
                 ..Terms::default()
             },
-            samples: 4,
-            at_limit: 4,
+            off_rad: 4.0,
+            at_limit_rad: 4.0,
             ..Stretch::default()
         };
         let means = Means {
@@ -554,6 +587,47 @@ mod tests {
         assert!(at_limit(6.0, 2.0));
         assert!(!at_limit(4.0, -2.0));
         assert!(!at_limit(6.0, 1.0));
+    }
+
+    /// One weak motor of two at its limit misses 3 of 3.2 rad/s: that is the motors', though most samples of wheels are at none. A wheel of 0.1 N m of dry
+    /// friction that stands under 0.05 N m is held by it, and one that turns under 0.15 N m gives most of that to it.
+    #[test]
+    fn what_keeps_wheels_from_their_targets_is_weighed_by_what_they_miss() {
+        let wheel = |strength: f64, dry_n_m: f64| WheelHeader {
+            torque_limit_n_m: Some(2.0),
+            motor_strength: Some([strength, 1.0]),
+            dry_friction_n_m: Some(dry_n_m),
+            ..WheelHeader::default()
+        };
+        let said = |wheels: Vec<WheelHeader>, seen: &[[f64; 3]]| {
+            let header = Header {
+                wheels,
+                ..Header::default()
+            };
+            let sample = |[target_rad_s, rate_rad_s, torque_n_m]: &[f64; 3]| {
+                WheelSample {
+                    target_rad_s: *target_rad_s,
+                    rate_rad_s: *rate_rad_s,
+                    torque_n_m: *torque_n_m,
+                    ..WheelSample::default()
+                }
+                .steady()
+            };
+            let samples: Vec<WheelSample> = seen.iter().map(sample).collect();
+            let [before, mut after] = [Record::default(); 2];
+            after.t_s = 1.0;
+            let mut stretch = Stretch::default();
+            stretch.add(&header, [&before, &after], &samples);
+            stretch.behind_targets()
+        };
+        let weak = vec![wheel(0.5, 0.0), wheel(1.0, 0.0), wheel(1.0, 0.0)];
+        let missed = [[6.0, 3.0, 1.0], [6.0, 5.9, 0.5], [6.0, 5.9, 0.5]];
+        assert_eq!(said(weak, &missed), "the motors' limit");
+        let even = vec![wheel(1.0, 0.0), wheel(1.0, 0.0), wheel(1.0, 0.0)];
+        assert_eq!(said(even, &missed), "the wheel loops' error");
+        let held = vec![wheel(1.0, 0.1), wheel(1.0, 0.1)];
+        let seen = [[0.4, 0.0, 0.05], [8.0, 6.0, 0.15]];
+        assert_eq!(said(held, &seen), "the dry friction of bearings and gears");
     }
 
     /// From 1 to 3 s 2 m/s are asked for, of which motors that turn no faster than for 1 m/s give the half; then 0.

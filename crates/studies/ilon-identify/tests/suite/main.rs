@@ -9,3 +9,4 @@ mod rollers;
 mod studies;
 mod support;
 mod synthetic;
+mod tape;

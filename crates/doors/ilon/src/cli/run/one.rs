@@ -11,6 +11,7 @@ use crate::cli::bag::Bag;
 use crate::cli::converge::{self, Converge};
 use crate::cli::escape::{one_line, path_in_line};
 use crate::cli::failure::Failure;
+use crate::cli::inspect::gathered;
 use crate::cli::options::{Detail, Sandbox, Settings, Twins};
 use crate::cli::output::{self, KeepingUp, OutputFolder, Report};
 use crate::cli::progress::Bar;
@@ -97,7 +98,7 @@ pub fn one(
     let simulation = simulate::Simulation::new(scenario)?.explaining(arguments.twins.causes());
     let bar = Bar::new(&scenario.name);
     let foreseen = simulation.warnings().len();
-    for warning in simulation.warnings() {
+    for warning in gathered(simulation.warnings()) {
         bar.note(&format!("note: {warning}"));
     }
     if let Err(fault) = scenario.expect.check_windows(&simulation.scenario().run) {

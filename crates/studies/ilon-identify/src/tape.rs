@@ -1,0 +1,435 @@
+//! Calibration by tape measure and protractor: runs of which only the end was measured, each with its own uncertainty.
+//!
+//! Wheels that turn by dq at constant ratios take the robot along one screw: its end is `exp(J dq)` from where it began, and what is measured of it
+//! (x, y, heading) is fitted by least squares, each number over its standard error. The inverse of the information matrix J^T J is the covariance,
+//! and shows which further drive would tell the parameters apart.
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+
+use ilon_control::Kinematics;
+use ilon_files::FileAccess;
+use ilon_robot::{Pose, Robot, Twist};
+use ilon_sim::Error;
+use ilon_sim::scenario::{MAX_BYTES, read_toml};
+use nalgebra::{DMatrix, DVector};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use toml::Table;
+
+use crate::controller::kind;
+use crate::kinematic_fit::search_of;
+use crate::least_squares::least_squares;
+use crate::model::{Model, Parameter};
+use crate::outcome::{Controller, HeldParameter, Value};
+use crate::scatter::Interval;
+use crate::study::robot_of;
+
+/// Runs that were measured by tape, as they stand in a file. Paths are relative to it.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "TapeStudy")]
+pub struct TapeFile {
+    /// The robot as it is known so far.
+    pub robot: PathBuf,
+    /// Keys of `[robot]` where its file needs more to be read.
+    #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
+    pub set: Table,
+    /// What is free: parameters of a model of the kinematics.
+    #[serde(default = "radius_and_lever")]
+    pub free: Vec<String>,
+    /// The runs, each from rest at x = y = heading = 0.
+    pub measured: Vec<MeasuredRun>,
+}
+
+fn radius_and_lever() -> Vec<String> {
+    ["radius_m", "lever_m"].map(str::to_owned).to_vec()
+}
+
+/// One run: what its wheels turned or what was commanded, and where it ended. What was not measured is left out.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeasuredRun {
+    /// What each wheel turned, by the names of the joints, in radians.
+    #[serde(default)]
+    pub wheels: BTreeMap<String, f64>,
+    /// In place of `wheels`: the twist that was commanded, and for how long, by a controller that takes the robot as it is known.
+    pub drive: Option<Drive>,
+    /// Where it ended along its first x axis, in metres.
+    pub x_m: Option<f64>,
+    /// Along its first y axis, in metres.
+    pub y_m: Option<f64>,
+    /// How it is turned, in degrees; full turns need not be counted.
+    pub heading_deg: Option<f64>,
+    /// Standard error of `x_m` and `y_m`, in metres.
+    #[serde(default = "millimetres")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub error_m: f64,
+    /// Standard error of `heading_deg`, in degrees.
+    #[serde(default = "half_degree")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub error_deg: f64,
+}
+
+fn millimetres() -> f64 {
+    2e-3
+}
+
+fn half_degree() -> f64 {
+    0.5
+}
+
+/// A steady motion in the body frame.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Drive {
+    /// Speed ahead, in m/s.
+    #[serde(default)]
+    pub vx_m_s: f64,
+    /// Speed to the left, in m/s.
+    #[serde(default)]
+    pub vy_m_s: f64,
+    /// Yaw rate, in rad/s.
+    #[serde(default)]
+    pub omega_rad_s: f64,
+    /// How long, in seconds.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub for_s: f64,
+}
+
+/// Runs that were read, with their robot.
+#[derive(Clone, Debug)]
+pub struct Tape {
+    /// The file.
+    pub path: PathBuf,
+    /// What stands in it.
+    pub file: TapeFile,
+    /// The robot as it is known before the fit.
+    pub robot: Robot,
+}
+
+/// What was found.
+#[derive(Clone, Debug, Serialize)]
+pub struct TapeFit {
+    /// The file's name.
+    pub study: String,
+    /// The version of ilon.
+    pub ilon: String,
+    /// What was free, by name.
+    pub parameters: BTreeMap<String, Value>,
+    /// What the runs do not determine, and was held at the robot's own value.
+    pub held: Vec<HeldParameter>,
+    /// What a controller is to be set to.
+    pub controller: Controller,
+    /// By how many of its standard errors each number that was measured misses the fit, a row a run: x, y, heading.
+    pub misses: Vec<[Option<f64>; 3]>,
+    /// Root mean square of these, over the degrees of freedom that are left: 1 where the stated errors are right. Beyond 1 the intervals are widened
+    /// by it.
+    pub over_errors: Option<f64>,
+    /// Further drives, and the standard errors that would be left after three runs of each.
+    pub next: Vec<NextDrive>,
+}
+
+/// A drive, and what it would tell.
+#[derive(Clone, Debug, Serialize)]
+pub struct NextDrive {
+    /// What is driven.
+    pub drive: String,
+    /// The standard error of each free parameter after three more such runs, in its unit.
+    pub errors: BTreeMap<String, f64>,
+}
+
+/// What is measured of a run: what its wheels turned, and each number with its standard error.
+struct Seen {
+    turned_rad: Vec<f64>,
+    numbers: [Option<(f64, f64)>; 3],
+}
+
+/// Runs of each further drive.
+const REPEATED: f64 = 3.0;
+
+impl Tape {
+    /// Reads runs that were measured by tape; `None` where a file holds none, and is a study of logs.
+    ///
+    /// # Errors
+    /// Where the file or its robot cannot be read, or a run says nothing.
+    pub fn load_within(path: &Path, files: &FileAccess) -> Result<Option<Self>, Error> {
+        let text = files.read_text(path, MAX_BYTES);
+        let text = text.map_err(|fault| Error::read(path, &fault))?;
+        let is_tape = |table: Table| table.contains_key("measured");
+        if !toml::from_str(&text).is_ok_and(is_tape) {
+            return Ok(None);
+        }
+        let file: TapeFile = read_toml(&text, path)?;
+        let robot = robot_of(&file.robot, &file.set, path, files)?;
+        Ok(Some(Self {
+            path: path.to_owned(),
+            file,
+            robot,
+        }))
+    }
+
+    /// Its name: that of its file, without the ending.
+    pub fn name(&self) -> String {
+        let stem = self.path.file_stem().unwrap_or_default();
+        stem.to_string_lossy().into_owned()
+    }
+
+    /// All files that it reads.
+    pub fn inputs(&self) -> Vec<PathBuf> {
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        vec![self.path.clone(), folder.join(&self.file.robot)]
+    }
+
+    /// Fits what is free.
+    ///
+    /// # Errors
+    /// A parameter that there is none, a run that says nothing, and a robot that cannot be moved.
+    pub fn fit(&self) -> Result<TapeFit, Error> {
+        let known = Kinematics::new(&self.robot)?;
+        let runs = self.file.measured.iter().enumerate();
+        let seen: Vec<Seen> = runs
+            .map(|(index, run)| self.seen(index, run, &known))
+            .collect::<Result<_, _>>()?;
+        let whole = Model::new(&self.robot, &self.file.free)?;
+        let (model, held) = determined(&whole, &seen, &self.robot);
+        let residuals = |values: &[f64]| Ok(misses(&model, values, &seen).map(|of| flat(&of)));
+        let found = least_squares(&residuals, &model.nominal(), &search_of(&model))?;
+        let left = misses(&model, &found.values, &seen).unwrap_or_default();
+        let free = flat(&left).len() as i64 - found.values.len() as i64;
+        let over_errors = (free > 0).then(|| (found.residuals.norm_squared() / free as f64).sqrt());
+        let normal = found.jacobian.transpose() * &found.jacobian;
+        let covariance = normal.try_inverse();
+        let half = |axis: usize| match &covariance {
+            Some(covariance) => half_width(covariance[(axis, axis)].sqrt(), over_errors, free),
+            None => f64::NAN,
+        };
+        let valued = model.parameters.iter().zip(&found.values).enumerate();
+        let valued: Vec<(Parameter, Value)> = valued
+            .map(|(axis, (parameter, value))| {
+                let interval = Interval::around(*value, half(axis));
+                let nominal = parameter.nominal(&self.robot);
+                let value = Value::new(*value, interval, parameter.unit(), nominal);
+                (parameter.clone(), value)
+            })
+            .collect();
+        let value_of = |wanted: &Parameter| {
+            let mut valued = valued.iter();
+            valued.find(|(of, _)| of == wanted).map(|of| of.1.clone())
+        };
+        Ok(TapeFit {
+            study: self.name(),
+            ilon: env!("CARGO_PKG_VERSION").to_owned(),
+            controller: Controller {
+                kind: kind(&model.robot(&found.values)),
+                radius_m: value_of(&Parameter::Radius),
+                lever_m: value_of(&Parameter::Lever),
+                ..Controller::default()
+            },
+            next: next_drives(&whole, &seen, &known)?,
+            parameters: valued
+                .iter()
+                .map(|(parameter, value)| (parameter.name(&self.robot), value.clone()))
+                .collect(),
+            held,
+            misses: left,
+            over_errors,
+        })
+    }
+
+    fn seen(&self, index: usize, run: &MeasuredRun, known: &Kinematics) -> Result<Seen, Error> {
+        let invalid = |what: &str, help: &str| {
+            Err(Error::invalid(
+                format!("`measured` {}: {what}", index + 1),
+                help,
+            ))
+        };
+        let mut turned_rad = vec![0.0; self.robot.wheels.len()];
+        match (&run.drive, run.wheels.is_empty()) {
+            (Some(drive), true) => {
+                let twist = Twist::new(drive.vx_m_s, drive.vy_m_s, drive.omega_rad_s);
+                known.wheel_rates(twist.scaled(drive.for_s), &mut turned_rad);
+            }
+            (None, false) => {
+                for (wheel, turned) in self.robot.wheels.iter().zip(&mut turned_rad) {
+                    match run.wheels.get(&wheel.name) {
+                        Some(rad) => *turned = *rad,
+                        None => {
+                            return invalid(
+                                &format!("what `{}` turned is missing", wheel.name),
+                                "give all wheels, by the names of their joints, in radians",
+                            );
+                        }
+                    }
+                }
+                if run.wheels.len() > turned_rad.len() {
+                    return invalid("a wheel of it is none of the robot's", "see `ilon inspect`");
+                }
+            }
+            _ => {
+                return invalid(
+                    "it says neither what the wheels turned nor what was driven, or both",
+                    "give either `wheels = { NAME = RADIANS }` or `drive = { vx_m_s = 0.3, for_s = 6 }`",
+                );
+            }
+        }
+        let place = |value: Option<f64>| value.map(|m| (m, run.error_m));
+        let heading = run
+            .heading_deg
+            .map(|deg| (deg.to_radians(), run.error_deg.to_radians()));
+        let numbers = [place(run.x_m), place(run.y_m), heading];
+        match numbers.iter().all(Option::is_none) {
+            true => invalid(
+                "nothing of its end was measured",
+                "give `x_m`, `y_m` or `heading_deg`",
+            ),
+            false => Ok(Seen {
+                turned_rad,
+                numbers,
+            }),
+        }
+    }
+}
+
+/// Half of a 95 % interval from the stated errors; widened where the runs scatter by more than these.
+fn half_width(standard: f64, over_errors: Option<f64>, free: i64) -> f64 {
+    match over_errors.filter(|over| *over > 1.0) {
+        Some(over) => {
+            let t =
+                StudentsT::new(0.0, 1.0, free as f64).map_or(f64::NAN, |t| t.inverse_cdf(0.975));
+            t * over * standard
+        }
+        None => 1.959964 * standard,
+    }
+}
+
+/// What each number misses a model by, over its standard error; `None` of values with which the robot cannot be moved.
+fn misses(model: &Model, values: &[f64], seen: &[Seen]) -> Option<Vec<[Option<f64>; 3]>> {
+    let matrix = model.twist_matrix(values)?;
+    let of = |run: &Seen| {
+        let went = &matrix * DVector::from_column_slice(&run.turned_rad);
+        let end = Pose::default().moved(Twist::new(went[0], went[1], went[2]));
+        let off = [end.x_m, end.y_m, went[2]];
+        std::array::from_fn(|axis| {
+            let (measured, error) = run.numbers[axis]?;
+            let mut missed = measured - off[axis];
+            if axis == 2 {
+                missed -= TAU * (missed / TAU).round();
+            }
+            Some(missed / error)
+        })
+    };
+    Some(seen.iter().map(of).collect())
+}
+
+fn flat(misses: &[[Option<f64>; 3]]) -> Vec<f64> {
+    misses.iter().flatten().flatten().copied().collect()
+}
+
+/// J^T J of what is seen, each parameter over what it may be off by.
+fn information(model: &Model, seen: &[Seen]) -> Option<DMatrix<f64>> {
+    let nominal = model.nominal();
+    let columns = model.scales().into_iter().enumerate().map(|(axis, scale)| {
+        let side = |by: f64| {
+            let mut values = nominal.clone();
+            values[axis] += by * scale;
+            misses(model, &values, seen).map(|of| DVector::from_vec(flat(&of)))
+        };
+        Some((side(1e-4)? - side(-1e-4)?) / 2e-4)
+    });
+    let columns = columns.collect::<Option<Vec<_>>>()?;
+    let jacobian = match columns.is_empty() {
+        true => return Some(DMatrix::zeros(0, 0)),
+        false => DMatrix::from_columns(&columns),
+    };
+    Some(jacobian.transpose() * jacobian)
+}
+
+/// The model with what the runs tell by themselves to less than it may be off by; the others are held, the worst known first.
+fn determined(model: &Model, seen: &[Seen], robot: &Robot) -> (Model, Vec<HeldParameter>) {
+    let mut model = model.clone();
+    let mut held = Vec::new();
+    while let Some(normal) = information(&model, seen) {
+        let count = model.parameters.len();
+        let prior = DMatrix::<f64>::identity(count, count) * 1e-9;
+        let Some(covariance) = (normal + prior).try_inverse() else {
+            break;
+        };
+        let worst = (0..count).max_by(|a, b| covariance[(*a, *a)].total_cmp(&covariance[(*b, *b)]));
+        let Some(worst) = worst.filter(|worst| covariance[(*worst, *worst)] > 1.0) else {
+            break;
+        };
+        let parameter = model.parameters[worst].clone();
+        held.push(HeldParameter {
+            name: parameter.name(robot),
+            value: parameter.nominal(robot),
+            why: "these runs do not tell it: see which drive would".to_owned(),
+        });
+        model = model.without(&[parameter]);
+    }
+    (model, held)
+}
+
+/// Drives a person can measure, and what three more runs of each would leave unknown. Beforehand each parameter is taken to be known to what it may
+/// be off by.
+fn next_drives(model: &Model, seen: &[Seen], known: &Kinematics) -> Result<Vec<NextDrive>, Error> {
+    /// What is driven in metres and turned in rad: two metres of a tape, and three turns.
+    const DRIVES: [(&str, [f64; 3]); 6] = [
+        ("2 m ahead", [2.0, 0.0, 0.0]),
+        ("2 m to the left", [0.0, 2.0, 0.0]),
+        (
+            "2 m ahead and to the left",
+            [std::f64::consts::SQRT_2, std::f64::consts::SQRT_2, 0.0],
+        ),
+        ("3 turns on the spot", [0.0, 0.0, 3.0 * TAU]),
+        (
+            "half a circle ahead, 1 m across",
+            [0.25 * TAU, 0.0, 0.5 * TAU],
+        ),
+        (
+            "half a circle sideways, 1 m across",
+            [0.0, 0.25 * TAU, 0.5 * TAU],
+        ),
+    ];
+    let (scales, names) = (model.scales(), model.names());
+    let Some(so_far) = information(model, seen) else {
+        return Err(Error::invalid(
+            "this robot cannot be moved every way",
+            "see `ilon inspect`",
+        ));
+    };
+    let after = |drive: &str, more: DMatrix<f64>| {
+        let count = names.len();
+        let all = &so_far + more + DMatrix::<f64>::identity(count, count);
+        let covariance = all
+            .try_inverse()
+            .unwrap_or_else(|| DMatrix::identity(count, count));
+        let errors = (0..count).map(|axis| {
+            let error = scales[axis] * covariance[(axis, axis)].max(0.0).sqrt();
+            (names[axis].clone(), error)
+        });
+        NextDrive {
+            drive: drive.to_owned(),
+            errors: errors.collect(),
+        }
+    };
+    let count = names.len();
+    let mut drives = vec![after("none", DMatrix::zeros(count, count))];
+    for (drive, [x, y, turn]) in DRIVES {
+        let mut turned_rad = vec![0.0; known.wheel_count()];
+        known.wheel_rates(Twist::new(x, y, turn), &mut turned_rad);
+        let place = Some((0.0, millimetres()));
+        // Headings are compared but for full turns: near what is expected.
+        let heading = Some((turn, half_degree().to_radians()));
+        let run = Seen {
+            turned_rad,
+            numbers: [place, place, heading],
+        };
+        let more = information(model, &[run]);
+        drives.extend(more.map(|more| after(drive, REPEATED * more)));
+    }
+    Ok(drives)
+}
