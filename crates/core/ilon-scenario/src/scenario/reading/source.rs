@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use ilon_formats::{Fault, RobotError};
 use miette::NamedSource;
+use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::scenario::Scenario;
@@ -54,26 +55,13 @@ impl Source {
 /// Where a text stands as a value, if it does so once.
 fn the_value(document: &DeTable<'_>, text: &str) -> Option<Range<usize>> {
     let mut found = None;
-    let mut left: Vec<(&DeValue<'_>, Range<usize>)> = Vec::new();
-    left.extend(
-        document
-            .values()
-            .map(|value| (value.get_ref(), value.span())),
-    );
-    while let Some((value, span)) = left.pop() {
-        let inside = |value: &'_ toml::Spanned<DeValue<'_>>| value.span();
-        match value {
-            DeValue::String(value) if value == text => {
-                if found.replace(span).is_some() {
-                    return None;
-                }
-            }
-            DeValue::Array(items) => {
-                left.extend(items.iter().map(|item| (item.get_ref(), inside(item))));
-            }
-            DeValue::Table(table) => {
-                left.extend(table.values().map(|item| (item.get_ref(), inside(item))));
-            }
+    let mut left: Vec<&Spanned<DeValue<'_>>> = document.values().collect();
+    while let Some(value) = left.pop() {
+        match value.get_ref() {
+            DeValue::String(word) if word == text && found.is_some() => return None,
+            DeValue::String(word) if word == text => found = Some(value.span()),
+            DeValue::Array(items) => left.extend(items),
+            DeValue::Table(table) => left.extend(table.values()),
             _ => {}
         }
     }
