@@ -149,6 +149,15 @@ impl RobotFault {
             others: Vec::new(),
         }
     }
+
+    /// The same, with lines of the text that names what is at fault in place of the robot's.
+    pub(crate) fn placed(self, text: NamedSource<String>, span: std::ops::Range<usize>) -> Self {
+        Self {
+            source_code: Some(text),
+            span: Some(span.into()),
+            ..self
+        }
+    }
 }
 
 impl From<RobotError> for Error {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use ilon_formats::{Fault, RobotError};
+use ilon_formats::Fault;
 use miette::NamedSource;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -71,34 +71,35 @@ fn the_value(document: &DeTable<'_>, text: &str) -> Option<Range<usize>> {
 impl Scenario {
     /// The error with the lines of the scenario's file that it is about, where these are known.
     pub fn placed(&self, error: Error) -> Error {
-        let (message, help, names) = match &error {
-            Error::Invalid { message, help } => (message.clone(), help.clone(), message.clone()),
-            Error::Robot(fault) => match of_scenario(&fault.fault) {
-                Some((message, names)) => (message, fault.fault.help(), names),
-                None => return error,
+        match error {
+            Error::Invalid { message, help } => match self.source.find(&message) {
+                Some((source_code, span)) => Error::Scenario(Box::new(ScenarioFault {
+                    message,
+                    help,
+                    source_code,
+                    span: span.into(),
+                })),
+                None => Error::Invalid { message, help },
             },
-            _ => return error,
-        };
-        let Some((source_code, span)) = self.source.find(&names) else {
-            return error;
-        };
-        Error::Scenario(Box::new(ScenarioFault {
-            message,
-            help,
-            source_code,
-            span: span.into(),
-        }))
+            Error::Robot(fault) => {
+                let named = of_scenario(fault.fault.fault());
+                match named.and_then(|named| self.source.find(&named)) {
+                    Some((text, span)) => Error::Robot(Box::new(fault.placed(text, span))),
+                    None => Error::Robot(fault),
+                }
+            }
+            other => other,
+        }
     }
 }
 
-/// Of a fault of a robot's file that the scenario is to blame for: its words, and the scenario's keys and values between backticks; `None` of others.
-fn of_scenario(fault: &RobotError) -> Option<(String, String)> {
-    match fault.fault() {
-        Fault::Unreadable { .. } => Some((fault.to_string(), "`robot.file`".to_owned())),
-        Fault::UnknownJoint { joint, .. } | Fault::NoSuchJoint { joint, .. } => Some((
-            format!("there is no joint `{joint}` in {}", fault.file()),
-            format!("`robot.joints.{joint}` `{joint}`"),
-        )),
+/// Of a fault of a robot's file that the scenario is to blame for: its keys and values, between backticks; `None` of others.
+fn of_scenario(fault: &Fault) -> Option<String> {
+    match fault {
+        Fault::Unreadable { .. } => Some("`robot.file`".to_owned()),
+        Fault::UnknownJoint { joint, .. } | Fault::NoSuchJoint { joint, .. } => {
+            Some(format!("`robot.joints.{joint}` `{joint}`"))
+        }
         _ => None,
     }
 }
