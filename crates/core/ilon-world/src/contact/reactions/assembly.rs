@@ -42,9 +42,9 @@ fn grip_of(scene: &Scene<'_>, part: Part) -> f64 {
     }
 }
 
-/// Whether a roller comes down because its wheel rolls on to it from one that bears, and does not hit
-/// something: it comes no faster than the load would move the wheel alone within the step, or would
-/// not be deep after half of it.
+/// Whether a roller comes down because its wheel, which is round, rolls on to it from one that bears,
+/// and does not hit something: it comes no faster than the load would move the wheel alone within the
+/// step, or would not be deep after half of it.
 fn rolls_on(scene: &Scene<'_>, (part, contact): (Part, &PotentialContact), half_s: f64) -> bool {
     /// In wheel radii. 0.1 mm for wheels of 50 mm.
     const DEPTH: f64 = 2e-3;
@@ -56,7 +56,8 @@ fn rolls_on(scene: &Scene<'_>, (part, contact): (Part, &PotentialContact), half_
     let mass_kg = robot.hub.mass_kg + rollers_kg;
     let load_n = body.surface.load_kg * scene.settings.gravity_m_s2;
     let most_m_s = (2.0 * half_s * load_n / mass_kg).max(DEPTH * scene.scale.length_m / half_s);
-    -contact.before.x < most_m_s && body.rollers.iter().any(|roller| roller.pressed)
+    let is_gentle = -contact.before.x < most_m_s;
+    body.is_round && is_gentle && body.rollers.iter().any(|roller| roller.pressed)
 }
 
 /// The direction of a nap among the tangents of a contact; `None` where the ground there stands
