@@ -188,7 +188,7 @@ struct Sprinter {
 
 impl Sprinter {
     fn new(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
-        /// The parts of steps in which rollers are about to slide, over those of a run. Shares move by 0.01, and sprints take a quarter of the time.
+        /// The parts of steps in which rollers are about to slide, over those of a run. Shares move by 0.03 at most, and sprints take a quarter of the time.
         const LONGER: f64 = 5.0;
         let mut knowing = Scenario {
             controller: Controller::default(),
