@@ -35,7 +35,8 @@
 //! early on average, and with v the speed of the approach each would cost N v dt / 2 of work more
 //! than the hit itself. So one is taken up where it comes down in the first half, g_0 + dt u_1 / 2 >=
 //! 0: some are late then by as much as others are early, and what is left of the error has no sign.
-//! What hits is stopped before it is in the ground: there the hit is more than the load over a step.
+//! What hits, and on bumps and edges all that would be deep then, is stopped before it is in the
+//! ground: there the hit is more than the load over a step.
 //!
 //! **What lasts.** [`Reactions`] are those of the last step: each world and island keeps them. A
 //! [`ReactionSolver`] finds those of the next one, and holds nothing that lasts.

@@ -43,19 +43,26 @@ fn grip_of(scene: &Scene<'_>, part: Part) -> f64 {
 }
 
 /// Whether a roller comes down because its wheel, which is round, rolls on to it from one that bears,
-/// and does not hit something: it comes no faster than the load would move the wheel alone within the
-/// step, or would not be deep after half of it.
+/// and does not hit something. On an even floor it comes no faster than the load would move the wheel
+/// alone within the step; on bumps and edges it must not be deep after half of it.
 fn rolls_on(scene: &Scene<'_>, (part, contact): (Part, &PotentialContact), half_s: f64) -> bool {
-    /// In wheel radii. 0.1 mm for wheels of 50 mm.
-    const DEPTH: f64 = 2e-3;
+    /// So deep, in wheel radii: 0.1 mm and 30 um for wheels of 50 mm.
+    const EVEN: f64 = 2e-3;
+    const BUMPY: f64 = 6e-4;
     let Part::Roller(wheel, _) = part else {
         return false;
     };
     let (body, robot) = (&scene.wheels[wheel], &scene.robot.wheels[wheel]);
-    let rollers_kg: f64 = robot.rollers.iter().map(|roller| roller.mass_kg).sum();
-    let mass_kg = robot.hub.mass_kg + rollers_kg;
-    let load_n = body.surface.load_kg * scene.settings.gravity_m_s2;
-    let most_m_s = (2.0 * half_s * load_n / mass_kg).max(DEPTH * scene.scale.length_m / half_s);
+    let deep_m_s = |share: f64| share * scene.scale.length_m / half_s;
+    let most_m_s = match scene.ground.has_solids() {
+        false => {
+            let rollers_kg: f64 = robot.rollers.iter().map(|roller| roller.mass_kg).sum();
+            let load_n = body.surface.load_kg * scene.settings.gravity_m_s2;
+            let loaded_m_s = 2.0 * half_s * load_n / (robot.hub.mass_kg + rollers_kg);
+            loaded_m_s.max(deep_m_s(EVEN))
+        }
+        true => deep_m_s(BUMPY),
+    };
     let is_gentle = -contact.before.x < most_m_s;
     body.is_round && is_gentle && body.rollers.iter().any(|roller| roller.pressed)
 }
