@@ -31,7 +31,7 @@ pub fn resolve(scenario: &Scenario, robot: &Robot) -> Result<Resolved, Error> {
 /// # Errors
 /// Like [`resolve`].
 pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result<Resolved, Error> {
-    choose(scenario, robot, driver).map_err(|error| scenario.placed(error))
+    choose(scenario, robot, driver).map_err(|error| scenario.source.placed(error))
 }
 
 fn choose(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result<Resolved, Error> {

@@ -21,7 +21,7 @@ pub fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
 /// # Errors
 /// Like [`load_robot`].
 pub fn load(scenario: &Scenario) -> Result<Loaded, Error> {
-    let mut loaded = load_file(scenario).map_err(|error| scenario.placed(error))?;
+    let mut loaded = load_file(scenario).map_err(|error| scenario.source.placed(error))?;
     scenario.motors.apply(&mut loaded.robot);
     scenario.rollers.apply(&mut loaded.robot)?;
     Ok(loaded)

@@ -174,12 +174,12 @@ impl Simulation {
             warnings.push(NOT_REPEATED.to_owned());
         }
         let run = RunLoop::new(resolved, robot, seen, controller)
-            .map_err(|error| scenario.placed(error))?;
+            .map_err(|error| scenario.source.placed(error))?;
         let expect = &scenario.expect;
         let expected = expect.signals.iter().map(|bound| bound.signal.as_str());
         let tolerated = expect.tolerances.keys().map(String::as_str);
         judge::check_names(expected.chain(tolerated), &run.recorder.trace().header)
-            .map_err(|error| scenario.placed(error))?;
+            .map_err(|error| scenario.source.placed(error))?;
         let stands = run.plant.world().robot().joint_positions();
         warnings.extend(remarks::of_joints(run.plant.robot(), stands));
         let simulation = Self {

@@ -8,7 +8,6 @@ use miette::NamedSource;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::scenario::Scenario;
 use crate::scenario::checks::objection::Objection;
 use crate::{Error, ScenarioFault};
 
@@ -68,11 +67,11 @@ fn the_value(document: &DeTable<'_>, text: &str) -> Option<Range<usize>> {
     found
 }
 
-impl Scenario {
+impl Source {
     /// The error with the lines of the scenario's file that it is about, where these are known.
     pub fn placed(&self, error: Error) -> Error {
         match error {
-            Error::Invalid { message, help } => match self.source.find(&message) {
+            Error::Invalid { message, help } => match self.find(&message) {
                 Some((source_code, span)) => Error::Scenario(Box::new(ScenarioFault {
                     message,
                     help,
@@ -83,7 +82,7 @@ impl Scenario {
             },
             Error::Robot(fault) => {
                 let named = of_scenario(fault.fault.fault());
-                match named.and_then(|named| self.source.find(&named)) {
+                match named.and_then(|named| self.find(&named)) {
                     Some((text, span)) => Error::Robot(Box::new(fault.placed(text, span))),
                     None => Error::Robot(fault),
                 }

@@ -504,6 +504,7 @@ fn late_errors_are_placed_in_the_text() {
     let text = format!("{CIRCLE}\n[[faults]]\nmotor_lost = {{ wheel = \"lft\" }}\n");
     let scenario = parse(&text, "test.toml", &[]).unwrap();
     let at = |scenario: &Scenario, message: &str| match scenario
+        .source
         .placed(Error::invalid(message, "help"))
     {
         Error::Scenario(fault) => Some(fault.span.offset()),
