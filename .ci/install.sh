@@ -1,6 +1,6 @@
 #!/bin/sh
-# Installs the ilon command: fetches the archive of a release for this machine, holds it against its checksum, and puts the command and its
-# C library and completions below ~/.local, or where ILON_PREFIX says. Nothing else is touched. ILON_RELEASE names a release by its address.
+# Installs the ilon command: fetches the archive of a release for this machine, holds it against its checksum, and puts the command, its
+# C library and its completions below ~/.local, or where ILON_PREFIX says. Nothing else is touched. ILON_RELEASE names a release by its address.
 set -eu
 
 release="${ILON_RELEASE:-@RELEASE@}"

@@ -2,7 +2,7 @@
 //!
 //! | module | answers |
 //! |---|---|
-//! | [`plant`] | robot, world, motors, sensors and faults: what acts, and what comes of it |
+//! | [`plant`] | robot, world, motors, sensors and faults: what acts, and the result |
 //! | [`clock`] | the time of a run, and the processor's |
 //! | [`wheels`] | the loops and motors that turn commands into torques |
 //! | [`sensing`] | what encoders, IMU and pose sensors measure, and dead reckoning |

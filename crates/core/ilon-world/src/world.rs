@@ -80,7 +80,8 @@ fn with_solver<T>(work: impl FnOnce(&mut ReactionSolver) -> T) -> T {
 pub struct ContactSolution {
     /// By how much the laws are broken where they are broken most, in m/s or rad/s.
     pub residual_m_s: f64,
-    /// How often contacts were looked for and solved: once in each part of the step.
+    /// How often contacts were looked for and solved: once in each part of the step, those that were
+    /// given up among them.
     pub searches: u32,
     /// Steps of Newton's method.
     pub newton_steps: u32,

@@ -32,7 +32,7 @@ use crate::study::robot_of;
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "TapeStudy")]
 pub struct TapeFile {
-    /// The robot as it is known so far.
+    /// The robot before the fit, with its nominal values.
     pub robot: PathBuf,
     /// Keys of `[robot]` where its file needs more to be read.
     #[serde(default)]
@@ -56,7 +56,7 @@ pub struct MeasuredRun {
     /// What each wheel turned, by the names of the joints, in radians.
     #[serde(default)]
     pub wheels: BTreeMap<String, f64>,
-    /// In place of `wheels`: the twist that was commanded, and for how long, by a controller that takes the robot as it is known.
+    /// In place of `wheels`: the twist that was commanded, and for how long, by a controller that uses the nominal values.
     pub drive: Option<Drive>,
     /// Where it ended along its first x axis, in metres.
     pub x_m: Option<f64>,
@@ -107,7 +107,7 @@ pub struct Tape {
     pub path: PathBuf,
     /// What stands in it.
     pub file: TapeFile,
-    /// The robot as it is known before the fit.
+    /// The robot before the fit, with its nominal values.
     pub robot: Robot,
 }
 
@@ -198,6 +198,7 @@ impl Tape {
         let (model, held) = determined(&whole, &seen, &self.robot);
         let residuals = |values: &[f64]| Ok(misses(&model, values, &seen).map(|of| flat(&of)));
         let found = least_squares(&residuals, &model.nominal(), &search_of(&model))?;
+        must_be_lengths(&model, &found.values, &self.robot)?;
         let left = misses(&model, &found.values, &seen).unwrap_or_default();
         let free = flat(&left).len() as i64 - found.values.len() as i64;
         let over_errors = (free > 0).then(|| (found.residuals.norm_squared() / free as f64).sqrt());
@@ -294,6 +295,27 @@ impl Tape {
     }
 }
 
+/// Refuses a radius or a lever that is not above 0: the runs go the other way than their wheels turned.
+fn must_be_lengths(model: &Model, values: &[f64], robot: &Robot) -> Result<(), Error> {
+    let is_length = |of: &Parameter| {
+        matches!(
+            of,
+            Parameter::Radius | Parameter::WheelRadius(_) | Parameter::Lever
+        )
+    };
+    let mut fitted = model.parameters.iter().zip(values);
+    match fitted.find(|(of, value)| is_length(of) && !(**value > 0.0)) {
+        None => Ok(()),
+        Some((of, value)) => Err(Error::invalid(
+            format!(
+                "the runs ask for `{}` = {value:.4}, and it must be above 0",
+                of.name(robot)
+            ),
+            "look for a run whose end has the wrong sign, or axes exchanged: x is ahead, y to the left, headings count to the left",
+        )),
+    }
+}
+
 /// Half of a 95 % interval from the stated errors; widened where the runs scatter by more than these.
 fn half_width(standard: f64, over_errors: Option<f64>, free: i64) -> f64 {
     match over_errors.filter(|over| *over > 1.0) {
@@ -366,7 +388,8 @@ fn determined(model: &Model, seen: &[Seen], robot: &Robot) -> (Model, Vec<HeldPa
         held.push(HeldParameter {
             name: parameter.name(robot),
             value: parameter.nominal(robot),
-            why: "these runs do not tell it: see which drive would".to_owned(),
+            why: "these runs do not determine it; the table of further drives shows which would"
+                .to_owned(),
         });
         model = model.without(&[parameter]);
     }

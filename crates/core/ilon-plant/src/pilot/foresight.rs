@@ -14,7 +14,7 @@ const SAMPLES: usize = 2000;
 impl Pilot {
     /// The fastest wheel rate that the scenario asks for, in rad/s, whatever its wheels can do: that of the commanded twist,
     /// or of the reference and of the way to it from the start. Noise, pushes and overshoot come on top. `None` of a
-    /// controller of one's own.
+    /// controller that the caller wrote.
     pub fn fastest_rate_asked_rad_s(&self, scenario: &Scenario) -> Option<f64> {
         match &self.motion {
             Planned::Reference(reference) => {

@@ -19,7 +19,7 @@ mod twins;
 pub(crate) use path::Path;
 pub(crate) use remedies::has_remedies;
 pub use suspects::{Drift, Suspect, suspects};
-pub(crate) use twins::{CameToo, Twins};
+pub(crate) use twins::{TwinOutcomes, Twins};
 
 /// Which causes are left out, one after the other, to see what each does to a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

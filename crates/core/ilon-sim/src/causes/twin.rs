@@ -11,7 +11,7 @@ use crate::scenario::Scenario;
 use crate::simulate::{Resolved, RunLoop};
 
 /// What a twin came to.
-pub(super) struct Came {
+pub(super) struct TwinOutcome {
     change: Change,
     /// Its figures and its path, or why it has none.
     pub ran: Result<(Summary, Path), String>,
@@ -19,7 +19,7 @@ pub(super) struct Came {
     pub effort: u64,
 }
 
-impl Came {
+impl TwinOutcome {
     /// As a trace keeps it, beside the path of the run.
     pub fn beside(self, run: &Path) -> Twin {
         let poses = match (&self.change, &self.ran) {
@@ -64,11 +64,11 @@ pub(super) fn twin(
     change: Change,
     apply: impl FnOnce(&mut Scenario, &mut Robot),
     limits: Limits<'_>,
-) -> Option<Came> {
+) -> Option<TwinOutcome> {
     let mut effort = 0;
     let ran = run(resolved, robot, apply, limits, &mut effort);
     let ran = ran.map_err(|error| error.to_string()).transpose()?;
-    Some(Came {
+    Some(TwinOutcome {
         change,
         ran,
         effort,

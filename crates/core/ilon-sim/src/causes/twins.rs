@@ -11,7 +11,7 @@ use super::Causes;
 use super::null::{self, Null};
 use super::path::Path;
 use super::remedies;
-use super::twin::{Came, Limits, twin};
+use super::twin::{Limits, TwinOutcome, twin};
 use crate::scenario::{Scenario, Step};
 use crate::simulate::Resolved;
 
@@ -41,13 +41,13 @@ enum Tries {
 /// What the twins of a run came to.
 #[must_use]
 #[derive(Default)]
-pub(crate) struct CameToo {
-    came: Vec<Came>,
+pub(crate) struct TwinOutcomes {
+    came: Vec<TwinOutcome>,
     /// Whether remedies were not tried because that would have taken too long.
     pub is_untried: bool,
 }
 
-impl CameToo {
+impl TwinOutcomes {
     /// As a trace keeps them, beside the path of the run.
     pub fn beside(self, run: &Path) -> Vec<Twin> {
         self.came.into_iter().map(|came| came.beside(run)).collect()
@@ -122,13 +122,16 @@ impl Twins {
     ///
     /// # Errors
     /// What `work` gives.
-    pub fn beside<T, E>(&self, work: impl FnOnce() -> Result<T, E>) -> Result<(T, CameToo), E> {
+    pub fn beside<T, E>(
+        &self,
+        work: impl FnOnce() -> Result<T, E>,
+    ) -> Result<(T, TwinOutcomes), E> {
         let stop = AtomicBool::new(false);
         let limits = Limits {
             stop: &stop,
             effort: self.most_effort(),
         };
-        let mut twins: Vec<Option<Came>> = self.changes.iter().map(|_| None).collect();
+        let mut twins: Vec<Option<TwinOutcome>> = self.changes.iter().map(|_| None).collect();
         let places = self.changes.iter().zip(&mut twins);
         let alone = rayon::current_thread_index().is_some();
         let worked = if alone {
@@ -145,15 +148,20 @@ impl Twins {
                 worked
             })?
         };
-        let came: Vec<Came> = twins.into_iter().flatten().collect();
+        let came: Vec<TwinOutcome> = twins.into_iter().flatten().collect();
         let all_came = came.len() == self.changes.len();
         Ok((worked, self.with_remedies(came, all_came, alone)))
     }
 
     /// What the twins came to, and what the remedies do that the run at half the step gives reason for, where they are to be tried.
-    fn with_remedies(&self, mut came: Vec<Came>, all_came: bool, alone: bool) -> CameToo {
+    fn with_remedies(
+        &self,
+        mut came: Vec<TwinOutcome>,
+        all_came: bool,
+        alone: bool,
+    ) -> TwinOutcomes {
         if self.tries == Tries::No {
-            return CameToo {
+            return TwinOutcomes {
                 came,
                 is_untried: false,
             };
@@ -171,13 +179,13 @@ impl Twins {
             let of = |(remedy, change): (Cause, Null)| (Change::With(remedy), change);
             let remedies: Vec<(Change, Null)> = remedies.into_iter().map(of).collect();
             let run = |change| self.twin(change, Limits::none());
-            let tried: Vec<Came> = match alone {
+            let tried: Vec<TwinOutcome> = match alone {
                 true => remedies.iter().filter_map(run).collect(),
                 false => remedies.par_iter().filter_map(run).collect(),
             };
             came.extend(tried);
         }
-        CameToo { came, is_untried }
+        TwinOutcomes { came, is_untried }
     }
 
     /// What each twin may take. Half the step alone is there for remedies, and ends where these would not be tried.
@@ -190,7 +198,7 @@ impl Twins {
     }
 
     /// A twin to its end; `None` where it met its limits.
-    fn twin(&self, (change, null): &(Change, Null), limits: Limits<'_>) -> Option<Came> {
+    fn twin(&self, (change, null): &(Change, Null), limits: Limits<'_>) -> Option<TwinOutcome> {
         twin(&self.resolved, &self.robot, change.clone(), null, limits)
     }
 }

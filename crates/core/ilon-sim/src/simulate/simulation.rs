@@ -9,7 +9,7 @@ use ilon_world::World;
 
 use super::remarks;
 use crate::Error;
-use crate::causes::{CameToo, Causes, Path, Twins, has_remedies};
+use crate::causes::{Causes, Path, TwinOutcomes, Twins, has_remedies};
 use crate::judge;
 use crate::scenario::{self, Scenario};
 use crate::simulate::run::{Progress, Run};
@@ -325,7 +325,7 @@ impl Simulation {
         let drive = || self.drive_to_the_end(&mut path, watch);
         let (cpu_s, came) = match twins {
             Some(twins) => twins.beside(drive)?,
-            None => (drive()?, CameToo::default()),
+            None => (drive()?, TwinOutcomes::default()),
         };
         self.is_untried = came.is_untried;
         Ok((cpu_s, came.beside(&path)))
@@ -367,8 +367,8 @@ impl Simulation {
         let twins = &trace.header().twins;
         if self.is_untried && has_remedies(self.scenario(), &summary) {
             self.warnings.push(
-                "there is something to try against what this run loses, and the run is too long \
-                 to try it unasked; help: `ilon explain` with this scenario tries it"
+                "there is advice against what this run loses, but it was not tried because the \
+                 run is long; help: `ilon explain` with this scenario tries it"
                     .to_owned(),
             );
         }

@@ -68,7 +68,7 @@ pub(super) fn of_tape(found: &TapeFit) -> String {
     }
     for held in &found.held {
         text += &format!(
-            "\n`{}` is held at {}: {}.\n",
+            "\n`{}` stays at {}: {}.\n",
             held.name,
             number(held.value),
             held.why
@@ -77,8 +77,8 @@ pub(super) fn of_tape(found: &TapeFit) -> String {
     if let Some(over) = found.over_errors.filter(|over| *over > 2.0) {
         let over = number(over);
         text += &format!(
-            "\nThe runs miss the fit by {over} times their stated errors: a run is wrong, or more than this is otherwise than known; free `axis_deg.*`, \
-             `x_m.*` or `radius_m.*` too.\n"
+            "\nThe runs miss the fit by {over} times their stated errors: either a run is wrong, or more of the robot differs from its nominal values; \
+             free `axis_deg.*`, `x_m.*` or `radius_m.*` too.\n"
         );
     }
     let mut table = Table::new();
@@ -96,13 +96,10 @@ pub(super) fn of_tape(found: &TapeFit) -> String {
         let words = misses.map(|miss| miss.map_or("-".to_owned(), number));
         table.words(&format!("{}", index + 1), &words);
     }
-    let names: Vec<&str> = found
-        .next
-        .iter()
-        .flat_map(|of| of.errors.keys())
-        .map(String::as_str)
-        .collect();
-    let names = &names[..names.len() / found.next.len().max(1)];
+    let first = found.next.first();
+    let names: Vec<&str> = first.map_or_else(Vec::new, |of| {
+        of.errors.keys().map(String::as_str).collect()
+    });
     table.heading(&format!(
         "standard errors after three more runs of a drive: {}",
         names.join(", ")

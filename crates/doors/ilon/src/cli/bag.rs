@@ -24,7 +24,7 @@ impl Bag {
         let folder = out.path().join("bag");
         // An earlier bag goes with the other results, whether or not this run makes one.
         if wanted || bag::is_own(&folder) {
-            for file in ["bag_0.mcap", "metadata.yaml"] {
+            for file in ["bag_0.mcap", "bag_0.mcap.ilon-partial", "metadata.yaml"] {
                 reserve::not_an_input(&folder.join(file), "--out", inputs)?;
             }
         }

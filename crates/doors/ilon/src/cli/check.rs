@@ -90,10 +90,15 @@ pub(super) struct Arguments {
     sandbox: Sandbox,
 }
 
+/// A wider bound tests nothing.
+const MOST_MARGIN: f64 = 100.0;
+
 fn margin(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(margin) if margin.is_finite() && margin >= 0.0 => Ok(margin),
-        _ => Err("write a share of 0 or more, such as 0.1 for 10 %".to_owned()),
+        Ok(margin) if (0.0..=MOST_MARGIN).contains(&margin) => Ok(margin),
+        _ => Err(format!(
+            "write a share from 0 to {MOST_MARGIN}, such as 0.1 for 10 %"
+        )),
     }
 }
 
@@ -230,6 +235,7 @@ fn say_what_studies_leave_out(arguments: &Arguments, found: &[CheckedFile], file
 fn claims(arguments: &Arguments, found: &[CheckedFile]) -> Result<Vec<ReservedOutput>, Failure> {
     let Arguments {
         junit,
+        markdown,
         keep,
         save,
         against,
@@ -254,8 +260,10 @@ fn claims(arguments: &Arguments, found: &[CheckedFile]) -> Result<Vec<ReservedOu
         inputs.extend(found.iter().map(|one| baseline_file(folder, &one.name)));
     }
     let mut claims = Vec::new();
-    if let Some(path) = junit {
-        claims.push(reserve::file(path, "--junit", &inputs)?);
+    for (option, path) in [("--junit", junit), ("--markdown", markdown)] {
+        if let Some(path) = path {
+            claims.push(reserve::file(path, option, &inputs)?);
+        }
     }
     if let Some(folder) = save {
         claims.push(reserve::folder(folder, "--save")?);

@@ -287,7 +287,7 @@ fn options_that_do_nothing_for_a_study_are_named() {
     );
 }
 
-/// A gate in four commands: bounds are written, they hold, a baseline is kept, and a change is told in per cent and in Markdown.
+/// A gate in four commands: bounds are written, they hold, a baseline is kept, and a change is printed in per cent and as Markdown.
 #[test]
 fn bounds_and_baselines_begin_from_nothing_and_changes_are_told_in_per_cent() {
     let folder = Folder::new();
@@ -323,4 +323,36 @@ fn bounds_and_baselines_begin_from_nothing_and_changes_are_told_in_per_cent() {
     );
     assert!(summary.contains("| fresh | failed<br>"), "{summary}");
     assert_eq!(summary.lines().count(), 4, "{summary}");
+}
+
+/// Neither what is tested nor how its lines end is lost, and no bound is written that nothing could break: 1.1 of a grip that is used up is more than all of it.
+#[test]
+fn first_bounds_keep_the_file_and_test_something() {
+    let folder = Folder::new();
+    folder.scenario("fresh.toml", "");
+    let windows = folder.read("fresh.toml").replace('\n', "\r\n");
+    folder.write("fresh.toml", &windows);
+    let into_input = ["check", "fresh.toml", "--markdown", "fresh.toml"];
+    assert!(ended_with(2, &folder.ilon(&into_input)).contains("--markdown"));
+    let nowhere = ["check", "fresh.toml", "--markdown", "no/such/folder.md"];
+    assert!(ended_with(2, &folder.ilon(&nowhere)).contains("--markdown"));
+    assert_eq!(folder.read("fresh.toml"), windows);
+    ended_with(0, &folder.ilon(&["check", "fresh.toml", "--init"]));
+    let written = folder.read("fresh.toml");
+    assert!(written.starts_with(windows.trim_end()), "{written:?}");
+    assert!(
+        written
+            .split_inclusive('\n')
+            .all(|line| line.ends_with("\r\n")),
+        "{written:?}"
+    );
+    folder.scenario("ice.toml", "[world.floor]\nfriction = 0.01\n");
+    ended_with(0, &folder.ilon(&["check", "ice.toml", "--init"]));
+    let written = folder.read("ice.toml");
+    assert!(
+        written.contains("slip_energy_j") && !written.contains("friction_used_max"),
+        "{written}"
+    );
+    let too_wide = ["check", "fresh.toml", "--update", "1e308"];
+    assert!(ended_with(2, &folder.ilon(&too_wide)).contains("from 0 to 100"));
 }

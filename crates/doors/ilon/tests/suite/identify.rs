@@ -503,7 +503,7 @@ fn runs_that_a_tape_measured_are_fitted_and_further_ones_named() {
     let said = stdout(&found);
     for words in [
         "`wheel_radius`, to 49.2 mm",
-        "`lever_m` is held at 0.25",
+        "`lever_m` stays at 0.25",
         "3 turns on the spot",
     ] {
         assert!(said.contains(words), "{words}: {said}");

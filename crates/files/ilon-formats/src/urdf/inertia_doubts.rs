@@ -129,7 +129,7 @@ fn as_wheel(mass: &MassProperties, (axis, radius_m): (&Unit<Vector3<f64>>, f64))
     if is_disc && (axial - least).abs() < SAME * least {
         return Some(Fault::InertiaExchanged);
     }
-    // A solid cylinder as long as it is wide has 6 / 7 of its moment across about its axle.
+    // A solid cylinder whose length is its diameter has 6 / 7 of its moment across about its axle.
     let across_kg_m2 = 0.5 * (mass.inertia_kg_m2.trace() - axial);
     (axial < THIN * across_kg_m2).then_some(Fault::InertiaThinAboutAxle {
         axial_kg_m2: axial,

@@ -104,7 +104,7 @@ fn impossible_inertias_are_remarked_and_mended(base: [f64; 3], wheel: [f64; 3], 
 }
 
 /// A tenth of m r^2 / 2 about the axle and all of the rest across it: no other order of the moments fits, and no wheel has that. A third about it is more
-/// than doubt allows, too; a wheel as long as it is wide (6 / 7) is not.
+/// than doubt allows, too; a wheel whose length is its diameter (6 / 7) is not.
 #[test]
 fn a_moment_about_the_axle_that_lacks_a_power_of_ten_is_doubted() {
     let [across, along, _] = WHEEL;

@@ -133,6 +133,22 @@ fn axes_that_stand_otherwise_are_found() {
     assert_eq!(found.controller.kind, None);
 }
 
+/// A run that ended behind the robot, though its wheels drove ahead, asks for a radius below 0: its sign is wrong.
+#[test]
+fn a_run_with_the_wrong_sign_is_refused_and_makes_no_negative_radius() {
+    let path = assets().join("robots/mecanum4.urdf");
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("tape.toml");
+    let text = format!(
+        "robot = {:?}\n[[measured]]\ndrive = {{ vx_m_s = 0.4, for_s = 5 }}\nx_m = -1.97\n",
+        path.display().to_string()
+    );
+    std::fs::write(&file, text).unwrap();
+    let tape = Tape::load_within(&file, &FileAccess::anywhere()).unwrap();
+    let error = tape.expect("runs by tape").fit().unwrap_err().to_string();
+    assert!(error.contains("`radius_m` = -0.049"), "{error}");
+}
+
 /// Drives ahead alone say nothing of the lever; the table says that turns would.
 #[test]
 fn what_the_runs_do_not_tell_is_held_and_the_drive_that_would_is_named() {

@@ -28,6 +28,29 @@ impl Source {
         }
     }
 
+    /// The error with the lines of the scenario's file that it is about, where these are known.
+    pub fn placed(&self, error: Error) -> Error {
+        match error {
+            Error::Invalid { message, help } => match self.find(&message) {
+                Some((source_code, span)) => Error::Scenario(Box::new(ScenarioFault {
+                    message,
+                    help,
+                    source_code,
+                    span: span.into(),
+                })),
+                None => Error::Invalid { message, help },
+            },
+            Error::Robot(fault) => {
+                let named = of_scenario(fault.fault.fault());
+                match named.and_then(|named| self.find(&named)) {
+                    Some((text, span)) => Error::Robot(Box::new(fault.placed(text, span))),
+                    None => Error::Robot(fault),
+                }
+            }
+            other => other,
+        }
+    }
+
     /// Where what a message names between backticks stands: a key with its tables, or a value that is there once.
     fn find(&self, message: &str) -> Option<(NamedSource<String>, Range<usize>)> {
         let (name, text) = self.read.as_deref()?;
@@ -65,31 +88,6 @@ fn the_value(document: &DeTable<'_>, text: &str) -> Option<Range<usize>> {
         }
     }
     found
-}
-
-impl Source {
-    /// The error with the lines of the scenario's file that it is about, where these are known.
-    pub fn placed(&self, error: Error) -> Error {
-        match error {
-            Error::Invalid { message, help } => match self.find(&message) {
-                Some((source_code, span)) => Error::Scenario(Box::new(ScenarioFault {
-                    message,
-                    help,
-                    source_code,
-                    span: span.into(),
-                })),
-                None => Error::Invalid { message, help },
-            },
-            Error::Robot(fault) => {
-                let named = of_scenario(fault.fault.fault());
-                match named.and_then(|named| self.find(&named)) {
-                    Some((text, span)) => Error::Robot(Box::new(fault.placed(text, span))),
-                    None => Error::Robot(fault),
-                }
-            }
-            other => other,
-        }
-    }
 }
 
 /// Of a fault of a robot's file that the scenario is to blame for: its keys and values, between backticks; `None` of others.

@@ -47,10 +47,14 @@ impl Update {
         let file = file.map_err(|source| Failure::read(path, source))?;
         let text = FileAccess::anywhere().read_text(&file, MAX_BYTES);
         let text = text.map_err(|fault| ilon_sim::Error::read(path, &fault))?;
-        let (text, changes) = rewrite(&text)?;
+        let (mut rewritten, changes) = rewrite(&text)?;
+        // The TOML library ends lines by LF alone.
+        if text.contains("\r\n") {
+            rewritten = rewritten.replace('\n', "\r\n");
+        }
         Ok(Self {
             path: file,
-            text,
+            text: rewritten,
             changes,
         })
     }
@@ -81,7 +85,9 @@ fn begun(text: &str, summary: &Summary, margin: f64) -> Result<(String, String),
         let Some(measured) = quantity.value(summary) else {
             continue;
         };
-        let bound = first_bound(quantity, measured, margin);
+        let Some(bound) = first_bound(quantity, measured, margin) else {
+            continue;
+        };
         changes.push_str(&format!(
             "         {}: {bound} (measured {measured})\n",
             quantity.key
@@ -109,17 +115,21 @@ fn begun(text: &str, summary: &Summary, margin: f64) -> Result<(String, String),
     Ok((document.to_string(), changes))
 }
 
-/// Room for a share of what was measured, and for ten of the last digit that is shown of it.
-fn first_bound(quantity: &Quantity, measured: f64, margin: f64) -> InlineTable {
+/// Room for a share of what was measured, and for ten of the last digit that is shown of it; `None` of a share that no run could take beyond its bound.
+fn first_bound(quantity: &Quantity, measured: f64, margin: f64) -> Option<InlineTable> {
     let digit = 10f64.powi(-i32::try_from(quantity.decimals).unwrap_or(0)) / quantity.unit.per_si;
     let room = (margin * measured.abs()).max(10.0 * digit);
+    let is_ratio = quantity.key.contains("ratio");
+    if quantity.unit.symbol == "%" && !is_ratio && measured + room >= 1.0 {
+        return None;
+    }
     let mut bound = InlineTable::new();
-    if quantity.key.contains("ratio") {
+    if is_ratio {
         bound.insert("min", rounded(measured - room, f64::floor).into());
     }
     bound.insert("max", rounded(measured + room, f64::ceil).into());
     bound.fmt();
-    bound
+    Some(bound)
 }
 
 fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<(String, String), Failure> {
