@@ -37,8 +37,12 @@ pub(super) fn length(x_m: f64) -> String {
     }
 }
 
+/// What of a figure is known at best, as a share: what one run moves by at half its step can be small by chance, while another moves by more.
+const KNOWN_AT_BEST: f64 = 1e-3;
+
 /// A length of which so much is known, in metres: with the digits that this bears.
 pub(super) fn length_known(x_m: f64, floor_m: f64) -> String {
+    let floor_m = floor_m.max(KNOWN_AT_BEST * x_m.abs());
     match x_m.abs() >= 1.0 {
         true => format!("{} m", decimals(x_m, borne(floor_m, 3))),
         false => format!("{} mm", decimals(1e3 * x_m, borne(1e3 * floor_m, 2))),
@@ -47,6 +51,7 @@ pub(super) fn length_known(x_m: f64, floor_m: f64) -> String {
 
 /// An angle of which so much is known, in radians: in degrees, with the digits that this bears.
 pub(super) fn angle_known(x_rad: f64, floor_rad: f64) -> String {
+    let floor_rad = floor_rad.max(KNOWN_AT_BEST * x_rad.abs());
     let places = borne(floor_rad.to_degrees(), 3);
     format!("{}°", decimals(x_rad.to_degrees(), places))
 }
@@ -113,6 +118,16 @@ pub(super) fn label(key: &str) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// However little a run moves at half its step, no more than four digits are known of what a cause did.
+    #[test]
+    fn no_figure_of_a_cause_has_more_digits_than_are_known() {
+        assert_eq!(length_known(0.161_069, 4e-5), "161.1 mm");
+        assert_eq!(length_known(0.161_069, 0.0), "161.1 mm");
+        assert_eq!(length_known(0.030_802, 4e-6), "30.80 mm");
+        assert_eq!(length_known(0.002_47, 1e-3), "2 mm");
+        assert_eq!(angle_known(-1.234_567, 0.0), "-70.74°");
+    }
 
     #[test]
     fn what_is_shown_as_zero_has_no_sign() {

@@ -304,7 +304,7 @@ fn must_be_lengths(model: &Model, values: &[f64], robot: &Robot) -> Result<(), E
         )
     };
     let mut fitted = model.parameters.iter().zip(values);
-    match fitted.find(|(of, value)| is_length(of) && !(**value > 0.0)) {
+    match fitted.find(|(of, value)| is_length(of) && (value.is_nan() || **value <= 0.0)) {
         None => Ok(()),
         Some((of, value)) => Err(Error::invalid(
             format!(

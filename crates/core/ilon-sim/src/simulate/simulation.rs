@@ -367,8 +367,8 @@ impl Simulation {
         let twins = &trace.header().twins;
         if self.is_untried && has_remedies(self.scenario(), &summary) {
             self.warnings.push(
-                "there is advice against what this run loses, but it was not tried because the \
-                 run is long; help: `ilon explain` with this scenario tries it"
+                "the run is long, so remedies for what it loses were not tried; help: `ilon explain` \
+                 with this scenario tries them"
                     .to_owned(),
             );
         }

@@ -213,7 +213,7 @@ fn parts(path: &Path, access: &FileAccess) -> Result<Vec<PathBuf>, BagReadError>
         return Err(not_a_bag(if has("db3") {
             "is a bag in SQLite, and not in MCAP: `ros2 bag convert` makes one of it"
         } else if has("ilon-partial") {
-            "is a bag that was cut short: its run was ended before it was whole. Without `.ilon-partial` in the name of its file it is read as far as it goes"
+            "was cut short: its run ended before the bag was whole. Rename its file without `.ilon-partial` to read what it holds"
         } else {
             "is a folder without an MCAP file"
         }));

@@ -325,6 +325,22 @@ fn bounds_and_baselines_begin_from_nothing_and_changes_are_told_in_per_cent() {
     assert_eq!(summary.lines().count(), 4, "{summary}");
 }
 
+/// A name of a stranger's file is no markup of the job's summary.
+#[test]
+fn markdown_shows_names_as_they_are_written() {
+    let folder = Folder::new();
+    folder.scenario("a|b<i>_c.toml", "");
+    ended_with(
+        0,
+        &folder.ilon(&["check", "a|b<i>_c.toml", "--markdown", "s.md"]),
+    );
+    let row = folder.read("s.md").lines().nth(2).map(str::to_owned);
+    assert_eq!(
+        row.as_deref(),
+        Some(r"| a\|b&lt;i&gt;\_c | nothing expected |")
+    );
+}
+
 /// Neither what is tested nor how its lines end is lost, and no bound is written that nothing could break: 1.1 of a grip that is used up is more than all of it.
 #[test]
 fn first_bounds_keep_the_file_and_test_something() {
