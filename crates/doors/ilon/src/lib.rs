@@ -23,6 +23,7 @@
 //! | [`mod@bench`] | how accurate and how fast the simulation is |
 //! | [`report`] | the run as one page to look at |
 //! | [`compare`] | several runs beside each other |
+//! | [`exported`] | a robot with its wheels as made for other simulators, and how true it is there |
 //! | [`planar`] | a robot as a planar base, fitted for planners and learners |
 //! | [`ros2_control`] | parameters for the controllers of ros2_controllers |
 //! | [`planners`] | a robot for PathPlanner, Choreo and Road Runner |
@@ -158,6 +159,7 @@ pub mod bench;
     allow(dead_code, reason = "what only the command says and writes")
 )]
 pub mod cli;
+pub mod exported;
 pub mod planar;
 pub mod planners;
 pub mod ros2_control;

@@ -55,6 +55,7 @@ mod packages;
 mod prepare;
 mod spec;
 mod urdf;
+mod wheels;
 
 use ilon_files as files;
 use ilon_robot as model;
@@ -77,3 +78,4 @@ pub use spec::{
     SuspensionLaw, SuspensionSpec, TreadSpec, WheelOverride, WheelSpec,
 };
 pub use urdf::{WheelOutline, link_tree, mesh_triangles};
+pub use wheels::{FittedRobot, Format, Ground, RollerShape, STEP_S, Shapes, fit, write_fitted};

@@ -82,7 +82,7 @@ pub(super) fn write_dynamics(
 }
 
 /// A number with fifteen significant digits: all that a double holds but for the noise of its last place.
-pub(super) fn num(value: f64) -> String {
+pub(crate) fn num(value: f64) -> String {
     if value.abs() < 1e-15 {
         return "0".to_owned();
     }
@@ -94,12 +94,12 @@ pub(super) fn num(value: f64) -> String {
     }
 }
 
-pub(super) fn nums(values: &[f64]) -> String {
+pub(crate) fn nums(values: &[f64]) -> String {
     values.iter().map(|&v| num(v)).collect::<Vec<_>>().join(" ")
 }
 
 /// A text as the value of an XML attribute.
-pub(super) fn attribute(text: &str) -> String {
+pub(crate) fn attribute(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")
@@ -107,6 +107,6 @@ pub(super) fn attribute(text: &str) -> String {
 }
 
 /// A text inside an XML comment, which must not hold two hyphens in a row.
-pub(super) fn comment_text(text: &str) -> String {
+pub(crate) fn comment_text(text: &str) -> String {
     text.replace("--", "- -")
 }

@@ -1,0 +1,218 @@
+//! `ilon export ROBOT --mjcf`, and for other simulators: the wheels as made.
+
+use std::path::Path;
+use std::process::Command;
+
+use ilon_formats::{Format, write_fitted};
+use serde_json::{Value, json};
+
+use super::escape::{one_line, path_in_line};
+use super::export::{Arguments, named_after};
+use super::outcome::Outcome;
+use super::robot::{load, not_scenario};
+use super::{console, json, reserve};
+use crate::cli::failure::Failure;
+use crate::exported::{DRIVE_PY, Export, NEWTON_PY};
+use crate::inspect::conditions;
+use crate::scenario::Scenario;
+use crate::simulate::{Simulation, load_robot};
+
+/// What Isaac Sim and other tools of USD need to be told.
+const USD_NOTES: &str = "\
+The wheels of this robot in USD (Isaac Sim, Isaac Lab)
+
+1. Import the MJCF or the URDF beside these notes with the importer of Isaac Sim. Let it keep all joints of rollers, without drives.
+2. PhysX has no ellipsoid. Give each roller the spheres of the URDF, or a convex hull of its mesh; a cylinder or a capsule only where the table
+   below says that the roller is one. A hull needs 64 corners around: PhysX cuts hulls to 64 vertices, so take spheres where you can.
+3. Turn self collision of the articulation off; otherwise rollers of neighbours collide.
+4. Physics scene: TGS solver, 500 steps a second or more, 8 or more position iterations and 1 velocity iteration, stabilisation off.
+5. Friction of rollers and floor as below, combine mode `min`, restitution 0, contact offset 1 mm, rest offset 0.
+6. Drives of wheels: stiffness 0, damping as `kv` of the MJCF, largest force as `forcerange`. Drives of rollers: stiffness 0, damping 0.
+7. Sleeping off (sleep threshold 0): rollers are light.
+
+Isaac Sim was not run with these notes. What the shapes themselves do is known by contact kinematics:
+
+";
+
+/// Writes the files, and measures where asked.
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let files = arguments.sandbox.files()?;
+    let settings = &arguments.settings.settings;
+    let (path, plain, scenario, robot, run) = match (&arguments.robot, &arguments.scenario) {
+        (Some(path), None) => {
+            let mut options = arguments.reading.options();
+            options.files = files.clone();
+            not_scenario(path, &options.files, |robot| {
+                format!(
+                    "export its robot, `ilon export {robot} --mjcf`, or the scenario with --scenario"
+                )
+            })?;
+            let plain = load(path, &options, "ilon export", &arguments.sandbox)?.robot;
+            let (scenario, robot) = conditions(settings, &plain, &files)?;
+            (path, plain, scenario, robot, None)
+        }
+        (None, Some(path)) => {
+            let scenario = Scenario::load_within(path, settings, &files)?;
+            let robot = load_robot(&scenario)?;
+            let run = Simulation::new(&scenario)?.run();
+            (path, robot.clone(), scenario, robot, Some(run))
+        }
+        _ => {
+            return Err(Failure::usage(
+                "name one robot, or one scenario with --scenario",
+                "for example `ilon export robot.urdf --mjcf`",
+            ));
+        }
+    };
+    let out = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| named_after(path, "_export"));
+    let _claim = reserve::folder(&out, "--out")?;
+    let stem = path
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .replace(['.', ' '], "_");
+    let mut told = Vec::new();
+    let mut mjcf_is_written = false;
+    for (is_asked, name, format) in [
+        (arguments.mjcf, "mjcf", Format::Mjcf),
+        (arguments.newton, "newton", Format::Mjcf),
+        (arguments.sdf, "sdf", Format::Sdf),
+        (arguments.urdf, "urdf", Format::Urdf),
+        (arguments.usd_notes, "usd_notes", Format::Urdf),
+    ] {
+        if !is_asked {
+            continue;
+        }
+        let mut export = Export::new(&scenario, &robot, format)?;
+        let is_mjcf = format == Format::Mjcf;
+        if !(is_mjcf && mjcf_is_written) {
+            for (name, bytes) in write_fitted(
+                &export.fitted,
+                format,
+                &stem,
+                &export.ground,
+                &export.about(),
+            ) {
+                ilon_trace::file::write_bytes(&out.join(name), &bytes)?;
+            }
+        }
+        let mut scenario_table = Value::Null;
+        if is_mjcf {
+            mjcf_is_written = true;
+            let script = if name == "newton" {
+                NEWTON_PY
+            } else {
+                DRIVE_PY
+            };
+            let script_name = if name == "newton" {
+                "newton_drive.py"
+            } else {
+                "drive.py"
+            };
+            let mut drive = export.drive(&format!("{stem}_scene.xml"));
+            if let Some(run) = run.as_ref().filter(|_| name == "mjcf") {
+                drive["trace"] = export.trace(&robot, run)?;
+            }
+            let script_path = out.join(script_name);
+            let drive_path = out.join("drive.json");
+            ilon_trace::file::write_text(&script_path, script)?;
+            ilon_trace::file::write_text(&drive_path, &json::pretty("the drives", &drive)?)?;
+            if arguments.verify {
+                if run.is_none() {
+                    export.simulate(&plain, settings, &files)?;
+                }
+                let measured = python(&script_path, &drive_path)?;
+                export.take(&measured);
+                scenario_table = measured["scenario"].clone();
+            }
+        }
+        let fitted = &export.fitted;
+        let said = json!({
+            "format": name,
+            "shapes": export.shapes(),
+            "fit_error_mm": 1e3 * fitted.error_m,
+            "hub_travel_mm": 1e3 * fitted.travel_m,
+            "hub_travel_as_made_mm": 1e3 * fitted.travel_as_made_m,
+            "drives": &export.drives,
+            "left_out": export.left_out(),
+            "scenario": scenario_table,
+        });
+        if name == "usd_notes" {
+            let text = format!("{USD_NOTES}{}\n", export.about().replace("\n     ", "\n"));
+            ilon_trace::file::write_text(&out.join("usd_notes.txt"), &text)?;
+        }
+        told.push((table(name, &export, &said["scenario"]), said));
+    }
+    if arguments.json {
+        let all: Vec<&Value> = told.iter().map(|(_, said)| said).collect();
+        console::data(&json::pretty("what was exported", &all)?)?;
+    } else {
+        let tables: String = told.iter().map(|(table, _)| table.as_str()).collect();
+        let name = one_line(&robot.name);
+        console::lines(&format!(
+            "{tables}`{name}` written to {}\n",
+            path_in_line(&out)
+        ))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// What a terminal shows of one format.
+fn table(name: &str, export: &Export, scenario: &Value) -> String {
+    let fitted = &export.fitted;
+    let mut text = format!(
+        "{name}: rollers as {}; hub height off by {:.4} mm at most\n",
+        export.shapes().join(", "),
+        1e3 * fitted.error_m
+    );
+    text +=
+        "  speed over ideal      as made  on these shapes     ilon  simulator  travel there, mm\n";
+    let shown = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.4}"));
+    for drive in &export.drives {
+        text += &format!(
+            "  {:<18} {:>10.4} {:>16.4} {:>8} {:>10} {:>17}\n",
+            drive.name,
+            drive.as_made,
+            drive.expected,
+            shown(drive.ilon),
+            shown(drive.measured),
+            shown(drive.travel_mm)
+        );
+    }
+    for words in ["difference", "geometry", "softness", "step"] {
+        if let Some(of) = scenario[words].as_array() {
+            let [x, y, heading] = [0, 1, 2].map(|axis| of[axis].as_f64().unwrap_or(f64::NAN));
+            text += &format!(
+                "  end of the scenario, {words:<11}: {:8.2} mm {:8.2} mm {:8.3} deg\n",
+                1e3 * x,
+                1e3 * y,
+                heading.to_degrees()
+            );
+        }
+    }
+    text
+}
+
+/// What a script of Python prints as JSON: of the Python under `ILON_PYTHON`, or `python3`.
+fn python(script: &Path, argument: &Path) -> Result<Value, Failure> {
+    let python = std::env::var("ILON_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let refused = |reason: String| {
+        Failure::usage(
+            format!("the simulator could not be run: {reason}"),
+            "install it, such as with `pip install mujoco`, name a Python that has it by ILON_PYTHON, or leave --verify out",
+        )
+    };
+    let output = Command::new(&python).arg(script).arg(argument).output();
+    let output = output.map_err(|error| refused(format!("{python}: {error}")))?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    let last = said.lines().last().unwrap_or_default().to_owned();
+    if !output.status.success() {
+        return Err(refused(last));
+    }
+    let printed = String::from_utf8_lossy(&output.stdout);
+    let line = printed.lines().last().unwrap_or_default();
+    serde_json::from_str(line).map_err(|error| refused(error.to_string()))
+}

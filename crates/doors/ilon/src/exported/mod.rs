@@ -1,0 +1,339 @@
+//! A robot with its wheels as made in other simulators, and how true it is there.
+//!
+//! The shapes that stand for rollers have contact kinematics of their own: what a robot on them does without slip is known before any
+//! simulator runs. [`Export::drive`] describes three drives for a simulator, whose measured ratios stand beside these and ilon's own.
+
+use ilon_control::{ContactKinematics, Kinematics};
+use ilon_formats::{FittedRobot, Format, Ground, fit};
+use ilon_robot::{Pose, Robot, Twist};
+use ilon_sim::standard_motions::standard_motions;
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use crate::Error;
+use crate::scenario::{Scenario, Setting};
+use crate::simulate::{Driver, Plant, Run, Simulation, resolve_for};
+
+/// The program that drives a robot in MuJoCo.
+pub const DRIVE_PY: &str = include_str!("drive.py");
+/// The program that drives it in Newton.
+pub const NEWTON_PY: &str = include_str!("newton_drive.py");
+
+/// The time for which a robot rests, then speeds up, and then settles before a drive is measured, in seconds.
+const REST_S: f64 = 0.5;
+const RAMP_S: f64 = 0.5;
+const SETTLE_S: f64 = 1.0;
+/// A drive is measured for this long at least, in seconds, and over whole turns of its fastest wheel.
+const LEAST_WINDOW_S: f64 = 3.0;
+
+/// A robot for one format, and what it does there.
+#[derive(Clone, Debug)]
+pub struct Export {
+    /// The robot on shapes that the format has.
+    pub fitted: FittedRobot,
+    /// Floor and gravity.
+    pub ground: Ground,
+    /// What it does ahead, sideways and on the spot.
+    pub drives: Vec<Drive>,
+    kinematics: Kinematics,
+}
+
+/// One drive: a twist along one axis of the body frame. Ratios are speeds over those of ideal kinematics.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Drive {
+    /// `ahead`, `left` or `turn`.
+    pub name: &'static str,
+    /// By contact kinematics of the rollers as made.
+    pub as_made: f64,
+    /// By contact kinematics of the fitted shapes.
+    pub expected: f64,
+    /// As ilon simulates it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ilon: Option<f64>,
+    /// As the other simulator does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measured: Option<f64>,
+    /// How far the base rises and falls there, in mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub travel_mm: Option<f64>,
+    #[serde(skip)]
+    twist_in_body: Twist,
+    #[serde(skip)]
+    rates_rad_s: Vec<f64>,
+    #[serde(skip)]
+    lasts_s: f64,
+}
+
+impl Drive {
+    fn axis(&self) -> usize {
+        match self.name {
+            "ahead" => 0,
+            "left" => 1,
+            _ => 2,
+        }
+    }
+}
+
+/// The component of a twist along an axis of the body frame: ahead, left, turn.
+fn along(twist: Twist, axis: usize) -> f64 {
+    [twist.vx_m_s, twist.vy_m_s, twist.omega_rad_s][axis]
+}
+
+impl Export {
+    /// A robot, which has the motors and rollers of a scenario, on the shapes of a format.
+    ///
+    /// # Errors
+    /// A robot that is not omnidirectional, and what cannot be simulated.
+    pub fn new(scenario: &Scenario, robot: &Robot, format: Format) -> Result<Self, Error> {
+        let plant = Plant::new(&resolve_for(scenario, robot, Driver::Own)?, robot)?;
+        let kinematics = Kinematics::new(robot)?;
+        let fitted = fit(robot, format.shapes());
+        let mut made = ContactKinematics::new(robot)?;
+        let mut shown = ContactKinematics::new(&fitted.robot)?;
+        let mut drives = Vec::new();
+        for motion in standard_motions(robot)? {
+            if !["ahead", "left", "turn"].contains(&motion.name) {
+                continue;
+            }
+            let mut rates_rad_s = vec![0.0; kinematics.wheel_count()];
+            kinematics.wheel_rates(motion.twist_in_body, &mut rates_rad_s);
+            let fastest = rates_rad_s.iter().fold(0.0, |a: f64, r| a.max(r.abs()));
+            let turn_s = std::f64::consts::TAU / fastest;
+            let mut drive = Drive {
+                name: motion.name,
+                as_made: 0.0,
+                expected: 0.0,
+                ilon: None,
+                measured: None,
+                travel_mm: None,
+                twist_in_body: motion.twist_in_body,
+                rates_rad_s,
+                lasts_s: turn_s * (LEAST_WINDOW_S / turn_s).ceil(),
+            };
+            drive.as_made = mean_ratio(&mut made, &drive);
+            drive.expected = mean_ratio(&mut shown, &drive);
+            drives.push(drive);
+        }
+        Ok(Self {
+            fitted,
+            ground: Ground {
+                friction: plant.floor_friction(),
+                gravity_m_s2: scenario.world.gravity_m_s2,
+            },
+            drives,
+            kinematics,
+        })
+    }
+
+    /// Simulates the drives in ilon, on a robot before the scenario's keys that are set.
+    ///
+    /// # Errors
+    /// What cannot be simulated.
+    pub fn simulate(
+        &mut self,
+        robot: &Robot,
+        settings: &[Setting],
+        files: &ilon_files::FileAccess,
+    ) -> Result<(), Error> {
+        for drive in &mut self.drives {
+            let [vx, vy, omega] = [0, 1, 2].map(|axis| along(drive.twist_in_body, axis));
+            let text = format!(
+                "robot.file = \"\"\ntwist = {{ vx_m_s = {vx}, vy_m_s = {vy}, omega_rad_s = {omega}, rest_s = {REST_S:?}, ramp_s = {RAMP_S:?}, settle_s = {SETTLE_S:?} }}\nrun.duration_s = {:?}\n",
+                drive.end_s()
+            );
+            let scenario = Scenario::from_toml_with(&text, "a drive", "", settings, files)?;
+            let ratio = Simulation::with_robot(&scenario, robot)?
+                .run()
+                .summary
+                .twist_ratio_ideal;
+            drive.ilon = [ratio.vx, ratio.vy, ratio.omega][drive.axis()];
+        }
+        Ok(())
+    }
+
+    /// What a simulator needs to drive the model in a file: for [`DRIVE_PY`] and [`NEWTON_PY`].
+    pub fn drive(&self, model: &str) -> Value {
+        let matrix = self.kinematics.rate_matrix();
+        let rows: Vec<[f64; 3]> = matrix
+            .row_iter()
+            .map(|row| [row[0], row[1], row[2]])
+            .collect();
+        let wheels = self.fitted.robot.wheels.iter();
+        let drives: Vec<Value> = self.drives.iter().map(Drive::told).collect();
+        json!({
+            "model": model,
+            "wheels": wheels.map(|wheel| &wheel.name).collect::<Vec<_>>(),
+            "rate_matrix": rows,
+            "drives": drives,
+        })
+    }
+
+    /// Takes what a simulator measured.
+    pub fn take(&mut self, measured: &Value) {
+        let said = measured["drives"].as_array().into_iter().flatten();
+        for (drive, said) in self.drives.iter_mut().zip(said) {
+            drive.measured = said["ratio"].as_f64();
+            drive.travel_mm = said["travel_mm"].as_f64();
+        }
+    }
+
+    /// A run of ilon as a simulator plays it: its real wheel rates, where it started and ended, and how far the fitted shapes lead elsewhere.
+    ///
+    /// # Errors
+    /// Where the robot has no contact kinematics.
+    pub fn trace(&self, robot: &Robot, run: &Run) -> Result<Value, Error> {
+        let steps: Vec<_> = run.trace.steps().collect();
+        let count = robot.wheels.len();
+        let of = |wheel: usize| {
+            steps
+                .iter()
+                .map(move |(_, wheels)| wheels[wheel].rate_rad_s)
+        };
+        let rates: Vec<Vec<f64>> = (0..count).map(|wheel| of(wheel).collect()).collect();
+        let led = |robot: &Robot| -> Result<[f64; 3], Error> {
+            let mut contact = ContactKinematics::new(robot)?;
+            let mut pose = steps
+                .first()
+                .map_or(Pose::default(), |(first, _)| first.truth.pose);
+            for pair in steps.windows(2) {
+                let middle = |wheel: usize| [pair[0].1[wheel], pair[1].1[wheel]];
+                let angles: Vec<f64> = (0..count)
+                    .map(|w| middle(w).iter().map(|s| 0.5 * s.angle_rad).sum())
+                    .collect();
+                let dt_s = pair[1].0.t_s - pair[0].0.t_s;
+                let rates: Vec<f64> = (0..count)
+                    .map(|w| (middle(w)[1].angle_rad - middle(w)[0].angle_rad) / dt_s)
+                    .collect();
+                let twist = contact.twist(&angles, &rates);
+                let heading = pose.heading_rad + 0.5 * dt_s * twist.omega_rad_s;
+                let (sin, cos) = libm::sincos(heading);
+                pose.x_m += dt_s * (cos * twist.vx_m_s - sin * twist.vy_m_s);
+                pose.y_m += dt_s * (sin * twist.vx_m_s + cos * twist.vy_m_s);
+                pose.heading_rad += dt_s * twist.omega_rad_s;
+            }
+            Ok([pose.x_m, pose.y_m, pose.heading_rad])
+        };
+        let (made, shown) = (led(robot)?, led(&self.fitted.robot)?);
+        let geometry = [0, 1, 2].map(|axis| shown[axis] - made[axis]);
+        let poses = [steps.first(), steps.last()].map(|at| {
+            at.map_or([0.0; 3], |(row, _)| {
+                let pose = row.truth.pose;
+                [pose.x_m, pose.y_m, pose.heading_rad]
+            })
+        });
+        Ok(json!({
+            "times_s": steps.iter().map(|(row, _)| row.t_s).collect::<Vec<_>>(),
+            "rates_rad_s": rates,
+            "start": poses[0],
+            "end": poses[1],
+            "geometry": geometry,
+        }))
+    }
+
+    /// What a file says of itself at its head.
+    pub fn about(&self) -> String {
+        let fitted = &self.fitted;
+        let robot = &fitted.robot;
+        let mut text = format!(
+            "     The robot `{}` with its wheels as made, by ilon {}. A roller is {}.\n     \
+             Error of a hub's height by these shapes: {:.4} mm at most over a turn; travel {:.4} mm, of the rollers as made {:.4} mm.\n     \
+             Speed over ideal kinematics, without slip, as made and on these shapes:",
+            robot.name,
+            env!("CARGO_PKG_VERSION"),
+            self.shapes().join(", or "),
+            1e3 * fitted.error_m,
+            1e3 * fitted.travel_m,
+            1e3 * fitted.travel_as_made_m,
+        );
+        for drive in &self.drives {
+            text += &format!(
+                " {} {:.4} {:.4};",
+                drive.name, drive.as_made, drive.expected
+            );
+        }
+        text += &format!(
+            "\n     Motors hold the rates of wheels. Floor of friction {}. Rollers meet the world, not their robot.",
+            self.ground.friction
+        );
+        let left_out = self.left_out();
+        if !left_out.is_empty() {
+            text += &format!("\n     Left out: {}.", left_out.join(", "));
+        }
+        text
+    }
+
+    /// The kinds of shapes of its rollers.
+    pub fn shapes(&self) -> Vec<String> {
+        let mut names: Vec<String> = Vec::new();
+        for shape in self.fitted.shapes.iter().flatten() {
+            let name = shape.name();
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
+    }
+
+    /// What of the robot is not in the files.
+    pub fn left_out(&self) -> Vec<&'static str> {
+        let any =
+            |has: &dyn Fn(&ilon_robot::Wheel) -> bool| self.fitted.robot.wheels.iter().any(has);
+        let mut out = Vec::new();
+        for (words, is_there) in [
+            ("treads of rollers", any(&|w| w.surface.tread.is_some())),
+            (
+                "rolling resistance of rollers",
+                any(&|w| w.surface.rolling_resistance != 0.0),
+            ),
+            (
+                "play of rollers along their axles",
+                any(&|w| w.surface.axial_play_m != 0.0),
+            ),
+            (
+                "friction of axles that grows with the load",
+                any(&|w| w.surface.axle_friction != 0.0),
+            ),
+            (
+                "efficiency of gears",
+                any(&|w| w.drive.gear_efficiency != 1.0),
+            ),
+        ] {
+            if is_there {
+                out.push(words);
+            }
+        }
+        out
+    }
+}
+
+impl Drive {
+    fn end_s(&self) -> f64 {
+        REST_S + RAMP_S + SETTLE_S + self.lasts_s
+    }
+
+    /// The drive for a program that plays it.
+    fn told(&self) -> Value {
+        let rates = self.rates_rad_s.iter().map(|rate| [0.0, 0.0, *rate, *rate]);
+        json!({
+            "name": self.name,
+            "axis": self.axis(),
+            "times_s": [0.0, REST_S, REST_S + RAMP_S, self.end_s()],
+            "rates_rad_s": rates.collect::<Vec<_>>(),
+            "window_s": [REST_S + RAMP_S + SETTLE_S, self.end_s()],
+        })
+    }
+}
+
+/// The mean speed along a drive's axis over that of ideal kinematics, over whole turns of its fastest wheel.
+fn mean_ratio(contact: &mut ContactKinematics, drive: &Drive) -> f64 {
+    const LOOKS: usize = 3600;
+    let look = |k: usize| {
+        // The middle of each step, so that no look falls on a hand-over.
+        let time_s = drive.lasts_s * (k as f64 + 0.5) / LOOKS as f64;
+        let angles: Vec<f64> = drive.rates_rad_s.iter().map(|rate| rate * time_s).collect();
+        along(contact.twist(&angles, &drive.rates_rad_s), drive.axis())
+    };
+    let sum: f64 = (0..LOOKS).map(look).sum();
+    sum / LOOKS as f64 / along(drive.twist_in_body, drive.axis())
+}

@@ -1,0 +1,416 @@
+//! The native shape of other simulators that is nearest to a roller as made.
+//!
+//! On level ground only the support of a roller counts: how far it reaches in the direction of the ground, as a function of the
+//! direction's component w along its axis. A roller serves the angles phi from straight down to half of the way to its neighbours,
+//! and the wheel's hub stands at a cos(phi) plus that support. A shape is fitted so that the largest error of the support over these
+//! angles is the least, which is the largest error of the hub's height.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use nalgebra::{Isometry3, Rotation3, Vector3};
+
+use crate::model::{
+    Collision, CollisionShape, ModelledRoller, Profile, ProfilePart, Robot, Roller, RollerForm,
+    Wheel,
+};
+
+/// A roller's shape in another simulator, along z of the roller frame, about its middle.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum RollerShape {
+    /// An ellipsoid of revolution.
+    Ellipsoid {
+        /// Half axis across the roller's axis, in metres.
+        radius_m: f64,
+        /// Half axis along it, in metres.
+        half_length_m: f64,
+    },
+    /// Solids: one capsule or cylinder, some spheres, or the collision shapes of its file.
+    Solids(Vec<Collision>),
+    /// A convex mesh turned to a profile, `[place along the axis, radius]` in metres, with flat ends.
+    Mesh(Vec<[f64; 2]>),
+}
+
+/// Which shapes a format has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shapes {
+    /// Ellipsoids, capsules, cylinders, spheres and meshes: MJCF and SDF.
+    All,
+    /// Cylinders, spheres and meshes: URDF.
+    Plain,
+}
+
+/// A robot whose rollers have shapes of another simulator.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct FittedRobot {
+    /// The robot with the outlines of the shapes in place of the rollers' own, so that its kinematics are those of the shapes.
+    pub robot: Robot,
+    /// Height of the body frame's origin above the ground when the robot stands level, in metres.
+    pub ride_height_m: f64,
+    /// The shape of each roller of each wheel.
+    pub shapes: Vec<Vec<RollerShape>>,
+    /// The largest error of a hub's height on level ground over a turn of its wheel, in metres.
+    pub error_m: f64,
+    /// The largest travel of a hub over a turn of its wheel, with these shapes, in metres.
+    pub travel_m: f64,
+    /// The same of the rollers as made, in metres.
+    pub travel_as_made_m: f64,
+}
+
+/// An error of this share of the wheel's radius is small enough for the simplest shape.
+const ENOUGH: f64 = 5e-4;
+/// Angles at which supports are compared.
+const LOOKS: usize = 61;
+/// Corners of a mesh around its axis.
+pub(super) const CORNERS: usize = 64;
+
+impl RollerShape {
+    /// What it is called.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Ellipsoid { .. } => "an ellipsoid".to_owned(),
+            Self::Mesh(_) => "a convex mesh".to_owned(),
+            Self::Solids(solids) => match &solids[..] {
+                [one] => match one.shape {
+                    CollisionShape::Capsule { .. } => "a capsule".to_owned(),
+                    CollisionShape::Cylinder { .. } => "a cylinder".to_owned(),
+                    CollisionShape::Sphere { .. } => "a sphere".to_owned(),
+                    _ => "a solid".to_owned(),
+                },
+                solids => format!("{} solids", solids.len()),
+            },
+        }
+    }
+
+    /// Its outline about the roller's axis; `None` of the shapes of a file, which have theirs.
+    fn profile(&self) -> Option<Profile> {
+        /// Circles for an ellipsoid: chords of its outline are off by less than 5e-5 of its length.
+        const CIRCLES: usize = 160;
+        let part = |t_m: f64, ring_m: f64, ball_m: f64| ProfilePart {
+            t_m,
+            ring_m,
+            ball_m,
+        };
+        let parts = match self {
+            Self::Ellipsoid {
+                radius_m,
+                half_length_m,
+            } => (0..=CIRCLES)
+                .map(|i| {
+                    let (sin, cos) = libm::sincos(PI * (i as f64 / CIRCLES as f64 - 0.5));
+                    part(half_length_m * sin, radius_m * cos, 0.0)
+                })
+                .collect(),
+            Self::Mesh(points) => points.iter().map(|[t, r]| part(*t, *r, 0.0)).collect(),
+            Self::Solids(solids) => {
+                let mut parts = Vec::new();
+                for solid in solids {
+                    let t_m = solid.body_from_shape.translation.z;
+                    let (half_m, ring_m, ball_m) = match solid.shape {
+                        CollisionShape::Sphere { radius_m } => (0.0, 0.0, radius_m),
+                        CollisionShape::Capsule { radius_m, length_m } => {
+                            (0.5 * length_m, 0.0, radius_m)
+                        }
+                        CollisionShape::Cylinder { radius_m, length_m } => {
+                            (0.5 * length_m, radius_m, 0.0)
+                        }
+                        _ => return None,
+                    };
+                    parts.extend([-half_m, half_m].map(|end| part(t_m + end, ring_m, ball_m)));
+                }
+                parts
+            }
+        };
+        Profile::new(parts)
+    }
+}
+
+/// Gives each roller of a robot the nearest shape that a format has.
+pub fn fit(robot: &Robot, format: Shapes) -> FittedRobot {
+    let mut fitted = robot.clone();
+    let mut shapes = Vec::new();
+    let (mut error_m, mut travel_m, mut travel_as_made_m) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for (wheel, next) in robot.wheels.iter().zip(&mut fitted.wheels) {
+        // Equal rollers get equal shapes, and are fitted once.
+        let mut known: Vec<(RollerForm, [f64; 3], RollerShape)> = Vec::new();
+        let mut of_wheel = Vec::new();
+        for (index, roller) in wheel.rollers.iter().enumerate() {
+            let target = Target::new(wheel, index);
+            let figures = [target.tallest_m(), roller.length_m, roller.ring_radius_m()];
+            let same = |was: &&(RollerForm, [f64; 3], RollerShape)| {
+                let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-9;
+                was.0 == roller.form && was.1.iter().zip(&figures).all(near)
+            };
+            let shape = match known.iter().find(same) {
+                Some((_, _, shape)) => shape.clone(),
+                None => target.nearest(format, ENOUGH * wheel.radius_m),
+            };
+            if let Some(profile) = shape.profile().filter(|_| !target.is_modelled()) {
+                let shapes = Vec::new();
+                next.rollers[index].form =
+                    RollerForm::AsModelled(ModelledRoller { shapes, profile });
+            }
+            known.push((roller.form.clone(), figures, shape.clone()));
+            of_wheel.push(shape);
+        }
+        shapes.push(of_wheel);
+        let (made, shown) = (heights_m(wheel), heights_m(next));
+        let off = made.iter().zip(&shown).map(|(a, b)| (a - b).abs());
+        error_m = error_m.max(off.fold(0.0, f64::max));
+        travel_m = travel_m.max(span(&shown));
+        travel_as_made_m = travel_as_made_m.max(span(&made));
+    }
+    FittedRobot {
+        robot: fitted,
+        ride_height_m: robot.ride_height_m(),
+        shapes,
+        error_m,
+        travel_m,
+        travel_as_made_m,
+    }
+}
+
+/// Heights of a wheel's hub on level ground over a turn, in metres.
+fn heights_m(wheel: &Wheel) -> Vec<f64> {
+    let looks = LOOKS * wheel.rollers.len();
+    let shown = wheel.rollers.iter().map(|roller| reach(wheel, roller));
+    let shown: Vec<_> = shown.collect();
+    (0..looks)
+        .map(|i| {
+            let (sin, cos) = libm::sincos(TAU * i as f64 / looks as f64);
+            let down = Vector3::new(cos, sin, 0.0);
+            let reaches = wheel.rollers.iter().zip(&shown);
+            let reaches = reaches.map(|(roller, reach)| {
+                roller.center_in_hub_m.dot(&down) + reach(roller.axis_in_hub.dot(&down))
+            });
+            reaches.fold(f64::NEG_INFINITY, f64::max)
+        })
+        .collect()
+}
+
+fn span(heights_m: &[f64]) -> f64 {
+    let most = heights_m.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    most - heights_m.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+/// How far a roller reaches from its middle, by the component of the direction along its axis.
+fn reach<'a>(wheel: &Wheel, roller: &'a Roller) -> Box<dyn Fn(f64) -> f64 + 'a> {
+    match &roller.form {
+        RollerForm::Turned(turned) => Box::new(|w| turned.profile().support_m(w)),
+        RollerForm::AsModelled(modelled) => Box::new(|w| modelled.profile.support_m(w)),
+        RollerForm::Barrel | RollerForm::Made(_) => {
+            let barrel = wheel.barrel(roller);
+            Box::new(move |w| {
+                let t_m = barrel.support_place_m(w);
+                t_m * w + barrel.sphere_radius_m(t_m)
+            })
+        }
+    }
+}
+
+/// A roller, and the directions in which it meets the ground.
+struct Target<'a> {
+    wheel: &'a Wheel,
+    roller: &'a Roller,
+    /// Components of the directions along the roller's axis, and how far the roller reaches in each, in metres.
+    supports: Vec<[f64; 2]>,
+}
+
+impl<'a> Target<'a> {
+    fn new(wheel: &'a Wheel, index: usize) -> Self {
+        let roller = &wheel.rollers[index];
+        let count = wheel.rollers.len();
+        let half_way = |next: usize| {
+            let apart = wheel.rollers[next].place_rad() - roller.place_rad();
+            0.5 * crate::model::wrap_angle(apart).abs().min(PI / 1.5)
+        };
+        let (after, before) = (
+            half_way((index + 1) % count),
+            half_way((index + count - 1) % count),
+        );
+        let reach = reach(wheel, roller);
+        let outward = roller.center_in_hub_m.xy().normalize();
+        let outward = Vector3::new(outward.x, outward.y, 0.0);
+        let supports = (0..LOOKS).map(|i| {
+            let phi = -before + (before + after) * i as f64 / (LOOKS - 1) as f64;
+            let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), phi);
+            let w = roller.axis_in_hub.dot(&(turn * outward));
+            [w, reach(w)]
+        });
+        let supports = supports.collect();
+        Self {
+            wheel,
+            roller,
+            supports,
+        }
+    }
+
+    fn is_modelled(&self) -> bool {
+        matches!(self.roller.form, RollerForm::AsModelled(_))
+    }
+
+    fn tallest_m(&self) -> f64 {
+        self.supports
+            .iter()
+            .map(|[w, _]| w.abs())
+            .fold(0.0, f64::max)
+    }
+
+    /// The largest error of a support, in metres.
+    fn error_m(&self, support_m: impl Fn(f64) -> f64) -> f64 {
+        let off = |[w, s]: &[f64; 2]| (support_m(*w) - s).abs();
+        self.supports.iter().map(off).fold(0.0, f64::max)
+    }
+
+    /// The simplest shape that is near enough, or the nearest.
+    fn nearest(&self, format: Shapes, enough_m: f64) -> RollerShape {
+        if let RollerForm::AsModelled(modelled) = &self.roller.form {
+            return RollerShape::Solids(modelled.shapes.clone());
+        }
+        let one = |shape| {
+            let body_from_shape = Isometry3::identity();
+            RollerShape::Solids(vec![Collision {
+                body_from_shape,
+                shape,
+            }])
+        };
+        let ellipsoid = || {
+            let [p, q] =
+                self.two_figures(|[p, q], w| (p * p * (1.0 - w * w) + q * q * w * w).sqrt());
+            RollerShape::Ellipsoid {
+                radius_m: p,
+                half_length_m: q,
+            }
+        };
+        let capsule = || {
+            let [radius_m, half_m] = self.two_figures(|[p, q], w| p + q * w.abs());
+            let length_m = 2.0 * half_m;
+            one(CollisionShape::Capsule { radius_m, length_m })
+        };
+        let cylinder = || {
+            let of = |[p, q]: [f64; 2], w: f64| p * (1.0 - w * w).sqrt() + q * w.abs();
+            let [radius_m, half_m] = self.two_figures(of);
+            let length_m = 2.0 * half_m;
+            one(CollisionShape::Cylinder { radius_m, length_m })
+        };
+        let spheres = || self.spheres(enough_m);
+        let mesh = || self.mesh();
+        type Makes<'a> = &'a dyn Fn() -> RollerShape;
+        let is_turned = matches!(self.roller.form, RollerForm::Turned(_));
+        let order: &[Makes] = match (format, is_turned) {
+            (Shapes::All, false) => &[&ellipsoid, &capsule, &spheres],
+            (Shapes::All, true) => &[&ellipsoid, &capsule, &cylinder, &mesh],
+            (Shapes::Plain, false) => &[&spheres],
+            (Shapes::Plain, true) => &[&cylinder, &mesh],
+        };
+        let mut best: Option<(f64, RollerShape)> = None;
+        for make in order {
+            let shape = make();
+            let Some(profile) = shape.profile() else {
+                continue;
+            };
+            let error_m = self.error_m(|w| profile.support_m(w));
+            if best.as_ref().is_none_or(|(least_m, _)| error_m < *least_m) {
+                best = Some((error_m, shape));
+            }
+            if error_m < enough_m {
+                break;
+            }
+        }
+        best.map_or_else(ellipsoid, |(_, shape)| shape)
+    }
+
+    /// The two figures of a shape, in metres, by which the largest error of its support is the least: golden sections, of the first
+    /// within those of the second.
+    fn two_figures(&self, support_m: impl Fn([f64; 2], f64) -> f64) -> [f64; 2] {
+        let thick_m = self.supports.iter().map(|[_, s]| *s).fold(0.0, f64::max);
+        let most_m = 2.0 * self.roller.length_m + thick_m;
+        let first = |q: f64| least(thick_m, |p| self.error_m(|w| support_m([p, q], w)));
+        let (second, _) = least(most_m, |q| first(q).1);
+        [first(second).0, second]
+    }
+
+    /// Spheres along the axis, the outermost at the roller's ends: the fewest that are near enough. They reach from the barrel's own
+    /// surface as far beyond it as they fall short of it between them.
+    fn spheres(&self, enough_m: f64) -> RollerShape {
+        const MOST: usize = 25;
+        let barrel = self.wheel.barrel(self.roller);
+        let stack = |count: usize, grown_m: f64| {
+            let sphere = |i: usize| {
+                let along = 2.0 * i as f64 / (count - 1) as f64 - 1.0;
+                let t_m = along * barrel.half_length_m;
+                let radius_m = barrel.sphere_radius_m(t_m) + grown_m;
+                Collision {
+                    body_from_shape: Isometry3::translation(0.0, 0.0, t_m),
+                    shape: CollisionShape::Sphere { radius_m },
+                }
+            };
+            RollerShape::Solids((0..count).map(sphere).collect())
+        };
+        let error_m = |shape: &RollerShape| {
+            let profile = shape.profile();
+            profile.map_or(0.0, |of| self.error_m(|w| of.support_m(w)))
+        };
+        let mut shape = stack(3, 0.0);
+        for count in (5..=MOST).step_by(2) {
+            let short_m = error_m(&stack(count, 0.0));
+            shape = stack(count, 0.5 * short_m);
+            if 0.5 * short_m < enough_m {
+                break;
+            }
+        }
+        shape
+    }
+
+    /// A mesh through places of the surface where it reaches furthest, more of them where it meets the ground.
+    fn mesh(&self) -> RollerShape {
+        let RollerForm::Turned(turned) = &self.roller.form else {
+            return self.spheres(0.0);
+        };
+        let served = self
+            .supports
+            .iter()
+            .map(|[w, _]| libm::asin(w.clamp(-1.0, 1.0)));
+        let steep = (1..=12).map(|i| FRAC_PI_2 * f64::from(i) / 12.5);
+        let mut angles: Vec<f64> = served.chain(steep.flat_map(|x| [x, -x])).collect();
+        angles.sort_by(f64::total_cmp);
+        let mut points: Vec<[f64; 2]> = Vec::new();
+        for angle in angles {
+            let (sin, cos) = libm::sincos(angle);
+            let (part, _) = turned.profile().furthest(sin);
+            let point = [
+                part.t_m + part.ball_m * sin,
+                part.ring_m + part.ball_m * cos,
+            ];
+            // Corners that lie together are one.
+            let rises = points.last().is_none_or(|last| point[0] - last[0] > 1e-6);
+            if rises {
+                points.push(point);
+            }
+        }
+        RollerShape::Mesh(points)
+    }
+}
+
+/// Where a function with one minimum between 0 and an end has it, and its value there: golden sections.
+fn least(end: f64, of: impl Fn(f64) -> f64) -> (f64, f64) {
+    const SECTIONS: usize = 60;
+    const SHARE: f64 = 0.618_033_988_749_894_9;
+    let (mut low, mut high) = (0.0, end);
+    let (mut a, mut b) = (high - SHARE * (high - low), low + SHARE * (high - low));
+    let (mut of_a, mut of_b) = (of(a), of(b));
+    for _ in 0..SECTIONS {
+        if of_a <= of_b {
+            (high, b, of_b) = (b, a, of_a);
+            a = high - SHARE * (high - low);
+            of_a = of(a);
+        } else {
+            (low, a, of_a) = (a, b, of_b);
+            b = low + SHARE * (high - low);
+            of_b = of(b);
+        }
+    }
+    let x = 0.5 * (low + high);
+    (x, of(x))
+}

@@ -1,0 +1,92 @@
+//! A robot with its wheels as made, for other simulators: MJCF, SDF and URDF.
+//!
+//! | module | has |
+//! |---|---|
+//! | `fit` | the native shape that is nearest to a roller as made |
+//! | `parts` | the robot as a tree of bodies on joints |
+//! | `mjcf`, `tags` | the formats |
+//! | `stl` | meshes of rollers for which no native shape is near |
+
+mod fit;
+mod mjcf;
+mod parts;
+mod stl;
+mod tags;
+
+pub use fit::{FittedRobot, RollerShape, Shapes, fit};
+
+use crate::generate::elements::comment_text;
+
+/// The step for which the solver of a MJCF is set, in seconds.
+pub const STEP_S: f64 = 0.002;
+
+/// The ground of a written world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ground {
+    /// Coulomb's coefficient of friction between rollers and ground.
+    pub friction: f64,
+    /// Gravity, in m/s^2.
+    pub gravity_m_s2: f64,
+}
+
+/// A format that robots are written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// MuJoCo's, with a scene.
+    Mjcf,
+    /// Gazebo's, with a world.
+    Sdf,
+    /// The plainest: solids and meshes.
+    Urdf,
+}
+
+impl Format {
+    /// The shapes that it has.
+    pub fn shapes(self) -> Shapes {
+        match self {
+            Self::Mjcf | Self::Sdf => Shapes::All,
+            Self::Urdf => Shapes::Plain,
+        }
+    }
+}
+
+fn about_comment(about: &str) -> String {
+    format!("<!--\n{}\n-->\n", comment_text(about).trim_end_matches('-'))
+}
+
+/// The files of a fitted robot, by name: the robot's, called after `stem`, meshes of its rollers, and a world to start in. `about` is put at
+/// their head as a comment.
+pub fn write_fitted(
+    fitted: &FittedRobot,
+    format: Format,
+    stem: &str,
+    ground: &Ground,
+    about: &str,
+) -> Vec<(String, Vec<u8>)> {
+    let robot = &fitted.robot;
+    let parts = parts::parts(fitted);
+    let meshes = parts::meshes(fitted);
+    let names: Vec<String> = (0..meshes.len())
+        .map(|i| format!("{stem}_roller_{i}.stl"))
+        .collect();
+    let bodies = meshes.iter().map(|points| stl::turned(points));
+    let mut files: Vec<(String, Vec<u8>)> = names.iter().cloned().zip(bodies).collect();
+    let mut add = |name: String, text: String| files.push((name, text.into_bytes()));
+    match format {
+        Format::Mjcf => {
+            let name = format!("{stem}.xml");
+            add(format!("{stem}_scene.xml"), mjcf::scene(&name, ground));
+            add(name, mjcf::write(fitted, &parts, &names, ground, about));
+        }
+        Format::Sdf => {
+            let of = |is_world| tags::sdf(fitted, &parts, &names, ground, about, is_world);
+            add(format!("{stem}.sdf"), of(false));
+            add(format!("{stem}_world.sdf"), of(true));
+        }
+        Format::Urdf => add(
+            format!("{stem}.urdf"),
+            tags::urdf(robot, &parts, &names, about),
+        ),
+    }
+    files
+}

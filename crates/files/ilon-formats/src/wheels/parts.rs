@@ -1,0 +1,201 @@
+//! A robot as a tree of bodies on joints, which all formats write.
+
+use nalgebra::{Isometry3, Vector3};
+
+use super::fit::{FittedRobot, RollerShape};
+use crate::model::{Collision, CollisionShape, Joint, JointKind, JointRole, MassProperties};
+
+/// A body and the joint on which it moves; all frames are at zero of all joints.
+pub(super) struct Part<'a> {
+    /// The body's name, which no other part has.
+    pub(super) name: String,
+    /// The part that carries it.
+    pub(super) parent: Option<usize>,
+    /// Its frame in the body frame.
+    pub(super) body_from_part: Isometry3<f64>,
+    /// Its mass properties in its frame.
+    pub(super) mass: MassProperties,
+    /// Its joint; `None` of the chassis.
+    pub(super) joint: Option<PartJoint<'a>>,
+    /// What it touches the world with, in its frame.
+    pub(super) shapes: Vec<(Isometry3<f64>, Shape<'a>)>,
+    /// A hub to look at: radius and width, in metres.
+    pub(super) hub_m: Option<[f64; 2]>,
+}
+
+/// A joint about, or along, the z axis of its part.
+pub(super) struct PartJoint<'a> {
+    pub(super) name: &'a str,
+    pub(super) kind: JointKind,
+    pub(super) limits: [f64; 2],
+    pub(super) bearing: Joint,
+    pub(super) armature: f64,
+    pub(super) role: Role<'a>,
+}
+
+pub(super) enum Role<'a> {
+    Wheel { effort: f64, rate: f64, gain: f64 },
+    Roller,
+    Body(&'a JointRole),
+}
+
+/// A shape of another format.
+pub(super) enum Shape<'a> {
+    Solid(&'a CollisionShape),
+    Ellipsoid([f64; 2]),
+    /// The mesh of a profile, by its place among [`meshes`].
+    Mesh(usize),
+}
+
+/// The profiles of all meshes of rollers, each once.
+pub(super) fn meshes(fitted: &FittedRobot) -> Vec<&[[f64; 2]]> {
+    let mut meshes: Vec<&[[f64; 2]]> = Vec::new();
+    for shape in fitted.shapes.iter().flatten() {
+        if let RollerShape::Mesh(points) = shape
+            && !meshes.contains(&&points[..])
+        {
+            meshes.push(points);
+        }
+    }
+    meshes
+}
+
+/// The robot's parts, parents before their children.
+pub(super) fn parts(fitted: &FittedRobot) -> Vec<Part<'_>> {
+    /// A wheel's servo of velocity settles in this time, in seconds.
+    const SERVO_S: f64 = 0.02;
+    let robot = &fitted.robot;
+    let meshes = meshes(fitted);
+    let mut names = std::collections::HashSet::new();
+    let mut unique = |name: String| {
+        let mut name = name;
+        while !names.insert(name.clone()) {
+            name.push('_');
+        }
+        name
+    };
+    let chassis = &robot.chassis;
+    let mut parts = vec![Part {
+        name: unique(chassis.name.clone()),
+        parent: None,
+        body_from_part: Isometry3::identity(),
+        mass: chassis.mass.clone(),
+        joint: None,
+        shapes: chassis.collisions.iter().map(solid).collect(),
+        hub_m: None,
+    }];
+    for joint in &robot.joints {
+        let joint_from_body = joint.body_from_joint.inverse();
+        let in_joint = |(pose, shape)| (joint_from_body * pose, shape);
+        parts.push(Part {
+            name: unique(joint.body.name.clone()),
+            parent: Some(joint.parent.map_or(0, |at| at + 1)),
+            body_from_part: joint.body_from_joint,
+            mass: joint.body.mass.clone(),
+            joint: Some(PartJoint {
+                name: &joint.name,
+                kind: joint.kind,
+                limits: joint.limits,
+                bearing: Joint {
+                    damping_n_m_s: joint.damping,
+                    friction_n_m: joint.friction,
+                },
+                armature: 0.0,
+                role: Role::Body(&joint.role),
+            }),
+            shapes: joint
+                .body
+                .collisions
+                .iter()
+                .map(solid)
+                .map(in_joint)
+                .collect(),
+            hub_m: None,
+        });
+    }
+    let share_kg = robot.mass_kg() / robot.wheels.len() as f64;
+    for (wheel, shapes) in robot.wheels.iter().zip(&fitted.shapes) {
+        let name = unique(format!("{}_link", wheel.name));
+        let own = wheel.hub.inertia_kg_m2.m33 + wheel.drive.reflected_inertia_kg_m2();
+        let carrier = parts.len();
+        let ring_m = wheel
+            .rollers
+            .iter()
+            .map(|r| r.ring_radius_m())
+            .fold(0.0, f64::max);
+        let thick_m = wheel.rollers.iter().map(|r| r.radius_m).fold(0.0, f64::max);
+        let free = |kind| PartJoint {
+            name: &wheel.name,
+            kind,
+            limits: [f64::NEG_INFINITY, f64::INFINITY],
+            bearing: Joint {
+                friction_n_m: wheel.dry_friction_n_m(),
+                ..wheel.joint
+            },
+            armature: wheel.drive.reflected_inertia_kg_m2(),
+            role: Role::Wheel {
+                effort: wheel.motor.effort_n_m,
+                rate: wheel.motor.velocity_rad_s,
+                gain: (share_kg * wheel.radius_m * wheel.radius_m + own) / SERVO_S,
+            },
+        };
+        parts.push(Part {
+            name,
+            parent: Some(wheel.carrier.map_or(0, |at| at + 1)),
+            body_from_part: wheel.body_from_hub,
+            mass: wheel.hub.clone(),
+            joint: Some(free(JointKind::Turns)),
+            shapes: Vec::new(),
+            hub_m: Some([(ring_m - thick_m).max(0.3 * ring_m), thick_m]),
+        });
+        for ((index, roller), shape) in wheel.rollers.iter().enumerate().zip(shapes) {
+            let identity = Isometry3::identity();
+            let shapes = match shape {
+                RollerShape::Ellipsoid {
+                    radius_m,
+                    half_length_m,
+                } => vec![(identity, Shape::Ellipsoid([*radius_m, *half_length_m]))],
+                RollerShape::Solids(solids) => solids.iter().map(solid).collect(),
+                RollerShape::Mesh(points) => {
+                    let place = meshes.iter().position(|mesh| *mesh == &points[..]);
+                    vec![(identity, Shape::Mesh(place.unwrap_or(0)))]
+                }
+            };
+            let across = roller.transverse_inertia_kg_m2;
+            let moments = Vector3::new(across, across, roller.axial_inertia_kg_m2);
+            parts.push(Part {
+                name: unique(format!("{}_roller_{}_link", wheel.name, index + 1)),
+                parent: Some(carrier),
+                body_from_part: wheel.body_from_hub * roller.hub_from_roller(),
+                mass: MassProperties {
+                    mass_kg: roller.mass_kg,
+                    center_of_mass_m: Vector3::zeros(),
+                    inertia_kg_m2: nalgebra::Matrix3::from_diagonal(&moments),
+                },
+                joint: Some(PartJoint {
+                    name: &roller.name,
+                    kind: JointKind::Turns,
+                    limits: [f64::NEG_INFINITY, f64::INFINITY],
+                    bearing: roller.joint,
+                    armature: 0.0,
+                    role: Role::Roller,
+                }),
+                shapes,
+                hub_m: None,
+            });
+        }
+    }
+    parts
+}
+
+fn solid(of: &Collision) -> (Isometry3<f64>, Shape<'_>) {
+    (of.body_from_shape, Shape::Solid(&of.shape))
+}
+
+impl Part<'_> {
+    /// Its frame in that of the part which carries it.
+    pub(super) fn parent_from_part(&self, parts: &[Self]) -> Isometry3<f64> {
+        let parent = self.parent.map(|at| parts[at].body_from_part);
+        parent.unwrap_or_default().inverse() * self.body_from_part
+    }
+}
