@@ -31,6 +31,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     // What is written can be run.
     let robot = Robot::from_urdf_str(&urdf, &format!("{} (generated)", arguments.spec.display()))?;
     Simulation::with_robot(&Scenario::from_toml(STANDING, "standing", "")?, &robot)?;
+    if !robot.wheels.iter().all(ilon_robot::Wheel::is_round) {
+        console::note(
+            "the URDF's spheres are ideal barrels, and how the rollers are made only ilon reads: `ilon export ROBOT --urdf` writes their shapes for other tools",
+        );
+    }
     match &arguments.out {
         Some(path) => {
             let _claim = reserve::file(path, "--out", std::slice::from_ref(&arguments.spec))?;

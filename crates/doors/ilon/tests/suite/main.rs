@@ -12,6 +12,7 @@ mod cookbook;
 mod energy;
 mod explain;
 mod export;
+mod exported;
 mod faults;
 mod fusion;
 mod gallery;

@@ -3,7 +3,8 @@
 //! On level ground only the support of a roller counts: how far it reaches in the direction of the ground, as a function of the
 //! direction's component w along its axis. A roller serves the angles phi from straight down to half of the way to its neighbours,
 //! and the wheel's hub stands at a cos(phi) plus that support. A shape is fitted so that the largest error of the support over these
-//! angles is the least, which is the largest error of the hub's height.
+//! angles is the least, which is the largest error of the hub's height; further out the
+//! shape must end where the wheel rests on the neighbours.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -58,10 +59,11 @@ pub struct FittedRobot {
     pub travel_as_made_m: f64,
 }
 
-/// An error of this share of the wheel's radius is small enough for the simplest shape.
-const ENOUGH: f64 = 5e-4;
+/// An error of this share of the wheel's radius is small enough for one native shape, and of spheres so much of that.
+const ENOUGH: f64 = 1e-3;
+const OF_SPHERES: f64 = 0.2;
 /// Angles at which supports are compared.
-const LOOKS: usize = 61;
+const LOOKS: usize = 60;
 /// Corners of a mesh around its axis.
 pub(super) const CORNERS: usize = 64;
 
@@ -213,8 +215,16 @@ fn reach<'a>(wheel: &Wheel, roller: &'a Roller) -> Box<dyn Fn(f64) -> f64 + 'a> 
 struct Target<'a> {
     wheel: &'a Wheel,
     roller: &'a Roller,
-    /// Components of the directions along the roller's axis, and how far the roller reaches in each, in metres.
-    supports: Vec<[f64; 2]>,
+    supports: Vec<Support>,
+}
+
+/// How far a roller reaches in a direction.
+struct Support {
+    /// The direction's component along the roller's axis.
+    w: f64,
+    /// The reach, in metres; where a neighbour carries the wheel, what the roller must not exceed.
+    reach_m: f64,
+    is_served: bool,
 }
 
 impl<'a> Target<'a> {
@@ -229,14 +239,32 @@ impl<'a> Target<'a> {
             half_way((index + 1) % count),
             half_way((index + count - 1) % count),
         );
-        let reach = reach(wheel, roller);
+        let reaches: Vec<_> = wheel.rollers.iter().map(|r| reach(wheel, r)).collect();
         let outward = roller.center_in_hub_m.xy().normalize();
         let outward = Vector3::new(outward.x, outward.y, 0.0);
-        let supports = (0..LOOKS).map(|i| {
-            let phi = -before + (before + after) * i as f64 / (LOOKS - 1) as f64;
+        let served = (LOOKS / 2) as f64;
+        let supports = (0..2 * LOOKS).map(|i| {
+            // From twice as far before as the roller serves to twice as far after.
+            let share = 2.0 * (i as f64 - LOOKS as f64 + 0.5) / (2.0 * served);
+            let phi = if share < 0.0 { before } else { after } * share;
             let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), phi);
-            let w = roller.axis_in_hub.dot(&(turn * outward));
-            [w, reach(w)]
+            let down = turn * outward;
+            let w = roller.axis_in_hub.dot(&down);
+            if share.abs() <= 1.0 {
+                return Support {
+                    w,
+                    reach_m: reaches[index](w),
+                    is_served: true,
+                };
+            }
+            let all = wheel.rollers.iter().zip(&reaches);
+            let all = all
+                .map(|(r, reach)| r.center_in_hub_m.dot(&down) + reach(r.axis_in_hub.dot(&down)));
+            Support {
+                w,
+                reach_m: all.fold(f64::NEG_INFINITY, f64::max) - roller.center_in_hub_m.dot(&down),
+                is_served: false,
+            }
         });
         let supports = supports.collect();
         Self {
@@ -246,20 +274,25 @@ impl<'a> Target<'a> {
         }
     }
 
+    /// The directions in which the roller carries the wheel.
+    fn served(&self) -> impl Iterator<Item = &Support> {
+        self.supports.iter().filter(|of| of.is_served)
+    }
+
     fn is_modelled(&self) -> bool {
         matches!(self.roller.form, RollerForm::AsModelled(_))
     }
 
     fn tallest_m(&self) -> f64 {
-        self.supports
-            .iter()
-            .map(|[w, _]| w.abs())
-            .fold(0.0, f64::max)
+        self.served().map(|of| of.w.abs()).fold(0.0, f64::max)
     }
 
     /// The largest error of a support, in metres.
     fn error_m(&self, support_m: impl Fn(f64) -> f64) -> f64 {
-        let off = |[w, s]: &[f64; 2]| (support_m(*w) - s).abs();
+        let off = |of: &Support| {
+            let off_m = support_m(of.w) - of.reach_m;
+            if of.is_served { off_m.abs() } else { off_m }
+        };
         self.supports.iter().map(off).fold(0.0, f64::max)
     }
 
@@ -294,7 +327,7 @@ impl<'a> Target<'a> {
             let length_m = 2.0 * half_m;
             one(CollisionShape::Cylinder { radius_m, length_m })
         };
-        let spheres = || self.spheres(enough_m);
+        let spheres = || self.spheres(OF_SPHERES * enough_m);
         let mesh = || self.mesh();
         type Makes<'a> = &'a dyn Fn() -> RollerShape;
         let is_turned = matches!(self.roller.form, RollerForm::Turned(_));
@@ -324,7 +357,7 @@ impl<'a> Target<'a> {
     /// The two figures of a shape, in metres, by which the largest error of its support is the least: golden sections, of the first
     /// within those of the second.
     fn two_figures(&self, support_m: impl Fn([f64; 2], f64) -> f64) -> [f64; 2] {
-        let thick_m = self.supports.iter().map(|[_, s]| *s).fold(0.0, f64::max);
+        let thick_m = self.served().map(|of| of.reach_m).fold(0.0, f64::max);
         let most_m = 2.0 * self.roller.length_m + thick_m;
         let first = |q: f64| least(thick_m, |p| self.error_m(|w| support_m([p, q], w)));
         let (second, _) = least(most_m, |q| first(q).1);
@@ -368,10 +401,7 @@ impl<'a> Target<'a> {
         let RollerForm::Turned(turned) = &self.roller.form else {
             return self.spheres(0.0);
         };
-        let served = self
-            .supports
-            .iter()
-            .map(|[w, _]| libm::asin(w.clamp(-1.0, 1.0)));
+        let served = self.served().map(|of| libm::asin(of.w.clamp(-1.0, 1.0)));
         let steep = (1..=12).map(|i| FRAC_PI_2 * f64::from(i) / 12.5);
         let mut angles: Vec<f64> = served.chain(steep.flat_map(|x| [x, -x])).collect();
         angles.sort_by(f64::total_cmp);
