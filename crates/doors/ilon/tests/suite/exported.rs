@@ -24,7 +24,8 @@ fn robot(folder: &Folder, name: &str) -> String {
 
 fn exported(folder: &Folder, name: &str, options: &[&str]) -> Vec<Value> {
     let robot = robot(folder, name);
-    let command = [&["export", &robot, "--json", "--out", "there"], options].concat();
+    let command: &[&str] = &["export", &robot, "--json", "--out", "there"];
+    let command = [command, options].concat();
     let output = folder.ilon(&command);
     ended_with(0, &output);
     serde_json::from_slice(&output.stdout).expect("JSON")
@@ -33,9 +34,9 @@ fn exported(folder: &Folder, name: &str, options: &[&str]) -> Vec<Value> {
 /// What the fitted shapes do by contact kinematics is what the rollers as made do, to 0.1 %; each file is a robot that ilon reads, with as many
 /// wheels of the same radius.
 #[test_case("mecanum4.urdf", 4, 0.05)]
-#[test_case("crowned", 4, 0.05)]
+#[test_case("crowned", 4, 0.05021)]
 #[test_case("volksbot.urdf", 3, 0.05)]
-#[test_case("mecanum6.urdf", 6, 0.05)]
+#[test_case("mecanum6.urdf", 6, 0.0762)]
 fn shapes_drive_as_the_rollers_do(name: &str, wheels: usize, radius_m: f64) {
     let folder = Folder::new();
     for format in exported(&folder, name, &["--mjcf", "--sdf", "--urdf"]) {
@@ -60,7 +61,7 @@ fn shapes_drive_as_the_rollers_do(name: &str, wheels: usize, radius_m: f64) {
         let read = read["wheels"].as_array().unwrap();
         assert_eq!(read.len(), wheels, "{file}");
         for wheel in read {
-            // Read back from the lowest reach of the shapes.
+            // Of crowned rollers the mean height of the hub: 1.0042 times 50 mm.
             let read_m = wheel["radius_m"].as_f64().unwrap();
             assert!(
                 (read_m - radius_m).abs() < 1e-3 * radius_m,
