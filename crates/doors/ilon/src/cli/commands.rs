@@ -9,8 +9,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use super::live;
 use super::outcome::Outcome;
 use super::{
-    bench, check, compare, console, demo, explain, export, fault, generate, identify, inspect,
-    manual, report, run, schema, sweep,
+    bench, check, compare, console, demo, explain, export, export_arguments, fault, generate,
+    identify, inspect, manual, report, run, schema, sweep,
 };
 use crate::cli::failure::Failure;
 
@@ -50,7 +50,7 @@ enum Command {
     /// Write a URDF with explicit rollers from a short description.
     Generate(generate::Arguments),
     /// Write a robot for other simulators: a functional mock-up unit, or a planar base that is fitted to it.
-    Export(export::Arguments),
+    Export(export_arguments::Arguments),
     /// Measure how accurate and how fast the simulation is on this machine.
     Bench(bench::Arguments),
     /// Drive a robot while it is simulated, from a page in the browser.

@@ -7,12 +7,12 @@ use ilon_formats::{Format, write_fitted};
 use serde_json::{Value, json};
 
 use super::escape::{one_line, path_in_line};
-use super::export::{Arguments, named_after};
+use super::export_arguments::{Arguments, named_after};
 use super::outcome::Outcome;
 use super::robot::{load, not_scenario};
 use super::{console, json, reserve};
 use crate::cli::failure::Failure;
-use crate::exported::{DRIVE_PY, Export, NEWTON_PY};
+use crate::exported::{DRIVE_PY, Export};
 use crate::inspect::conditions;
 use crate::scenario::Scenario;
 use crate::simulate::{Simulation, load_robot};
@@ -75,10 +75,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .to_string_lossy()
         .replace(['.', ' '], "_");
     let mut told = Vec::new();
-    let mut mjcf_is_written = false;
     for (is_asked, name, format) in [
         (arguments.mjcf, "mjcf", Format::Mjcf),
-        (arguments.newton, "newton", Format::Mjcf),
         (arguments.sdf, "sdf", Format::Sdf),
         (arguments.urdf, "urdf", Format::Urdf),
         (arguments.usd_notes, "usd_notes", Format::Urdf),
@@ -88,37 +86,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
         let mut export = Export::new(&scenario, &robot, format)?;
         let is_mjcf = format == Format::Mjcf;
-        if !(is_mjcf && mjcf_is_written) {
-            for (name, bytes) in write_fitted(
-                &export.fitted,
-                format,
-                &stem,
-                &export.ground,
-                &export.about(),
-            ) {
-                ilon_trace::file::write_bytes(&out.join(name), &bytes)?;
-            }
+        let about = export.about();
+        for (name, bytes) in write_fitted(&export.fitted, format, &stem, &export.ground, &about) {
+            ilon_trace::file::write_bytes(&out.join(name), &bytes)?;
         }
         let mut scenario_table = Value::Null;
         if is_mjcf {
-            mjcf_is_written = true;
-            let script = if name == "newton" {
-                NEWTON_PY
-            } else {
-                DRIVE_PY
-            };
-            let script_name = if name == "newton" {
-                "newton_drive.py"
-            } else {
-                "drive.py"
-            };
             let mut drive = export.drive(&format!("{stem}_scene.xml"));
-            if let Some(run) = run.as_ref().filter(|_| name == "mjcf") {
+            if let Some(run) = run.as_ref() {
                 drive["trace"] = export.trace(&robot, run)?;
             }
-            let script_path = out.join(script_name);
+            let script_path = out.join("drive.py");
             let drive_path = out.join("drive.json");
-            ilon_trace::file::write_text(&script_path, script)?;
+            ilon_trace::file::write_text(&script_path, DRIVE_PY)?;
             ilon_trace::file::write_text(&drive_path, &json::pretty("the drives", &drive)?)?;
             if arguments.verify {
                 if run.is_none() {

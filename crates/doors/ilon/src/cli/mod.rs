@@ -23,6 +23,7 @@ mod escape;
 #[cfg(feature = "command")]
 mod explain;
 mod export;
+mod export_arguments;
 mod export_wheels;
 mod failure;
 mod fault;

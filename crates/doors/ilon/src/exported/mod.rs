@@ -16,8 +16,6 @@ use crate::simulate::{Driver, Plant, Run, Simulation, resolve_for};
 
 /// The program that drives a robot in MuJoCo.
 pub const DRIVE_PY: &str = include_str!("drive.py");
-/// The program that drives it in Newton.
-pub const NEWTON_PY: &str = include_str!("newton_drive.py");
 
 /// The time for which a robot rests, then speeds up, and then settles before a drive is measured, in seconds.
 const REST_S: f64 = 0.5;
@@ -152,7 +150,7 @@ impl Export {
         Ok(())
     }
 
-    /// What a simulator needs to drive the model in a file: for [`DRIVE_PY`] and [`NEWTON_PY`].
+    /// What a simulator needs to drive the model in a file: for [`DRIVE_PY`].
     pub fn drive(&self, model: &str) -> Value {
         let matrix = self.kinematics.rate_matrix();
         let rows: Vec<[f64; 3]> = matrix

@@ -5,8 +5,9 @@ use std::fmt::Write;
 use nalgebra::Isometry3;
 
 use super::fit::FittedRobot;
+use super::frame::{Ground, STEP_S, about_comment};
 use super::parts::{Part, PartJoint, Role, Shape};
-use super::{Ground, STEP_S, about_comment};
+
 use crate::generate::elements::{attribute, num, nums};
 use crate::model::{CollisionShape, Coupling, JointKind, JointRole, Robot};
 

@@ -4,30 +4,19 @@
 //! |---|---|
 //! | `fit` | the native shape that is nearest to a roller as made |
 //! | `parts` | the robot as a tree of bodies on joints |
+//! | `frame` | what every file has around the robot: ground, step, the comment at its head |
 //! | `mjcf`, `tags` | the formats |
 //! | `stl` | meshes of rollers for which no native shape is near |
 
 mod fit;
+mod frame;
 mod mjcf;
 mod parts;
 mod stl;
 mod tags;
 
 pub use fit::{FittedRobot, RollerShape, Shapes, fit};
-
-use crate::generate::elements::comment_text;
-
-/// The step for which the solver of a MJCF is set, in seconds.
-pub const STEP_S: f64 = 0.002;
-
-/// The ground of a written world.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ground {
-    /// Coulomb's coefficient of friction between rollers and ground.
-    pub friction: f64,
-    /// Gravity, in m/s^2.
-    pub gravity_m_s2: f64,
-}
+pub use frame::{Ground, STEP_S};
 
 /// A format that robots are written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,10 +37,6 @@ impl Format {
             Self::Urdf => Shapes::Plain,
         }
     }
-}
-
-fn about_comment(about: &str) -> String {
-    format!("<!--\n{}\n-->\n", comment_text(about).trim_end_matches('-'))
 }
 
 /// The files of a fitted robot, by name: the robot's, called after `stem`, meshes of its rollers, and a world to start in. `about` is put at

@@ -6,8 +6,9 @@ use ilon_robot::roll_pitch_yaw;
 use nalgebra::Isometry3;
 
 use super::fit::FittedRobot;
+use super::frame::{Ground, about_comment};
 use super::parts::{Part, PartJoint, Role, Shape};
-use super::{Ground, about_comment};
+
 use crate::generate::elements::{attribute, num, nums};
 use crate::model::{CollisionShape, JointKind, JointRole, Robot};
 
