@@ -152,7 +152,6 @@ fn page_of(
         motion_section(shown, &settings),
         budget_section(shown, summary, &story),
     ]);
-    sections.extend(convergence_section(summary));
     sections.push(details_section(shown, summary, &story, context));
     (
         viewer::page(&head, &sections, &footer(shown), scene.is_some()),
@@ -336,14 +335,17 @@ fn causes_section(shown: &RunInput, summary: &Summary) -> Option<Section> {
 }
 
 /// How far the figures move at half the step, where the run was repeated at it.
-fn convergence_section(summary: &Summary) -> Option<Section> {
+fn convergence_topic(summary: &Summary) -> String {
     let converge = &summary.converge;
-    (!converge.is_empty()).then(|| Section {
-        id: "converge",
-        title: "At half the step",
-        lead: converge.sentence(),
-        body: tables::convergence_table(converge),
-    })
+    if converge.is_empty() {
+        return String::new();
+    }
+    let lead = format!("<p class=\"lead\">{}</p>\n", converge.sentence());
+    page::topic(
+        "At half the step",
+        "how far each figure moves",
+        &(lead + &tables::convergence_table(converge)),
+    )
 }
 
 /// Everything else, folded by topic.
@@ -415,6 +417,7 @@ fn details_section(
             "wheels and roller axes at rest",
             &robot_from_above(trace),
         ),
+        convergence_topic(summary),
         page::topic("All numbers", "as in summary.json", &numbers),
         page::topic("Scenario", "with all defaults", &scenario),
         page::topic(

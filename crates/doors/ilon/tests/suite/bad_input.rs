@@ -129,6 +129,22 @@ fn a_missing_scenario() {
 }
 
 #[test]
+fn a_file_where_the_command_belongs() {
+    let bench = Bench::new();
+    let output = Command::new(env!("CARGO_BIN_EXE_ilon"))
+        .current_dir(bench.folder.path())
+        .arg("robot.urdf")
+        .output()
+        .expect("the command runs");
+    assert_eq!(output.status.code(), Some(2));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        stderr.contains("run it with `ilon run robot.urdf`"),
+        "{stderr}"
+    );
+}
+
+#[test]
 fn a_missing_robot() {
     let bench = Bench::new();
     bench.spoil("scenario.toml", "robot.urdf", "robbot.urdf");
