@@ -43,6 +43,21 @@ TASKS = {
     "The run": ["run"],
     "Expectations": ["expect"],
 }
+# Keys that mean the same in another section, by the section that has them too: where they are described, and which they are.
+FLOOR = "[world.floor](#worldfloor)"
+ROLLERS = "the scenario's [rollers](format-scenario.md#rollers)"
+AS_IN = {
+    "world.floor.patches[]": (FLOOR, "across against creep nap_deg radius_exponent rolling_resistance sliding", "else the floor's"),
+    "materials.NAME.NAME": (FLOOR, "across against creep radius_exponent rolling_resistance sliding", ""),
+    "robot's rollers": (
+        ROLLERS,
+        "axial_play_m axle_friction axle_radius_m bearings crown edge_radius_m length_factor material profile_m radius_offsets_m radius_seed radius_spread_m "
+        "rolling_resistance",
+        "",
+    ),
+    "robot's rollers.tread": (ROLLERS.replace("rollers", "rollers.tread", 1).replace("#rollers", "#rollerstread"), "damping_n_s_m relaxation_length_m shear_damping_n_s_m shear_stiffness_n_m", ""),
+    "robot's wheel": ("the scenario's [motors](format-scenario.md#motors)", "gear_efficiency gear_friction_n_m gear_ratio rotor_inertia_kg_m2", ""),
+}
 LONGEST_EXAMPLE = 12
 # A table of so many keys stands within the table of the section that has it.
 SHORT_TABLE = 3
@@ -126,7 +141,8 @@ def is_bound(schema):
 class Reference:
     """The page of one schema."""
 
-    def __init__(self, schema, examples):
+    def __init__(self, schema, examples, within=""):
+        self.within = within
         self.definitions = schema.get("$defs", {})
         self.examples = examples
         references = re.findall(r'"#/\$defs/(\w+)"', json.dumps(schema))
@@ -220,14 +236,22 @@ class Reference:
 
     def rows(self, schema, path, before=""):
         lines = []
+        there, alike, default = AS_IN.get(self.within + path, ("", "", ""))
+        alike = alike.split()
+        assert set(alike) <= set(schema["properties"]), f"AS_IN names keys that {path} does not have"
         for key, value in schema["properties"].items():
+            if key in alike:
+                continue
             below = f"{path}.{key}" if path else key
             inner = self.short_table(value)
             if inner:
                 lines += self.rows(inner, below, f"{before}{key}.")
             else:
                 lines.append(self.row(before + key, value, below, key in schema.get("required", [])))
-        return merged(lines)
+        lines = merged(lines)
+        if alike:
+            lines.append(f"- {', '.join(f'`{key}`' for key in alike)}: as in {there}{default and f', {default}'}.")
+        return lines
 
     def bounds(self, schema):
         """The quantities of `[expect]`, by what they are about; tables with the same keys stand together."""
@@ -360,7 +384,7 @@ def page(ilon, kind):
     text += "values; then the range and the default. The end of a name is the unit: `_m` metres, `_s` seconds, `_deg` degrees, `_n_m` N m, `_per_s` 1/s.\n"
     text += f"For an editor: `ilon schema {kind}` prints a JSON Schema. Written by `docs/formats.py`.\n\n"
     text += f"A whole file: [{Path(whole).name}](../{whole}).\n\n"
-    return text + Reference(schema, examples(folder)).page(schema, TASKS if kind == "scenario" else {})
+    return text + Reference(schema, examples(folder), "robot's " if kind == "robot" else "").page(schema, TASKS if kind == "scenario" else {})
 
 
 def main():
