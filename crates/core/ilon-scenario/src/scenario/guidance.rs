@@ -104,7 +104,7 @@ pub enum ReferencePoint {
     Origin,
     /// The point at which position and heading are decoupled: M_a is orthogonal to span(M_l). `ilon inspect` prints it.
     Decoupling,
-    /// A point of its own.
+    /// Any point.
     At {
         /// x in the body frame, in metres.
         x_m: f64,

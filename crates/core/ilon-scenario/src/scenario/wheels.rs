@@ -195,17 +195,16 @@ pub struct Motors {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub gear_friction_n_m: Option<f64>,
-    /// Torque below which a drive gives none, in N m: what its stage or its firmware swallows.
+    /// Torque below which a drive gives none, in N m.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub dead_band_n_m: Option<f64>,
-    /// `[motors.wheels.NAME]`: what the motors of single wheels have of the strength of the others.
+    /// `[motors.wheels.NAME]`: single wheels whose motors are weaker or stronger.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub wheels: BTreeMap<String, MotorStrength>,
 }
 
-/// The share that the motor of one wheel has of the strength of the others: with `[motors.dc]` of the voltage, and so of stall torque and no-load rate; without
-/// it of the effort of the robot's file.
+/// Strength of one motor relative to the others: with `[motors.dc]` of the voltage, so of stall torque and no-load rate, else of the effort.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "MotorStrengthSection")]
