@@ -97,10 +97,10 @@ fn in_words(drift: &Option<Drift>) -> String {
     .join(" ")
 }
 
-/// The suspects that would look like what was seen, the best first.
+/// The suspects that look like the measured drift, the best first.
 fn fits<'s>(suspects: impl Iterator<Item = (&'s Suspect, Fit)>) -> Table {
     let mut table = Table::new();
-    table.heading("what would look like it: share of what was seen that it explains, and how many times its usual amount that takes");
+    table.heading("causes that look like it: how much of the drift each explains, and at how many times its usual amount");
     let rows: Vec<(&Suspect, Fit)> = suspects.collect();
     table.columns::<&(&Suspect, Fit)>(
         &[
