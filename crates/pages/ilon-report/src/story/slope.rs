@@ -198,7 +198,7 @@ mod tests {
         );
         let (creeping, first) = said(6.0, 2e-4, 1e-3).unwrap_or_default();
         assert!(
-            !first && creeping.contains("crept <b>0.200 mm</b> downhill, 0.020 mm/s"),
+            !first && creeping.contains("crept <b>0.200 mm</b> downhill, at 0.020 mm/s"),
             "{creeping}"
         );
         assert!(
