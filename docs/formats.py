@@ -122,7 +122,7 @@ def merged(rows):
         rest = names[0][1]
         if len(names) > 1 and all(axes):
             rest = re.sub(r"\b[xyz]\b", ", ".join(axis[0] for axis in axes), rest, count=1)
-        colon = "" if rest.lstrip().startswith("(") else ":"
+        colon = "" if not rest.strip() or rest.lstrip().startswith("(") else ":"
         text.append(f"- {', '.join(name for name, _ in names)}{colon}{rest}")
     return text
 
@@ -232,7 +232,10 @@ class Reference:
         name = f"**`{key}`**" if required else f"`{key}`"
         kind = re.sub(r"^number[; ]*", "", kind)
         value = f" ({kind})" if kind else ""
-        return f"- {name}{value}: {words(without_unit(key, what))}"
+        what = words(without_unit(key, what))
+        # A description that only repeats the key is left out.
+        is_news = set(re.findall(r"\w+", what.lower())) - set(key.split("_")) - {"a", "the", "its", "their", "of", "coefficient"}
+        return f"- {name}{value}: {what}" if is_news or not value else f"- {name}{value}"
 
     def rows(self, schema, path, before=""):
         lines = []

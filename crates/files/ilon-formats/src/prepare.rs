@@ -92,7 +92,7 @@ fn near(path: &Path, options: &LoadOptions) -> String {
     let best = alike.max_by(|a, b| a.0.total_cmp(&b.0));
     best.filter(|(likeness, _)| *likeness > ALIKE)
         .map_or_else(String::new, |(_, other)| {
-            format!("; beside it lies `{other}`")
+            format!("; did you mean `{other}`?")
         })
 }
 

@@ -33,7 +33,7 @@ pub struct Guidance {
     /// Largest commanded rate of each wheel, in rad/s, in the robot's order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub wheel_rate_limits_rad_s: Vec<f64>,
-    /// Tasks in the order of priority, equations (32) to (34), instead of `priority`. What is left out is not done.
+    /// Tasks in the order of priority, equations (32) to (34), instead of `priority`. Tasks that are not listed are not done.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tasks: Vec<Task>,
     /// Kinematics from twist to wheel rates: ideal, or of the rollers that touch.

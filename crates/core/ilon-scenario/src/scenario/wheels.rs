@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub struct WheelLoop {
     /// The law.
     pub law: WheelLaw,
-    /// Whether the PID is sampled.
+    /// Whether the PID is sampled, or acts within the step.
     pub timing: LoopTiming,
     /// Period of a sampled PID or a torque law, in seconds: a multiple of the physics step that divides the control period
     /// [default: the physics step].

@@ -20,7 +20,7 @@ pub struct World {
     pub floor: Floor,
     /// The solver; the defaults are measured.
     pub solver: Solver,
-    /// Bodies that lie about and can be pushed.
+    /// Free bodies, which the robot can push.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<Body>,
 }
@@ -341,7 +341,7 @@ pub enum Contacts {
     Rapier,
 }
 
-/// The solver: to measure the solver itself.
+/// Settings of the solver, for checks of the solver.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "SolverSection")]

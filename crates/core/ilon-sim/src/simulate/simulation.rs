@@ -367,8 +367,7 @@ impl Simulation {
         let twins = &trace.header().twins;
         if self.is_untried && has_remedies(self.scenario(), &summary) {
             self.warnings.push(
-                "the run is long, so remedies for what it loses were not tried; help: `ilon explain` \
-                 with this scenario tries them"
+                "the run is long, so advice was not tried; help: `ilon explain` with this scenario tries it"
                     .to_owned(),
             );
         }

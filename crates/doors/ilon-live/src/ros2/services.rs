@@ -127,7 +127,7 @@ impl SetState {
                 });
             }
             QUITTING => {
-                let why = "whoever started the program ends it";
+                let why = "the program ends only where it was started";
                 return Err(Outcome::of(FEATURE_UNSUPPORTED, why));
             }
             other => {

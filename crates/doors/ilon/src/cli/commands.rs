@@ -36,7 +36,7 @@ enum Command {
     Demo(demo::Arguments),
     /// Simulate a scenario, or a robot in five standard motions, and write a report.
     Run(run::Arguments),
-    /// Say why: what each cause did to a run, or what would make a robot drift as you see it.
+    /// Explain a run by its causes, or rank the causes of a drift that you measured on a robot.
     Explain(explain::Arguments),
     /// Write the report of a run again, from its folder.
     Report(report::Arguments),

@@ -103,10 +103,10 @@ fn starts(track: &Track) -> Result<Vec<Vector3<f64>>, Error> {
         }
         Err(Error::invalid(
             format!(
-                "asked for {:.2} m/s ahead, {:.2} m/s to the left and {:.2} rad/s, the robot does not come to half of it",
+                "commanded {:.2} m/s ahead, {:.2} m/s to the left and {:.2} rad/s, the robot does not reach half of it",
                 asked.x, asked.y, asked.z
             ),
-            "a base that is fitted must go where it is asked: give its floor more friction, or its motors more torque",
+            "a base is fitted to a robot that follows its commands: give its floor more friction, or its motors more torque",
         ))
     };
     ways().into_iter().map(start).collect()

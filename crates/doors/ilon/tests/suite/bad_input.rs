@@ -151,7 +151,7 @@ fn a_missing_robot() {
     assert_eq!(
         bench.refused(&[]),
         told(
-            "robbot.urdf: cannot be read: there is no such file; beside it lies `robot.urdf`",
+            "robbot.urdf: cannot be read: there is no such file; did you mean `robot.urdf`?",
             "scenario.toml:2:8",
             "give the path of a file that exists and may be read",
         )

@@ -180,7 +180,7 @@ fn what_has_no_planar_base_is_refused_in_words() {
                 "--set",
                 "world.floor.friction=0.0",
             ],
-            "does not come to half",
+            "does not reach half",
         ),
         (
             &["--planar", "robot.urdf", "--set", "world.floor.grip=1"],

@@ -53,10 +53,10 @@ impl Linkage {
             };
             let chosen = match role.gains {
                 [None, None] => format!(
-                    ", which swing the {inertia:.4} {of} that it moves at most at {} Hz, critically damped",
+                    " ({} Hz, critically damped, for the largest inertia, {inertia:.4} {of})",
                     JointServo::FREQUENCY_HZ
                 ),
-                [Some(_), None] => ", which is critical".to_owned(),
+                [Some(_), None] => " (critical)".to_owned(),
                 _ => String::new(),
             };
             let most = |value: f64, unit: &str| {
@@ -67,7 +67,7 @@ impl Linkage {
                 }
             };
             let words = format!(
-                "driven: a servo of {:.5} {n}/{rad} and {:.5} {n} s/{rad}{chosen}; effort: {}, rate: {}",
+                "driven: a servo of {:.3} {n}/{rad} and {:.3} {n} s/{rad}{chosen}; effort: {}, rate: {}",
                 servo.stiffness,
                 servo.damping,
                 most(servo.effort, n),

@@ -103,8 +103,8 @@ fn missing(gap: &Gap, study: &Study) -> Answer {
     })
 }
 
-/// The least share of the variation that an interaction explains and a sentence names.
-const LEAST_TOGETHER: f64 = 0.01;
+/// The least share of the variation that a sentence names, of an axis or of an interaction.
+const LEAST_SHARE: f64 = 0.01;
 
 fn range(one: &RangeOf, study: &Study) -> String {
     let value = |value: f64| value_of(&one.quantity, value);
@@ -131,6 +131,11 @@ fn range(one: &RangeOf, study: &Study) -> String {
     }
     let mut axes: Vec<_> = one.axes.iter().collect();
     axes.sort_by(|a, b| b.share.unwrap_or(0.0).total_cmp(&a.share.unwrap_or(0.0)));
+    let most = axes.first().and_then(|axis| axis.share);
+    axes.retain(|axis| {
+        axis.share
+            .is_none_or(|share| share >= LEAST_SHARE || Some(share) == most)
+    });
     let effects = axes.iter().filter_map(|axis| {
         let [(least_at, least), (largest_at, largest)] = axis.ends()?;
         let (name, unit) = key_words(&axis.key, study);
@@ -150,7 +155,7 @@ fn range(one: &RangeOf, study: &Study) -> String {
     let shares: Option<Vec<f64>> = one.axes.iter().map(|axis| axis.share).collect();
     if let Some(shares) = shares {
         let together = 1.0 - shares.iter().sum::<f64>();
-        if together > LEAST_TOGETHER {
+        if together > LEAST_SHARE {
             text += &format!("; their interaction explains {}", percent(together));
         }
     }

@@ -141,20 +141,20 @@ fn of_way(one: &Ablation, cause: &str, is_first: bool) -> String {
     let is_far = apart.most_m > FLOORS * floor_m;
     let passing = match is_far && (did.is_empty() || apart.most_m > PASSING * end_m) {
         true => Some(format!(
-            "moved it by up to <b>{}</b>, at {}",
+            "moved the robot by up to <b>{}</b> at {}",
             length_known(apart.most_m, floor_m),
             time(apart.most_at_s)
         )),
         false if did.is_empty() => Some(format!(
-            "turned it by up to <b>{}</b>, at {}",
+            "turned the robot by up to <b>{}</b> at {}",
             angle_known(apart.most_rad, floor_rad),
             time(apart.most_rad_at_s)
         )),
         false => None,
     };
-    let ended = match did.is_empty() {
-        true => "nothing of it is left at the end".to_owned(),
-        false => format!("{} at the end", list(&did)),
+    let (joined, ended) = match did.is_empty() {
+        true => ("; ", "no effect is left at the end".to_owned()),
+        false => (", and ", format!("{} at the end", list(&did))),
     };
     let what = [passing, Some(ended)].into_iter().flatten();
     let against = match is_first {
@@ -165,7 +165,7 @@ fn of_way(one: &Ablation, cause: &str, is_first: bool) -> String {
     format!(
         "{} {}{against}.",
         capital(cause),
-        what.collect::<Vec<_>>().join("; ")
+        what.collect::<Vec<_>>().join(joined)
     )
 }
 

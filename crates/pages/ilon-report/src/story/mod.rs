@@ -299,9 +299,7 @@ fn in_words<'a>(part: &'a str, budget: &Budget, is_spring: bool) -> &'a str {
     const CLEARLY: f64 = 0.5;
     let servo_m = budget.parts_m[4];
     match part {
-        "correction by guidance" if is_spring => {
-            "forces that stretch the law's spring to the reference"
-        }
+        "correction by guidance" if is_spring => "forces against the spring of the passive law",
         "slip" => "sliding contacts",
         "geometry" => "the rollers' geometry",
         "lift-off" => "wheels in the air, or with little load,",

@@ -451,13 +451,10 @@ fn taken<const N: usize>(terms: [(&str, Twist); N], mean: impl Fn(Twist) -> f64)
 fn of_contacts(terms: &Terms, mean: impl Fn(Twist) -> f64 + Copy) -> String {
     let rare = [
         (
-            "lift-off, as wheels are in the air or carry little,",
+            "lift-off (wheels in the air or with little load)",
             terms.lift_off,
         ),
-        (
-            "the contradiction between the wheels' rates",
-            terms.conflict,
-        ),
+        ("the conflict between the wheels' rates", terms.conflict),
     ];
     format!(
         "roller geometry {}, {}slip {}",

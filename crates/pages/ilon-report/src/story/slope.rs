@@ -73,7 +73,7 @@ pub(super) fn sentence(
     if slid_m > LEAST_CREPT_M && slid_m > MOSTLY * ledger.slip.path_m {
         let rate_mm_s = 1e3 * slid_m / summary.duration_s.max(1e-9);
         causes.push(format!(
-            "its contacts crept <b>{}</b> downhill, {rate_mm_s:.3} mm/s",
+            "the contacts crept <b>{}</b> downhill, at {rate_mm_s:.3} mm/s",
             length(slid_m)
         ));
     }
@@ -198,7 +198,7 @@ mod tests {
         );
         let (creeping, first) = said(6.0, 2e-4, 1e-3).unwrap_or_default();
         assert!(
-            !first && creeping.contains("crept <b>0.200 mm</b> downhill, 0.020 mm/s"),
+            !first && creeping.contains("crept <b>0.200 mm</b> downhill, at 0.020 mm/s"),
             "{creeping}"
         );
         assert!(

@@ -129,7 +129,7 @@ fn took(work_j: f64, put_in_j: Option<f64>) -> String {
     }
     let of_all = put_in_j.filter(|all_j| *all_j >= work_j);
     let of_all = of_all.map_or_else(String::new, |all_j| {
-        format!(", {} of what was put in", percent(work_j / all_j))
+        format!(", {} of the energy put in", percent(work_j / all_j))
     });
     format!("cost {}{of_all}", energy(work_j))
 }

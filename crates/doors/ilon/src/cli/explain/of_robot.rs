@@ -213,12 +213,11 @@ fn fits(ranked: &[(Suspect, Option<Fit>)]) -> Table {
     let rows: Vec<(&Suspect, Fit)> = fitting.take(MOST_SHOWN).collect();
     let best = rows.iter().map(|(_, fit)| fit.share).fold(0.0, f64::max);
     table.heading(match best {
-        0.0 => "none of the usual causes would look like it, or there is nothing to explain",
+        0.0 => "no usual cause looks like it, or there is nothing to explain",
         best if best < MOST_OF_IT => {
-            "no single usual cause explains most of it: there may be several. Each in the amount that fits best, by the share that it explains and by how usual \
-             that amount is"
+            "no single cause explains most of it: there may be several. How much of the drift each explains, in the amount that fits best"
         }
-        _ => "what would look like it, each in the amount that fits best, by the share that it explains and by how usual that amount is",
+        _ => "causes that look like it, each in the amount that fits best: how much of the drift each explains, usual amounts first",
     });
     if !rows.is_empty() {
         table.columns::<&(&Suspect, Fit)>(
