@@ -1,4 +1,5 @@
-//! After construction nothing in the update paths allocates, so that the crate can run in a robot's control loop.
+//! After construction nothing in the update paths allocates, so that the crate can run in a robot's
+//! control loop.
 
 #[path = "../src/fixtures.rs"]
 #[allow(dead_code)]

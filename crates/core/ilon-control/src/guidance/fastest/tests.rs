@@ -91,8 +91,8 @@ fn a_line_takes_the_time_of_constant_acceleration() {
     assert!((middle.pose.position_m() - 0.5 * to).norm() < 1e-2);
 }
 
-/// The paths of the tests below.
-/// However long a path is, it begins and ends as a short one does: lines of 2 m to 1000 km, and a lap of as much, whose own grid has steps of up to 8 km.
+/// The paths of the tests below. However long a path is, it begins and ends as a short one does:
+/// lines of 2 m to 1000 km, and a lap of as much, whose own grid has steps of up to 8 km.
 #[test]
 fn long_paths_begin_and_end_as_short_ones_do() {
     let robot = mecanum4();
@@ -191,8 +191,9 @@ fn share_at(
     limits.used(rate, twist, motors).unwrap().share
 }
 
-/// At a share of 0.9 nothing takes much more than 0.9 at any time, and something takes it nearly always: what is between is the grid, which
-/// matters most where curvature jumps, at inner waypoints.
+/// At a share of 0.9 nothing takes much more than 0.9 at any time, and something takes it nearly
+/// always: what is between is the grid, which matters most where curvature jumps, at inner
+/// waypoints.
 #[test]
 fn the_share_is_kept_and_used_up() {
     for (robot, slope_rad) in [(mecanum4(), 0.0), (mecanum4(), 0.08), (volksbot(), 0.0)] {
@@ -220,8 +221,9 @@ fn the_share_is_kept_and_used_up() {
     }
 }
 
-/// The least time by looking at all profiles of speed on a grid: for each place and square of the speed the least time there from rest, over
-/// all that lead there with an acceleration that can be had. Gives the times at which places are passed on the way that is fastest to the last.
+/// The least time by looking at all profiles of speed on a grid: for each place and square of the
+/// speed the least time there from rest, over all that lead there with an acceleration that can be
+/// had. Gives the times at which places are passed on the way that is fastest to the last.
 fn brute_force_s(
     path: &Reference,
     own_s: &[f64],
@@ -293,14 +295,16 @@ fn brute_force_s(
     passed
 }
 
-/// Within 3 % of what a search over all profiles of speed finds; its grid makes that slower than need be by as much.
+/// Within 3 % of what a search over all profiles of speed finds; its grid makes that slower than
+/// need be by as much.
 #[test]
 fn an_eight_and_a_square_take_what_a_search_over_all_profiles_finds() {
     let robot = mecanum4();
     let mut limits = limits(&robot, 1.0, 0.0);
     let motors = motors(4, MotorCurve::Flat);
     let all = paths();
-    // The side of the square, from rest to rest, is half of a symmetric way: from rest to its middle, twice, four times.
+    // The side of the square, from rest to rest, is half of a symmetric way: from rest to its
+    // middle, twice, four times.
     let square = fastest(&all[0], &mut limits, &motors, f64::INFINITY).unwrap();
     let side = Reference::line(Vector2::zeros(), Vector2::new(0.0, 0.5), 1.0, facing(0.5)).unwrap();
     let other =

@@ -30,7 +30,8 @@ fn limits(
     AccelerationLimits::new(robot, &settings).unwrap()
 }
 
-/// Where motors alone are short, four equal wheels push with |a_x| / A + |a_y| / A + |alpha| / B <= 1: an octahedron, found at once.
+/// Where motors alone are short, four equal wheels push with |a_x| / A + |a_y| / A + |alpha| / B <=
+/// 1: an octahedron, found at once.
 #[test]
 fn motors_of_a_mecanum_robot_make_an_octahedron() {
     let robot = mecanum4();
