@@ -208,7 +208,7 @@ fn free_residuals(evidence: &Evidence) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// Least squares, the shortest of all solutions where there are several.
+/// Solves by least squares; the shortest of several solutions.
 pub(crate) fn solve(matrix: &DMatrix<f64>, seen: &DVector<f64>) -> DVector<f64> {
     let normal = SymmetricEigen::new(matrix.transpose() * matrix);
     let slope = matrix.transpose() * seen;
@@ -226,7 +226,7 @@ pub(crate) fn solve(matrix: &DMatrix<f64>, seen: &DVector<f64>) -> DVector<f64> 
     solution
 }
 
-/// What windows miss a model by, over the noise, three rows a window.
+/// Returns the residuals of windows from a model, over the noise, three rows per window.
 pub fn residuals(
     model: &Model,
     values: &[f64],
@@ -243,8 +243,8 @@ pub fn residuals(
     Some(misses(&matrix, &trackers, windows, noise))
 }
 
-/// What windows miss a map from wheel rates to twists by, over the noise, three rows a window;
-/// `trackers` has one a run.
+/// Returns the residuals of windows from a map from wheel rates to twists, over the noise, three
+/// rows per window; `trackers` has one entry per run.
 pub fn misses(
     matrix: &Matrix3xX<f64>,
     trackers: &[Tracker],
@@ -261,10 +261,11 @@ pub fn misses(
     left
 }
 
-/// Fits a model to some runs. What these runs do not determine is held at the robot's own value.
+/// Fits a model to some runs. Parameters that these runs do not determine are held at the robot's
+/// own value.
 ///
 /// # Errors
-/// A robot that no values let move.
+/// A robot that no values make movable.
 pub fn fit(
     model: &Model,
     evidence: &Evidence,
@@ -285,8 +286,8 @@ pub fn fit(
     })
 }
 
-/// A model whose robot is as another fit left it, its tracker's parameters fitted to runs of series
-/// that the fit did not see.
+/// Returns a model with the robot of another fit, and its tracker's parameters fitted to runs of
+/// series outside that fit.
 ///
 /// # Errors
 /// Like [`fit`].

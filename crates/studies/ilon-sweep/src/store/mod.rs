@@ -22,8 +22,8 @@ use crate::shard::{self, Shard};
 use crate::study::{Question, Study};
 use ilon_sim::Error;
 
-/// The files of a study in its folder besides `study.json`: any other file was put there by someone
-/// else.
+/// The files that a study writes besides `study.json`; in a folder without `study.json` they are
+/// someone else's.
 const RESULTS: [&str; 4] = [LOG, "runs.parquet", "findings.json", "report.html"];
 
 /// The rows of a study, in memory and, unless nothing is kept, in a folder.
