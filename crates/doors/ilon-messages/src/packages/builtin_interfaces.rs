@@ -25,7 +25,8 @@ messages! { builtin_interfaces;
 const NANOSECONDS: u64 = 1_000_000_000;
 
 impl Time {
-    /// The moment `nanoseconds` after the clock's start, or nothing where its seconds do not fit into 31 bits: the Unix time of 2038.
+    /// The moment `nanoseconds` after the clock's start, or nothing where its seconds do not fit
+    /// into 31 bits: the Unix time of 2038.
     pub fn from_nanoseconds(nanoseconds: u64) -> Option<Self> {
         let sec = i32::try_from(nanoseconds / NANOSECONDS).ok()?;
         let nanosec = (nanoseconds % NANOSECONDS) as u32;

@@ -7,7 +7,8 @@ use crate::std_msgs::Header;
 pub type Covariance = [[f64; 6]; 6];
 
 impl Pose {
-    /// x and y in metres and the heading in radians, of what stands or leans: the turn about z after which it leans.
+    /// x and y in metres and the heading in radians, of what stands or leans: the turn about z
+    /// after which it leans.
     pub fn planar(&self) -> [f64; 3] {
         let q = &self.orientation;
         let heading_rad = libm::atan2(

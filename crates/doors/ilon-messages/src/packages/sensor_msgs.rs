@@ -4,8 +4,8 @@ use crate::declare::messages;
 use crate::geometry_msgs::{Quaternion, Vector3};
 use crate::std_msgs::Header;
 
-/// How three components vary, row by row. A first element of -1 says that the quantity is not measured, all zeros that it is not known how it
-/// varies.
+/// How three components vary, row by row. A first element of -1 says that the quantity is not
+/// measured, all zeros that it is not known how it varies.
 pub type Covariance3 = [[f64; 3]; 3];
 
 messages! { sensor_msgs;
