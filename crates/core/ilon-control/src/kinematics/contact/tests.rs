@@ -48,8 +48,8 @@ fn the_mecanum_robot_of_nine_rollers_has_the_known_factors() {
     let robot = mecanum4();
     let kinematics = Kinematics::new(&robot).unwrap();
     let mut contact = ContactKinematics::new(&robot).unwrap();
-    // Figures of an independent implementation in another language, sampled alike, given to six
-    // digits.
+    // Figures of an independent implementation in another language, sampled in the same way, given
+    // to six digits.
     let lateral = mean_twist(&mut contact, &kinematics, Twist::new(0.0, 0.3, 0.0));
     assert!(
         (lateral.vy_m_s / 0.3 - 0.979816).abs() < 1e-6,
@@ -147,9 +147,9 @@ fn wheel_rates_and_twist_are_each_others_inverse() {
     }
 }
 
-/// The constraint checked without the derivation: move the body and the wheel by a small step, the
-/// contact point riding on a roller that spins as told, and see whether its material stays where it
-/// was on the ground.
+/// Checks the constraint without the derivation: moves the body and the wheel by a small step, with
+/// the contact point on a roller that spins as computed, and checks that its material stays in
+/// place on the ground.
 #[test]
 fn with_the_ideal_spin_the_rollers_contact_point_does_not_move() {
     let robot = mecanum4();
@@ -189,7 +189,7 @@ fn with_the_ideal_spin_the_rollers_contact_point_does_not_move() {
     }
 }
 
-/// What the search leaves out cannot touch: against all rollers, turned one by one.
+/// The rollers skipped by the search cannot touch: compares with all rollers, turned one by one.
 #[test]
 fn no_roller_reaches_lower_than_the_one_that_is_found() {
     for robot in [mecanum4(), volksbot(), six_wheels()] {
@@ -210,7 +210,7 @@ fn no_roller_reaches_lower_than_the_one_that_is_found() {
                 };
                 let deepest_m = wheel.rollers.iter().map(depth_m).reduce(f64::max).unwrap();
                 let found_m = wheel.position_m().z - found.point_in_body_m.z;
-                // The tie, a billionth of the radius, and rounding.
+                // The tie, 1e-9 of the radius, plus rounding.
                 assert!((found_m - deepest_m).abs() < 2e-9 * wheel.radius_m);
                 assert!((found_m - depth_m(&wheel.rollers[found.roller])).abs() < 1e-15);
             }
@@ -244,7 +244,7 @@ fn two_rows_touch_by_turns() {
     assert!(seen.iter().all(|s| *s));
 }
 
-/// The robot with the rollers' outlines as given, by their barrel.
+/// The robot with given outlines of its rollers, from their barrel.
 fn modelled(mut robot: Robot, profile: impl Fn(&Barrel) -> Vec<ProfilePart>) -> Robot {
     for wheel in &mut robot.wheels {
         let barrels: Vec<Barrel> = wheel.rollers.iter().map(|r| wheel.barrel(r)).collect();
@@ -309,11 +309,11 @@ fn a_cylinder_touches_at_its_lower_edge() {
         contact.update(&[phi; 3]);
         let height_m = a * phi.cos() + l * phi.sin() + r * phi.cos();
         for touching in contact.contacts() {
-            // A handful of roundings.
+            // A few roundings.
             assert!((hub_z_m - touching.point_in_body_m.z - height_m).abs() < 1e-15);
             assert!((touching.radius_m - r / phi.cos()).abs() < 1e-15);
         }
-        // A wheel that turns rolls on its height: q' h = |b| omega for each.
+        // A turning wheel rolls on its height: q' h = |b| omega for each.
         let twist = contact.twist_here(&[1.0; 3]);
         let arm_m = robot.wheels[0].position_m().xy().norm();
         assert!((twist.omega_rad_s.abs() - height_m / arm_m).abs() < 1e-12);
@@ -331,9 +331,9 @@ fn a_wheel_without_rollers_is_refused() {
 
 #[test]
 fn rollers_as_they_are_made_roll_on_the_height_of_their_hub() {
-    // The part ahead of omega n x (p - p_hub) is omega h, and along d_g of a roller that stands at
-    // phi the wheel asks for d_g . v = omega h d_g . x: ahead v = omega h, sideways at gamma = 45
-    // deg v = omega h cos(phi).
+    // The forward part of omega n x (p - p_hub) is omega h, and along d_g of a roller at phi the
+    // wheel requires d_g . v = omega h d_g . x: ahead v = omega h, sideways at gamma = 45 deg v =
+    // omega h cos(phi).
     let made = |change: &dyn Fn(&mut ilon_robot::RollersAsMade), factor| {
         let mut robot = mecanum4();
         let mut made = ilon_robot::RollersAsMade::default();
@@ -364,8 +364,8 @@ fn rollers_as_they_are_made_roll_on_the_height_of_their_hub() {
                     sideways * robot.wheels[wheel].hub_height_m(angles[wheel])
                         / robot.wheels[wheel].radius_m
                 };
-                // All wheels stand alike, mirrored at most: their shares are equal, and so is that
-                // of the robot, to rounding.
+                // All wheels are equal or mirrored: their shares are equal, and so is the robot's,
+                // up to rounding.
                 let got = twist.linear_m_s().norm() / 0.3;
                 assert!((share(0) - share(3)).abs() < 1e-12);
                 assert!(
