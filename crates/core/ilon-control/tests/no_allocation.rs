@@ -1,4 +1,5 @@
-//! After construction nothing in the update paths allocates, so that the crate can run in a robot's control loop.
+//! After construction nothing in the update paths allocates, so that the crate can run in a robot's
+//! control loop.
 
 #[path = "../src/fixtures.rs"]
 #[allow(dead_code)]
@@ -95,7 +96,7 @@ fn a_control_step_allocates_nothing() {
                     heading_rad: t_s,
                 };
                 filter.predict(t_s, twist.scaled(0.03));
-                // Taken amid a step: the step is split.
+                // Measured within a step: the step is split.
                 let _ = filter.correct(t_s - 0.1, &seen);
                 let _ = guidance.update(&seen, &desired);
                 let targets = &guidance
