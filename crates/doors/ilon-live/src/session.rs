@@ -99,7 +99,7 @@ impl Session {
             position_gain: Gain::Scalar(section.position_gain_per_s),
             heading_gain: section.heading_gain_per_s,
             wheel_rate_limit_rad_s,
-            saturation: Saturation::Prioritised(section.priority.into()),
+            saturation: Saturation::Prioritised(section.priority.unwrap_or_default().into()),
         };
         let plant = Plant::new(&resolved, &robot)?;
         let kinematics = plant.kinematics().clone();
@@ -155,7 +155,7 @@ impl Session {
 
     /// Which task of the guidance comes first now.
     pub fn priority(&self) -> Priority {
-        self.section.priority
+        self.section.priority.unwrap_or_default()
     }
 
     /// The gains of the guidance's feedback now: of position and of heading, in 1/s.
@@ -307,10 +307,10 @@ impl Session {
     }
 
     fn follow_twist(&mut self, twist_in_body: Twist) -> Twist {
-        let command = self.by_hand.command(&[Task {
-            name: "twist",
-            twist_in_body,
-        }]);
+        let priority = self.section.priority.map(Into::into);
+        let command = self
+            .by_hand
+            .command(&Task::of_twist(twist_in_body, priority));
         self.rates_rad_s.copy_from_slice(&command.wheel_rates_rad_s);
         self.asked = command.twist_in_body;
         command.saturated_twist_in_body
@@ -348,7 +348,7 @@ impl Session {
             section.priority,
             [section.position_gain_per_s, section.heading_gain_per_s],
         );
-        let wanted = controls.priority.unwrap_or(before);
+        let wanted = controls.priority.or(before);
         let position = controls.position_gain_per_s.unwrap_or(gains[0]);
         let heading = controls.heading_gain_per_s.unwrap_or(gains[1]);
         if (wanted, [position, heading]) != (before, gains) {

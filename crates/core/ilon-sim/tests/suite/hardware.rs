@@ -124,3 +124,71 @@ fn an_integral_that_winds_up_overruns_unless_it_is_held() {
     assert!(wound > 0.1 && held.abs() < 0.05, "{wound} {held}");
     assert!(limited < 0.5 * wound, "{limited} {wound}");
 }
+
+/// P loops on all wheels of a robot that drives ahead are one integrator, k / J with J = m rho^2 / 4 + the wheel's own inertia, and torques that come late by d
+/// let them swing from k / J (d + T / 2) = pi / 2 on, T the step for which they are held. Bearings damp too little to count: 1e-3 beside 0.5 N m s/rad.
+/// The wheels hold their grip all the time: the swing decays, or grows up to the motors' limit.
+#[test]
+fn torques_that_come_late_let_the_loop_swing_from_its_phase_margin_on() {
+    let gain_n_m_s = 0.25;
+    let inertia_kg_m2 = {
+        let plant = Plant::of_scenario(&scenario("twist = {}")).expect("it stands");
+        let model = ilon_control::DynamicModel::new(plant.robot()).expect("it drives");
+        let r = model.kinematics().rate_matrix();
+        let ahead = nalgebra::Vector3::x();
+        (r * ahead).dot(&(model.inertia() * (r * ahead))) / (r * ahead).norm_squared()
+    };
+    let dt_s = 1e-3;
+    let least_s = std::f64::consts::FRAC_PI_2 * inertia_kg_m2 / gain_n_m_s - 0.5 * dt_s;
+    let of = |share: f64| {
+        let done = driven(&format!(
+            "wheel_loop = {{ proportional_n_m_s = {gain_n_m_s}, integral_n_m = 0, latency_s = {} }}\nrun.physics_dt_s = {dt_s}\n\
+             twist = {{ vx_m_s = 0.1, rest_s = 0.0, ramp_s = 0.5, settle_s = 1.0 }}",
+            share * least_s
+        ));
+        let rows = done.trace.steps().filter(|(record, _)| record.t_s > 3.0);
+        let off = rows.map(|(_, wheels)| (wheels[0].rate_rad_s - wheels[0].target_rad_s).abs());
+        off.fold(0.0, f64::max)
+    };
+    let (small, large) = (of(0.9), of(1.1));
+    assert!(
+        large > 20.0 * small,
+        "{small:?} {large:?} {least_s} {inertia_kg_m2}"
+    );
+}
+
+/// Gains that are left out are for torques as late as they come: no note, and 0.1 m/s as asked. A gain that is too high for them is remarked with one
+/// that would do, and what the latency does to the robot has a cause of its own.
+#[test]
+fn gains_that_are_left_out_bear_the_latency_and_others_are_remarked() {
+    let of = |keys: &str| {
+        driven(&format!(
+            "wheel_loop = {{ latency_s = 0.02{keys} }}\ntwist = {{ vx_m_s = 0.1, rest_s = 0.0, ramp_s = 0.5, settle_s = 1.0 }}"
+        ))
+    };
+    let unstable = |run: &Run| {
+        let mut found = run
+            .warnings
+            .iter()
+            .filter(|text| text.contains("loops are unstable"));
+        found.next().cloned()
+    };
+    let chosen = of("");
+    assert_eq!(unstable(&chosen), None, "{:?}", chosen.warnings);
+    let mean = chosen.summary.twist_mean.expect("means");
+    assert!((mean.vx_m_s - 0.1).abs() < 1e-3, "{mean:?}");
+    let said = unstable(&of(", proportional_n_m_s = 2")).expect("a note");
+    assert!(
+        said.contains("0.02 s late") && said.contains("`wheel_loop.latency_s`"),
+        "{said}"
+    );
+    for law in ["computed_torque", "prioritised_torque"] {
+        let said = unstable(&of(&format!(", law = \"{law}\", bandwidth_rad_s = 100")));
+        assert!(
+            said.is_some_and(|said| said.contains("bandwidth_rad_s` to")),
+            "{law}"
+        );
+    }
+    let text = "wheel_loop = { latency_s = 0.02, law = \"passive\" }\ntwist = {}";
+    assert!(run(&scenario(text)).is_err_and(|error| error.to_string().contains("latency_s")));
+}

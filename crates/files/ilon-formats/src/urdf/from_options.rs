@@ -141,7 +141,7 @@ fn check(loading: &Loading, options: &WheelOptions) -> Result<(), RobotError> {
     Ok(())
 }
 
-/// gamma of each wheel in the usual X: negative where its places ahead of the middle and to the left of it, in the frame that has
+/// gamma of each wheel in the usual X, or where it is given as negative in the O, which is the X reversed: in the X negative where its places ahead of the middle and to the left of it, in the frame that has
 /// the hub axes to the left, have one sign. With the hub axis along y the roller's axis on the ground is then
 /// (-cos gamma, -sin gamma) ~ (-1, 1) at the front left, across the arm (1, 1). An axle in the middle is handed like one ahead.
 ///
@@ -178,7 +178,7 @@ pub(super) fn in_x_deg(
             return Err((i, "the wheel stands on the middle line that runs ahead"));
         }
         let x = if x.abs() < IN_THE_MIDDLE_M { 1.0 } else { x };
-        Ok(-gamma_deg.abs().copysign(x * y))
+        Ok(-gamma_deg * 1f64.copysign(x * y))
     };
     likes.iter().enumerate().map(of_like).collect()
 }
