@@ -232,32 +232,41 @@ fn refuse_too_fast(section: &WheelLoop, own: &Loop, inertia_kg_m2: f64) -> Resul
     ))
 }
 
-/// Of a law that knows the robot, and makes a loop of its bandwidth in each direction, where its torques come late.
+/// Of a law that knows the robot, and makes a loop of its bandwidth in each direction, where its torques come late: a wheel that hangs in the air feels a
+/// part of the inertia that the law counts with.
 fn remark_of_model(section: &WheelLoop, model: &DynamicModel, period_s: f64) -> Option<String> {
     /// The part by which the bandwidth is lowered at a time.
     const LOWER: f64 = 0.98;
-    let felt = Felt {
-        inertia_kg_m2: 1.0,
-        damping_n_m_s: 0.0,
-    };
-    let settles = |bandwidth_rad_s: f64| {
+    let in_the_air = model.air_inertia_kg_m2() / model.ground_inertia_kg_m2();
+    let settles = |bandwidth_rad_s: f64, inertia_kg_m2: f64| {
         let w = model.bandwidth_rad_s(bandwidth_rad_s, period_s);
         let own = Loop {
             proportional_n_m_s: w,
             integral_n_m: 0.25 * w * w,
             ..Loop::of(section, period_s)
         };
-        own.settles(&felt)
+        own.settles(&Felt {
+            inertia_kg_m2,
+            damping_n_m_s: 0.0,
+        })
     };
-    if section.latency_s() == 0.0 || settles(section.bandwidth_rad_s) {
+    let all = |bandwidth_rad_s: f64| {
+        settles(bandwidth_rad_s, 1.0) && settles(bandwidth_rad_s, in_the_air)
+    };
+    let asked = section.bandwidth_rad_s;
+    if section.latency_s() == 0.0 || all(asked) {
         return None;
     }
-    let mut most = section.bandwidth_rad_s;
-    while !settles(most) && most > f64::MIN_POSITIVE {
+    let place = match settles(asked, 1.0) {
+        true => "a wheel that hangs in the air or slides swings",
+        false => "wheels swing",
+    };
+    let mut most = asked;
+    while !all(most) && most > f64::MIN_POSITIVE {
         most *= LOWER;
     }
     Some(format!(
-        "the wheel loops are unstable: with torques that come {} s late wheels swing ever wider; lower `wheel_loop.bandwidth_rad_s` to {}, or shorten \
+        "the wheel loops are unstable: with torques that come {} s late {place} ever wider; lower `wheel_loop.bandwidth_rad_s` to {}, or shorten \
          `wheel_loop.latency_s`",
         section.latency_s(),
         rounded_down(most)
