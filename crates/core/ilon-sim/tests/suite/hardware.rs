@@ -197,8 +197,9 @@ fn gains_that_are_left_out_bear_the_latency_and_others_are_remarked() {
             "{law}"
         );
     }
-    let text = "wheel_loop = { latency_s = 0.02, law = \"passive\" }\ntwist = {}";
-    assert!(run(&scenario(text)).is_err_and(|error| error.to_string().contains("latency_s")));
+    let text = "robot.file = \"mecanum4.urdf\"\nrun.duration_s = 1\ntwist = {}\nwheel_loop = { latency_s = 0.02, law = \"passive\" }";
+    let refused = Scenario::from_toml(text, "passive", ".");
+    assert!(refused.is_err_and(|error| error.to_string().contains("latency_s")));
 }
 
 /// (1, 0.8) m/s and 2 rad/s take 48.4 rad/s of a wheel: (1 + 0.8) / 0.05 for the way and 0.31 x 2 / 0.05 = 12.4 for the turn, where 30 are to be had. All
