@@ -32,7 +32,7 @@ fn a_control_step_allocates_nothing() {
     let along = Heading::Tangent { offset_rad: 0.1 };
     let reference = Reference::waypoints_at_speed(points, 0.3, along).unwrap();
     let model = DynamicModel::new(&robot).unwrap();
-    let gains = WheelGains::for_robot(&model, LoopTiming::Sampled, 1e-3, 20.0).unwrap();
+    let gains = WheelGains::for_robot(&model, LoopTiming::Sampled, (1e-3, 0.0), 20.0).unwrap();
     let mut wheel_loop = WheelLoop::new(4, WheelLoopSettings::new(gains)).unwrap();
     let settings = ComputedTorqueSettings {
         bandwidth_rad_s: 20.0,

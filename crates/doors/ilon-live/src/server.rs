@@ -256,12 +256,19 @@ fn head(stream: &TcpStream) -> std::io::Result<Option<Head>> {
         upgrade: false,
     };
     for (name, value) in lines.filter_map(|line| line.split_once(':')) {
-        let value = value.trim();
-        match name.to_ascii_lowercase().as_str() {
-            "host" => head.host = Some(value.to_ascii_lowercase()),
-            "origin" => head.origin = Some(value.to_ascii_lowercase()),
-            "upgrade" => head.upgrade = value.eq_ignore_ascii_case("websocket"),
-            _ => {}
+        let value = value.trim().to_ascii_lowercase();
+        // Of two that say where a request comes from, one is not true.
+        let before = match name.to_ascii_lowercase().as_str() {
+            "host" => head.host.replace(value),
+            "origin" => head.origin.replace(value),
+            "upgrade" => {
+                head.upgrade = value == "websocket";
+                None
+            }
+            _ => None,
+        };
+        if before.is_some() {
+            return Ok(None);
         }
     }
     Ok(Some(head))

@@ -100,7 +100,7 @@ impl Session {
             position_gain: Gain::Scalar(section.position_gain_per_s),
             heading_gain: section.heading_gain_per_s,
             wheel_rate_limit_rad_s,
-            saturation: Saturation::Prioritised(section.priority.into()),
+            saturation: Saturation::Prioritised(section.priority.unwrap_or_default().into()),
         };
         let plant = Plant::new(&resolved, &robot)?;
         let kinematics = plant.kinematics().clone();
@@ -156,7 +156,7 @@ impl Session {
 
     /// The current priority of the guidance's tasks.
     pub fn priority(&self) -> Priority {
-        self.section.priority
+        self.section.priority.unwrap_or_default()
     }
 
     /// The current gains of the guidance's feedback: of position and of heading, in 1/s.
@@ -310,10 +310,10 @@ impl Session {
     }
 
     fn follow_twist(&mut self, twist_in_body: Twist) -> Twist {
-        let command = self.by_hand.command(&[Task {
-            name: "twist",
-            twist_in_body,
-        }]);
+        let priority = self.section.priority.map(Into::into);
+        let command = self
+            .by_hand
+            .command(&Task::of_twist(twist_in_body, priority));
         self.rates_rad_s.copy_from_slice(&command.wheel_rates_rad_s);
         self.asked = command.twist_in_body;
         command.saturated_twist_in_body
@@ -351,7 +351,7 @@ impl Session {
             section.priority,
             [section.position_gain_per_s, section.heading_gain_per_s],
         );
-        let wanted = controls.priority.unwrap_or(before);
+        let wanted = controls.priority.or(before);
         let position = controls.position_gain_per_s.unwrap_or(gains[0]);
         let heading = controls.heading_gain_per_s.unwrap_or(gains[1]);
         if (wanted, [position, heading]) != (before, gains) {

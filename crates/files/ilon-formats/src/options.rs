@@ -160,7 +160,7 @@ impl WheelOptions {
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[schemars(rename = "Gamma")]
 pub enum Handedness {
-    /// `gamma.x_deg = 45`: mecanum wheels in the usual X. All hub axes must be parallel.
+    /// `gamma.x_deg = 45`: mecanum wheels in the usual X, -45: in the O. All hub axes must be parallel.
     XDeg(f64),
     /// `gamma.all_deg = 0`: the same for all wheels; 0 is an omni wheel.
     AllDeg(f64),

@@ -14,7 +14,8 @@
 //! z + (1 - a), whose roots lie in the unit circle exactly when a > 0, b > 0 and 2 a + b < 4
 //! (Jury). The smallest J decides: the wheel in the air. [`WheelGains::propose`] keeps a <= 1
 //! there, half of the limit: a wheel in the air then reaches its target in one step without
-//! oscillating.
+//! oscillating. With torques n periods late the limit of a alone is 2 sin(pi / (4 n + 2)) (Levin
+//! and May 1976), and half of that is kept.
 //!
 //! **A loop that is faster than the simulation's steps** ([`LoopTiming::Continuous`]) has no such
 //! limit. Within a step its torque falls as the wheel gains rate, by a droop D per rate, and the
@@ -49,16 +50,17 @@ pub struct WheelGains {
 
 impl WheelGains {
     /// Returns gains for a loop bandwidth in rad/s, from the largest inertia that a wheel feels (on
-    /// the ground) and the smallest (in the air), in kg m^2, and the loop's period in seconds: k_p
-    /// = J_ground w_b, but at most J_air / dt, so that a wheel in the air is stable; k_i = k_p w /
-    /// 4 with the resulting bandwidth w = k_p / J_ground; no derivative.
+    /// the ground) and the smallest (in the air), in kg m^2, and the loop's period and the latency
+    /// of its torques in seconds: k_p = J_ground w_b, but at most J_air / dt sin(pi / (4 n + 2))
+    /// with torques n periods late, so that a wheel in the air is stable; k_i = k_p w / 4 with the
+    /// resulting bandwidth w = k_p / J_ground; no derivative.
     ///
     /// # Errors
     /// [`ControlError::NotPositive`].
     pub fn propose(
         ground_inertia_kg_m2: f64,
         air_inertia_kg_m2: f64,
-        dt_s: f64,
+        (dt_s, latency_s): (f64, f64),
         bandwidth_rad_s: f64,
     ) -> Result<Self, ControlError> {
         let j_ground = ground_inertia_kg_m2;
@@ -68,7 +70,9 @@ impl WheelGains {
             air_inertia_kg_m2,
         )?;
         let dt_s = positive("the wheel loop's period in s", dt_s)?;
-        let k_p = continuous.proportional_n_m_s.min(j_air / dt_s);
+        let waits = (latency_s / dt_s - 1e-9).ceil().max(0.0);
+        let kept = libm::sin(std::f64::consts::PI / (4.0 * waits + 2.0));
+        let k_p = continuous.proportional_n_m_s.min(j_air / dt_s * kept);
         Ok(Self {
             proportional_n_m_s: k_p,
             integral_n_m: 0.25 * k_p * k_p / j_ground,
@@ -98,21 +102,21 @@ impl WheelGains {
         })
     }
 
-    /// Returns gains for a robot's wheels from its [`DynamicModel`], by [`Self::propose`] or
-    /// [`Self::propose_continuous`].
+    /// Returns gains for a robot's wheels from its [`DynamicModel`], by [`Self::propose`] with the
+    /// loop's period and latency in seconds, or by [`Self::propose_continuous`].
     ///
     /// # Errors
     /// Those of these two functions.
     pub fn for_robot(
         model: &DynamicModel,
         timing: LoopTiming,
-        dt_s: f64,
+        held_s: (f64, f64),
         bandwidth_rad_s: f64,
     ) -> Result<Self, ControlError> {
         let j_ground = model.ground_inertia_kg_m2();
         match timing {
             LoopTiming::Sampled => {
-                Self::propose(j_ground, model.air_inertia_kg_m2(), dt_s, bandwidth_rad_s)
+                Self::propose(j_ground, model.air_inertia_kg_m2(), held_s, bandwidth_rad_s)
             }
             LoopTiming::Continuous => Self::propose_continuous(j_ground, bandwidth_rad_s),
         }

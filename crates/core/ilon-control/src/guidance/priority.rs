@@ -3,6 +3,8 @@
 
 use ilon_robot::Twist;
 
+use super::law::Priority;
+
 /// One task of the guidance: a requested motion.
 ///
 /// In the kinematic model every motion that the wheels can roll is a twist, q' = M twist / (rho cos
@@ -14,6 +16,28 @@ pub struct Task {
     pub name: &'static str,
     /// The requested motion, in the body frame.
     pub twist_in_body: Twist,
+}
+
+impl Task {
+    /// A twist of the body as tasks: its velocity and its yaw rate in the order of a priority; without one all of it
+    /// as the first, and nothing as the second.
+    pub fn of_twist(twist_in_body: Twist, priority: Option<Priority>) -> [Self; 2] {
+        let task = |name, vx_m_s, vy_m_s, omega_rad_s| Self {
+            name,
+            twist_in_body: Twist::new(vx_m_s, vy_m_s, omega_rad_s),
+        };
+        let Twist {
+            vx_m_s,
+            vy_m_s,
+            omega_rad_s,
+        } = twist_in_body;
+        let whole = task("twist", vx_m_s, vy_m_s, omega_rad_s);
+        let parts = priority.map(|priority| {
+            let velocity = task("velocity", vx_m_s, vy_m_s, 0.0);
+            priority.order(velocity, task("yaw rate", 0.0, 0.0, omega_rad_s))
+        });
+        parts.map_or([whole, task("yaw rate", 0.0, 0.0, 0.0)], Into::into)
+    }
 }
 
 /// The share of a task that was executed.

@@ -236,7 +236,12 @@ fn timing(scenario: &Scenario) -> (Timing, bool) {
     const SLACK: f64 = 1e-9;
     let control_s = scenario.run.control_dt_s;
     let sensor = &scenario.sensors.pose;
-    let of = |period_s, age_s| Timing { period_s, age_s };
+    // Torques that come late are, to the guidance, as poses that are as much older.
+    let latency_s = scenario.wheel_loop.latency_s();
+    let of = |period_s, age_s| Timing {
+        period_s,
+        age_s: age_s + latency_s,
+    };
     // A filter brings each pose up to the present.
     if scenario.sensors.fusion.is_some() {
         return (of(control_s, 0.0), true);
@@ -414,7 +419,14 @@ impl Stability {
         const ALMOST: f64 = 1.0 - 1e-9;
         let period_s = self.timing.period_s;
         let poses = match self.timing.age_s > 0.0 {
-            true => format!(" with poses {} s old", self.timing.age_s),
+            true => format!(
+                " with poses {} s old{}",
+                self.timing.age_s,
+                match scenario.wheel_loop.latency_s() > 0.0 {
+                    true => " when torques follow",
+                    false => "",
+                }
+            ),
             false => String::new(),
         };
         let mut worst: Option<(f64, UsedGain, Bounds)> = None;

@@ -8,8 +8,9 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "GuidanceSection")]
 pub struct Guidance {
-    /// Task that keeps its wheel rates in saturation.
-    pub priority: Priority,
+    /// Task that keeps its wheel rates in saturation [default: position; of a twist in open loop, both give way together].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub priority: Option<Priority>,
     /// What is done with wheel rates above the limit.
     pub saturation: Saturation,
     /// Gain on the position error, K_r of equation (26), in 1/s.
@@ -153,7 +154,7 @@ pub enum Kinematics {
 impl Default for Guidance {
     fn default() -> Self {
         Self {
-            priority: Priority::default(),
+            priority: None,
             saturation: Saturation::default(),
             position_gain_per_s: 1.0,
             heading_gain_per_s: 1.0,

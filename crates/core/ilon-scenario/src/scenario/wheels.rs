@@ -20,6 +20,10 @@ pub struct WheelLoop {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub period_s: Option<f64>,
+    /// Time from the reading of a wheel's rate to the torque that follows from it, in seconds; a PID is sampled with it [default: none].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 0.2))]
+    pub latency_s: Option<f64>,
     /// Bandwidth of computed torque and of default gains, in rad/s; a wheel in the air may allow less.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub bandwidth_rad_s: f64,
@@ -147,6 +151,7 @@ impl Default for WheelLoop {
             law: WheelLaw::default(),
             timing: LoopTiming::default(),
             period_s: None,
+            latency_s: None,
             bandwidth_rad_s: 60.0,
             friction: None,
             proportional_n_m_s: None,
@@ -165,7 +170,12 @@ impl Default for WheelLoop {
 impl WheelLoop {
     /// Whether it decides once in a period and holds its torques meanwhile.
     pub fn is_sampled(&self) -> bool {
-        self.law != WheelLaw::Pid || self.timing == LoopTiming::Sampled
+        self.law != WheelLaw::Pid || self.timing == LoopTiming::Sampled || self.latency_s() > 0.0
+    }
+
+    /// How late its torques come, in seconds.
+    pub fn latency_s(&self) -> f64 {
+        self.latency_s.unwrap_or(0.0)
     }
 }
 

@@ -20,7 +20,7 @@ pub(super) struct Arguments {
     /// Write robot and world of a scenario as a functional mock-up unit (FMI 3.0, co-simulation).
     #[arg(long, value_name = "SCENARIO", group = "what")]
     fmu: Option<PathBuf>,
-    /// Fit a planar base to a robot, with its error on unseen drives; write it as JSON, for numpy, MuJoCo and Gazebo.
+    /// Fit a planar base to a robot, with its error on unseen drives; write it as JSON and for numpy.
     #[arg(long, value_name = "ROBOT", group = "what")]
     planar: Option<PathBuf>,
     /// File or folder of the result [default: SCENARIO.fmu, or ROBOT_planar].
@@ -77,13 +77,12 @@ fn planar_base(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let off = &base.held_out;
     console::lines(&format!(
-        "a planar base of `{}`: {}\non {} drives of {:.1} s that it has not seen it ends off by {:.2} % of the path, its base on joints by {:.2} %, ideal kinematics by {:.2} %\n",
+        "a planar base of `{}`: {}\non {} drives of {:.1} s that it has not seen it ends off by {:.2} % of the path, ideal kinematics by {:.2} %\n",
         one_line(&base.robot),
         path_in_line(&out),
         off.drives,
         off.duration_s,
         1e2 * off.model.position_over_path,
-        1e2 * off.joints.position_over_path,
         1e2 * off.ideal.position_over_path,
     ))?;
     Ok(Outcome::Done)

@@ -68,7 +68,7 @@ pub enum Fault {
     },
 
     /// The text is not well-formed XML.
-    #[error("not well-formed XML: {reason}")]
+    #[error("{}{reason}", if reason.contains("DTD") { "" } else { "not well-formed XML: " })]
     Xml {
         /// The parser's message.
         reason: String,

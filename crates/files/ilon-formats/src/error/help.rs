@@ -65,6 +65,7 @@ impl Fault {
             Self::NotNumbers { count, .. } => {
                 return format!("write {count} numbers, separated by spaces");
             }
+            Self::Unreadable { reason } if reason.contains("UTF-8") => "save it as UTF-8",
             Self::Unreadable { .. } => "give the path of a file that exists and may be read",
             Self::Toml { .. } => {
                 "every key is described in docs/format-robot.md; whole descriptions are in assets/robots"

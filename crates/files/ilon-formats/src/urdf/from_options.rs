@@ -142,10 +142,11 @@ fn check(loading: &Loading, options: &WheelOptions) -> Result<(), RobotError> {
     Ok(())
 }
 
-/// Returns gamma of each wheel in the usual X: negative if its coordinates ahead of the middle and
-/// to the left of it have the same sign, in the frame whose hub axes point left. With the hub axis
-/// along y the roller's axis on the ground is then (-cos gamma, -sin gamma) ~ (-1, 1) at the front
-/// left, across the arm (1, 1). An axle in the middle is handed like one ahead.
+/// Returns gamma of each wheel in the usual X, or for a negative gamma in the O, which is the X
+/// reversed. In the X gamma is negative if the wheel's coordinates ahead of the middle and to the
+/// left of it have the same sign, in the frame whose hub axes point left. With the hub axis along y
+/// the roller's axis on the ground is then (-cos gamma, -sin gamma) ~ (-1, 1) at the front left,
+/// across the arm (1, 1). An axle in the middle is handed like one ahead.
 ///
 /// The error is the index of a wheel that does not fit an X, with the reason.
 pub(super) fn in_x_deg(
@@ -180,7 +181,7 @@ pub(super) fn in_x_deg(
             return Err((i, "the wheel stands on the middle line that runs ahead"));
         }
         let x = if x.abs() < IN_THE_MIDDLE_M { 1.0 } else { x };
-        Ok(-gamma_deg.abs().copysign(x * y))
+        Ok(-gamma_deg * 1f64.copysign(x * y))
     };
     likes.iter().enumerate().map(of_like).collect()
 }

@@ -551,6 +551,9 @@ fn thousands_of_wheels_and_a_dtd_are_refused_in_words() {
     let said = fault_of(&star).to_string();
     assert!(said.contains("2000 joints turn as wheels do"), "{said}");
     let dtd = "<!DOCTYPE robot SYSTEM \"robot.dtd\"><robot name=\"x\"><link name=\"b\"/></robot>";
-    let help = fault_of(dtd).help();
+    let fault = fault_of(dtd);
+    let (said, help) = (fault.to_string(), fault.help());
+    // It is well-formed.
+    assert!(!said.contains("well-formed"), "{said}");
     assert!(help.contains("<!DOCTYPE"), "{help}");
 }

@@ -38,7 +38,7 @@ fn is_stable(gains: &WheelGains, inertia_kg_m2: f64, dt_s: f64) -> bool {
 
 #[test]
 fn proposed_gains_reach_the_target_in_about_one_over_the_bandwidth() {
-    let gains = WheelGains::propose(7e-3, 2.4e-4, 1e-3, 30.0).unwrap();
+    let gains = WheelGains::propose(7e-3, 2.4e-4, (1e-3, 0.0), 30.0).unwrap();
     assert!((bandwidth_rad_s(&gains, 7e-3) - 30.0).abs() < 1e-12);
     let rates = run(gains, 7e-3, 1e-3, 1e-3, 1000);
     // Critically damped with both poles at 15 rad/s and a zero at 7.5: e(t) = (1 - 15 t) exp(-15 t)
@@ -51,7 +51,7 @@ fn proposed_gains_reach_the_target_in_about_one_over_the_bandwidth() {
 #[test]
 fn proposed_gains_hold_a_wheel_in_the_air_without_swinging() {
     for dt_s in [1.0 / 1000.0, 1.0 / 240.0, 1.0 / 60.0] {
-        let gains = WheelGains::propose(7e-3, 2.4e-4, dt_s, 50.0).unwrap();
+        let gains = WheelGains::propose(7e-3, 2.4e-4, (dt_s, 0.0), 50.0).unwrap();
         assert!(is_stable(&gains, 2.4e-4, dt_s) && is_stable(&gains, 7e-3, dt_s));
         let rates = run(gains, 2.4e-4, 0.0, dt_s, 2000);
         // The integral overshoots by a few percent; an oscillation from step to step would exceed
@@ -237,13 +237,14 @@ fn feedforward_makes_up_for_damping_and_dry_friction() {
 
 #[test]
 fn settings_that_are_negative_or_not_numbers_are_refused() {
-    let mut settings = WheelLoopSettings::new(WheelGains::propose(1e-2, 1e-3, 1e-3, 10.0).unwrap());
+    let mut settings =
+        WheelLoopSettings::new(WheelGains::propose(1e-2, 1e-3, (1e-3, 0.0), 10.0).unwrap());
     settings.derivative_filter_s = -1.0;
     assert_eq!(
         WheelLoop::new(3, settings).unwrap_err().to_string(),
         "the derivative filter's time constant in s is -1; it must be finite and not below zero"
     );
-    assert!(WheelGains::propose(1e-2, 1e-3, f64::NAN, 10.0).is_err());
+    assert!(WheelGains::propose(1e-2, 1e-3, (f64::NAN, 0.0), 10.0).is_err());
 }
 
 /// With a filtered derivative the loop is J x' = k_p e + k_i integral(e) - k_d a, T a' = x' - a.

@@ -44,6 +44,21 @@ fn wheels_without_rollers_are_told_by_name() {
     );
 }
 
+/// A negative angle is the O: each gamma is that of the X with its sign turned.
+#[test]
+fn a_negative_angle_in_the_x_is_the_o() {
+    let gammas = |deg: f64| -> Vec<f64> {
+        let options = options(|o| {
+            o.wheels = Some(WheelOptions::new(9, Handedness::XDeg(deg)));
+        });
+        let loaded = Robot::from_urdf_str_with(&plain_wheels(), "plain.urdf", &options);
+        let wheels = loaded.unwrap_or_else(|e| panic!("{e}")).robot.wheels;
+        wheels.iter().map(|wheel| wheel.gamma_rad).collect()
+    };
+    let turned: Vec<f64> = gammas(45.0).into_iter().map(|gamma| -gamma).collect();
+    assert_eq!(gammas(-45.0), turned);
+}
+
 #[test]
 fn rollers_put_into_bare_wheels_make_the_robot_that_has_them() {
     let options = options(|o| {
