@@ -78,8 +78,7 @@ impl Clock {
     /// Whether this instant is a row of the trace. The end of the run always is, so that what happened in its last period is recorded.
     pub fn record_is_due(&self) -> bool {
         let period = self.steps / self.steps_per_control;
-        self.control_is_due()
-            && (period.is_multiple_of(self.record_every) || self.is_over())
+        self.control_is_due() && (period.is_multiple_of(self.record_every) || self.is_over())
     }
 
     /// Whether a control period begins at this instant.

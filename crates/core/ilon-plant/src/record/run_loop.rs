@@ -64,6 +64,7 @@ impl RunLoop {
             let seen = self.plant.observe();
             self.recorder.reckon(&seen.wheel_angles_rad);
             self.pilot.end(self.plant.clock().time_s());
+            self.plant.actuate(self.pilot.command());
             self.write_down();
         }
     }
