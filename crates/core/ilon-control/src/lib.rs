@@ -96,10 +96,10 @@ pub use estimation::pose_filter::{PoseEstimate, PoseFilter, PoseFilterSettings};
 pub use estimation::tilt::{InertialErrors, TiltFilter};
 pub use guidance::fastest::Fastest;
 pub use guidance::law::{
-    Command, Feasibility, Gain, Guidance, GuidanceSettings, GuidanceTask, Priority, Saturation,
+    Command, Feasibility, Gain, Guidance, GuidanceSettings, GuidanceTask, Saturation,
     WheelRateAsked,
 };
-pub use guidance::priority::{Task, TaskShare, share_capacity, sigma};
+pub use guidance::priority::{Priority, Task, TaskShare, share_capacity, sigma};
 pub use guidance::reference::{Desired, Heading, Reference};
 pub use kinematics::analysis::{Arrangement, SpeedLimits};
 pub use kinematics::contact::{ContactKinematics, RollerContact};

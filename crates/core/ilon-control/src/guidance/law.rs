@@ -10,28 +10,8 @@ use ilon_robot::{Pose, Twist, wrap_angle};
 use nalgebra::{Matrix2, Vector2};
 
 use crate::error::{finite, positive};
-use crate::guidance::priority::{Task, TaskShare, share_capacity, sigma};
+use crate::guidance::priority::{Priority, Task, TaskShare, share_capacity, sigma};
 use crate::{ContactKinematics, ControlError, Desired, Kinematics};
-
-/// The order of the tasks if the wheels cannot serve both.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Priority {
-    /// Position before heading: the tasks (38)-(41).
-    Position,
-    /// Heading before position: the tasks (47)-(50).
-    Heading,
-}
-
-impl Priority {
-    /// Returns the two in the order of their priority. Applied to a pair in that order, it returns
-    /// position and heading.
-    pub(crate) fn order<T>(self, position: T, heading: T) -> (T, T) {
-        match self {
-            Self::Position => (position, heading),
-            Self::Heading => (heading, position),
-        }
-    }
-}
 
 /// Treatment of wheel rates beyond the limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,25 @@
 
 use ilon_robot::Twist;
 
-use super::law::Priority;
+/// The order of the tasks if the wheels cannot serve both.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Priority {
+    /// Position before heading: the tasks (38)-(41).
+    Position,
+    /// Heading before position: the tasks (47)-(50).
+    Heading,
+}
+
+impl Priority {
+    /// Returns the two in the order of their priority. Applied to a pair in that order, it returns
+    /// position and heading.
+    pub(crate) fn order<T>(self, position: T, heading: T) -> (T, T) {
+        match self {
+            Self::Position => (position, heading),
+            Self::Heading => (heading, position),
+        }
+    }
+}
 
 /// One task of the guidance: a requested motion.
 ///

@@ -222,6 +222,13 @@ impl Pilot {
         }
     }
 
+    /// Ends the run at a time in seconds: the last decision stands, and what is desired is that of the end.
+    pub fn end(&mut self, t_s: f64) {
+        if let Planned::Reference(reference) | Planned::Own(_, Some(reference)) = &self.motion {
+            self.decision.desired = Some(reference.at(t_s));
+        }
+    }
+
     /// Asks for a twist of the body's origin, in the body frame, from the next decision on, in place of the scenario's twist.
     pub fn steer(&mut self, twist_in_body: Twist) {
         self.motion = Planned::Twist(TwistProfile::of(twist_in_body));

@@ -221,10 +221,7 @@ pub(super) fn of_control(scenario: &Scenario, physics_dt_s: f64, list: &mut List
     );
     list.add("run.control_dt_s", words, move |scenario, _| {
         let run = &mut scenario.run;
-        // Both end with a row at the same time.
-        let last_row_s = run.last_row_s();
         run.control_dt_s /= f64::from(parts);
         run.record_every = run.record_every.saturating_mul(parts);
-        run.duration_s = last_row_s + run.control_dt_s;
     });
 }
