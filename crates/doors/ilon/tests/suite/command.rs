@@ -182,11 +182,11 @@ fn check_ends_with_1_where_an_expectation_fails_and_tells_what_when_and_how_to_s
     let text = stdout(&failed);
     // 0.3 m/s over 0.05 m times cos 30 deg: 5.196 rad/s.
     assert!(
-        text.contains("_target_rad_s >= -4.62 and <= 4.62 always failed: measured"),
+        text.contains("_target_rad_s >= -4.62 and <= 4.62 at all times failed: measured"),
         "{text}"
     );
     assert!(
-        text.contains("to see it: ilon run good.toml --set 'twist.vx_m_s=0.3'\n"),
+        text.contains("to see it: ilon run good.toml --set twist.vx_m_s=0.3\n"),
         "{text}"
     );
     assert!(folder.path("kept/good/report.html").exists());
