@@ -111,8 +111,8 @@ fn difference(
     };
     let first = (0..rows).find(|row| off(*row) > tolerance)?;
     let worst = (0..rows).map(off).fold(0.0, f64::max);
-    // In SI units: a signal that stays below a micrometre, or a micronewton, is rounding.
-    const LEAST_SIZE: f64 = 1e-6;
+    // In SI units: what stays below a tenth of a millimetre, or of a millinewton, tells a person little.
+    const LEAST_SIZE: f64 = 1e-4;
     let sizes = theirs.iter().flatten().filter(|value| value.is_finite());
     let size = sizes.map(|value| value.abs()).fold(LEAST_SIZE, f64::max);
     Some(Difference {
@@ -233,7 +233,7 @@ mod tests {
         let found = found(&ours, &theirs, &BTreeMap::new());
         assert_eq!(found.len(), 1);
         assert_eq!((found[0].first_s, found[0].worst), (0.0, 3.0));
-        // Nothing in the baseline: a micrometre is its size.
-        assert_eq!(found[0].share, 3.0 / 1e-6);
+        // Nothing in the baseline: a tenth of a millimetre is its size.
+        assert_eq!(found[0].share, 3.0 / 1e-4);
     }
 }

@@ -246,7 +246,10 @@ fn a_baseline_holds_the_same_run_and_locates_where_another_leaves_it() {
     let output = folder.ilon(&slower);
     assert_code(&output, 1);
     let text = stdout(&output);
-    assert!(text.contains("leaves its baseline at 0.11 s"), "{text}");
+    assert!(
+        text.contains("the first of all is apart at 0.11 s"),
+        "{text}"
+    );
     assert!(
         text.contains("drawn in kept/good/difference.html"),
         "{text}"

@@ -112,8 +112,15 @@ impl Judged {
         lines.extend(by_size.iter().map(|one| shown(&one.to_string())));
         match differences.len() - by_size.len() {
             0 => {}
-            1 => lines.push("1 more signal leaves its baseline".to_owned()),
-            more => lines.push(format!("{more} more signals leave their baseline")),
+            more => {
+                let times_s = differences.iter().map(|one| one.first_s);
+                let first_s = to_microseconds(times_s.fold(f64::INFINITY, f64::min));
+                let what = match more {
+                    1 => "1 more signal leaves its baseline".to_owned(),
+                    more => format!("{more} more signals leave their baseline"),
+                };
+                lines.push(format!("{what}; the first of all is apart at {first_s} s"));
+            }
         }
         if let Some(drawn) = &self.drawn {
             lines.push(shown(&format!("drawn in {}", drawn.display())));
