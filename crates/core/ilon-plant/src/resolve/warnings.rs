@@ -140,13 +140,17 @@ pub(crate) fn of_feasibility(feasibility: &FeasibilityInTime, robot: &Robot) -> 
         ));
     }
     let conditions = [
-        (&feasibility.position, "velocity", "(36)"),
-        (&feasibility.heading, "heading rate", "(37)"),
+        (
+            &feasibility.position,
+            "velocity alone takes, in the direction that asks most of the wheels,",
+            "(36)",
+        ),
+        (&feasibility.heading, "heading rate alone takes", "(37)"),
     ];
     let parts = conditions.into_iter().filter_map(|(asked, what, equation)| {
         let from_s = asked.beyond_from_s?;
         Some(format!(
-            "from {from_s:.2} s on its {what} alone takes wheel rates of up to {:.3} rad/s, at {:.2} s (Indiveri 2009, eq. {equation})",
+            "from {from_s:.2} s on its {what} wheel rates of up to {:.3} rad/s, at {:.2} s (Indiveri 2009, eq. {equation})",
             asked.most_rad_s, asked.most_at_s
         ))
     });

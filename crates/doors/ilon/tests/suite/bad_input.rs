@@ -467,8 +467,8 @@ fn a_reference_too_fast_to_track_is_a_warning_with_the_figures() {
     assert_eq!(output.status.code(), Some(0));
     let stderr = String::from_utf8_lossy(&output.stderr);
     // 0.3 m/s over rho cos(gamma) = 0.05 m are 6 rad/s, above half of 8.7 rad/s.
-    let note = "note: the reference may be too fast to track: from 0.00 s on its velocity alone takes wheel rates \
-                of up to 6.000 rad/s, at 0.00 s (Indiveri 2009, eq. (36)), but half of the limit is 4.350 rad/s; slow it down or raise \
+    let note = "note: the reference may be too fast to track: from 0.00 s on its velocity alone takes, in the direction that asks \
+                most of the wheels, wheel rates of up to 6.000 rad/s, at 0.00 s (Indiveri 2009, eq. (36)), but half of the limit is 4.350 rad/s; slow it down or raise \
                 `guidance.wheel_rate_limit_rad_s`";
     assert!(stderr.lines().any(|line| line == note), "{stderr}");
     assert!(bench.path("results/summary.json").exists());

@@ -182,11 +182,11 @@ fn check_ends_with_1_where_an_expectation_fails_and_tells_what_when_and_how_to_s
     let text = stdout(&failed);
     // 0.3 m/s over 0.05 m times cos 30 deg: 5.196 rad/s.
     assert!(
-        text.contains("_target_rad_s >= -4.62 and <= 4.62 always failed: measured"),
+        text.contains("_target_rad_s >= -4.62 and <= 4.62 at all times failed: measured"),
         "{text}"
     );
     assert!(
-        text.contains("to see it: ilon run good.toml --set 'twist.vx_m_s=0.3'\n"),
+        text.contains("to see it: ilon run good.toml --set twist.vx_m_s=0.3\n"),
         "{text}"
     );
     assert!(folder.path("kept/good/report.html").exists());
@@ -246,7 +246,10 @@ fn a_baseline_holds_the_same_run_and_locates_where_another_leaves_it() {
     let output = folder.ilon(&slower);
     assert_code(&output, 1);
     let text = stdout(&output);
-    assert!(text.contains("leaves its baseline at 0.11 s"), "{text}");
+    assert!(
+        text.contains("the first of all is apart at 0.11 s"),
+        "{text}"
+    );
     assert!(
         text.contains("drawn in kept/good/difference.html"),
         "{text}"

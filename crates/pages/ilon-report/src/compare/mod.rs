@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
 use ilon_trace::quantities::GROUPS;
-use ilon_trace::{Quantity, Settings, Summary, Trace, TraceError};
+use ilon_trace::{Header, Quantity, Settings, Summary, Trace, TraceError, number};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -196,13 +196,61 @@ fn differences(runs: &[ComparedRun]) -> Vec<SettingRow> {
     let texts = runs
         .iter()
         .map(|run| run.trace.header.scenario_toml.as_str());
-    settings_that_differ(&texts.collect::<Vec<_>>())
+    let settings = settings_that_differ(&texts.collect::<Vec<_>>());
+    let (derived, set): (Vec<_>, Vec<_>) = settings
+        .into_iter()
+        .partition(|row| DERIVED.contains(&row.key.as_str()));
+    let robots: Vec<_> = runs.iter().map(|run| robot(&run.trace.header)).collect();
+    let mut rows = set;
+    rows.extend(rows_that_differ(&robots));
+    rows.extend(derived);
+    rows
+}
+
+/// Keys whose defaults follow from the robot.
+const DERIVED: [&str; 3] = [
+    "wheel_loop.proportional_n_m_s",
+    "wheel_loop.integral_n_m",
+    "world.solver.contact_stiffness_n_m",
+];
+
+/// What a trace says of its robot, whose file the scenario only names.
+fn robot(header: &Header) -> BTreeMap<String, String> {
+    // Rounded, as places in the body frame carry the rounding of the frames between.
+    let shown = |value: f64, unit: &str| format!("{} {unit}", number((value * 1e9).round() / 1e9));
+    let mut found = BTreeMap::from([("robot: mass".to_owned(), shown(header.mass_kg, "kg"))]);
+    for wheel in &header.wheels {
+        let [x_m, y_m] = wheel.position_m;
+        let [torque, rate] = [
+            (wheel.torque_limit_n_m, "N m"),
+            (wheel.rate_limit_rad_s, "rad/s"),
+        ]
+        .map(|(limit, unit)| limit.map_or_else(|| "none".to_owned(), |limit| shown(limit, unit)));
+        let of_wheel = [
+            ("radius", shown(wheel.radius_m, "m")),
+            ("x", shown(x_m, "m")),
+            ("y", shown(y_m, "m")),
+            ("gamma", shown(wheel.gamma_rad.to_degrees(), "deg")),
+            ("rollers", wheel.roller_count.to_string()),
+            ("torque limit", torque),
+            ("rate limit", rate),
+        ];
+        for (what, value) in of_wheel {
+            found.insert(format!("robot: {} {what}", wheel.name), value);
+        }
+    }
+    found
 }
 
 /// Returns the keys in which resolved scenarios differ, except their expectations, which do not
 /// change a run.
 pub(crate) fn settings_that_differ(scenarios: &[&str]) -> Vec<SettingRow> {
     let keys: Vec<BTreeMap<String, String>> = scenarios.iter().map(|text| leaves(text)).collect();
+    rows_that_differ(&keys)
+}
+
+/// The entries that not all of the lists share, in the order of their keys.
+fn rows_that_differ(keys: &[BTreeMap<String, String>]) -> Vec<SettingRow> {
     let all: BTreeSet<&String> = keys.iter().flat_map(BTreeMap::keys).collect();
     all.into_iter()
         .filter(|key| *key != "expect" && !key.starts_with("expect."))
@@ -267,7 +315,7 @@ const SUMMARY_BYTES: u64 = 64 << 20;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ilon_trace::Header;
+    use ilon_trace::WheelHeader;
 
     fn run(name: &str, scenario_toml: &str) -> ComparedRun {
         let header = Header {
@@ -300,6 +348,38 @@ mod tests {
                 row("world.floor.friction", [Some("0.8"), Some("0.2")]),
                 row("world.floor.patches.0.friction", [None, Some("0.02")]),
             ]
+        );
+    }
+
+    #[test]
+    fn robots_are_held_beside_each_other_and_what_follows_from_them_comes_last() {
+        let of = |name: &str, radius_m: f64, further: &str| {
+            let mut run = run(name, further);
+            run.trace.header.wheels.push(WheelHeader {
+                name: "front_left".to_owned(),
+                radius_m,
+                ..WheelHeader::default()
+            });
+            run
+        };
+        let runs = vec![
+            of("a", 0.0762, "wheel_loop.integral_n_m = 1.0\nzeta = 1"),
+            of("b", 0.1, "wheel_loop.integral_n_m = 2.0\nzeta = 2"),
+        ];
+        let comparison = Comparison::of(runs, &[]).expect("two runs");
+        let keys = comparison.differences.iter().map(|row| row.key.as_str());
+        assert_eq!(
+            keys.collect::<Vec<_>>(),
+            [
+                "zeta",
+                "robot: front_left radius",
+                "wheel_loop.integral_n_m"
+            ]
+        );
+        let radii = &comparison.differences[1].values;
+        assert_eq!(
+            radii,
+            &["0.0762 m", "0.1 m"].map(|radius| Some(radius.to_owned()))
         );
     }
 
