@@ -350,11 +350,15 @@ fn a_run_killed_on_its_way_leaves_its_trace_up_to_then_and_nothing_that_looks_co
     let partial = read("a/trace.partial");
     assert!(partial.duration_s() >= 3.0, "{} s", partial.duration_s());
     let undisturbed = ["run", "a/scenario.toml", "--out", "b", "--set"];
-    let duration = format!("run.duration_s={}", partial.duration_s());
+    let duration = format!("run.duration_s={}", partial.duration_s() + 1.0);
     assert_code(&folder.ilon(&[&undisturbed[..], &[&duration]].concat()), 0);
     let whole = read("b/trace.parquet");
-    let hash = ilon::trace::trace_hash;
-    assert_eq!(hash(&partial), hash(&whole));
+    for name in partial.header.signal_names() {
+        let until_then = partial.signal(&name).expect("a recorded signal");
+        let mut all = whole.signal(&name).expect("the same signals");
+        all.truncate(until_then.len());
+        assert_eq!(until_then, all, "{name}");
+    }
 
     // The next run into the folder ends as if nothing had been.
     assert_code(&folder.ilon(&["run", "good.toml", "--out", "a"]), 0);
