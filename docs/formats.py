@@ -43,7 +43,22 @@ TASKS = {
     "The run": ["run"],
     "Expectations": ["expect"],
 }
-LONGEST_EXAMPLE = 14
+# Keys that mean the same in another section, by the section that has them too: where they are described, and which they are.
+FLOOR = "[world.floor](#worldfloor)"
+ROLLERS = "the scenario's [rollers](format-scenario.md#rollers)"
+AS_IN = {
+    "world.floor.patches[]": (FLOOR, "across against creep nap_deg radius_exponent rolling_resistance sliding", "else the floor's"),
+    "materials.NAME.NAME": (FLOOR, "across against creep radius_exponent rolling_resistance sliding", ""),
+    "robot's rollers": (
+        ROLLERS,
+        "axial_play_m axle_friction axle_radius_m bearings crown edge_radius_m length_factor material profile_m radius_offsets_m radius_seed radius_spread_m "
+        "rolling_resistance",
+        "",
+    ),
+    "robot's rollers.tread": (ROLLERS.replace("rollers", "rollers.tread", 1).replace("#rollers", "#rollerstread"), "damping_n_s_m relaxation_length_m shear_damping_n_s_m shear_stiffness_n_m", ""),
+    "robot's wheel": ("the scenario's [motors](format-scenario.md#motors)", "gear_efficiency gear_friction_n_m gear_ratio rotor_inertia_kg_m2", ""),
+}
+LONGEST_EXAMPLE = 12
 # A table of so many keys stands within the table of the section that has it.
 SHORT_TABLE = 3
 # The unit that the end of a key's name says already.
@@ -107,9 +122,16 @@ def merged(rows):
         rest = names[0][1]
         if len(names) > 1 and all(axes):
             rest = re.sub(r"\b[xyz]\b", ", ".join(axis[0] for axis in axes), rest, count=1)
-        colon = "" if rest.lstrip().startswith("(") else ":"
+        colon = "" if not rest.strip() or rest.lstrip().startswith("(") else ":"
         text.append(f"- {', '.join(name for name, _ in names)}{colon}{rest}")
     return text
+
+
+def news(text, said):
+    """The sentences of a text that say more than another text."""
+    known = set(re.findall(r"[\w`]+", said.lower())) | {"a", "an", "the", "of", "and", "in", "on", "that", "which", "is", "it", "its"}
+    sentences = re.split(r"(?<=[.?])\s(?=[A-Z`])", text)
+    return " ".join(s for s in sentences if len(set(re.findall(r"[\w`]+", s.lower())) - known) > 2)
 
 
 def is_bound(schema):
@@ -119,13 +141,16 @@ def is_bound(schema):
 class Reference:
     """The page of one schema."""
 
-    def __init__(self, schema, examples):
+    def __init__(self, schema, examples, within=""):
+        self.within = within
         self.definitions = schema.get("$defs", {})
         self.examples = examples
         references = re.findall(r'"#/\$defs/(\w+)"', json.dumps(schema))
         self.shared = {name for name in references if references.count(name) > 1}
         self.waiting = []
         self.named = {}
+        # The description of the row that is being written: the section that it leads to does not repeat it.
+        self.row_says = ""
         self.text = []
 
     def resolve(self, schema):
@@ -149,7 +174,7 @@ class Reference:
         options = schema.get("oneOf") or schema.get("anyOf")
         if options:
             if name is None or all("type" in o and o["type"] not in ("object", "array") for o in options):
-                return " or ".join(dict.fromkeys(self.kind(o, path) for o in options if o.get("type") != "null"))
+                return ", ".join(dict.fromkeys(self.kind(o, path) for o in options if o.get("type") != "null"))
             return self.link(schema, name, path)
         kind = schema.get("type", "any")
         if isinstance(kind, list):
@@ -184,7 +209,7 @@ class Reference:
             # What stands in several places has a name of its own, the rest that of its place.
             own = re.sub(r"(?<!^)(?=[A-Z])", " ", name.removesuffix("Section")).capitalize()
             self.named[name] = own if name in self.shared else path
-            self.waiting.append((schema, self.named[name]))
+            self.waiting.append((schema, self.named[name], "" if name in self.shared else self.row_says))
         title = self.named[name]
         anchor = re.sub(r"[^a-z0-9_\- ]", "", title.lower()).replace(" ", "-")
         return f"[{title}](#{anchor})"
@@ -199,25 +224,37 @@ class Reference:
     def row(self, key, value, path, required):
         """One key: name, bold where it is required; value with its default; what it does."""
         default = value.get("default")
+        what = value.get("description") or self.resolve(value)[0].get("description") or ""
+        self.row_says = what
         kind = self.kind(value, path)
         if default is not None and not isinstance(default, (dict, list)):
             kind += f"; `{json.dumps(default).removesuffix('.0')}`"
-        what = value.get("description") or self.resolve(value)[0].get("description")
         name = f"**`{key}`**" if required else f"`{key}`"
         kind = re.sub(r"^number[; ]*", "", kind)
         value = f" ({kind})" if kind else ""
-        return f"- {name}{value}: {words(without_unit(key, what or ''))}"
+        what = words(without_unit(key, what))
+        # A description that only repeats the key is left out.
+        is_news = set(re.findall(r"\w+", what.lower())) - set(key.split("_")) - {"a", "the", "its", "their", "of", "coefficient"}
+        return f"- {name}{value}: {what}" if is_news or not value else f"- {name}{value}"
 
     def rows(self, schema, path, before=""):
         lines = []
+        there, alike, default = AS_IN.get(self.within + path, ("", "", ""))
+        alike = alike.split()
+        assert set(alike) <= set(schema["properties"]), f"AS_IN names keys that {path} does not have"
         for key, value in schema["properties"].items():
+            if key in alike:
+                continue
             below = f"{path}.{key}" if path else key
             inner = self.short_table(value)
             if inner:
                 lines += self.rows(inner, below, f"{before}{key}.")
             else:
                 lines.append(self.row(before + key, value, below, key in schema.get("required", [])))
-        return merged(lines)
+        lines = merged(lines)
+        if alike:
+            lines.append(f"- {', '.join(f'`{key}`' for key in alike)}: as in {there}{default and f', {default}'}.")
+        return lines
 
     def bounds(self, schema):
         """The quantities of `[expect]`, by what they are about; tables with the same keys stand together."""
@@ -239,8 +276,8 @@ class Reference:
         lines += [f"- **below** {', '.join(owners)}: {names}." for names, owners in tables.items()]
         return ["Quantities, each with a [bound](#bound):\n", *lines, ""]
 
-    def section(self, schema, path, level):
-        self.text += [f"{'#' * level} {path}\n", words(schema.get("description")) + "\n"]
+    def section(self, schema, path, row_says, level):
+        self.text += [f"{'#' * level} {path}\n", news(words(schema.get("description")), row_says) + "\n"]
         example = self.examples.get(path)
         if example:
             self.text += ["```toml", example, "```\n"]
@@ -255,7 +292,7 @@ class Reference:
             self.choices(schema, path)
         below, self.waiting = self.waiting, []
         for inner in below:
-            self.section(*inner, min(level + 1, 4))
+            self.section(*inner, level=min(level + 1, 4))
 
     def all_bounds(self, value):
         """Whether a key is a bound, or a table of nothing but bounds."""
@@ -303,7 +340,7 @@ class Reference:
 
     def page(self, schema, tasks):
         rows = {key: self.row(key, value, key, key in schema.get("required", [])) for key, value in schema["properties"].items()}
-        waiting, self.waiting = {path.removesuffix("[]").split(".")[0]: (inner, path) for inner, path in self.waiting}, []
+        waiting, self.waiting = {path.removesuffix("[]").split(".")[0]: (inner, path, says) for inner, path, says in self.waiting}, []
         order = tasks or {"": list(rows)}
         self.text += [*(rows[key] for keys in order.values() for key in keys), ""]
         assert sorted(key for keys in order.values() for key in keys) == sorted(rows), "TASKS names every first key once"
@@ -312,7 +349,7 @@ class Reference:
                 self.text += [f"## {task}\n"]
             for key in keys:
                 if key in waiting:
-                    self.section(*waiting[key], 3 if task else 2)
+                    self.section(*waiting[key], level=3 if task else 2)
         return re.sub(r"\n{3,}", "\n\n", "\n".join(self.text)).rstrip() + "\n"
 
 
@@ -324,8 +361,8 @@ def part(text, key):
         if header:
             inside = header[1] == key or header[1].startswith(key + ".")
         top = re.match(rf"{re.escape(key)}(\.[\w.]+)? *=", line) and not any(h.startswith("[") for h in kept)
-        if inside or top:
-            kept.append(line)
+        if (inside or top) and not line.startswith("#"):
+            kept.append(re.sub(r"\s+# .*$", "", line))
     return "\n".join(kept).strip()
 
 
@@ -346,11 +383,11 @@ def page(ilon, kind):
     title, says, folder, whole = FILES[kind]
     schema = json.loads(subprocess.run([ilon, "schema", kind], check=True, capture_output=True, text=True).stdout)
     text = f"# {title}\n\n{says}\n\n"
-    text += "The file is TOML. Unknown keys are refused. **Bold** keys are required; in brackets stand the kind of value (a number unless said),\n"
-    text += "its range and its default. The end of a name is the unit: `_m` metres, `_s` seconds, `_deg` degrees, `_n_m` N m, `_per_s` 1/s. For an editor: "
-    text += f"`ilon schema {kind}`\nprints a JSON Schema. Written by `docs/formats.py`.\n\n"
+    text += "The file is TOML. Unknown keys are refused. **Bold** keys are required. In brackets: the kind of value (a number unless said) or the possible\n"
+    text += "values; then the range and the default. The end of a name is the unit: `_m` metres, `_s` seconds, `_deg` degrees, `_n_m` N m, `_per_s` 1/s.\n"
+    text += f"For an editor: `ilon schema {kind}` prints a JSON Schema. Written by `docs/formats.py`.\n\n"
     text += f"A whole file: [{Path(whole).name}](../{whole}).\n\n"
-    return text + Reference(schema, examples(folder)).page(schema, TASKS if kind == "scenario" else {})
+    return text + Reference(schema, examples(folder), "robot's " if kind == "robot" else "").page(schema, TASKS if kind == "scenario" else {})
 
 
 def main():

@@ -216,13 +216,41 @@ def test_what_is_drawn_in_a_list_needs_no_list_in_the_scenario():
         ({"action_scale": [1.0]}, ilon.ScenarioError, "action_scale"),
         ({"action_scale": [1.0, 0.0, 1.0]}, ilon.ScenarioError, "action of 1"),
         ({"settings": {"run.duration_s": -1}}, ilon.ScenarioError, "duration_s"),
-        ({"render_mode": "human"}, ValueError, "draws nothing"),
+        ({"render_mode": "human"}, ValueError, "rgb_array"),
         ({"beauty": 1}, TypeError, "beauty"),
     ],
 )
 def test_bad_options_are_refused_in_words(options, error, words):
     with pytest.raises(error, match=words):
         ilon.gym.TrackEnv(**options)
+
+
+def test_a_picture_shows_the_robot_where_it_is():
+    # One wheel of 0.1 m, 0.1 m wide, that rolls along x; its path leaves 400 pixels for 2.2 m of height.
+    square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    wheel = np.array([[0.0, 0.0, np.pi / 2, 0.1, 0.05]])
+    picture = ilon._draw.from_above(np.array([0.5, 0.0, 0.0]), np.array([-0.5, 0.0, 0.0]), square, wheel)
+    assert picture.shape == (480, 640, 3) and picture.dtype == np.uint8
+    rows, columns = np.nonzero((picture == (30, 60, 110)).all(axis=2))
+    per_m = 400 / 2.2
+    # Edges fall within pixels, which then are of no pure colour.
+    np.testing.assert_allclose((columns.mean(), rows.mean()), (319.5 + 0.5 * per_m, 239.5), atol=1.0)
+    np.testing.assert_allclose((np.ptp(columns) + 1, np.ptp(rows) + 1), (0.2 * per_m, 0.1 * per_m), atol=2.0)
+
+
+def test_rendering_follows_the_robot():
+    env = gymnasium.make("ilon/Track-v0", render_mode="rgb_array", any_phase=False, start_off_m=0.0, start_off_rad=0.0)
+    env.reset(seed=1)
+    before = env.render()
+    for _ in range(50):
+        env.step(np.array([0.5, 0.0, 0.0], dtype=np.float32))
+    assert before.shape == (480, 640, 3)
+    assert (env.render() != before).any()
+    assert env.metadata["render_fps"] == 50
+    assert ilon.gym.TrackEnv().render() is None
+    many = gymnasium.make_vec("ilon/Track-v0", num_envs=2, render_mode="rgb_array")
+    many.reset(seed=1)
+    assert [picture.shape for picture in many.render()] == [(480, 640, 3)] * 2
 
 
 def test_a_scenario_without_a_path_is_refused(lateral):

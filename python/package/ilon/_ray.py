@@ -138,7 +138,7 @@ def _patience(ray: ModuleType, jobs: int, since_s: float | None) -> float | None
     if now_s - since_s > _PATIENCE_S:
         raise Error(
             f"{lacks}, and none came in {_PATIENCE_S:g} s",
-            f"let the cluster grow nodes of {jobs} CPUs or more, or give fewer jobs; started again with the same out it goes on",
+            f"let the cluster grow nodes of {jobs} CPUs or more, or give fewer jobs; the same call with the same out continues",
         )
     return since_s
 

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from gymnasium.utils import EzPickle
 from gymnasium.vector import AutoresetMode
 
+from ._draw import from_above
 from ._ilon import Track
 from .runs import Sandbox, Scenario
 
@@ -102,6 +103,12 @@ def _spaces(track: Track) -> tuple[gymnasium.spaces.Box, gymnasium.spaces.Box]:
     )
 
 
+def _render_mode(asked: str | None) -> str | None:
+    if asked not in (None, "rgb_array"):
+        raise ValueError(f'render_mode is {asked!r}; give None or "rgb_array": `ilon.run` and its report show a run in 3D')
+    return asked
+
+
 class TrackEnv(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]], EzPickle):
     """A robot shall follow the path of a scenario's `[reference]`.
 
@@ -128,20 +135,25 @@ class TrackEnv(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]], 
     `start_off_rad` off it. `randomise` draws keys of the scenario for each episode, evenly between two numbers:
     `{"world.floor.friction": (0.3, 0.9), "faults.0.payload.mass_kg": (0, 5), "sensors.pose.position_noise_m": (0, 0.01)}`.
 
+    **Pictures**: with `render_mode="rgb_array"`, `render()` gives the robot, its path and its desired pose from above, as an array of
+    480 x 640 x 3 bytes.
+
     A pickled environment comes back as it was made, not where it was: reset it.
     """
 
-    metadata = {"render_modes": []}
+    metadata = {"render_modes": ["rgb_array"]}
 
-    def __init__(self, scenario: Scenario = FIGURE_EIGHT, *, render_mode: None = None, **options: Any) -> None:
+    def __init__(
+        self, scenario: Scenario = FIGURE_EIGHT, *, render_mode: Literal["rgb_array"] | None = None, **options: Any
+    ) -> None:
         EzPickle.__init__(self, scenario, render_mode=render_mode, **options)
-        if render_mode is not None:
-            raise ValueError(f"render_mode is {render_mode!r}; the task draws nothing: `ilon.run` and its report do")
-        self.render_mode = render_mode
+        self.render_mode = _render_mode(render_mode)
         self._track = _options(scenario, 1, "disabled", **options)
         # Gymnasium types a Box by all numbers that it might hold.
         self.observation_space, self.action_space = _spaces(self._track)  # type: ignore[assignment]
         self._describe()
+        # What writes films asks for it.
+        self.metadata = {**self.metadata, "render_fps": round(1.0 / self.control_dt_s)}
 
     def _describe(self) -> None:
         self.observation_names = self._track.observation_names
@@ -169,6 +181,10 @@ class TrackEnv(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]], 
         return observations[0], float(rewards[0]), bool(failed[0]), bool(time_is_up[0]), errors
 
 
+    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
+        return None if self.render_mode is None else from_above(*self._track.above(0))
+
+
 class TrackVectorEnv(gymnasium.vector.VectorEnv[npt.NDArray[np.float32], npt.NDArray[np.float32], npt.NDArray[Any]], EzPickle):
     """Many robots, each on its own way along a path, stepped on all cores: `gymnasium.make_vec("ilon/Track-v0", num_envs=64)`.
 
@@ -187,18 +203,15 @@ class TrackVectorEnv(gymnasium.vector.VectorEnv[npt.NDArray[np.float32], npt.NDA
         *,
         num_envs: int = 1,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
-        render_mode: None = None,
+        render_mode: Literal["rgb_array"] | None = None,
         **options: Any,
     ) -> None:
         EzPickle.__init__(
             self, scenario, num_envs=num_envs, autoreset_mode=autoreset_mode, render_mode=render_mode, **options
         )
-        if render_mode is not None:
-            raise ValueError(f"render_mode is {render_mode!r}; the task draws nothing: `ilon.run` and its report do")
         mode = AutoresetMode(autoreset_mode)
         self.num_envs = num_envs
-        self.render_mode = render_mode
-        self.metadata = {"render_modes": [], "autoreset_mode": mode}
+        self.render_mode = _render_mode(render_mode)
         self._autoreset = mode
         self._track = _options(scenario, num_envs, mode.name.lower(), **options)
         self.single_observation_space, self.single_action_space = _spaces(self._track)
@@ -208,6 +221,11 @@ class TrackVectorEnv(gymnasium.vector.VectorEnv[npt.NDArray[np.float32], npt.NDA
         self.action_names = self._track.action_names
         self.action_scale = self._track.action_scale
         self.control_dt_s = self._track.control_dt_s
+        self.metadata = {
+            "render_modes": ["rgb_array"],
+            "render_fps": round(1.0 / self.control_dt_s),
+            "autoreset_mode": mode,
+        }
         self.alive_per_s = self._track.alive_per_s
         self._observations = np.zeros((num_envs, len(self.observation_names)), dtype=np.float32)
 
@@ -246,6 +264,11 @@ class TrackVectorEnv(gymnasium.vector.VectorEnv[npt.NDArray[np.float32], npt.NDA
         if self._autoreset is AutoresetMode.DISABLED:
             self._observations = observations.copy()
         return observations, rewards, failed, time_is_up, info
+
+    def render(self) -> tuple[npt.NDArray[np.uint8], ...] | None:  # type: ignore[override]
+        if self.render_mode is None:
+            return None
+        return tuple(from_above(*self._track.above(index)) for index in range(self.num_envs))
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         if seed is None:

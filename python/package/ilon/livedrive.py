@@ -21,7 +21,7 @@ _Setting = str | float | bool
 
 
 class Live:
-    """A live run, in a process of its own: its page is at `url`; it goes on until `stop()`, or the end of a `with` block."""
+    """A live run, in a separate process: its page is at `url`; it runs until `stop()`, or the end of a `with` block."""
 
     url: str
     """Where the page is, on this machine alone."""
@@ -32,7 +32,7 @@ class Live:
 
     @property
     def running(self) -> bool:
-        """Whether it goes on."""
+        """Whether it still runs."""
         return self._process.poll() is None
 
     def wait(self, timeout_s: float | None = None) -> None:
@@ -40,7 +40,7 @@ class Live:
         try:
             self._process.wait(timeout_s)
         except subprocess.TimeoutExpired:
-            raise TimeoutError(f"it goes on after {timeout_s} s") from None
+            raise TimeoutError(f"it still runs after {timeout_s} s") from None
         if self._process.stdout:
             self._process.stdout.close()
 

@@ -2,7 +2,7 @@
 
 use ilon::Error;
 use ilon::control::{Kinematics, Reference};
-use ilon::robot::Pose;
+use ilon::robot::{Pose, Roller, Wheel};
 use ilon::simulate::{Plant, WheelCommand};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -40,6 +40,18 @@ pub struct Stepped {
     pub time_is_up: bool,
     /// How far it is off its path.
     pub off: Off,
+}
+
+/// A robot and its path from above, in the world's frame.
+pub struct Above {
+    /// Where it really is: x and y in m, heading in rad.
+    pub pose: [f64; 3],
+    /// Where it should be, likewise.
+    pub desired: [f64; 3],
+    /// Points of its path, in m.
+    pub path: Vec<[f64; 2]>,
+    /// Of each wheel, in the body's frame: x and y in m, the direction of its axis in rad, its radius and half its width in m.
+    pub wheels: Vec<[f64; 5]>,
 }
 
 impl Episode {
@@ -203,6 +215,34 @@ impl Episode {
             time_is_up,
             off,
         })
+    }
+
+    /// What a picture of it from above shows.
+    pub fn above(&self) -> Above {
+        /// Points of the path: enough for a smooth line.
+        const POINTS: u32 = 400;
+        let numbers = |pose: Pose| [pose.x_m, pose.y_m, pose.heading_rad];
+        let duration_s = self.plant.resolved().scenario().run.duration_s;
+        let on_path = |index: u32| {
+            let t_s = f64::from(index) / f64::from(POINTS) * duration_s;
+            let pose = self.reference.at(t_s).pose;
+            [pose.x_m, pose.y_m]
+        };
+        let of_wheel = |wheel: &Wheel| {
+            let (place, axis) = (wheel.position_m(), wheel.axis());
+            let reach_m = |roller: &Roller| {
+                roller.row_offset_m().abs() + 0.5 * roller.length_m * roller.axis_in_hub.z.abs()
+            };
+            let half_width_m = wheel.rollers.iter().map(reach_m).fold(0.0, f64::max);
+            let axis_rad = axis.y.atan2(axis.x);
+            [place.x, place.y, axis_rad, wheel.radius_m, half_width_m]
+        };
+        Above {
+            pose: numbers(self.plant.truth().pose),
+            desired: numbers(self.reference.at(self.time_s()).pose),
+            path: (0..=POINTS).map(on_path).collect(),
+            wheels: self.plant.robot().wheels.iter().map(of_wheel).collect(),
+        }
     }
 
     /// When on the path it is, in seconds.

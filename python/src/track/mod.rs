@@ -71,6 +71,14 @@ type Final<'py> = (
     Bound<'py, PyArray1<f64>>,
 );
 
+/// What a picture of a robot from above shows: two poses, a path, and wheels.
+type Above<'py> = (
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray2<f64>>,
+);
+
 /// One robot's part of a step.
 #[derive(Default)]
 struct Part {
@@ -259,6 +267,23 @@ impl Track {
             of(|part| part.off.position_m),
             of(|part| part.off.heading_rad),
             last,
+        ))
+    }
+
+    /// What a picture of a robot from above shows: its pose and the desired one (x and y in m, heading in rad), points of its path (x and y in m), and a
+    /// row a wheel in the body's frame (x and y in m, direction of its axis in rad, radius and half its width in m).
+    fn above<'py>(&self, py: Python<'py>, robot: usize) -> PyResult<Above<'py>> {
+        let episode = self.episodes.get(robot).ok_or_else(|| {
+            PyValueError::new_err(format!("there are {} robots", self.episodes.len()))
+        })?;
+        let above = episode.above();
+        let path = PyArray1::from_slice(py, above.path.as_flattened());
+        let wheels = PyArray1::from_slice(py, above.wheels.as_flattened());
+        Ok((
+            PyArray1::from_slice(py, &above.pose),
+            PyArray1::from_slice(py, &above.desired),
+            path.reshape([above.path.len(), 2])?,
+            wheels.reshape([above.wheels.len(), 5])?,
         ))
     }
 

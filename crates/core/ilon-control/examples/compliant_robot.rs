@@ -1,5 +1,6 @@
-//! The passive law on a robot: what its control loop has to call, once a millisecond. Here a model on a slope that the robot does not know
-//! stands in for encoders, IMU and motors; a motion-capture pose comes every ten milliseconds.
+//! The passive law on a robot: what its control loop has to call, once a millisecond. Here a model
+//! on a slope that the robot does not know stands in for encoders, IMU and motors; a motion-capture
+//! pose comes every ten milliseconds.
 
 use ilon_control::*;
 use ilon_formats::LoadRobot;
@@ -12,7 +13,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
     let robot = Robot::load(format!("{root}/assets/robots/mecanum4.urdf"))?;
 
-    // Once: springs and dampers from the robot's mass, guidance with the gains that make the spring, and the IMU's filter.
+    // Once: springs and dampers from the robot's mass, guidance with the gains that make the
+    // spring, and the IMU's filter.
     let tilt_loop = TiltLoop {
         time_constant_s: 1.0,
         delay_s: DT_S,

@@ -1,8 +1,8 @@
-//! The one error type of the crate.
+//! The crate's error type.
 
 use crate::kinematics::singularity::{Singularity, quoted};
 
-/// Why a controller, a reference or a motor cannot be made from what was given.
+/// Reasons why a controller, a reference or a motor cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ControlError {
     /// Fewer than three wheels cannot span the three freedoms of motion in the plane.
@@ -13,82 +13,82 @@ pub enum ControlError {
         /// The number of wheels.
         count: usize,
     },
-    /// Condition c.1 of Lemma 1 fails: the rollers of these wheels roll the way the wheel does (gamma = 90 deg), so
-    /// that turning the wheel moves nothing.
+    /// Condition c.1 of Lemma 1 fails: the rollers of these wheels roll in the wheel's own
+    /// direction (gamma = 90 deg), so that turning the wheel moves nothing.
     #[error(
         "loss of control authority: the rollers of {} roll the way the wheel drives (|gamma| = 90 deg), so the motor \
          cannot push; turn the roller axes away from the hub axis (Lemma 1, condition c.1)",
         quoted(.wheels)
     )]
     NoControlAuthority {
-        /// The wheels to blame.
+        /// Names of these wheels.
         wheels: Vec<String>,
     },
     /// A wheel carries no rollers.
     #[error("wheel `{wheel}` carries no rollers; its contact with the ground cannot be told")]
     NoRollers {
-        /// The wheel.
+        /// Name of the wheel.
         wheel: String,
     },
     /// Condition c.2 of Lemma 1 fails: M of eq. (8) has rank below 3.
     #[error("loss of controllability: {singularity} (Lemma 1, condition c.2: rank M < 3)")]
     Uncontrollable {
-        /// Which motion is free, the geometry behind it, and what would mend it.
+        /// The free motion, its geometric cause, and possible repairs.
         singularity: Singularity,
     },
     /// A number that must be finite and positive is not.
     #[error("{what} is {value}; it must be finite and above zero")]
     NotPositive {
-        /// What the number is.
+        /// Name of the number.
         what: String,
-        /// What was given.
+        /// The rejected value.
         value: f64,
     },
     /// A number that must be finite and zero or more is not.
     #[error("{what} is {value}; it must be finite and not below zero")]
     Negative {
-        /// What the number is.
+        /// Name of the number.
         what: String,
-        /// What was given.
+        /// The rejected value.
         value: f64,
     },
     /// A number is NaN or infinite.
     #[error("{what} is {value}; it must be a finite number")]
     NotFinite {
-        /// What the number is.
+        /// Name of the number.
         what: String,
-        /// What was given.
+        /// The rejected value.
         value: f64,
     },
-    /// A number is larger than can be kept.
+    /// A number exceeds its upper limit.
     #[error("{what} is {value}; it must be {most} at most")]
     TooLarge {
-        /// What the number is.
+        /// Name of the number.
         what: String,
-        /// What was given.
+        /// The rejected value.
         value: f64,
-        /// The largest that it may be.
+        /// The largest allowed value.
         most: f64,
     },
     /// A guidance without tasks, which would never move.
     #[error("the guidance has no tasks: name one, such as the position's feedback")]
     NoTasks,
-    /// A task that would be served twice.
+    /// A task is listed twice.
     #[error("the guidance has the task `{task}` twice: name it once")]
     TwiceATask {
-        /// Its name.
+        /// Name of the task.
         task: &'static str,
     },
-    /// A gain that would swing up with the periods and delays of its loop.
+    /// A gain is unstable with the periods and delays of its loop.
     #[error("{what} is {value:.4}, which is unstable {because}; below {most:.4} it is stable")]
     Unstable {
-        /// What the gain is.
+        /// Name of the gain.
         what: String,
-        /// What was given.
+        /// The rejected value.
         value: f64,
-        /// The limit that holds.
+        /// The largest stable value.
         most: f64,
-        /// With which period, delay and damping.
+        /// The period, delay and damping behind the limit.
         because: String,
     },
     /// The position gain K_r is not symmetric positive definite, which eq. (21) needs.
@@ -136,16 +136,16 @@ pub enum ControlError {
         "heading along the tangent needs a path that moves: {reason}; give a constant heading or a rate instead"
     )]
     NoTangent {
-        /// Where the path has no tangent.
+        /// Description of where the path has no tangent.
         reason: String,
     },
-    /// Grip and motors leave no way to go on along a path, however slowly.
+    /// Grip and motors do not suffice to continue along a path, however slowly.
     #[error(
         "the path cannot be driven from {own_time_s:.3} s of its own time on, however slowly: grip or motors do not suffice to stand there, or to \
          start"
     )]
     CannotBeDriven {
-        /// Where, in the path's own time in seconds.
+        /// The place on the path, in the path's own time in seconds.
         own_time_s: f64,
     },
     /// Headings at waypoints need a path by waypoints.
@@ -155,7 +155,7 @@ pub enum ControlError {
     HeadingsWithoutWaypoints,
 }
 
-/// `value` if it is finite and above zero.
+/// Returns `value` if it is finite and above zero.
 pub(crate) fn positive(what: &str, value: f64) -> Result<f64, ControlError> {
     if value.is_finite() && value > 0.0 {
         Ok(value)
@@ -167,7 +167,7 @@ pub(crate) fn positive(what: &str, value: f64) -> Result<f64, ControlError> {
     }
 }
 
-/// `value` if it is finite and not below zero.
+/// Returns `value` if it is finite and not below zero.
 pub(crate) fn not_negative(what: &str, value: f64) -> Result<f64, ControlError> {
     if value.is_finite() && value >= 0.0 {
         Ok(value)
@@ -179,7 +179,7 @@ pub(crate) fn not_negative(what: &str, value: f64) -> Result<f64, ControlError> 
     }
 }
 
-/// `value` if it is finite.
+/// Returns `value` if it is finite.
 pub(crate) fn finite(what: &str, value: f64) -> Result<f64, ControlError> {
     if value.is_finite() {
         Ok(value)

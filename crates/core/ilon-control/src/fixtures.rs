@@ -1,4 +1,5 @@
-//! Robots made by hand, for tests: the two of the physics notes, a six-wheel one, and any arrangement asked for.
+//! Hand-built robots for tests: the two of the physics notes, a six-wheel one, and arbitrary
+//! arrangements.
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
@@ -7,7 +8,7 @@ use ilon_robot::{
 };
 use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 
-/// What a wheel of a made-up robot looks like.
+/// Geometry of a wheel of a hand-built robot.
 #[derive(Clone, Copy, Debug)]
 pub struct WheelSpec {
     /// Centre in the body frame, in metres.
@@ -20,9 +21,10 @@ pub struct WheelSpec {
     pub radius_m: f64,
     /// The paper's gamma, signed, in radians.
     pub gamma_rad: f64,
-    /// Rollers in a row.
+    /// Rollers per row.
     pub rollers: usize,
-    /// Rows: with two, they stand half a pitch apart and 0.02 m from each other along the hub axis.
+    /// Number of rows; two rows are half a pitch apart and 0.02 m from each other along the hub
+    /// axis.
     pub rows: usize,
 }
 
@@ -75,7 +77,8 @@ impl WheelSpec {
                         barrel.ring_radius_m * s,
                         0.02 * row,
                     ),
-                    // At the bottom the axis is n_gamma = -sin(gamma) n - cos(gamma) u, and u = -y of the hub frame.
+                    // At the bottom the axis is n_gamma = -sin(gamma) n - cos(gamma) u, and u = -y
+                    // of the hub frame.
                     axis_in_hub: Unit::new_normalize(Vector3::new(-cg * s, cg * c, -sg)),
                     radius_m: r_m,
                     length_m,
@@ -138,7 +141,8 @@ pub fn robot(mass_kg: f64, wheels: &[WheelSpec]) -> Robot {
     }
 }
 
-/// The mecanum robot's wheels with a given handedness: +1 gives the arm 0.15 + 0.16, -1 their difference.
+/// The mecanum robot's wheels with a given handedness: +1 gives the lever arm 0.15 + 0.16, -1 the
+/// difference.
 pub fn mecanum4_specs(handedness: f64) -> Vec<WheelSpec> {
     [
         (0.15, 0.16, 1.0),
@@ -151,16 +155,18 @@ pub fn mecanum4_specs(handedness: f64) -> Vec<WheelSpec> {
     .collect()
 }
 
-/// Robot A: mecanum, rho = 0.05 m, hubs at (+-0.15, +-0.16) m, nine rollers a wheel.
+/// Robot A: mecanum, rho = 0.05 m, hubs at (+-0.15, +-0.16) m, nine rollers per wheel.
 pub fn mecanum4() -> Robot {
     robot(10.0, &mecanum4_specs(MECANUM_HANDEDNESS))
 }
 
-/// The handedness that gives M the rows (1, -1, -0.31)/sqrt 2 and their kin: for the front left wheel,
-/// n_gamma = R(90 deg + gamma) n with n = +y is (-cos gamma, -sin gamma), and -n_gamma must be (1, -1)/sqrt 2.
+/// The handedness that gives M the rows (1, -1, -0.31)/sqrt 2 and their kin: for the front left
+/// wheel, n_gamma = R(90 deg + gamma) n with n = +y is (-cos gamma, -sin gamma), and -n_gamma must
+/// be (1, -1)/sqrt 2.
 pub const MECANUM_HANDEDNESS: f64 = -1.0;
 
-/// Robot B: three wheels at 120 deg, |b| = 0.25 m, rho = 0.05 m, gamma = 0, eight rollers a wheel.
+/// Robot B: three wheels at 120 deg, |b| = 0.25 m, rho = 0.05 m, gamma = 0, eight rollers per
+/// wheel.
 pub fn volksbot() -> Robot {
     let wheels: Vec<_> = (0..3)
         .map(|i| {
@@ -171,7 +177,7 @@ pub fn volksbot() -> Robot {
     robot(8.0 - 3.0 * 0.33, &wheels)
 }
 
-/// Six wheels on a circle of 0.3 m, gamma = +-30 deg by turns.
+/// Six wheels on a circle of 0.3 m, gamma = +-30 deg in alternation.
 pub fn six_wheels() -> Robot {
     let wheels: Vec<_> = (0..6)
         .map(|i| {

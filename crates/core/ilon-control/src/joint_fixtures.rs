@@ -1,4 +1,4 @@
-//! Joints for robots of tests.
+//! Joints for robots in tests.
 
 use ilon_robot::{
     Body, BodyJoint, JointKind, JointRole, JointServo, JointSpring, MassProperties, Robot,
@@ -7,8 +7,9 @@ use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
 use crate::fixtures::mecanum4;
 
-/// A joint on the chassis that turns about a direction at a place, in metres, with a body of a mass in kg whose middle is at a place from there while it
-/// stands at zero, and whose inertia is that of a ball of 0.1 m.
+/// A revolute joint on the chassis, about a direction at a point in metres. It carries a body with
+/// a mass in kg, whose centre relative to that point is given at joint position zero, and with the
+/// inertia of a ball of 0.1 m.
 pub fn joint(
     at_m: Vector3<f64>,
     axis: Vector3<f64>,
@@ -44,7 +45,7 @@ pub fn driven(joint: BodyJoint) -> BodyJoint {
     }
 }
 
-/// The mecanum robot, each wheel of which slides up and down on a spring of a stiffness in N/m.
+/// The mecanum robot with each wheel on a vertical slide with a spring of a stiffness in N/m.
 pub fn on_springs(stiffness: f64) -> Robot {
     let mut robot = mecanum4();
     for (index, wheel) in robot.wheels.iter_mut().enumerate() {

@@ -1,24 +1,26 @@
-//! What an omnidirectional robot **decides**: kinematics, references, guidance, wheel loops and
+//! The **control** of an omnidirectional robot: kinematics, references, guidance, wheel loops and
 //! motors of robots with N >= 3 Swedish wheels, after G. Indiveri, "Swedish Wheeled Omnidirectional
 //! Mobile Robots: Kinematics Analysis and Control", IEEE Transactions on Robotics 25(1), 2009,
 //! cited in this crate as "Indiveri 2009".
 //!
-//! There is no I/O, no clock and no physics engine in here: time, poses and wheel rates come in as
-//! arguments, wheel rates and torques go out. After construction nothing in the update paths
-//! allocates. So the crate runs unchanged on a real robot.
+//! The crate has no I/O, no clock and no physics engine: time, poses and wheel rates are arguments,
+//! wheel rates and torques are results. After construction nothing in the update paths allocates.
+//! So the crate runs unchanged on a real robot.
 //!
-//! From the outside in, one control step reads:
+//! From the outside in, one control step is:
 //!
-//! 0. [`PoseFilter`] says where the robot is, from wheel odometry and late, noisy poses (section IV).
-//! 1. [`Reference::at`] says where the robot should be and how fast it should move there: eqs. (13)-(17).
-//! 2. [`Guidance::update`] turns the error into wheel rates within the wheels' limit: eqs. (26)-(50).
-//! 3. A [`TorqueLaw`] turns wheel rates into torques (section III-A): [`WheelLoop`] by one PID a wheel, [`ComputedTorque`] for all
-//!    wheels together, eqs. (11), (12), [`PrioritisedTorque`] by priority under torque limits and limited grip; [`PassiveTorque`] makes
-//!    the robot a spring and a damper about its reference, with an IMU's tilt by [`TiltFilter`].
-//! 4. [`Motor::range`] says between which torques the motor can give one.
+//! 0. [`PoseFilter`] estimates the pose from wheel odometry and late, noisy poses (section IV).
+//! 1. [`Reference::at`] returns the desired pose and velocity: eqs. (13)-(17).
+//! 2. [`Guidance::update`] converts the error to wheel rates within the wheels' limit: eqs.
+//!    (26)-(50).
+//! 3. A [`TorqueLaw`] converts wheel rates to torques (section III-A): [`WheelLoop`] by one PID per
+//!    wheel, [`ComputedTorque`] for all wheels together, eqs. (11), (12), [`PrioritisedTorque`] by
+//!    priority under torque limits and limited grip; [`PassiveTorque`] makes the robot a spring and
+//!    a damper about its reference, with an IMU's tilt from [`TiltFilter`].
+//! 4. [`Motor::range`] returns the range of torques that the motor can give.
 //!
-//! Underneath lie [`Kinematics`], the paper's eqs. (2)-(10) with one constant roller angle a wheel,
-//! and [`ContactKinematics`], the same constraint taken at the roller that really touches.
+//! All use [`Kinematics`], the paper's eqs. (2)-(10) with one constant roller angle per wheel, and
+//! [`ContactKinematics`], the same constraint at the roller that really touches.
 //!
 //! ```
 //! use ilon_control::*;
@@ -94,10 +96,10 @@ pub use estimation::pose_filter::{PoseEstimate, PoseFilter, PoseFilterSettings};
 pub use estimation::tilt::{InertialErrors, TiltFilter};
 pub use guidance::fastest::Fastest;
 pub use guidance::law::{
-    Command, Feasibility, Gain, Guidance, GuidanceSettings, GuidanceTask, Priority, Saturation,
+    Command, Feasibility, Gain, Guidance, GuidanceSettings, GuidanceTask, Saturation,
     WheelRateAsked,
 };
-pub use guidance::priority::{Task, TaskShare, share_capacity, sigma};
+pub use guidance::priority::{Priority, Task, TaskShare, share_capacity, sigma};
 pub use guidance::reference::{Desired, Heading, Reference};
 pub use kinematics::analysis::{Arrangement, SpeedLimits};
 pub use kinematics::contact::{ContactKinematics, RollerContact};

@@ -1,4 +1,5 @@
-//! After construction nothing in the update paths allocates, so that the crate can run in a robot's control loop.
+//! After construction nothing in the update paths allocates, so that the crate can run in a robot's
+//! control loop.
 
 #[path = "../src/fixtures.rs"]
 #[allow(dead_code)]
@@ -31,7 +32,7 @@ fn a_control_step_allocates_nothing() {
     let along = Heading::Tangent { offset_rad: 0.1 };
     let reference = Reference::waypoints_at_speed(points, 0.3, along).unwrap();
     let model = DynamicModel::new(&robot).unwrap();
-    let gains = WheelGains::for_robot(&model, LoopTiming::Sampled, 1e-3, 20.0).unwrap();
+    let gains = WheelGains::for_robot(&model, LoopTiming::Sampled, (1e-3, 0.0), 20.0).unwrap();
     let mut wheel_loop = WheelLoop::new(4, WheelLoopSettings::new(gains)).unwrap();
     let settings = ComputedTorqueSettings {
         bandwidth_rad_s: 20.0,
@@ -95,7 +96,7 @@ fn a_control_step_allocates_nothing() {
                     heading_rad: t_s,
                 };
                 filter.predict(t_s, twist.scaled(0.03));
-                // Taken amid a step: the step is split.
+                // Measured within a step: the step is split.
                 let _ = filter.correct(t_s - 0.1, &seen);
                 let _ = guidance.update(&seen, &desired);
                 let targets = &guidance

@@ -75,11 +75,10 @@ impl Clock {
         self.physics_dt_s
     }
 
-    /// Whether this instant is a row of the trace. The last control instant always is, so that what a run came to is recorded.
+    /// Whether this instant is a row of the trace. The end of the run always is, so that what happened in its last period is recorded.
     pub fn record_is_due(&self) -> bool {
         let period = self.steps / self.steps_per_control;
-        self.control_is_due()
-            && (period.is_multiple_of(self.record_every) || period + 1 == self.control_periods)
+        self.control_is_due() && (period.is_multiple_of(self.record_every) || self.is_over())
     }
 
     /// Whether a control period begins at this instant.

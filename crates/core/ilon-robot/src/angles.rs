@@ -1,12 +1,13 @@
-//! Rotations as the angles in which URDF writes them.
+//! Conversion of rotations to URDF's roll, pitch and yaw.
 
 use nalgebra::Rotation3;
 
-/// Roll, pitch and yaw, in radians, of R = Rz(yaw) Ry(pitch) Rx(roll). The arc sine of the textbook loses half of the digits near a
-/// pitch of 90 degrees, where the roller that points down stands; here yaw is taken first and undone, which loses none.
+/// Returns roll, pitch and yaw, in radians, of R = Rz(yaw) Ry(pitch) Rx(roll). The textbook's arc
+/// sine loses half of the digits near a pitch of 90 degrees, the orientation of the roller that
+/// points down; here yaw is computed first and undone, which loses none.
 pub fn roll_pitch_yaw(rotation: &Rotation3<f64>) -> [f64; 3] {
     let m = rotation.matrix();
-    // At a pitch of 90 degrees yaw and roll do the same: then yaw is left at zero.
+    // At a pitch of 90 degrees yaw and roll are the same rotation: yaw is then zero.
     let upright = libm::hypot(m[(0, 0)], m[(1, 0)]) < 1e-9;
     let yaw = if upright {
         0.0

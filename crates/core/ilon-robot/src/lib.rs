@@ -1,16 +1,19 @@
-//! What an omnidirectional robot **is**: a chassis and N >= 3 driven wheels, each carrying passive rollers.
+//! The **model** of an omnidirectional robot: a chassis and N >= 3 driven wheels, each carrying
+//! passive rollers.
 //!
 //! Frames, used by every crate of the project:
 //!
 //! - *body*: the frame of the chassis link, x forward, y left, z up (REP-103).
-//! - *hub*: one per wheel, its origin at the wheel's centre, its z axis along the hub axis **n** (positive wheel
-//!   rates turn about it by the right-hand rule), its x axis straight down at wheel angle zero. It turns with the
-//!   wheel.
-//! - *roller*: one per roller, its origin at the roller's centre, its z axis along the roller's axis.
+//! - *hub*: one per wheel, its origin at the wheel's centre, its z axis along the hub axis **n**
+//!   (positive wheel rates turn about it by the right-hand rule), its x axis straight down at wheel
+//!   angle zero. It turns with the wheel.
+//! - *roller*: one per roller, its origin at the roller's centre, its z axis along the roller's
+//!   axis.
 //!
 //! A positive wheel rate drives the hub along **u** = **n** x **k** (Indiveri 2009, section II).
 //!
-//! This is the model alone, and no file format: `ilon-formats` reads it from URDF, xacro, SDF, MJCF or a description in TOML.
+//! The crate contains no file format: `ilon-formats` reads the model from URDF, xacro, SDF, MJCF or
+//! a description in TOML.
 
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]

@@ -30,6 +30,17 @@ pub struct StandardMotion {
 }
 
 impl StandardMotion {
+    /// The same motion over so many metres, or turns on the spot.
+    #[must_use]
+    pub fn over(self, amount: f64) -> Self {
+        // The ramp takes half its time of full speed.
+        let lost_s = 0.5 * RAMP_S;
+        Self {
+            duration_s: (self.duration_s - lost_s) * amount + lost_s,
+            ..self
+        }
+    }
+
     /// Its lines in a scenario: `twist` and `run`.
     pub fn toml(&self) -> String {
         let Twist {

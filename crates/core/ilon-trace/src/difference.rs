@@ -18,6 +18,8 @@ pub struct Difference {
     pub run: Option<f64>,
     /// The largest difference at any time; infinite where only one of them has a value.
     pub worst: f64,
+    /// That over the largest size of the signal in the baseline; infinite where only one of them has a value.
+    pub share: f64,
     /// How far it may be.
     pub tolerance: f64,
 }
@@ -29,7 +31,7 @@ impl std::fmt::Display for Difference {
             f,
             "{} leaves its baseline at {} s: {}, was {}; ",
             self.signal,
-            self.first_s,
+            to_microseconds(self.first_s),
             value(self.run),
             value(self.baseline)
         )?;
@@ -43,6 +45,11 @@ impl std::fmt::Display for Difference {
             false => f.write_str("in places only one of them is a number"),
         }
     }
+}
+
+/// A time without the rounding of the sum of steps that led to it, in seconds.
+pub fn to_microseconds(t_s: f64) -> f64 {
+    (t_s * 1e6).round() / 1e6
 }
 
 /// A number with all its digits, and with an exponent where zeros would hide them.
@@ -103,13 +110,19 @@ fn difference(
         _ => f64::INFINITY,
     };
     let first = (0..rows).find(|row| off(*row) > tolerance)?;
+    let worst = (0..rows).map(off).fold(0.0, f64::max);
+    // In SI units: what stays below a tenth of a millimetre, or of a millinewton, tells a person little.
+    const LEAST_SIZE: f64 = 1e-4;
+    let sizes = theirs.iter().flatten().filter(|value| value.is_finite());
+    let size = sizes.map(|value| value.abs()).fold(LEAST_SIZE, f64::max);
     Some(Difference {
         first_s: at(&times_s.0, first)
             .or(at(&times_s.1, first))
             .unwrap_or(0.0),
         baseline: at(theirs, first),
         run: at(ours, first),
-        worst: (0..rows).map(off).fold(0.0, f64::max),
+        worst,
+        share: worst / size,
         tolerance,
         signal,
     })
@@ -220,5 +233,7 @@ mod tests {
         let found = found(&ours, &theirs, &BTreeMap::new());
         assert_eq!(found.len(), 1);
         assert_eq!((found[0].first_s, found[0].worst), (0.0, 3.0));
+        // Nothing in the baseline: a tenth of a millimetre is its size.
+        assert_eq!(found[0].share, 3.0 / 1e-4);
     }
 }

@@ -40,8 +40,8 @@ pub struct Header {
     pub physics_dt_s: f64,
     /// The control period, in seconds.
     pub control_dt_s: f64,
-    /// Control periods from one row to the next; 0, of a trace that does not say, counts as 1. The last control instant of the run is
-    /// a row, whatever this is.
+    /// Control periods from one row to the next; 0, of a trace that does not say, counts as 1. The end of the run is a row, whatever
+    /// this is.
     #[serde(default)]
     pub record_every: u32,
     /// How many control periods the whole run has; 0 where that is not known.
@@ -338,34 +338,30 @@ impl Header {
         t_s > self.measure_from_s - slack_s && t_s < self.measure_to_s - slack_s
     }
 
-    /// The time between rows, in seconds; the last row of a run may follow sooner.
+    /// The time between rows, in seconds; that at the end of a run may follow sooner.
     pub fn row_dt_s(&self) -> f64 {
         self.control_dt_s * self.periods_a_row()
     }
 
-    /// How long the row of an instant stands, in seconds: until the next row, and the last row of a run for the control period that it
-    /// starts.
+    /// How long the period of the row of an instant is, in seconds: since the row before; 0 of the first.
     pub fn row_span_s(&self, t_s: f64) -> f64 {
-        self.control_dt_s * self.row_periods(t_s)
+        match t_s > 0.0 {
+            true => self.control_dt_s * self.periods_up_to(t_s),
+            false => 0.0,
+        }
     }
 
-    /// When the row of an instant ends, in seconds: that of the last row is how long the run was.
+    /// Until when the decision of the row of an instant holds, in seconds: until the next row, but for the end of the run.
     pub fn row_end_s(&self, t_s: f64) -> f64 {
-        if self.control_dt_s > 0.0 {
-            ((t_s / self.control_dt_s).round() + self.row_periods(t_s)) * self.control_dt_s
-        } else {
-            t_s
+        if self.control_dt_s <= 0.0 {
+            return t_s;
         }
-    }
-
-    /// How many control periods the row of an instant stands.
-    pub(crate) fn row_periods(&self, t_s: f64) -> f64 {
-        let every = self.periods_a_row();
-        if self.control_periods == 0 {
-            return every;
-        }
-        let to_the_last = (self.control_periods - 1) as f64 - (t_s / self.control_dt_s).round();
-        every.min(to_the_last).max(1.0)
+        let next = (t_s / self.control_dt_s).round() + self.periods_a_row();
+        let end = match self.control_periods {
+            0 => f64::INFINITY,
+            periods => periods as f64,
+        };
+        next.min(end) * self.control_dt_s
     }
 
     /// How many control instants there are after the row before that of an instant and up to it; 1 of the first row.

@@ -61,7 +61,7 @@ mod twin;
 pub use columns::{ColumnType, Signal};
 pub use convergence::{Apart, Cause, Change, Convergence, Twin};
 pub use design::Design;
-pub use difference::{Difference, differences, number};
+pub use difference::{Difference, differences, number, to_microseconds};
 pub use effects::{Effect, Effects};
 pub use error::TraceError;
 pub use fault::{Fault, FaultKind};

@@ -6,11 +6,13 @@
 use crate::metrics::Summary;
 
 mod accuracy;
+mod limits;
 mod quantity;
 mod table;
 
 pub(crate) use accuracy::Scales;
 pub use accuracy::{Accuracy, Measure, accuracy, compared, stated};
+pub use limits::{Limits, limits};
 pub use quantity::{Group, Quantity, Unit};
 pub use table::GROUPS;
 

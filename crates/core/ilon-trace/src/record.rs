@@ -1,10 +1,11 @@
 //! What one row of a trace holds.
 //!
-//! A row stands at an instant `t_s`, the start of a control period, after the controller has decided and before the bodies move.
+//! A row stands at an instant `t_s`, the start of a control period, after the controller has decided and before the bodies move. The last row
+//! stands at the end of the run, where nothing is decided any more, so that what happened in the last period has a row too.
 //! Body frame means the robot's own: x forward, y left, z up. Each quantity is one of four kinds, and its documentation says which:
 //!
 //! - **State**, at the instant: poses, velocities, wheel angles and rates, stored energies, which roller carries.
-//! - **Decision**, from the instant on: what was asked, granted and targeted. It holds until the next control period.
+//! - **Decision**, from the instant on: what was asked, granted and targeted. It holds until the next control period; at the end the last one stands.
 //! - **Period**, from the row before to this one: forces, torques and slip as means over all physics steps (impulse over time, so that
 //!   the sum of all forces is mass times the change of velocity over the time), and beside them the least and the largest of them. They do
 //!   not depend on how often rows are written, and are zero in the first row.

@@ -59,6 +59,16 @@ pub fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
     rms.get()
 }
 
+/// A share of the friction cone; what is above 1 by rounding alone is 1.
+fn without_rounding(used: f64) -> f64 {
+    /// Of forces that are sums over many contacts and steps.
+    const ROUNDING: f64 = 1e-12;
+    match used <= 1.0 + ROUNDING {
+        true => used.min(1.0),
+        false => used,
+    }
+}
+
 /// Largest minus smallest; `None` of nothing.
 pub fn peak_to_peak(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut extent = Extent::default();
@@ -155,7 +165,7 @@ impl WheelAccumulator {
             spin_up_energy_j: self.spin_up_energy_j,
             constraint_residual_rms_m_s: self.residual_m_s.get(),
             normal_force_mean_n: self.normal_force_n.get(),
-            friction_used_max: self.friction_used.get(),
+            friction_used_max: self.friction_used.get().map(without_rounding),
             hand_overs: self.hand_overs,
             roller_spin_error_rms_rad_s: self.spin_error_rad_s.get(),
             lost_contact: self.lost.get(),

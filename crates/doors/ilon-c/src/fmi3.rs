@@ -305,7 +305,7 @@ unsafe fn set<T: Copy>(
 
 /// The functions that read and set one type.
 macro_rules! of_type {
-    ($get:ident, $set:ident, $type:ty, $variant:ident) => {
+    ($get:ident, $set:ident, $type:ty, $take:expr, $make:expr) => {
         /// Reads variables of this type.
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $get(
@@ -315,12 +315,8 @@ macro_rules! of_type {
             values: *mut $type,
             value_count: usize,
         ) -> Fmi3Status {
-            let take = |value| match value {
-                Value::$variant(value) => Some(value),
-                _ => None,
-            };
             // SAFETY: the caller vouches for both arrays.
-            unsafe { get(instance, (references, count), (values, value_count), take) }
+            unsafe { get(instance, (references, count), (values, value_count), $take) }
         }
 
         /// Sets variables of this type.
@@ -333,21 +329,42 @@ macro_rules! of_type {
             value_count: usize,
         ) -> Fmi3Status {
             // SAFETY: the caller vouches for both arrays.
-            unsafe {
-                set(
-                    instance,
-                    (references, count),
-                    (values, value_count),
-                    Value::$variant,
-                )
-            }
+            unsafe { set(instance, (references, count), (values, value_count), $make) }
         }
     };
 }
 
-of_type!(fmi3GetFloat64, fmi3SetFloat64, f64, Real);
-of_type!(fmi3GetInt64, fmi3SetInt64, i64, Whole);
-of_type!(fmi3GetBoolean, fmi3SetBoolean, bool, Flag);
+of_type!(
+    fmi3GetFloat64,
+    fmi3SetFloat64,
+    f64,
+    |value| match value {
+        Value::Real(value) => Some(value),
+        _ => None,
+    },
+    Value::Real
+);
+of_type!(
+    fmi3GetInt64,
+    fmi3SetInt64,
+    i64,
+    |value| match value {
+        Value::Whole(value) => Some(value),
+        _ => None,
+    },
+    Value::Whole
+);
+// C writes any byte into a bool; what is not 0 is true.
+of_type!(
+    fmi3GetBoolean,
+    fmi3SetBoolean,
+    u8,
+    |value| match value {
+        Value::Flag(value) => Some(u8::from(value)),
+        _ => None,
+    },
+    |value| Value::Flag(value != 0)
+);
 
 /// The instance as it is now, to come back to; into a state that is given, or where that is null into a new one.
 #[unsafe(no_mangle)]

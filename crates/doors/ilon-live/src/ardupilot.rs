@@ -1,9 +1,10 @@
-//! ArduPilot's SITL with ilon as its physics: Rover with the frames Omni3, OmniX (four mecanum or omni wheels) and Omni3Mecanum, by the JSON
-//! interface over UDP.
+//! Physics backend for ArduPilot's SITL: Rover with the frames Omni3, OmniX (four mecanum or omni
+//! wheels) and Omni3Mecanum, through the JSON interface over UDP.
 //!
-//! The two go in lock step. Each frame of servo outputs is answered with the state of the robot after one more step; without frames time
-//! stands. A frame that comes twice, because SITL missed the answer, is answered as before, and one that counts from the start again, because
-//! SITL was started again, puts the robot back to its start.
+//! Both run in lock step. Each frame of servo outputs is answered with the robot's state after one
+//! more step; without frames time stands. A repeated frame, because SITL missed the answer, gets
+//! the same answer; a frame counter that restarts, because SITL was restarted, puts the robot back
+//! to its start.
 //!
 //! ArduPilot's frames are north, east, down and forward, right, down. The world's x axis is north.
 
@@ -22,39 +23,40 @@ use crate::LiveError;
 pub use mixer::{Frame, Mixer};
 pub use packet::Packet;
 
-/// The pulse at which a wheel stands, and by how much more it turns as fast as it can, in microseconds: ArduPilot's own SERVO_TRIM, and
-/// SERVO_MAX less that.
+/// The pulse of a wheel at rest, and the additional pulse at full rate, in microseconds:
+/// ArduPilot's SERVO_TRIM, and SERVO_MAX less SERVO_TRIM.
 const PULSE_US: (f64, f64) = (1500.0, 400.0);
 
-/// ArduPilot's function of an output that is its first motor, `k_motor1`.
+/// ArduPilot's function code of the first motor's output, `k_motor1`.
 const FIRST_MOTOR: f64 = 33.0;
 
-/// Who drives keeps driving until so long after its last frame.
+/// A client keeps control until this long after its last frame.
 const KEEPS: Duration = Duration::from_secs(2);
 
-/// The longest step that is taken at once, in seconds: ArduPilot takes no longer one.
+/// The longest single step, in seconds, a limit of ArduPilot.
 const MOST_S: f64 = 0.05;
 
-/// How long a frame is waited for before it is asked whether to go on.
+/// Time to wait for a frame before checking whether to continue.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// A robot that ArduPilot drives.
+/// A robot driven by ArduPilot.
 pub struct Vehicle {
     plant: Plant,
     mixer: Mixer,
-    /// What a full pulse is, in rad/s.
+    /// Wheel rate of a full pulse, in rad/s.
     most_rad_s: f64,
     start_height_m: f64,
     rates_rad_s: Vec<f64>,
-    /// The last frame, and what it was answered.
+    /// The last frame number and its answer.
     last: Option<(u32, String)>,
 }
 
 impl Vehicle {
-    /// Puts the scenario's robot into its world.
+    /// Places the scenario's robot in its world.
     ///
     /// # Errors
-    /// Where the scenario makes no sense, no frame of ArduPilot fits the robot, or nothing limits how fast its wheels turn.
+    /// If the scenario is invalid, no frame of ArduPilot fits the robot, or nothing limits its
+    /// wheel rates.
     pub fn new(scenario: &Scenario) -> Result<Self, LiveError> {
         let plant = Plant::of_scenario(scenario)?;
         let (robot, wheels) = (&plant.robot().name, plant.robot().wheels.len());
@@ -82,7 +84,7 @@ impl Vehicle {
         })
     }
 
-    /// Which frame it is, and which wheel is which motor.
+    /// The frame type, and the assignment of wheels to motors.
     pub fn mixer(&self) -> &Mixer {
         &self.mixer
     }
@@ -94,10 +96,11 @@ impl Vehicle {
         order.map(|(wheel, _)| wheels[*wheel].name.as_str())
     }
 
-    /// The parameters with which ArduPilot's Rover drives it, as a file for `--add-param-file`.
+    /// Returns the parameters for ArduPilot's Rover, as a file for `--add-param-file`.
     ///
-    /// Rover gives its first and third output to steering and throttle by default, and then no motor to them; and its SITL's own parameters stretch their
-    /// pulses. So function and pulses of each output are set.
+    /// Rover assigns its first and third output to steering and throttle by default, and then no
+    /// motor to them; and its SITL's own parameters change their pulses. So function and pulses of
+    /// each output are set.
     pub fn parameters(&self) -> String {
         let frame = self.mixer.frame;
         let mut text = format!(
@@ -122,10 +125,10 @@ impl Vehicle {
         text
     }
 
-    /// Goes on by a frame; gives the answer to it.
+    /// Advances by a frame; returns the answer.
     ///
     /// # Errors
-    /// Where the robot's motion is no number any more; it stands at its start then.
+    /// If the robot's motion becomes NaN; the robot is then at its start.
     pub fn answer(&mut self, packet: &Packet) -> Result<&str, LiveError> {
         match &self.last {
             Some((frame, _)) if *frame == packet.frame => {}
@@ -169,7 +172,7 @@ impl Vehicle {
         };
         let wanted_s = wanted_s.min(MOST_S);
         let step_s = match resolved.scenario().wheel_loop.is_sampled() {
-            // Such loops take whole steps: at least one, so that time goes on with every frame.
+            // Such loops take whole steps: at least one, so that time advances with every frame.
             true => {
                 let dt_s = resolved.physics_dt_s();
                 (wanted_s / dt_s).round().max(1.0) * dt_s
@@ -181,15 +184,15 @@ impl Vehicle {
         Ok(())
     }
 
-    /// The state as ArduPilot reads it: one object of JSON between two ends of lines.
+    /// Returns the state in ArduPilot's format: one JSON object between two line ends.
     fn state(&self) -> String {
         let (world, resolved) = (self.plant.world(), self.plant.resolved());
         let body = world.robot().state();
         let (from, pose) = (resolved.start(), body.pose);
-        // Of a body's or the world's own axes, x forward or north, y left or west, z up.
+        // From axes of the body or the world with x forward or north, y left or west, z up.
         let turned = |[x, y, z]: [f64; 3]| [x, -y, -z];
         let velocity_m_s = body.world_from_body * body.velocity_in_body_m_s;
-        // What an accelerometer feels: the acceleration less gravity.
+        // Specific force: the acceleration less gravity.
         let mut feels = -world.gravity_in_world_m_s2();
         let acceleration_m_s2 = self.plant.outcome().acceleration_in_world_m_s2;
         feels
@@ -205,7 +208,8 @@ impl Vehicle {
         let mut json = format!("\n{{\"timestamp\":{:.9}", self.plant.time_s());
         let mut triple = |name: &str, numbers: [f64; 3], end: &str| {
             let [x, y, z] = turned(numbers);
-            // Fixed digits, for the reader knows no other; writing into a text cannot fail.
+            // Fixed digits, because the reader accepts no exponent; writing to a string cannot
+            // fail.
             let _ = write!(json, ",{name}:[{x:.9},{y:.9},{z:.9}]{end}");
         };
         triple("\"imu\":{\"gyro\"", body.angular_in_body_rad_s.into(), "");
@@ -222,7 +226,7 @@ impl Vehicle {
     }
 }
 
-/// Serves ArduPilot over UDP, on this machine alone.
+/// A UDP server for ArduPilot, only on this machine.
 #[derive(Debug)]
 pub struct ArduPilot {
     socket: UdpSocket,
@@ -230,7 +234,7 @@ pub struct ArduPilot {
 }
 
 impl ArduPilot {
-    /// The port that SITL looks for the physics at.
+    /// SITL's default port of the physics backend.
     pub const PORT: u16 = 9002;
 
     /// Listens on a port of the loopback interface, 0 for any that is free.
@@ -245,16 +249,16 @@ impl ArduPilot {
         Ok(Self { socket, port })
     }
 
-    /// Where it listens.
+    /// Its port.
     pub fn port(&self) -> u16 {
         self.port
     }
 
-    /// Answers frames until `go_on` says otherwise; `say` gets what a person should know. Who sends first drives alone, until it has sent nothing for two
-    /// seconds.
+    /// Answers frames until `go_on` returns false; `say` receives messages for the user. The first
+    /// sender has exclusive control, until it has been silent for two seconds.
     ///
     /// # Errors
-    /// Where the network is gone, or the simulation cannot go on at all.
+    /// If the network fails, or the simulation cannot continue.
     pub fn serve(
         &self,
         vehicle: &mut Vehicle,
@@ -267,7 +271,8 @@ impl ArduPilot {
         while go_on() {
             let (length, from) = match self.socket.recv_from(&mut bytes) {
                 Ok(received) => received,
-                // Nothing came; or what was sent before was not taken, as when SITL has ended.
+                // Nothing received; or an earlier answer was not delivered, as after the end of
+                // SITL.
                 Err(error) if is_passing(error.kind()) => continue,
                 Err(reason) => {
                     return Err(LiveError::Listen {

@@ -1,4 +1,4 @@
-//! How fast time goes.
+//! The main loop of a live run, with its pace.
 
 use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
@@ -9,22 +9,22 @@ use crate::mailbox::{Mailbox, Steps};
 use crate::observer::{Observer, Status};
 use crate::session::Session;
 
-/// What the simulation falls behind further is left out, so that it does not hurry afterwards.
+/// A larger lag of the simulation is dropped, so that it does not catch up afterwards.
 const MOST_BEHIND: Duration = Duration::from_millis(200);
-/// How long to sleep while time stands and nobody says anything.
+/// Sleep time while time stands and no command arrives.
 const STANDING: Duration = Duration::from_millis(20);
 
-/// How fast a live run goes.
+/// Initial pace of a live run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pace {
-    /// Simulated seconds a second, until somebody says something else.
+    /// Simulated seconds per second, until changed.
     pub speed: f64,
     /// Whether time stands at first.
     pub paused: bool,
 }
 
 impl Pace {
-    /// Speeds that a live run may have.
+    /// Allowed speeds of a live run.
     pub const SPEEDS: RangeInclusive<f64> = control::SPEEDS;
 }
 
@@ -38,10 +38,11 @@ impl Default for Pace {
     }
 }
 
-/// Drives the session by what lies on the desk, and shows it to the watchers, until `go_on` says otherwise.
+/// Runs the session with the commands of the mailbox, and updates the observers, until `go_on`
+/// returns false.
 ///
 /// # Errors
-/// Where the simulation cannot go on at all.
+/// If the simulation cannot continue.
 pub fn run(
     session: &mut Session,
     desk: &Mailbox,
@@ -58,7 +59,7 @@ pub fn run(
         desk.say(note);
     }
     let mut due = Instant::now();
-    // Of the last second: simulated, and passed.
+    // Simulated and elapsed time of the last second.
     let (mut simulated_s, mut since) = (0.0, Instant::now());
     let mut real_time_factor = 0.0;
     let mut restarts = session.restarts();
@@ -120,7 +121,7 @@ pub fn run(
     Ok(())
 }
 
-/// Tells the watchers when the robot is back at its start.
+/// Notifies the observers when the robot is back at its start.
 fn notice_restart(session: &Session, restarts: &mut u64, watchers: &mut [&mut dyn Observer]) {
     if session.restarts() != *restarts {
         *restarts = session.restarts();

@@ -1,4 +1,4 @@
-//! What messages of ROS 2 ask of the robot, over DDS or a socket.
+//! Converts ROS 2 messages to commands, for DDS and sockets.
 
 use ilon_messages::geometry_msgs::{Twist, TwistStamped};
 use ilon_messages::sensor_msgs::JointState;
@@ -7,10 +7,10 @@ use ilon_messages::std_msgs::Float64MultiArray;
 use crate::control::{Change, WATCHDOG};
 use crate::mailbox::Mailbox;
 
-/// Stamps so far ahead of the simulated time are of another clock, in seconds.
+/// Stamps further ahead of the simulated time belong to another clock, in seconds.
 const AHEAD_S: f64 = 1.0;
 
-/// What comes of a message: a change, if it is one, and what there is to say.
+/// Result of a message: a change, if any, and a note.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Received {
     pub change: Option<Change>,
@@ -32,19 +32,19 @@ impl Received {
         }
     }
 
-    /// What is to be said of it once the desk has what it changes.
+    /// Puts the change into the mailbox; returns the note.
     pub fn taken(self, desk: &Mailbox) -> Option<String> {
         let said = self.change.and_then(|change| desk.change(&change));
         said.or(self.note)
     }
 }
 
-/// What is known of the robot that is commanded.
+/// Properties of the commanded robot.
 #[derive(Clone, Debug)]
 pub(crate) struct Commanded {
-    /// The names of its wheels' joints, in its order.
+    /// Names of its wheels' joints, in order.
     pub wheels: Vec<String>,
-    /// The names of the joints between bodies that servos drive.
+    /// Names of the joints between bodies with servos.
     pub joints: Vec<String>,
 }
 
@@ -59,7 +59,7 @@ impl Commanded {
     }
 }
 
-/// A twist, in the robot's own frame whatever frame it names.
+/// Converts a twist, interpreted in the robot's own frame whatever frame it names.
 pub(crate) fn twist(message: &Twist) -> Received {
     let Twist { linear, angular } = message;
     let idle = [linear.z, angular.x, angular.y];
@@ -75,8 +75,8 @@ pub(crate) fn twist(message: &Twist) -> Received {
     }
 }
 
-/// A twist with a stamp, at a simulated time in seconds. One that is older than the watchdog's patience counts no more; a stamp of zero,
-/// or of another clock than the simulated one, is not looked at.
+/// Converts a stamped twist, at a simulated time in seconds. One older than the watchdog's timeout
+/// is ignored; a stamp of zero, or of another clock than the simulated one, is not checked.
 pub(crate) fn twist_stamped(message: &TwistStamped, now_s: f64) -> Received {
     let stamp = message.header.stamp;
     let stamp_s = f64::from(stamp.sec) + 1e-9 * f64::from(stamp.nanosec);
@@ -96,7 +96,8 @@ pub(crate) fn twist_stamped(message: &TwistStamped, now_s: f64) -> Received {
     heard
 }
 
-/// Rates for wheels by name. Wheels that are not named, or whose rate is no number, stand: so a controller says that it commands nothing.
+/// Converts wheel rates by name. Wheels without a name in the message, or with a NaN rate, stand:
+/// this is how a controller commands nothing.
 pub(crate) fn joint_state(message: &JointState, robot: &Commanded) -> Received {
     let (names, rates) = (&message.name, &message.velocity);
     if names.len() != rates.len() {
@@ -138,7 +139,8 @@ pub(crate) fn joint_state(message: &JointState, robot: &Commanded) -> Received {
     }
 }
 
-/// Positions for joints between bodies, by name; without positions rates, and without those efforts. Those that are not named go on as they were told.
+/// Converts positions for joints between bodies, by name; without positions rates, and without
+/// those efforts. Other joints keep their commands.
 pub(crate) fn joint_commands(message: &JointState, robot: &Commanded) -> Received {
     let names = &message.name;
     let all = [&message.position, &message.velocity, &message.effort];
@@ -174,7 +176,7 @@ pub(crate) fn joint_commands(message: &JointState, robot: &Commanded) -> Receive
     Received::of(change)
 }
 
-/// Rates for all wheels, in the robot's order.
+/// Converts rates for all wheels, in the robot's order.
 pub(crate) fn rates(message: &Float64MultiArray, robot: &Commanded) -> Received {
     let skipped = message.layout.data_offset as usize;
     let data = message.data.get(skipped..).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! What those who drive may say, and within which limits it counts.
+//! Commands to a live run, and their limits.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,41 +9,42 @@ use ilon_sim::JointCommand;
 pub use ilon_sim::scenario::Priority;
 use serde::Deserialize;
 
-/// A commanded twist that is not repeated for as long stops the robot.
+/// A commanded twist that is not repeated within this time stops the robot.
 pub const WATCHDOG: Duration = Duration::from_millis(500);
 
-/// The largest commands that are taken, whatever the wheels can do: m/s and rad/s.
+/// Limit of twist commands, independent of the wheels: m/s and rad/s.
 const MOST_M_S: f64 = 20.0;
 const MOST_RAD_S: f64 = 50.0;
-/// The fastest wheel that is taken, in rad/s; the scenario's limit may be lower.
+/// Limit of wheel rate commands, in rad/s; the scenario's limit may be lower.
 const MOST_WHEEL_RAD_S: f64 = 1000.0;
-/// The furthest that a joint is sent, in rad or m, and the fastest, in rad/s or m/s; its limits may be nearer.
+/// Limit of joint positions, in rad or m, and of joint rates, in rad/s or m/s; the joint's own
+/// limits may be lower.
 const MOST_JOINT: f64 = 1e4;
-/// The most that a joint is loaded with, in N m or N; its effort may be less.
+/// Limit of joint efforts, in N m or N; the joint's own may be lower.
 const MOST_JOINT_EFFORT: f64 = 1e6;
-/// The most joints that are remembered, so that nobody fills the memory with names.
+/// Largest number of stored joints, so that names cannot fill the memory.
 const MOST_JOINTS: usize = 256;
-/// Friction coefficients that are taken.
+/// Allowed friction coefficients.
 pub(crate) const FRICTIONS: std::ops::RangeInclusive<f64> = 0.0..=2.0;
-/// Payloads that are taken, in kg.
+/// Allowed payloads, in kg.
 pub(crate) const PAYLOADS_KG: std::ops::RangeInclusive<f64> = 0.0..=1000.0;
-/// How fast time may go, in simulated seconds a second.
+/// Allowed speeds, in simulated seconds per second.
 pub(crate) const SPEEDS: std::ops::RangeInclusive<f64> = 0.05..=20.0;
-/// Gains of the guidance that are taken, in 1/s.
+/// Allowed gains of the guidance, in 1/s.
 pub(crate) const GAINS_PER_S: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 
-/// Who decides where the robot goes.
+/// What determines the robot's motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
-    /// The person: the commanded twist.
+    /// The commanded twist of the user.
     #[default]
     Hand,
-    /// The guidance, along the reference of the scenario.
+    /// The guidance, along the scenario's reference.
     Reference,
 }
 
-/// What the robot is to do while it is driven by hand.
+/// A manual command.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
     /// A twist of the body frame's origin, in the body frame.
@@ -52,34 +53,35 @@ pub enum Command {
     Wheels(Arc<[f64]>),
 }
 
-/// What was said last.
+/// The current commands and settings.
 #[derive(Clone, Debug)]
 pub struct Controls {
     command: Command,
     commanded: Option<Instant>,
-    /// What servos of joints between bodies were told, by the joints' names, and the number of the command that said so.
+    /// Commands of servos of joints between bodies, by the joints' names, each with its command
+    /// number.
     joints: BTreeMap<String, (JointCommand, u64)>,
-    /// How many commands of joints were taken.
+    /// Number of joint commands.
     joint_commands: u64,
-    /// How many commands were taken.
+    /// Number of commands.
     pub commands: u64,
-    /// Who decides.
+    /// What determines the motion.
     pub mode: Mode,
-    /// Which task comes first; as the scenario has it where nothing was said.
+    /// Priority of the tasks; by default the scenario's.
     pub priority: Option<Priority>,
-    /// The friction coefficient of the floor; as the scenario has it where nothing was said.
+    /// Friction coefficient of the floor; by default the scenario's.
     pub friction: Option<f64>,
-    /// The mass that the robot carries on top of what the scenario gives it, in kg.
+    /// Payload in addition to the scenario's, in kg.
     pub payload_kg: f64,
-    /// Gain of the guidance's position feedback, in 1/s; as the scenario has it where nothing was said.
+    /// Gain of the guidance's position feedback, in 1/s; by default the scenario's.
     pub position_gain_per_s: Option<f64>,
-    /// Gain of the guidance's heading feedback, in 1/s; as the scenario has it where nothing was said.
+    /// Gain of the guidance's heading feedback, in 1/s; by default the scenario's.
     pub heading_gain_per_s: Option<f64>,
-    /// How fast time goes, in simulated seconds a second.
+    /// Speed, in simulated seconds per second.
     pub speed: f64,
     /// Whether time stands.
     pub paused: bool,
-    /// How often the robot was put back to its start.
+    /// Number of returns to the start.
     pub resets: u64,
 }
 
@@ -104,7 +106,7 @@ impl Default for Controls {
     }
 }
 
-/// What is to change. What it does not name stays as it is.
+/// A change; absent fields keep their value.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
@@ -113,37 +115,38 @@ pub struct Change {
     pub twist: Option<[f64; 3]>,
     /// A rate for each wheel, in rad/s.
     pub wheels: Option<Vec<f64>>,
-    /// Where the servos of joints between bodies go, in rad or m, by the joints' names. They stay there until they are sent elsewhere.
+    /// Target positions of servos of joints between bodies, in rad or m, by the joints' names. They
+    /// stay until the next command.
     pub joints: Option<BTreeMap<String, f64>>,
-    /// How fast they go, in rad/s or m/s, until they are told otherwise.
+    /// Rates of these joints, in rad/s or m/s, until the next command.
     pub joint_rates: Option<BTreeMap<String, f64>>,
-    /// The torque or force with which they act, in N m or N, until they are told otherwise.
+    /// Torques or forces of these joints, in N m or N, until the next command.
     pub joint_efforts: Option<BTreeMap<String, f64>>,
-    /// Who decides.
+    /// What determines the motion.
     pub mode: Option<Mode>,
-    /// Which task comes first.
+    /// Priority of the tasks.
     pub priority: Option<Priority>,
     /// The friction coefficient of the floor.
     pub friction: Option<f64>,
-    /// The mass carried, in kg.
+    /// Additional payload, in kg.
     pub payload_kg: Option<f64>,
     /// Gain of the position feedback, in 1/s.
     pub position_gain_per_s: Option<f64>,
     /// Gain of the heading feedback, in 1/s.
     pub heading_gain_per_s: Option<f64>,
-    /// How fast time goes, in simulated seconds a second.
+    /// Speed, in simulated seconds per second.
     pub speed: Option<f64>,
     /// Whether time stands.
     pub paused: Option<bool>,
-    /// Whether the robot goes back to its start.
+    /// Whether the robot returns to its start.
     pub reset: Option<bool>,
 }
 
 impl Controls {
-    /// Takes a message, as JSON; gives what there is to say about it. What is out of range is limited, and what is no message changes
-    /// nothing.
+    /// Applies a JSON message; returns a note, if any. Values out of range are limited; an invalid
+    /// message changes nothing.
     pub fn take(&mut self, text: &str) -> Option<String> {
-        // A list would be taken for the values of the fields in their order.
+        // A list would be read as the fields' values in order.
         if !text.trim_start().starts_with('{') {
             return Some("not understood: a message is a JSON object".to_owned());
         }
@@ -153,7 +156,7 @@ impl Controls {
         }
     }
 
-    /// Makes a change; gives what there is to say about it. What is out of range is limited, and what is no number is not taken.
+    /// Applies a change; returns a note, if any. Values out of range are limited; NaN is ignored.
     pub fn change(&mut self, change: &Change) -> Option<String> {
         let mut said = Vec::new();
         if let Some([vx, vy, omega]) = change.twist {
@@ -182,7 +185,7 @@ impl Controls {
                 self.command(Command::Wheels(rates));
             }
         }
-        /// What is asked of joints, what of it is most, and the command that it makes.
+        /// The values for joints, their limit, and the resulting command.
         type OfJoints<'a> = (
             &'a str,
             &'a Option<BTreeMap<String, f64>>,
@@ -249,12 +252,12 @@ impl Controls {
         self.commands += 1;
     }
 
-    /// How many commands of joints were taken.
+    /// The number of joint commands.
     pub fn joint_commands(&self) -> u64 {
         self.joint_commands
     }
 
-    /// What joints were told since so many commands of joints had been taken.
+    /// Returns the joint commands after a given number of them.
     pub fn joints_since(&self, commands: u64) -> impl Iterator<Item = (&str, JointCommand)> {
         let since = self
             .joints
@@ -263,13 +266,13 @@ impl Controls {
         since.map(|(joint, (told, _))| (joint.as_str(), *told))
     }
 
-    /// What was commanded last, and how long ago; a twist of zero where nothing was.
+    /// Returns the last command, and its age; a twist of zero without commands.
     pub fn last_command(&self) -> (&Command, Option<Duration>) {
         (&self.command, self.commanded.map(|at| at.elapsed()))
     }
 }
 
-/// A number within a range; `None` of what is none. What is not taken as it is, is said.
+/// Limits a number to a range; `None` for NaN. Any deviation gives a note.
 fn limited(
     name: &str,
     asked: f64,
@@ -315,7 +318,7 @@ mod tests {
         assert_eq!(controls.friction, Some(0.0));
     }
 
-    /// Each joint's last command counts once, whatever came of others since.
+    /// Each joint's last command counts once, whatever commands other joints received since.
     #[test]
     fn joints_are_sent_where_they_were_last_told() {
         let mut controls = Controls::default();

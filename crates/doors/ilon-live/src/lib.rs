@@ -1,7 +1,8 @@
-//! Who listens in, and who drives: a robot that is simulated in real time, seen and driven from outside.
+//! Live runs: a robot simulated in real time, shown and driven from outside.
 //!
-//! A [`Session`] is the robot: a plant of `ilon-sim` that follows a person's commands or the scenario's reference. A [`Server`] shows it
-//! on a page of the browser, in three dimensions, and takes commands from there:
+//! A [`Session`] is the robot: a plant of `ilon-sim` that follows a user's commands or the
+//! scenario's reference. A [`Server`] shows it on a browser page, in three dimensions, and accepts
+//! commands from there:
 //!
 //! ```no_run
 //! use ilon_live::{Mailbox, Pace, Server, Session};
@@ -15,21 +16,21 @@
 //! # Ok::<(), ilon_live::LiveError>(())
 //! ```
 //!
-//! The server is bound to the loopback interface. It takes requests for its own address alone, and WebSockets from pages of its own
-//! alone, so that no other page of the browser can drive the robot. The simulation waits for nobody: who reads too slowly misses
-//! frames, and after a while is sent away.
+//! The server is bound to the loopback interface. It accepts only requests for its own address, and
+//! WebSockets only from its own pages, so that no other page in the browser can drive the robot.
+//! The simulation never waits: slow readers miss frames, and are disconnected after a while.
 //!
-//! | module | answers |
+//! | module | content |
 //! |---|---|
-//! | [`control`] | what those who drive may say, and within which limits it counts |
-//! | [`mailbox`] | where they put it |
-//! | [`session`] | how the robot moves meanwhile |
-//! | [`observer`] | who looks on |
-//! | [`server`] | the page: who is let in |
-//! | `ros2` | a node of ROS 2 (feature `ros2`) |
-//! | `foxglove` | a server for Foxglove (feature `foxglove`) |
-//! | [`clock`] | how fast time goes |
-//! | [`ardupilot`] | ArduPilot's SITL, in lock step, in place of all of these |
+//! | [`control`] | commands and their limits |
+//! | [`mailbox`] | queue of commands |
+//! | [`session`] | the robot's motion |
+//! | [`observer`] | interface of displays |
+//! | [`server`] | the page, with access control |
+//! | `ros2` | a ROS 2 node (feature `ros2`) |
+//! | `foxglove` | a Foxglove server (feature `foxglove`) |
+//! | [`clock`] | main loop and pace |
+//! | [`ardupilot`] | ArduPilot's SITL, in lock step, instead of all of these |
 
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
@@ -69,22 +70,22 @@ pub use observer::{Observer, Status};
 pub use server::Server;
 pub use session::{Row, Session};
 
-/// Why a live run cannot begin or go on.
+/// Reasons why a live run cannot start or continue.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LiveError {
-    /// The scenario, or the simulation of it.
+    /// An error of the scenario, or of its simulation.
     #[error(transparent)]
     Simulation(#[from] ilon_sim::Error),
-    /// The server cannot listen.
+    /// The server cannot listen on its port.
     #[error("cannot listen on 127.0.0.1:{port}: {reason}")]
     Listen {
         /// The port.
         port: u16,
-        /// Why, in the system's words.
+        /// The system's error.
         reason: std::io::Error,
     },
-    /// The page cannot be made.
+    /// The page cannot be built.
     #[error("the page cannot be written as text: {0}")]
     Page(#[from] serde_json::Error),
 }

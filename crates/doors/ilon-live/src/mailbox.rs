@@ -1,4 +1,4 @@
-//! Where all who drive put what they say.
+//! The mailbox for commands from all sources.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -7,12 +7,12 @@ use std::time::Duration;
 
 use crate::control::{Change, Controls};
 
-/// The most notes that wait to be passed on; what comes beyond is dropped.
+/// Largest number of queued notes; further ones are dropped.
 const MOST_NOTES: usize = 16;
-/// The most requests for steps that wait.
+/// Largest number of queued step requests.
 const MOST_REQUESTS: usize = 64;
 
-/// What all who drive share: a page, a node of ROS 2, a viewer. A clone is the same desk.
+/// Commands shared by all sources: a page, a ROS 2 node, a viewer. Clones share the same state.
 #[derive(Clone, Debug, Default)]
 pub struct Mailbox(Arc<Shared>);
 
@@ -29,7 +29,7 @@ struct State {
     notes: VecDeque<String>,
 }
 
-/// Control periods to go on by while time stands, and whom to tell then.
+/// A request for control periods while time stands, with a callback at the end.
 pub(crate) struct Steps {
     pub left: u64,
     pub done: Box<dyn FnOnce(Result<(), String>) + Send>,
@@ -41,37 +41,37 @@ impl fmt::Debug for Steps {
     }
 }
 
-/// What a lock holds, also after a thread broke down with it.
+/// Locks a mutex, even if a thread panicked while it held the lock.
 pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Mailbox {
     fn state(&self) -> MutexGuard<'_, State> {
-        // A thread that broke down while it held it has left something whole, for nothing is changed by parts.
+        // The state is consistent even after a panic, because no change is partial.
         locked(&self.0.state)
     }
 
-    /// What was said last.
+    /// The current commands.
     pub fn controls(&self) -> Controls {
         self.state().controls.clone()
     }
 
-    /// Makes a change; gives what there is to say about it.
+    /// Applies a change; returns a note, if any.
     pub fn change(&self, change: &Change) -> Option<String> {
         let said = self.state().controls.change(change);
         self.0.called.notify_all();
         said
     }
 
-    /// Takes a message, as [`Controls::take`] does.
+    /// Applies a message, like [`Controls::take`].
     pub fn take(&self, text: &str) -> Option<String> {
         let said = self.state().controls.take(text);
         self.0.called.notify_all();
         said
     }
 
-    /// Goes on by some control periods while time stands, and tells of it when that is done, or why it cannot be.
+    /// Requests a number of control periods while time stands; `done` receives the result.
     pub fn step(&self, count: u64, done: impl FnOnce(Result<(), String>) + Send + 'static) {
         let mut state = self.state();
         let refused = if !state.controls.paused {
@@ -92,12 +92,12 @@ impl Mailbox {
         self.0.called.notify_all();
     }
 
-    /// The next request for steps, if there is one.
+    /// Returns the next request for steps, if any.
     pub(crate) fn next_steps(&self) -> Option<Steps> {
         self.state().steps.pop_front()
     }
 
-    /// Says something to all who look on.
+    /// Sends a note to all observers.
     pub fn say(&self, note: impl Into<String>) {
         let (mut state, note) = (self.state(), note.into());
         if state.notes.len() < MOST_NOTES && !state.notes.contains(&note) {
@@ -105,12 +105,12 @@ impl Mailbox {
         }
     }
 
-    /// What was said since the last time.
+    /// Returns the notes since the last call.
     pub(crate) fn take_notes(&self) -> VecDeque<String> {
         std::mem::take(&mut self.state().notes)
     }
 
-    /// Waits until somebody says something, at most for a time.
+    /// Waits for the next command, at most for a time.
     pub(crate) fn wait(&self, at_most: Duration) {
         let state = self.state();
         if state.steps.is_empty() {

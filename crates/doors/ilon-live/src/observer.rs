@@ -1,28 +1,29 @@
-//! Who looks on.
+//! The interface of displays.
 
 use crate::control::Controls;
 use crate::session::{Row, Session};
 
-/// How a live run goes.
+/// Status of a live run.
 #[derive(Clone, Copy, Debug)]
 pub struct Status<'a> {
-    /// What was said last.
+    /// The current commands.
     pub controls: &'a Controls,
-    /// Simulated seconds in each second that passes.
+    /// Simulated seconds per elapsed second.
     pub real_time_factor: f64,
 }
 
-/// Somebody who is shown a live run. Whoever cannot take something at once lets it go: the simulation waits for nobody.
+/// A display of a live run. It must drop what it cannot process at once: the simulation never
+/// waits.
 pub trait Observer {
-    /// A control period has passed.
+    /// Called after each control period.
     fn row(&mut self, _row: Row<'_>) {}
 
-    /// Comes in every round of the loop, at least fifty times a second, while time stands too.
+    /// Called in every round of the loop, at least fifty times per second, even while time stands.
     fn look(&mut self, _session: &Session, _status: Status<'_>) {}
 
-    /// The robot is back at its start.
+    /// Called when the robot is back at its start.
     fn restarted(&mut self, _session: &Session) {}
 
-    /// There is something to say.
+    /// Receives a note.
     fn say(&mut self, _note: &str) {}
 }

@@ -1,10 +1,10 @@
-//! The page that drives.
+//! The page that drives the robot.
 
 use ilon_scene::{Frames, Scene, embed};
 
 use crate::session::Session;
 
-/// The whole page, with all that it needs but what comes over its socket.
+/// Returns the whole page; only the data of its socket is separate.
 pub(crate) fn html(session: &Session) -> Result<String, serde_json::Error> {
     let description = session.description();
     let frames = Frames::beside(session.robot(), description.bodies.len(), []);
@@ -21,6 +21,6 @@ pub(crate) fn html(session: &Session) -> Result<String, serde_json::Error> {
         .replace("{{live}}", include_str!("page.js"))
         .replace("{{settings}}", &settings.to_string())
         .replace("{{data}}", &embed::data(&scene)?)
-        // The name comes last: whatever it holds is replaced no more.
+        // The name is inserted last, so that nothing in it is replaced.
         .replace("{{title}}", &title))
 }

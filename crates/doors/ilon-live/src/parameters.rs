@@ -1,15 +1,15 @@
-//! What of a live run is a parameter, in ROS 2 and in Foxglove.
+//! The parameters of a live run, in ROS 2 and in Foxglove.
 //!
-//! | parameter | is |
+//! | parameter | meaning |
 //! |---|---|
 //! | `friction` | the friction coefficient of the floor |
-//! | `payload_kg` | the mass carried on top of the scenario's, kg |
+//! | `payload_kg` | the mass carried in addition to the scenario's, kg |
 //! | `position_gain_per_s`, `heading_gain_per_s` | the guidance's gains, 1/s |
 //! | `mode` | `hand` or `reference` |
 //! | `priority` | `position` or `heading` |
-//! | `speed` | simulated seconds a second |
+//! | `speed` | simulated seconds per second |
 //! | `paused` | whether time stands |
-//! | `resets` | how often the robot went back to its start; any other number sends it there |
+//! | `resets` | number of returns to the start; setting any other number causes one |
 
 use std::ops::RangeInclusive;
 
@@ -25,7 +25,7 @@ pub(crate) enum Value {
     Count(i64),
     Flag(bool),
     Word(String),
-    /// None of these.
+    /// Any other type.
     Other,
 }
 
@@ -33,7 +33,7 @@ pub(crate) enum Value {
 #[derive(Clone, Debug)]
 pub(crate) struct Parameters {
     desk: Mailbox,
-    /// What holds where nobody said anything.
+    /// The default.
     friction: f64,
     gains_per_s: [f64; 2],
     priority: Priority,
@@ -49,12 +49,12 @@ impl Parameters {
         }
     }
 
-    /// All of them, as they are now.
+    /// Returns all parameters with their current values.
     pub fn now(&self) -> Vec<(&'static str, Value)> {
         self.all(&self.desk.controls())
     }
 
-    /// All of them, under these controls.
+    /// Returns all parameters under these controls.
     pub fn all(&self, controls: &Controls) -> Vec<(&'static str, Value)> {
         let word = |text: &str| Value::Word(text.to_owned());
         let [position, heading] = self.gains_per_s;
@@ -89,26 +89,27 @@ impl Parameters {
         ]
     }
 
-    /// Sets a parameter; gives what there is to say about it.
+    /// Sets a parameter; returns a note, if any.
     ///
     /// # Errors
-    /// Why it is not set.
+    /// The reason why it is not set.
     pub fn set(&self, name: &str, value: &Value) -> Result<Option<String>, String> {
         let change = self.change(name, value)?;
         Ok(self.desk.change(&change))
     }
 
-    /// What a parameter that is set asks for.
+    /// Returns the change for a parameter's new value.
     ///
     /// # Errors
-    /// Why it asks for nothing.
+    /// The reason why the value is invalid.
     pub fn change(&self, name: &str, value: &Value) -> Result<Change, String> {
         let number = || match value {
             Value::Number(number) => Ok(Some(*number)),
             Value::Count(count) => Ok(Some(*count as f64)),
             _ => Err(format!("{name} is a number")),
         };
-        // A value that is not taken as it is, is not taken at all: whoever sets a parameter is told whether it holds.
+        // A value out of range is rejected instead of limited, because setting a parameter returns
+        // whether it holds.
         let within = |range: RangeInclusive<f64>| match number()? {
             Some(asked) if !range.contains(&asked) => Err(format!(
                 "{name} is from {} to {}, not {asked}",
@@ -185,7 +186,7 @@ mod tests {
             assert!(why.contains(name) && why.contains(range), "{why}");
         }
         assert_eq!(parameters.now(), before);
-        // Both ends are in it.
+        // Both ends are valid.
         for friction in [0.0, 2.0] {
             assert_eq!(
                 parameters.set("friction", &Value::Number(friction)),

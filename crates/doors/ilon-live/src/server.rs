@@ -1,4 +1,4 @@
-//! The local server: the page, and one WebSocket for each page that looks on.
+//! The local server: the page, and one WebSocket per open page.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
@@ -16,28 +16,29 @@ use crate::observer::{Observer, Status};
 use crate::page;
 use crate::session::Session;
 
-/// Frames for each second that passes, whatever the pace of the simulation: as many as a screen shows.
+/// Period of frames in real time, whatever the pace of the simulation: the refresh rate of a
+/// screen.
 const FRAMES: Duration = Duration::from_nanos(16_666_667);
-/// Figures come less often, so that a person can read them.
+/// Period of figures, slow enough to read.
 const FIGURES: Duration = Duration::from_millis(100);
 
-/// The most connections at once.
+/// Largest number of connections.
 const MOST_CLIENTS: usize = 64;
-/// The longest head of a request, in bytes, and how long it may take to come.
+/// Longest head of a request, in bytes, and its timeout.
 const HEAD_BYTES: usize = 8 << 10;
 const HEAD_TIME: Duration = Duration::from_secs(5);
-/// The longest message of a page, in bytes.
+/// Longest message of a page, in bytes.
 const MESSAGE_BYTES: usize = 4 << 10;
-/// Messages that are taken from a page before it is sent what is new.
+/// Messages accepted from a page before it is updated.
 const AT_ONCE: usize = 64;
-/// How long a client waits for a message before it looks for something to send.
+/// Time to wait for a client's message before checking for updates.
 const LOOK: Duration = Duration::from_millis(5);
-/// Who does not read for as long is sent away.
+/// A client that does not read for this long is disconnected.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// What is said to a page comes at most this often.
+/// Smallest time between notes to a page.
 const SAY_EVERY: Duration = Duration::from_millis(200);
 
-/// Shows a session to whoever looks on, and hears what they say. It ends with the last of its owners.
+/// Shows a session to pages, and receives their commands. It ends with the last of its owners.
 #[derive(Debug)]
 pub struct Server {
     port: u16,
@@ -46,7 +47,7 @@ pub struct Server {
     figures_due: Instant,
 }
 
-/// What all connections share: no more than the newest of each.
+/// State shared by all connections: only the newest of each kind.
 #[derive(Debug, Default)]
 struct Shared {
     desk: Mailbox,
@@ -63,7 +64,7 @@ struct Outgoing {
     note: Newest,
 }
 
-/// Something that is sent once to each client, unless something newer comes before.
+/// A value sent once to each client, unless replaced by a newer one before.
 #[derive(Clone, Debug, Default)]
 struct Newest {
     number: u64,
@@ -101,12 +102,12 @@ impl Server {
         })
     }
 
-    /// Where the page is.
+    /// The page's URL.
     pub fn url(&self) -> String {
         format!("http://127.0.0.1:{}/", self.port)
     }
 
-    /// Whether anybody looks on.
+    /// Whether any client is connected.
     pub fn has_clients(&self) -> bool {
         self.shared.watching.load(Ordering::Relaxed) > 0
     }
@@ -139,7 +140,7 @@ impl Observer for Server {
 impl Drop for Server {
     fn drop(&mut self) {
         self.shared.ended.store(true, Ordering::Relaxed);
-        // Wakes the thread that listens.
+        // Wakes the listening thread.
         let _ = TcpStream::connect((Ipv4Addr::LOCALHOST, self.port));
     }
 }
@@ -157,7 +158,7 @@ fn listen(listener: &TcpListener, port: u16, page: &Arc<str>, shared: &Arc<Share
         }
         let (page, of_thread) = (Arc::clone(page), Arc::clone(shared));
         let spawned = std::thread::Builder::new().spawn(move || {
-            // Whatever goes wrong with one client ends with it.
+            // An error of one client only ends its connection.
             let _ = serve(stream, port, &page, &of_thread);
             of_thread.clients.fetch_sub(1, Ordering::Relaxed);
         });
@@ -183,7 +184,7 @@ fn serve(mut stream: TcpStream, port: u16, page: &str, shared: &Shared) -> std::
         return refuse(stream, "400 Bad Request", "not understood");
     };
     let names = ["127.0.0.1", "localhost"].map(|name| format!("{name}:{port}"));
-    // A page of another site whose name leads here would ask for that name.
+    // A page of another site whose name resolves to this address would use that name as the host.
     if !head.host.is_some_and(|host| names.contains(&host)) {
         let why = "this server answers to its own address alone";
         return refuse(stream, "403 Forbidden", why);
@@ -213,7 +214,7 @@ fn serve(mut stream: TcpStream, port: u16, page: &str, shared: &Shared) -> std::
             ended
         }
         ("GET", "/", false) => {
-            // What was looked at is taken out, so that closing does not reset the connection.
+            // The peeked bytes are consumed, so that closing does not reset the connection.
             drain(&mut stream);
             answer(stream, "200 OK", "text/html; charset=utf-8", page)
         }
@@ -221,7 +222,7 @@ fn serve(mut stream: TcpStream, port: u16, page: &str, shared: &Shared) -> std::
     }
 }
 
-/// Looks at the head of a request without taking it: the WebSocket's handshake reads it again. `None` of what is none.
+/// Peeks at the head of a request: the WebSocket's handshake reads it again. `None` if invalid.
 fn head(stream: &TcpStream) -> std::io::Result<Option<Head>> {
     let deadline = Instant::now() + HEAD_TIME;
     let mut bytes = vec![0; HEAD_BYTES];
@@ -236,7 +237,7 @@ fn head(stream: &TcpStream) -> std::io::Result<Option<Head>> {
         if read == 0 || read == HEAD_BYTES || Instant::now() > deadline {
             return Ok(None);
         }
-        // A look gives the same bytes again at once: the rest is waited for.
+        // Peeking returns the same bytes immediately, so wait for the rest.
         if read == seen {
             std::thread::sleep(LOOK);
         }
@@ -255,12 +256,19 @@ fn head(stream: &TcpStream) -> std::io::Result<Option<Head>> {
         upgrade: false,
     };
     for (name, value) in lines.filter_map(|line| line.split_once(':')) {
-        let value = value.trim();
-        match name.to_ascii_lowercase().as_str() {
-            "host" => head.host = Some(value.to_ascii_lowercase()),
-            "origin" => head.origin = Some(value.to_ascii_lowercase()),
-            "upgrade" => head.upgrade = value.eq_ignore_ascii_case("websocket"),
-            _ => {}
+        let value = value.trim().to_ascii_lowercase();
+        // Of two that say where a request comes from, one is not true.
+        let before = match name.to_ascii_lowercase().as_str() {
+            "host" => head.host.replace(value),
+            "origin" => head.origin.replace(value),
+            "upgrade" => {
+                head.upgrade = value == "websocket";
+                None
+            }
+            _ => None,
+        };
+        if before.is_some() {
+            return Ok(None);
         }
     }
     Ok(Some(head))
@@ -285,10 +293,10 @@ fn answer(mut stream: TcpStream, status: &str, kind: &str, body: &str) -> std::i
     stream.write_all(body.as_bytes())
 }
 
-/// Hears and tells until the client goes.
+/// Receives and sends until the client disconnects.
 fn converse(mut socket: WebSocket<TcpStream>, shared: &Shared) -> std::io::Result<()> {
     socket.get_ref().set_read_timeout(Some(LOOK))?;
-    // The numbers of the newest frame, figures and note that this page has.
+    // The numbers of this page's newest frame, figures and note.
     let mut has = [0; 3];
     let mut said: Option<String> = None;
     let mut may_say = Instant::now();
@@ -296,7 +304,7 @@ fn converse(mut socket: WebSocket<TcpStream>, shared: &Shared) -> std::io::Resul
         for _ in 0..AT_ONCE {
             match socket.read() {
                 Ok(Message::Text(text)) => {
-                    // Only the last is said: a flood of commands brings no flood of answers.
+                    // Only the last note is sent, so that many commands do not cause many notes.
                     said = shared.desk.take(&text).or(said);
                 }
                 Ok(Message::Close(_)) => return Ok(()),

@@ -16,18 +16,18 @@ use serde::Serialize;
 use crate::LiveError;
 use crate::control::{Command, Controls, Mode, Priority, WATCHDOG};
 
-/// A robot that is driven while it is simulated.
+/// A robot that is driven during its simulation.
 pub struct Session {
     name: String,
     urdf: Arc<str>,
     looks: VisualMeshes,
     plant: Plant,
     recorder: Recorder,
-    /// Follows the reference, by the point that the scenario names.
+    /// Follows the reference, with the scenario's reference point.
     guidance: Guidance,
-    /// Follows a commanded twist, by the body's origin.
+    /// Follows a commanded twist, with the body's origin as the reference point.
     by_hand: Guidance,
-    /// How the guidance is set now.
+    /// Current settings of the guidance.
     section: scenario::Guidance,
     wheel_rate_limit_rad_s: f64,
     reference: Option<Reference>,
@@ -39,54 +39,55 @@ pub struct Session {
     seed: u64,
     resets: u64,
     restarts: u64,
-    /// Simulated time of all drives together, in seconds.
+    /// Simulated time over all drives, in seconds.
     t_s: f64,
     rates_rad_s: Vec<f64>,
     asked: Twist,
-    /// How many commands came, and the simulated time at which the last one did.
+    /// Number of commands, and the simulated time of the last one.
     heard: (u64, f64),
-    /// How many commands of joints came.
+    /// Number of joint commands.
     joints_heard: u64,
     watchdog_acts: bool,
     notes: Vec<String>,
 }
 
-/// What happened at the start of a control period, as it is recorded of a run. Times go on over every return to the start.
+/// The recorded data at the start of a control period. Times continue over every return to the
+/// start.
 #[derive(Clone, Copy, Debug)]
 pub struct Row<'a> {
     /// The robot.
     pub record: &'a Record,
     /// Its wheels, in the robot's order.
     pub wheels: &'a [WheelSample],
-    /// The angles of all rollers, wheel by wheel, in radians, where they were taken.
+    /// The angles of all rollers, wheel by wheel, in radians, if recorded.
     pub rollers_rad: &'a [Option<f64>],
 }
 
-/// What a page shows in figures.
+/// The figures on the page.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Figures {
     /// Simulated time, in seconds.
     pub t_s: f64,
-    /// The twist asked for: vx, vy in m/s, omega in rad/s.
+    /// The commanded twist: vx, vy in m/s, omega in rad/s.
     pub asked: [f64; 3],
-    /// The real twist.
+    /// The actual twist.
     pub real: [f64; 3],
-    /// The fastest that any contact slides, in m/s.
+    /// The largest sliding speed of a contact, in m/s.
     pub slip_m_s: f64,
-    /// The largest share of its friction limit that any wheel uses.
+    /// The largest used share of the friction limit over all wheels.
     pub friction_used: f64,
-    /// How far dead reckoning is off, in metres.
+    /// Position error of dead reckoning, in metres.
     pub odometry_error_m: f64,
-    /// How far the robot is from its reference, in metres; none where it follows none.
+    /// Distance from the reference, in metres; `None` without a reference.
     pub reference_error_m: Option<f64>,
 }
 
 impl Session {
-    /// Puts the scenario's robot into its world.
+    /// Places the scenario's robot in its world.
     ///
     /// # Errors
-    /// Where the scenario asks for something that cannot be.
+    /// If the scenario is impossible.
     pub fn new(scenario: &Scenario) -> Result<Self, LiveError> {
         let loaded = load(scenario)?;
         let looks = loaded.visual_meshes();
@@ -99,7 +100,7 @@ impl Session {
             position_gain: Gain::Scalar(section.position_gain_per_s),
             heading_gain: section.heading_gain_per_s,
             wheel_rate_limit_rad_s,
-            saturation: Saturation::Prioritised(section.priority.into()),
+            saturation: Saturation::Prioritised(section.priority.unwrap_or_default().into()),
         };
         let plant = Plant::new(&resolved, &robot)?;
         let kinematics = plant.kinematics().clone();
@@ -148,23 +149,23 @@ impl Session {
         self.reference.is_some()
     }
 
-    /// The friction of the floor now.
+    /// The current friction of the floor.
     pub fn friction(&self) -> f64 {
         self.friction
     }
 
-    /// Which task of the guidance comes first now.
+    /// The current priority of the guidance's tasks.
     pub fn priority(&self) -> Priority {
-        self.section.priority
+        self.section.priority.unwrap_or_default()
     }
 
-    /// The gains of the guidance's feedback now: of position and of heading, in 1/s.
+    /// The current gains of the guidance's feedback: of position and of heading, in 1/s.
     pub fn gains_per_s(&self) -> [f64; 2] {
         let section = &self.section;
         [section.position_gain_per_s, section.heading_gain_per_s]
     }
 
-    /// Simulated time of all drives together, in seconds.
+    /// Simulated time over all drives, in seconds.
     pub fn time_s(&self) -> f64 {
         self.t_s
     }
@@ -174,17 +175,18 @@ impl Session {
         self.plant.time_s()
     }
 
-    /// How long the scenario has the robot drive, in seconds. A live run goes on beyond that.
+    /// Duration of the scenario, in seconds. A live run continues beyond it.
     pub fn duration_s(&self) -> f64 {
         self.duration_s
     }
 
-    /// What is recorded of the robot.
+    /// The header of the robot's recording.
     pub fn header(&self) -> &Header {
         &self.recorder.trace().header
     }
 
-    /// What happened in the last control period; none before the first, and where the robot went back to its start.
+    /// Returns the data of the last control period; `None` before the first, and after a return to
+    /// the start.
     pub fn row(&self) -> Option<Row<'_>> {
         let trace = self.recorder.trace();
         let (record, wheels) = trace.steps().next()?;
@@ -195,17 +197,17 @@ impl Session {
         })
     }
 
-    /// How often the robot went back to its start.
+    /// The number of returns to the start.
     pub fn restarts(&self) -> u64 {
         self.restarts
     }
 
-    /// What there is to say since the last time.
+    /// Returns the notes since the last call.
     pub fn take_notes(&mut self) -> impl Iterator<Item = String> + use<> {
         std::mem::take(&mut self.notes).into_iter()
     }
 
-    /// What a scene shows of robot and floor.
+    /// Returns the scene's robot and floor.
     pub fn description(&self) -> Description {
         let mut description =
             Description::of_robot(self.robot(), link_tree(&self.urdf).as_ref(), &self.looks);
@@ -219,10 +221,10 @@ impl Session {
         self.control_dt_s
     }
 
-    /// Puts the robot back to its start, where these controls ask for it and it has not been done.
+    /// Puts the robot back to its start, if these controls request it and it is not done yet.
     ///
     /// # Errors
-    /// Where it cannot be put there.
+    /// If the robot cannot be placed there.
     pub fn go_back(&mut self, controls: &Controls) -> Result<(), LiveError> {
         if controls.resets != self.resets {
             self.resets = controls.resets;
@@ -231,10 +233,10 @@ impl Session {
         Ok(())
     }
 
-    /// Goes on by one control period under these controls.
+    /// Advances by one control period under these controls.
     ///
     /// # Errors
-    /// Where the robot's motion is no number any more; it stands at its start then.
+    /// If the robot's motion becomes NaN; the robot is then at its start.
     pub fn advance(&mut self, controls: &Controls) -> Result<(), LiveError> {
         self.go_back(controls)?;
         self.adopt(controls)?;
@@ -280,8 +282,9 @@ impl Session {
         Ok(())
     }
 
-    /// Sets wheel rates by the last command; gives what is left of its twist. A command that is older than [`WATCHDOG`], by the clock
-    /// on the wall and by the simulated one, counts no more: so it holds in time that is slow, fast or taken step by step.
+    /// Sets wheel rates from the last command; returns the limited twist. A command expires when it
+    /// is older than [`WATCHDOG`] both in real and in simulated time, so it holds in slow, fast and
+    /// stepped time.
     fn follow_hand(&mut self, controls: &Controls) -> Twist {
         if controls.commands != self.heard.0 {
             self.heard = (controls.commands, self.t_s);
@@ -307,10 +310,10 @@ impl Session {
     }
 
     fn follow_twist(&mut self, twist_in_body: Twist) -> Twist {
-        let command = self.by_hand.command(&[Task {
-            name: "twist",
-            twist_in_body,
-        }]);
+        let priority = self.section.priority.map(Into::into);
+        let command = self
+            .by_hand
+            .command(&Task::of_twist(twist_in_body, priority));
         self.rates_rad_s.copy_from_slice(&command.wheel_rates_rad_s);
         self.asked = command.twist_in_body;
         command.saturated_twist_in_body
@@ -341,19 +344,19 @@ impl Session {
         self.plant.kinematics().twist(&self.rates_rad_s)
     }
 
-    /// Takes over what was changed.
+    /// Applies changed settings.
     fn adopt(&mut self, controls: &Controls) -> Result<(), LiveError> {
         let section = &mut self.section;
         let (before, gains) = (
             section.priority,
             [section.position_gain_per_s, section.heading_gain_per_s],
         );
-        let wanted = controls.priority.unwrap_or(before);
+        let wanted = controls.priority.or(before);
         let position = controls.position_gain_per_s.unwrap_or(gains[0]);
         let heading = controls.heading_gain_per_s.unwrap_or(gains[1]);
         if (wanted, [position, heading]) != (before, gains) {
             if wanted != before {
-                // Who goes first is said anew, and with it that the other gives way.
+                // A new priority is reported, and with it which task yields.
                 section.priority = wanted;
                 section.saturation = scenario::Saturation::Prioritised;
                 section.tasks.clear();
@@ -395,7 +398,7 @@ impl Session {
         Ok(())
     }
 
-    /// The robot now, for a scene.
+    /// Returns the robot's current state for a scene.
     pub fn frame(&self) -> Frame {
         let truth = self.plant.truth();
         let world = self.plant.world();
@@ -443,7 +446,7 @@ impl Session {
         }
     }
 
-    /// The robot now, in figures.
+    /// Returns the current figures.
     pub fn figures(&self, controls: &Controls) -> Figures {
         let truth = self.plant.truth();
         let real = truth.twist_in_body;
@@ -474,7 +477,7 @@ impl Session {
     }
 }
 
-/// The twist of the body frame's origin that goes with that of one of its points, in metres.
+/// Returns the twist of the body frame's origin from that of one of its points, in metres.
 fn of_origin(twist: Twist, [x_m, y_m]: [f64; 2]) -> Twist {
     Twist {
         vx_m_s: twist.vx_m_s + twist.omega_rad_s * y_m,

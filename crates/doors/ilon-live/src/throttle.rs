@@ -1,29 +1,31 @@
-//! What would be said of every message of a stream is said now and then.
+//! Throttles notes about a stream of messages.
 
 use std::time::{Duration, Instant};
 
-/// The time between two notes of one kind. A publisher that is wrong is wrong at its rate, often a hundred times a second.
+/// Time between two notes of one kind. A faulty publisher repeats its fault at its rate, often a
+/// hundred times per second.
 const BETWEEN_NOTES: Duration = Duration::from_secs(10);
-/// How long it is remembered that a kind of note was said.
+/// How long a kind of note is remembered.
 const REMEMBERED: Duration = Duration::from_secs(60);
-/// The most kinds of notes that are told apart; more within a minute are not said.
+/// Largest number of kinds of notes; more within a minute are dropped.
 const MOST_KINDS: usize = 32;
 
-/// What was said of commands lately.
+/// Recent notes about commands.
 #[derive(Debug, Default)]
 pub(crate) struct Throttle(Vec<NoteKind>);
 
-/// Notes that differ by their numbers alone.
+/// Notes that only differ by their numbers.
 #[derive(Debug)]
 struct NoteKind {
     words: String,
     said: Instant,
-    /// Notes that were not passed on since.
+    /// Notes suppressed since the last one.
     kept: u64,
 }
 
 impl Throttle {
-    /// A note to pass on at this moment, with how many of its kind were kept back before it; `None` where one was passed on shortly before.
+    /// Returns a note if it is due now, with the number of suppressed notes of its kind; `None`
+    /// shortly after the last one.
     pub fn pass(&mut self, note: String, now: Instant) -> Option<String> {
         let since = |said| now.saturating_duration_since(said);
         self.0.retain(|kind| since(kind.said) < REMEMBERED);

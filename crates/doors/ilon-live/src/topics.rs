@@ -1,4 +1,4 @@
-//! A live run as topics: those of a bag, but for what a live run is told over the same names.
+//! A live run as topics: those of a bag, except names that a live run uses for commands.
 
 use ilon_formats::{describe, with_ros2_control};
 use ilon_messages::topics::{Outlet, RunTopics};
@@ -6,21 +6,23 @@ use ilon_messages::{Message, bag::Qos};
 
 use crate::session::{Row, Session};
 
-/// Where a bag has what was commanded, a live run is commanded: what it makes of that goes elsewhere.
+/// A bag's command topics are a live run's inputs: the resulting commands get other names.
 const RENAMED: [(&str, &str); 2] = [
     ("/cmd_vel", "/ilon/cmd_vel"),
     ("/robot_joint_commands", "/ilon/wheel_commands"),
 ];
 
-/// The topics of a session. Stamps and `/clock` never go back: they go on over every return to the start.
+/// The topics of a session. Stamps and `/clock` never go back: they continue over every return to
+/// the start.
 #[derive(Clone, Debug)]
 pub(crate) struct LiveTopics {
     topics: RunTopics,
 }
 
 impl LiveTopics {
-    /// The topics of a session; beside controllers of a person's own, without the frame `odom -> base_link`, which is theirs, and with the
-    /// block in the robot's URDF by which their manager finds the wheels.
+    /// Returns the topics of a session. With the user's own controllers the frame `odom ->
+    /// base_link`, which these publish, is omitted, and the robot's URDF has the block by which the
+    /// controller manager finds the wheels.
     pub fn of(session: &Session, beside_controllers: bool) -> Self {
         let robot = session.robot();
         let mut described = describe(robot, &session.header().urdf);
@@ -41,7 +43,7 @@ impl LiveTopics {
         self.topics.declare(&mut Renamed(outlet))
     }
 
-    /// Sends what is said once.
+    /// Sends the latched messages.
     pub fn latched<O: Outlet>(&self, outlet: &mut O, t_s: f64) -> Result<(), O::Error> {
         self.topics.latched(&mut Renamed(outlet), t_s)
     }
@@ -54,7 +56,7 @@ impl LiveTopics {
     }
 }
 
-/// An outlet under the names of a live run.
+/// An outlet with the names of a live run.
 struct Renamed<'a, O>(&'a mut O);
 
 fn renamed(topic: &str) -> &str {

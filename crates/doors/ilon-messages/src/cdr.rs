@@ -1,16 +1,17 @@
-//! CDR, the encoding of messages in ROS 2: OMG CORBA 3.3, part 2, section 9.3, behind the header of four bytes that RTPS 2.5,
-//! section 10.2, puts before it. ROS 2 knows the plain form alone, here called CDR 1.
+//! CDR, the encoding of messages in ROS 2: OMG CORBA 3.3, part 2, section 9.3, after the header of
+//! four bytes of RTPS 2.5, section 10.2. ROS 2 uses only the plain form, here called CDR 1.
 
-/// Why a message could not be encoded or decoded. Places are bytes from the start of the encoded message.
+/// Reasons why a message could not be encoded or decoded. Positions are bytes from the start of the
+/// encoded message.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CdrError {
     /// The message ends before its fields do.
     #[error("the message ends at byte {end}, where {wanted} more bytes were due")]
     Short {
-        /// Where the message ends.
+        /// End of the message.
         end: usize,
-        /// How many bytes the next value takes beyond it.
+        /// Missing bytes of the next value.
         wanted: usize,
     },
     /// The header names an encoding other than plain CDR.
@@ -18,86 +19,86 @@ pub enum CdrError {
         "the header names the encoding 0x{0:04x}; only plain CDR (0x0000 and 0x0001) can be read"
     )]
     Encoding(u16),
-    /// A string or sequence is longer than what is left of the message.
+    /// A string or sequence is longer than the rest of the message.
     #[error("the length {length} at byte {at} does not fit into the {left} bytes that are left")]
     Length {
-        /// Where the length stands.
+        /// Position of the length.
         at: usize,
-        /// How many elements or bytes it claims.
+        /// The stated number of elements or bytes.
         length: u32,
-        /// How many bytes follow it.
+        /// Number of bytes that follow.
         left: usize,
     },
     /// The bytes of a string are not UTF-8.
     #[error("the string at byte {at} is not UTF-8")]
     Utf8 {
-        /// Where the string starts.
+        /// Start of the string.
         at: usize,
     },
-    /// A string lacks the NUL at its end, or has one before it.
+    /// A string without its final NUL, or with one before it.
     #[error("the string at byte {at} does not have its one NUL at its end")]
     Nul {
-        /// Where the string starts.
+        /// Start of the string.
         at: usize,
     },
     /// A boolean is neither 0 nor 1.
     #[error("the boolean at byte {at} is {value}; it can only be 0 or 1")]
     Bool {
-        /// Where the boolean stands.
+        /// Position of the boolean.
         at: usize,
-        /// The byte found there.
+        /// Its byte.
         value: u8,
     },
-    /// More bytes follow the last field than writers leave over.
+    /// More bytes follow the last field than any padding.
     #[error("{count} bytes follow the last field, which ends at byte {at}")]
     Trailing {
-        /// Where the last field ends.
+        /// End of the last field.
         at: usize,
-        /// How many bytes follow it.
+        /// Number of bytes that follow.
         count: usize,
     },
-    /// A string or sequence to be written has more elements than 32 bits can count.
+    /// A string or sequence with more elements than 32 bits can count.
     #[error("{length} elements are too many for one message; CDR counts them in 32 bits")]
     TooLong {
-        /// How many elements it has.
+        /// Number of its elements.
         length: usize,
     },
 }
 
-/// Bytes of the header, from which the alignment of fields is not counted.
+/// Size of the header in bytes; the alignment of fields is counted after it.
 const HEADER: usize = 4;
-/// The most bytes by which writers fill a message up to a multiple of four.
+/// Largest padding of a message to a multiple of four bytes.
 const PADDING: usize = 3;
-/// The most bytes by which `rclpy` takes a message for longer than it is, for each empty sequence: it counts the alignment of
-/// elements that do not come, which may move the alignment of what follows too.
+/// Largest excess length of a message from `rclpy`, for each empty sequence, in bytes: it counts
+/// the alignment of missing elements, which may also move the alignment of later fields.
 const PADDING_PER_EMPTY_SEQUENCE: usize = 8;
 
-/// Writes the fields of a message behind each other, little-endian.
+/// Writes the fields of a message in sequence, little-endian.
 #[derive(Debug)]
 pub struct CdrWriter<'a> {
     bytes: &'a mut Vec<u8>,
 }
 
 impl<'a> CdrWriter<'a> {
-    /// Empties `bytes` and begins a message in it.
+    /// Clears `bytes` and starts a message in it.
     pub(crate) fn begin(bytes: &'a mut Vec<u8>) -> Self {
         bytes.clear();
         bytes.extend_from_slice(&[0, 1, 0, 0]);
         Self { bytes }
     }
 
-    /// A number of N bytes, in little-endian order, at the next multiple of N.
+    /// Writes a number of N bytes, in little-endian order, at the next multiple of N.
     pub fn number<const N: usize>(&mut self, little_endian: [u8; N]) {
         let gap = gap::<N>(self.bytes.len());
         self.bytes.resize(self.bytes.len() + gap, 0);
         self.bytes.extend_from_slice(&little_endian);
     }
 
-    /// A string with its length before it and a NUL behind it.
+    /// Writes a string with its length before it and a NUL after it.
     ///
     /// # Errors
     ///
-    /// It holds a NUL, which other readers would take for its end, or is too long.
+    /// It contains a NUL, which other readers would interpret as its end, or is too long.
     pub fn string(&mut self, text: &str) -> Result<(), CdrError> {
         if text.contains('\0') {
             let at = self.bytes.len();
@@ -109,7 +110,7 @@ impl<'a> CdrWriter<'a> {
         Ok(())
     }
 
-    /// The count of elements before a sequence.
+    /// Writes the number of elements of a sequence.
     ///
     /// # Errors
     ///
@@ -121,18 +122,18 @@ impl<'a> CdrWriter<'a> {
     }
 }
 
-/// Reads the fields of a message behind each other, in the byte order that its header names.
+/// Reads the fields of a message in sequence, in the byte order of its header.
 #[derive(Debug)]
 pub struct CdrReader<'a> {
     bytes: &'a [u8],
     at: usize,
     big_endian: bool,
-    /// How many bytes may follow the last field.
+    /// Largest number of bytes after the last field.
     padding: usize,
 }
 
 impl<'a> CdrReader<'a> {
-    /// Begins at the header of an encoded message.
+    /// Starts at the header of an encoded message.
     pub(crate) fn begin(bytes: &'a [u8]) -> Result<Self, CdrError> {
         let mut reader = Self {
             bytes,
@@ -149,7 +150,7 @@ impl<'a> CdrReader<'a> {
         Ok(reader)
     }
 
-    /// Makes sure that nothing but padding is left.
+    /// Checks that only padding is left.
     pub(crate) fn end(self) -> Result<(), CdrError> {
         let count = self.left();
         if count <= self.padding {
@@ -159,7 +160,7 @@ impl<'a> CdrReader<'a> {
         }
     }
 
-    /// A number of N bytes from the next multiple of N, in little-endian order.
+    /// Reads a number of N bytes from the next multiple of N; returns it in little-endian order.
     ///
     /// # Errors
     ///
@@ -173,7 +174,7 @@ impl<'a> CdrReader<'a> {
         Ok(number)
     }
 
-    /// A boolean.
+    /// Reads a boolean.
     ///
     /// # Errors
     ///
@@ -187,11 +188,12 @@ impl<'a> CdrReader<'a> {
         }
     }
 
-    /// A string. One of length 0, without even its NUL, is empty too: some writers send it so.
+    /// Reads a string. A length of 0, without even a NUL, is also an empty string: some writers
+    /// send it.
     ///
     /// # Errors
     ///
-    /// It is longer than the message, is not UTF-8, or does not have its one NUL at its end.
+    /// It is longer than the message, is not UTF-8, or does not have exactly one NUL, at its end.
     pub fn string(&mut self) -> Result<&'a str, CdrError> {
         let length = self.length(1)?;
         let at = self.at;
@@ -205,11 +207,11 @@ impl<'a> CdrReader<'a> {
         std::str::from_utf8(text).map_err(|_| CdrError::Utf8 { at })
     }
 
-    /// The count of elements before a sequence, each of which takes at least `element` bytes.
+    /// Reads the number of elements of a sequence, each of which has at least `element` bytes.
     ///
     /// # Errors
     ///
-    /// As many elements do not fit into the rest of the message.
+    /// That many elements do not fit into the rest of the message.
     pub fn length(&mut self, element: usize) -> Result<usize, CdrError> {
         let length = u32::from_le_bytes(self.number()?);
         let left = self.left();
@@ -245,7 +247,7 @@ impl<'a> CdrReader<'a> {
     }
 }
 
-/// How many bytes lie between `at` and the next multiple of N behind the header.
+/// Returns the number of bytes between `at` and the next multiple of N after the header.
 fn gap<const N: usize>(at: usize) -> usize {
     const { assert!(N.is_power_of_two(), "numbers take 1, 2, 4 or 8 bytes") };
     (at - HEADER).next_multiple_of(N) - (at - HEADER)

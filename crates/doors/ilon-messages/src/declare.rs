@@ -1,9 +1,11 @@
-//! The declaration of messages.
+//! Macros that declare messages.
 
-/// Declares the messages of one ROS package. From each declaration come a struct, its defaults, its encoding and its description.
+/// Declares the messages of one ROS package. Each declaration gives a struct, its defaults, its
+/// encoding and its description.
 ///
-/// A field is `name: Type`; `u8 as byte` is a `byte`, which differs from `uint8` in the definition alone. `= value` after it is its
-/// default, where that is not the type's. Constants stand in a block of their own.
+/// A field is `name: Type`; `u8 as byte` is a `byte`, which differs from `uint8` only in the
+/// definition. `= value` after it is its default, if different from the type's. Constants are in a
+/// separate block.
 macro_rules! messages {
     ($package:ident; $(
         $(#[$attribute:meta])*
@@ -68,7 +70,7 @@ macro_rules! messages {
     };
 }
 
-/// The value given, or that of the type.
+/// The given value, or the type's default.
 macro_rules! or_default {
     () => {
         Default::default()
@@ -78,7 +80,7 @@ macro_rules! or_default {
     };
 }
 
-/// What a field or constant is in a definition.
+/// The type of a field or constant in a definition.
 macro_rules! type_of {
     ($type:ty as byte) => {
         $crate::FieldType::one($crate::ValueType::Byte)
@@ -90,7 +92,7 @@ macro_rules! type_of {
 
 pub(crate) use {messages, or_default, type_of};
 
-/// The name of a field without the mark that keeps it apart from a Rust keyword.
+/// Returns the name of a field without the mark that separates it from a Rust keyword.
 pub(crate) const fn plain_name(name: &'static str) -> &'static str {
     match name.as_bytes() {
         [b'r', b'#', ..] => name.split_at(2).1,

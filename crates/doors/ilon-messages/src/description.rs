@@ -1,21 +1,21 @@
-//! What a message consists of, as its text and its type hash say it.
+//! Descriptions of messages, for their definition text and type hash.
 
 use std::fmt::Write;
 
 /// A message: its name, its constants and its fields.
 #[derive(Debug)]
 pub struct Description {
-    /// The ROS package that defines it, as in `geometry_msgs`.
+    /// Its ROS package, such as `geometry_msgs`.
     pub package: &'static str,
-    /// Its name within the package, as in `Twist`.
+    /// Its name within the package, such as `Twist`.
     pub name: &'static str,
-    /// Package and name as ROS 2 writes them, as in `geometry_msgs/msg/Twist`.
+    /// Package and name in ROS 2's form, such as `geometry_msgs/msg/Twist`.
     pub type_name: &'static str,
-    /// The hash of its fields and those of the messages within them (REP-2016), as in `RIHS01_9c45...`.
+    /// The hash of its fields and those of nested messages (REP-2016), such as `RIHS01_9c45...`.
     pub type_hash: &'static str,
     /// Its constants, in order.
     pub constants: &'static [Constant],
-    /// Its fields, in the order in which they are encoded.
+    /// Its fields, in encoding order.
     pub fields: &'static [FieldDescription],
 }
 
@@ -35,27 +35,27 @@ pub struct Constant {
 pub struct FieldDescription {
     /// Its name.
     pub name: &'static str,
-    /// What it holds.
+    /// Its type.
     pub field_type: FieldType,
 }
 
-/// What a field holds: values of one kind, one or several.
+/// Type of a field: one or several values of one kind.
 #[derive(Clone, Copy, Debug)]
 pub struct FieldType {
     /// The kind of each value.
     pub kind: ValueType,
-    /// How many there are.
+    /// Their number.
     pub shape: Shape,
 }
 
-/// How many values a field holds.
+/// Number of values in a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
     /// One.
     One,
-    /// Always as many.
+    /// A fixed number.
     Array(usize),
-    /// Any number, encoded before them.
+    /// Any number, encoded before the values.
     Sequence,
 }
 
@@ -65,7 +65,7 @@ pub enum Shape {
 pub enum ValueType {
     /// `bool`
     Bool,
-    /// `byte`: eight bits without a meaning as a number.
+    /// `byte`: eight bits that are not a number.
     Byte,
     /// `uint8`
     U8,
@@ -92,7 +92,8 @@ impl FieldType {
         }
     }
 
-    /// `count` of these. An array of arrays is one long array: ROS 2 has no others, and on the wire they are the same.
+    /// An array of `count` of these. An array of arrays is one long array: ROS 2 has no others, and
+    /// the encoding is the same.
     pub(crate) const fn array(self, count: usize) -> Self {
         let shape = match self.shape {
             Shape::One => Shape::Array(count),
@@ -102,7 +103,7 @@ impl FieldType {
         Self { shape, ..self }
     }
 
-    /// Any number of these.
+    /// A sequence of these.
     pub(crate) const fn sequence(self) -> Self {
         assert!(
             matches!(self.shape, Shape::One),
@@ -116,8 +117,8 @@ impl FieldType {
 }
 
 impl Description {
-    /// The text of the definition as bags hold it: the message's own, then those of the messages within it, each once, after a
-    /// line of 80 `=` and its name.
+    /// Returns the text of the definition in bags: the message's own, then those of nested
+    /// messages, each once, after a line of 80 `=` and its name.
     pub fn definition(&self) -> String {
         let mut text = self.own_definition();
         for message in self.messages_within() {
@@ -132,7 +133,7 @@ impl Description {
         text
     }
 
-    /// The messages within this one and within those, each once, in the order in which its fields lead to them.
+    /// Returns all nested messages, each once, in the order of the fields.
     pub fn messages_within(&self) -> Vec<&'static Description> {
         let mut found = Vec::new();
         self.collect_within(&mut found);
@@ -174,7 +175,7 @@ impl Description {
 }
 
 impl ValueType {
-    /// The name in the text of a definition.
+    /// Returns the name in the text of a definition.
     fn name(self) -> String {
         match self {
             Self::Bool => "bool".into(),

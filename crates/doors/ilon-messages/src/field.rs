@@ -1,23 +1,24 @@
-//! The values that messages hold: how each is encoded, decoded and described.
+//! Encoding, decoding and description of the values in messages.
 
 use crate::cdr::{CdrError, CdrReader, CdrWriter};
 use crate::description::{FieldType, ValueType};
 
-/// A value that a message can hold.
+/// A value that a message can contain.
 pub trait Field: Sized {
-    /// What it is in a definition.
+    /// Its type in a definition.
     const TYPE: FieldType;
-    /// The fewest bytes that one takes, padding aside. It bounds how many can be in a message of a given size.
+    /// Smallest number of bytes of one value, without padding. It bounds the number of values in a
+    /// message of a given size.
     const MIN_SIZE: usize;
 
-    /// Encodes it behind what has been written.
+    /// Encodes it at the writer's position.
     ///
     /// # Errors
     ///
     /// A string or sequence cannot be encoded; see [`CdrError`].
     fn write(&self, writer: &mut CdrWriter) -> Result<(), CdrError>;
 
-    /// Decodes it from where the reader stands.
+    /// Decodes it from the reader's position.
     ///
     /// # Errors
     ///
@@ -88,7 +89,7 @@ impl<T: Field> Field for Vec<T> {
 
     fn read(reader: &mut CdrReader) -> Result<Self, CdrError> {
         let length = reader.length(T::MIN_SIZE)?;
-        // Room for all at once: that many do fit into the bytes that are left.
+        // Allocates once: that many do fit into the remaining bytes.
         let mut elements = Self::with_capacity(length);
         for _ in 0..length {
             elements.push(T::read(reader)?);

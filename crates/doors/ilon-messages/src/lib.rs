@@ -1,13 +1,14 @@
 //! The ROS 2 messages that ilon writes and reads, without a ROS installation.
 //!
-//! Each message is a struct under the name of its ROS package, such as [`geometry_msgs::Twist`]. From one declaration come its
-//! fields, its encoding, the text of its definition ([`Message::definition`]) and what its type hash stands for. A message goes
-//! over the wire and into files as CDR ([`Message::encode`], [`Message::decode`]); through its `serde` implementations it goes
-//! into JSON, and into the middleware of others.
+//! Each message is a struct in a module with its ROS package's name, such as
+//! [`geometry_msgs::Twist`]. One declaration gives its fields, its encoding, its definition text
+//! ([`Message::definition`]) and its type hash. Messages are encoded as CDR for the wire and for
+//! files ([`Message::encode`], [`Message::decode`]), and through `serde` as JSON and for other
+//! middleware.
 //!
-//! A run of ilon becomes topics, and a bag, by [`topics`].
+//! [`topics`] converts a run of ilon to topics and to a bag.
 //!
-//! The messages are the same on the wire in every distribution from Humble to Lyrical.
+//! The encoding is the same in every distribution from Humble to Lyrical.
 //!
 //! ```
 //! use ilon_messages::{Message, geometry_msgs::Twist};

@@ -1,5 +1,5 @@
-//! Decoding takes memory in proportion to the bytes it is given, whatever lengths they claim. Alone in its file, because it counts
-//! what the whole process allocates.
+//! Decoding takes memory in proportion to the bytes it is given, whatever lengths they claim. Alone
+//! in its file, because it counts what the whole process allocates.
 
 #[path = "suite/common/mod.rs"]
 mod common;
@@ -19,8 +19,9 @@ use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
-/// Bytes of memory for each byte of a message. A status takes 104 bytes in memory and at least 17 in a message, a string or a pair
-/// of them 6 times as many. At most two such lists of nested sequences are made room for before one fails, and then strings are copied.
+/// Bytes of memory for each byte of a message. A status takes 104 bytes in memory and at least 17
+/// in a message, a string or a pair of them 6 times as many. At most two such lists of nested
+/// sequences are made room for before one fails, and then strings are copied.
 const FACTOR: usize = 14;
 
 /// Decodes, and counts the bytes allocated meanwhile.
@@ -61,7 +62,8 @@ fn memory_follows_from_the_bytes_given() {
             .collect();
         assert!(!samples.is_empty());
         for sample in samples {
-            // Any four bytes may be a length: as many as there can be, or just as many as might fit.
+            // Any four bytes may be a length: as many as there can be, or just as many as might
+            // fit.
             let longer = [sample.little.as_slice(), &[0; 4000]].concat();
             for at in (4..sample.little.len() - 3).step_by(4) {
                 for length in [u32::MAX, u32::MAX / 8, 4000, 1000, 500, 230, 50] {

@@ -51,7 +51,7 @@ pub enum ReadError {
     #[error("it lies outside of what may be read here, {}", listed(.0))]
     Outside(Vec<PathBuf>),
     /// It is not text.
-    #[error("it is not UTF-8 text")]
+    #[error("it is not UTF-8 text, as which an editor can save it")]
     NotText,
 }
 

@@ -1,7 +1,7 @@
-//! The robot of a description, made without the text of a URDF between.
+//! Builds the robot of a description directly, without URDF text.
 //!
-//! What is here is what [`generate`](crate::generate) writes and what is read of it again, frame by frame; a test holds one against the other.
-//! Studies that look at a thousand designs a second need it.
+//! It builds what is read back from the output of [`generate`](crate::generate), frame by frame; a
+//! test compares both. Studies that inspect a thousand designs per second need it.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -22,11 +22,12 @@ use crate::prepare::read_text;
 use crate::spec::{ChassisShape, ChassisSpec, Described, Spec, check};
 use crate::urdf::{hub_frame, joint_frame};
 
-/// The robot of a description in TOML with keys changed as the options say, and the description as it then is; `None` of a file that is none, and of
-/// options that ask for more than changed keys. But for rounding it is the robot that is read, without remarks.
+/// Returns the robot of a TOML description with the options' changed keys, and the changed
+/// description; `None` for another kind of file, and for options other than changed keys. Except
+/// for rounding it is the robot as loaded, without remarks.
 ///
 /// # Errors
-/// A file that cannot be read, and a description that makes no robot.
+/// A file that cannot be read, and an invalid description.
 pub fn described(path: &Path, options: &LoadOptions) -> Result<Option<(Robot, Spec)>, RobotError> {
     let plain = LoadOptions {
         spec: options.spec.clone(),
@@ -42,7 +43,7 @@ pub fn described(path: &Path, options: &LoadOptions) -> Result<Option<(Robot, Sp
     Ok(Some((build(&spec)?, spec)))
 }
 
-/// The robot of a description.
+/// Returns the robot of a description.
 ///
 /// # Errors
 /// Those of [`generate`](crate::generate), and rollers that cannot be made.
@@ -68,7 +69,7 @@ pub fn build(spec: &Spec) -> Result<Robot, RobotError> {
     })
 }
 
-/// What wheels hang on, which touches nothing.
+/// The joint that carries wheels; its body does not collide.
 fn joint(of: &Carrier) -> BodyJoint {
     let body_from_joint = joint_frame(Vector3::from(of.place_m), &Vector3::from(of.axis));
     let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), of.heading_rad);
@@ -153,7 +154,7 @@ fn wheel(spec: &Spec, described: &Described) -> Result<Wheel, RobotError> {
         .map(|index| roller(described, &barrel, roller_moments, index))
         .collect();
     made.sort_by(|p, q| p.place_rad().total_cmp(&q.place_rad()));
-    // Of a cylinder along z, which is the hub's axis.
+    // Those of a cylinder along z, the hub's axis.
     let moments = cylinder_moments(said.hub_mass_kg, said.hub_radius_m, said.hub_width_m);
     let mut wheel = Wheel {
         name: placed.name.clone(),
@@ -194,7 +195,7 @@ fn wheel(spec: &Spec, described: &Described) -> Result<Wheel, RobotError> {
     Ok(wheel)
 }
 
-/// One roller, in the hub's frame: z along the hub's axis and x down.
+/// Returns one roller, in the hub's frame: z along the hub's axis and x down.
 fn roller(
     described: &Described,
     barrel: &Barrel,
@@ -209,7 +210,8 @@ fn roller(
         2 => 0.5 * said.row_spacing_m,
         _ => 0.0,
     };
-    // Of the roller that points down: n_gamma = k x u_gamma, u_gamma the hub's axis turned by gamma.
+    // For the roller that points down: n_gamma = k x u_gamma, u_gamma the hub's axis turned by
+    // gamma.
     let around = Rotation3::from_axis_angle(&Vector3::z_axis(), place_rad);
     let axis = around * Vector3::new(0.0, cos, -sin);
     Roller {

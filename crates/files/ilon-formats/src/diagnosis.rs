@@ -1,4 +1,4 @@
-//! What is wrong with a file that cannot be read, and which options would do.
+//! Finds all faults of a file, and the options with which it can be read.
 
 use std::path::Path;
 
@@ -8,36 +8,36 @@ use crate::model::Robot;
 use crate::options::LoadOptions;
 use crate::prepare::{prepare, read_text};
 
-/// Most options that are tried, one upon the other, to find some that work.
+/// Largest number of remedies applied in sequence.
 const MOST_TRIES: usize = 8;
 
-/// Why a file cannot be read as it is, and what would do.
+/// The faults of a file, with a proposal.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Diagnosis {
-    /// All faults that were found, those too that show only once others are out of the way.
+    /// All faults found, including those that only appear after others are repaired.
     pub faults: Vec<RobotError>,
-    /// Options with which the file was read, where any were found.
+    /// Options with which the file can be read, if found.
     pub proposal: Option<LoadOptions>,
-    /// What was read with them.
+    /// The robot read with them.
     pub loaded: Option<Box<Loaded>>,
-    /// What only a person can say, where no options were found.
+    /// Questions to the user, if no options were found.
     pub question: Option<Question>,
 }
 
-/// What only a person can say of a file, all of it at once, and what else it takes to read it.
+/// All open questions about a file, and the other options that are needed.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Question {
-    /// What is asked: the remedies that no machine can choose.
+    /// The questions: remedies that need the user's choice.
     pub asked: Vec<Remedy>,
-    /// The other options that it takes. What is asked is not in them.
+    /// The other options needed, without the answers.
     pub options: LoadOptions,
-    /// What stands in the way whatever is answered, tried with plausible answers; `None` where they do.
+    /// A remaining obstacle for any answer, tested with plausible ones; `None` if there is none.
     pub in_the_way: Option<String>,
 }
 
-/// Looks for everything that is wrong with a file, and for options with which it can be read.
+/// Finds all faults of a file, and options with which it can be read.
 pub(crate) fn diagnose(
     path: &Path,
     options: &LoadOptions,
@@ -63,7 +63,7 @@ pub(crate) fn diagnose(
                 needed = rest;
             }
         }
-        // What goes wrong only on the way of a remedy that is not needed is no fault of the file.
+        // Faults that only appear after an unnecessary remedy are no faults of the file.
         let argument = |remedy: &&Remedy| matches!(remedy, Remedy::Argument { .. });
         if !needed.iter().any(|remedy| argument(&remedy)) {
             let shorter = course(path, options, |_| needed.clone());
@@ -91,7 +91,7 @@ pub(crate) fn diagnose(
     }
 }
 
-/// What was met on the way from some options to others with which a file can be read.
+/// Faults and notes met between some options and others with which a file can be read.
 struct Course {
     faults: Vec<RobotError>,
     applied: Vec<Remedy>,
@@ -99,7 +99,7 @@ struct Course {
 }
 
 impl Course {
-    /// Keeps faults that are not known yet.
+    /// Adds new faults.
     fn meets<'a>(&mut self, errors: impl IntoIterator<Item = &'a RobotError>) {
         for new in errors {
             let is_known = |known: &RobotError| known.to_string() == new.to_string();
@@ -109,7 +109,7 @@ impl Course {
         }
     }
 
-    /// Whether it led to the robot that another way led to, whatever is said of either.
+    /// Whether both lead to the same robot, whatever the remarks.
     fn is_same_robot(&self, other: &Self) -> bool {
         let robot = |course: &Self| {
             let mut robot = course.loaded.as_ref()?.robot.clone();
@@ -119,7 +119,7 @@ impl Course {
         robot(self).is_some_and(|own| robot(other) == Some(own))
     }
 
-    /// The arguments that were given a value.
+    /// The arguments that received a value.
     fn given_arguments(&self) -> impl Iterator<Item = &str> {
         self.applied.iter().filter_map(|remedy| match remedy {
             Remedy::Argument { name, .. } => Some(name.as_str()),
@@ -134,15 +134,15 @@ impl Course {
     }
 }
 
-/// The way by another value of one of the file's own arguments, where that models what otherwise must be guessed at; with the faults
-/// that were met without it.
+/// Searches another value of one of the file's arguments that makes the file model something
+/// otherwise guessed; with the faults met without it.
 fn by_argument(
     path: &Path,
     options: &LoadOptions,
     first: &Course,
     works: impl Fn(&Robot) -> bool,
 ) -> Option<Course> {
-    /// Most values that are tried.
+    /// Largest number of values tried.
     const MOST: usize = 16;
     let is_guessed = first.applied.iter().any(Remedy::is_guess);
     if first.reaches(&works) && !is_guessed {
@@ -182,16 +182,16 @@ fn by_argument(
     })
 }
 
-/// The way by any value of arguments that have none, where the robot is the same whatever they are: such as say what a simulator starts, or
-/// where.
+/// Searches any values of arguments without values, if the robot does not depend on them, such as
+/// those about a simulator.
 fn whatever_the_arguments(
     path: &Path,
     options: &LoadOptions,
     first: &Course,
     works: impl Fn(&Robot) -> bool,
 ) -> Option<Course> {
-    /// Values that stand for all: numbers, which are truth values too, on both sides of what files measure by; and truth values, which are no
-    /// numbers.
+    /// Values that represent all others: numbers, which are truth values too, on both sides of
+    /// typical thresholds; and truth values that are not numbers.
     const STAND_INS: [&[&str]; 2] = [&["0", "1", "-7", "1000"], &["false", "true"]];
     let is_open = |remedy: &Remedy| matches!(remedy, Remedy::Argument { value: None, .. });
     let mut remedies = first.faults.iter().flat_map(RobotError::remedies);
@@ -210,7 +210,7 @@ fn whatever_the_arguments(
             error.remedies().into_iter().map(given).collect()
         })
     };
-    // What may be numbers is judged by numbers: as truth values all of them look alike.
+    // Possible numbers are tested with numbers: as truth values all of them look alike.
     let reached = STAND_INS.iter().find_map(|values| {
         let courses: Vec<Course> = values.iter().map(|value| with_all(value)).collect();
         let reach = courses.iter().all(|course| course.reaches(&works));
@@ -229,7 +229,8 @@ fn whatever_the_arguments(
         Some(one)
     });
     same.or_else(|| {
-        // Of truth values, the one with which the file says what it does not with the other.
+        // Of truth values, the one with which the file defines something that it does not with the
+        // other.
         let [no, yes] = ["false", "true"].map(with_all);
         let (reaches, misses) = match (no.reaches(&works), yes.reaches(&works)) {
             (true, false) => (no, yes),
@@ -243,7 +244,7 @@ fn whatever_the_arguments(
     })
 }
 
-/// Of the arguments that were given on a way, those that conditions look at, with the values that they could have instead.
+/// Returns those of the given arguments that are used in conditions, with their alternative values.
 fn looked_at(path: &Path, options: &LoadOptions, course: &Course) -> Vec<(String, Vec<String>)> {
     let file = path.display().to_string();
     let reading = with(options, &course.applied);
@@ -255,7 +256,7 @@ fn looked_at(path: &Path, options: &LoadOptions, course: &Course) -> Vec<(String
     choices
 }
 
-/// Whether a file holds one of the arguments that were given on a way against texts: then it has a value of its own.
+/// Whether a file compares one of the given arguments with texts, so that it has specific values.
 fn compares_with_texts(path: &Path, options: &LoadOptions, course: &Course) -> bool {
     let choices = looked_at(path, options, course);
     choices
@@ -263,7 +264,7 @@ fn compares_with_texts(path: &Path, options: &LoadOptions, course: &Course) -> b
         .any(|(_, values)| !values.iter().all(|value| is_truth_value(value)))
 }
 
-/// Whether all arguments that were given on a way, but for names, are truth values that conditions look at.
+/// Whether all given arguments, except names, are truth values used in conditions.
 fn are_truth_values(path: &Path, options: &LoadOptions, course: &Course) -> bool {
     let choices = looked_at(path, options, course);
     let is_one = |name: &str| {
@@ -284,7 +285,7 @@ fn is_truth_value(text: &str) -> bool {
     ["0", "1", "true", "false", "True", "False"].contains(&text)
 }
 
-/// Reads a file again and again, each time with the first of the remedies for its faults that changes anything.
+/// Reads a file repeatedly, each time with the first remedy for its faults that has an effect.
 fn course(
     path: &Path,
     options: &LoadOptions,
@@ -320,8 +321,9 @@ fn course(
     course
 }
 
-/// What only a person can say, asked for all at once: what is known so far is given stand-ins, behind which more may show that is to be
-/// asked or repaired. What shows there is a fault of the file too, unless it comes of a stand-in for a size.
+/// Collects all questions to the user: known ones get stand-ins, behind which further questions and
+/// faults may appear. These faults belong to the file too, unless a stand-in for a size caused
+/// them.
 fn question(path: &Path, options: &LoadOptions, course: &mut Course) -> Option<Question> {
     let mut inquiry = Inquiry {
         asked: Vec::new(),
@@ -345,7 +347,7 @@ fn question(path: &Path, options: &LoadOptions, course: &mut Course) -> Option<Q
     let in_the_way = errors.iter().find(|error| inquiry.is_of_the_file(error));
     let in_the_way = in_the_way.map(ToString::to_string);
     let mut known = with(options, &inquiry.applied);
-    // How thick a mesh shows rollers is nothing for a wheel of another size.
+    // The thickness of rollers in a mesh does not apply to a wheel of another size.
     if inquiry.sizes_are_open()
         && options.wheels.is_none()
         && let Some(wheels) = &mut known.wheels
@@ -359,16 +361,16 @@ fn question(path: &Path, options: &LoadOptions, course: &mut Course) -> Option<Q
     })
 }
 
-/// A question that is being put together.
+/// A set of questions being collected.
 struct Inquiry {
     asked: Vec<Remedy>,
     applied: Vec<Remedy>,
-    /// Options with all that was applied, and stand-ins for what is asked.
+    /// Options with all remedies applied, and stand-ins for open questions.
     tried: LoadOptions,
 }
 
 impl Inquiry {
-    /// Asks for what only a person knows of some faults; whether there was something new.
+    /// Adds questions for some faults; returns whether there was a new one.
     fn asks(&mut self, errors: &[RobotError]) -> bool {
         let known = self.asked.len();
         for error in errors {
@@ -382,7 +384,8 @@ impl Inquiry {
         self.asked.len() > known
     }
 
-    /// Applies the first remedy for some faults that changes anything and invents nothing; whether there was one.
+    /// Applies the first effective remedy for some faults that guesses nothing; returns whether
+    /// there was one.
     fn repairs(&mut self, errors: &[RobotError]) -> bool {
         let remedies = errors.iter().flat_map(RobotError::remedies);
         let mut safe = remedies.filter(|remedy| !remedy.is_guess());
@@ -395,7 +398,8 @@ impl Inquiry {
         true
     }
 
-    /// Whether an error is the file's, and does not come of a stand-in: of a size, or of a value that a xacro file wants.
+    /// Whether an error belongs to the file, and was not caused by a stand-in: for a size, or for a
+    /// value of a xacro file.
     fn is_of_the_file(&self, error: &RobotError) -> bool {
         let is_argument = |remedy: &Remedy| matches!(remedy, Remedy::Argument { .. });
         let has_argument = self.asked.iter().any(is_argument);
@@ -409,7 +413,7 @@ impl Inquiry {
     }
 }
 
-/// Options with remedies, one upon the other.
+/// Returns options with remedies applied in order.
 fn with(options: &LoadOptions, remedies: &[Remedy]) -> LoadOptions {
     remedies.iter().fold(options.clone(), |options, remedy| {
         remedy.apply(&options).unwrap_or(options)

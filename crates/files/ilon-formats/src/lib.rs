@@ -1,9 +1,10 @@
-//! Reads omnidirectional robots from files, writes them as URDF, and says what is wrong with their files and how to repair it.
+//! Reads omnidirectional robots from files, writes them as URDF, and reports faults of the files
+//! with remedies.
 //!
-//! A robot is read by [`Robot::load`](LoadRobot::load) from URDF, xacro, SDF or MJCF, by structure and geometry and not by names (which count only
-//! where a file models no rollers, and says of its wheels by their names that they have some), or with [`LoadOptions`] by
-//! [`Robot::load_with`](LoadRobot::load_with). A robot whose rollers nobody wants to write by hand is described by a [`Spec`]
-//! and written by [`generate`]:
+//! [`Robot::load`](LoadRobot::load) reads a robot from URDF, xacro, SDF or MJCF, by structure and
+//! geometry; names only count if a file models no rollers, and its wheels' names imply some.
+//! [`Robot::load_with`](LoadRobot::load_with) takes [`LoadOptions`]. A robot with rollers too many
+//! to write by hand is described by a [`Spec`] and written by [`generate`]:
 //!
 //! ```
 //! use ilon_formats::{LoadRobot, Spec, generate};

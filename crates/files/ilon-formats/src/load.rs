@@ -1,4 +1,4 @@
-//! Reads robots from files, whatever they are written in.
+//! Reads robots from files of all supported formats.
 
 use std::path::Path;
 
@@ -8,40 +8,42 @@ use crate::loaded::{self, Loaded};
 use crate::model::Robot;
 use crate::options::LoadOptions;
 
-/// Reads robots: [`Robot::load`](LoadRobot::load) and what goes with it, for [`Robot`] alone.
+/// Functions to read robots, such as [`Robot::load`](LoadRobot::load), implemented only for
+/// [`Robot`].
 pub trait LoadRobot: Sized {
     /// Reads a robot from a file: URDF, xacro, SDF, MJCF, or a description in TOML.
     ///
     /// # Errors
-    /// A file that cannot be read, that is none of these, or whose robot is not an omnidirectional one that can be simulated:
-    /// every [`Fault`](crate::Fault), with its place in the file.
+    /// A file that cannot be read, has no supported format, or contains no omnidirectional robot
+    /// that can be simulated: every [`Fault`](crate::Fault), with its place in the file.
     fn load(path: impl AsRef<Path>) -> Result<Self, RobotError>;
 
-    /// Reads a robot from the text of a file; `file` is what errors call it, and meshes and includes are sought beside it.
+    /// Reads a robot from the text of a file; `file` is its name in errors, and the base of meshes
+    /// and includes.
     ///
     /// # Errors
-    /// As [`Self::load`], but for reading the file.
+    /// Those of [`Self::load`], except for reading the file.
     fn from_urdf_str(text: &str, file: &str) -> Result<Self, RobotError>;
 
-    /// Reads a robot from a file as the options say.
+    /// Reads a robot from a file with options.
     ///
     /// # Errors
-    /// As [`Self::load`], and options that do not fit the file.
+    /// Those of [`Self::load`], and options that do not fit the file.
     fn load_with(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Loaded, RobotError>;
 
-    /// Reads a robot from the text of a file as the options say.
+    /// Reads a robot from the text of a file with options.
     ///
     /// # Errors
-    /// As [`Self::load_with`], but for reading the file.
+    /// Those of [`Self::load_with`], except for reading the file.
     fn from_urdf_str_with(
         text: &str,
         file: &str,
         options: &LoadOptions,
     ) -> Result<Loaded, RobotError>;
 
-    /// Looks for everything that is wrong with a file that cannot be read with some options, and for options with which it can.
-    /// `works` says whether a robot that could be read is of use. Of a file that can be read, there are no faults. Of the options
-    /// that are proposed, none can be left out.
+    /// Finds all faults of a file that cannot be read with some options, and options with which it
+    /// can. `works` returns whether a robot is usable. A readable file has no faults. The proposed
+    /// options are minimal.
     fn diagnose(
         path: impl AsRef<Path>,
         options: &LoadOptions,

@@ -1,4 +1,4 @@
-//! A robot as it was read, and how it is read.
+//! A loaded robot, and how it is loaded.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -9,32 +9,34 @@ use crate::options::{LoadOptions, WheelOptions};
 use crate::prepare::{self, prepare};
 use crate::urdf::{self, Meshes, Read, UrdfText, WheelOutline};
 
-/// Most rounds of repair: what one round leaves, the next may show.
+/// Largest number of repair rounds: each round may reveal new faults.
 const MOST_ROUNDS: usize = 8;
 
-/// A robot as it was read, and how well its file models it.
+/// A loaded robot, with the quality of its model.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Loaded {
     /// The robot.
     pub robot: Robot,
-    /// The outline of each wheel as the file models it; of wheels that were given rollers there is none.
+    /// The outline of each wheel as modelled in the file; empty for wheels that were given rollers.
     pub outlines: Vec<WheelOutline>,
-    /// The rollers that wheels without any were given because of what the file says of them.
+    /// The rollers that were inferred from the file for wheels without any.
     pub inferred: Option<WheelOptions>,
-    /// The URDF that was read: the file's own text, or what it was expanded or converted to, with everything repaired.
+    /// The URDF that was read: the file's own text, or its expansion or conversion, including
+    /// repairs.
     pub urdf: Arc<str>,
-    /// Where it was read from, and with which options: meshes are found from there.
+    /// Its path and options, used to find meshes.
     read_from: (String, LoadOptions),
 }
 
 impl Loaded {
-    /// The links of its URDF, and what they show.
+    /// Returns the links of its URDF, with their visual shapes.
     pub fn links(&self) -> Option<LinkTree> {
         urdf::link_tree(&self.urdf)
     }
 
-    /// The meshes by which the robot is seen. Reads their files, which may take a second; what cannot be read is remarked.
+    /// Returns the visual meshes of the robot. It reads their files, which may take a second;
+    /// unreadable ones give remarks.
     pub fn visual_meshes(&self) -> VisualMeshes {
         let (file, options) = &self.read_from;
         let rollers = self.robot.wheels.iter().flat_map(|wheel| &wheel.rollers);
@@ -43,14 +45,14 @@ impl Loaded {
     }
 }
 
-/// Reads a robot from a file as the options say.
+/// Reads a robot from a file with options.
 pub(crate) fn read_file(path: &Path, options: &LoadOptions) -> Result<Loaded, RobotError> {
     let file = path.display().to_string();
     let text = prepare::read_text(path, &file, options)?;
     read_text(&text, &file, options)
 }
 
-/// Reads a robot from the text of a file as the options say, repaired round by round where they ask for that.
+/// Reads a robot from the text of a file with options, repaired round by round if requested.
 pub(crate) fn read_text(
     text: &str,
     file: &str,

@@ -1,4 +1,4 @@
-//! What a person may say beside the file.
+//! Options for reading a robot.
 
 use std::collections::BTreeMap;
 
@@ -56,12 +56,12 @@ impl LoadOptions {
     /// Density of a part of which only the size, or only the mass, is known, in kg/m^3: between plastic and aluminium.
     pub const DENSITY_KG_M3: f64 = 1500.0;
 
-    /// The density that repairs take.
+    /// The density used by repairs.
     pub(crate) fn density(&self) -> f64 {
         self.density_kg_m3.unwrap_or(Self::DENSITY_KG_M3)
     }
 
-    /// The machine as these options show it.
+    /// Returns the machine as visible with these options.
     pub(crate) fn machine(&self) -> Machine {
         Machine {
             given: self.packages.clone(),
@@ -160,7 +160,7 @@ impl WheelOptions {
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[schemars(rename = "Gamma")]
 pub enum Handedness {
-    /// `gamma.x_deg = 45`: mecanum wheels in the usual X. All hub axes must be parallel.
+    /// `gamma.x_deg = 45`: mecanum wheels in the usual X, -45: in the O. All hub axes must be parallel.
     XDeg(f64),
     /// `gamma.all_deg = 0`: the same for all wheels; 0 is an omni wheel.
     AllDeg(f64),
@@ -266,15 +266,15 @@ pub(crate) struct JointNumbers {
 }
 
 impl JointOptions {
-    /// Where a servo holds the joint, in rad or m, if that is said.
+    /// Returns the target position of a servo, in rad or m, if given.
     pub fn target(&self) -> Option<f64> {
         self.target_m.or(self.target_rad)
     }
 
-    /// Its numbers in the units of a joint that slides or turns.
+    /// Returns its numbers in the units of a joint that slides or turns.
     ///
     /// # Errors
-    /// In words, where one is given in the other's unit, or out of its range.
+    /// A message, if a value has the other unit, or is out of its range.
     pub(crate) fn numbers(&self, slides: bool) -> Result<JointNumbers, String> {
         type Given<'a> = (&'a str, Option<f64>);
         let number = |(least, range): (f64, &str), of_slide: Given<'_>, of_turn: Given<'_>| {

@@ -1,4 +1,4 @@
-//! Where ROS packages lie.
+//! Folders of ROS packages.
 
 use std::path::{Path, PathBuf};
 
@@ -17,18 +17,18 @@ pub struct Package {
     pub folder: PathBuf,
 }
 
-/// The machine as the options of loading show it: the files that may be read, packages that are given, and of the environment
-/// nothing where only some files may be read.
+/// The machine as visible with the loading options: the accessible files and the given packages.
+/// The environment is hidden if files are restricted.
 #[derive(Clone, Debug)]
 pub(crate) struct Machine {
-    /// The packages whose folders are given.
+    /// The packages with given folders.
     pub(crate) given: Vec<Package>,
     pub(crate) files: FileAccess,
 }
 
 impl Machine {
-    /// The folder of a package that a file in `from` names: the one that is given for it, or one around the file that holds what is
-    /// sought.
+    /// Returns the folder of a package named by a file in `from`: the given one, or one around the
+    /// file that contains the sought file.
     pub(crate) fn find(
         &self,
         from: &Path,
@@ -64,13 +64,13 @@ impl Files for Machine {
 impl Host for Machine {
     fn package(&self, name: &str, from: &Path) -> Option<PathBuf> {
         let found = self.find(from, name, &|folder| self.files.is_folder(folder))?;
-        // What a file includes by it is sought from that file's folder, and not from where the command is called.
+        // Includes from there are relative to that file's folder, not to the working folder.
         Some(std::path::absolute(&found).unwrap_or(found))
     }
 
     fn environment(&self, name: &str) -> Result<Option<String>, String> {
         if self.files.is_confined() {
-            // What a file can look up, it can repeat in what it becomes.
+            // A file could copy whatever it can look up into its expansion.
             let words = "nothing of the environment is shown where only some files may be read";
             return Err(words.to_owned());
         }

@@ -1,4 +1,4 @@
-//! Makes the text of a URDF of whatever a robot is written in: xacro is expanded, other formats are converted.
+//! Converts the text of a robot's file to URDF: expands xacro, converts other formats.
 
 use std::collections::{BTreeMap, HashMap};
 use std::io::ErrorKind;
@@ -12,11 +12,11 @@ use crate::spec::Spec;
 use crate::urdf::{LFS_POINTER, Origin, UrdfText, is_lfs_pointer, is_wheel_size};
 use crate::{convert, generate, xml};
 
-/// The text of the URDF that a robot's file comes to, with nothing of it checked or repaired: its own text, or what its xacro
-/// expands to, or what a robot of another format is written as.
+/// Returns the URDF text of a robot's file without checks or repairs: its own text, its xacro
+/// expansion, or its conversion from another format.
 ///
 /// # Errors
-/// A file that cannot be read, and one that cannot be expanded or converted: with all that is missing at once.
+/// A file that cannot be read, expanded or converted: with everything that is missing at once.
 pub fn urdf_text(path: impl AsRef<Path>, options: &LoadOptions) -> Result<String, RobotError> {
     let path = path.as_ref();
     let file = path.display().to_string();
@@ -24,7 +24,7 @@ pub fn urdf_text(path: impl AsRef<Path>, options: &LoadOptions) -> Result<String
     Ok(prepare(&text, &file, options)?.text.to_string())
 }
 
-/// The text of a robot's file.
+/// Reads the text of a robot's file.
 pub(crate) fn read_text(
     path: &Path,
     file: &str,
@@ -63,7 +63,7 @@ pub(crate) fn read_text(
     })
 }
 
-/// What a file is by its name, where that is a robot's in a format of other programs.
+/// Returns the format of a file by its name, if it is an unsupported robot format.
 fn unread_format(path: &Path) -> Option<&'static str> {
     let ending = path.extension()?.to_string_lossy().to_lowercase();
     match ending.as_str() {
@@ -73,11 +73,11 @@ fn unread_format(path: &Path) -> Option<&'static str> {
     }
 }
 
-/// Which file beside one that is not there may be meant, in words; nothing where none is alike.
+/// Returns a message about a similar file next to a missing one; empty if there is none.
 fn near(path: &Path, options: &LoadOptions) -> String {
-    /// Most names of the folder that are looked at.
+    /// Largest number of names read in the folder.
     const MOST_NAMES: usize = 1000;
-    /// How alike two names are, by the measure of Jaro and Winkler, of which one was meant for the other.
+    /// Smallest Jaro-Winkler similarity of two names of which one was meant for the other.
     const ALIKE: f64 = 0.8;
     let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
         return String::new();
@@ -92,17 +92,17 @@ fn near(path: &Path, options: &LoadOptions) -> String {
     let best = alike.max_by(|a, b| a.0.total_cmp(&b.0));
     best.filter(|(likeness, _)| *likeness > ALIKE)
         .map_or_else(String::new, |(_, other)| {
-            format!("; beside it lies `{other}`")
+            format!("; did you mean `{other}`?")
         })
 }
 
-/// Makes the text of a URDF of a file's text.
+/// Converts a file's text to URDF.
 pub(crate) fn prepare(
     text: &str,
     file: &str,
     options: &LoadOptions,
 ) -> Result<UrdfText, RobotError> {
-    // A byte order mark is no part of the text.
+    // A byte order mark is not part of the text.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     if Path::new(file).extension().is_some_and(|e| e == "toml") {
         let spec = Spec::from_toml_str_with(text, file, &options.spec)?;
@@ -127,16 +127,16 @@ pub(crate) fn prepare(
     Ok(prepared)
 }
 
-/// The keys and values of the YAML files that plug-ins name as their `<parameters>`, line by line: what is written below what is not
-/// looked at.
+/// Returns the keys and values of the YAML files that plug-ins name as their `<parameters>`, line
+/// by line, ignoring nesting.
 fn settings(prepared: &UrdfText, options: &LoadOptions) -> Vec<(String, String)> {
-    /// Largest file that is read, in bytes, and most of them.
+    /// Largest file, in bytes, and largest number of files.
     const MOST_BYTES: u64 = 1 << 20;
     const MOST_FILES: usize = 8;
-    /// Longest value that is kept, in bytes: the name of a controller, or a number.
+    /// Longest value, in bytes: the name of a controller, or a number.
     const MOST_VALUE: usize = 200;
     const NAMES: &str = "parameters";
-    // Few files have any.
+    // Most files have none.
     if !prepared.text.contains(NAMES) {
         return Vec::new();
     }
@@ -160,13 +160,13 @@ fn settings(prepared: &UrdfText, options: &LoadOptions) -> Vec<(String, String)>
     lines.filter(|(_, value)| is_short(value)).collect()
 }
 
-/// The tag of a text's root element: its first that is no declaration and no comment.
+/// Returns the tag of a text's root element: its first that is neither declaration nor comment.
 fn root_tag(text: &str) -> Option<String> {
     let (start, end) = root_tag_range(text)?;
     Some(text[start..end].to_owned())
 }
 
-/// Where the tag of the root element ends, and its attributes may begin.
+/// Returns the end of the root element's tag, where its attributes may start.
 fn root_tag_end(text: &str) -> Option<usize> {
     root_tag_range(text).map(|(_, end)| end)
 }
@@ -186,10 +186,10 @@ fn root_tag_range(text: &str) -> Option<(usize, usize)> {
     Some((start, start + end))
 }
 
-/// The text with the XML namespaces declared that it uses and does not declare: programs that know no namespaces read such
+/// Adds missing declarations of XML namespaces: programs without namespace support accept such
 /// files.
 fn declared(mut prepared: UrdfText) -> UrdfText {
-    /// Most prefixes that are declared.
+    /// Largest number of declared prefixes.
     const MOST: usize = 16;
     for _ in 0..MOST {
         let Err(xml::Fault::Malformed(reason, _)) = xml::parse(&prepared.text) else {
@@ -208,7 +208,8 @@ fn declared(mut prepared: UrdfText) -> UrdfText {
     prepared
 }
 
-/// Whether a text is the xacro source of a URDF: with elements of xacro, or with expressions where numbers and names stand.
+/// Whether a text is the xacro source of a URDF: with xacro elements, or with expressions in place
+/// of numbers and names.
 fn is_xacro(text: &str) -> bool {
     let Ok(document) = xml::parse(text) else {
         return text.contains("<xacro:");
@@ -294,7 +295,8 @@ fn expanded(prepared: &UrdfText, options: &LoadOptions) -> Result<UrdfText, Robo
     })
 }
 
-/// An element of xacro that is left in what a file was expanded to, for it stands there without its prefix: what it would have put in is missing.
+/// Returns an element of xacro that remains in an expansion because it lacks its prefix: its result
+/// is missing.
 fn left_over(expanded: &xacro_expand::Expanded) -> Option<(String, &xacro_expand::Place)> {
     const TAG: &str = "insert_block";
     let at = expanded.text.find(&format!("<{TAG}"))?;
@@ -303,14 +305,14 @@ fn left_over(expanded: &xacro_expand::Expanded) -> Option<(String, &xacro_expand
     Some((TAG.to_owned(), place))
 }
 
-/// The lines of places in files.
+/// Line numbers of places in files.
 #[derive(Default)]
 struct Lines {
     breaks: HashMap<*const u8, Vec<usize>>,
 }
 
 impl Lines {
-    /// The line of a place, from 1.
+    /// Returns the line of a place, from 1.
     fn of(&mut self, place: &xacro_expand::Place) -> usize {
         let text = &place.text;
         let breaks = self
@@ -321,7 +323,7 @@ impl Lines {
     }
 }
 
-/// What is said of the values that a xacro file's arguments had.
+/// Returns the remark on the values of a xacro file's arguments.
 fn of_arguments(arguments: &BTreeMap<String, String>) -> String {
     if arguments.is_empty() {
         return "expanded".to_owned();
@@ -334,9 +336,9 @@ fn of_arguments(arguments: &BTreeMap<String, String>) -> String {
     format!("expanded with {}", shown.join(", "))
 }
 
-/// Files beside a xacro file that include it by its name.
+/// Returns files next to a xacro file that include it by name.
 fn callers(path: &Path, options: &LoadOptions) -> Vec<String> {
-    /// Most files that are looked into.
+    /// Largest number of files searched.
     const MOST: usize = 200;
     let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
         return Vec::new();
@@ -358,9 +360,10 @@ fn callers(path: &Path, options: &LoadOptions) -> Vec<String> {
     callers
 }
 
-/// With which texts a file compares what a variable that is not set would say, in words; nothing of other failures.
+/// Returns the texts with which a file compares an unset variable, as a message; empty for other
+/// failures.
 fn compared_with(reason: &xacro_expand::Reason, text: &str) -> String {
-    /// Most texts that are listed, and the longest, in bytes.
+    /// Largest number of texts listed, and their largest length in bytes.
     const MOST: usize = 8;
     const LONGEST: usize = 40;
     if !reason.to_string().contains(NOT_SET) {
@@ -385,7 +388,7 @@ fn compared_with(reason: &xacro_expand::Reason, text: &str) -> String {
     }
 }
 
-/// The files that are missing, those of packages with the folder that holds them.
+/// Returns the missing files, for packages with the folder that contains them.
 fn missing_files(
     file: &str,
     missing: Vec<xacro_expand::Missing>,
@@ -413,7 +416,7 @@ fn missing_files(
     found.collect()
 }
 
-/// The error that says why a xacro file could not be expanded.
+/// Returns the error of a failed xacro expansion.
 fn of_failure(file: &str, failure: xacro_expand::ExpandError, options: &LoadOptions) -> RobotError {
     let xacro_expand::ExpandError {
         reason,

@@ -1,21 +1,21 @@
-//! Limits that hold on time, depth and memory, so that a file that never ends is refused in words.
+//! Limits on time, depth and memory, so that a file that never ends is rejected with a message.
 //!
-//! They count work, not seconds: the same file is taken or refused on every machine.
+//! They count work, not seconds: the same file is accepted or rejected on every machine.
 
 use std::cell::Cell;
 
 use super::python::Value;
 use super::spent::Spent;
 
-/// Most steps of one expansion. A step is the evaluation of a token, an element, a value, or of some dozen bytes; a robot with
-/// a hundred rollers takes some hundred thousand.
+/// Largest number of steps of one expansion. A step is the evaluation of a token, an element, a
+/// value, or of some dozen bytes; a robot with a hundred rollers takes some hundred thousand.
 const MOST_STEPS: u64 = 4_000_000;
-/// Deepest nesting of elements, macros, properties and expressions within each other, each level of them counted.
+/// Deepest nesting of elements, macros, properties and expressions, each level of them counted.
 pub(super) const DEEPEST: usize = 6_000;
-/// Stack of the thread that expands, in bytes: a level takes a few kilobytes at most.
+/// Stack of the expanding thread, in bytes: a level takes at most a few kilobytes.
 pub(super) const STACK_BYTES: usize = 64 << 20;
 
-/// What is left of the limits.
+/// The remaining limits.
 #[derive(Debug)]
 pub(super) struct Budget {
     steps: Cell<u64>,
@@ -30,7 +30,7 @@ impl Budget {
         }
     }
 
-    /// Pays for some work.
+    /// Charges a number of steps.
     pub(super) fn spend(&self, steps: u64) -> Result<(), Spent> {
         match self.steps.get().checked_sub(steps) {
             Some(left) => {
@@ -38,30 +38,30 @@ impl Budget {
                 Ok(())
             }
             None => {
-                // Nothing goes on after the first refusal, whoever catches it.
+                // After the first failure everything fails, even if a caller ignores it.
                 self.steps.set(0);
                 Err(Spent::Steps)
             }
         }
     }
 
-    /// Pays for a text of that many bytes.
+    /// Charges a text of that many bytes.
     pub(super) fn spend_bytes(&self, bytes: usize) -> Result<(), Spent> {
         self.spend(1 + bytes as u64 / 24)
     }
 
-    /// Pays for going through a value, to print, copy or compare it: before that is done, for a short text can make a value that
-    /// never ends.
+    /// Charges a pass through a value, to print, copy or compare it, before the pass: a short text
+    /// can build an endless value.
     pub(super) fn spend_on(&self, value: &Value) -> Result<(), Spent> {
         self.spend_bytes(value.size().bytes())
     }
 
-    /// How deep it is now.
+    /// The current depth.
     pub(super) fn depth(&self) -> usize {
         self.depth.get()
     }
 
-    /// Goes down by so many levels, until the guard is dropped.
+    /// Enters a number of levels, until the guard is dropped.
     pub(super) fn enter(&self, levels: usize) -> Result<Level<'_>, Spent> {
         let depth = self.depth.get() + levels;
         if depth > DEEPEST {
@@ -75,7 +75,7 @@ impl Budget {
     }
 }
 
-/// Levels that are left when this is dropped.
+/// Leaves its levels when dropped.
 #[derive(Debug)]
 pub(super) struct Level<'a> {
     depth: &'a Cell<usize>,

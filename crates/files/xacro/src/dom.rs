@@ -1,21 +1,21 @@
-//! The elements of a xacro file, with where they came from.
+//! The elements of a xacro file, with their places in the text.
 
 use std::ops::Range;
 use std::rc::Rc;
 
 use crate::xml;
 
-/// A file as it was read.
+/// A file with its text.
 #[derive(Debug)]
 pub(super) struct SourceFile {
-    /// What messages call it.
+    /// Its name in messages.
     pub(super) name: String,
-    /// The folder from which its includes start.
+    /// The folder for its relative includes.
     pub(super) folder: std::path::PathBuf,
     pub(super) text: Rc<str>,
 }
 
-/// Where something stands in a file.
+/// A place in a file.
 #[derive(Clone, Debug)]
 pub(super) struct Origin {
     pub(super) file: Rc<SourceFile>,
@@ -25,7 +25,7 @@ pub(super) struct Origin {
 /// An element, evaluated or not.
 #[derive(Clone, Debug)]
 pub(super) struct Element {
-    /// Its name as it is written, with its prefix.
+    /// Its name as written, with its prefix.
     pub(super) name: String,
     pub(super) attributes: Vec<Attribute>,
     pub(super) children: Vec<Node>,
@@ -42,7 +42,7 @@ pub(super) struct Attribute {
     pub(super) bytes: Range<usize>,
 }
 
-/// What stands inside an element. Comments are left out.
+/// The content of an element, without comments.
 #[derive(Clone, Debug)]
 pub(super) enum Node {
     Element(Rc<Element>),
@@ -53,7 +53,7 @@ pub(super) enum Node {
 }
 
 impl Element {
-    /// Bytes of its names, which it is written with whatever its values are.
+    /// Size of its names in bytes, which it needs whatever its values are.
     pub(super) fn name_bytes(&self) -> usize {
         let names = self.attributes.iter().map(|a| a.name.len());
         2 * self.name.len() + names.sum::<usize>()
@@ -65,7 +65,7 @@ impl Element {
         Some(&found.value)
     }
 
-    /// Where an attribute stands, or the element without it.
+    /// Returns the place of an attribute, or of the element if it is missing.
     pub(super) fn origin_of(&self, attribute: &str) -> Origin {
         let found = self.attributes.iter().find(|a| a.name == attribute);
         Origin {
@@ -74,7 +74,7 @@ impl Element {
         }
     }
 
-    /// The elements inside it.
+    /// The child elements.
     pub(super) fn elements(&self) -> impl Iterator<Item = &Rc<Element>> {
         self.children.iter().filter_map(|node| match node {
             Node::Element(element) => Some(element),
@@ -83,13 +83,13 @@ impl Element {
     }
 }
 
-/// A file's root element, and the namespaces that the file declares, as prefix and address.
+/// A file's root element, and the declared namespaces as prefix and address.
 pub(super) struct Parsed {
     pub(super) root: Element,
     pub(super) namespaces: Vec<(String, String)>,
 }
 
-/// Reads a file's elements, or says what is wrong and where.
+/// Parses a file's elements; the error has its place.
 pub(super) fn parse(file: &Rc<SourceFile>) -> Result<Parsed, xml::Fault> {
     let document = xml::parse(&file.text)?;
     let mut namespaces = Vec::new();
@@ -97,7 +97,7 @@ pub(super) fn parse(file: &Rc<SourceFile>) -> Result<Parsed, xml::Fault> {
     Ok(Parsed { root, namespaces })
 }
 
-/// Elements nest no deeper than [`xml::MAX_DEPTH`], which `xml::parse` holds.
+/// Elements nest no deeper than [`xml::MAX_DEPTH`], which `xml::parse` ensures.
 fn element(
     node: roxmltree::Node,
     file: &Rc<SourceFile>,
@@ -154,7 +154,8 @@ fn declared(node: roxmltree::Node, tag: &str, namespaces: &mut Vec<(String, Stri
     }
 }
 
-/// The text of an expanded file, and where each of its elements came from, in the order of their first bytes.
+/// Returns the text of an expanded file, and the origin of each of its elements, in the order of
+/// their first bytes.
 pub(super) fn write(
     root: &Element,
     namespaces: &[(String, String)],
@@ -188,7 +189,7 @@ struct Writer {
 }
 
 impl Writer {
-    /// An element a line, its attributes in the order of their names.
+    /// Writes one element per line, attributes in the order of their names.
     fn element(&mut self, element: &Element, depth: usize, namespaces: &[&(String, String)]) {
         let indent = "  ".repeat(depth);
         self.out.push_str(&indent);
@@ -242,7 +243,7 @@ impl Writer {
 }
 
 fn escaped(text: &str) -> String {
-    // Characters that XML cannot hold at all can come from escapes in expressions.
+    // Escapes in expressions can produce characters that XML does not allow.
     text.replace(
         |c: char| c < ' ' && !matches!(c, '\n' | '\t' | '\r'),
         "\u{fffd}",

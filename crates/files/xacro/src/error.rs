@@ -1,4 +1,4 @@
-//! Why a file cannot be expanded, where, and how to repair it.
+//! Expansion errors with place and remedy.
 
 use std::fmt;
 use std::ops::Range;
@@ -7,11 +7,11 @@ use std::sync::Arc;
 /// A place in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Place {
-    /// What messages call the file.
+    /// The file's name in messages.
     pub file: Arc<str>,
     /// The whole text of the file.
     pub text: Arc<str>,
-    /// The bytes of the text that it takes.
+    /// Its bytes in the text.
     pub bytes: Range<usize>,
 }
 
@@ -33,38 +33,38 @@ impl Place {
     }
 }
 
-/// Why a file cannot be expanded.
+/// The reason why a file cannot be expanded.
 #[derive(Clone, Debug)]
 pub struct ExpandError {
-    /// What is wrong.
+    /// The reason.
     pub reason: Reason,
-    /// Where, if it has a place.
+    /// The place, if known.
     pub place: Option<Place>,
-    /// The macro calls and includes that led there, the innermost first.
+    /// The macro calls and includes that lead there, the innermost first.
     pub trail: Vec<String>,
-    /// Everything that was looked for and not found, on the way.
+    /// Everything that was not found so far.
     pub missing: Vec<Missing>,
-    /// Whether it may come of what was not found: a name that nothing defines.
+    /// Whether it may be a consequence of what was not found: an undefined name.
     pub of_missing: bool,
-    /// Whether elements stand without the prefix `xacro:`, as until 2014, which [`Settings::before_2014`](crate::Settings::before_2014)
-    /// reads.
+    /// Whether elements lack the prefix `xacro:`, as until 2014, which
+    /// [`Settings::before_2014`](crate::Settings::before_2014) accepts.
     pub of_before_2014: bool,
 }
 
-/// What is wrong.
+/// Kinds of expansion errors.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Reason {
-    /// Files or packages are not there: those of [`ExpandError::missing`].
+    /// Files or packages are missing: those in [`ExpandError::missing`].
     #[error("files that it names cannot be found")]
     Missing,
     /// An argument has neither value nor default.
     #[error("the argument `{0}` has neither value nor default")]
     Argument(String),
-    /// XML that is not well formed.
+    /// XML that is not well formed, with the parser's message.
     #[error("not well-formed XML: {0}")]
     Xml(String),
-    /// More than is read: what, and how much.
+    /// A size beyond its limit: what, and the limit.
     #[error("too large to be read: {0}, where at most {1} are read")]
     TooMuch(String, String),
     /// Anything else.
@@ -72,16 +72,16 @@ pub enum Reason {
     Other(String),
 }
 
-/// Something that was looked for and not found.
+/// Something that was not found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Missing {
-    /// The file, as it is written.
+    /// The file, as written.
     pub what: String,
-    /// The package, where its folder is not known.
+    /// The package, if its folder is unknown.
     pub package: Option<String>,
-    /// Why not, where the file is there but is not read.
+    /// The reason, if the file exists but cannot be read.
     pub reason: String,
-    /// Where it is named.
+    /// The place that names it.
     pub at: String,
 }
 
@@ -98,7 +98,7 @@ impl ExpandError {
         }
     }
 
-    /// How to repair it, where that can be said.
+    /// Returns a remedy, if known.
     pub fn hint(&self) -> Option<String> {
         Some(match &self.reason {
             Reason::Missing if self.missing.iter().any(|m| m.package.is_some()) => {

@@ -1,4 +1,4 @@
-//! An expanded file, and what is said of it.
+//! The result of an expansion.
 
 use std::collections::BTreeMap;
 
@@ -10,27 +10,27 @@ use crate::Place;
 pub struct Expanded {
     /// The text of the URDF.
     pub text: String,
-    /// Where its elements came from, by their first bytes, in order.
+    /// Origins of its elements, by their first bytes, in order.
     pub origins: Vec<(usize, Place)>,
-    /// What was left out, and what the file itself says while it is expanded.
+    /// What was left out, and messages of the file itself.
     pub notes: Vec<Note>,
-    /// The arguments that the file declares, with the value that each has.
+    /// The arguments declared by the file, with their values.
     pub arguments: BTreeMap<String, String>,
-    /// Names that were asked for in [`Settings::watch`](crate::Settings::watch), with their numbers.
+    /// Names watched by [`Settings::watch`](crate::Settings::watch), with their numbers.
     pub watched: Vec<(String, f64)>,
-    /// Of arguments that conditions look at, the values that they could have instead.
+    /// Alternative values of arguments used in conditions.
     pub choices: Vec<(String, Vec<String>)>,
     /// Macros that are defined and never called.
     pub uncalled: Vec<String>,
 }
 
-/// Something to say about an element.
+/// A note about an element.
 #[derive(Clone, Debug)]
 pub struct Note {
     /// The element, such as ``include `wheel.xacro` ``.
     pub subject: String,
-    /// Where it stands.
+    /// Its place.
     pub place: Place,
-    /// What is to be said.
+    /// The message.
     pub words: String,
 }

@@ -1,28 +1,28 @@
-//! The files that an expansion may read.
+//! File access of an expansion.
 
 use std::path::Path;
 
-/// Why a file is not read.
+/// The reason why a file cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{reason}")]
 pub struct Unread {
-    /// Whether there is no such file, which an expansion may go without.
+    /// Whether the file is missing, which an expansion may ignore.
     pub is_missing: bool,
-    /// The reason in words.
+    /// The reason as text.
     pub reason: String,
 }
 
-/// The files that an expansion may read.
+/// The files accessible to an expansion.
 pub trait Files {
-    /// The text of a file of at most `most_bytes`.
+    /// Returns the text of a file of at most `most_bytes`.
     ///
     /// # Errors
-    /// A file that is not there, may not be read, is too large or is no UTF-8 text.
+    /// A file that is missing, inaccessible, too large or not UTF-8.
     fn read_text(&self, path: &Path, most_bytes: u64) -> Result<String, Unread>;
 
-    /// The names in a folder, sorted, at most so many; none of a folder that may not be read.
+    /// Returns the names in a folder, sorted, at most `most`; empty for an inaccessible folder.
     fn names_in(&self, folder: &Path, most: usize) -> Vec<String>;
 
-    /// Whether there is a folder that may be read.
+    /// Whether an accessible folder exists.
     fn is_folder(&self, path: &Path) -> bool;
 }

@@ -1,4 +1,4 @@
-//! What an expansion may see of the machine that it runs on.
+//! Access of an expansion to its machine.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -8,32 +8,32 @@ use std::path::{Path, PathBuf};
 use crate::files::{Files, Unread};
 use crate::packages::find_package;
 
-/// Everything that an expansion may ask of the machine: files, packages, and what `$(env)` and `$(cwd)` show.
+/// Access to the machine: files, packages, and the values of `$(env)` and `$(cwd)`.
 ///
-/// [`LocalHost`] is one that reads any file. A program that expands files of strangers gives a host of its own, which reads only
-/// what they may see and refuses the environment.
+/// [`LocalHost`] reads any file. A program that expands untrusted files implements its own host,
+/// which restricts files and rejects the environment.
 pub trait Host: Files + Sync {
-    /// The folder of a ROS package that a file in `from` names.
+    /// Returns the folder of a ROS package named by a file in `from`.
     fn package(&self, name: &str, from: &Path) -> Option<PathBuf>;
 
-    /// A variable of the environment, `None` where it is not set.
+    /// Returns an environment variable, `None` if it is not set.
     ///
     /// # Errors
-    /// Why the environment is not shown, in words.
+    /// The reason why the environment is inaccessible.
     fn environment(&self, name: &str) -> Result<Option<String>, String>;
 
-    /// The folder in which the program runs.
+    /// Returns the working folder of the program.
     ///
     /// # Errors
-    /// Why it is not shown, in words.
+    /// The reason why it is inaccessible.
     fn working_folder(&self) -> Result<String, String>;
 }
 
-/// A host that reads any file and shows the environment. Packages have the folders that are named here, and otherwise those that
-/// [`find_package`] finds around the file.
+/// A host that reads any file and the environment. Packages have the folders given here, otherwise
+/// those found by [`find_package`] around the file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LocalHost {
-    /// Folders of packages, by their names.
+    /// Folders of packages, by name.
     pub packages: BTreeMap<String, PathBuf>,
 }
 
@@ -47,7 +47,7 @@ impl Files for LocalHost {
             is_missing: error.kind() == ErrorKind::NotFound,
             reason: error.to_string(),
         };
-        // Before it is opened: opening a pipe waits for whoever writes to it.
+        // Checked before opening, because opening a pipe blocks until someone writes to it.
         if !fs::metadata(path).map_err(of_io)?.is_file() {
             return Err(refused("it is not a file".to_owned()));
         }

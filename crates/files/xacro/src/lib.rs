@@ -1,8 +1,9 @@
-//! Expands xacro, the macro language in which URDF is written at source, without a ROS installation and without Python.
+//! Expands xacro, the macro language of URDF, without a ROS installation and without Python.
 //!
-//! What it makes of a file is what the xacro of ROS makes of it (the cases in `tests/cases` hold it against xacro 2.1.1), and the
-//! same on every machine. Nothing of a file is ever run as code: what this language does not know is refused in words, and no other
-//! interpreter is asked. Work, depth and memory are limited, so that a file that never ends is refused too.
+//! The result equals that of ROS's xacro (the cases in `tests/cases` compare with xacro 2.1.1), on
+//! every machine. No part of a file is ever executed as code: unsupported syntax is rejected with a
+//! message, and no other interpreter is used. Work, depth and memory are limited, so that a file
+//! that never ends is rejected too.
 //!
 //! ```
 //! use std::path::Path;
@@ -30,9 +31,10 @@
 //! # Ok::<(), Box<xacro_expand::ExpandError>>(())
 //! ```
 //!
-//! It works in this order: a file's elements are read with their places (`dom`); the tree is gone through once (`expand`), evaluating
-//! texts (`text`, `substitution`) whose expressions are a little Python (`python`), looking properties up in scopes (`scope`) and
-//! macros in theirs (`macros`); the result is written. What it may see of the machine it asks of a [`Host`].
+//! The stages: parse a file's elements with their places (`dom`); walk the tree once (`expand`),
+//! evaluating texts (`text`, `substitution`) with expressions in a subset of Python (`python`),
+//! with properties in scopes (`scope`) and macros in theirs (`macros`); write the result. Access to
+//! the machine goes through a [`Host`].
 
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
@@ -69,13 +71,14 @@ pub use host::{Host, LocalHost};
 pub use packages::{find_package, folder_that_holds};
 pub use settings::Settings;
 
-/// Longest file that is read, included ones too, in bytes.
+/// Largest file that is read, including included ones, in bytes.
 pub const MAX_FILE_BYTES: u64 = 16 << 20;
 
-/// Expands the text of a file. `path` is where the file lies, from which its includes start; messages call it so too.
+/// Expands the text of a file. `path` is the file's place, used for relative includes and in
+/// messages.
 ///
 /// # Errors
-/// A file that cannot be expanded: why, where, and by which calls of macros it came there.
+/// The reason why a file cannot be expanded, with the place and the macro calls that lead there.
 pub fn expand(
     path: &Path,
     text: &str,
@@ -91,8 +94,8 @@ pub fn expand(
         });
         expand::expand(&file, settings, host)
     };
-    // Macros call each other thousands of levels deep, for which the stack of the caller is not made. The thread is waited
-    // for, and the limits end it.
+    // Macros can nest thousands of levels deep, which exceeds the caller's stack. The thread is
+    // joined, and the limits end it.
     thread::scope(|scope| {
         let thread = thread::Builder::new()
             .stack_size(STACK_BYTES)
@@ -107,7 +110,7 @@ pub fn expand(
     })
 }
 
-/// A path as it is written, from a folder.
+/// Returns a path as written, relative to a folder.
 fn from_folder(folder: &Path, written: &str) -> PathBuf {
     folder.join(written)
 }

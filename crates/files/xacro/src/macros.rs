@@ -1,4 +1,4 @@
-//! Macros: how their parameters are written, and where they are kept.
+//! Macros: syntax of their parameters, and storage.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -17,22 +17,22 @@ pub(super) struct Macro {
 /// A parameter of a macro.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Parameter {
-    /// Its name, with the `*` or `**` of a block.
+    /// Its name, including the `*` or `**` of a block.
     pub(super) name: String,
-    /// Whether `^` takes it from where the macro is called.
+    /// Whether `^` takes it from the caller.
     pub(super) forwarded: bool,
     /// Its default.
     pub(super) default: Option<String>,
 }
 
 impl Parameter {
-    /// Bytes of its texts.
+    /// Size of its texts in bytes.
     pub(super) fn bytes(&self) -> usize {
         self.name.len() + self.default.as_ref().map_or(0, String::len)
     }
 }
 
-/// A set of macros within another, and namespaces of more.
+/// A set of macros inside another, with further namespaces.
 #[derive(Debug)]
 pub(super) struct Macros {
     entries: RefCell<HashMap<String, Entry>>,
@@ -58,7 +58,7 @@ impl Macros {
         self.put(name, Entry::Macro(Rc::new(definition)));
     }
 
-    /// A namespace of that name, empty.
+    /// Adds an empty namespace with that name.
     pub(super) fn add_namespace(&self, name: &str) -> Rc<Macros> {
         let namespace = Macros::new(None);
         self.put(name.to_owned(), Entry::Namespace(Rc::clone(&namespace)));
@@ -74,7 +74,8 @@ impl Macros {
         own.or_else(|| self.parent.as_ref()?.find(name))
     }
 
-    /// The macro of a name, which dots may lead through namespaces, with the macros around it and the namespaces passed.
+    /// Returns the macro of a name, possibly with dotted namespaces, with its surrounding macros
+    /// and the namespaces passed.
     pub(super) fn resolve<'n>(
         self: &Rc<Self>,
         name: &'n str,
@@ -97,7 +98,7 @@ impl Macros {
         }
     }
 
-    /// The names of all macros, namespaces within, for a message on one that is not known.
+    /// Returns the names of all macros, including namespaces, for messages about an unknown one.
     pub(super) fn names(&self) -> Vec<String> {
         let mut names: Vec<String> = Vec::new();
         for (name, known) in self.entries.borrow().iter() {
@@ -116,10 +117,11 @@ impl Macros {
     }
 }
 
-/// The parameters of a macro as `params` lists them: `name`, `name:=default`, `name:=^`, `name:=^|default`, `*block`.
+/// Parses the parameters of a macro from `params`: `name`, `name:=default`, `name:=^`,
+/// `name:=^|default`, `*block`.
 ///
-/// A default ends at the next space outside quotes; one that begins with `${` or `$(` ends at the first bracket with a space
-/// behind it.
+/// A default ends at the next space outside quotes; one that begins with `${` or `$(` ends at the
+/// first closing bracket followed by a space.
 pub(super) fn parameters(text: &str) -> Vec<Parameter> {
     let mut parameters = Vec::new();
     let mut rest = text;
@@ -147,7 +149,7 @@ pub(super) fn parameters(text: &str) -> Vec<Parameter> {
     parameters
 }
 
-/// The first parameter, where it has a default, and what follows it.
+/// Returns the first parameter, if it has a default, and the rest.
 fn with_default(text: &str) -> Option<(Parameter, &str)> {
     let trimmed = text.trim_start();
     let name_end = trimmed.find(|c: char| c.is_whitespace() || c == ':' || c == '=')?;
@@ -173,7 +175,7 @@ fn with_default(text: &str) -> Option<(Parameter, &str)> {
     Some((parameter, value[end..].trim_start()))
 }
 
-/// Where the default at the start of a text ends.
+/// Returns the end of the default at the start of a text.
 fn default_end(text: &str) -> Option<usize> {
     let ends_here = |end: usize| {
         let next = text[end..].chars().next();
@@ -195,7 +197,7 @@ fn default_end(text: &str) -> Option<usize> {
         if c == '\'' || c == '"' {
             end += match text[end + 1..].find(c) {
                 Some(length) => length + 2,
-                // In three of them the one between is what is quoted.
+                // Of three quotes the middle one is the quoted character.
                 None if text[..end].ends_with(c) => 1,
                 // An unpaired quote is no default.
                 None => return None,

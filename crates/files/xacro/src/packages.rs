@@ -1,28 +1,29 @@
-//! Where ROS packages lie around a file.
+//! Finds ROS packages around a file.
 
 use std::path::{Path, PathBuf};
 
 use crate::files::Files;
 
-/// How many folders above a robot's file are looked through.
+/// Number of folders searched above a robot's file.
 const MOST_ABOVE: usize = 8;
-/// How many names of a folder are looked at.
+/// Largest number of names read in a folder.
 const MOST_NAMES: usize = 1000;
-/// Longest `package.xml` that is read, in bytes.
+/// Largest `package.xml` that is read, in bytes.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// The folder of a package: the one of its name around `from`, the folder of the file that names it, that holds what is sought.
+/// Returns the folder of a package around `from`, the folder of the file that names it: the one
+/// with this name that contains the sought file.
 ///
-/// A description usually lies inside its package, packages lie side by side, and repositories of packages do too. A
-/// folder of another name is the package where its `package.xml` says so. The package that the file itself lies in comes first:
-/// it may hold a Python module of its own name.
+/// A description usually lies inside its package, packages lie side by side, and repositories of
+/// packages do too. A folder of another name is the package if its `package.xml` says so. The
+/// package of the file itself comes first: it may contain a Python module with its own name.
 pub fn find_package(
     files: &dyn Files,
     from: &Path,
     package: &str,
     holds: &dyn Fn(&Path) -> bool,
 ) -> Option<PathBuf> {
-    // A name is one part of a path and nothing else.
+    // A name is a single part of a path.
     if package.is_empty() || package == "." || package == ".." || package.contains(['/', '\\']) {
         return None;
     }
@@ -47,8 +48,8 @@ pub fn find_package(
     })
 }
 
-/// The one folder around `from` that holds files at all of some paths: a package whose name is not the one that is asked for. `None` where
-/// there is none, or more than one, or no path says what to look for.
+/// Returns the only folder around `from` that contains files at all of some paths: a package under
+/// another name. `None` if there is none, or more than one, or the paths are not specific.
 pub fn folder_that_holds(files: &dyn Files, from: &Path, paths: &[&str]) -> Option<PathBuf> {
     let absolute = std::path::absolute(from).unwrap_or_else(|_| from.to_owned());
     let holds = |folder: &PathBuf| {
@@ -60,14 +61,14 @@ pub fn folder_that_holds(files: &dyn Files, from: &Path, paths: &[&str]) -> Opti
         });
         there.all(|found| found.is_some())
     };
-    // Of two plain parts at least: a bare name may lie anywhere.
+    // At least two plain parts: a bare name may exist anywhere.
     let is_telling = |path: &&str| path.contains('/') && !path.contains("..");
     if paths.is_empty() || !paths.iter().all(is_telling) {
         return None;
     }
     let above: Vec<&Path> = absolute.ancestors().take(MOST_ABOVE).collect();
     let below = |above: &&Path| -> Vec<PathBuf> {
-        // The root of the file system is no workspace.
+        // The root of the file system is not a workspace.
         if above.parent().is_none() {
             return Vec::new();
         }
@@ -86,9 +87,10 @@ pub fn folder_that_holds(files: &dyn Files, from: &Path, paths: &[&str]) -> Opti
     }
 }
 
-/// Folders in and below `above` that could be the package under another name, or a level further down.
+/// Returns folders in and below `above` that may be the package under another name, or one level
+/// further down.
 fn around_folder(files: &dyn Files, above: &Path, package: &str) -> Vec<PathBuf> {
-    // The root of the file system is no workspace.
+    // The root of the file system is not a workspace.
     if above.parent().is_none() {
         return Vec::new();
     }
@@ -111,7 +113,7 @@ fn around_folder(files: &dyn Files, above: &Path, package: &str) -> Vec<PathBuf>
     found
 }
 
-/// Whether the `package.xml` of a folder gives it that name.
+/// Whether the `package.xml` of a folder has that name.
 fn declares(files: &dyn Files, folder: &Path, package: &str) -> bool {
     let manifest = folder.join("package.xml");
     let text = files.read_text(&manifest, MAX_BYTES);

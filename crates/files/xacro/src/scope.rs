@@ -1,4 +1,4 @@
-//! Where properties live: scopes within scopes, each looked through from the inside out.
+//! Scopes of properties, nested and searched from the inside out.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -13,17 +13,17 @@ pub(super) struct Scope {
     entries: RefCell<HashMap<String, Entry>>,
     pub(super) parent: Option<Rc<Scope>>,
     depth: u64,
-    /// Whether it is that of `<xacro:include ns="...">`, and no macro's own.
+    /// Whether it belongs to `<xacro:include ns="...">` and not to a macro.
     pub(super) is_namespace: bool,
-    /// The properties that are being evaluated, to find those that need themselves.
+    /// The properties being evaluated, to detect cycles.
     pub(super) resolving: RefCell<Vec<String>>,
 }
 
-/// What a name stands for.
+/// The meaning of a name.
 #[derive(Clone, Debug)]
 pub(super) enum Entry {
     Value(Value),
-    /// A text that is evaluated when it is first needed, in the scope that holds it.
+    /// A text that is evaluated at its first use, in the scope that holds it.
     Lazy(Rc<str>),
     /// Elements to insert: those of a block parameter, or of a property without a value.
     Block(Rc<Element>),
@@ -40,7 +40,8 @@ impl Scope {
         })
     }
 
-    /// Sets a name. Text that is no literal is evaluated when it is needed, if `lazy`, and stays as it is otherwise.
+    /// Sets a name. Text that is no literal is evaluated at its first use, if `lazy`, and otherwise
+    /// stays unchanged.
     pub(super) fn set(&self, name: impl Into<String>, value: Value, lazy: bool) {
         let entry = match value {
             Value::Text(text) => match literal(&text) {
@@ -52,12 +53,12 @@ impl Scope {
         self.put(name, entry);
     }
 
-    /// Sets a name to what it is given.
+    /// Sets a name to an entry.
     pub(super) fn put(&self, name: impl Into<String>, entry: Entry) {
         self.entries.borrow_mut().insert(name.into(), entry);
     }
 
-    /// Takes a name out of this scope and of all around it.
+    /// Removes a name from this scope and all surrounding ones.
     pub(super) fn remove(&self, name: &str) {
         self.entries.borrow_mut().remove(name);
         if let Some(parent) = &self.parent {
@@ -65,17 +66,17 @@ impl Scope {
         }
     }
 
-    /// Takes everything out, so that scopes that know each other let each other go.
+    /// Removes all entries, which breaks reference cycles between scopes.
     pub(super) fn clear(&self) {
         self.entries.borrow_mut().clear();
     }
 
-    /// What a name stands for in this scope alone.
+    /// Returns the entry of a name in this scope alone.
     pub(super) fn own(&self, name: &str) -> Option<Entry> {
         self.entries.borrow().get(name).cloned()
     }
 
-    /// What a name stands for, and the scope that holds it.
+    /// Returns the entry of a name, and the scope that holds it.
     pub(super) fn find(self: &Rc<Self>, name: &str) -> Option<(Rc<Scope>, Entry)> {
         let mut scope = self;
         loop {
@@ -86,14 +87,14 @@ impl Scope {
         }
     }
 
-    /// The names that it holds itself, in order.
+    /// Returns its own names, in order.
     pub(super) fn names(&self) -> Vec<String> {
         let mut names: Vec<String> = self.entries.borrow().keys().cloned().collect();
         names.sort();
         names
     }
 
-    /// How many scopes lie around this one.
+    /// The number of surrounding scopes.
     pub(super) fn depth(&self) -> u64 {
         self.depth
     }

@@ -1,9 +1,9 @@
-//! That a limit was met.
+//! Limits that were reached.
 
-/// Which limit was met.
+/// The limit that was reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Spent {
-    /// Too many steps: its macros or values do not come to an end, or grow without one.
+    /// Too many steps: its macros or values do not end, or grow without bound.
     Steps,
     /// Nested too deep.
     Depth,

@@ -1,4 +1,5 @@
-//! `$(arg name)`, `$(find package)`, `$(env NAME)`, `$(optenv NAME default)`, `$(dirname)`, `$(cwd)`, `$(eval expression)`.
+//! `$(arg name)`, `$(find package)`, `$(env NAME)`, `$(optenv NAME default)`, `$(dirname)`,
+//! `$(cwd)`, `$(eval expression)`.
 
 use std::any::Any;
 use std::path::Path;
@@ -7,26 +8,26 @@ use std::rc::Rc;
 use super::budget::Budget;
 use super::python::{Arguments, Error, Surroundings, Value, XacroFunction, evaluate, text};
 
-/// Steps that looking for a package takes.
+/// Steps charged for finding a package.
 const FIND: u64 = 400;
 
-/// What a substitution can ask for.
+/// Lookups of a substitution.
 pub(super) trait Answers {
-    /// The value of an argument.
+    /// Returns the value of an argument.
     fn argument(&self, name: &str) -> Option<String>;
-    /// The folder of a package.
+    /// Returns the folder of a package.
     fn package(&self, name: &str) -> Option<String>;
-    /// A variable of the environment, where that may be seen.
+    /// Returns an environment variable, if accessible.
     fn environment(&self, name: &str) -> Result<Option<String>, Error>;
-    /// The folder of this process, where that may be seen.
+    /// Returns the working folder of this process, if accessible.
     fn working_folder(&self) -> Result<String, Error>;
-    /// The folder of the file that is read.
+    /// The folder of the file being read.
     fn folder(&self) -> &Path;
-    /// What is left of the limits.
+    /// The remaining limits.
     fn budget(&self) -> &Budget;
 }
 
-/// What stands for `$(inner)`.
+/// Returns the replacement of `$(inner)`.
 pub(super) fn resolve(inner: &str, answers: &dyn Answers) -> Result<String, Error> {
     if inner == "cwd" {
         return answers.working_folder();
@@ -70,7 +71,7 @@ fn command(inner: &str, answers: &dyn Answers) -> Result<String, Error> {
             let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
             Ok(absolute.display().to_string())
         }
-        // The root of the word is nothing that can be asked for.
+        // An empty word is no substitution.
         ("", []) => Ok(format!("$({inner})")),
         ("arg" | "find" | "env" | "optenv" | "dirname", _) => Err(Error::new(format!(
             "$({inner}) has too many or too few words"
@@ -82,14 +83,15 @@ fn command(inner: &str, answers: &dyn Answers) -> Result<String, Error> {
 }
 
 fn find(package: &str, answers: &dyn Answers) -> Result<String, Error> {
-    // Folders are looked through.
+    // Folders are searched.
     answers.budget().spend(FIND)?;
     answers
         .package(package)
         .ok_or_else(|| Error::Package(package.to_owned()))
 }
 
-/// What an expression in `$(eval ...)` finds around it: the arguments, as numbers and truth values where they are such.
+/// The environment of an expression in `$(eval ...)`: the arguments, as numbers and truth values if
+/// possible.
 struct OfEval<'a> {
     answers: &'a dyn Answers,
 }
@@ -116,7 +118,7 @@ impl Surroundings for OfEval<'_> {
     }
 }
 
-/// The value of an argument in `$(eval ...)`.
+/// Returns the value of an argument in `$(eval ...)`.
 fn automatic(value: &str) -> Value {
     let number = if value.contains('.') {
         super::python::number(&Value::text(value)).map(Value::Float)

@@ -1,4 +1,4 @@
-//! Text with expressions in it: `wheel_${n}`, `$(arg name)`, and `$${` for what is to stay as it is.
+//! Text with expressions: `wheel_${n}`, `$(arg name)`, and `$${` as an escape.
 
 use std::rc::Rc;
 
@@ -9,15 +9,16 @@ use super::spent::Spent;
 /// A piece of a text.
 #[derive(Debug, PartialEq)]
 pub(super) enum Piece<'a> {
-    /// What stands as it is.
+    /// Literal text.
     Plain(&'a str),
-    /// What stands in `${...}`.
+    /// The content of `${...}`.
     Expression(&'a str),
-    /// What stands in `$(...)`.
+    /// The content of `$(...)`.
     Substitution(&'a str),
 }
 
-/// Splits a text. An expression ends at its first `}`, a substitution at its first `)`, whatever stands inside.
+/// Splits a text. An expression ends at its first `}`, a substitution at its first `)`, whatever is
+/// inside.
 pub(super) fn pieces(whole: &str) -> Result<Vec<Piece<'_>>, Error> {
     let mut pieces = Vec::new();
     let mut rest = whole;
@@ -29,7 +30,7 @@ pub(super) fn pieces(whole: &str) -> Result<Vec<Piece<'_>>, Error> {
                 let length = rest.find('$').unwrap_or(rest.len());
                 (Piece::Plain(&rest[..length]), length)
             }
-            // One dollar of several is taken away; what follows the bracket is text again.
+            // One of several dollars is removed; the rest after the bracket is literal text again.
             (2.., Some('{' | '(')) => (Piece::Plain(&rest[1..=dollars]), dollars + 1),
             (1, Some('{')) => match rest.find('}') {
                 Some(end) => (Piece::Expression(&rest[2..end]), end + 1),
@@ -41,7 +42,7 @@ pub(super) fn pieces(whole: &str) -> Result<Vec<Piece<'_>>, Error> {
             },
             (1, None) => (Piece::Plain(rest), rest.len()),
             (1, Some(_)) => {
-                // The dollar, and what follows up to the next dollar or bracket.
+                // The dollar, and the text up to the next dollar or bracket.
                 let length = rest[1..]
                     .find(['{', '(', '$'])
                     .map_or(rest.len(), |at| at + 1);
@@ -60,7 +61,7 @@ fn unclosed(rest: &str) -> Error {
     Error::new(format!("invalid expression: {shown}"))
 }
 
-/// The value of evaluated pieces: a lone one keeps its type, several are joined to text.
+/// Returns the value of evaluated pieces: a single one keeps its type, several are joined to text.
 pub(super) fn joined(mut values: Vec<Value>, budget: &Budget) -> Result<Value, Spent> {
     if values.len() == 1 {
         return Ok(values.remove(0));
@@ -69,7 +70,8 @@ pub(super) fn joined(mut values: Vec<Value>, budget: &Budget) -> Result<Value, S
     Ok(Value::Text(Rc::from(texts.collect::<Result<String, _>>()?)))
 }
 
-/// The truth of a condition: `true`, `false` and whole numbers as text, or any value of an expression.
+/// Returns the truth value of a condition: `true`, `false` and integers as text, or any value of an
+/// expression.
 pub(super) fn truth(value: &Value) -> Option<bool> {
     match value {
         Value::Text(text) => match &**text {

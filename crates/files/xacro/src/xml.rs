@@ -1,26 +1,27 @@
-//! XML with limits: what no parser should see is refused before it sees it.
+//! XML with limits, checked before the parser runs.
 
 use std::ops::Range;
 
 use roxmltree::{Document, Node, ParsingOptions};
 
-/// Longest text that is read, in bytes: a robot with ten thousand rollers stays below.
+/// Longest text, in bytes: a robot with ten thousand rollers stays below.
 pub const MAX_BYTES: u64 = 64 << 20;
-/// Most XML nodes that are read.
+/// Largest number of XML nodes.
 const MAX_NODES: u32 = 4_000_000;
-/// Deepest nesting of elements that is read; plug-in settings nest a dozen deep.
+/// Deepest nesting of elements; plug-in settings nest a dozen deep.
 pub const MAX_DEPTH: usize = 100;
-/// Most attributes of one element: the parser holds each against all others of its element.
+/// Largest number of attributes of one element: the parser compares each with all others.
 const MAX_ATTRIBUTES: usize = 1_000;
-/// Most namespaces that are declared around an element: the parser copies all of them for each element within. Robots declare a handful.
+/// Largest number of namespaces declared around an element: the parser copies all of them for each
+/// inner element. Robots declare a handful.
 const MAX_NAMESPACES: usize = 200;
 
-/// Why a text is not read as XML, and where.
+/// The reason why a text is not read as XML, with its place.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Fault {
-    /// It is not well formed; the parser's words.
+    /// Not well formed, with the parser's message.
     Malformed(String, Range<usize>),
-    /// There is too much of something: what, and how much of it is read.
+    /// A size beyond its limit: what, and the limit.
     TooMuch(String, String, Range<usize>),
 }
 
@@ -47,21 +48,22 @@ pub fn parse(text: &str) -> Result<Document<'_>, Fault> {
     })
 }
 
-/// The bytes of an element's opening tag.
+/// Returns the bytes of an element's opening tag.
 pub fn opening_tag(text: &str, node: Node) -> Range<usize> {
     let Range { start, end } = node.range();
     let length = end_of_tag(&text[start..end]).map_or(end - start, |i| i + 1);
     start..start + length
 }
 
-/// Refuses elements that nest so deep, or have so many attributes or namespaces, that reading them could exhaust the stack or the time.
+/// Rejects elements that nest so deep, or have so many attributes or namespaces, that parsing could
+/// exhaust the stack or the time.
 fn check_tags(text: &str) -> Result<(), Fault> {
-    // For each element that is open the namespaces that are declared up to it.
+    // For each open element the number of namespaces declared up to it.
     let mut open_elements: Vec<usize> = Vec::new();
     let mut rest = text;
     while let Some(open) = rest.find('<') {
         rest = &rest[open + 1..];
-        // Skip comments and CDATA, whose text may hold anything.
+        // Skips comments and CDATA, which may contain any text.
         for (begin, end) in [("!--", "-->"), ("![CDATA[", "]]>")] {
             if let Some(inside) = rest.strip_prefix(begin) {
                 rest = inside.find(end).map_or("", |i| &inside[i..]);
@@ -106,7 +108,7 @@ fn check_tags(text: &str) -> Result<(), Fault> {
     Ok(())
 }
 
-/// How many attributes a tag has: its equals signs outside quotes.
+/// Returns the number of attributes of a tag: its equals signs outside quotes.
 fn attributes_of(tag: &str) -> usize {
     let mut quote = None;
     tag.bytes()
@@ -121,7 +123,7 @@ fn attributes_of(tag: &str) -> usize {
         .count()
 }
 
-/// Where a tag ends: its first `>` that stands in no quotes.
+/// Returns the end of a tag: its first `>` outside quotes.
 fn end_of_tag(text: &str) -> Option<usize> {
     let mut quote = None;
     text.bytes().position(|b| match quote {
@@ -149,7 +151,7 @@ fn byte_of(text: &str, pos: roxmltree::TextPos) -> usize {
     line_start + within
 }
 
-/// roxmltree's message without its trailing "at line:column", which the fault carries apart.
+/// Removes the trailing "at line:column" from roxmltree's message; the fault has its own place.
 fn without_position(message: &str) -> String {
     match message.rfind(" at ") {
         Some(i)
@@ -176,12 +178,13 @@ mod tests {
         };
         assert!(what.contains("attributes"));
         assert_eq!(place.start, 8);
-        // Equals signs in values are none.
+        // Equals signs in values do not count.
         let value = "=".repeat(100_000);
         assert!(parse(&format!("<robot a='{value}'/>")).is_ok());
     }
 
-    /// Each of 90 nested elements declares 100 namespaces: the parser would copy 4,500 of them for the average element.
+    /// Each of 90 nested elements declares 100 namespaces: the parser would copy 4,500 of them for
+    /// the average element.
     #[test]
     fn namespaces_that_pile_up_are_refused() {
         let nested = |elements: usize, each: usize| {
@@ -197,7 +200,7 @@ mod tests {
         };
         assert!(what.contains("namespaces"), "{what}");
         assert!(parse(&nested(20, 10)).is_ok());
-        // Those of elements side by side are not in force together.
+        // Those of adjacent elements are not in scope together.
         let beside = format!("<r>{}</r>", "<a xmlns:x='u'></a>".repeat(1000));
         assert!(parse(&beside).is_ok());
     }

@@ -1,5 +1,5 @@
-//! YAML files of properties, read as xacro reads them: by the rules of YAML 1.1, in which `yes` is true and `1e3` is text, and
-//! with xacro's units, such as `!degrees 90`.
+//! YAML files of properties, read like xacro: by the rules of YAML 1.1, in which `yes` is true and
+//! `1e3` is text, and with xacro's units, such as `!degrees 90`.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -8,10 +8,10 @@ use saphyr_parser::{Event, Parser, ScalarStyle, Tag};
 
 use super::python::{Dict, Error, Surroundings, Value, check_nesting, evaluate};
 
-/// Deepest nesting that is read.
+/// Deepest nesting.
 const DEEPEST: usize = 64;
 
-/// The value of a YAML file.
+/// Returns the value of a YAML file.
 pub(super) fn load(text: &str, around: &dyn Surroundings) -> Result<Value, Error> {
     around.budget().spend_bytes(text.len())?;
     let mut reader = Reader {
@@ -38,10 +38,10 @@ pub(super) fn load(text: &str, around: &dyn Surroundings) -> Result<Value, Error
     Ok(reader.root.unwrap_or(Value::None))
 }
 
-/// A list or a dictionary that is not closed yet, with its anchor.
+/// An unclosed list or dictionary, with its anchor.
 enum Open {
     List(usize, Vec<Value>),
-    /// The entries so far, those of merged dictionaries apart, and a key that waits for its value.
+    /// The entries so far, separately those of merged dictionaries, and a key without value yet.
     Dict(usize, Vec<(Value, Value)>, Dict, Option<Value>),
 }
 
@@ -95,7 +95,7 @@ impl Reader<'_> {
     }
 
     fn add(&mut self, anchor: usize, value: Value) -> Result<(), Error> {
-        // Aliases nest deeper than brackets do.
+        // Aliases can nest deeper than brackets.
         check_nesting(&value)?;
         if anchor != 0 {
             self.anchors.insert(anchor, value.clone());
@@ -148,7 +148,7 @@ impl Reader<'_> {
     }
 }
 
-/// What a text without quotes stands for.
+/// Returns the value of an unquoted text.
 fn plain(text: &str) -> Value {
     match text {
         "" | "~" | "null" | "Null" | "NULL" => return Value::None,
@@ -223,7 +223,7 @@ fn sexagesimal(text: &str) -> Option<f64> {
     Some(sum)
 }
 
-/// A number with a point; an exponent must have its sign.
+/// Parses a number with a point; an exponent must have its sign.
 fn float(text: &str, signed: bool) -> Option<f64> {
     let (mantissa, exponent) = match text.find(['e', 'E']) {
         Some(at) => (&text[..at], Some(&text[at + 1..])),
@@ -266,7 +266,8 @@ mod tests {
             ("1.5", "1.5"),
             ("1.", "1.0"),
             (".5", "0.5"),
-            // Without a sign at its exponent, and a point before it, YAML 1.1 knows no number.
+            // Without a sign in the exponent, or without a digit before the point, it is no number
+            // in YAML 1.1.
             ("-.5", "'-.5'"),
             ("1e3", "'1e3'"),
             ("1.0e3", "'1.0e3'"),

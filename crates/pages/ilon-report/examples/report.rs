@@ -1,4 +1,5 @@
-//! The report of a run, made again from its trace: `cargo run --release --example report -- TRACE OUT.html`.
+//! The report of a run, made again from its trace: `cargo run --release --example report -- TRACE
+//! OUT.html`.
 
 use std::error::Error;
 use std::path::PathBuf;

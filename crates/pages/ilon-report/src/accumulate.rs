@@ -1,4 +1,5 @@
-//! What the report takes from every row, gathered in one pass, so that the rows need not lie in memory.
+//! Collects everything that the report needs from all rows in one pass, so that the rows need not
+//! be in memory.
 
 use std::f64::consts::TAU;
 
@@ -10,55 +11,56 @@ use ilon_trace::{Header, MAX_TASKS, Projection, Record, Rows, Trace, WheelHeader
 use super::decimate::{Envelope, Evenly, MAX_POINTS};
 use super::story::{Event, Integrator, Measured, Standing, Watch, apart};
 
-/// What is drawn of the robot over time.
+/// Quantities of the robot that are drawn over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OfRobot {
     /// Distance of the real pose from the desired one, in metres.
     PositionError,
-    /// Desired minus real heading, in degrees.
+    /// Desired minus actual heading, in degrees.
     HeadingError,
-    /// Distance of the pose that the robot sees from the desired one, in metres.
+    /// Distance of the pose estimated by the robot from the desired one, in metres.
     SeenPositionError,
-    /// Desired minus seen heading, in degrees.
+    /// Desired minus estimated heading, in degrees.
     SeenHeadingError,
-    /// A component of one of the twists: 0 ahead and 1 to the left, in m/s, 2 the yaw rate in rad/s.
+    /// A component of one of the twists: 0 ahead and 1 to the left, in m/s, 2 the yaw rate in
+    /// rad/s.
     Twist(TwistOf, usize),
     /// Distance of dead reckoning by the ideal kinematics from the truth, in metres.
     IdealDrift,
     /// Distance of dead reckoning by the contacts from the truth, in metres.
     ContactDrift,
-    /// Distance of the real pose from the one that a log measured, in metres.
+    /// Distance of the actual pose from the one in a measured log, in metres.
     MeasuredDistance,
-    /// Real minus measured heading, in degrees.
+    /// Actual minus measured heading, in degrees.
     MeasuredTurn,
-    /// How much of the acceleration asked of the reference point the torques give.
+    /// Share of the commanded linear acceleration of the reference point that the torques give.
     PositionTorqueWeight,
-    /// How much of the angular acceleration asked for the torques give.
+    /// Share of the commanded angular acceleration that the torques give.
     HeadingTorqueWeight,
     /// The weight of a task.
     TaskWeight(usize),
     /// The capacity of a task, in rad/s.
     TaskCapacity(usize),
-    /// The energy put in, in J.
+    /// The energy supplied, in J.
     PutIn,
-    /// The solver's own loss, in J.
+    /// The solver's own energy error, in J.
     Unexplained,
 }
 
-/// The twists that are drawn, in the body frame.
+/// Twists that are drawn, in the body frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TwistOf {
-    /// The real one.
+    /// The actual twist.
     Real,
-    /// The one asked for, before saturation.
+    /// The commanded twist, before saturation.
     Asked,
-    /// Indiveri 2009, eq. (7), of the real wheel rates.
+    /// Indiveri 2009, eq. (7), from the actual wheel rates.
     Ideal,
-    /// By the rollers that touch.
+    /// From the touching rollers.
     Contact,
 }
 
-/// What is drawn of each wheel over time, in the units of the trace.
+/// Quantities of each wheel that are drawn over time, in the units of the trace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OfWheel {
     /// Sliding speed.
@@ -69,13 +71,13 @@ pub(super) enum OfWheel {
     NormalForce,
     /// Tangential force.
     TangentialForce,
-    /// Share of the friction cone in use; NaN where nothing presses.
+    /// Used share of the friction cone; NaN without contact force.
     GripUsed,
     /// Residual of Indiveri 2009, eq. (5).
     Residual,
-    /// The roller's spin, real minus ideal.
+    /// The roller's spin, actual minus ideal.
     SpinError,
-    /// The real wheel rate.
+    /// The actual wheel rate.
     Rate,
     /// The commanded wheel rate.
     Target,
@@ -84,7 +86,7 @@ pub(super) enum OfWheel {
 }
 
 impl OfRobot {
-    /// All that a run can have.
+    /// Returns all quantities that a run can have.
     fn all(header: &Header) -> Vec<Self> {
         use TwistOf::{Asked, Contact, Ideal, Real};
         let tasks = 0..header.task_names.len().min(MAX_TASKS);
@@ -109,7 +111,7 @@ impl OfRobot {
         .collect()
     }
 
-    /// The value in a row; `None` where the row has none. `first` is the run's first record.
+    /// Returns the value in a row; `None` if the row has none. `first` is the run's first record.
     fn of(self, header: &Header, first: &Record, record: &Record) -> Option<f64> {
         let point = |pose| header.reference_point_at(pose);
         let off = |pose| Some((record.desired?.pose, point(pose)));
@@ -203,22 +205,22 @@ impl OfWheel {
     }
 }
 
-/// What was gathered from all rows of a run.
+/// Data collected from all rows of a run.
 pub(super) struct Accumulated {
-    /// How many rows the run has.
+    /// Number of rows of the run.
     pub row_count: usize,
-    /// Whether what the robot takes for its pose is ever another than the real one.
+    /// Whether the robot's estimated pose ever differs from the actual one.
     pub sees_otherwise: bool,
-    /// How far the robot is from where a log measured the real one.
+    /// Distance of the robot from the one in a measured log.
     pub measured: Measured,
     robot: Vec<(OfRobot, Envelope)>,
     wheels: Vec<OneWheel>,
     grown: Evenly<Grown>,
-    /// What the story watches.
+    /// Events for the story.
     pub watch: Watch,
     integrator: Integrator,
     standings: Evenly<Option<Standing>>,
-    /// How the parts of the error stood, at evenly spread instants.
+    /// The parts of the error, at evenly spaced instants.
     pub stood: Vec<Standing>,
     first: Option<Record>,
     last_s: f64,
@@ -226,7 +228,7 @@ pub(super) struct Accumulated {
     pub ends_at_m_s: f64,
 }
 
-/// What was gathered of one wheel.
+/// Data collected for one wheel.
 struct OneWheel {
     curves: Vec<(OfWheel, Envelope)>,
     slip_around: Bins<SECTORS>,
@@ -234,14 +236,14 @@ struct OneWheel {
     slip_in_pitch: Bins<PITCH_BINS>,
 }
 
-/// Length of the way of a term of the ledger so far, in millimetres, and its turn in degrees.
+/// Accumulated displacement of a term of the ledger, in millimetres, and its rotation in degrees.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Way {
     pub way_mm: f64,
     pub turn_deg: f64,
 }
 
-/// How far the terms of the ledger had grown at an instant.
+/// The terms of the ledger at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Grown {
     pub t_s: f64,
@@ -250,15 +252,15 @@ pub(super) struct Grown {
 
 /// Sectors of a wheel's turn.
 pub(super) const SECTORS: usize = 72;
-/// Parts of a roller's pitch.
+/// Number of bins of a roller's pitch.
 pub(super) const PITCH_BINS: usize = 40;
-/// Instants at which the ledger's growth is drawn.
+/// Number of instants at which the ledger's growth is drawn.
 const GROWTH_POINTS: usize = 600;
-/// Instants between which the error budget is taken.
+/// Number of instants for the error budget.
 const BUDGET_POINTS: usize = 4000;
 
 impl Accumulated {
-    /// Goes through all rows.
+    /// Reads all rows.
     pub fn of<R: Rows>(rows: &R) -> Result<Self, R::Error> {
         let header = rows.header();
         let row_count = rows.row_count();
@@ -328,19 +330,21 @@ impl Accumulated {
         });
     }
 
-    /// The times of the first and the last row, in seconds; none of a run without rows.
+    /// The times of the first and the last row, in seconds; empty for a run without rows.
     pub fn ends_s(&self) -> impl Iterator<Item = f64> {
         let first = self.first.iter();
         first.flat_map(|first| [first.t_s, self.last_s])
     }
 
-    /// A quantity of the robot over time: the time in seconds and the value, thinned to its outline.
+    /// Returns a quantity of the robot over time: the time in seconds and the value, reduced to its
+    /// envelope.
     pub fn robot(&self, what: OfRobot) -> impl Iterator<Item = (f64, f64)> {
         let found = self.robot.iter().find(|(known, _)| *known == what);
         found.into_iter().flat_map(|(_, outline)| outline.points())
     }
 
-    /// A quantity of a wheel over time: the time in seconds and the value, thinned to its outline.
+    /// Returns a quantity of a wheel over time: the time in seconds and the value, reduced to its
+    /// envelope.
     pub fn wheel(&self, index: usize, what: OfWheel) -> impl Iterator<Item = (f64, f64)> {
         let curves = self.wheels.get(index).map(|wheel| &wheel.curves);
         let mut curves = curves.into_iter().flatten();
@@ -348,33 +352,37 @@ impl Accumulated {
         found.into_iter().flat_map(|(_, outline)| outline.points())
     }
 
-    /// The largest value of a quantity over all wheels and the run; 0 where none is above. An outline keeps it.
+    /// Returns the largest value of a quantity over all wheels and the run, at least 0. The
+    /// envelope preserves it.
     pub fn largest(&self, what: OfWheel) -> f64 {
         let values = (0..self.wheels.len()).flat_map(|index| self.wheel(index, what));
         values.map(|(_, value)| value).fold(0.0, f64::max)
     }
 
-    /// All that happened, in the order of time.
+    /// Returns all events, in the order of time.
     pub fn events(&self, header: &Header) -> Vec<Event> {
         self.watch.events(header)
     }
 
-    /// How the ledger's terms grew.
+    /// The growth of the ledger's terms.
     pub fn grown(&self) -> &[Grown] {
         self.grown.kept()
     }
 
-    /// Mean square of a wheel's sliding speed over the sectors of its turn, in (m/s)^2; NaN where it never touched.
+    /// Returns the mean square of a wheel's sliding speed over the sectors of its turn, in (m/s)^2;
+    /// NaN where it never touched.
     pub fn slip_around(&self, index: usize) -> [f64; SECTORS] {
         self.wheels[index].slip_around.means()
     }
 
-    /// Mean share of the load that a wheel's carrying roller has, over the turn within a roller's pitch.
+    /// Returns the mean load share of a wheel's carrying roller over the wheel's angle within a
+    /// roller pitch.
     pub fn load_in_pitch(&self, index: usize) -> [f64; PITCH_BINS] {
         self.wheels[index].load_in_pitch.means()
     }
 
-    /// Mean square of a wheel's sliding speed over the turn within a roller's pitch, in (mm/s)^2.
+    /// Returns the mean square of a wheel's sliding speed over the wheel's angle within a roller
+    /// pitch, in (mm/s)^2.
     pub fn slip_in_pitch(&self, index: usize) -> [f64; PITCH_BINS] {
         self.wheels[index].slip_in_pitch.means()
     }
@@ -417,7 +425,7 @@ impl<const N: usize> Bins<N> {
         *count += 1;
     }
 
-    /// NaN where nothing came.
+    /// Returns the means; NaN for empty bins.
     fn means(&self) -> [f64; N] {
         self.0.map(|(sum, count)| sum / f64::from(count))
     }
@@ -437,7 +445,8 @@ mod tests {
             ..Header::default()
         };
         let mut trace = Trace::with_capacity(header, 5);
-        // 6 deg into the first, second and third pitch of 90 deg, and backwards 6 deg into the last; one in the air.
+        // 6 deg into the first, second and third pitch of 90 deg, and backwards 6 deg into the
+        // last; one in the air.
         for (angle_deg, load_share, touching) in [
             (6.0, 0.5, true),
             (96.0, 0.7, true),
@@ -461,7 +470,7 @@ mod tests {
         assert_eq!(shares.iter().filter(|share| share.is_finite()).count(), 1);
     }
 
-    /// Of a twist with three different numbers each axis gives its own, row by row.
+    /// Each axis of a twist with three different numbers returns its own, row by row.
     #[test]
     fn a_quantity_of_the_robot_is_its_own() {
         let mut trace = Trace::with_capacity(Header::default(), 3);

@@ -1,10 +1,10 @@
-//! What `ilon bench` measures, as data.
+//! The measurements of `ilon bench`, as data.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-/// The drives: forward, lateral, yaw, diagonal, arc; m/s, m/s and rad/s.
+/// The drives forward, lateral, yaw, diagonal and arc, in m/s, m/s and rad/s.
 pub const DRIVES: [(&str, [f64; 3]); 5] = [
     ("D1", [0.3, 0.0, 0.0]),
     ("D2", [0.0, 0.3, 0.0]),
@@ -13,84 +13,87 @@ pub const DRIVES: [(&str, [f64; 3]); 5] = [
     ("D5", [0.3, 0.0, 0.5]),
 ];
 
-/// Physics steps a second of every robot of a fleet, in the contact window.
+/// Physics steps per second for each robot of a fleet, in the contact window.
 pub const FLEET_RATE_HZ: f64 = 240.0;
 
-/// Everything that was measured.
+/// All measurements.
 #[derive(Clone, Debug, Serialize)]
 pub struct Bench {
-    /// Where, when and with what.
+    /// Machine, date and versions.
     pub machine: Machine,
     /// The headings at which accuracy was measured, in degrees.
     pub headings_deg: Vec<f64>,
-    /// By robot.
+    /// Measurements by robot.
     pub robots: BTreeMap<String, RobotBench>,
-    /// Many robots in one process.
+    /// Measurements of many robots in one process.
     pub throughput: Vec<Throughput>,
 }
 
-/// What was measured with one robot.
+/// Measurements of one robot.
 #[derive(Clone, Debug, Serialize)]
 pub struct RobotBench {
-    /// Worst error of the headline configuration, in per cent: the fastest one that is off by 0.1 % at most, or the most
-    /// accurate one where none is.
+    /// Worst error of the headline configuration, in percent: the fastest one with an error of at
+    /// most 0.1 %, or the most accurate one if there is none.
     pub worst_error_pct: f64,
-    /// Physics steps a CPU second of the headline configuration.
+    /// Physics steps per CPU second of the headline configuration.
     pub steps_per_cpu_s: Option<f64>,
-    /// Simulated seconds a CPU second of the headline configuration.
+    /// Simulated seconds per CPU second of the headline configuration.
     pub sim_s_per_cpu_s: Option<f64>,
-    /// Which configuration that is.
+    /// Name of the headline configuration.
     pub headline: String,
     /// Its drives, by name.
     pub drives: BTreeMap<String, BenchDrive>,
     /// All configurations.
     pub configurations: Vec<Configuration>,
-    /// What was left out, and why.
+    /// What was left out, and the reason.
     pub remarks: Vec<String>,
-    /// What treads cost; `None` where none was timed.
+    /// Cost of treads; `None` if not timed.
     pub tread: Option<TreadCost>,
-    /// Drives in which wheels slide; empty where rapier's contacts are not among what is measured, or know not all of the robot.
+    /// Drives with sliding wheels; empty if rapier's contacts are not measured, or do not support
+    /// the robot.
     pub transients: Vec<Transient>,
 }
 
 /// One way to simulate a robot.
 #[derive(Clone, Debug, Serialize)]
 pub struct Configuration {
-    /// Which rollers are looked at, `all` or `near`; or `rapier`: all of them, with contacts that rapier solves itself.
+    /// The simulated rollers, `all` or `near`; or `rapier`: all of them, with contacts solved by
+    /// rapier.
     pub roller_bodies: String,
     /// Length of a physics step, in seconds.
     pub physics_dt_s: f64,
-    /// The worst error over all drives and headings, in per cent.
+    /// The worst error over all drives and headings, in percent.
     pub worst_error_pct: f64,
     /// The largest ripple of a hub's height over all drives, in metres.
     pub hub_ripple_m: Option<f64>,
     /// The largest sliding speed, rms over a drive, in m/s.
     pub slip_speed_rms_m_s: Option<f64>,
-    /// How far the wheels missed the rates asked of them, the worst component of the worst drive, in per cent: a loop that
-    /// is too soft for its step makes an easier drive.
+    /// Deviation of the wheels from their target rates, for the worst component of the worst drive,
+    /// in percent: a loop that is too soft for its step makes an easier drive.
     pub rate_shortfall_pct: f64,
-    /// Simulated seconds a CPU second, over all drives.
+    /// Simulated seconds per CPU second, over all drives.
     pub sim_s_per_cpu_s: Option<f64>,
-    /// Physics steps a CPU second, over all drives.
+    /// Physics steps per CPU second, over all drives.
     pub steps_per_cpu_s: Option<f64>,
-    /// How much longer than the best the middle one of the timed stretches took, the worst drive, in per cent.
+    /// Time of the median timed stretch over the best, less one, for the worst drive, in percent.
     pub speed_spread_pct: Option<f64>,
     /// The drives, by name.
     pub drives: BTreeMap<String, BenchDrive>,
 }
 
-/// What one drive came to.
+/// Results of one drive.
 #[derive(Clone, Debug, Serialize)]
 pub struct BenchDrive {
-    /// Worst deviation of a driven component from the contact kinematics, the worst heading, in per cent.
+    /// Worst deviation of a driven component from the contact kinematics, over the headings, in
+    /// percent.
     pub error_pct: f64,
-    /// Real over ideal twist, the worst driven component.
+    /// Actual over ideal twist, for the worst driven component.
     pub ratio_ideal: f64,
     /// Ripple of the hubs' height, in metres.
     pub hub_ripple_m: Option<f64>,
-    /// Simulated seconds a CPU second.
+    /// Simulated seconds per CPU second.
     pub sim_s_per_cpu_s: Option<f64>,
-    /// Heading by heading.
+    /// Results at each heading.
     pub headings: Vec<Heading>,
 }
 
@@ -99,108 +102,108 @@ pub struct BenchDrive {
 pub struct Heading {
     /// The heading at the start, in degrees.
     pub heading_deg: f64,
-    /// Worst deviation of a driven component from the contact kinematics, in per cent. A component that did not move as a
-    /// number counts as one that did not move at all: 100.
+    /// Worst deviation of a driven component from the contact kinematics, in percent; 100 for a
+    /// component that is NaN.
     pub error_pct: f64,
-    /// Real over ideal twist, the worst driven component.
+    /// Actual over ideal twist, for the worst driven component.
     pub ratio_ideal: f64,
     /// Ripple of the hubs' height, in metres.
     pub hub_ripple_m: Option<f64>,
     /// Sliding speed of the touching rollers, rms, in m/s.
     pub slip_speed_rms_m_s: Option<f64>,
-    /// How far the wheels missed the rates asked of them, the worst driven component, in per cent.
+    /// Deviation of the wheels from their target rates, for the worst driven component, in percent.
     pub rate_shortfall_pct: f64,
 }
 
 /// Many independent robots in one process.
 #[derive(Clone, Debug, Serialize)]
 pub struct Throughput {
-    /// Which robot they all are.
+    /// Name of the robot.
     pub robot: String,
-    /// How many.
+    /// Number of robots.
     pub robots: usize,
-    /// On how many threads.
+    /// Number of threads.
     pub threads: usize,
-    /// Simulated seconds of all robots together a second of wall clock, the best of the stretches.
+    /// Simulated seconds of all robots per second of wall clock, the best of the stretches.
     pub sim_s_per_wall_s: f64,
-    /// The same a CPU second of all threads together.
+    /// Simulated seconds per CPU second of all threads.
     pub sim_s_per_cpu_s: Option<f64>,
-    /// CPU time over wall clock: how many cores the threads really had. Where it is less than their number, others had
-    /// the rest, and the efficiency says more about them.
+    /// CPU time over wall clock: the number of cores that the threads really had. If it is below
+    /// the number of threads, other processes used the rest, and the efficiency is not reliable.
     pub cores: Option<f64>,
-    /// Speed over that of the same robots on one thread, by the number of threads: 1 is a thread that costs nothing.
-    /// `None` where one thread was not measured, or there are more threads than robots.
+    /// Speed over that of the same robots on one thread, over the number of threads: 1 is ideal.
+    /// `None` if one thread was not measured, or there are more threads than robots.
     pub efficiency: Option<f64>,
 }
 
-/// Where, when and with what something was measured.
+/// Machine, date and versions of a measurement.
 #[derive(Clone, Debug, Serialize)]
 pub struct Machine {
-    /// The processor, in the system's words; `None` where it does not tell.
+    /// The processor, as named by the system; `None` if unknown.
     pub processor: Option<String>,
-    /// How many threads can run at once.
+    /// Number of threads that can run at once.
     pub cores: Option<usize>,
-    /// System and architecture.
+    /// Operating system and architecture.
     pub system: String,
-    /// By name: the versions of ilon and of what it stands on.
+    /// Versions of ilon and its dependencies, by name.
     pub versions: Vec<(String, String)>,
-    /// Whether the program was built for speed; figures of one that was not tell nothing about it.
+    /// Whether the program was built with optimisation; otherwise speeds are meaningless.
     pub optimised: bool,
-    /// When the measurement ended, RFC 3339, UTC.
+    /// End of the measurement, RFC 3339, UTC.
     pub date: String,
 }
 
-/// A drive in which wheels slide.
+/// A drive with sliding wheels.
 #[derive(Clone, Debug, Serialize)]
 pub struct Transient {
-    /// What happens.
+    /// Its description.
     pub name: String,
-    /// Contacts that ilon solves, at steps of 1 ms.
+    /// With ilon's contact solver, at steps of 1 ms.
     pub ilon: Slide,
-    /// Contacts that rapier solves, at steps of 1 ms.
+    /// With rapier's contact solver, at steps of 1 ms.
     pub rapier: Slide,
-    /// Contacts that ilon solves, at steps of 0.25 ms: what both are held against.
+    /// With ilon's contact solver, at steps of 0.25 ms: the reference of both.
     pub fine: Slide,
 }
 
-/// What one drive came to.
+/// Result of one such drive.
 #[derive(Clone, Debug, Serialize)]
 pub struct Slide {
-    /// Where the robot ended, from where it began, in metres: ahead and to the left.
+    /// Final position relative to the start, in metres: ahead and to the left.
     pub end_m: [f64; 2],
-    /// The largest distance between the course and that of small steps, at the same time, in metres.
+    /// The largest distance from the path of the fine steps, at the same time, in metres.
     pub apart_m: f64,
-    /// Heat of sliding, and of spinning rollers up, in J.
+    /// Heat from sliding, and from spinning up rollers, in J.
     pub heat_j: f64,
-    /// The fastest that a contact slid, in m/s.
+    /// The largest sliding speed of a contact, in m/s.
     pub slip_speed_max_m_s: f64,
-    /// What no part of the energy balance explains, over all energy that was turned over.
+    /// Error of the energy balance, over all converted energy.
     pub unexplained_share: f64,
 }
 
-/// What treads cost a robot.
+/// Cost of treads for a robot.
 #[derive(Clone, Debug, Serialize)]
 pub struct TreadCost {
-    /// Physics steps a second.
+    /// Physics steps per second.
     pub rate_hz: f64,
-    /// Which rollers are looked at.
+    /// The simulated rollers.
     pub roller_bodies: String,
     /// Stiffness of the treads of the first wheel, in N/m.
     pub stiffness_n_m: f64,
-    /// CPU time of a step with treads over that without, all drives together.
+    /// CPU time of a step with treads over that without, for all drives together.
     pub ratio: f64,
-    /// The same of each drive, by name.
+    /// The same for each drive, by name.
     pub drives: BTreeMap<String, f64>,
 }
 
 impl Configuration {
-    /// Physics steps a second.
+    /// Returns the physics steps per second.
     pub fn rate_hz(&self) -> f64 {
-        // A rate that was given as 60 comes back as 60.
+        // A rate of 60 comes back as 60.
         (1e6 / self.physics_dt_s).round() / 1e6
     }
 
-    /// CPU seconds that a simulated second costs.
+    /// Returns the CPU seconds per simulated second.
     pub fn cpu_s_per_sim_s(&self) -> Option<f64> {
         self.sim_s_per_cpu_s.map(|speed| 1.0 / speed)
     }
@@ -220,16 +223,16 @@ pub fn describe(kind: &str, rate_hz: f64) -> String {
     }
 }
 
-/// What a table shows of a configuration after the errors of its drives.
+/// Columns of a configuration's table after the errors of its drives.
 pub const CONFIGURATION_COLUMNS: [&str; 5] =
     ["ripple", "slip", "sim s/CPU s", "steps/CPU s", "spread"];
 
-/// What a table shows of a slide.
+/// Columns of a slide's table.
 pub const SLIDE_COLUMNS: [&str; 6] = ["x", "y", "apart", "heat", "slip", "unexplained"];
 
 impl Configuration {
-    /// The figures that a table shows of it, each with its decimals: the worst error and that of each drive in %, then
-    /// [`CONFIGURATION_COLUMNS`] in mm, mm/s and %.
+    /// Returns the figures of its table row, each with its decimals: the worst error and that of
+    /// each drive in %, then [`CONFIGURATION_COLUMNS`] in mm, mm/s and %.
     pub fn figures(&self) -> Vec<(Option<f64>, usize)> {
         let drives = DRIVES.map(|(name, _)| (self.drives.get(name).map(|d| d.error_pct), 4));
         let others = [
@@ -259,8 +262,8 @@ impl Slide {
 }
 
 impl Throughput {
-    /// The figures that a table shows of it, each with its decimals: simulated seconds a second of wall clock and of the CPU, cores,
-    /// efficiency.
+    /// Returns the figures of its table row, each with its decimals: simulated seconds per second
+    /// of wall clock and of the CPU, cores, efficiency.
     pub fn figures(&self) -> [(Option<f64>, usize); 4] {
         [
             (Some(self.sim_s_per_wall_s), 1),
@@ -272,14 +275,14 @@ impl Throughput {
 }
 
 impl TreadCost {
-    /// The drive that treads cost most.
+    /// Returns the drive for which treads cost most.
     pub fn worst(&self) -> Option<(&str, f64)> {
         let drives = self.drives.iter();
         let worst = drives.max_by(|a, b| a.1.total_cmp(b.1));
         worst.map(|(name, ratio)| (name.as_str(), *ratio))
     }
 
-    /// What they cost, in a sentence.
+    /// Returns the cost of treads in a sentence.
     pub fn said(&self) -> String {
         let worst = self.worst();
         let worst = worst.map_or_else(String::new, |(name, ratio)| {
@@ -293,7 +296,7 @@ impl TreadCost {
 }
 
 impl Transient {
-    /// The solvers in the order in which they are shown, and what each came to.
+    /// Returns the solvers in display order, with their results.
     pub fn rows(&self) -> [(&'static str, &Slide); 3] {
         [
             ("ilon, 1 ms", &self.ilon),

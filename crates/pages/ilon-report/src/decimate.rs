@@ -1,10 +1,10 @@
-//! Fewer points for plots: a screen shows two thousand, a trace has many more.
+//! Reduces curves for plots: a screen shows two thousand points, a trace has many more.
 
-/// The most points of one plotted curve.
+/// Largest number of points of a plotted curve.
 pub const MAX_POINTS: usize = 2000;
 
-/// A curve of at most `max_points` points that keeps its outline: of each interval of the input the smallest and the
-/// largest value stay, in their order, and so do the first and the last point.
+/// Returns the envelope of a curve with at most `max_points` points: the smallest and the largest
+/// value of each interval, in their order, and the first and the last point.
 pub fn envelope(curve: &[(f64, f64)], max_points: usize) -> Vec<(f64, f64)> {
     let mut outline = Envelope::new(curve.len(), max_points);
     for point in curve {
@@ -13,12 +13,13 @@ pub fn envelope(curve: &[(f64, f64)], max_points: usize) -> Vec<(f64, f64)> {
     outline.kept
 }
 
-/// The outline of a curve whose points come one by one, and whose length is known before: what [`envelope`] makes of it.
+/// The envelope of a curve whose points arrive one by one and whose number is known beforehand, as
+/// computed by [`envelope`].
 pub struct Envelope {
-    /// How many points are to come, and have come.
+    /// Number of expected points, and of points so far.
     count: usize,
     seen: usize,
-    /// Of this many intervals between the first and the last point the extremes are kept; `None` where all points are.
+    /// Number of intervals between the first and the last point; `None` if all points are kept.
     intervals: Option<usize>,
     interval: usize,
     low: Option<(usize, (f64, f64))>,
@@ -81,13 +82,14 @@ impl Envelope {
         }
     }
 
-    /// What was kept. Of a curve that ended before its time the last interval is left out.
+    /// Returns the kept points. If the curve ended early, the last interval is left out.
     pub fn points(&self) -> impl Iterator<Item = (f64, f64)> {
         self.kept.iter().copied()
     }
 }
 
-/// Evenly spread ones of many things that come one by one, whose number is known before: those that [`evenly`] names.
+/// Evenly spaced items of a sequence whose items arrive one by one and whose length is known
+/// beforehand, chosen by [`evenly`].
 pub struct Evenly<T> {
     indices: Vec<usize>,
     seen: usize,
@@ -104,7 +106,7 @@ impl<T> Evenly<T> {
         }
     }
 
-    /// Adds the next thing.
+    /// Adds the next item.
     pub fn add(&mut self, thing: T) {
         if self.indices.get(self.kept.len()) == Some(&self.seen) {
             self.kept.push(thing);
@@ -117,7 +119,8 @@ impl<T> Evenly<T> {
     }
 }
 
-/// At most `max_points` indices below `len`, evenly spread, the first and the last among them.
+/// Returns at most `max_points` indices below `len`, evenly spaced, including the first and the
+/// last.
 pub fn evenly(len: usize, max_points: usize) -> Vec<usize> {
     let max_points = max_points.max(2);
     if len <= max_points {
@@ -128,7 +131,7 @@ pub fn evenly(len: usize, max_points: usize) -> Vec<usize> {
         .collect()
 }
 
-/// Rounded to `digits` significant decimal digits, so that it is short in a file.
+/// Rounds to `digits` significant decimal digits, for short files.
 pub fn short(x: f64, digits: usize) -> f64 {
     if !x.is_finite() || x == 0.0 {
         return x;
@@ -157,7 +160,8 @@ mod tests {
         assert!(thin.windows(2).all(|pair| pair[0].0 < pair[1].0));
     }
 
-    /// The first and the last point and, of each interval between them, the smallest and the largest: interval by interval.
+    /// Returns the first and the last point and, for each interval between them, the smallest and
+    /// the largest.
     fn extremes_of_intervals(curve: &[(f64, f64)], max_points: usize) -> Vec<(f64, f64)> {
         let max_points = max_points.max(4);
         if curve.len() <= max_points {
@@ -195,7 +199,7 @@ mod tests {
             (50, 8),
             (1003, 100),
         ] {
-            // Rough, and with equal values and absent ones among them.
+            // Rough, with equal and missing values.
             let value = |k: usize| match k % 11 {
                 7 => f64::NAN,
                 rest => (k * 37 % 19) as f64 + rest as f64,

@@ -1,30 +1,30 @@
-//! One figure of the report, and the few kinds of curve that all figures are made of.
+//! A figure of the report.
 
 pub use super::pen::{DashKind, Pen, dashed, dotted, solid, wheel_pen};
 pub use super::plot::{
     Axis, Curve, Layout, axis, bars, curve, dots, exact_curve, layout, map_layout, plot,
 };
 
-/// A figure with its title and the words that say what to look for.
+/// A figure with its title and caption.
 pub struct Figure {
-    /// Identifier in the page, of letters, digits and dashes.
+    /// Identifier in the page: letters, digits and dashes.
     pub id: String,
     /// Title, as text.
     pub title: String,
-    /// What it shows and what to look for, as HTML.
+    /// Caption with reading instructions, as HTML.
     pub caption: String,
     /// Height of the plot in CSS pixels.
     pub height_px: u32,
-    /// How much room it takes.
+    /// Its width on the page.
     pub span: Span,
-    /// Whether its x axis is time, so that zooming one zooms all.
+    /// Whether its x axis is time; such figures share their zoom.
     pub over_time: bool,
     /// Curves and layout, from [`plot`].
     pub plot: String,
 }
 
 impl Figure {
-    /// A figure of half the page's width, 320 pixels high, of curves and layout from [`plot`].
+    /// A figure of half the page's width, 320 pixels high, from the curves and layout of [`plot`].
     pub fn new(
         id: impl Into<String>,
         title: impl Into<String>,
@@ -42,7 +42,7 @@ impl Figure {
         }
     }
 
-    /// The same of curves over time.
+    /// A figure of curves over time.
     pub fn over_time(
         id: impl Into<String>,
         title: impl Into<String>,
@@ -57,24 +57,24 @@ impl Figure {
         }
     }
 
-    /// The same with another height of its plot.
+    /// Returns the figure with another height of its plot.
     pub fn height_px(self, height_px: u32) -> Self {
         Self { height_px, ..self }
     }
 
-    /// The same that takes another width.
+    /// Returns the figure with another width.
     pub fn spanning(self, span: Span) -> Self {
         Self { span, ..self }
     }
 }
 
-/// How wide a figure stands on a wide screen.
+/// Width of a figure on a wide screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Span {
     /// Half of the page.
     Half,
-    /// All of it.
+    /// The whole page.
     Whole,
-    /// One of a row of small panels, without a caption of its own.
+    /// One of a row of small panels, without its own caption.
     Panel,
 }

@@ -1,8 +1,8 @@
-//! Tables as HTML, of parts that are HTML.
+//! HTML tables from HTML parts.
 
 use super::text::decimals;
 
-/// A cell; a dash where there is nothing.
+/// A cell; a dash if empty.
 pub(crate) fn cell(content: Option<String>) -> String {
     match content {
         Some(content) => format!("<td>{content}</td>"),
@@ -15,18 +15,18 @@ pub(crate) fn number(value: Option<f64>, places: usize) -> String {
     cell(value.map(|x| decimals(x, places)))
 }
 
-/// A row under its head.
+/// A row with its heading.
 pub(crate) fn row(head: &str, cells: &str) -> String {
     format!("<tr><th scope=\"row\">{head}</th>{cells}</tr>")
 }
 
-/// The heads of columns.
+/// The headings of columns.
 pub(crate) fn heads<T: std::fmt::Display>(titles: impl IntoIterator<Item = T>) -> String {
     let head = |title| format!("<th scope=\"col\">{title}</th>");
     titles.into_iter().map(head).collect()
 }
 
-/// A table; an empty caption is none.
+/// A table; an empty caption is omitted.
 pub(crate) fn table(caption: &str, heads: &str, rows: &str) -> String {
     let caption = match caption {
         "" => String::new(),
@@ -35,7 +35,7 @@ pub(crate) fn table(caption: &str, heads: &str, rows: &str) -> String {
     format!("<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>")
 }
 
-/// What may be wider than the page, on a card over all of its width.
+/// A full-width card with content that may be wider than the page.
 pub(crate) fn wide(content: &str) -> String {
     format!("<div class=\"card whole scroll\" tabindex=\"0\">{content}</div>\n")
 }

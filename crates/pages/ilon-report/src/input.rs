@@ -1,4 +1,4 @@
-//! What a report is made of.
+//! The input of a report.
 
 use std::borrow::Cow;
 
@@ -7,13 +7,13 @@ use ilon_trace::{Rows, Trace};
 
 use super::accumulate::Accumulated;
 
-/// Rows that are drawn one by one, and what was gathered from all of them.
+/// The rows to draw one by one, and the data collected from all rows.
 pub(super) struct RunInput<'t> {
-    /// All rows of a run that lies in memory, evenly spread ones of one that does not.
+    /// All rows of a run in memory, otherwise evenly spaced ones.
     pub trace: Cow<'t, Trace>,
-    /// It has one row in so many.
+    /// Spacing of these rows.
     pub every: usize,
-    /// What all rows came to.
+    /// Data collected from all rows.
     pub all: Accumulated,
 }
 
@@ -27,7 +27,7 @@ impl<'t> RunInput<'t> {
         })
     }
 
-    /// At most `most` of many rows.
+    /// At most `most` of all rows.
     pub fn of_many<R: Rows>(rows: &R, most: usize) -> Result<Self, R::Error> {
         let every = rows.row_count().div_ceil(most).max(1);
         Ok(Self {

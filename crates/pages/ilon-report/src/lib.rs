@@ -1,7 +1,8 @@
-//! The report: one HTML file that opens offline and shows what the robot really did, and why.
+//! The report of a run: one HTML file that works offline and shows the robot's actual motion and
+//! its causes.
 //!
-//! It is made from a trace and its summary alone, so that it can be made again without physics. Its numbers are the
-//! summary's; its curves are thinned for the screen, and say so. [`compare`] lays several runs over each other.
+//! It is made from a trace and its summary alone, without physics. Its numbers are the summary's;
+//! its curves are reduced for the screen, and say so. [`compare`] compares several runs.
 
 mod accumulate;
 #[cfg(feature = "studies")]
@@ -44,42 +45,43 @@ pub use provenance::{Expectation, Provenance};
 use story::Story;
 use text::{angle, length};
 
-/// What a report can say that a trace does not carry.
+/// Information for a report that a trace does not contain.
 #[derive(Default)]
 pub struct Context<'a> {
-    /// The robot that drove. Without it the report reads the URDF of the trace, which carries wheels only as their file has them.
+    /// The robot. Without it the report reads the URDF of the trace, which has wheels only in the
+    /// form of their file.
     pub robot: Option<&'a Robot>,
     /// Heights of the ground's relief, row by row, in metres.
     pub relief_m: Option<Vec<Vec<f64>>>,
-    /// What was expected, and what came of it.
+    /// Expectations with their results.
     pub expectations: Vec<Expectation>,
-    /// Where the page comes from.
+    /// Origin of the page.
     pub provenance: Provenance,
 }
 
-/// The report of a run, as one HTML file that needs nothing else.
+/// Returns the report of a run, as one self-contained HTML file.
 pub fn html(trace: &Trace, summary: &Summary) -> String {
     html_with(trace, summary, &Context::default())
 }
 
-/// The report of a run, with what its trace does not carry.
+/// Returns the report of a run, with information that its trace does not contain.
 pub fn html_with(trace: &Trace, summary: &Summary, context: &Context) -> String {
     page_in_memory(trace, summary, context).0
 }
 
-/// Writes the report of a run to a file, whole or not at all.
+/// Writes the report of a run to a file, atomically.
 ///
 /// # Errors
-/// [`TraceError::Io`] where the file cannot be written.
+/// [`TraceError::Io`] if the file cannot be written.
 pub fn write(path: &Path, trace: &Trace, summary: &Summary) -> Result<(), TraceError> {
     write_text(path, &html(trace, summary))
 }
 
-/// Writes the report of a run whose rows need not lie in memory to a file, whole or not at all. Gives the answer in plain
-/// sentences, the most important first.
+/// Writes the report of a run to a file, atomically; the rows need not be in memory. Returns the
+/// answer in plain sentences, the most important first.
 ///
 /// # Errors
-/// [`TraceError::Io`] where the file cannot be written, and where the rows cannot be read.
+/// [`TraceError::Io`] if the file cannot be written, and errors of reading the rows.
 pub fn write_recorded(
     path: &Path,
     recorded: &Recorded,
@@ -98,10 +100,10 @@ pub fn write_recorded(
     Ok(answer)
 }
 
-/// What the report would say of a run, in plain sentences, the most important first.
+/// Returns the report's answer in plain sentences, the most important first.
 ///
 /// # Errors
-/// Where the rows cannot be read.
+/// If the rows cannot be read.
 pub fn answer(recorded: &Recorded, summary: &Summary) -> Result<Vec<String>, TraceError> {
     let settings = Settings::default();
     let story = match recorded {
@@ -122,7 +124,7 @@ fn page_in_memory(trace: &Trace, summary: &Summary, context: &Context) -> (Strin
     page_of(&shown, summary, context, scene.as_ref())
 }
 
-/// The page, and what it answers in plain sentences.
+/// Returns the page, and its answer in plain sentences.
 fn page_of(
     shown: &RunInput,
     summary: &Summary,
@@ -152,7 +154,6 @@ fn page_of(
         motion_section(shown, &settings),
         budget_section(shown, summary, &story),
     ]);
-    sections.extend(convergence_section(summary));
     sections.push(details_section(shown, summary, &story, context));
     (
         viewer::page(&head, &sections, &footer(shown), scene.is_some()),
@@ -160,7 +161,7 @@ fn page_of(
     )
 }
 
-/// What the scenario says that it is about, the comment at its head, as HTML.
+/// Returns the scenario's description, the comment at its head, as HTML.
 fn about(header: &Header) -> String {
     let first = header.scenario_toml.lines().next().unwrap_or_default();
     match first.strip_prefix("# ") {
@@ -169,7 +170,7 @@ fn about(header: &Header) -> String {
     }
 }
 
-/// What the run was, as HTML.
+/// Returns facts about the run, as HTML.
 fn facts(trace: &Trace, summary: &Summary, provenance: &Provenance) -> Vec<String> {
     let header = &trace.header;
     let mut gammas_deg: Vec<i64> = header
@@ -223,7 +224,8 @@ fn facts(trace: &Trace, summary: &Summary, provenance: &Provenance) -> Vec<Strin
     facts
 }
 
-/// What is not as by default: slope, gravity, law of the wheels, floor that tilts, and keys that were set beside the scenario. As HTML.
+/// Returns conditions other than the defaults, as HTML: slope, gravity, wheel law, tilting floor,
+/// and keys set in addition to the scenario.
 fn conditions(header: &Header, provenance: &Provenance) -> String {
     let scenario: toml::Table = header.scenario_toml.parse().unwrap_or_default();
     let part = |section: &str, key: &str| scenario.get(section)?.get(key).cloned();
@@ -287,7 +289,7 @@ fn motion_section(shown: &RunInput, settings: &Settings) -> Section {
     }
 }
 
-/// Where the error came from: at the worst instant of a closed loop, over the run of an open one.
+/// The origin of the error: at the worst instant of a closed loop, over the run of an open one.
 fn budget_section(shown: &RunInput, summary: &Summary, story: &Story) -> Section {
     let ledger: String = balance::ledger(shown, summary).iter().map(card).collect();
     let integral = side_by_side(&(ledger + &tables::ledger_table(summary)));
@@ -318,7 +320,7 @@ fn budget_section(shown: &RunInput, summary: &Summary, story: &Story) -> Section
     }
 }
 
-/// What each cause did, where the run was repeated without it.
+/// The effect of each cause, if the run was repeated without it.
 fn causes_section(shown: &RunInput, summary: &Summary) -> Option<Section> {
     let ablations = ilon_trace::effects::of_causes(summary, &shown.trace.header);
     let figures = [
@@ -335,18 +337,21 @@ fn causes_section(shown: &RunInput, summary: &Summary) -> Option<Section> {
     })
 }
 
-/// How far the figures move at half the step, where the run was repeated at it.
-fn convergence_section(summary: &Summary) -> Option<Section> {
+/// Change of the figures at half the step, if the run was repeated at it.
+fn convergence_topic(summary: &Summary) -> String {
     let converge = &summary.converge;
-    (!converge.is_empty()).then(|| Section {
-        id: "converge",
-        title: "At half the step",
-        lead: converge.sentence(),
-        body: tables::convergence_table(converge),
-    })
+    if converge.is_empty() {
+        return String::new();
+    }
+    let lead = format!("<p class=\"lead\">{}</p>\n", converge.sentence());
+    page::topic(
+        "At half the step",
+        "how far each figure moves",
+        &(lead + &tables::convergence_table(converge)),
+    )
 }
 
-/// Everything else, folded by topic.
+/// All other details, folded by topic.
 fn details_section(
     shown: &RunInput,
     summary: &Summary,
@@ -415,6 +420,7 @@ fn details_section(
             "wheels and roller axes at rest",
             &robot_from_above(trace),
         ),
+        convergence_topic(summary),
         page::topic("All numbers", "as in summary.json", &numbers),
         page::topic("Scenario", "with all defaults", &scenario),
         page::topic(
@@ -434,7 +440,7 @@ fn details_section(
     }
 }
 
-/// The robot itself: where its wheels sit and which way their rollers lie.
+/// The robot from above: places of its wheels and directions of their rollers.
 fn robot_from_above(trace: &Trace) -> String {
     format!(
         "<figure class=\"whole\"><figcaption><h3>The robot from above</h3><p>At rest, in the body frame: chassis, wheels, \
@@ -443,7 +449,7 @@ fn robot_from_above(trace: &Trace) -> String {
     )
 }
 
-/// Below this no contact slides in a way that a figure could show, in m/s.
+/// Below this sliding speed a figure would show nothing, in m/s.
 const LEAST_SLIDING_M_S: f64 = 1e-3;
 
 fn contacts_of(shown: &RunInput, summary: &Summary) -> String {
@@ -542,7 +548,8 @@ mod tests {
     #[test]
     fn the_page_asks_nothing_of_the_network() {
         let (_, page) = report_of(2.0, false);
-        // Inside a script a reference is text, which no browser follows by itself; the page's own elements count.
+        // Inside a script a reference is text that no browser follows; only the page's own elements
+        // count.
         let elements: String = page
             .split("<script")
             .map(|part| {

@@ -1,4 +1,4 @@
-//! The page around the figures: HTML, style and scripts in one file.
+//! The HTML page around the figures, with style and scripts in one file.
 
 use std::fmt::Write;
 
@@ -6,8 +6,9 @@ use super::figure::{DashKind, Figure, Pen, Span};
 
 const STYLE: &str = include_str!("web/style.css");
 const THEME: &str = include_str!("web/theme.js");
-/// Draws the figures of a page on canvases: curves over time, maps, areas, bars. Figures over time share their zoom and, where the
-/// page has a clock (`window.ilonClock`), its cursor: a click seeks.
+/// Script that draws the figures of a page on canvases: curves over time, maps, areas, bars.
+/// Figures over time share their zoom and, if the page has a clock (`window.ilonClock`), its
+/// cursor; a click seeks.
 const PLOT: &str = concat!(
     "(function () {\n'use strict';\n",
     include_str!("web/plot/values.js"),
@@ -21,7 +22,7 @@ const PLOT: &str = concat!(
 /// The project's mark: a wheel with slanted rollers.
 const MARK: &str = r#"<svg viewBox="0 0 32 32" aria-hidden="true" fill="none" stroke="currentColor" stroke-width="2.6" stroke-linecap="round"><circle cx="16" cy="16" r="13"/><path d="M9 20.5 14.5 9M14 24 21 9.5M19.5 24 24 14.5"/></svg>"#;
 
-/// Text as HTML text or attribute value.
+/// Escapes text for HTML content or attribute values.
 pub fn escape(text: &str) -> String {
     let mut html = String::with_capacity(text.len());
     for c in text.chars() {
@@ -37,7 +38,7 @@ pub fn escape(text: &str) -> String {
     html
 }
 
-/// JSON so that it can stand in a script element: no `<` in it can end the element.
+/// Escapes JSON for a script element: no `<` in it can end the element.
 pub fn json_in_script(json: &str) -> String {
     json.replace('<', "\\u003c")
 }
@@ -45,14 +46,14 @@ pub fn json_in_script(json: &str) -> String {
 /// A sentence of the answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Answer {
-    /// Whether it is good or bad news; `None` of a plain finding.
+    /// Whether it is good or bad news; `None` for a neutral finding.
     pub is_good: Option<bool>,
     /// The sentence, as plain text.
     pub text: String,
 }
 
 impl Answer {
-    /// A finding that is neither good nor bad.
+    /// A neutral finding.
     pub fn plain(text: String) -> Self {
         Self {
             is_good: None,
@@ -60,7 +61,7 @@ impl Answer {
         }
     }
 
-    /// What is amiss.
+    /// A problem.
     pub fn bad(text: String) -> Self {
         Self {
             is_good: Some(false),
@@ -69,7 +70,7 @@ impl Answer {
     }
 }
 
-/// The answers as the lead of a page, as HTML: what stands between `` ` `` in them is set as code.
+/// Returns the answers as the lead of a page, as HTML; text between `` ` `` becomes code.
 pub fn answers(answers: &[Answer]) -> String {
     let line = |answer: &Answer| {
         let mark = match answer.is_good {
@@ -90,18 +91,18 @@ pub fn answers(answers: &[Answer]) -> String {
     format!("<div class=\"story\">{lines}</div>\n")
 }
 
-/// A table of words.
+/// A table of text cells.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Table {
     /// Its title.
     pub title: String,
-    /// The heads of its columns.
+    /// The headings of its columns.
     pub head: Vec<String>,
     /// Its rows.
     pub rows: Vec<Vec<String>>,
 }
 
-/// A table as HTML; nothing of one without rows.
+/// Returns a table as HTML; empty if it has no rows.
 pub fn table(table: &Table) -> String {
     let cells = |tag: &str, words: &[String]| -> String {
         let cell = |word: &String| format!("<{tag}>{}</{tag}>", escape(word));
@@ -126,43 +127,44 @@ pub struct Section {
     pub id: &'static str,
     /// Heading, as text.
     pub title: &'static str,
-    /// What it is about, as HTML; may be empty.
+    /// Introduction, as HTML; may be empty.
     pub lead: String,
     /// Its content, as HTML.
     pub body: String,
 }
 
-/// What stands above the sections.
+/// The content above the sections.
 pub struct Head {
-    /// What the page is, beside the project's mark.
+    /// The kind of page, next to the project's mark.
     pub kind: &'static str,
     /// The page's title, as text.
     pub title: String,
     /// Facts under the title, as HTML.
     pub facts: Vec<String>,
-    /// What follows them, as HTML: the answer in short.
+    /// The answer in short, as HTML.
     pub lead: String,
 }
 
-/// What says in a page that ilon wrote it, so that another's is not taken for one.
+/// Identifies a page as written by ilon.
 pub const GENERATOR: &str = "<meta name=\"generator\" content=\"ilon\">";
 
-/// What stands in a page whose scripts a viewer does not run.
+/// Message for viewers that do not run scripts.
 const NO_SCRIPT: &str = "<noscript><p class=\"lead\">Without scripts the scene and the curves of this page stay empty. Open the file in a browser that runs them, or read \
                          the words and tables.</p></noscript>\n";
 
-/// What a page carries beside its words and figures.
+/// Additional parts of a page.
 #[derive(Default)]
 pub struct Parts<'a> {
     /// More style sheets.
     pub styles: &'a [&'a str],
-    /// Scripts that run before the one that draws the figures, such as the clock that moves their cursor.
+    /// Scripts that run before the drawing script, such as the clock that moves the figures'
+    /// cursor.
     pub before: &'a [&'a str],
     /// Scripts that run after it.
     pub after: &'a [&'a str],
 }
 
-/// The whole page.
+/// Returns the whole page.
 pub fn page(head: &Head, sections: &[Section], footer: &str, parts: &Parts) -> String {
     let mut html = String::with_capacity(2 << 20);
     let title = escape(&head.title);
@@ -217,14 +219,14 @@ pub fn page(head: &Head, sections: &[Section], footer: &str, parts: &Parts) -> S
     html
 }
 
-/// A script without indentation, empty lines and lines of comment.
+/// Removes indentation, empty lines and comment lines from a script.
 fn compact(script: &str) -> String {
     let lines = script.lines().map(str::trim);
     let code = lines.filter(|line| !line.is_empty() && !line.starts_with("//"));
     code.flat_map(|line| [line, "\n"]).collect()
 }
 
-/// Content that is folded away until a person opens it; on paper it is open.
+/// Folded content that the user can open; on paper it is open.
 pub fn topic(title: &str, says: &str, body: &str) -> String {
     format!(
         "<details class=\"topic\"><summary><span>{}</span> <small>{says}</small></summary>\n{body}</details>\n",
@@ -242,7 +244,7 @@ pub fn side_by_side(cards: &str) -> String {
     format!("<div class=\"grid\">\n{cards}</div>\n")
 }
 
-/// A figure on a card of its own.
+/// A figure on its own card.
 pub fn card(figure: &Figure) -> String {
     let class = if figure.span == Span::Whole {
         " class=\"whole\""
@@ -280,7 +282,7 @@ pub fn panels(title: &str, caption: &str, legend: &[(&str, Pen)], figures: &[Fig
     )
 }
 
-/// A piece of line as it is drawn.
+/// A sample of a drawn line.
 pub fn swatch(pen: Pen) -> String {
     let dashes = match pen.dash {
         DashKind::Solid => "none",
@@ -296,7 +298,7 @@ pub fn swatch(pen: Pen) -> String {
     )
 }
 
-/// The place of a plot and its data.
+/// The element of a plot with its data.
 fn plot(figure: &Figure) -> String {
     let over_time = if figure.over_time {
         " data-over-time"

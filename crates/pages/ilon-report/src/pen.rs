@@ -1,9 +1,9 @@
-//! How curves are drawn.
+//! Line styles of curves.
 //!
-//! Colours come from the palette of Okabe and Ito, which the colour-blind can tell apart. Curves that share a panel differ in
-//! their dashes too.
+//! Colours are from the palette of Okabe and Ito for the colour-blind. Curves that share a panel
+//! also differ in their dashes.
 
-/// How a curve is drawn.
+/// Line style of a curve.
 #[derive(Clone, Copy, Debug)]
 pub struct Pen {
     /// The colour's name, such as `@real`.
@@ -54,7 +54,7 @@ pub const fn dotted(color: &'static str) -> Pen {
     }
 }
 
-/// The pen of a wheel: colours repeat after eight wheels, the dashes change with each.
+/// The pen of a wheel: colours repeat after eight wheels, dashes change with each.
 pub fn wheel_pen(index: usize) -> Pen {
     const COLORS: [&str; 8] = ["@w0", "@w1", "@w2", "@w3", "@w4", "@w5", "@w6", "@w7"];
     let dash = match index % 4 {
@@ -71,14 +71,14 @@ pub fn wheel_pen(index: usize) -> Pen {
 }
 
 impl Pen {
-    /// The same with another width.
+    /// Returns the pen with another width.
     pub const fn width(self, width_px: f64) -> Self {
         Self { width_px, ..self }
     }
 }
 
 impl DashKind {
-    /// Its name in the page; none of an unbroken line.
+    /// Its name in the page; `None` for a solid line.
     pub(crate) const fn name(self) -> Option<&'static str> {
         match self {
             Self::Solid => None,

@@ -1,8 +1,9 @@
-//! What is drawn in a figure: curves, axes, and how they become data that the page's own script draws.
+//! The content of a figure (curves and axes), and its encoding for the page's script.
 //!
-//! Colours are named by what they stand for (`@real`, `@slip`, `@w0`); the script looks them up in the style sheet, so that a figure
-//! follows the light and the dark theme. Long columns are little-endian numbers in base64: times as 16 bits over the curve's own
-//! range, which is finer than any screen, values as f32.
+//! Colours are named by their meaning (`@real`, `@slip`, `@w0`); the script looks them up in the
+//! style sheet, so that a figure follows the light and the dark theme. Long columns are
+//! little-endian numbers in base64: times as 16 bits over the curve's own range, which is finer
+//! than any screen, values as f32.
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
@@ -11,7 +12,7 @@ use serde_json::{Value, json};
 use super::decimate::{MAX_POINTS, envelope, short};
 use super::pen::{Pen, solid};
 
-/// Significant digits of numbers that are written as text.
+/// Significant digits of numbers written as text.
 const DIGITS: usize = 6;
 
 /// Columns up to this length are written as text.
@@ -31,24 +32,24 @@ pub struct Curve {
     points: Vec<(f64, f64)>,
 }
 
-/// How a curve is drawn.
+/// Drawing style of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum CurveKind {
     /// From point to point.
     Line,
-    /// Level from each point to the next.
+    /// Constant from each point to the next.
     Steps,
     /// A line with a dot at each point.
     Dotted,
-    /// Dots alone.
+    /// Only dots.
     Dots,
-    /// The area on top of the areas before it.
+    /// The area stacked on the areas before it.
     Area,
     /// Bars along x, one for each row.
     Bars,
 }
 
-/// A curve over time, thinned to its outline.
+/// A curve over time, reduced to its envelope.
 pub fn curve(name: &str, points: impl Iterator<Item = (f64, f64)>, pen: Pen) -> Curve {
     let points: Vec<_> = points.collect();
     exact_curve(name, envelope(&points, MAX_POINTS).into_iter(), pen)
@@ -84,7 +85,7 @@ pub fn dots(
     }
 }
 
-/// A bar in each row of an axis with names; `None` where there is none.
+/// A bar in each row of an axis with names; `None` for a missing value.
 pub fn bars(name: &str, values: &[Option<f64>], color: &'static str) -> Curve {
     let rows = values.iter().enumerate();
     let points = rows.map(|(row, x)| (x.unwrap_or(f64::NAN), row as f64));
@@ -95,7 +96,7 @@ pub fn bars(name: &str, values: &[Option<f64>], color: &'static str) -> Curve {
 }
 
 impl Curve {
-    /// The same, level from each point to the next.
+    /// Makes the curve constant from each point to the next.
     pub fn steps(self) -> Self {
         Self {
             kind: CurveKind::Steps,
@@ -103,7 +104,7 @@ impl Curve {
         }
     }
 
-    /// The same with a dot at each point.
+    /// Adds a dot at each point.
     pub fn with_dots(self, size_px: usize) -> Self {
         Self {
             kind: CurveKind::Dotted,
@@ -112,7 +113,7 @@ impl Curve {
         }
     }
 
-    /// The area on top of the areas before it. All areas of a plot need the same x.
+    /// Makes it an area stacked on the areas before it. All areas of a plot need the same x.
     pub fn stacked(self) -> Self {
         Self {
             kind: CurveKind::Area,
@@ -120,7 +121,7 @@ impl Curve {
         }
     }
 
-    /// The same, left out of the legend.
+    /// Leaves the curve out of the legend.
     pub fn unlisted(self) -> Self {
         Self {
             listed: false,
@@ -128,12 +129,12 @@ impl Curve {
         }
     }
 
-    /// The same with another opacity, from 0 to 1.
+    /// Sets the opacity, from 0 to 1.
     pub fn opacity(self, opacity: f64) -> Self {
         Self { opacity, ..self }
     }
 
-    /// The same with words at its points, above them or below.
+    /// Adds labels at its points, above or below them.
     pub fn labels(self, labels: Vec<String>, below: bool) -> Self {
         Self {
             labels,
@@ -171,7 +172,7 @@ impl Curve {
     }
 }
 
-/// An object without what is not given in it.
+/// Removes null fields from an object.
 fn without_nulls(mut object: Value) -> Value {
     if let Some(fields) = object.as_object_mut() {
         fields.retain(|_, value| !value.is_null());
@@ -179,7 +180,7 @@ fn without_nulls(mut object: Value) -> Value {
     object
 }
 
-/// A column of numbers. What is no number becomes a gap.
+/// Encodes a column of numbers. NaN becomes a gap.
 fn column(values: &[f64], coarse: bool) -> Value {
     if values.len() <= SHORT_COLUMN {
         let values = values.iter().map(|&x| short(x, DIGITS));
@@ -223,12 +224,12 @@ pub fn axis(title: &str) -> Axis {
 }
 
 impl Axis {
-    /// Logarithmic.
+    /// Makes it logarithmic.
     pub fn log(self) -> Self {
         Self { log: true, ..self }
     }
 
-    /// Zero is always on it.
+    /// Always includes zero.
     pub fn from_zero(self) -> Self {
         Self {
             from_zero: true,
@@ -236,7 +237,7 @@ impl Axis {
         }
     }
 
-    /// From one value to another, whatever the curves do.
+    /// Sets a fixed range.
     pub fn range(self, from: f64, to: f64) -> Self {
         Self {
             range: Some([from, to]),
@@ -244,12 +245,12 @@ impl Axis {
         }
     }
 
-    /// It spans at least so much: what is smaller is noise, and is drawn as small as it is.
+    /// Sets a smallest span: smaller variation is noise, and is drawn small.
     pub fn least_span(self, least_span: f64) -> Self {
         Self { least_span, ..self }
     }
 
-    /// Rows with names in place of numbers, the first on top.
+    /// Replaces numbers by row names, the first on top.
     pub fn names(self, names: Vec<String>) -> Self {
         Self { names, ..self }
     }
@@ -266,7 +267,7 @@ impl Axis {
     }
 }
 
-/// The axes of a plot, and how curves share them.
+/// The axes of a plot, and their use by curves.
 #[derive(Clone, Debug, Default)]
 pub struct Layout {
     x: Axis,
@@ -287,7 +288,7 @@ pub fn map_layout() -> Layout {
 }
 
 impl Layout {
-    /// Of two axes.
+    /// A layout of two axes.
     pub fn of(x: Axis, y: Axis) -> Self {
         Self {
             x,
@@ -296,7 +297,7 @@ impl Layout {
         }
     }
 
-    /// Both axes have the same scale.
+    /// Gives both axes the same scale.
     pub fn equal(self) -> Self {
         Self {
             equal: true,
@@ -304,7 +305,7 @@ impl Layout {
         }
     }
 
-    /// Bars of a row stand under each other; without it they are stacked by their sign.
+    /// Puts the bars of a row below each other; otherwise they are stacked by sign.
     pub fn grouped(self) -> Self {
         Self {
             grouped: true,
@@ -312,7 +313,7 @@ impl Layout {
         }
     }
 
-    /// Without axes: only the curves, such as circles around a centre.
+    /// Hides the axes, as for circles around a centre.
     pub fn bare(self) -> Self {
         Self {
             marks: true,
@@ -321,7 +322,7 @@ impl Layout {
     }
 }
 
-/// A plot of curves in a layout, as JSON.
+/// Returns a plot of curves in a layout, as JSON.
 pub fn plot(curves: Vec<Curve>, layout: Layout) -> String {
     let curves: Vec<Value> = curves.iter().map(Curve::to_json).collect();
     json!({

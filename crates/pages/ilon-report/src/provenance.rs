@@ -1,39 +1,41 @@
-//! Where a page comes from, and what the run was expected to do: given by whoever ran it, for a trace does not know.
+//! Origin of a page and expectations of the run, given by the caller because a trace does not
+//! contain them.
 
 use std::collections::BTreeMap;
 
 use super::html_table::{self, wide};
 use super::page::escape;
 
-/// One expectation and what came of it.
+/// An expectation with its result.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Expectation {
-    /// The quantity or signal, as `[expect]` names it.
+    /// The quantity or signal, by its name in `[expect]`.
     pub quantity: String,
     /// The bound with its unit, such as `<= 20 mm`.
     pub bound: String,
-    /// What was measured, with its unit, and when.
+    /// The measured value, with its unit and time.
     pub measured: String,
     /// Whether it held.
     pub held: bool,
 }
 
-/// Where a page comes from.
+/// Origin of a page.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Provenance {
     /// The command that made it.
     pub command: Option<String>,
     /// Keys of the scenario that the command changed, as `key=value`.
     pub changed: Vec<String>,
-    /// When, as a person reads it.
+    /// Date, as text for the reader.
     pub date: Option<String>,
     /// Files and the hashes of their contents.
     pub files: BTreeMap<String, String>,
-    /// What a person should know about the input or the run.
+    /// Remarks on the input or the run.
     pub remarks: Vec<String>,
 }
 
-/// The verdict as HTML: what was expected, and whether it held; failures first. Empty without expectations.
+/// Returns the verdict as HTML: expectations with their results, failures first. Empty without
+/// expectations.
 pub fn verdict(expectations: &[Expectation]) -> String {
     if expectations.is_empty() {
         return String::new();
@@ -66,7 +68,7 @@ pub fn verdict(expectations: &[Expectation]) -> String {
 }
 
 impl Provenance {
-    /// As HTML; `versions` are those of what made the run, by name.
+    /// Returns the origin as HTML; `versions` are those of the producing software, by name.
     pub fn html(&self, versions: &BTreeMap<String, String>) -> String {
         let row = |(name, value): (&str, &String)| {
             let value = format!("<td class=\"words\"><code>{}</code></td>", escape(value));

@@ -1,5 +1,6 @@
-//! A made-up run for the report's tests: a four-wheeled mecanum robot that follows a circle, its slip and its rollers'
-//! geometry drawn from simple formulas. Not a simulation: it only has every kind of curve in it.
+//! A made-up run for the report's tests: a four-wheeled mecanum robot that follows a circle, its
+//! slip and its rollers' geometry drawn from simple formulas. Not a simulation: it only has every
+//! kind of curve in it.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_4, TAU};
@@ -308,7 +309,8 @@ fn rate_of(wheel: &WheelHeader, twist: Twist) -> f64 {
         / (RADIUS_M * wheel.gamma_rad.cos())
 }
 
-/// The twist for four rates: the least squares of the made-up robot's M, whose columns are orthogonal.
+/// The twist for four rates: the least squares of the made-up robot's M, whose columns are
+/// orthogonal.
 fn twist_of(rates: &[f64; 4]) -> Twist {
     let header = header(1.0, true);
     let columns = [0, 1, 2].map(|c| {

@@ -14,7 +14,7 @@ use super::page::escape;
 use super::provenance::Expectation;
 use super::text::{angle, angle_known, energy, length, length_known, percent, speed, time};
 
-/// The figures that tiles show: each quantity of the summary by its key, from which magnitude on.
+/// Figures on tiles: each quantity of the summary by its key, with the smallest magnitude shown.
 const TILES: [(&str, f64); 6] = [
     ("slip_speed_rms_m_s", 0.0),
     ("wheel_slip_energy_j", 5e-4),
@@ -24,7 +24,7 @@ const TILES: [(&str, f64); 6] = [
     ("hub_ripple_m", 1e-5),
 ];
 
-/// Those of runs that follow something.
+/// Tiles of runs with a reference.
 const TRACKING_TILES: [(&str, f64); 5] = [
     ("position_error_max_m", 0.0),
     ("position_error_final_m", 0.0),
@@ -33,7 +33,7 @@ const TRACKING_TILES: [(&str, f64); 5] = [
     ("heading_converged_s", 0.0),
 ];
 
-/// Those of runs that follow nothing.
+/// Tiles of open-loop runs.
 const OPEN_LOOP_TILES: [(&str, f64); 6] = [
     ("twist_ratio_ideal.vx", 0.0),
     ("twist_ratio_ideal.vy", 0.0),
@@ -43,7 +43,7 @@ const OPEN_LOOP_TILES: [(&str, f64); 6] = [
     ("twist_ratio_contact.omega", 0.0),
 ];
 
-/// A value of a quantity, in SI units, with the unit that suits its size.
+/// Returns a value of a quantity, in SI units, with the unit that suits its size.
 fn sized(quantity: &Quantity, value: f64) -> String {
     match quantity.unit.symbol {
         "m" | "mm" | "mm per m" => length(value),
@@ -60,7 +60,7 @@ fn sized(quantity: &Quantity, value: f64) -> String {
     }
 }
 
-/// The figures that matter most, as HTML; those that something was expected of say whether it held.
+/// Returns the most important figures as HTML; figures with expectations show whether these held.
 pub(super) fn tiles(summary: &Summary, expectations: &[Expectation]) -> String {
     let of_its_kind: &[(&str, f64)] = match summary.position_error_final_m {
         Some(_) => &TRACKING_TILES,
@@ -76,7 +76,7 @@ pub(super) fn tiles(summary: &Summary, expectations: &[Expectation]) -> String {
         })
         .map(|(quantity, value)| {
             let name = escape(&quantity.words());
-            // The unit stands smaller than the number.
+            // The unit is smaller than the number.
             let (number, unit) = value.split_once(' ').unwrap_or((&value, ""));
             let expected = expectations.iter().find(|e| e.quantity == quantity.key);
             let (class, bound) = expected.map_or(("", String::new()), |e| {
@@ -91,12 +91,12 @@ pub(super) fn tiles(summary: &Summary, expectations: &[Expectation]) -> String {
     format!("<dl class=\"tiles\">{cells}</dl>\n")
 }
 
-/// A ratio near 1 to a hundredth of a percent.
+/// Returns a ratio near 1 to a hundredth of a percent.
 fn percent_fine(x: f64) -> String {
     format!("{:.2} %", 100.0 * x)
 }
 
-/// The ledger in numbers, as HTML.
+/// Returns the ledger in numbers, as HTML.
 pub(super) fn ledger_table(summary: &Summary) -> String {
     let causes = [
         "a task was saturated",
@@ -144,7 +144,7 @@ pub(super) fn ledger_table(summary: &Summary) -> String {
     ))
 }
 
-/// The mean twist on its way from asked to real, as HTML.
+/// Returns the mean twist in its stages from commanded to actual, as HTML.
 pub(super) fn twist_table(trace: &Trace, summary: &Summary) -> String {
     let twist = |name: &str, twist: Option<Twist>| {
         let cells = [
@@ -183,7 +183,8 @@ pub(super) fn twist_table(trace: &Trace, summary: &Summary) -> String {
     ))
 }
 
-/// The parts of the energy balance by their keys, what comes in first and then where it went, in the order in which they are shown.
+/// The parts of the energy balance by their keys, first the supply and then the sinks, in display
+/// order.
 pub(super) const BALANCE: [&str; 8] = [
     "energy.motor_j",
     "energy.outside_j",
@@ -195,7 +196,7 @@ pub(super) const BALANCE: [&str; 8] = [
     "energy.unexplained_j",
 ];
 
-/// The energy balance in numbers, as HTML.
+/// Returns the energy balance in numbers, as HTML.
 pub(super) fn energy_table(summary: &Summary) -> String {
     let share = summary.energy.unexplained_share.map(percent);
     let row = |quantity: &Quantity| {
@@ -219,10 +220,10 @@ pub(super) fn energy_table(summary: &Summary) -> String {
     ))
 }
 
-/// How far dead reckoning strayed, by either kinematics, and how many times less by the second; as HTML.
+/// Returns the drift of dead reckoning by either kinematics, and their ratio, as HTML.
 pub(super) fn odometry_table(summary: &Summary) -> String {
     let (ideal, contact) = (&summary.odometry_ideal, &summary.odometry_contact);
-    // The head, SI units to what is shown, decimals, the value.
+    // Heading, factor from SI units, decimals, value.
     type Column = (
         &'static str,
         fn(f64) -> f64,
@@ -269,7 +270,7 @@ pub(super) fn odometry_table(summary: &Summary) -> String {
     ))
 }
 
-/// What each cause did to the run, the largest effect first.
+/// Returns the effect of each cause on the run, the largest first.
 pub(super) fn causes_table(ablations: &[Ablation]) -> String {
     let mut ranked: Vec<&Ablation> = ablations.iter().collect();
     ranked.sort_by(|a, b| b.apart.most_m.total_cmp(&a.apart.most_m));
@@ -300,7 +301,8 @@ pub(super) fn causes_table(ablations: &[Ablation]) -> String {
     ))
 }
 
-/// The figures of a run at its own step and at half of it, as HTML: those that moved by more than their stated accuracy first.
+/// Returns the figures of a run at its own step and at half of it, as HTML: those that moved by
+/// more than their stated accuracy first.
 pub(super) fn convergence_table(converge: &Convergence) -> String {
     let found = quantities::stated()
         .filter_map(|(quantity, accuracy)| Some((quantity, accuracy, converge.get(quantity.key)?)));
@@ -336,7 +338,7 @@ pub(super) fn convergence_table(converge: &Convergence) -> String {
     ))
 }
 
-/// The unit that a quantity is shown in.
+/// Returns the display unit of a quantity.
 fn unit_words(quantity: &Quantity) -> &'static str {
     match quantity.unit.symbol {
         "" => "1",
@@ -344,7 +346,7 @@ fn unit_words(quantity: &Quantity) -> &'static str {
     }
 }
 
-/// The contacts of each wheel in numbers, as HTML.
+/// Returns the contacts of each wheel in numbers, as HTML.
 pub(super) fn wheel_table(summary: &Summary) -> String {
     let plain = |x: Option<f64>, places: usize| cell(x.map(|x| format!("{x:.places$}")));
     let milli = |x: Option<f64>, places: usize| plain(x.map(|x| 1e3 * x), places);
@@ -375,7 +377,7 @@ pub(super) fn wheel_table(summary: &Summary) -> String {
     ))
 }
 
-/// Every number of the summary under its own name, as HTML.
+/// Returns every number of the summary under its own name, as HTML.
 pub(super) fn all_figures(summary: &Summary) -> String {
     let mut rows = String::new();
     // A summary of numbers and names always serialises.
@@ -391,7 +393,7 @@ pub(super) fn all_figures(summary: &Summary) -> String {
     )
 }
 
-/// One row for each leaf of a JSON value, named by its path.
+/// Returns one row for each leaf of a JSON value, named by its path.
 fn flatten(path: &str, value: &Value, rows: &mut String) {
     let below = |key: &str| {
         if path.is_empty() {

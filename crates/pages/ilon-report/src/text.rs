@@ -1,8 +1,8 @@
-//! Numbers with their units, as a person reads them.
+//! Formats numbers with units for the reader.
 
 use ilon_trace::quantities;
 
-/// A number with so many decimals, without the sign of a zero.
+/// Returns a number with a number of decimals, without the sign of a zero.
 pub(super) fn decimals(x: f64, count: usize) -> String {
     let text = format!("{x:.count$}");
     match text.strip_prefix('-') {
@@ -11,7 +11,7 @@ pub(super) fn decimals(x: f64, count: usize) -> String {
     }
 }
 
-/// A text that begins a sentence.
+/// Capitalises the start of a sentence.
 pub(super) fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| {
@@ -19,7 +19,7 @@ pub(super) fn capital(text: &str) -> String {
     })
 }
 
-/// A length for reading: metres, or millimetres below one.
+/// Returns a length as text: metres, or millimetres below one.
 pub(super) fn length(x_m: f64) -> String {
     let size_m = x_m.abs();
     if !x_m.is_finite() {
@@ -37,10 +37,11 @@ pub(super) fn length(x_m: f64) -> String {
     }
 }
 
-/// What of a figure is known at best, as a share: what one run moves by at half its step can be small by chance, while another moves by more.
+/// Smallest relative uncertainty of a figure: the change at half the step can be small by chance,
+/// while another figure moves more.
 const KNOWN_AT_BEST: f64 = 1e-3;
 
-/// A length of which so much is known, in metres: with the digits that this bears.
+/// Returns a length with as many digits as its uncertainty, in metres, justifies.
 pub(super) fn length_known(x_m: f64, floor_m: f64) -> String {
     let floor_m = floor_m.max(KNOWN_AT_BEST * x_m.abs());
     match x_m.abs() >= 1.0 {
@@ -49,32 +50,32 @@ pub(super) fn length_known(x_m: f64, floor_m: f64) -> String {
     }
 }
 
-/// An angle of which so much is known, in radians: in degrees, with the digits that this bears.
+/// Returns an angle in degrees with as many digits as its uncertainty, in radians, justifies.
 pub(super) fn angle_known(x_rad: f64, floor_rad: f64) -> String {
     let floor_rad = floor_rad.max(KNOWN_AT_BEST * x_rad.abs());
     let places = borne(floor_rad.to_degrees(), 3);
     format!("{}°", decimals(x_rad.to_degrees(), places))
 }
 
-/// How many decimals a number bears of which so much is known; at most so many.
+/// Returns the number of decimals that an uncertainty justifies, at most `most`.
 fn borne(floor: f64, most: usize) -> usize {
     let places = -floor.max(f64::MIN_POSITIVE).log10().floor();
     places.clamp(0.0, most as f64) as usize
 }
 
-/// An angle for reading, in degrees.
+/// Returns an angle as text, in degrees.
 pub(super) fn angle(x_rad: f64) -> String {
     let x_deg = x_rad.to_degrees();
     let places = if x_deg.abs() >= 1.0 { 2 } else { 3 };
     format!("{}°", decimals(x_deg, places))
 }
 
-/// A time for reading.
+/// Returns a time as text.
 pub(super) fn time(x_s: f64) -> String {
     format!("{x_s:.2} s")
 }
 
-/// A part of a whole for reading.
+/// Returns a part of a whole as text.
 pub(super) fn percent(x: f64) -> String {
     let x_pct = 100.0 * x;
     if x_pct.abs() >= 0.05 || x_pct == 0.0 {
@@ -84,7 +85,7 @@ pub(super) fn percent(x: f64) -> String {
     }
 }
 
-/// A force for reading.
+/// Returns a force as text.
 pub(super) fn force(x_n: f64) -> String {
     match x_n.abs() {
         size_n if size_n >= 1000.0 => format!("{x_n:.0} N"),
@@ -93,7 +94,7 @@ pub(super) fn force(x_n: f64) -> String {
     }
 }
 
-/// A speed for reading.
+/// Returns a speed as text.
 pub(super) fn speed(x_m_s: f64) -> String {
     if x_m_s.abs() >= 1.0 {
         format!("{x_m_s:.3} m/s")
@@ -104,13 +105,13 @@ pub(super) fn speed(x_m_s: f64) -> String {
     }
 }
 
-/// An energy for reading.
+/// Returns an energy as text.
 pub(super) fn energy(x_j: f64) -> String {
     let places = if x_j.abs() >= 0.1 { 2 } else { 3 };
     format!("{} J", decimals(x_j, places))
 }
 
-/// The words for a part of the energy balance, or for any other quantity, by its key.
+/// Returns the text for a part of the energy balance, or for any other quantity, by its key.
 pub(super) fn label(key: &str) -> &'static str {
     quantities::by_key(key).map_or("", |quantity| quantity.label)
 }
@@ -119,7 +120,8 @@ pub(super) fn label(key: &str) -> &'static str {
 mod tests {
     use super::*;
 
-    /// However little a run moves at half its step, no more than four digits are known of what a cause did.
+    /// Even if a run hardly changes at half its step, the effect of a cause has at most four
+    /// digits.
     #[test]
     fn no_figure_of_a_cause_has_more_digits_than_are_known() {
         assert_eq!(length_known(0.161_069, 4e-5), "161.1 mm");

@@ -1,4 +1,5 @@
-//! A run, or a robot alone, on a stage: the scene in three dimensions, the track of events, and the slider that moves the whole page.
+//! The viewer of a run, or of a robot alone: the scene in three dimensions, the track of events,
+//! and the slider of the page's time.
 
 use std::fmt::Write;
 
@@ -16,27 +17,28 @@ use super::story::{Event, EventKind};
 /// The script of clock, slider, keys and events.
 const SCRIPT: &str = include_str!("web/clock.js");
 
-/// Frames of a run in the page: half of what a screen shows is smooth, and a page stays small.
+/// Frames of a run in the page: half a screen's frame rate looks smooth, and the page stays small.
 const THINNING: Thinning = Thinning {
     rate_hz: 30.0,
     most: 1500,
 };
 
-/// The most events that a lane of the track shows: those that matter most.
+/// Largest number of events in a lane of the track: the most important ones.
 const MOST_A_LANE: usize = 60;
 
-/// A scene as a page carries it.
+/// A scene in the format of a page.
 pub(crate) struct Picture {
     /// The scene as JSON.
     pub json: String,
-    /// What of the robot's looks is left out or simplified.
+    /// What was left out or simplified in the robot's appearance.
     pub remarks: Vec<String>,
-    /// Other ways that the ghost may go.
+    /// Other paths for the ghost.
     pub ways: Vec<String>,
 }
 
-/// The scene of a run as data for `ilonScene`, with the frames of the rows that there are: of a run that has none yet, one that takes
-/// frames as they come. `relief_m` are the heights of the ground's relief, row by row, in metres. `None` where the robot is another one.
+/// Returns the scene of a run as data for `ilonScene`, with the frames of the existing rows;
+/// without rows, it accepts frames later. `relief_m` are the heights of the ground's relief, row by
+/// row, in metres. `None` if the robot is another one.
 pub fn scene_of(
     trace: &ilon_trace::Trace,
     robot: &Robot,
@@ -46,10 +48,10 @@ pub fn scene_of(
     picture.map(|picture| picture.json)
 }
 
-/// The scene of a run; `None` where its robot is not known.
+/// Returns the scene of a run; `None` if its robot is unknown.
 ///
 /// # Errors
-/// Where the rows cannot be read.
+/// If the rows cannot be read.
 pub(crate) fn picture_of<R: Rows>(
     rows: &R,
     robot: Option<&Robot>,
@@ -90,7 +92,7 @@ pub(crate) fn picture_of<R: Rows>(
     }))
 }
 
-/// A page with a stage among its parts: what draws the scene, where there is one, and what moves it come with it.
+/// A page with a viewer, and its scripts, including the scene's if there is one.
 pub fn page(head: &Head, sections: &[Section], footer: &str, has_scene: bool) -> String {
     let script = if has_scene {
         embed::script()
@@ -106,7 +108,7 @@ pub fn page(head: &Head, sections: &[Section], footer: &str, has_scene: bool) ->
     page::page(head, sections, footer, &parts)
 }
 
-/// The stage of a run as HTML: scene, track, slider.
+/// Returns the viewer of a run as HTML: scene, track, slider.
 pub(crate) fn html(
     header: &Header,
     ends_s: [f64; 2],
@@ -130,10 +132,11 @@ pub(crate) fn html(
     })
 }
 
-/// A robot alone as HTML: its scene, in which its wheels turn once within this time, and a slider.
+/// Returns the viewer of a robot alone as HTML: its scene, in which its wheels turn once within
+/// this time, and a slider.
 ///
 /// # Errors
-/// Never of a scene that `ilon-scene` made; those of serde else.
+/// Never for a scene made by `ilon-scene`; otherwise those of serde.
 pub fn of_robot(scene: &Scene, turn_s: f64) -> Result<String, serde_json::Error> {
     let data = embed::data(scene)?;
     let wheels = scene.description.robot.wheels.iter();
@@ -152,7 +155,7 @@ pub fn of_robot(scene: &Scene, turn_s: f64) -> Result<String, serde_json::Error>
     }))
 }
 
-/// Several runs side by side as HTML, each in a scene of its own, under one slider.
+/// Returns several runs side by side as HTML, each with its own scene, under one slider.
 pub(crate) fn of_runs(runs: &[(&str, String)], ends_s: [f64; 2]) -> String {
     let pictures: String = runs
         .iter()
@@ -181,7 +184,7 @@ pub(crate) fn of_runs(runs: &[(&str, String)], ends_s: [f64; 2]) -> String {
     )
 }
 
-/// A canvas and the scene that is drawn on it.
+/// A canvas with its scene.
 fn picture(index: usize, label: &str, scene: &str) -> String {
     let id = match index {
         0 => "scene-data".to_owned(),
@@ -193,7 +196,7 @@ fn picture(index: usize, label: &str, scene: &str) -> String {
     )
 }
 
-/// The buttons of views.
+/// The view buttons.
 fn views(views: &[(&str, &str)]) -> String {
     let buttons: String = views
         .iter()
@@ -209,33 +212,33 @@ const RUN_VIEWS: &[(&str, &str)] = &[
     ("top", "From above"),
 ];
 
-/// What the colours in the scene of a run mean.
+/// The colour legend of a run's scene.
 const RUN_LEGEND: &str = "<ul class=\"legend scene-legend\"><li style=\"--c:var(--scene-ghost)\">ghost: where the ideal kinematics, or the run without a cause, would be</li>\
      <li style=\"--c:var(--scene-path)\">path</li><li style=\"--c:var(--scene-reference)\">reference</li>\
      <li style=\"--c:var(--scene-grip)\">contact that grips, with its force</li>\
      <li style=\"--c:var(--scene-sliding)\">contact at its friction limit</li>\
      <li style=\"--c:var(--scene-slip)\">sliding velocity</li></ul>";
 
-/// What stands on a stage.
+/// The content of a viewer.
 #[derive(Default)]
 struct Viewer<'a> {
     title: &'a str,
-    /// What the picture shows, for those who cannot see it.
+    /// Description of the picture for screen readers.
     label: &'a str,
     /// The scene as JSON.
     scene: Option<&'a str>,
-    /// What of the robot's looks is left out or simplified.
+    /// What was left out or simplified in the robot's appearance.
     remarks: &'a [String],
     wheels: &'a [&'a str],
-    /// The views that buttons choose, with their words.
+    /// The views of the buttons, with their labels.
     views: &'a [(&'a str, &'a str)],
-    /// Whether it moves over the ground: then there are a ghost, paths, forces and events.
+    /// Whether it moves over the ground; only then are there a ghost, paths, forces and events.
     is_run: bool,
-    /// Other ways that the ghost may go.
+    /// Other paths for the ghost.
     ways: &'a [String],
     /// The lanes of events, as HTML.
     track: String,
-    /// What the page's clock reads.
+    /// Data for the page's clock.
     clock: serde_json::Value,
     help: &'a str,
 }
@@ -275,7 +278,7 @@ fn stage(of: &Viewer) -> String {
     figure(of, &shown, &scene_controls, &format!("{legend}{remarks}"))
 }
 
-/// What the ghost shows, to choose from.
+/// The choice of the ghost's path.
 fn ghosts(ways: &[String]) -> String {
     let way = |(index, name): (usize, &String)| {
         format!("<option value=\"{index}\">{}</option>", escape(name))
@@ -286,7 +289,7 @@ fn ghosts(ways: &[String]) -> String {
     )
 }
 
-/// The figure around pictures, with the slider that moves them.
+/// The figure around pictures, with their slider.
 fn figure(of: &Viewer, pictures: &str, scene_controls: &str, legend: &str) -> String {
     let jumps = if of.is_run {
         "<button type=\"button\" class=\"back\" title=\"Previous event (P)\">‹ event</button>\
@@ -326,7 +329,8 @@ fn clock(start_s: f64, end_s: f64, events: &[Event]) -> serde_json::Value {
     json!({ "start": start_s, "end": end_s, "spans": spans, "events": events })
 }
 
-/// The most important ones, in the order of time: those from outside, then by what they lost and how long they lasted.
+/// Returns the most important events, in the order of time: first external ones, then by loss and
+/// duration.
 fn important(events: &[Event], most: usize) -> Vec<&Event> {
     let weight = |event: &Event| {
         let outside = if event.is_outside() { 1e9 } else { 0.0 };
@@ -339,7 +343,7 @@ fn important(events: &[Event], most: usize) -> Vec<&Event> {
     kept
 }
 
-/// A lane for each kind of event that happened.
+/// A lane for each kind of event that occurred.
 fn track(header: &Header, [start_s, end_s]: [f64; 2], events: &[Event]) -> String {
     struct Lane<'a> {
         place: usize,
@@ -410,7 +414,7 @@ fn track(header: &Header, [start_s, end_s]: [f64; 2], events: &[Event]) -> Strin
     html
 }
 
-/// All events as a table whose times seek.
+/// Returns all events as a table; a click on a time seeks.
 pub(crate) fn events_table(events: &[Event]) -> String {
     if events.is_empty() {
         return "<p class=\"lead\">Nothing stood out: no fault, no slide, no lost contact, no saturation.</p>\n".to_owned();

@@ -178,12 +178,13 @@ impl Rolling {
         }
     }
 
-    /// Turns the rollers that touch by their spin over the row.
+    /// Turns the rollers that touch by their spin until the next row.
     pub fn pass(&mut self, header: &Header, record: &Record, wheels: &[WheelSample]) {
+        let span_s = header.row_end_s(record.t_s) - record.t_s;
         for (angles_rad, wheel) in self.angles_rad.iter_mut().zip(wheels) {
             let roller = angles_rad.get_mut(wheel.roller as usize);
             if let Some(angle_rad) = roller.filter(|_| wheel.touching) {
-                *angle_rad += wheel.roller_spin_rad_s * header.row_span_s(record.t_s);
+                *angle_rad += wheel.roller_spin_rad_s * span_s;
             }
         }
     }

@@ -1,4 +1,5 @@
-//! The logs of a study as they are fitted: without faults that a log shows by itself, on one clock, cut into stretches, without outliers.
+//! Reads the logs of a study and prepares them for fits: checks each log for faults, puts poses and
+//! wheels on one clock, cuts the logs into windows, and removes outliers.
 
 use ilon_sim::Error;
 
@@ -10,22 +11,22 @@ use crate::outcome::RunDoubt;
 use crate::read_logs::{delays, read, refuse};
 use crate::study::Study;
 
-/// Fewer stretches of a run than this say nothing.
+/// Smallest number of windows of a usable run.
 const FEWEST_WINDOWS: usize = 4;
 
-/// The logs of a study, and what is to be fitted of them.
+/// The checked logs of a study.
 pub(crate) struct CheckedLogs {
-    /// The logs, their poses at the times of the wheels.
+    /// The logs, with the poses at the times of the wheels.
     pub logs: Vec<Log>,
-    /// Their stretches.
+    /// Their windows.
     pub evidence: Evidence,
-    /// By how much poses come later than wheels, for each series.
+    /// Delay of the poses behind the wheels, for each series.
     pub delays: Vec<(String, Delay)>,
-    /// How far poses scatter.
+    /// Scatter of the poses.
     pub noise: Noise,
-    /// How many stretches were left out as outliers.
+    /// Number of windows removed as outliers.
     pub left_out: usize,
-    /// What is odd in the logs, and no reason to refuse them.
+    /// Doubts about the logs that are no reason to reject them.
     pub doubts: Vec<RunDoubt>,
 }
 
@@ -33,7 +34,7 @@ impl CheckedLogs {
     /// Reads and checks the logs of a study.
     ///
     /// # Errors
-    /// Where a log cannot be read, is not what it is stated to be, or does not say enough.
+    /// If a log cannot be read, differs from its stated format, or does not contain enough motion.
     pub fn read(study: &Study) -> Result<Self, Error> {
         let mut logs = read(study)?;
         let mut evidence = Evidence {
@@ -79,12 +80,12 @@ impl CheckedLogs {
     }
 }
 
-/// Whether the times by which poses come later than wheels are fitted.
+/// Whether the study fits the delays of the poses.
 pub(crate) fn fits_delays(study: &Study) -> bool {
     matches!(study.file.log.delay_s, Some(Delayed::Fitted(_)))
 }
 
-/// What is odd in the rows of a log.
+/// Returns the anomalies in the rows of a log.
 fn doubts_of_rows(study: &Study, run: usize, log: &Log) -> Result<Vec<RunDoubt>, Error> {
     let mut doubts = Vec::new();
     for doubt in anomalies::of_rows(log, &study.robot) {
@@ -97,7 +98,7 @@ fn doubts_of_rows(study: &Study, run: usize, log: &Log) -> Result<Vec<RunDoubt>,
     Ok(doubts)
 }
 
-/// The stretches of a run in which wheels turn.
+/// Returns the windows of a run in which wheels turn.
 fn enough_windows(study: &Study, run: usize, log: &Log) -> Result<Vec<Window>, Error> {
     let found = windows(log, run, study.file.window_s);
     if found.len() < FEWEST_WINDOWS {
@@ -114,8 +115,8 @@ fn enough_windows(study: &Study, run: usize, log: &Log) -> Result<Vec<Window>, E
     Ok(found)
 }
 
-/// Refuses logs in which wheels are exchanged or turned round. A single run may not move enough ways for that; runs of a series are wired
-/// alike.
+/// Rejects logs in which wheels are swapped or reversed. A single run may not move in enough
+/// directions to show this; the runs of a series are wired alike.
 fn check_wiring(study: &Study, logs: &[Log], evidence: &Evidence) -> Result<(), Error> {
     for series in evidence.series_of(&evidence.all()) {
         let of_series = evidence.of_series(&series);
@@ -126,7 +127,8 @@ fn check_wiring(study: &Study, logs: &[Log], evidence: &Evidence) -> Result<(), 
             continue;
         };
         let doubt = match doubt.kind {
-            // Neither wheels nor the tracker's hand: one of its axes alone may be otherwise, which displacements do not show.
+            // Neither the wheels nor the tracker's handedness: one of its axes alone may be wrong,
+            // which displacements do not show.
             AnomalyKind::Unexplained | AnomalyKind::Wiring => {
                 let runs: Vec<&Log> = logs
                     .iter()
@@ -144,7 +146,8 @@ fn check_wiring(study: &Study, logs: &[Log], evidence: &Evidence) -> Result<(), 
     Ok(())
 }
 
-/// Takes the delays of poses out of the logs where the study asks for it; else what is said of those that show.
+/// Removes the delays of poses from the logs if the study asks for it; otherwise returns doubts
+/// about those that show.
 fn take_delays(
     study: &Study,
     logs: &mut [Log],

@@ -1,5 +1,5 @@
-//! What a controller is to be set to, so that the robot does what it is asked: as ros2_controllers name it, for a robot that is driven by its
-//! ideal kinematics.
+//! Controller settings, by the names of ros2_controllers, that make a robot with ideal kinematics
+//! follow its commands.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_4, TAU};
@@ -12,10 +12,10 @@ use crate::directions::contact;
 use crate::model::Parameter;
 use crate::outcome::{Controller, ControllerKind, Gains, Value, WheelSetting};
 
-/// Rollers that are turned by less than this from where a controller takes them to be are as it takes them, in radians.
+/// Rollers within this angle of the controller's assumption agree with it, in radians.
 const WITHIN_RAD: f64 = 0.02;
 
-/// Gains by their names in a study, and what rigid rollers make of them.
+/// Returns gains by their names in a study, and the gains of rigid rollers.
 pub fn gains(robot: &Robot, by_name: &BTreeMap<String, Value>) -> Gains {
     let of = |name: &str| by_name.get(name).cloned();
     Gains {
@@ -28,8 +28,8 @@ pub fn gains(robot: &Robot, by_name: &BTreeMap<String, Value>) -> Gains {
     }
 }
 
-/// What the touching rollers, by their geometry alone, make of twists ahead, to the left and of turns, over what the robot's matrix says; `None`
-/// of robots whose rollers are not known.
+/// Returns the gains of twists ahead, to the left and of rotation by the touching rollers' geometry
+/// alone, relative to the robot's matrix; `None` if the rollers are unknown.
 fn rigid(robot: &Robot) -> Option<[f64; 3]> {
     let kinematics = Kinematics::new(robot).ok()?;
     let gain = |axis: usize| {
@@ -46,10 +46,12 @@ fn rigid(robot: &Robot) -> Option<[f64; 3]> {
     Some([gain(0)?, gain(1)?, gain(2)?])
 }
 
-/// The controller of ros2_controllers that can drive such a robot: four mecanum wheels on parallel axes with equal sums of their arms, or omni wheels
-/// that look outward, spread evenly on a circle.
+/// Returns the controller of ros2_controllers that can drive such a robot: four mecanum wheels on
+/// parallel axes with equal sums of their arms, or omni wheels that face outward, spread evenly on
+/// a circle.
 pub fn kind(robot: &Robot) -> Option<ControllerKind> {
-    /// Lengths that differ by less than this share are equal: files round, people measure.
+    /// Lengths that differ by less than this share are equal: files are rounded, and measurements
+    /// too.
     const WITHIN: f64 = 0.01;
     let wheels = &robot.wheels;
     let count = wheels.len() as f64;
@@ -98,10 +100,12 @@ pub fn kind(robot: &Robot) -> Option<ControllerKind> {
     is_mecanum.then_some(ControllerKind::Mecanum)
 }
 
-/// The settings that follow from gains by direction, and from wheels that were fitted one by one; of no [`kind`] yet.
+/// Returns the settings that follow from gains by direction, and from wheels that were fitted
+/// separately, without a [`kind`] yet.
 ///
-/// Wheels of radius R that are commanded by v / R make g v of a twist ahead; they make v of it where the controller takes R g for their radius.
-/// With that radius a lever L makes (gain of turns / gain ahead) of a turn, and sideways (gain sideways / gain ahead) is left.
+/// Wheels of radius R commanded with v / R produce g v of a twist ahead; they produce v if the
+/// controller's radius is R g. With that radius a lever L produces (gain of rotation / gain ahead)
+/// of a rotation, and a factor sideways of (gain sideways / gain ahead) is left.
 pub fn controller(robot: &Robot, gains: &Gains, parameters: &[(Parameter, Value)]) -> Controller {
     let nominal = |parameter: Parameter| parameter.nominal(robot);
     let (radius_m, lever_m) = (nominal(Parameter::Radius), nominal(Parameter::Lever));
@@ -118,7 +122,8 @@ pub fn controller(robot: &Robot, gains: &Gains, parameters: &[(Parameter, Value)
             .find(|(of, _)| *of == wanted)
             .map(|of| of.1.clone())
     };
-    // Gains by direction are what wheels that stand otherwise make of commands for others: radius and lever are what was fitted beside their places.
+    // Gains by direction describe wheels at other places than stated as seen by the stated
+    // commands: radius and lever are what was fitted besides the places.
     if parameters
         .iter()
         .any(|(parameter, _)| parameter.is_of_place())
@@ -177,8 +182,9 @@ mod tests {
     use super::*;
     use ilon_formats::LoadRobot;
 
-    /// ros2_controllers has one for four wheels whose rollers stand at 45 degrees and whose arms are alike, one for rollers across wheels that are spread
-    /// evenly and look outward, and none for others.
+    /// ros2_controllers has one controller for four wheels with rollers at 45 degrees and equal
+    /// arms, one for transverse rollers on wheels that face outward and are spread evenly, and none
+    /// for others.
     #[test]
     fn the_controller_is_one_that_can_drive_the_robot() {
         let mecanum = include_str!("../../../../assets/robots/mecanum4.urdf");

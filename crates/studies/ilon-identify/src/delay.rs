@@ -1,8 +1,10 @@
-//! By how much the tracker's poses come after the wheels' angles: two clocks, or a tracker that takes its time.
+//! The delay of the tracker's poses behind the wheels' angles, from two clocks or from the
+//! tracker's latency.
 //!
-//! With the wheels shifted by tau, displacements of the body over short stretches are explained by a map with a gain of its own along
-//! each axis, the tracked point and the tracker's heading. What that leaves is least at the delay. Near its least it is a parabola in tau,
-//! of each stretch too: how their slopes scatter there says how sure the least is.
+//! The wheels are shifted by tau, and the body's displacements over short windows are fitted by a
+//! map with one gain per axis, the tracked point and the tracker's heading. The residual is
+//! smallest at the delay. Near its minimum it is a parabola in tau, also for each window: the
+//! scatter of the windows' slopes there gives the uncertainty of the delay.
 
 use nalgebra::{DMatrix, DVector, Matrix3xX};
 
@@ -10,37 +12,40 @@ use crate::log::Log;
 use crate::motion::{GAP, Window, windows};
 use crate::scatter::{Interval, Scatter};
 
-/// The longest delay that is looked for, in seconds.
+/// Longest delay searched for, in seconds.
 const LONGEST_S: f64 = 0.5;
-/// Delays are first tried so far apart, in seconds: robots do not change their rates faster.
+/// Step of the first search, in seconds: robots do not change their rates faster.
 const APART_S: f64 = 0.02;
-/// Stretches are this long, in seconds: shorter ones say more about a delay, and less beside the noise.
+/// Length of a window, in seconds: shorter ones determine a delay better, but with more noise.
 const WINDOW_S: f64 = 0.5;
-/// What a delay must leave at most, beside none, to be believed.
+/// A delay is accepted only if it reduces the residual to this share or less.
 const LEFT: f64 = 0.8;
-/// So many times the square that an equation has left must go: five standard deviations, as the best of many delays was taken.
+/// Required reduction, in units of an equation's squared residual: five standard deviations,
+/// because the best of many delays was chosen.
 const CLEARLY: f64 = 25.0;
-/// Gains ahead, sideways and of turns, the tracker's heading, and its point.
+/// Gains ahead, sideways and of rotation, the tracker's heading, and its point.
 const VALUES: usize = 6;
 
 /// A delay of a series of runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Delay {
-    /// By how much poses come after wheels, in seconds.
+    /// Delay of the poses behind the wheels, in seconds.
     pub value_s: f64,
-    /// Where it lies with 95 %.
+    /// Its 95 % interval.
     pub interval: Interval,
-    /// Whether the logs show it: its interval does not hold 0, and without it a quarter more is left, and more than chance has it.
+    /// Whether the logs show it: its interval excludes 0, and without it the residual is a quarter
+    /// larger, and significantly so.
     pub is_shown: bool,
 }
 
-/// The delay of logs that share it, for a robot whose map from wheel rates to twists is known up to gains; `None` of logs too short or
-/// too steady to say.
+/// Returns the delay of logs that share it, for a robot whose map from wheel rates to twists is
+/// known up to gains; `None` if the logs are too short or too steady.
 pub fn of(logs: &[&Log], twist_matrix: &Matrix3xX<f64>, lever_m: f64) -> Option<Delay> {
     let left = |tau_s: f64| -> Option<Vec<f64>> {
         let mut all = Vec::new();
         for log in logs {
-            // The same stretches at every delay: rows that the longest would push over an end are never in one.
+            // The same windows at every delay: rows that the longest delay would push over an end
+            // are in none.
             let inner = shifted(log, tau_s).part(LONGEST_S, log.duration_s() - LONGEST_S);
             all.extend(windows(&inner, 0, WINDOW_S));
         }
@@ -84,7 +89,8 @@ pub fn of(logs: &[&Log], twist_matrix: &Matrix3xX<f64>, lever_m: f64) -> Option<
         bends += bend;
         told += bend * bend;
     }
-    // Of steady stretches none tells a delay: so many do as there would have to be that tell as much each.
+    // Effective number of windows, since steady ones do not determine a delay: as many equally
+    // informative windows as would give this information.
     let freedoms = (bends * bends / told - 1.0).max(1.0);
     let half_width_s = Scatter::furthest(freedoms) * slopes.sqrt() / bends * half_s;
     if !(bends > 0.0 && half_width_s.is_finite()) {
@@ -101,13 +107,14 @@ pub fn of(logs: &[&Log], twist_matrix: &Matrix3xX<f64>, lever_m: f64) -> Option<
     })
 }
 
-/// Where the parabola through values at -1, 0 and 1 is least; `None` where it has no least.
+/// Returns the position of the minimum of the parabola through values at -1, 0 and 1; `None` if it
+/// has none.
 fn least_of([before, at, after]: [f64; 3]) -> Option<f64> {
     let bend = before - 2.0 * at + after;
     (bend > 0.0).then(|| 0.5 * (before - after) / bend)
 }
 
-/// The squares that a map with gains leaves of each stretch, in m^2.
+/// Returns the squared residual of each window after a fit of a map with gains, in m^2.
 fn left_of(windows: &[Window], matrix: &Matrix3xX<f64>, lever_m: f64) -> Option<Vec<f64>> {
     if windows.len() < VALUES {
         return None;
@@ -139,8 +146,9 @@ fn left_of(windows: &[Window], matrix: &Matrix3xX<f64>, lever_m: f64) -> Option<
     )
 }
 
-/// A log whose wheels are those of a time earlier by a delay, in seconds: each pose beside the angles at which it was taken. Rows of
-/// whose wheels the log knows nothing then, for they lie before its beginning, after its end or in a gap, count as unseen.
+/// Returns the log with its wheels shifted to an earlier time by a delay, in seconds: each pose
+/// then belongs to the angles at which it was measured. Rows whose wheels are then unknown (before
+/// the start, after the end or in a gap) count as unseen.
 pub fn shifted(log: &Log, tau_s: f64) -> Log {
     if tau_s == 0.0 {
         return log.clone();

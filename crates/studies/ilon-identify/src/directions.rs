@@ -1,4 +1,4 @@
-//! What was done by direction of motion.
+//! Measured and predicted motion by direction.
 
 use std::f64::consts::TAU;
 
@@ -9,25 +9,26 @@ use nalgebra::{DVector, Matrix3xX};
 use crate::motion::{Tracker, Window};
 use crate::outcome::Direction;
 
-/// Directions closer together than this are one, in radians.
+/// Directions closer than this are one, in radians.
 const APART_RAD: f64 = TAU / 48.0;
 /// Speeds that differ by less than this share of the larger are one.
 const SPEED_APART: f64 = 0.3;
-/// Wheel angles over which the touching rollers are averaged.
+/// Number of wheel angles over which the touching rollers are averaged.
 const PHASES: usize = 512;
 
-/// Stretches of one direction and speed.
+/// Windows of one direction and speed.
 struct Bin {
     angle_rad: f64,
     way_m: f64,
-    /// How far each wheel turned, in all.
+    /// Total rotation of each wheel, in radians.
     turned_rad: Vec<f64>,
-    /// Of each stretch the way asked for, the way made along it and across, the same as it was fitted, and the turn left.
+    /// For each window: the commanded distance, the distance along it and across, the same by the
+    /// fitted model, and the residual rotation.
     members: Vec<[f64; 6]>,
 }
 
-/// What the motion of windows is by direction. `nominal` is the robot's own map, `fitted` that of the chosen model, and `trackers` has
-/// one a run.
+/// Returns the motion of windows by direction. `nominal` is the robot's own map, `fitted` that of
+/// the chosen model, and `trackers` has one entry per run.
 pub fn directions(
     windows: &[&Window],
     robot: &Robot,
@@ -37,7 +38,7 @@ pub fn directions(
     window_s: f64,
 ) -> Vec<Direction> {
     let mut bins = binned(windows, nominal, fitted, trackers);
-    // What is rarely done is the end of something else.
+    // Rare directions are the transitions between others.
     let most = bins.iter().map(|bin| bin.members.len()).max().unwrap_or(0);
     bins.retain(|bin| bin.members.len() * 20 >= most && bin.members.len() >= 2);
     bins.sort_by(|a, b| {
@@ -50,7 +51,7 @@ pub fn directions(
     bins.iter().map(of).collect()
 }
 
-/// The stretches that make some way, by direction and speed.
+/// Sorts the windows with translation by direction and speed.
 fn binned(
     windows: &[&Window],
     nominal: &Matrix3xX<f64>,
@@ -64,7 +65,7 @@ fn binned(
     let mut bins: Vec<Bin> = Vec::new();
     for (window, asked) in windows.iter().zip(&asked) {
         let way_m = way(asked);
-        // Turns in place have no direction.
+        // Rotations on the spot have no direction.
         if way_m < 0.2 * largest {
             continue;
         }
@@ -132,13 +133,13 @@ impl Bin {
     }
 }
 
-/// A direction to a tenth of a degree, below a full turn.
+/// Returns a direction rounded to a tenth of a degree, below a full turn.
 fn tidy(degrees: f64) -> f64 {
     let rounded = (10.0 * degrees).round() / 10.0;
     if rounded >= 360.0 { 0.0 } else { rounded }
 }
 
-/// What was seen as the body's own displacement.
+/// Returns the tracked displacement as the body's own displacement.
 pub fn of_body(window: &Window, tracker: &Tracker) -> [f64; 3] {
     let (s, c) = libm::sincos(tracker.turned_rad);
     let [x, y, turn] = window.seen;
@@ -151,8 +152,8 @@ pub fn of_body(window: &Window, tracker: &Tracker) -> [f64; 3] {
     ]
 }
 
-/// What the touching rollers make of wheel rates along a twist, over that twist, averaged over wheel angles; `None` of robots whose rollers are
-/// not known.
+/// Returns the part of a twist that the touching rollers produce along it, averaged over wheel
+/// angles; `None` if the rollers are unknown.
 pub fn contact(robot: &Robot, asked: [f64; 3], rates: &[f64]) -> Option<f64> {
     let mut kinematics = ContactKinematics::new(robot).ok()?;
     let square: f64 = asked.iter().map(|part| part * part).sum();
@@ -162,7 +163,8 @@ pub fn contact(robot: &Robot, asked: [f64; 3], rates: &[f64]) -> Option<f64> {
     let mut along = 0.0;
     let mut angles = vec![0.0; rates.len()];
     for phase in 0..PHASES {
-        // Wheels stand at angles that have nothing to do with each other: steps by roots of primes fill all of them evenly.
+        // The wheels' angles are independent: steps by roots of primes fill all combinations
+        // evenly.
         for (angle, root) in angles.iter_mut().zip(
             [2.0_f64, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0]
                 .iter()

@@ -1,4 +1,4 @@
-//! A study from its logs to what was found.
+//! Runs an identification, from the logs of a study to the results.
 
 use std::collections::BTreeMap;
 
@@ -23,21 +23,21 @@ use crate::scatter::Scatter;
 use crate::simulate::{Observations, SimulationFit, simulate};
 use crate::study::{ModelFile, Study};
 
-/// How far an identification is.
+/// Progress of an identification.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Progress {
-    /// Logs are read.
+    /// Reading logs.
     Reading,
-    /// A model of the kinematics is fitted.
+    /// Fitting a model of the kinematics, with its name.
     Fitting(String),
-    /// Runs are simulated: so many so far.
+    /// Simulating drives, with the number so far.
     Simulating(u32),
 }
 
-/// Fits all that a study leaves free.
+/// Fits all free parameters of a study.
 ///
 /// # Errors
-/// Where a log cannot be read, is not what it is stated to be, or does not say enough.
+/// If a log cannot be read, differs from its stated format, or does not contain enough motion.
 pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<Identified, Error> {
     progress(Progress::Reading);
     let checked = CheckedLogs::read(study)?;
@@ -59,16 +59,16 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
     Ok(outcome)
 }
 
-/// A model of the kinematics as fitted, with its errors on what it was fitted to and on what was kept back.
+/// A fitted model of the kinematics, with its errors on fitted and on held-out data.
 type FittedModel = (Fitted, Errors, Errors);
 
-/// The models of the kinematics that were tried, and how each does.
+/// All models of the kinematics that were fitted.
 struct Candidates {
     files: Vec<ModelFile>,
     fits: Vec<FittedModel>,
-    /// Which of them is chosen.
+    /// Index of the chosen one.
     chosen: usize,
-    /// The robot as it is known.
+    /// The robot with its nominal values.
     nominal: FittedModel,
     judged_by: JudgedBy,
 }
@@ -113,13 +113,13 @@ impl Candidates {
     }
 }
 
-/// What turns rates of wheels into twists, and poses of the robot into those that are seen.
+/// The maps from wheel rates to twists and from the robot's poses to tracked ones.
 struct Kinematics {
-    /// Of the robot as it is known.
+    /// Map of the nominal robot.
     nominal: Matrix3xX<f64>,
-    /// Of the model that is chosen.
+    /// Map of the chosen model.
     fitted: Matrix3xX<f64>,
-    /// Of each run.
+    /// Tracker of each run.
     trackers: Vec<Tracker>,
 }
 
@@ -134,7 +134,7 @@ impl Kinematics {
     }
 }
 
-/// What was found by the kinematics alone.
+/// Builds the results of the kinematics alone.
 fn outcome(
     study: &Study,
     checked: &CheckedLogs,
@@ -204,7 +204,7 @@ fn outcome(
     })
 }
 
-/// The times by which poses come later than wheels, where they are fitted.
+/// Returns the fitted delays of the poses behind the wheels.
 fn fitted_delays(study: &Study, checked: &CheckedLogs) -> BTreeMap<String, Value> {
     if !fits_delays(study) {
         return BTreeMap::new();
@@ -219,7 +219,7 @@ fn fitted_delays(study: &Study, checked: &CheckedLogs) -> BTreeMap<String, Value
     checked.delays.iter().map(of).collect()
 }
 
-/// Adds what the simulation of the same drives found.
+/// Adds the results of the simulation.
 fn add_simulated(outcome: &mut Identified, found: SimulationFit) {
     for (key, value) in found.parameters {
         outcome.simulated_keys.push(key.clone());
@@ -236,7 +236,7 @@ fn add_simulated(outcome: &mut Identified, found: SimulationFit) {
     outcome.simulation = Some(found.simulation);
 }
 
-/// Directions that are no further apart are one.
+/// Directions no further apart than this count as one, in degrees.
 const NEAR_DEG: f64 = 4.0;
 
 fn apart_deg(a: f64, b: f64) -> f64 {
@@ -251,7 +251,7 @@ fn nominal_model() -> ModelFile {
     }
 }
 
-/// Where all models miss by this many times the noise, wheels may stand otherwise than stated.
+/// If all models miss by this many times the noise, wheels may not be at their stated places.
 const FAR_OFF: f64 = 20.0;
 
 fn model(name: &str, free: &[&str]) -> ModelFile {
@@ -261,7 +261,7 @@ fn model(name: &str, free: &[&str]) -> ModelFile {
     }
 }
 
-/// The models of a study, or those that fit any robot.
+/// Returns the models of a study, by default those that suit any robot.
 fn models(study: &Study) -> Vec<ModelFile> {
     if !study.file.models.is_empty() {
         return study.file.models.clone();
@@ -289,7 +289,7 @@ fn held(fitted: &Fitted, robot: &Robot) -> Vec<HeldParameter> {
         .collect()
 }
 
-/// Each parameter of a model that was fitted, with its value.
+/// Returns the fitted parameters of a model with their values.
 fn valued(fitted: &Fitted, robot: &Robot) -> Vec<(Parameter, Value)> {
     let values = fitted.values.iter().zip(fitted.intervals());
     let parameters = fitted.model.parameters.iter().zip(values);
@@ -313,13 +313,13 @@ fn by_name(
         .collect()
 }
 
-/// The parameters of a model that was fitted, those of the tracker left out.
+/// Returns the fitted parameters of a model without those of the tracker.
 fn of_robot(fitted: &Fitted, robot: &Robot) -> BTreeMap<String, Value> {
     let is_of_robot = |parameter: &Parameter| !parameter.is_of_tracker();
     by_name(&valued(fitted, robot), robot, is_of_robot)
 }
 
-/// Ratios that hold even where a common scale is not known.
+/// Returns ratios that hold even if a common scale is unknown.
 fn derived(fitted: &Fitted) -> BTreeMap<String, Value> {
     let place = |wanted: &Parameter| {
         let mut parameters = fitted.model.parameters.iter();
@@ -349,7 +349,7 @@ fn derived(fitted: &Fitted) -> BTreeMap<String, Value> {
     derived
 }
 
-/// Gains by direction of some stretches, and their ratios, as far as they determine them.
+/// Fits gains by direction to windows, and their ratios, as far as the windows determine them.
 fn fit_gains(
     study: &Study,
     evidence: &Evidence,
@@ -365,7 +365,7 @@ fn fit_gains(
     Ok(gains)
 }
 
-/// The gains of each series by itself.
+/// Returns the gains of each series separately.
 fn series(study: &Study, evidence: &Evidence, noise: Noise) -> Result<Vec<Series>, Error> {
     let of = |name: &String| -> Result<Series, Error> {
         let windows = evidence.of_series(name);

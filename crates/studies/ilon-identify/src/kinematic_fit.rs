@@ -1,4 +1,5 @@
-//! Fits models of the kinematics to the displacements of runs, and says how well each parameter is known.
+//! Fits models of the kinematics to the displacements of runs, with the uncertainty of each
+//! parameter.
 
 use ilon_sim::Error;
 use nalgebra::{DMatrix, DVector, Matrix3xX, SymmetricEigen};
@@ -9,7 +10,7 @@ use crate::model::{Model, Parameter};
 use crate::motion::{Tracker, Window};
 use crate::scatter::{Cluster, Interval, Scatter};
 
-/// How exactly displacements are seen.
+/// Measurement noise of displacements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
     /// Standard deviation of a displacement along one axis, in metres.
@@ -18,19 +19,19 @@ pub struct Noise {
     pub heading_rad: f64,
 }
 
-/// The runs of a study as a fit sees them.
+/// The runs of a study as input of a fit.
 #[derive(Clone, Debug, Default)]
 pub struct Evidence {
-    /// All stretches of all runs.
+    /// All windows of all runs.
     pub windows: Vec<Window>,
     /// The series of each run.
     pub series: Vec<String>,
-    /// Whether each run is kept back.
+    /// Whether each run is held out.
     pub held_out: Vec<bool>,
 }
 
 impl Evidence {
-    /// The stretches of runs of one series, none of which is kept back.
+    /// Takes the windows of runs of one series, none of which is held out.
     pub fn of(runs: impl IntoIterator<Item = Vec<Window>>) -> Self {
         let mut evidence = Self::default();
         for windows in runs {
@@ -41,7 +42,7 @@ impl Evidence {
         evidence
     }
 
-    /// The names of the series of some stretches, each once.
+    /// Returns the names of the series of windows, each once.
     pub fn series_of(&self, windows: &[&Window]) -> Vec<String> {
         let mut names: Vec<String> = Vec::new();
         for window in windows {
@@ -53,49 +54,50 @@ impl Evidence {
         names
     }
 
-    /// All stretches.
+    /// Returns all windows.
     pub fn all(&self) -> Vec<&Window> {
         self.windows.iter().collect()
     }
 
-    /// Those of a series.
+    /// Returns the windows of a series.
     pub fn of_series(&self, series: &str) -> Vec<&Window> {
         self.some(|window| self.series[window.run] == series)
     }
 
-    /// Some of the stretches.
+    /// Returns the windows that satisfy a predicate.
     pub fn some(&self, of: impl Fn(&Window) -> bool) -> Vec<&Window> {
         self.windows.iter().filter(|window| of(window)).collect()
     }
 
-    /// The stretches to which models are fitted.
+    /// Returns the windows to which models are fitted.
     pub fn fitted(&self) -> Vec<&Window> {
         self.some(|window| !self.held_out[window.run])
     }
 
-    /// The stretches that are kept back.
+    /// Returns the held-out windows.
     pub fn kept_back(&self) -> Vec<&Window> {
         self.some(|window| self.held_out[window.run])
     }
 }
 
-/// A model that was fitted.
+/// A fitted model.
 #[derive(Clone, Debug)]
 pub struct Fitted {
-    /// The model, with what could be determined.
+    /// The model, with the parameters that could be determined.
     pub model: Model,
     /// The value of each of its parameters.
     pub values: Vec<f64>,
-    /// How runs scatter about it, or stretches of them; `None` where that is not known.
+    /// Scatter of runs, or of windows, about it; `None` if unknown.
     pub scatter: Option<Scatter>,
-    /// What the log could not determine and was held, each with a sentence that says why and what would help.
+    /// Parameters that the log could not determine and that were held, each with a sentence on the
+    /// reason and a remedy.
     pub held: Vec<(Parameter, String)>,
-    /// Whether that is the scatter of whole runs, and not of stretches of them.
+    /// Whether the scatter is that of whole runs instead of windows.
     pub over_runs: bool,
 }
 
 impl Fitted {
-    /// The 95 % interval of each value; no numbers where that is not known.
+    /// Returns the 95 % interval of each value; NaN if unknown.
     pub fn intervals(&self) -> Vec<Interval> {
         match &self.scatter {
             Some(scatter) => scatter.intervals(&self.values),
@@ -104,11 +106,12 @@ impl Fitted {
     }
 }
 
-/// A stretch that misses the freest linear model by this many standard deviations is an outlier.
+/// A window that misses the most general linear model by this many standard deviations is an
+/// outlier.
 const OUTLIER: f64 = 8.0;
 
-/// How far from the best fit of three free rows all windows lie: that is noise, whatever the robot is. Windows that lie much further
-/// are removed; gives how many.
+/// Estimates the noise as the deviation of all windows from the best fit of three free rows, which
+/// is independent of the robot. Removes windows that deviate much more and returns their number.
 pub fn take_noise(evidence: &mut Evidence) -> (Noise, usize) {
     let before = evidence.windows.len();
     let mut noise = Noise {
@@ -119,7 +122,7 @@ pub fn take_noise(evidence: &mut Evidence) -> (Noise, usize) {
         let left = free_residuals(evidence);
         let mut along: Vec<f64> = left.iter().flat_map(|r| [r[0].abs(), r[1].abs()]).collect();
         let mut turn: Vec<f64> = left.iter().map(|r| r[2].abs()).collect();
-        // 1.4826 times the median of sizes is the standard deviation of normal noise.
+        // 1.4826 times the median of absolute values is the standard deviation of normal noise.
         noise = Noise {
             position_m: (1.4826 * middle(&mut along)).max(1e-7),
             heading_rad: (1.4826 * middle(&mut turn)).max(1e-7),
@@ -144,7 +147,8 @@ pub fn take_noise(evidence: &mut Evidence) -> (Noise, usize) {
     (noise, before - evidence.windows.len())
 }
 
-/// By run the median of what its windows miss: what all of a run have is no fault of one of them, but of the map, as where a floor creeps.
+/// Returns the median residual of the windows of each run: a residual common to a whole run is not
+/// the fault of single windows, but of the map, as on a floor with creep.
 fn usual_of_runs(evidence: &Evidence, left: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let runs = evidence.windows.iter().map(|window| window.run + 1).max();
     (0..runs.unwrap_or(0))
@@ -162,8 +166,8 @@ fn usual_of_runs(evidence: &Evidence, left: &[[f64; 3]]) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// What each window misses the best map from wheel steps to displacements by, where all entries of the map are free and each
-/// series has a point of its own that the tracker follows.
+/// Returns the residual of each window from the best map from wheel steps to displacements, with
+/// all entries of the map free and a separate tracked point for each series.
 fn free_residuals(evidence: &Evidence) -> Vec<[f64; 3]> {
     let windows = &evidence.windows;
     let wheels = windows.first().map_or(0, |window| window.turned_rad.len());
@@ -204,7 +208,7 @@ fn free_residuals(evidence: &Evidence) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// Least squares, the shortest of all solutions where there are several.
+/// Solves by least squares; the shortest of several solutions.
 pub(crate) fn solve(matrix: &DMatrix<f64>, seen: &DVector<f64>) -> DVector<f64> {
     let normal = SymmetricEigen::new(matrix.transpose() * matrix);
     let slope = matrix.transpose() * seen;
@@ -222,7 +226,7 @@ pub(crate) fn solve(matrix: &DMatrix<f64>, seen: &DVector<f64>) -> DVector<f64> 
     solution
 }
 
-/// What windows miss a model by, over the noise, three rows a window.
+/// Returns the residuals of windows from a model, over the noise, three rows per window.
 pub fn residuals(
     model: &Model,
     values: &[f64],
@@ -239,7 +243,8 @@ pub fn residuals(
     Some(misses(&matrix, &trackers, windows, noise))
 }
 
-/// What windows miss a map from wheel rates to twists by, over the noise, three rows a window; `trackers` has one a run.
+/// Returns the residuals of windows from a map from wheel rates to twists, over the noise, three
+/// rows per window; `trackers` has one entry per run.
 pub fn misses(
     matrix: &Matrix3xX<f64>,
     trackers: &[Tracker],
@@ -256,10 +261,11 @@ pub fn misses(
     left
 }
 
-/// Fits a model to some runs. What these runs do not determine is held at the robot's own value.
+/// Fits a model to some runs. Parameters that these runs do not determine are held at the robot's
+/// own value.
 ///
 /// # Errors
-/// A robot that no values let move.
+/// A robot that no values make movable.
 pub fn fit(
     model: &Model,
     evidence: &Evidence,
@@ -280,7 +286,8 @@ pub fn fit(
     })
 }
 
-/// A model whose robot is as another fit left it, its tracker's parameters fitted to runs of series that the fit did not see.
+/// Returns a model with the robot of another fit, and its tracker's parameters fitted to runs of
+/// series outside that fit.
 ///
 /// # Errors
 /// Like [`fit`].
@@ -347,7 +354,7 @@ pub(crate) fn search_of(model: &Model) -> Search {
     }
 }
 
-/// How runs scatter, or stretches of the runs where there are too few of them.
+/// Returns the scatter of runs, or of windows of the runs if there are too few runs.
 fn scatter(
     windows: &[&Window],
     jacobian: &DMatrix<f64>,
@@ -378,7 +385,7 @@ fn scatter(
         clusters.retain(|cluster| cluster.rows > 0);
         Scatter::new(&clusters)
     };
-    // Each value must be known without any one run.
+    // Each value must be determined without any single run.
     let by_run = gather(1).filter(|by_run| used >= FEWEST_RUNS && !by_run.has_alone());
     if by_run.is_some() {
         return (by_run, true);
@@ -387,17 +394,18 @@ fn scatter(
     (gather(parts), false)
 }
 
-/// Of fewer runs than this the scatter is that of stretches.
+/// With fewer runs than this the scatter of windows is used.
 const FEWEST_RUNS: usize = 6;
-/// At least so many of them.
+/// Smallest number of these windows.
 const FEWEST_STRETCHES: usize = 24;
 
-/// A share of the largest singular value below which a combination of parameters changes nothing that is seen.
+/// A combination of parameters with a singular value below this share of the largest has no visible
+/// effect.
 const INDISTINCT: f64 = 2e-3;
-/// A parameter with a standard error above this share of what it may be off by is not determined.
+/// A parameter with a standard error above this share of its expected deviation is not determined.
 const UNKNOWN: f64 = 1.0;
 
-/// The model with what a log determines, and what it does not with the reason.
+/// Returns the model with the parameters that a log determines, and the others with the reason.
 fn determined(
     model: &Model,
     windows: &[&Window],
@@ -423,7 +431,7 @@ fn determined(
             .map(|size| size.max(0.0).sqrt())
             .collect();
         let remedy = remedy(windows, &model);
-        // One that changes less than the noise by all that it may be off by.
+        // A parameter whose whole expected deviation changes less than the noise.
         let unseen = (0..names.len()).find(|axis| sizes[*axis] * UNKNOWN < 1.0);
         if let Some(axis) = unseen {
             held.push((
@@ -467,7 +475,7 @@ fn determined(
     Ok((model, held))
 }
 
-/// What a log would have to hold beside, by what it lacks.
+/// Returns what a log would have to contain in addition.
 fn remedy(windows: &[&Window], model: &Model) -> String {
     let bare = model.without(&model.parameters);
     let Some(matrix) = bare.twist_matrix(&[]) else {

@@ -1,53 +1,55 @@
-//! Nonlinear least squares within bounds: steps of Gauss and Newton, damped after Levenberg and Marquardt, with derivatives by
-//! differences.
+//! Nonlinear least squares within bounds: Gauss-Newton steps with Levenberg-Marquardt damping, and
+//! derivatives by finite differences.
 //!
-//! The published crate for it stands on another release of nalgebra, which would be built and linked beside ours.
+//! The published crate for it depends on another release of nalgebra, which would be built and
+//! linked in addition.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use ilon_sim::Error;
 
-/// What a search may do.
+/// Settings of a search.
 #[derive(Clone, Debug)]
 pub struct Search {
-    /// How far each value is moved for a derivative.
+    /// Step of each value for its derivative.
     pub differences: Vec<f64>,
-    /// The least and the largest of each value.
+    /// The smallest and the largest of each value.
     pub bounds: Vec<(f64, f64)>,
-    /// Most steps.
+    /// Largest number of steps.
     pub steps: u32,
     /// A step that moves each value by less than this share of its difference ends the search.
     pub tolerance: f64,
-    /// The damping with which it begins, over the diagonal of the normal equations.
+    /// Initial damping, over the diagonal of the normal equations.
     pub damping: f64,
-    /// How often a step is tried with ten times the damping before the search ends where it is: residuals that are not smooth, as those
-    /// of a simulation, are no better for more.
+    /// How often a step is tried with ten times the damping before the search ends: residuals that
+    /// are not smooth, as those of a simulation, do not improve with more.
     pub tries: u32,
 }
 
-/// What is to become small, at some values; `None` where it cannot be computed.
+/// Returns the residuals at some values; `None` if they cannot be computed.
 pub type Residuals<'r> = dyn Fn(&[f64]) -> Result<Option<Vec<f64>>, Error> + Sync + 'r;
 
-/// Where a search ended.
+/// The result of a search.
 #[derive(Clone, Debug)]
 pub struct Minimum {
-    /// The values there.
+    /// The final values.
     pub values: Vec<f64>,
-    /// What is left, a row an equation.
+    /// The residuals, one row per equation.
     pub residuals: DVector<f64>,
-    /// How each residual follows each value there.
+    /// Derivative of each residual by each value.
     pub jacobian: DMatrix<f64>,
-    /// Whether it ended by itself, and not because its steps were used up.
+    /// Whether the search converged before its steps were used up.
     pub has_converged: bool,
-    /// How often the residuals were asked for.
+    /// Number of evaluations of the residuals.
     pub evaluations: u32,
 }
 
-/// Finds values with the least sum of squared residuals. `residuals` gives `None` where there are none, which is worse than any.
+/// Returns values with the smallest sum of squared residuals. `residuals` returns `None` if they
+/// cannot be computed, which counts as worse than any.
 ///
 /// # Errors
-/// What `residuals` gives, and a start without residuals.
+/// Those of `residuals`, and a start without residuals.
 pub fn least_squares(
     residuals: &Residuals<'_>,
     start: &[f64],
@@ -137,7 +139,8 @@ pub fn least_squares(
     })
 }
 
-/// How each residual follows each value, by differences to both sides, or to one at a bound; a value a core.
+/// Returns the derivative of each residual by each value, by central differences, or one-sided ones
+/// at a bound; one value per core.
 fn derivatives(
     residuals: &Residuals<'_>,
     values: &[f64],
@@ -193,7 +196,7 @@ mod tests {
 
     #[test]
     fn rosenbrocks_valley_is_followed_to_its_end() {
-        // Its least value, 0, is at (1, 1).
+        // Its minimum, 0, is at (1, 1).
         let valley = |x: &[f64]| Ok(Some(vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]]));
         let found = least_squares(&valley, &[-1.2, 1.0], &search(2)).unwrap();
         assert!(found.has_converged);

@@ -1,8 +1,9 @@
-//! Fits what a robot really is to logs of its drives.
+//! Fits a robot's real parameters to logs of its drives.
 //!
-//! A log says what the wheels did and where something outside saw the robot. From that follow, in two steps, the kinematics (radii,
-//! levers, the roller angle, or gains by direction: least squares on displacements) and, by simulating the runs, keys of the scenario:
-//! how the rollers give, what the floor does.
+//! A log contains the wheels' angles and the robot's pose from an external tracker. Two steps
+//! follow: the kinematics (radii, levers, the roller angle, or gains by direction) by least squares
+//! on displacements; and keys of the scenario (compliance of the rollers, properties of the floor)
+//! by simulating the runs.
 //!
 //! ```no_run
 //! use ilon_identify::{Study, identify};
@@ -15,22 +16,22 @@
 //! # Ok::<(), ilon_sim::Error>(())
 //! ```
 //!
-//! | module | answers |
+//! | module | content |
 //! |---|---|
-//! | `study` | what a person writes down |
-//! | [`log`] | what a log says, and what is wrong with it |
-//! | `controller` | what a controller is to be set to |
-//! | [`delay`] | by how much the tracker's poses come after the wheels |
-//! | [`motion`] | displacements in the body frame, over short stretches |
-//! | [`model`] | what of the kinematics can be free |
-//! | [`kinematic_fit`] | values, noise, and what a log determines |
-//! | [`scatter`] | how sure the values are |
+//! | `study` | the user's study file |
+//! | [`log`] | reading logs, and their anomalies |
+//! | `controller` | settings for a controller |
+//! | [`delay`] | delay of the tracker's poses behind the wheels |
+//! | [`motion`] | displacements in the body frame, over short windows |
+//! | [`model`] | free parameters of the kinematics |
+//! | [`kinematic_fit`] | values, noise, and which parameters a log determines |
+//! | [`scatter`] | uncertainty of the values |
 //! | `simulate` | keys of the scenario, by simulating |
-//! | [`plan`] | which course determines what is free |
-//! | [`tape`] | the same from runs of which a tape measured the ends |
-//! | [`outcome`] | what was found, as it is written |
+//! | [`plan`] | a course that determines the free parameters |
+//! | [`tape`] | the same from runs whose ends were measured by tape |
+//! | [`outcome`] | the results as written |
 //!
-//! There is no command line and no plot here.
+//! The crate has no command line and no plots.
 
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]

@@ -1,4 +1,5 @@
-//! Models of the kinematics: the ideal matrix of a robot whose radii, levers and angle are otherwise, and gains on what it gives.
+//! Models of the kinematics: the ideal matrix with free radii, levers and roller angle, and gains
+//! on its output.
 
 use ilon_control::Kinematics;
 use ilon_robot::Robot;
@@ -8,37 +9,38 @@ use nalgebra::{Isometry3, Matrix3xX, Translation3, UnitQuaternion, Vector3};
 use crate::log::wheel_names;
 use crate::motion::Tracker;
 
-/// Something about the robot, the log or the tracker that can be free.
+/// A parameter of the robot, the log or the tracker that can be free.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Parameter {
     /// The radius of all wheels, in metres.
     Radius,
-    /// The radius of one wheel, by its place in the robot's order, in metres.
+    /// The radius of one wheel, by its index in the robot, in metres.
     WheelRadius(usize),
-    /// The arm with which a wheel turns the robot, in metres: of a ring its radius, of mecanum wheels the sum of the two arms. All wheels
-    /// move away from the middle by the same factor.
+    /// The arm with which a wheel rotates the robot, in metres: the radius of a ring, the sum of
+    /// the two arms of mecanum wheels. All wheels move away from the middle by the same factor.
     Lever,
     /// The size of the angle gamma of all wheels, in degrees.
     Gamma,
     /// The heading of a wheel's axis in the body frame, in degrees.
     WheelAxis(usize),
-    /// Where a wheel stands along x of the body frame, in metres.
+    /// Position of a wheel along x of the body frame, in metres.
     WheelX(usize),
-    /// Where it stands along y, in metres.
+    /// Position of a wheel along y of the body frame, in metres.
     WheelY(usize),
-    /// What the robot does along x over what the matrix says.
+    /// Motion along x over that of the matrix.
     GainAhead,
-    /// What it does along y over what the matrix says.
+    /// Motion along y over that of the matrix.
     GainSideways,
-    /// What it turns over what the matrix says.
+    /// Rotation over that of the matrix.
     GainTurn,
-    /// Share of the rows that were lost, with what the wheels turned in them.
+    /// Share of the rows that were lost, with the wheels' rotation in them.
     RowsLost,
-    /// x of the point that the tracker follows, in the body frame, of one series of runs, in metres.
+    /// x of the point that the tracker follows, in the body frame, for one series of runs, in
+    /// metres.
     TrackerX(String),
-    /// y of it.
+    /// y of that point.
     TrackerY(String),
-    /// By how much the tracker's heading is ahead of the body's, in degrees.
+    /// Angle of the tracker's heading ahead of the body's, in degrees.
     TrackerHeading(String),
 }
 
@@ -68,7 +70,7 @@ impl Parameter {
         }
     }
 
-    /// Its unit; empty of a plain number.
+    /// Its unit; empty if dimensionless.
     pub fn unit(&self) -> &'static str {
         match self {
             Self::Radius
@@ -101,7 +103,7 @@ impl Parameter {
         }
     }
 
-    /// How far it may be expected to be off: what a log cannot narrow below this, it does not determine.
+    /// Its expected deviation: a parameter that a log does not narrow below this is not determined.
     pub fn scale(&self, robot: &Robot) -> f64 {
         match self {
             Self::Radius | Self::WheelRadius(_) | Self::Lever => 0.1 * self.nominal(robot),
@@ -112,7 +114,7 @@ impl Parameter {
         }
     }
 
-    /// Whether it is the tracker's and says nothing about the robot.
+    /// Whether it belongs to the tracker and not to the robot.
     pub fn is_of_tracker(&self) -> bool {
         matches!(
             self,
@@ -120,12 +122,12 @@ impl Parameter {
         )
     }
 
-    /// Whether it is where a wheel stands, or how its axis lies.
+    /// Whether it is the position of a wheel, or the direction of its axis.
     pub fn is_of_place(&self) -> bool {
         matches!(self, Self::WheelAxis(_) | Self::WheelX(_) | Self::WheelY(_))
     }
 
-    /// The parameters of a name in a study, of which `radius_m.*` and the like are one a wheel.
+    /// Returns the parameters of a name in a study; `radius_m.*` and the like are one per wheel.
     fn named(name: &str, robot: &Robot) -> Option<Vec<Self>> {
         let one = match name {
             "radius_m" => Self::Radius,
@@ -154,7 +156,8 @@ impl Parameter {
     }
 }
 
-/// The mean arm with which a wheel turns the robot, in metres: |b . u_gamma| / cos(gamma) about the middle of all wheels.
+/// Returns the mean arm with which a wheel rotates the robot, in metres: |b . u_gamma| / cos(gamma)
+/// about the middle of all wheels.
 fn lever_m(robot: &Robot) -> f64 {
     let middle = middle_m(robot);
     let arms = robot.wheels.iter().map(|wheel| {
@@ -174,11 +177,11 @@ fn middle_m(robot: &Robot) -> Vector3<f64> {
     sum / robot.wheels.len() as f64
 }
 
-/// A model: a robot, and what is free about it.
+/// A robot with its free parameters.
 #[derive(Clone, Debug)]
 pub struct Model {
     robot: Robot,
-    /// What is free, those of the tracker last.
+    /// The free parameters, those of the tracker last.
     pub parameters: Vec<Parameter>,
 }
 
@@ -186,7 +189,7 @@ impl Model {
     /// A model of a robot with these parameters free.
     ///
     /// # Errors
-    /// A parameter that no robot has, that stands twice, or that another one contains.
+    /// An unknown parameter, a repeated one, or one contained in another.
     pub fn new(robot: &Robot, free: &[String]) -> Result<Self, Error> {
         let mut parameters: Vec<Parameter> = Vec::new();
         for name in free {
@@ -219,7 +222,7 @@ impl Model {
         })
     }
 
-    /// The same with the tracker's parameters free too, of each of these series.
+    /// Returns the model with the tracker's parameters free too, for each of these series.
     pub fn with_tracker(mut self, of_tracker: &[String], series: &[String]) -> Self {
         for one in series {
             for name in of_tracker {
@@ -240,12 +243,12 @@ impl Model {
             .collect()
     }
 
-    /// The robot's own values of the parameters.
+    /// Returns the robot's own values of the parameters.
     pub fn nominal(&self) -> Vec<f64> {
         self.each(Parameter::nominal)
     }
 
-    /// How far each parameter may be expected to be off.
+    /// Returns the expected deviation of each parameter.
     pub fn scales(&self) -> Vec<f64> {
         self.each(Parameter::scale)
     }
@@ -306,7 +309,8 @@ impl Model {
         robot
     }
 
-    /// The map from wheel rates to twists with these values; `None` of values with which the robot cannot be moved.
+    /// Returns the map from wheel rates to twists with these values; `None` if the robot cannot be
+    /// moved with them.
     pub fn twist_matrix(&self, values: &[f64]) -> Option<Matrix3xX<f64>> {
         if values.iter().any(|value| !value.is_finite()) {
             return None;
@@ -318,7 +322,7 @@ impl Model {
                 Parameter::GainAhead => matrix.row_mut(0).scale_mut(*value),
                 Parameter::GainSideways => matrix.row_mut(1).scale_mut(*value),
                 Parameter::GainTurn => matrix.row_mut(2).scale_mut(*value),
-                // What is seen of a turn is the share that was not lost.
+                // The tracked part of a rotation is the share that was not lost.
                 Parameter::RowsLost if *value < 1.0 => matrix.scale_mut(1.0 / (1.0 - value)),
                 Parameter::RowsLost => return None,
                 _ => {}
@@ -327,7 +331,7 @@ impl Model {
         Some(matrix)
     }
 
-    /// Where the tracker sees the robot in a series, with these values.
+    /// Returns the tracker of a series with these values.
     pub fn tracker(&self, values: &[f64], series: &str) -> Tracker {
         let mut tracker = Tracker::default();
         for (parameter, value) in self.parameters.iter().zip(values) {
@@ -343,7 +347,7 @@ impl Model {
         tracker
     }
 
-    /// The same model with some of its parameters held.
+    /// Returns the model with some of its parameters held.
     pub fn without(&self, held: &[Parameter]) -> Self {
         let mut model = self.clone();
         model
@@ -353,7 +357,7 @@ impl Model {
     }
 }
 
-/// The robot without what its ideal kinematics does not need.
+/// Returns the robot without the parts that its ideal kinematics does not need.
 fn bare(robot: &Robot) -> Robot {
     let mut robot = robot.clone();
     robot

@@ -1,4 +1,4 @@
-//! How far off models are, on what was fitted and on what was not, and which is chosen.
+//! Errors of models on fitted and on held-out data, and the choice of a model.
 
 use ilon_sim::Error;
 use nalgebra::Matrix3xX;
@@ -11,7 +11,8 @@ use crate::motion::{Tracker, Window, reckoned};
 use crate::outcome::{Errors, JudgedBy};
 use crate::study::{ModelFile, Study};
 
-/// The share of the best held-out error by which a model with more parameters must be better to be chosen.
+/// A model with more parameters is chosen only if it is better by this share of the best held-out
+/// error.
 const WORTH: f64 = 0.01;
 
 pub(crate) fn judged_by(evidence: &Evidence, kept_back: &[&Window]) -> JudgedBy {
@@ -27,7 +28,7 @@ pub(crate) fn judged_by(evidence: &Evidence, kept_back: &[&Window]) -> JudgedBy 
     }
 }
 
-/// Fits a model, and measures its errors on what it was fitted to and on what not.
+/// Fits a model, and computes its errors on fitted and on held-out data.
 pub(crate) fn judge(
     study: &Study,
     file: &ModelFile,
@@ -90,7 +91,8 @@ pub(crate) fn judge(
     Ok((fitted, fit_errors, held_out))
 }
 
-/// The model with the least error on what was not fitted; of those that are as good, the one with the fewest parameters.
+/// Returns the model with the smallest held-out error; among equally good ones, the one with the
+/// fewest parameters.
 pub(crate) fn choose(tried: &[(Fitted, Errors, Errors)]) -> usize {
     let error = |index: usize| tried[index].2.over_noise;
     let least = (0..tried.len()).map(error).fold(f64::INFINITY, f64::min);
@@ -153,7 +155,7 @@ pub(crate) fn end_rms(
     (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
-/// How far from the robot dead reckoning ends, in metres and in radians.
+/// Returns the final error of dead reckoning, in metres and in radians.
 pub(crate) fn end(log: &Log, matrix: &Matrix3xX<f64>, tracker: &Tracker) -> (f64, f64) {
     let reckoned = reckoned(log, matrix, tracker);
     match (reckoned.last(), log.poses.last()) {

@@ -1,23 +1,25 @@
-//! From a log to displacements over short stretches, in the body frame.
+//! Converts a log to displacements over short windows, in the body frame.
 //!
-//! The heading is seen from outside, so that the displacement of a body whose wheels turn by dq is linear in the map J from wheel
-//! rates to twists: with theta_m the heading in the middle of a stretch, and dq_k the steps of the wheels in it,
+//! Because the heading is tracked, the displacement of a body whose wheels turn by dq is linear in
+//! the map J from wheel rates to twists. With theta_m the heading in the middle of a window, and
+//! dq_k the steps of the wheels in it,
 //!
 //! `R(-theta_m) dp = sum_k R(theta_k - theta_m) J dq_k`,
 //!
-//! of which the sums of `cos(theta_k - theta_m) dq_k` and `sin(theta_k - theta_m) dq_k` are all that J needs. What a point away from the
-//! body's origin does beside is linear in its place too.
+//! for which J needs only the sums of `cos(theta_k - theta_m) dq_k` and `sin(theta_k - theta_m)
+//! dq_k`. The additional displacement of a point away from the body's origin is linear in its
+//! position too.
 
 use nalgebra::Matrix3xX;
 
 use crate::log::Log;
 
-/// What was displaced over one stretch of a run.
+/// The displacement over one window of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Window {
     /// The run, counted from 0.
     pub run: usize,
-    /// The middle of it, in seconds from the run's beginning.
+    /// Time of its middle, in seconds from the run's start.
     pub at_s: f64,
     /// sum of cos(theta_k - theta_m) dq_k, of each wheel, in radians.
     pub cos_rad: Vec<f64>,
@@ -25,25 +27,26 @@ pub struct Window {
     pub sin_rad: Vec<f64>,
     /// sum of dq_k, of each wheel, in radians.
     pub turned_rad: Vec<f64>,
-    /// The displacement of the tracked point in the frame of the heading in the middle, in metres, and the change of heading, in
-    /// radians.
+    /// The displacement of the tracked point in the frame of the heading in the middle, in metres,
+    /// and the change of heading, in radians.
     pub seen: [f64; 3],
 }
 
-/// Where the tracker sees the robot.
+/// Position and direction of the tracker on the robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tracker {
     /// The tracked point in the body frame, in metres.
     pub point_m: [f64; 2],
-    /// By how much the tracker's heading is behind the body's, in radians.
+    /// Angle of the tracker's heading behind the body's, in radians.
     pub turned_rad: f64,
 }
 
 impl Window {
-    /// What a body with this map from wheel rates to twists would have been displaced, as [`Self::seen`] is counted.
+    /// Returns the displacement predicted by this map from wheel rates to twists, in the convention
+    /// of [`Self::seen`].
     pub fn predicted(&self, twist_matrix: &Matrix3xX<f64>, tracker: &Tracker) -> [f64; 3] {
         let [x_m, y_m, turn_rad] = self.of_wheels(twist_matrix);
-        // (R(h) - R(-h)) o of the half turn h.
+        // (R(h) - R(-h)) o with h half of the rotation.
         let lever = 2.0 * libm::sin(0.5 * self.seen[2]);
         let [o_x, o_y] = tracker.point_m;
         let (x_m, y_m) = (x_m - lever * o_y, y_m + lever * o_x);
@@ -51,7 +54,7 @@ impl Window {
         [c * x_m - s * y_m, s * x_m + c * y_m, turn_rad]
     }
 
-    /// What the wheels alone would have displaced the body's origin, in the body frame.
+    /// Returns the displacement of the body's origin by the wheels alone, in the body frame.
     pub fn of_wheels(&self, twist_matrix: &Matrix3xX<f64>) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for (wheel, column) in twist_matrix.column_iter().enumerate() {
@@ -64,7 +67,7 @@ impl Window {
     }
 }
 
-/// What wheels that turn, by angles or at rates, move the body by.
+/// Returns the motion of the body for wheel angles or rates.
 pub(crate) fn twist_of(twist_matrix: &Matrix3xX<f64>, wheels: &[f64]) -> [f64; 3] {
     let mut twist = [0.0; 3];
     for (column, wheel) in twist_matrix.column_iter().zip(wheels) {
@@ -73,12 +76,13 @@ pub(crate) fn twist_of(twist_matrix: &Matrix3xX<f64>, wheels: &[f64]) -> [f64; 3
     twist
 }
 
-/// The largest size of some numbers.
+/// Returns the largest absolute value.
 pub(crate) fn largest_size(numbers: &[f64]) -> f64 {
     numbers.iter().fold(0.0, |most, x| f64::max(most, x.abs()))
 }
 
-/// The stretches of a log, each `window_s` long. What holds a gap of the log or of the tracker, or no motion, is left out.
+/// Returns the windows of a log, each `window_s` long. Windows with a gap of the log or of the
+/// tracker, or without motion, are left out.
 pub fn windows(log: &Log, run: usize, window_s: f64) -> Vec<Window> {
     let mut windows = Vec::new();
     let gap_s = GAP * log.period_s();
@@ -109,13 +113,13 @@ pub fn windows(log: &Log, run: usize, window_s: f64) -> Vec<Window> {
     windows
 }
 
-/// Rows this much further apart than usual have a gap between them.
+/// A time between rows above this multiple of the usual one is a gap.
 pub(crate) const GAP: f64 = 3.5;
 
-/// Wheels that turn by less than this in a stretch stand still, in radians.
+/// Wheels that turn by less than this in a window stand still, in radians.
 const STILL_RAD: f64 = 1e-2;
 
-/// The displacement from one row to another.
+/// Returns the displacement from one row to another.
 pub fn window(log: &Log, run: usize, first: usize, last: usize) -> Window {
     let wheels = log.angles_rad[first].len();
     let (from, to) = (log.poses[first], log.poses[last]);
@@ -144,8 +148,8 @@ pub fn window(log: &Log, run: usize, first: usize, last: usize) -> Window {
     }
 }
 
-/// The pose after each row by dead reckoning with a map from wheel rates to twists, from the pose at the first row, and with the
-/// body's own heading.
+/// Returns the pose after each row by dead reckoning with a map from wheel rates to twists, from
+/// the pose at the first row, and with the body's own heading.
 pub fn reckoned(log: &Log, twist_matrix: &Matrix3xX<f64>, tracker: &Tracker) -> Vec<[f64; 3]> {
     let mut poses = Vec::with_capacity(log.len());
     let Some(seen) = log.poses.first() else {
@@ -164,7 +168,7 @@ pub fn reckoned(log: &Log, twist_matrix: &Matrix3xX<f64>, tracker: &Tracker) -> 
             let pairs = log.angles_rad[row].iter().zip(&log.angles_rad[row - 1]);
             let turned_rad: Vec<f64> = pairs.map(|(to, from)| to - from).collect();
             let step = twist_of(twist_matrix, &turned_rad);
-            // Headings are counted on over full turns.
+            // Headings are unwrapped.
             let turned_rad = body.heading_rad + step[2];
             body = body.moved(ilon_robot::Twist::new(step[0], step[1], step[2]));
             body.heading_rad = turned_rad;

@@ -1,4 +1,4 @@
-//! What was found, as `identified.json` holds it.
+//! The results of an identification, the content of `identified.json`.
 
 use std::collections::BTreeMap;
 
@@ -7,71 +7,73 @@ use serde::Serialize;
 use crate::log::Anomaly;
 use crate::scatter::Interval;
 
-/// All that an identification found.
+/// All results of an identification.
 #[derive(Clone, Debug, Serialize)]
 pub struct Identified {
     /// The study's name.
     pub study: String,
     /// The version of ilon.
     pub ilon: String,
-    /// The model of the kinematics that was chosen.
+    /// The chosen model of the kinematics.
     pub model: String,
-    /// The parameters of that model, and keys of the scenario that were fitted, by their names.
+    /// The parameters of that model, and the fitted keys of the scenario, by name.
     pub parameters: BTreeMap<String, Value>,
-    /// What follows from the parameters, such as `sideways_over_ahead`.
+    /// Quantities derived from the parameters, such as `sideways_over_ahead`.
     pub derived: BTreeMap<String, Value>,
-    /// What the robot does over what its matrix says, of the runs that were fitted, whichever model was chosen.
+    /// Motion over that of the matrix, for the fitted runs, whichever model was chosen.
     pub gains: Gains,
-    /// What a controller is to be set to.
+    /// Settings for a controller.
     pub controller: Controller,
-    /// What the log does not determine, and was held at the robot's own value.
+    /// Parameters that the log does not determine; they were held at the robot's own value.
     pub held: Vec<HeldParameter>,
-    /// The errors on what was fitted.
+    /// Errors on fitted data.
     pub fit: Errors,
-    /// The same on what was not.
+    /// Errors on held-out data.
     pub held_out: Errors,
-    /// What was not fitted: `"runs"` that were kept back, or each run, or each stretch, in turn (`"each_run"`, `"each_stretch"`).
+    /// The held-out data: `"runs"` that were kept back, or each run, or each window, in turn
+    /// (`"each_run"`, `"each_stretch"`).
     pub judged_by: JudgedBy,
-    /// The errors before the fit, on what was not fitted.
+    /// Errors before the fit, on held-out data.
     pub nominal: Errors,
     /// All models that were tried, in the order of the study.
     pub models: Vec<Judged>,
-    /// What is left, by direction of motion and speed.
+    /// Residuals by direction of motion and speed.
     pub residual: Vec<Direction>,
-    /// What each series of runs gives by itself.
+    /// Results of each series of runs alone.
     pub series: Vec<Series>,
     /// Each run.
     pub runs: Vec<Run>,
-    /// How exactly displacements over one stretch are seen.
+    /// Measurement noise of displacements over one window.
     pub noise: NoiseFigures,
-    /// Over what the scatter was taken that the intervals follow from: whole `"runs"` or `"stretches"`.
+    /// Unit of the scatter from which the intervals follow: whole `"runs"` or `"stretches"`.
     pub intervals_over: String,
-    /// How many of them.
+    /// Number of these units.
     pub intervals_count: usize,
-    /// What simulating left, where keys of the scenario were fitted.
+    /// Residuals of the simulation, if keys of the scenario were fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulation: Option<Simulation>,
-    /// Those of the parameters that are keys of the scenario, found by simulating.
+    /// The parameters that are keys of the scenario, found by simulating.
     pub simulated_keys: Vec<String>,
-    /// What is odd about the logs.
+    /// Doubts about the logs.
     pub doubts: Vec<RunDoubt>,
 }
 
-/// A value, and how sure it is.
+/// A value with its uncertainty.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Value {
     /// The value.
     pub value: f64,
-    /// Where it lies with 95 %; null where that is not known.
+    /// The 95 % interval; null if unknown.
     pub ci95: [Option<f64>; 2],
-    /// Its unit; empty of a plain number.
+    /// Its unit; empty if dimensionless.
     pub unit: String,
-    /// What it was before the fit.
+    /// The value before the fit.
     pub nominal: f64,
 }
 
 impl Value {
-    /// What follows from the value, which grows or falls with it on one side of 0: an end of its interval beyond 0 is not known.
+    /// Returns a monotonic function of the value, for values on one side of 0: an end of its
+    /// interval beyond 0 becomes unknown.
     pub fn through(&self, f: impl Fn(f64) -> f64, unit: &str, nominal: f64) -> Self {
         let is_beyond = |end: &f64| end * self.value <= 0.0;
         let mut ends = self
@@ -100,36 +102,36 @@ impl Value {
     }
 }
 
-/// What a robot does over what its matrix says. Each is absent where the log does not determine it.
+/// Motion of a robot over that of its matrix. A gain that the log does not determine is absent.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Gains {
     /// Along x.
     pub ahead: Option<Value>,
     /// Along y.
     pub sideways: Option<Value>,
-    /// In turns.
+    /// In rotation.
     pub turn: Option<Value>,
-    /// Sideways over ahead, which holds where a common scale is not known.
+    /// Sideways over ahead, which holds even if a common scale is unknown.
     pub sideways_over_ahead: Option<Value>,
-    /// In turns over ahead.
+    /// Rotation over ahead.
     pub turn_over_ahead: Option<Value>,
-    /// What rigid rollers, of which one a wheel touches at a time, make of twists along x, along y and of turns; absent where the rollers are not
-    /// known.
+    /// Gains along x, along y and of rotation with rigid rollers, one per wheel touching at a time;
+    /// absent if the rollers are unknown.
     pub rigid: Option<[f64; 3]>,
 }
 
-/// What a controller is to be set to that drives the robot by its ideal kinematics, so that the robot does what it is asked.
+/// Settings of a controller with ideal kinematics that make the robot follow its commands.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Controller {
-    /// The controller of ros2_controllers for such wheels; absent where there is none.
+    /// The controller of ros2_controllers for such wheels; absent if there is none.
     pub kind: Option<ControllerKind>,
-    /// The radius rho of the wheels, in metres; of wheels that were fitted one by one their mean.
+    /// The radius rho of the wheels, in metres; the mean of wheels that were fitted separately.
     pub radius_m: Option<Value>,
-    /// The lever: of a ring its radius, of mecanum wheels the sum of the two arms, in metres.
+    /// The lever, in metres: the radius of a ring, the sum of the two arms of mecanum wheels.
     pub lever_m: Option<Value>,
-    /// By what a speed sideways is multiplied before the controller, which has one radius for all directions.
+    /// Factor on a sideways speed before the controller, which has one radius for all directions.
     pub sideways_factor: Option<Value>,
-    /// Each wheel, where wheels were fitted one by one.
+    /// Settings of each wheel, if wheels were fitted separately.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub wheels: Vec<WheelSetting>,
 }
@@ -144,179 +146,182 @@ pub enum ControllerKind {
     Omni,
 }
 
-/// What one wheel is to be set to.
+/// Settings of one wheel.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WheelSetting {
-    /// The wheel.
+    /// Name of the wheel.
     pub wheel: String,
     /// Its radius, in metres.
     pub radius_m: Value,
-    /// By what its rate is multiplied behind a controller that has the mean radius for all wheels.
+    /// Factor on its rate after a controller that has the mean radius for all wheels.
     pub rate_factor: f64,
 }
 
-/// A parameter that was not fitted.
+/// A parameter that was held.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HeldParameter {
     /// Its name.
     pub name: String,
-    /// At what it was held.
+    /// The value at which it was held.
     pub value: f64,
-    /// Why, and what would help.
+    /// The reason, and a remedy.
     pub why: String,
 }
 
-/// How far off a model is.
+/// Errors of a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Errors {
-    /// Over how many stretches.
+    /// Number of windows.
     pub stretches: usize,
-    /// Root mean square of what displacements over a stretch miss, in metres.
+    /// Root mean square error of displacements over a window, in metres.
     pub position_rms_m: f64,
-    /// Root mean square of what turns over a stretch miss, in radians.
+    /// Root mean square error of rotations over a window, in radians.
     pub heading_rms_rad: f64,
-    /// Root mean square of both over the noise: 1 is all that can be had.
+    /// Root mean square of both over the noise: 1 is the best possible.
     pub over_noise: f64,
-    /// Root mean square over runs of how far from the robot dead reckoning ends, in metres.
+    /// Root mean square over runs of the final error of dead reckoning, in metres.
     pub end_position_rms_m: f64,
 }
 
-/// What a model was judged by.
+/// The data by which a model was judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum JudgedBy {
-    /// By runs that were kept back.
+    /// Runs that were held out.
     Runs,
-    /// By each run in turn, fitted to the others.
+    /// Each run in turn, fitted to the others.
     EachRun,
-    /// By each eighth of the runs in turn, fitted to the rest.
+    /// Each eighth of the runs in turn, fitted to the rest.
     EachStretch,
 }
 
-/// A model that was tried.
+/// A fitted model.
 #[derive(Clone, Debug, Serialize)]
 pub struct Judged {
     /// Its name.
     pub name: String,
-    /// Its parameters, those of the tracker left out.
+    /// Its parameters, without those of the tracker.
     pub parameters: BTreeMap<String, Value>,
-    /// What was held.
+    /// The held parameters.
     pub held: Vec<HeldParameter>,
-    /// The errors on what was fitted.
+    /// Errors on fitted data.
     pub fit: Errors,
-    /// The errors on what was not.
+    /// Errors on held-out data.
     pub held_out: Errors,
 }
 
-/// What was done in one direction of motion.
+/// The motion in one direction.
 #[derive(Clone, Debug, Serialize)]
 pub struct Direction {
-    /// The direction in the body frame in which the wheels drive the robot, in degrees.
+    /// Direction in the body frame in which the wheels drive the robot, in degrees.
     pub direction_deg: f64,
-    /// The speed at which they do, in m/s.
+    /// Speed by the wheels, in m/s.
     pub speed_m_s: f64,
-    /// Over how many stretches.
+    /// Number of windows.
     pub stretches: usize,
-    /// The way made in that direction over what the wheels ask for, of the runs that were fitted and those kept back.
+    /// Distance in that direction over the one commanded by the wheels, for fitted and held-out
+    /// runs.
     pub measured: f64,
-    /// The standard error of it, over stretches.
+    /// Its standard error, over windows.
     pub measured_error: f64,
-    /// The way made across that direction, to the left, over what the wheels ask for.
+    /// Distance across that direction, to the left, over the one commanded by the wheels.
     pub measured_across: f64,
-    /// What the touching rollers give, by their geometry, over what the matrix of the robot gives.
+    /// Motion by the touching rollers' geometry over that of the robot's matrix.
     pub contact: Option<f64>,
-    /// What the chosen model gives.
+    /// `measured` by the chosen model.
     pub fitted: f64,
-    /// What the chosen model gives across.
+    /// `measured_across` by the chosen model.
     pub fitted_across: f64,
-    /// What the simulation gives with the fitted keys, where there is one.
+    /// `measured` by the simulation with the fitted keys, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulated: Option<f64>,
-    /// How fast the heading drifts from what the chosen model says, in radians a metre.
+    /// Drift of the heading from the chosen model, in rad/m.
     pub drift_rad_per_m: f64,
 }
 
-/// What the fit of a simulation left.
+/// Residuals and diagnostics of the fit by simulation.
 #[derive(Clone, Debug, Serialize)]
 pub struct Simulation {
-    /// What is left of drives that were fitted.
+    /// Residuals of fitted drives.
     pub fit: Misses,
-    /// The same of drives that were not.
+    /// Residuals of held-out drives.
     pub held_out: Misses,
-    /// The common factor on measured ways, of the first series that was fitted; 1 where none was free.
+    /// Common factor on measured distances, for the first fitted series; 1 if it was not free.
     pub scale: f64,
-    /// Whether the search ended by itself.
+    /// Whether the search converged.
     pub has_converged: bool,
-    /// How many drives were simulated.
+    /// Number of simulated drives.
     pub drives_simulated: u32,
-    /// From how many sets of wheel angles each drive was simulated; 1 where they are known or do not matter.
+    /// Number of sets of initial wheel angles per drive; 1 if they are known or do not matter.
     pub phases: u32,
-    /// Whether it matters for what was found at which angles of their rollers the wheels began; null where the study says that they are known.
+    /// Whether the initial angles of the rollers affect the results; null if the study states that
+    /// they are known.
     pub phases_matter: Option<bool>,
-    /// Pairs of keys that the log hardly tells apart.
+    /// Pairs of keys that the log hardly distinguishes.
     pub alike: Vec<[String; 2]>,
-    /// Keys that change less than the noise over all of their range.
+    /// Keys whose effect over their whole range is below the noise.
     pub insensitive: Vec<String>,
-    /// Keys whose interval holds all of their range: the others may make up for whatever they are.
+    /// Keys whose interval is their whole range: the others may compensate for any value.
     pub open: Vec<String>,
-    /// Keys whose interval reaches one end of their range: what lies beyond was not tried.
+    /// Keys whose interval reaches one end of their range: values beyond were not tried.
     pub cut_off: Vec<String>,
-    /// Keys that one run alone tells: how sure they are is not known.
+    /// Keys that only one run determines: their uncertainty is unknown.
     pub of_one_run: Vec<String>,
     /// Keys that ended at an end of their range.
     pub at_bounds: Vec<String>,
-    /// Keys with a second value, far from that found, that explains the drives about as well.
+    /// Keys with a second value, far from the one found, that explains the drives about as well.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub elsewhere: Vec<Elsewhere>,
-    /// Each series that drove ahead and sideways.
+    /// Each series with drives ahead and sideways.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub series: Vec<SimulatedSeries>,
     /// Each drive.
     pub drives: Vec<SteadyDrive>,
-    /// What other values of keys come to.
+    /// Results with other values of keys.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub beside: Vec<Beside>,
 }
 
-/// A second value of a key: what lies between it and the value found explains the drives worse than either.
+/// A second value of a key: values between it and the one found explain the drives worse than
+/// either.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Elsewhere {
     /// The key.
     pub key: String,
-    /// The best of the values there.
+    /// The best of these values.
     pub value: f64,
 }
 
-/// Root mean squares over drives of what was measured less what was simulated.
+/// Root mean squares over drives of measured less simulated values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Misses {
-    /// Of the way made over the way asked for; null where there is no drive.
+    /// Of the distance over the commanded distance; null if there is no drive.
     pub ratio: Option<f64>,
     /// Of the heading's drift, in rad/m.
     pub drift_rad_per_m: Option<f64>,
-    /// Of the torques of wheels that turn, in N m; null where the log has no currents.
+    /// Of the torques of wheels that turn, in N m; null if the log has no currents.
     pub torque_n_m: Option<f64>,
 }
 
-/// What other values of keys come to.
+/// Results with other values of keys.
 #[derive(Clone, Debug, Serialize)]
 pub struct Beside {
-    /// What the study calls them.
+    /// Their name in the study.
     pub name: String,
-    /// What they leave of drives that were fitted.
+    /// Residuals of fitted drives.
     pub fit: Misses,
-    /// The same of drives that were not.
+    /// Residuals of held-out drives.
     pub held_out: Misses,
-    /// What they make of each drive, in the order of [`Simulation::drives`].
+    /// The result of each drive, in the order of [`Simulation::drives`].
     pub drives: Vec<OtherDrive>,
 }
 
-/// What other values of keys make of a drive.
+/// A drive with other values of keys.
 #[derive(Clone, Debug, Serialize)]
 pub struct OtherDrive {
-    /// The way made over the way asked for.
+    /// Distance over the commanded distance.
     pub simulated: f64,
-    /// The way made across it, to the left.
+    /// Distance across, to the left, over the commanded distance.
     pub simulated_across: f64,
     /// The drift of the heading, in rad/m.
     pub simulated_drift_rad_per_m: f64,
@@ -329,89 +334,92 @@ pub struct OtherDrive {
 pub struct DriveTorque {
     /// The wheel.
     pub wheel: String,
-    /// By the current of its motor, in N m at the wheel.
+    /// Measured by the current of its motor, in N m at the wheel.
     pub measured_n_m: f64,
     /// Its standard error.
     pub measured_error_n_m: f64,
-    /// The same as simulated.
+    /// The simulated torque, in N m.
     pub simulated_n_m: f64,
 }
 
-/// What a series comes to sideways over what it comes to ahead, measured and simulated.
+/// Ratio of sideways to ahead motion of a series, measured and simulated.
 #[derive(Clone, Debug, Serialize)]
 pub struct SimulatedSeries {
     /// Its name.
     pub name: String,
-    /// Whether its first run was kept back.
+    /// Whether its first run was held out.
     pub held_out: bool,
-    /// As the logs show it, with what stretches of a run scatter by.
+    /// The measured ratio, with the scatter of the windows of a run.
     pub sideways_over_ahead: Value,
-    /// As simulated with the values that were found.
+    /// The simulated ratio with the values found.
     pub simulated: f64,
 }
 
-/// What wheels and body do once a roller, measured and simulated: amplitudes, root mean square over stretches.
+/// Ripple of wheels and body at the roller frequency, measured and simulated: amplitudes, root mean
+/// square over windows.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct DriveRipple {
-    /// Over how many stretches of the log.
+    /// Number of windows of the log.
     pub stretches: usize,
-    /// How many rollers passed in a turn of the wheel as the log counts it, over how many it has: more than 1 where rows were lost.
+    /// Rollers passed per turn of the wheel in the log's count, over the wheel's number of rollers:
+    /// more than 1 if rows were lost.
     pub rollers_counted: f64,
-    /// The ripple of the wheels' rates, root mean square over wheels, in rad/s.
+    /// Measured ripple of the wheels' rates, root mean square over wheels, in rad/s.
     pub wheels_rad_s: f64,
     /// Its standard error.
     pub wheels_error_rad_s: f64,
-    /// The same as simulated.
+    /// The simulated ripple, in rad/s.
     pub wheels_simulated_rad_s: f64,
-    /// The ripple of the body's way along its direction, in metres.
+    /// Measured ripple of the body's position along its direction, in metres.
     pub body_m: f64,
     /// Its standard error.
     pub body_error_m: f64,
-    /// The same as simulated.
+    /// The simulated ripple, in metres.
     pub body_simulated_m: f64,
 }
 
 /// A steady drive in one direction, measured and simulated.
 #[derive(Clone, Debug, Serialize)]
 pub struct SteadyDrive {
-    /// The log that it is of.
+    /// Its log file.
     pub file: String,
-    /// Whether it was kept back.
+    /// Whether it was held out.
     pub held_out: bool,
-    /// The direction in the body frame in which the wheels drive the robot, in degrees.
+    /// Direction in the body frame in which the wheels drive the robot, in degrees.
     pub direction_deg: f64,
-    /// The way made in that direction over what the wheels ask for, and over the common factor.
+    /// Distance in that direction over the one commanded by the wheels, and over the common factor.
     pub measured: f64,
     /// Its standard error.
     pub measured_error: f64,
-    /// The same as simulated, the mean over wheel angles.
+    /// The simulated value, mean over wheel angles.
     pub simulated: f64,
-    /// Its standard deviation over the wheel angles from which it was simulated; 0 of one.
+    /// Its standard deviation over the initial wheel angles; 0 for one set.
     pub simulated_scatter: f64,
-    /// The way made across that direction, to the left.
+    /// Distance across that direction, to the left, over the one commanded by the wheels.
     pub measured_across: f64,
-    /// The same as simulated.
+    /// The simulated value.
     pub simulated_across: f64,
-    /// By how much the robot turned beyond what its wheels asked for, over the way that they asked for, in rad/m.
+    /// Rotation beyond the one commanded by the wheels, over the commanded distance, in rad/m.
     pub measured_drift_rad_per_m: f64,
     /// Its standard error.
     pub measured_drift_error_rad_per_m: f64,
-    /// The same as simulated.
+    /// The simulated value, in rad/m.
     pub simulated_drift_rad_per_m: f64,
-    /// The torques of the wheels that turn, where the log has currents.
+    /// Torques of the wheels that turn, if the log has currents.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub torques: Vec<DriveTorque>,
-    /// What wheels and body do once a roller, where it was compared.
+    /// Ripple at the roller frequency, if it was compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ripple: Option<DriveRipple>,
 }
 
-/// What a series of runs gives by itself.
+/// Results of one series of runs.
 #[derive(Clone, Debug, Serialize)]
 pub struct Series {
     /// Its name.
     pub name: String,
-    /// Gains ahead, sideways and in turns over the robot's matrix, as far as the series determines them, and their ratio.
+    /// Gains ahead, sideways and of rotation over the robot's matrix, as far as the series
+    /// determines them, and their ratio.
     pub gains: BTreeMap<String, Value>,
 }
 
@@ -420,37 +428,38 @@ pub struct Series {
 pub struct Run {
     /// Its file.
     pub file: String,
-    /// Whether it was kept back.
+    /// Whether it was held out.
     pub held_out: bool,
-    /// How long it is, in seconds.
+    /// Its duration, in seconds.
     pub duration_s: f64,
-    /// How far the wheels drive the robot, in metres.
+    /// Distance that the wheels drive the robot, in metres.
     pub path_m: f64,
-    /// How far from the robot dead reckoning ends before the fit, in metres.
+    /// Final position error of dead reckoning before the fit, in metres.
     pub end_position_nominal_m: f64,
-    /// And after it.
+    /// Final position error after the fit, in metres.
     pub end_position_m: f64,
-    /// And in heading after it, in radians.
+    /// Final heading error after the fit, in radians.
     pub end_heading_rad: f64,
 }
 
-/// How exactly displacements over one stretch are seen.
+/// Measurement noise of displacements over one window.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct NoiseFigures {
     /// Standard deviation of a displacement along one axis, in metres.
     pub position_m: f64,
-    /// Standard deviation of a turn, in radians.
+    /// Standard deviation of a rotation, in radians.
     pub heading_rad: f64,
-    /// Stretches that were left out because they miss the freest linear model by eight times that or more.
+    /// Number of windows removed because they miss the most general linear model by eight times the
+    /// noise or more.
     pub left_out: usize,
 }
 
-/// Something odd about a log.
+/// A doubt about a log.
 #[derive(Clone, Debug, Serialize)]
 pub struct RunDoubt {
     /// The file of the log.
     pub file: String,
-    /// What is odd about it.
+    /// The anomaly.
     #[serde(flatten)]
     pub doubt: Anomaly,
 }

@@ -1,5 +1,5 @@
-//! A short course that determines what is free: of drives there and back, those that raise the smallest singular value of what would be
-//! seen, until nothing is gained.
+//! Plans a short course that determines the free parameters: drives there and back, added while
+//! they raise the smallest singular value of the expected measurements.
 
 use std::fmt::Write;
 
@@ -14,18 +14,18 @@ use crate::log::Log;
 use crate::model::Model;
 use crate::motion::windows;
 
-/// How exactly a plan takes displacements over a second to be seen: a millimetre and a milliradian.
+/// Assumed noise of displacements over a second: a millimetre and a milliradian.
 const SEEN: Noise = Noise {
     position_m: 1e-3,
     heading_rad: 1e-3,
 };
-/// How long each way of a drive there and back lasts, in seconds.
+/// Duration of each half of a drive there and back, in seconds.
 const WAY_S: f64 = 5.0;
-/// How long the robot stands between two drives, in seconds.
+/// Rest between two drives, in seconds.
 const REST_S: f64 = 1.0;
-/// The time between rows, in seconds.
+/// Time between rows, in seconds.
 const ROW_S: f64 = 0.05;
-/// Drives there and back that a course has at most.
+/// Largest number of drives there and back.
 const MOST: usize = 5;
 
 /// A drive at a constant twist.
@@ -33,32 +33,34 @@ const MOST: usize = 5;
 pub struct Way {
     /// vx and vy in m/s and omega in rad/s, in the body frame.
     pub twist: [f64; 3],
-    /// How long, in seconds.
+    /// Duration, in seconds.
     pub for_s: f64,
 }
 
-/// A course, and what it determines.
+/// A course and the parameters that it determines.
 #[derive(Clone, Debug, Serialize)]
 pub struct Plan {
-    /// The drives in their order; the robot stands for a second between two of them.
+    /// The drives in order; the robot stands for a second between two of them.
     pub ways: Vec<Way>,
-    /// The parameters that were planned for, each with the standard error that the course leaves where displacements over a second are
-    /// seen to a millimetre and a milliradian.
+    /// The planned parameters, each with the expected standard error of the course at a noise of a
+    /// millimetre and a milliradian over a second.
     pub errors: Vec<(String, f64)>,
-    /// The smallest singular value of what is seen, each parameter over what it may be off by.
+    /// The smallest singular value of the measurements, each parameter over its expected deviation.
     pub least_singular_value: f64,
-    /// The wheels' rates over time, as `[playback]` reads them.
+    /// The wheels' rates over time, in the format of `[playback]`.
     #[serde(skip)]
     pub wheel_rates_csv: String,
-    /// Where the robot is over time, as `[reference.waypoints]` reads it.
+    /// The robot's poses over time, in the format of `[reference.waypoints]`.
     #[serde(skip)]
     pub waypoints_csv: String,
 }
 
-/// Plans a course for a robot at a speed, in m/s, that makes these parameters of its kinematics known, and where a tracker sees it.
+/// Plans a course for a robot at a speed, in m/s, that determines these parameters of its
+/// kinematics, and the tracker's point.
 ///
 /// # Errors
-/// A robot that cannot be moved every way, a parameter that there is none, and parameters that no course tells apart.
+/// A robot that cannot move in all directions, an unknown parameter, and parameters that no course
+/// distinguishes.
 pub fn plan(robot: &Robot, free: &[String], speed_m_s: f64) -> Result<Plan, Error> {
     if !(speed_m_s.is_finite() && speed_m_s > 0.0 && speed_m_s <= 10.0) {
         return Err(Error::invalid(
@@ -91,7 +93,8 @@ pub fn plan(robot: &Robot, free: &[String], speed_m_s: f64) -> Result<Plan, Erro
         let values = SymmetricEigen::new(matrix.clone()).eigenvalues;
         values.min().max(0.0).sqrt()
     };
-    // Until all is seen, what is seen least badly counts, as if a little were known of each parameter beforehand.
+    // Until all parameters are visible, the least visible one counts, as if each were known a
+    // little beforehand.
     let ridge = DMatrix::<f64>::identity(count, count);
     for _ in 0..MOST {
         let gained = |index: &usize| least(&(&sum + &information[*index] + &ridge));
@@ -149,7 +152,7 @@ fn there_and_back(twist: [f64; 3]) -> [Way; 2] {
     })
 }
 
-/// What drives tell of the parameters, each over what it may be off by.
+/// Returns the information matrix of drives, each parameter over its expected deviation.
 fn information(
     model: &Model,
     kinematics: &Kinematics,
@@ -180,7 +183,7 @@ fn information(
     Ok(jacobian.transpose() * jacobian)
 }
 
-/// What a log of these drives would hold if the robot did what its wheels ask for.
+/// Returns the log of these drives for a robot that follows its wheels exactly.
 fn drive(kinematics: &Kinematics, ways: &[Way]) -> Log {
     let mut log = Log::default();
     let mut pose = Pose::default();
@@ -260,8 +263,9 @@ mod tests {
     use super::*;
     use ilon_formats::LoadRobot;
 
-    /// Radius and lever of a mecanum robot: a drive ahead tells the one and a turn the other. Each way comes back to where it began, and a turn
-    /// moves the rims as fast as a drive ahead does.
+    /// Radius and lever of a mecanum robot: a drive ahead determines the first and a rotation the
+    /// second. Each drive returns to its start, and a rotation moves the rims as fast as a drive
+    /// ahead.
     #[test]
     fn a_course_ends_where_it_began_and_tells_enough() {
         let urdf = include_str!("../../../../assets/robots/mecanum4.urdf");

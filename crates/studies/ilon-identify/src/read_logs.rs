@@ -1,4 +1,4 @@
-//! The logs of a study, and what is wrong with them.
+//! Reads the logs of a study and their anomalies.
 
 use ilon_sim::Error;
 use rayon::prelude::*;
@@ -15,7 +15,8 @@ pub(crate) fn read(study: &Study) -> Result<Vec<Log>, Error> {
         .collect()
 }
 
-/// The delay of the poses of each series, where the logs show one and it is not stated; of a study that fits it, of every series.
+/// Returns the delay of the poses of each series, if the logs show one and it is not stated; for
+/// every series if the study fits it.
 pub(crate) fn delays(study: &Study, logs: &[Log]) -> Result<Vec<(String, Delay)>, Error> {
     if matches!(study.file.log.delay_s, Some(Delayed::Known(_))) {
         return Ok(Vec::new());
@@ -83,7 +84,7 @@ pub(crate) fn read_run(study: &Study, run: usize) -> Result<Log, Error> {
     Ok(part)
 }
 
-/// Ends an identification over a log to which nothing can be fitted.
+/// Ends an identification because of a log to which nothing can be fitted.
 pub(crate) fn refuse(study: &Study, run: usize, doubt: &Anomaly) -> Result<(), Error> {
     match doubt.is_fatal {
         true => Err(Error::contents(

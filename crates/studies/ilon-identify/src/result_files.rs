@@ -1,4 +1,4 @@
-//! The robot as it was found, ready to run: its description, a scenario, and the drive that it is played.
+//! The identified robot, ready to run: its description, a scenario, and the drive to play back.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -12,7 +12,7 @@ use crate::outcome::Identified;
 use crate::read_logs::read_run;
 use crate::study::{Study, flat};
 
-/// All files of the results; some are there only where they apply.
+/// All result files; some apply only to some studies.
 pub const FILES: [&str; 5] = [
     "identified.json",
     "report.html",
@@ -21,11 +21,12 @@ pub const FILES: [&str; 5] = [
     "drive.csv",
 ];
 
-/// A robot with the values that were found, a scenario that plays the first run to it, and that run, each as the name of a file and
-/// its text. Of a robot that has no description in TOML the scenario names the robot's own file.
+/// Returns the robot with the identified values, a scenario that plays the first run, and that run,
+/// each as a file name and its text. If the robot has no description in TOML, the scenario names
+/// the robot's own file.
 ///
 /// # Errors
-/// Where the robot's file or the log cannot be read again.
+/// If the robot's file or the log cannot be read again.
 pub fn files(study: &Study, found: &Identified) -> Result<Vec<(&'static str, String)>, Error> {
     let own = study.resolve(&study.file.robot);
     let run = study.file.runs.iter().position(|run| !run.held_out);
@@ -65,7 +66,8 @@ pub fn files(study: &Study, found: &Identified) -> Result<Vec<(&'static str, Str
     Ok(files)
 }
 
-/// The robot's description with the values that were found, and the names of those that it cannot say.
+/// Returns the robot's description with the identified values, and the names of those that it
+/// cannot express.
 fn fitted_description<'a>(
     study: &Study,
     found: &'a Identified,
@@ -97,12 +99,13 @@ fn fitted_description<'a>(
     Ok((head + &text, unsaid))
 }
 
-/// Whether a parameter says how the robot was measured, and nothing of the robot.
+/// Whether a parameter belongs to the measurement and not to the robot.
 fn is_of_tracker(name: &str) -> bool {
     name.starts_with("tracker")
 }
 
-/// The keys of a scenario that the study set and that were found, but for those that stand in the robot's description.
+/// Returns the scenario keys set by the study and those identified, except those in the robot's
+/// description.
 fn fitted_scenario(study: &Study, found: &Identified, is_description: bool) -> Table {
     let is_described = |key: &str| is_description && key.starts_with("robot.spec.");
     let mut scenario = Table::new();
@@ -117,7 +120,7 @@ fn fitted_scenario(study: &Study, found: &Identified, is_description: bool) -> T
     scenario
 }
 
-/// Has a scenario play the wheels of a log, to its last whole tenth of a second where nothing else is said.
+/// Makes a scenario play the wheels of a log, by default to its last whole tenth of a second.
 fn play(scenario: &mut Table, log: &Log) {
     for (key, value) in [
         ("playback.file", "drive.csv"),
@@ -131,7 +134,7 @@ fn play(scenario: &mut Table, log: &Log) {
     }
 }
 
-/// Where and how turned the tracker of a run sat.
+/// Returns position and direction of the tracker of a run.
 fn fitted_tracker(study: &Study, found: &Identified, run: usize) -> Tracker {
     let tracked = |name: &str| {
         let series = &study.file.runs[run].series;
@@ -145,7 +148,7 @@ fn fitted_tracker(study: &Study, found: &Identified, run: usize) -> Tracker {
     }
 }
 
-/// A log as playback reads it: the wheels' angles, and the poses of the body that the tracker saw.
+/// Returns a log in playback format: the wheels' angles, and the body's poses from the tracker.
 fn drive(study: &Study, log: &Log, tracker: &Tracker) -> String {
     let mut csv = "t_s".to_owned();
     for wheel in &study.robot.wheels {
@@ -171,7 +174,7 @@ fn drive(study: &Study, log: &Log, tracker: &Tracker) -> String {
     csv
 }
 
-/// What the study sets of the robot's description.
+/// Returns the keys of the robot's description that the study sets.
 fn spec_of(study: &Study) -> Vec<(String, Value)> {
     flat(&study.file.set)
         .into_iter()
@@ -179,7 +182,7 @@ fn spec_of(study: &Study) -> Vec<(String, Value)> {
         .collect()
 }
 
-/// Writes a parameter of the kinematics into a description; whether it could be.
+/// Writes a parameter of the kinematics into a description; returns whether that was possible.
 fn apply(description: &mut Table, name: &str, value: f64, nominal: f64) -> bool {
     if name == "radius_m" {
         put(description, "wheel.radius_m", Value::Float(value));
@@ -281,7 +284,8 @@ mod tests {
         apply(&mut description, name, value, nominal).then_some(description)
     }
 
-    /// A lever that is half as long again makes every length half as long again that it is made of, and nothing else.
+    /// A lever that is half as long again scales every length that it consists of by 1.5, and
+    /// nothing else.
     #[test]
     fn a_lever_scales_the_lengths_of_the_arrangement() {
         let text =
@@ -293,7 +297,7 @@ mod tests {
         assert!((number(&arrangement["axles_m"][0]) - 0.15).abs() < 1e-15);
         assert!((number(&arrangement["axles_m"][1]) + 0.15).abs() < 1e-15);
         assert_eq!(arrangement["gamma_deg"].as_integer(), Some(45));
-        // An arrangement that names no length cannot be told.
+        // An arrangement without lengths cannot be scaled.
         assert_eq!(
             after("[wheels.listed]\ngamma_deg = 45\n", "lever_m", 0.45, 0.3),
             None

@@ -1,10 +1,11 @@
-//! The ripple that rollers leave in a drive: what wheels and body do once a roller.
+//! The ripple of wheels and body at the roller frequency in a drive.
 //!
-//! Over a stretch of steady drive the angle of a wheel is regressed on 1, t, t^2 and on cosine and sine of k times its mean angle, and
-//! the way of the body along its direction on the same of all rates that its wheels have. k at the number of rollers is their line; k
-//! well off it is what else there is, and is taken off. Rows that a log lost shift the line up, by the share of what was lost, and
-//! smear it, so that power is summed over a band about it: a pure wave over X turns leaves the power sinc^2(X (k - k_0)), of which
-//! the integral is 1 / X.
+//! Over a window of steady drive the angle of a wheel is regressed on 1, t, t^2 and on cosine and
+//! sine of k times its mean angle, and the body's position along its direction on the same for all
+//! its wheels' rates. k at the number of rollers gives their line; k well away from it gives the
+//! background, which is subtracted. Rows that a log lost shift the line up, by the share that was
+//! lost, and smear it, so power is summed over a band about it: a pure wave over X turns has the
+//! power sinc^2(X (k - k_0)), whose integral is 1 / X.
 
 use std::f64::consts::TAU;
 
@@ -13,49 +14,53 @@ use nalgebra::{DMatrix, DVector, Matrix3xX};
 use crate::log::Log;
 use crate::motion::{largest_size, twist_of};
 
-/// Lines are looked for from so many to so many times the number of rollers.
+/// Range of orders searched, over the number of rollers.
 const FROM: f64 = 0.75;
 const TO: f64 = 1.5;
 const STEP: f64 = 0.0125;
-/// The line itself is no further off than this: a log that lost more than a sixth of its rows is of no use here.
+/// Largest shift of the line: a log that lost more than a sixth of its rows cannot be used.
 const LINE: (f64, f64) = (0.98, 1.2);
 /// Half the band over which a line is summed, over the number of rollers.
 const BAND: f64 = 0.12;
-/// The background is what is further off than this.
+/// Orders further away than this are background.
 const BACKGROUND: f64 = 0.15;
-/// Rates of the two halves of a steady stretch differ by less than this share of the fastest.
+/// In a steady window the rates of the two halves differ by less than this share of the fastest.
 const STEADY: f64 = 0.05;
-/// A stretch of fewer rows shows no wave.
+/// Smallest number of rows of a window.
 const LEAST_ROWS: usize = 16;
-/// Wheels slower than this share of the fastest roll over too little.
+/// Wheels slower than this share of the fastest pass too few rollers.
 const SLOW: f64 = 0.2;
 
-/// What wheels and body do once a roller, over steady stretches of one drive.
+/// Ripple of wheels and body at the roller frequency, over steady windows of one drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ripple {
-    /// Over how many stretches.
+    /// Number of windows.
     pub stretches: usize,
-    /// How many rollers pass in a turn of the wheel as the log counts it, over how many it has: what the log lost makes it more than 1.
+    /// Rollers passed per turn of the wheel in the log's count, over the wheel's number of rollers:
+    /// more than 1 if rows were lost.
     pub line: f64,
-    /// Amplitude of the wheels' rates, root mean square over wheels and stretches, and its standard error, in rad/s.
+    /// Amplitude of the wheels' rates, root mean square over wheels and stretches, and its standard
+    /// error, in rad/s.
     pub wheels_rad_s: [f64; 2],
-    /// Amplitude of the body's way along its direction, root mean square over stretches, and its standard error, in metres.
+    /// Amplitude of the body's position along its direction, root mean square over windows, and its
+    /// standard error, in metres.
     pub body_m: [f64; 2],
 }
 
-/// How stretches are taken from a drive.
+/// How windows are taken from a drive.
 #[derive(Clone, Copy, Debug)]
 pub struct Stretches<'a> {
-    /// How long each is, in seconds.
+    /// Duration of each, in seconds.
     pub length_s: f64,
     /// Mean wheel rates of the drive, in rad/s.
     pub rates_rad_s: &'a [f64],
-    /// Stretches whose rates differ from them by more than this share of the fastest are of another drive.
+    /// Windows whose rates differ from the drive's by more than this share of the fastest belong to
+    /// another drive.
     pub alike: f64,
 }
 
 impl Stretches<'_> {
-    /// Whether a log is long enough for one, and its rows close enough.
+    /// Whether a log is long enough for a window, and its rows dense enough.
     pub fn fit(&self, log: &Log) -> bool {
         let rows = self.rows(log);
         rows >= LEAST_ROWS && rows < log.len()
@@ -66,7 +71,8 @@ impl Stretches<'_> {
     }
 }
 
-/// One stretch: rows, mean wheel rates in rad/s, wheel angles and the way along the direction of motion.
+/// One window: rows, mean wheel rates in rad/s, wheel angles and the position along the direction
+/// of motion.
 struct SteadyStretch {
     times_s: Vec<f64>,
     rates_rad_s: Vec<f64>,
@@ -74,8 +80,8 @@ struct SteadyStretch {
     way_m: Vec<f64>,
 }
 
-/// The ripple in a log, where it has a steady stretch of that drive. Of short stretches the band leaves out a twentieth of a line: what is compared is
-/// taken from both logs in this way.
+/// Returns the ripple in a log, if it has a steady window of that drive. For short windows the band
+/// misses a twentieth of a line's power; both compared logs are treated alike.
 pub fn ripple(
     log: &Log,
     rollers: usize,
@@ -106,7 +112,8 @@ pub fn ripple(
     let near: Vec<usize> = (0..orders.len())
         .filter(|place| (orders[*place] - line).abs() < BAND)
         .collect();
-    // The power of the line of each stretch: over the band, less the background of all, and in turns of the wheel.
+    // The power of the line of each window: over the band, less the common background, in turns of
+    // the wheel.
     let of = |density: &dyn Fn(&Power) -> f64| -> [f64; 2] {
         let mean = |place: usize| powers.iter().map(|of| density(&of[place])).sum::<f64>();
         let mut background: Vec<f64> = far
@@ -131,7 +138,8 @@ pub fn ripple(
     })
 }
 
-/// The amplitude whose square is the mean of powers, and its standard error; powers of stretches that overlap by half.
+/// Returns the amplitude whose square is the mean of powers, and its standard error; the powers are
+/// of windows that overlap by half.
 fn amplitude(powers: &[f64]) -> [f64; 2] {
     let count = powers.len() as f64;
     let mean = powers.iter().sum::<f64>() / count;
@@ -142,12 +150,13 @@ fn amplitude(powers: &[f64]) -> [f64; 2] {
         _ => (squares / (count - 1.0) / apart).sqrt(),
     };
     let amplitude = mean.max(0.0).sqrt();
-    // Half the error of the square over the amplitude, and its root where there is none.
+    // Half the error of the square over the amplitude, and its root if the amplitude is zero.
     let of_amplitude = error / (amplitude + (amplitude * amplitude + error).sqrt());
     [amplitude, if error > 0.0 { of_amplitude } else { 0.0 }]
 }
 
-/// The squared amplitude of the wheels at an order, and those of wheels and body times the turns over which they were seen.
+/// The squared amplitude of the wheels at an order, and those of wheels and body times the observed
+/// turns.
 #[derive(Clone, Copy, Debug, Default)]
 struct Power {
     wheels: f64,
@@ -156,7 +165,8 @@ struct Power {
 }
 
 impl SteadyStretch {
-    /// Rates that its wheels have, each once: wheels that turn alike ripple alike.
+    /// Returns the distinct rates of its wheels: wheels with equal rates have equal ripple
+    /// frequencies.
     fn groups(&self) -> Vec<f64> {
         let fastest = self.fastest();
         let mut groups: Vec<f64> = Vec::new();
@@ -200,7 +210,8 @@ impl SteadyStretch {
     }
 }
 
-/// The squared amplitude of the wave of each angular frequency in values, fitted together with a parabola.
+/// Returns the squared amplitude of each angular frequency in values, fitted together with a
+/// parabola.
 fn waves(times_s: &[f64], values: &[f64], frequencies_rad_s: &[f64]) -> Vec<f64> {
     let rows = times_s.len();
     let columns = 3 + 2 * frequencies_rad_s.len();
@@ -228,7 +239,7 @@ fn waves(times_s: &[f64], values: &[f64], frequencies_rad_s: &[f64]) -> Vec<f64>
         .collect()
 }
 
-/// The steady stretches of a drive, each half over the next.
+/// Returns the steady windows of a drive, each overlapping the next by half.
 fn steady(log: &Log, nominal: &Matrix3xX<f64>, wanted: &Stretches<'_>) -> Vec<SteadyStretch> {
     let rows = wanted.rows(log);
     let mut found = Vec::new();
@@ -304,7 +315,8 @@ fn stretch(
 mod tests {
     use super::*;
 
-    /// Four wheels at two rates with eight rollers each; wheels ripple by 0.05 rad/s, the body by 0.2 mm with each pair. Noise of 0.1 mm.
+    /// Four wheels at two rates with eight rollers each; the wheels have a ripple of 0.05 rad/s,
+    /// the body 0.2 mm with each pair. Noise of 0.1 mm.
     fn log(lost: f64) -> Log {
         let mut log = Log::default();
         let (slow, fast) = (1.5, 3.0);
@@ -317,7 +329,7 @@ mod tests {
             let wave = |rate: f64, phase: f64| libm::sin(8.0 * rate * t_s + phase);
             let of = |rate: f64, phase: f64| rate * t_s + 0.05 / (8.0 * rate) * wave(rate, phase);
             let now = [of(slow, 0.3), of(fast, 1.1), of(slow, 2.0), of(fast, 2.9)];
-            // Rows are lost evenly, with what was turned in them.
+            // Rows are lost evenly, with the rotation in them.
             let is_lost = (f64::from(step) * lost).fract() + lost >= 1.0;
             if let Some(last) = last
                 && !is_lost
@@ -352,7 +364,8 @@ mod tests {
         };
         let found = ripple(&log(0.0), 8, &nominal(), &stretches).unwrap();
         assert!((found.line - 1.0).abs() < 0.02, "{found:?}");
-        // Two waves of 0.2 mm; the band holds all but a twentieth of their power, and the noise has none at the line.
+        // Two waves of 0.2 mm; the band holds all but a twentieth of their power, and the noise has
+        // none at the line.
         assert!(
             (found.wheels_rad_s[0] / 0.05 - 1.0).abs() < 0.06,
             "{found:?}"

@@ -1,25 +1,26 @@
-//! How sure values are by how runs scatter: by what each of them misses, on the equations as they are at the best fit.
+//! Uncertainty of values from the scatter of runs: cluster-robust errors, with the equations
+//! linearised at the best fit.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// The normal equations of what scatters as one: a run, or a stretch of one.
+/// The normal equations of one cluster: a run, or a window of one.
 #[derive(Clone, Debug)]
 pub struct Cluster {
     /// J^T J.
     normal: DMatrix<f64>,
     /// J^T r.
     slope: DVector<f64>,
-    /// How many equations it holds.
+    /// Number of equations.
     pub rows: usize,
 }
 
-/// Where a value lies with 95 %; no numbers where that is not known.
+/// A 95 % interval; NaN if unknown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// From here.
+    /// Lower end.
     pub low: f64,
-    /// To here.
+    /// Upper end.
     pub high: f64,
 }
 
@@ -33,7 +34,7 @@ impl Default for Interval {
 }
 
 impl Interval {
-    /// So far to both sides of a value.
+    /// The interval symmetric about a value.
     pub fn around(value: f64, half: f64) -> Self {
         Self {
             low: value - half,
@@ -43,7 +44,7 @@ impl Interval {
 }
 
 impl Cluster {
-    /// One without equations, of so many values.
+    /// A cluster without equations, for a number of values.
     pub fn empty(values: usize) -> Self {
         Self {
             normal: DMatrix::zeros(values, values),
@@ -60,23 +61,26 @@ impl Cluster {
     }
 }
 
-/// How sure values are by what each cluster misses. What was driven is taken as it is: of runs ahead and runs sideways, drawn as the bootstrap draws
-/// them, some draws have none that go sideways, and what only these tell is anything in them.
+/// Covariance of values from the residuals of clusters. The driven motion counts as fixed: a
+/// bootstrap over runs ahead and runs sideways would draw some samples without sideways runs, in
+/// which the parameters that only these determine are arbitrary.
 ///
-/// With J_i and r_i the rows of cluster i, M = (J^T J)^-1 and H_i = J_i M J_i^T the value of c . v has the variance sum_i (c . M J_i^T A_i r_i)^2,
-/// A_i = (I - H_i)^(-1/2), which has no bias where errors are as they were believed to be. How many degrees of freedom Student's t has
-/// follows from how its parts share the information: (sum_i l_i)^2 / sum_i l_i^2, l_i the eigenvalues of that quadratic form (Bell and McCaffrey 2002,
-/// Pustejovsky and Tipton 2018). Of n clusters that say the same this is the interval of a mean, with n - 1.
+/// With J_i and r_i the rows of cluster i, M = (J^T J)^-1 and H_i = J_i M J_i^T, the value of c . v
+/// has the variance sum_i (c . M J_i^T A_i r_i)^2, A_i = (I - H_i)^(-1/2), which is unbiased if the
+/// errors are as assumed. The degrees of freedom of Student's t follow from how the clusters share
+/// the information: (sum_i l_i)^2 / sum_i l_i^2, l_i the eigenvalues of that quadratic form (Bell
+/// and McCaffrey 2002, Pustejovsky and Tipton 2018). For n equally informative clusters this is the
+/// interval of a mean, with n - 1.
 #[derive(Clone, Debug)]
 pub struct Scatter {
     /// L with M = L L^T.
     factor: DMatrix<f64>,
     clusters: Vec<Part>,
-    /// Projects on what one cluster alone tells: nothing is known of how that scatters.
+    /// Projector on the values that only one cluster determines; their scatter is unknown.
     alone: DMatrix<f64>,
 }
 
-/// One cluster, in coordinates in which all of them together have the identity as their normal matrix.
+/// One cluster, in coordinates in which the sum of all normal matrices is the identity.
 #[derive(Clone, Debug)]
 struct Part {
     /// L^T J_i^T A_i r_i.
@@ -88,11 +92,11 @@ struct Part {
     adjusts: DMatrix<f64>,
 }
 
-/// What a cluster tells alone has an eigenvalue of H_i that is nearer to 1 than this.
+/// Values that only one cluster determines have an eigenvalue of H_i closer to 1 than this.
 const ALONE: f64 = 1e-6;
 
 impl Scatter {
-    /// `None` of fewer than two clusters, and where they do not determine all values.
+    /// Returns `None` for fewer than two clusters, and if they do not determine all values.
     pub fn new(clusters: &[Cluster]) -> Option<Self> {
         let count = clusters.first().filter(|_| clusters.len() > 1)?.slope.len();
         let mut normal = DMatrix::zeros(count, count);
@@ -124,7 +128,7 @@ impl Scatter {
             let normal = factor.tr_mul(&own.normal) * &factor;
             let shares = SymmetricEigen::new(normal.clone());
             let by = |of: &dyn Fn(f64) -> f64| {
-                // What the cluster tells alone is met by the fit: nothing of it is left.
+                // The fit meets a value that only this cluster determines: no residual is left.
                 let values = shares.eigenvalues.map(|share| match share {
                     share if share > 1.0 - ALONE => 0.0,
                     share => of(share.max(0.0)),
@@ -146,7 +150,7 @@ impl Scatter {
                 missed: by(&|share| 1.0 / (1.0 - share).sqrt()) * missed,
                 squared: by(&|share| share / (1.0 - share)),
                 simple: by(&|share| share / (1.0 - share).sqrt()),
-                // (1 / sqrt(1 - share) - 1) / share without the difference of what is nearly equal.
+                // (1 / sqrt(1 - share) - 1) / share without cancellation.
                 adjusts: by(&|share| {
                     let root = (1.0 - share).sqrt();
                     1.0 / (root * (1.0 + root))
@@ -161,18 +165,18 @@ impl Scatter {
         })
     }
 
-    /// How many clusters there are.
+    /// The number of clusters.
     pub fn count(&self) -> usize {
         self.clusters.len()
     }
 
-    /// Whether one cluster alone tells something that no other does.
+    /// Whether some value is determined by one cluster alone.
     pub fn has_alone(&self) -> bool {
         self.alone.norm() > 0.0
     }
 
-    /// The standard error of what grows by `gradient` with each value, and the degrees of freedom of what it is known from; `None` where one
-    /// cluster alone tells it.
+    /// Returns the standard error of a quantity with this `gradient` by the values, and its degrees
+    /// of freedom; `None` if only one cluster determines it.
     pub fn error(&self, gradient: &DVector<f64>) -> Option<[f64; 2]> {
         let own = self.factor.tr_mul(gradient);
         if (&self.alone * &own).norm() > ALONE.sqrt() * own.norm() {
@@ -186,7 +190,8 @@ impl Scatter {
             let simple = &part.simple * &own;
             let squared = own.dot(&(&part.squared * &own));
             trace += squared - simple.norm_squared();
-            // Of the form's entries squared sum over i those of (i, i), less those of what is subtracted from all.
+            // Sum of the squared entries of the form: for each i those of (i, i), less those
+            // subtracted from all.
             squares += squared * (squared - 2.0 * simple.norm_squared());
             both.ger(1.0, &simple, &simple, 1.0);
         }
@@ -194,7 +199,7 @@ impl Scatter {
         freedoms.is_finite().then(|| [variance.sqrt(), freedoms])
     }
 
-    /// The same of one value.
+    /// Like [`Self::error`], for one value.
     pub fn error_of(&self, axis: usize) -> Option<[f64; 2]> {
         let count = self.factor.nrows();
         self.error(&DVector::from_fn(count, |row, _| {
@@ -202,12 +207,13 @@ impl Scatter {
         }))
     }
 
-    /// The 95 % interval of something that follows from the values; `of` gives it for a step away from them. No numbers where one cluster alone
-    /// tells it.
+    /// Returns the 95 % interval of a function of the values; `of` returns it for a step away from
+    /// them. NaN if only one cluster determines it.
     pub fn interval(&self, of: impl Fn(&DVector<f64>) -> f64) -> Interval {
         let count = self.factor.nrows();
         let gradient = DVector::from_fn(count, |axis, _| {
-            // A step as a value is off by at all, far below what it bends over.
+            // A step in proportion to the value's uncertainty, far below the scale of the
+            // curvature.
             let by = 1e-3 * self.factor.row(axis).norm();
             let mut step = DVector::zeros(count);
             step[axis] = by;
@@ -226,12 +232,12 @@ impl Scatter {
         values.iter().enumerate().map(one).collect()
     }
 
-    /// By how many standard errors Student's t of so many degrees of freedom is off with a probability of 5 %.
+    /// Returns the 95 % two-sided quantile of Student's t for a number of degrees of freedom.
     pub fn furthest(freedoms: f64) -> f64 {
         StudentsT::new(0.0, 1.0, freedoms).map_or(1.96, |t| t.inverse_cdf(0.975))
     }
 
-    /// A_i r_i of a cluster, from its rows.
+    /// Returns A_i r_i of a cluster, from its rows.
     pub fn adjusted(
         &self,
         cluster: usize,
@@ -251,7 +257,7 @@ mod tests {
 
     use super::*;
 
-    /// Runs of one equation each that tell a value by so much, `noise` off.
+    /// Runs of one equation each with the given sensitivity to a value, `noise` off.
     fn runs(tell: &[f64], noise: &mut dyn FnMut() -> f64) -> (Vec<Cluster>, f64) {
         let seen: Vec<f64> = tell.iter().map(|_| noise()).collect();
         let told: f64 = tell.iter().map(|own| own * own).sum();
@@ -278,7 +284,7 @@ mod tests {
         move || StandardNormal.sample(&mut rng)
     }
 
-    /// Of runs that say the same: s / sqrt(n) with n - 1 degrees of freedom.
+    /// Equally informative runs: s / sqrt(n) with n - 1 degrees of freedom.
     #[test]
     fn of_runs_that_say_the_same_the_error_is_that_of_the_mean() {
         let mut noise = normal(1);
@@ -293,12 +299,13 @@ mod tests {
         assert!((freedoms - 6.0).abs() < 1e-9);
     }
 
-    /// A few runs of many tell a value: the interval knows how few they are, and holds the truth in 95 of 100 draws. Resamples of runs that
-    /// have none of them would make it a thousand times as wide.
+    /// A few runs of many determine a value: the interval accounts for how few they are, and holds
+    /// the truth in 95 of 100 draws. A bootstrap with samples that lack these runs would make it a
+    /// thousand times as wide.
     #[test]
     fn where_few_runs_tell_a_value_the_interval_holds_it_as_often() {
         let mut noise = normal(2);
-        // How wide Student's interval is on average of as many runs as tell it: t sqrt(1 / n).
+        // Mean width of Student's interval for the number of informative runs: t sqrt(1 / n).
         for (tell, width) in [
             ([1.0, 1e-3, 1.0, 1e-3, 1e-3, 1e-3], 12.706 * 0.5_f64.sqrt()),
             ([1.0, 1e-3, 1.0, 1e-3, 1.0, 1.0], 3.182 * 0.25_f64.sqrt()),
@@ -317,14 +324,15 @@ mod tests {
         }
     }
 
-    /// What one run alone tells is met by the fit, and how it would scatter is not known; what others tell is.
+    /// The fit meets a value that one run alone determines, so its scatter is unknown; that of the
+    /// others is known.
     #[test]
     fn of_what_one_run_tells_no_scatter_is_known() {
         let mut noise = normal(3);
         let rows = [[1.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 0.0]];
         let clusters = rows.map(|row| {
             let mut cluster = Cluster::empty(2);
-            // The row that tells both is met as it is.
+            // The row that determines both is met exactly.
             let left = if row[1] == 1.0 { 0.0 } else { noise() };
             cluster.add(
                 DMatrix::from_row_slice(1, 2, &row),
@@ -338,7 +346,8 @@ mod tests {
         assert!(error > 0.0 && (freedoms - 2.0).abs() < 1e-9, "{freedoms}");
     }
 
-    /// Rows that share an error of their run are adjusted together: c . v varies by the sum of what their products with J make.
+    /// Rows that share an error of their run are adjusted together: c . v varies by the sum of
+    /// their products with J.
     #[test]
     fn adjusted_rows_make_the_same_of_a_value() {
         let mut noise = normal(4);
@@ -371,7 +380,7 @@ mod tests {
             .zip(&left)
             .enumerate()
             .map(|(run, ((jacobian, _), left))| {
-                // A_i by its definition, of the rows themselves.
+                // A_i by its definition, from the rows themselves.
                 let own = DMatrix::identity(3, 3) - jacobian * &inverse * jacobian.transpose();
                 let own = SymmetricEigen::new(own);
                 let root = &own.eigenvectors

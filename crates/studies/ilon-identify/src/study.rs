@@ -1,4 +1,4 @@
-//! What a person writes down about an identification: the robot, the logs of its drives, and what is free.
+//! A study as written by a user: the robot, the logs of its drives, and the free parameters.
 
 use std::path::{Path, PathBuf};
 
@@ -13,14 +13,14 @@ pub use crate::simulate::{
 };
 pub use crate::study_file::{ModelFile, RunFile, StudyFile};
 
-/// A study that was read, with the robot that it names.
+/// A study with its robot.
 #[derive(Debug)]
 pub struct Study {
-    /// Its file.
+    /// Path of its file.
     pub path: PathBuf,
-    /// What stands in it.
+    /// Content of the file.
     pub file: StudyFile,
-    /// The robot as it is known before the fit.
+    /// The robot before the fit.
     pub robot: Robot,
     pub(crate) files: FileAccess,
 }
@@ -29,12 +29,12 @@ impl Study {
     /// Reads a study and its robot.
     ///
     /// # Errors
-    /// Where a file cannot be read, or the study asks for what cannot be.
+    /// If a file cannot be read, or the study is invalid.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         Self::load_within(path, &FileAccess::anywhere())
     }
 
-    /// Reads a study and its robot; all files must be among those that may be read.
+    /// Reads a study and its robot; all files must be among the accessible ones.
     ///
     /// # Errors
     /// Like [`Self::load`].
@@ -53,18 +53,18 @@ impl Study {
         Ok(study)
     }
 
-    /// Its name: that of its file, without the ending.
+    /// Its name: that of its file, without the extension.
     pub fn name(&self) -> String {
         let stem = self.path.file_stem().unwrap_or_default();
         stem.to_string_lossy().into_owned()
     }
 
-    /// A path of the study, from its own folder.
+    /// Returns a path of the study relative to the study's folder.
     pub fn resolve(&self, path: &Path) -> PathBuf {
         self.path.parent().unwrap_or(Path::new("")).join(path)
     }
 
-    /// All files that it reads beside itself.
+    /// Returns all other files that it reads.
     pub fn inputs(&self) -> Vec<PathBuf> {
         let logs = self.file.runs.iter().map(|run| self.resolve(&run.file));
         std::iter::once(self.resolve(&self.file.robot))
@@ -120,7 +120,7 @@ impl Study {
     }
 }
 
-/// The text of a scenario with a robot, to which keys are added.
+/// Returns the text of a scenario with a robot, to which keys are added.
 pub(crate) fn scenario_text(robot: &Path) -> String {
     let mut section = Table::new();
     let path = robot.display().to_string();
@@ -129,7 +129,7 @@ pub(crate) fn scenario_text(robot: &Path) -> String {
     format!("{robot}\n[twist]\nvx_m_s = 0.1\n\n[run]\nduration_s = 1000.0\n")
 }
 
-/// A robot as a scenario would read it.
+/// Returns a robot as a scenario would read it.
 pub(crate) fn robot_of(
     robot: &Path,
     set: &Table,
@@ -144,7 +144,7 @@ pub(crate) fn robot_of(
     load_robot(&Scenario::from_text(&text, beside, &settings, files)?)
 }
 
-/// The keys of nested tables, with dots.
+/// Returns the keys of nested tables, joined by dots.
 pub(crate) fn flat(table: &Table) -> Vec<(String, Value)> {
     let mut flat_keys = Vec::new();
     for (key, value) in table {

@@ -1,4 +1,4 @@
-//! The file of a study, as it is read.
+//! The content of a study's file.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

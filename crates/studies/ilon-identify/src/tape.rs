@@ -1,8 +1,10 @@
-//! Calibration by tape measure and protractor: runs of which only the end was measured, each with its own uncertainty.
+//! Calibration by tape measure and protractor: only the end of each run is measured, each
+//! measurement with its own uncertainty.
 //!
-//! Wheels that turn by dq at constant ratios take the robot along one screw: its end is `exp(J dq)` from where it began, and what is measured of it
-//! (x, y, heading) is fitted by least squares, each number over its standard error. The inverse of the information matrix J^T J is the covariance,
-//! and shows which further drive would tell the parameters apart.
+//! Wheels that turn by dq at constant ratios take the robot along one screw motion: it ends at
+//! `exp(J dq)` from its start, and the measured values (x, y, heading) are fitted by least squares,
+//! each over its standard error. The inverse of the information matrix J^T J is the covariance, and
+//! shows which further drive would distinguish the parameters.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -100,62 +102,62 @@ pub struct Drive {
     pub for_s: f64,
 }
 
-/// Runs that were read, with their robot.
+/// Runs with their robot.
 #[derive(Clone, Debug)]
 pub struct Tape {
     /// The file.
     pub path: PathBuf,
-    /// What stands in it.
+    /// Content of the file.
     pub file: TapeFile,
     /// The robot before the fit, with its nominal values.
     pub robot: Robot,
 }
 
-/// What was found.
+/// Results of the fit.
 #[derive(Clone, Debug, Serialize)]
 pub struct TapeFit {
     /// The file's name.
     pub study: String,
     /// The version of ilon.
     pub ilon: String,
-    /// What was free, by name.
+    /// The free parameters, by name.
     pub parameters: BTreeMap<String, Value>,
-    /// What the runs do not determine, and was held at the robot's own value.
+    /// Parameters that the runs do not determine; they were held at the robot's own value.
     pub held: Vec<HeldParameter>,
-    /// What a controller is to be set to.
+    /// Settings for a controller.
     pub controller: Controller,
-    /// By how many of its standard errors each number that was measured misses the fit, a row a run: x, y, heading.
+    /// Residual of each measured value over its standard error, one row per run: x, y, heading.
     pub misses: Vec<[Option<f64>; 3]>,
-    /// Root mean square of these, over the degrees of freedom that are left: 1 where the stated errors are right. Beyond 1 the intervals are widened
-    /// by it.
+    /// Root mean square of the residuals, over the remaining degrees of freedom: 1 if the stated
+    /// errors are right. Above 1 the intervals are widened by it.
     pub over_errors: Option<f64>,
-    /// Further drives, and the standard errors that would be left after three runs of each.
+    /// Further drives, with the standard errors that three runs of each would leave.
     pub next: Vec<NextDrive>,
 }
 
-/// A drive, and what it would tell.
+/// A proposed drive and its benefit.
 #[derive(Clone, Debug, Serialize)]
 pub struct NextDrive {
-    /// What is driven.
+    /// Description of the drive.
     pub drive: String,
     /// The standard error of each free parameter after three more such runs, in its unit.
     pub errors: BTreeMap<String, f64>,
 }
 
-/// What is measured of a run: what its wheels turned, and each number with its standard error.
+/// Measurements of a run: the rotation of its wheels, and each value with its standard error.
 struct Seen {
     turned_rad: Vec<f64>,
     numbers: [Option<(f64, f64)>; 3],
 }
 
-/// Runs of each further drive.
+/// Runs of each proposed drive.
 const REPEATED: f64 = 3.0;
 
 impl Tape {
-    /// Reads runs that were measured by tape; `None` where a file holds none, and is a study of logs.
+    /// Reads runs measured by tape; `None` if the file is a study of logs instead.
     ///
     /// # Errors
-    /// Where the file or its robot cannot be read, or a run says nothing.
+    /// If the file or its robot cannot be read, or a run has no measurement.
     pub fn load_within(path: &Path, files: &FileAccess) -> Result<Option<Self>, Error> {
         let text = files.read_text(path, MAX_BYTES);
         let text = text.map_err(|fault| Error::read(path, &fault))?;
@@ -172,7 +174,7 @@ impl Tape {
         }))
     }
 
-    /// Its name: that of its file, without the ending.
+    /// Its name: that of its file, without the extension.
     pub fn name(&self) -> String {
         let stem = self.path.file_stem().unwrap_or_default();
         stem.to_string_lossy().into_owned()
@@ -184,10 +186,10 @@ impl Tape {
         vec![self.path.clone(), folder.join(&self.file.robot)]
     }
 
-    /// Fits what is free.
+    /// Fits the free parameters.
     ///
     /// # Errors
-    /// A parameter that there is none, a run that says nothing, and a robot that cannot be moved.
+    /// An unknown parameter, a run without measurement, and a robot that cannot be moved.
     pub fn fit(&self) -> Result<TapeFit, Error> {
         let known = Kinematics::new(&self.robot)?;
         let runs = self.file.measured.iter().enumerate();
@@ -295,7 +297,7 @@ impl Tape {
     }
 }
 
-/// Refuses a radius or a lever that is not above 0: the runs go the other way than their wheels turned.
+/// Rejects a radius or a lever that is not above 0: the runs moved against their wheels' rotation.
 fn must_be_lengths(model: &Model, values: &[f64], robot: &Robot) -> Result<(), Error> {
     let is_length = |of: &Parameter| {
         matches!(
@@ -316,7 +318,7 @@ fn must_be_lengths(model: &Model, values: &[f64], robot: &Robot) -> Result<(), E
     }
 }
 
-/// Half of a 95 % interval from the stated errors; widened where the runs scatter by more than these.
+/// Returns half of a 95 % interval from the stated errors, widened if the runs scatter by more.
 fn half_width(standard: f64, over_errors: Option<f64>, free: i64) -> f64 {
     match over_errors.filter(|over| *over > 1.0) {
         Some(over) => {
@@ -328,7 +330,8 @@ fn half_width(standard: f64, over_errors: Option<f64>, free: i64) -> f64 {
     }
 }
 
-/// What each number misses a model by, over its standard error; `None` of values with which the robot cannot be moved.
+/// Returns the residuals over their standard errors; `None` for values with which the robot cannot
+/// be moved.
 fn misses(model: &Model, values: &[f64], seen: &[Seen]) -> Option<Vec<[Option<f64>; 3]>> {
     let matrix = model.twist_matrix(values)?;
     let of = |run: &Seen| {
@@ -351,7 +354,7 @@ fn flat(misses: &[[Option<f64>; 3]]) -> Vec<f64> {
     misses.iter().flatten().flatten().copied().collect()
 }
 
-/// J^T J of what is seen, each parameter over what it may be off by.
+/// Returns J^T J of the measurements, each parameter over its expected deviation.
 fn information(model: &Model, seen: &[Seen]) -> Option<DMatrix<f64>> {
     let nominal = model.nominal();
     let columns = model.scales().into_iter().enumerate().map(|(axis, scale)| {
@@ -370,7 +373,8 @@ fn information(model: &Model, seen: &[Seen]) -> Option<DMatrix<f64>> {
     Some(jacobian.transpose() * jacobian)
 }
 
-/// The model with what the runs tell by themselves to less than it may be off by; the others are held, the worst known first.
+/// Returns the model with the parameters that the runs determine better than their expected
+/// deviation; the others are held, the worst determined first.
 fn determined(model: &Model, seen: &[Seen], robot: &Robot) -> (Model, Vec<HeldParameter>) {
     let mut model = model.clone();
     let mut held = Vec::new();
@@ -396,10 +400,10 @@ fn determined(model: &Model, seen: &[Seen], robot: &Robot) -> (Model, Vec<HeldPa
     (model, held)
 }
 
-/// Drives a person can measure, and what three more runs of each would leave unknown. Beforehand each parameter is taken to be known to what it may
-/// be off by.
+/// Returns drives that a person can measure, and the standard errors that three more runs of each
+/// would leave. Before any run each parameter is known to its expected deviation.
 fn next_drives(model: &Model, seen: &[Seen], known: &Kinematics) -> Result<Vec<NextDrive>, Error> {
-    /// What is driven in metres and turned in rad: two metres of a tape, and three turns.
+    /// Translation in metres and rotation in rad: two metres of a tape, and three turns.
     const DRIVES: [(&str, [f64; 3]); 6] = [
         ("2 m ahead", [2.0, 0.0, 0.0]),
         ("2 m to the left", [0.0, 2.0, 0.0]),
@@ -445,7 +449,7 @@ fn next_drives(model: &Model, seen: &[Seen], known: &Kinematics) -> Result<Vec<N
         let mut turned_rad = vec![0.0; known.wheel_count()];
         known.wheel_rates(Twist::new(x, y, turn), &mut turned_rad);
         let place = Some((0.0, millimetres()));
-        // Headings are compared but for full turns: near what is expected.
+        // Headings are compared up to full turns, near the expected one.
         let heading = Some((turn, half_degree().to_radians()));
         let run = Seen {
             turned_rad,

@@ -1,4 +1,4 @@
-//! One axis of a study: a key of the scenario, and the values that it takes.
+//! One axis of a study: a key of the scenario and its values.
 
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -6,52 +6,52 @@ use toml::Value;
 
 use crate::file::Scale;
 
-/// What is varied.
+/// A varied key.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Axis {
-    /// The key of the scenario, with dots.
+    /// Dotted key of the scenario.
     pub key: String,
-    /// The values that it takes.
+    /// Its values.
     pub values: Values,
 }
 
 /// The values of an axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum Values {
-    /// One of these, each as probable as the others.
+    /// A list of equally probable values.
     List(Vec<Value>),
-    /// Numbers from one end to the other.
+    /// A range of numbers.
     Range {
         /// The first.
         from: f64,
         /// The last.
         to: f64,
-        /// How many, both ends among them; without it, all between.
+        /// Number of values, including both ends; without it, all values between.
         steps: Option<u64>,
-        /// How they are spaced.
+        /// Spacing of the values.
         scale: Scale,
-        /// Whether they are whole numbers.
+        /// Whether they are integers.
         whole: bool,
     },
-    /// A normal distribution, cut off at `min` and `max`.
+    /// A normal distribution, truncated at `min` and `max`.
     Normal {
-        /// Its mean, before it is cut off.
+        /// Mean before truncation.
         mean: f64,
-        /// Its standard deviation, before it is cut off.
+        /// Standard deviation before truncation.
         sd: f64,
-        /// Where it begins.
+        /// Lower end.
         min: f64,
-        /// Where it ends.
+        /// Upper end.
         max: f64,
     },
 }
 
-/// Draws of a distribution that goes on for ever keep off its ends by this share, 8.2 standard deviations of a normal one: at the ends
-/// it is infinite.
+/// Draws from an infinite distribution keep this share from its ends, 8.2 standard deviations of a
+/// normal one: at the ends it is infinite.
 const TAIL: f64 = 1.0 / (1u64 << 53) as f64;
 
 impl Axis {
-    /// How many values it has; `None` of one that has all between its ends.
+    /// The number of values; `None` for a continuous axis.
     pub fn count(&self) -> Option<u64> {
         match &self.values {
             Values::List(values) => Some(values.len() as u64),
@@ -60,7 +60,7 @@ impl Axis {
         }
     }
 
-    /// One of its values, of an axis that has a number of them.
+    /// Returns one of its values, for an axis with a finite number of them.
     pub fn nth(&self, index: u64) -> Value {
         match &self.values {
             Values::List(values) => values[index as usize % values.len()].clone(),
@@ -71,7 +71,7 @@ impl Axis {
         }
     }
 
-    /// The value at a share of its distribution, in [0, 1].
+    /// Returns the value at a share of its distribution, in [0, 1].
     pub fn at(&self, share: f64) -> Value {
         match self.count() {
             Some(count) => {
@@ -82,7 +82,7 @@ impl Axis {
         }
     }
 
-    /// The number at a share of the way, or of the distribution.
+    /// Returns the number at a share of the range, or of the distribution.
     fn between(&self, share: f64) -> Value {
         match self.values {
             Values::List(_) => self.at(share),
@@ -93,7 +93,7 @@ impl Axis {
                 scale,
                 whole: true,
             } => {
-                // Each whole number has the way up to the next, the last one too.
+                // Each integer has the interval up to the next, including the last.
                 let x = along(from, to + 1.0, scale, share).floor();
                 Value::Integer(x.clamp(from, to) as i64)
             }
@@ -128,7 +128,7 @@ impl Axis {
     }
 }
 
-/// A value as a text: one that is a text by itself, all others as TOML.
+/// Returns a value as text: strings unquoted, all others as TOML.
 pub fn text_of(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
@@ -136,7 +136,7 @@ pub fn text_of(value: &Value) -> String {
     }
 }
 
-/// A value that is a number.
+/// Returns a value as a number, if it is one.
 pub fn number_of(value: &Value) -> Option<f64> {
     match value {
         Value::Float(number) => Some(*number),
@@ -145,7 +145,7 @@ pub fn number_of(value: &Value) -> Option<f64> {
     }
 }
 
-/// A place between two ends.
+/// Returns the point at a share between two ends.
 pub(crate) fn along(from: f64, to: f64, scale: Scale, share: f64) -> f64 {
     match scale {
         Scale::Linear => from + share * (to - from),
@@ -153,12 +153,12 @@ pub(crate) fn along(from: f64, to: f64, scale: Scale, share: f64) -> f64 {
     }
 }
 
-/// A number without the noise of its last digits, so that it reads well where it is copied.
+/// Rounds away the noise in a number's last digits, so that it is readable where it is copied.
 pub(crate) fn rounded(x: f64) -> f64 {
     format!("{x:.11e}").parse().unwrap_or(x)
 }
 
-/// How many points a grid over some axes has.
+/// Returns the number of points of a grid over axes.
 pub(crate) fn grid_points(axes: &[Axis]) -> u64 {
     axes.iter()
         .map(|axis| axis.count().unwrap_or(1))

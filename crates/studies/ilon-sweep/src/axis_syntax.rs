@@ -1,4 +1,4 @@
-//! How axes are written in a study, and what is refused of them.
+//! Syntax of axes in a study, and its errors.
 
 use serde::Deserialize;
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -8,14 +8,14 @@ use toml::{Table, Value};
 use crate::axis::{Axis, Values, along};
 use crate::file::Scale;
 
-/// What is wrong with an axis, and how to repair it.
+/// An error of an axis, with its remedy.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Wrong {
     pub message: String,
     pub help: String,
 }
 
-/// The keys of an axis that is written as a table.
+/// The keys of an axis written as a table.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
@@ -35,17 +35,17 @@ const WORDS: [&str; 10] = [
     "values", "from", "to", "steps", "scale", "whole", "mean", "sd", "min", "max",
 ];
 
-/// How axes are written, for whoever wrote one otherwise.
+/// Help on the forms of an axis.
 const FORMS: &str = "write a list, `[0.2, 0.4]`, a range, `{ from = 0.1, to = 0.8, steps = 8 }`, or a distribution, \
                      `{ mean = 0.6, sd = 0.05 }`";
 
-/// Most values of one axis.
+/// Largest number of values of one axis.
 const MOST_STEPS: u64 = 1_000_000;
 
-/// A span of the text that holds an axis, with the axis or what is wrong with it.
+/// A span of the text that holds an axis, with the axis or its error.
 pub(crate) type SpannedAxis = (std::ops::Range<usize>, Result<Axis, Wrong>);
 
-/// All axes of a table, in the order of the text; `plain` is the same table without its places.
+/// Returns all axes of a table, in the order of the text; `plain` is the same table without spans.
 pub(crate) fn axes_of(table: &DeTable<'_>, plain: &Table) -> Vec<SpannedAxis> {
     let mut found = Vec::new();
     collect(table, plain, "", &mut found);
@@ -76,7 +76,7 @@ fn collect(table: &DeTable<'_>, plain: &Table, above: &str, found: &mut Vec<Span
     }
 }
 
-/// Whether a table says which values an axis takes, and is not one of further keys.
+/// Whether a table defines the values of an axis, instead of containing further keys.
 fn is_axis(table: &Table) -> bool {
     table.keys().any(|key| WORDS.contains(&key.as_str()))
 }
@@ -88,7 +88,7 @@ fn wrong(message: impl Into<String>, help: impl Into<String>) -> Wrong {
     }
 }
 
-/// The axis that a key's value stands for.
+/// Returns the axis that a key's value defines.
 fn axis_of(key: String, value: &Value) -> Result<Axis, Wrong> {
     let name = format!("axes.{key}");
     let values = match value {
@@ -350,7 +350,8 @@ mod tests {
         for number in [-1, 0, 1] {
             assert_eq!(drawn("{ from = -1, to = 1, whole = true }", number), 2000);
         }
-        // Evenly by their logarithm, each number k has ln((k + 1) / k) of ln(4 / 1): half of it the first.
+        // Uniform in the logarithm: each integer k has ln((k + 1) / k) of ln(4 / 1), so the first
+        // has half of it.
         let log = "{ from = 1, to = 3, whole = true, scale = \"log\" }";
         assert_eq!(drawn(log, 1), 3000);
         let ends = axis("{ from = 1, to = 3, whole = true }").unwrap();

@@ -1,4 +1,4 @@
-//! A scenario that is varied.
+//! The scenario that a study varies.
 
 use std::path::PathBuf;
 
@@ -7,12 +7,12 @@ use ilon_sim::Error;
 use ilon_sim::scenario::{MAX_BYTES, Scenario, Setting};
 use serde::{Deserialize, Serialize};
 
-/// A scenario that is varied, as its file was when the study was read.
+/// The scenario that a study varies, with its text at the time of reading.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Base {
-    /// Its name: that of its file, without the ending.
+    /// Its name: that of its file, without the extension.
     pub name: String,
-    /// Its file.
+    /// Path of its file.
     pub path: PathBuf,
     /// The text of its file.
     pub text: String,
@@ -31,7 +31,7 @@ impl Base {
         Ok(Self { name, path, text })
     }
 
-    /// The scenario with keys changed.
+    /// Returns the scenario with changed keys.
     pub fn with(&self, settings: &[Setting], files: &FileAccess) -> Result<Scenario, Error> {
         Scenario::from_text(&self.text, &self.path, settings, files)
     }

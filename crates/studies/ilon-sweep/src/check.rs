@@ -1,4 +1,4 @@
-//! Refuses studies that cannot be run as they stand, each fault with its place in the file.
+//! Rejects invalid studies, each fault with its place in the file.
 
 use std::ops::Range;
 use std::path::Path;
@@ -33,10 +33,10 @@ fn fault(
     }))
 }
 
-/// Values that are tried have twelve digits: no bracket is narrower than this share of them.
+/// Tried values have twelve digits, so no bracket is narrower than this share of them.
 const FINEST: f64 = 1e-11;
 
-/// Where a key stands in a text, or the whole text.
+/// Returns the span of a key in a text, or of the whole text.
 fn place(text: &str, keys: &[&str]) -> Range<usize> {
     let Ok(document) = DeTable::parse(text) else {
         return 0..0;
@@ -62,7 +62,7 @@ pub(crate) fn parse(text: &str, path: &Path) -> Result<StudyFile, Error> {
     read_toml(text, path)
 }
 
-/// The axes of a study, in the order of its text.
+/// Returns the axes of a study, in the order of its text.
 pub(crate) fn axes(text: &str, path: &Path, file: &StudyFile) -> Result<Vec<Axis>, Error> {
     let document = DeTable::parse(text);
     let written = document.as_ref().ok();
@@ -116,7 +116,7 @@ pub(crate) fn axes(text: &str, path: &Path, file: &StudyFile) -> Result<Vec<Axis
     Ok(axes)
 }
 
-/// Whether one key is the other, or holds it.
+/// Whether one key equals the other or contains it.
 fn overlap(a: &str, b: &str) -> bool {
     let holds = |above: &str, below: &str| {
         below
@@ -126,18 +126,18 @@ fn overlap(a: &str, b: &str) -> bool {
     holds(a, b) || holds(b, a)
 }
 
-/// A study as it was read, before it is known whether it can be run.
+/// A study that has been read but not checked.
 #[derive(Clone, Copy)]
 pub(crate) struct Draft<'s> {
     /// The text of its file.
     pub text: &'s str,
-    /// Its file.
+    /// Path of its file.
     pub path: &'s Path,
-    /// What the text says.
+    /// Content of the text.
     pub file: &'s StudyFile,
-    /// What is varied.
+    /// The varied keys.
     pub axes: &'s [Axis],
-    /// The scenarios that are.
+    /// The varied scenarios.
     pub bases: &'s [Base],
 }
 
@@ -152,7 +152,7 @@ impl Draft<'_> {
         ))
     }
 
-    /// What the parts of a study say of each other.
+    /// Checks the parts of a study against each other.
     pub fn check(&self) -> Result<(), Error> {
         self.scenarios()?;
         self.points()?;
@@ -164,7 +164,7 @@ impl Draft<'_> {
         self.physics()
     }
 
-    /// There is a scenario, and no two have one name.
+    /// Checks that there is a scenario, and that names are unique.
     fn scenarios(&self) -> Result<(), Error> {
         let wrong = |message: String, help: &str| self.wrong(&["scenario"], message, help);
         if self.bases.is_empty() {
@@ -186,7 +186,7 @@ impl Draft<'_> {
         Ok(())
     }
 
-    /// The method knows how many points there are, and can draw as many.
+    /// Checks the number of points against the method.
     fn points(&self) -> Result<(), Error> {
         let wrong = |message: String, help: &str| self.wrong(&["points"], message, help);
         match (self.file.method, self.file.points) {
@@ -221,7 +221,7 @@ impl Draft<'_> {
         }
     }
 
-    /// Repetitions differ.
+    /// Checks that repetitions differ.
     fn repetitions(&self) -> Result<(), Error> {
         let file = self.file;
         let is_set = flat(&file.set).iter().any(|(key, _)| key == SEED);
@@ -236,7 +236,7 @@ impl Draft<'_> {
         Ok(())
     }
 
-    /// Something varies, and the method takes axes such as these and as many.
+    /// Checks that something varies, and that the method supports these axes and their number.
     fn axes(&self) -> Result<(), Error> {
         let Self { file, axes, .. } = *self;
         if axes.is_empty() && file.find.is_none() {
@@ -276,7 +276,7 @@ impl Draft<'_> {
         Ok(())
     }
 
-    /// There are no more runs than are made.
+    /// Checks that there are not too many runs.
     fn runs(&self) -> Result<(), Error> {
         let Self { file, axes, .. } = *self;
         let points = match (file.method, file.points) {
@@ -296,7 +296,7 @@ impl Draft<'_> {
         Ok(())
     }
 
-    /// What is asked of a study with or without physics: the quantities of the one the other does not have.
+    /// Checks that the quantities of a study with or without physics exist there.
     fn physics(&self) -> Result<(), Error> {
         let file = self.file;
         let find = file.find.iter().map(|find| ("find", &find.quantity));
@@ -332,7 +332,7 @@ impl Draft<'_> {
         Ok(())
     }
 
-    /// What `[find]` and `[minimise]` can be asked of.
+    /// Checks `[find]` and `[minimise]`.
     fn questions(&self) -> Result<(), Error> {
         let Self {
             file, axes, bases, ..
@@ -397,7 +397,7 @@ impl Draft<'_> {
         Ok(())
     }
 
-    /// Quantities that are named must exist, and bounds must bound.
+    /// Checks that named quantities exist, and that bounds are valid.
     fn quantities(&self) -> Result<(), Error> {
         let file = self.file;
         let known = |name: &str, keys: &[&str]| {
@@ -449,8 +449,8 @@ impl Draft<'_> {
         Ok(())
     }
 
-    /// Every key that is set or varied must be one of each scenario, and take the kind of values that it is given: each of a list, and one of
-    /// a range, whose values are all numbers.
+    /// Checks that every set or varied key exists in each scenario and has the right type: each
+    /// value of a list, and one of a range, whose values are all numbers.
     pub fn keys(&self, fixed: &[Setting], files: &FileAccess) -> Result<(), Error> {
         let Self {
             text,
@@ -464,7 +464,7 @@ impl Draft<'_> {
             other => (other.to_string(), String::new()),
         };
         for base in bases {
-            // What is wrong with a scenario by itself is shown in its own file.
+            // An error of the scenario itself is reported with its own file.
             base.with(&[], files)?;
             base.with(fixed, files).map_err(|error| {
                 let (message, help) = words(error);
@@ -483,7 +483,7 @@ impl Draft<'_> {
             for (key, value, section) in tried.chain(searched) {
                 let mut settings = fixed.to_vec();
                 settings.push(Setting::new(key, &value));
-                // A value that a scenario refuses makes a failed run; a key that it does not have, none at all.
+                // A value that a scenario rejects makes a failed run; an unknown key is an error.
                 let Some((message, help)) = Scenario::misshapen(&base.text, &base.path, &settings)
                 else {
                     continue;
@@ -506,10 +506,10 @@ impl Draft<'_> {
     }
 }
 
-/// How bounds are repaired.
+/// Help for invalid bounds.
 const BOUNDS: &str = "give it `min`, `max` or both, finite and the least first";
 
-/// What is wrong with a bound, if anything is.
+/// Returns the error of a bound, if any.
 fn objection_to(bound: &Bound) -> Option<&'static str> {
     match (bound.min, bound.max) {
         (None, None) => Some("bounds nothing"),
@@ -521,7 +521,7 @@ fn objection_to(bound: &Bound) -> Option<&'static str> {
     }
 }
 
-/// Where an axis stands in the text, whichever way its dots are written.
+/// Returns the span of an axis in the text, in any notation of its dotted key.
 fn axis_place(text: &str, key: &str) -> Option<Range<usize>> {
     let document = DeTable::parse(text).ok()?;
     let plain: Table = text.parse().ok()?;

@@ -1,4 +1,4 @@
-//! All runs of a study, on all cores, and what they say.
+//! Runs a study on all cores and computes its findings.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,29 +21,31 @@ use crate::study::{Question, Study};
 use crate::table::write_runs;
 use ilon_sim::Error;
 
-/// What is under way, for all threads.
+/// State of a running study, shared by all threads.
 pub(crate) struct Sweep<'s> {
     study: &'s Study,
     store: &'s Store,
     watch: &'s (dyn Fn(Progress) + Sync),
     stop: &'s Stop,
-    /// Where the traces go that are kept as they come.
+    /// Folder for traces that are kept during the runs.
     folder: Option<&'s Path>,
-    /// Whether what is missing is run; if not, it ends there with [`Error::Stopped`].
+    /// Whether missing runs are made; if not, the first one ends with [`Error::Stopped`].
     may_run: bool,
     done: AtomicU64,
     failed: AtomicU64,
     found: u64,
-    /// How many runs there will be: a search puts right what it was thought to need.
+    /// Expected number of runs; searches correct it.
     likely: AtomicI64,
 }
 
-/// Runs all of a study that is not in the store, and says what came of it. Whatever goes wrong with a run is in its row.
+/// Makes all runs of a study that are not in the store, and returns the findings. A run's error is
+/// stored in its row.
 ///
 /// `watch` is called from several threads, after each run.
 ///
 /// # Errors
-/// Where rows or kept traces cannot be written, and where a search shall be divided; [`Error::Stopped`] where it was stopped.
+/// If rows or kept traces cannot be written, or a search would be divided; [`Error::Stopped`] if
+/// stopped.
 pub fn sweep(
     study: &Study,
     store: &Store,
@@ -69,12 +71,12 @@ pub fn sweep(
     Ok(findings)
 }
 
-/// Keeps the traces that a study of which no run is missing asks for, and that are not there: runs come out the same each time, so that
-/// those are run again.
+/// Writes the missing traces that a completed study keeps, by repeating these runs, which are
+/// deterministic.
 ///
 /// # Errors
-/// Where they cannot be written, and where a run does not come out the same, since the files of its robot have changed;
-/// [`Error::Stopped`] where it was stopped.
+/// If they cannot be written, or if a run differs because the files of its robot have changed;
+/// [`Error::Stopped`] if stopped.
 pub fn keep_traces(study: &Study, store: &Store, options: &Options) -> Result<(), Error> {
     options.pool()?.install(|| keep(study, store, options))
 }
@@ -82,7 +84,7 @@ pub fn keep_traces(study: &Study, store: &Store, options: &Options) -> Result<()
 /// Writes `runs.parquet` and `findings.json` into the store's folder, if it has one.
 ///
 /// # Errors
-/// Where they cannot be written.
+/// If they cannot be written.
 pub fn write_results(study: &Study, store: &Store, findings: &Findings) -> Result<(), Error> {
     let Some(folder) = store.folder() else {
         return Ok(());
@@ -93,17 +95,17 @@ pub fn write_results(study: &Study, store: &Store, findings: &Findings) -> Resul
     Ok(write_text(&folder.join("findings.json"), &(json + "\n"))?)
 }
 
-/// What the rows of a store say, of a study of which no run is missing.
+/// Returns the findings of a completed study from the rows of a store.
 pub fn findings(study: &Study, store: &Store) -> Findings {
     Findings::of(study, &store.rows())
 }
 
-/// How many searches a study with `[find]` makes.
+/// Returns the number of searches of a study with `[find]`.
 pub(crate) fn searches(study: &Study) -> u64 {
     study.scenario_names().count() as u64 * study.points()
 }
 
-/// Most runs that a study comes to, of a shard or of all of it.
+/// Returns the largest number of runs of a study, of a shard or of all of it.
 pub(crate) fn most_runs(study: &Study, shard: Option<Shard>) -> u64 {
     let repetitions = u64::from(study.file().repetitions);
     match study.question() {
@@ -115,7 +117,7 @@ pub(crate) fn most_runs(study: &Study, shard: Option<Shard>) -> u64 {
     }
 }
 
-/// How many runs a study comes to where each search along a key finds one crossing.
+/// Returns the number of runs of a study if each search along a key finds one crossing.
 fn likely_runs(study: &Study, shard: Option<Shard>) -> u64 {
     match study.question() {
         Question::Find(find) => {
@@ -126,7 +128,7 @@ fn likely_runs(study: &Study, shard: Option<Shard>) -> u64 {
 }
 
 impl<'s> Sweep<'s> {
-    /// A study of which some rows may be there, watched by nobody.
+    /// A study with possibly some rows in the store, without a watcher.
     pub fn new(study: &'s Study, store: &'s Store, options: &'s Options) -> Self {
         let before = store.rows();
         let found = before.len() as u64;
@@ -145,19 +147,19 @@ impl<'s> Sweep<'s> {
         }
     }
 
-    /// Keeping traces in a folder that is not the store's.
+    /// Keeps traces in a folder other than the store's.
     pub fn keeping_in(mut self, folder: Option<&'s Path>) -> Self {
         self.folder = folder;
         self
     }
 
-    /// Running nothing: what needs a row that is not there ends with [`Error::Stopped`].
+    /// Makes no runs: a missing row ends with [`Error::Stopped`].
     pub fn looking_only(mut self) -> Self {
         self.may_run = false;
         self
     }
 
-    /// Makes what is missing of a part, of those that [`Study::parts`] counts.
+    /// Makes the missing runs of a part, one of [`Study::parts`].
     pub fn part(&self, part: u64) -> Result<(), Error> {
         match self.study.question() {
             Question::Table { .. } => self.row(&self.study.task(part)).map(drop),
@@ -184,13 +186,13 @@ impl<'s> Sweep<'s> {
         });
     }
 
-    /// So many trials that a search was thought to need are not made.
+    /// Reduces the expected number of runs by the trials that a search did not need.
     fn spare(&self, trials: i64) {
         let runs = trials * i64::from(self.study.file().repetitions);
         self.likely.fetch_sub(runs, Ordering::Relaxed);
     }
 
-    /// The row of a task, run unless it was.
+    /// Returns the row of a task, after running it if necessary.
     fn row(&self, task: &Task) -> Result<Row, Error> {
         if let Some(row) = self.store.row_of(task) {
             return Ok(row);
@@ -202,7 +204,7 @@ impl<'s> Sweep<'s> {
         if self.study.file().keep == Keep::All
             && let (Some(finished), Some(folder)) = (&finished, self.folder)
         {
-            // Before its row, so that no row is without its trace.
+            // Before its row, so that no row lacks its trace.
             evaluate::write(finished, &kept_folder(folder, task.run))?;
         }
         self.store.put(row.clone())?;
@@ -223,7 +225,7 @@ impl<'s> Sweep<'s> {
                     .filter(is_meant)
                     .filter(|run| !store.holds(*run))
                     .collect();
-                // One by one: runs of one study may differ by much in how long they take.
+                // One by one: the runs of a study may take very different times.
                 missing
                     .par_iter()
                     .with_max_len(1)
@@ -247,7 +249,7 @@ impl<'s> Sweep<'s> {
         }
     }
 
-    /// The rows of all repetitions of a place, the first of them run `first`.
+    /// Returns the rows of all repetitions at a point; the first is run `first`.
     fn rows_at(
         &self,
         scenario: usize,
@@ -289,7 +291,8 @@ impl<'s> Sweep<'s> {
         })
     }
 
-    /// What comes of a trial of a study with `[minimise]`, at a place given as a share of each axis.
+    /// Returns the result of a trial of a study with `[minimise]`, at a point given as a share of
+    /// each axis.
     fn trial(
         &self,
         minimise: &Minimise,
@@ -330,13 +333,13 @@ impl<'s> Sweep<'s> {
     }
 }
 
-/// The value on each axis at a place, given as a share of each.
+/// Returns the value on each axis at a point, given as a share of each.
 fn values_on(study: &Study, place: &[f64]) -> Vec<Value> {
     let axes = study.axes().iter().zip(place);
     axes.map(|(axis, share)| axis.at(*share)).collect()
 }
 
-/// The mean of a quantity over rows; `None` where one of them has it not.
+/// Returns the mean of a quantity over rows; `None` if one of them lacks it.
 fn mean(rows: &[Row], quantity: usize) -> Option<f64> {
     let values = rows
         .iter()

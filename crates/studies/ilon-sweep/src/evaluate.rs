@@ -17,10 +17,10 @@ use ilon_sim::scenario::{Expect, Scenario};
 use ilon_sim::simulate::design;
 use ilon_sim::{Run, Simulation};
 
-/// Runs one task; whatever goes wrong with it is in its row.
+/// Runs one task; its error, if any, is stored in its row.
 ///
 /// # Errors
-/// [`Error::Stopped`] where it was stopped, which says nothing of the run.
+/// [`Error::Stopped`] if stopped; the run then has no result.
 pub(crate) fn evaluate(
     study: &Study,
     task: &Task,
@@ -39,7 +39,7 @@ pub(crate) fn evaluate(
         trace_hash: None,
         figures: Vec::new(),
     };
-    // A fault of ilon's own in one run shall not cost the others.
+    // A panic of ilon in one run must not end the others.
     let simulated = catch_unwind(AssertUnwindSafe(|| match study.file().physics {
         true => simulate(study, task, stop, &mut row.key),
         false => look_at(study, task, &mut row.key),
@@ -50,7 +50,7 @@ pub(crate) fn evaluate(
         Err(_) => Err("ilon broke down over this run: please report it, with the study".to_owned()),
     };
     if row.key.is_empty() {
-        // Of what was asked for, where no scenario came of it.
+        // From the task, if no scenario could be built.
         let settings = study.settings(task);
         let settings: Vec<String> = settings.iter().map(ToString::to_string).collect();
         let asked = [env!("CARGO_PKG_VERSION"), &row.scenario].into_iter();
@@ -71,10 +71,10 @@ pub(crate) fn evaluate(
     }
 }
 
-/// The figures of a row, and the run that they are of; none of a robot that was only looked at.
+/// The figures of a row, and their run; no run for a robot that was only inspected.
 type Came = (Vec<Option<f64>>, Option<Run<Recorded>>);
 
-/// What is known of a task's robot without a run.
+/// Inspects a task's robot without a run.
 fn look_at(study: &Study, task: &Task, key: &mut String) -> Result<Came, Error> {
     let scenario = scenario_of(study, task)?;
     let (robot, robot_hash) = robots::design(&study.robots, &scenario)?;
@@ -104,8 +104,8 @@ fn simulate(study: &Study, task: &Task, stop: &Stop, key: &mut String) -> Result
     Ok((figures_of(&run.summary), Some(run)))
 }
 
-/// The scenario of a run, with its own expectations left out: they are of the scenario as it stands in its file. A row has the figures at the
-/// scenario's step alone.
+/// Returns the scenario of a run without its own expectations, which apply to the scenario as
+/// written in its file. A row only has the figures at the scenario's step.
 pub(crate) fn scenario_of(study: &Study, task: &Task) -> Result<Scenario, Error> {
     let mut scenario = study.scenario_with(task.scenario, &study.settings(task))?;
     scenario.expect = Expect::default();
@@ -113,7 +113,7 @@ pub(crate) fn scenario_of(study: &Study, task: &Task) -> Result<Scenario, Error>
     Ok(scenario)
 }
 
-/// An error as one line of a row: what is wrong and how to repair it.
+/// Returns an error as one line: the fault and its remedy.
 fn words(error: &Error) -> String {
     let help = error
         .help()

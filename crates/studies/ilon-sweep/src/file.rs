@@ -1,4 +1,4 @@
-//! The study file: what a person writes down about many runs.
+//! The study file, written by the user.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -10,10 +10,10 @@ use toml::{Table, Value};
 
 use ilon_sim::scenario::Bound;
 
-/// The key of the noise's seed.
+/// The key of the noise seed.
 pub(crate) const SEED: &str = "sensors.seed";
 
-/// Most runs of a study.
+/// Largest number of runs of a study.
 pub(crate) const MOST_RUNS: u64 = 10_000_000;
 
 /// A study as it stands in its file. Paths are relative to the file.
@@ -127,7 +127,7 @@ pub enum Method {
 }
 
 impl Method {
-    /// As it is written in a study.
+    /// The method's name in a study.
     pub fn word(self) -> &'static str {
         match self {
             Self::Grid => "grid",
@@ -139,7 +139,8 @@ impl Method {
         }
     }
 
-    /// Whether the points are a sample of distributions, so that what is seen in the runs may be said of all.
+    /// Whether the points are a sample of distributions, so that findings extend to the whole
+    /// population.
     pub fn is_sample(self) -> bool {
         matches!(self, Self::Random | Self::LatinHypercube | Self::Sobol)
     }
@@ -283,14 +284,14 @@ pub struct ShareBound {
 }
 
 impl ShareBound {
-    /// The bound that so many runs must keep.
+    /// The bound with its share.
     pub fn bound(&self) -> Bound {
         bound(self.min, self.max)
     }
 }
 
 impl OneBound {
-    /// The bound by itself.
+    /// The bound alone.
     pub fn bound(&self) -> Bound {
         bound(self.min, self.max)
     }
@@ -315,7 +316,7 @@ pub enum Scale {
     Log,
 }
 
-/// Bounds by the dotted names of their quantities, which may be written as tables within tables too.
+/// Reads bounds by the dotted names of their quantities, which may also be nested tables.
 fn bounds<'de, D, T>(deserializer: D) -> Result<BTreeMap<String, T>, D::Error>
 where
     D: Deserializer<'de>,
@@ -364,7 +365,7 @@ fn all() -> f64 {
     1.0
 }
 
-/// The values of a table by their dotted keys.
+/// Returns the values of a table by their dotted keys.
 pub(crate) fn flat(table: &Table) -> Vec<(String, Value)> {
     let mut found = Vec::new();
     for (key, value) in table {

@@ -7,12 +7,12 @@ const FNV_OFFSET: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
 /// The prime of the 128-bit FNV-1a hash.
 const FNV_PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
 
-/// The 128-bit FNV-1a hash of texts, each followed by a byte that no text holds.
+/// The 128-bit FNV-1a hash of texts, each followed by a byte that no text contains.
 #[derive(Clone, Debug)]
 pub(crate) struct Hash(u128);
 
 impl Hash {
-    /// The hash of texts, as text.
+    /// Returns the hash of texts, as text.
     pub fn of(texts: &[&str]) -> String {
         let mut hash = Self::new();
         texts.iter().for_each(|text| hash.feed(text));
@@ -28,7 +28,7 @@ impl Hash {
         self.add(&[0xff]);
     }
 
-    /// Feeds what a reader gives, as if it were one piece; what cannot be read ends it.
+    /// Feeds all bytes of a reader as one piece; a read error ends it.
     pub fn feed_reader(&mut self, reader: impl Read) {
         let mut reader = BufReader::with_capacity(1 << 16, reader);
         while let Ok(bytes) = reader.fill_buf()

@@ -1,4 +1,4 @@
-//! Runs of a study whose traces and scenarios are kept.
+//! Keeps traces and scenarios of chosen runs.
 
 use std::path::{Path, PathBuf};
 
@@ -14,13 +14,13 @@ use crate::store::Store;
 use crate::study::Study;
 use ilon_sim::Error;
 
-/// Runs again what is to be kept and is not there: runs come out the same each time.
+/// Repeats the runs whose traces are to be kept and are missing; runs are deterministic.
 pub(crate) fn keep(study: &Study, store: &Store, options: &Options) -> Result<(), Error> {
     let Some(folder) = store.folder() else {
         return Ok(());
     };
     if options.shard.is_some() && matches!(study.file().keep, Keep::Worst(_)) {
-        // Which runs are worst is known once all are there.
+        // The worst runs are known only once all are finished.
         return Ok(());
     }
     let rows = store.rows();
@@ -39,7 +39,7 @@ pub(crate) fn keep(study: &Study, store: &Store, options: &Options) -> Result<()
     })
 }
 
-/// Runs the task of a row again, and writes what comes of it into a folder.
+/// Repeats the task of a row, and writes its result into a folder.
 fn keep_again(study: &Study, row: &Row, kept: &Path, stop: &Stop) -> Result<(), Error> {
     let task = study.task_of(row);
     let (again, finished) = evaluate(study, &task, stop)?;
@@ -57,7 +57,7 @@ fn keep_again(study: &Study, row: &Row, kept: &Path, stop: &Stop) -> Result<(), 
     }
     match finished {
         Some(finished) => evaluate::write(&finished, kept),
-        // Of a run that cannot be simulated its scenario is kept, where it is one.
+        // For a run that cannot be simulated its scenario is kept, if valid.
         None => match scenario_of(study, &task) {
             Ok(scenario) => {
                 std::fs::create_dir_all(kept).map_err(Error::io("create", kept))?;
@@ -69,11 +69,11 @@ fn keep_again(study: &Study, row: &Row, kept: &Path, stop: &Stop) -> Result<(), 
     }
 }
 
-/// The rows whose traces a study keeps once all are there.
+/// Returns the rows whose traces a study keeps, once all are finished.
 fn chosen<'r>(study: &Study, rows: &'r [Row]) -> Vec<&'r Row> {
     match study.file().keep {
         Keep::None => Vec::new(),
-        // Those were kept as they ran, unless a worker ran them that does not see the folder.
+        // These were kept during the runs, unless a worker without access to the folder made them.
         Keep::All => rows
             .iter()
             .filter(|row| row.status == Status::Done)
@@ -106,7 +106,7 @@ fn chosen<'r>(study: &Study, rows: &'r [Row]) -> Vec<&'r Row> {
     }
 }
 
-/// Where the trace of a run is kept.
+/// Returns the folder of a run's trace.
 pub(crate) fn kept_folder(folder: &Path, run: u64) -> PathBuf {
     folder.join("kept").join(format!("run_{run:06}"))
 }

@@ -1,4 +1,4 @@
-//! Many runs of a scenario under keys that vary: what a study asks, its runs on all cores, and what they say.
+//! Many runs of a scenario with varied keys: study files, parallel execution, and findings.
 //!
 //! ```no_run
 //! use ilon_sweep::{Options, Store, Study, sweep};
@@ -9,20 +9,20 @@
 //! # Ok::<(), ilon_sim::Error>(())
 //! ```
 //!
-//! A run is a function of its number and of the study alone, so that the same study gives the same rows on a laptop and on a
-//! cluster, whoever runs which part of it ([`Study::run_parts`], [`Shard`]).
+//! A run is a function of its number and the study, so the same study gives the same rows on a
+//! laptop and on a cluster, however its parts are distributed ([`Study::run_parts`], [`Shard`]).
 //!
-//! | module | answers |
+//! | module | content |
 //! |---|---|
-//! | `file` | what a study may say |
-//! | `axis`, `sample` | which values a run has |
-//! | `evaluate`, `row` | one run, and what is kept of it |
-//! | `engine`, `parts` | all of a study on the cores of a machine, or some of it for others |
-//! | [`store`](Store) | rows that outlive the process |
-//! | `find`, `minimise` | studies that search |
-//! | [`findings`](mod@findings) | what the rows say |
+//! | `file` | the study file |
+//! | `axis`, `sample` | the values of a run |
+//! | `evaluate`, `row` | one run and its row |
+//! | `engine`, `parts` | a whole study on a machine's cores, or parts of it for others |
+//! | [`store`](Store) | persistent rows |
+//! | `find`, `minimise` | searches |
+//! | [`findings`](mod@findings) | findings from the rows |
 //!
-//! There is no command line, no plot and no progress bar here.
+//! The crate has no command line, no plots and no progress bar.
 
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]

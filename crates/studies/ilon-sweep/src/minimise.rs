@@ -1,4 +1,4 @@
-//! At which point a quantity is least: COBYLA, from several starts.
+//! Minimises a quantity with COBYLA, from several starts.
 
 use std::cell::RefCell;
 
@@ -9,39 +9,40 @@ use serde::{Deserialize, Serialize};
 use crate::file::Minimise;
 use crate::sample::generator;
 
-/// What came of a trial: the quantity, and each quantity that is bounded; `None` where it failed.
+/// Result of a trial: the quantity, and each bounded quantity; `None` if it failed.
 pub(crate) type Trial = Option<(f64, Vec<f64>)>;
 
-/// Where a quantity is least.
+/// The minimum of a quantity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Minimum {
-    /// The number of the trial that is best, of those that keep the bounds; `None` where none does.
+    /// Number of the best trial that keeps the bounds; `None` if there is none.
     pub trial: Option<u64>,
-    /// The quantity there.
+    /// The minimum.
     pub value: Option<f64>,
-    /// Where that is, as a share of each axis.
+    /// Its position, as a share of each axis.
     pub place: Vec<f64>,
-    /// The best that was found from each start; `None` where no trial kept the bounds.
+    /// The best value from each start; `None` if no trial kept the bounds.
     pub by_start: Vec<Option<f64>>,
-    /// How many trials were made.
+    /// Number of trials.
     pub trials: u64,
 }
 
-/// How far the first trials lie from a start, as a share of each axis.
+/// Distance of the first trials from a start, as a share of each axis.
 const FIRST_STEP: f64 = 0.25;
 
-/// By how much a place keeps a bound, as COBYLA asks for it.
+/// The margin of a bound at a point, as required by COBYLA.
 type Margin<'a> = dyn Fn(&[f64], &mut ()) -> f64 + 'a;
 
-/// What one start came to.
+/// Result of one start.
 struct Descent {
     tried: Vec<(u64, Vec<f64>, Trial)>,
 }
 
 impl Minimise {
-    /// Searches `axes` axes. `trial` gives what comes of trial so-and-so at a place, given as a share of each axis. `spare` is given how
-    /// many of [`Self::most_trials`] are not made, as soon as that is known.
+    /// Searches over `axes` axes. `trial` returns the result of a numbered trial at a point, given
+    /// as a share of each axis. `spare` receives the number of unused trials of
+    /// [`Self::most_trials`], as soon as it is known.
     pub(crate) fn search<E: Send>(
         &self,
         axes: usize,
@@ -85,7 +86,7 @@ impl Minimise {
         })
     }
 
-    /// Goes through the trials of one start, as [`Self::search`] does with each.
+    /// Makes the trials of one start, as [`Self::search`] does for each.
     pub(crate) fn search_from<E: Send>(
         &self,
         start: u64,
@@ -98,7 +99,7 @@ impl Minimise {
             .map(drop)
     }
 
-    /// How many trials there are at most.
+    /// The largest number of trials.
     pub(crate) fn most_trials(&self) -> u64 {
         u64::from(self.starts) * u64::from(self.evaluations)
     }
@@ -120,7 +121,7 @@ impl Minimise {
         let first = start * u64::from(self.evaluations);
         let tried: RefCell<Vec<(u64, Vec<f64>, Trial)>> = RefCell::default();
         let stopped: RefCell<Option<E>> = RefCell::default();
-        // The objective and each bound are asked for one by one, at the same places.
+        // COBYLA evaluates the objective and each bound one by one, at the same points.
         let at = |place: &[f64]| -> Trial {
             let place: Vec<f64> = place.iter().map(|x| x.clamp(0.0, 1.0)).collect();
             let known = tried
@@ -148,7 +149,7 @@ impl Minimise {
                 }
             }
         };
-        // A place that fails is worse than all that was seen.
+        // A failed point is worse than all others.
         let worst = || {
             let tried = tried.borrow();
             let values = tried
@@ -180,7 +181,7 @@ impl Minimise {
         };
         let bounds = vec![(0.0, 1.0); from.len()];
         let most = self.evaluations as usize;
-        // How it ends is seen in what was tried.
+        // The result is taken from the trials.
         let _ = cobyla::minimize(
             objective,
             from,
@@ -202,12 +203,12 @@ impl Minimise {
     }
 }
 
-/// By how much a bound is kept, as a share of it.
+/// Returns the margin of a bound, as a share of it.
 fn scaled(margin: f64, bound: f64) -> f64 {
     margin / bound.abs().max(f64::MIN_POSITIVE.sqrt())
 }
 
-/// Where a search starts: the first in the middle of all axes, the others spread over them.
+/// Returns the start of a search: the first in the middle of all axes, the others spread over them.
 fn start_of(start: u64, axes: usize, seed: u32) -> Vec<f64> {
     if start == 0 {
         return vec![0.5; axes];
@@ -280,7 +281,7 @@ mod tests {
             ))
         };
         let found = search(&minimise(None), bowl);
-        // Off by d in the place is off by d^2 in the value.
+        // An error d in the position is an error d^2 in the value.
         assert!((found.value.unwrap() - 1.0).abs() < 1e-6, "{found:?}");
         assert!((found.place[0] - 0.3).abs() < 1e-3 && (found.place[1] - 0.8).abs() < 1e-3);
         assert!(
@@ -293,7 +294,7 @@ mod tests {
 
     #[test]
     fn a_bound_moves_the_minimum_onto_its_edge() {
-        // The least x + y with x y >= 0.25 is at x = y = 1/2.
+        // The minimum of x + y with x y >= 0.25 is at x = y = 1/2.
         let bound = OneBound {
             min: Some(0.25),
             max: None,

@@ -1,4 +1,4 @@
-//! How a study is run, how far it is, and how it is stopped.
+//! Options, progress and cancellation of a study.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,38 +6,39 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::shard::Shard;
 use ilon_sim::Error;
 
-/// How far a study is.
+/// Progress of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Progress {
-    /// Runs that there are.
+    /// Number of finished runs.
     pub done: u64,
-    /// Of these, those that were there before.
+    /// Number of these that were in the store before.
     pub found: u64,
-    /// Those of them that failed.
+    /// Number of these that failed.
     pub failed: u64,
-    /// How many there will be; of a search as far as is known.
+    /// Expected number of runs; for a search the current estimate.
     pub likely: u64,
-    /// Whether there may be fewer or more than that.
+    /// Whether the total may differ from `likely`.
     pub is_search: bool,
 }
 
-/// Asks a study to end early, from whichever thread holds a copy: runs under way end within a control period and leave no row.
+/// Cancels a study from any thread that holds a copy: current runs end within a control period and
+/// leave no row.
 #[derive(Clone, Debug, Default)]
 pub struct Stop(Arc<AtomicBool>);
 
 impl Stop {
-    /// Asks for it.
+    /// Requests the end.
     pub fn ask(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Whether it was asked for.
+    /// Whether the end was requested.
     pub fn is_asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// [`Error::Stopped`] once it was asked for.
+    /// Returns [`Error::Stopped`] once the end was requested.
     pub(crate) fn check(&self) -> Result<(), Error> {
         match self.is_asked() {
             true => Err(Error::Stopped),
@@ -46,20 +47,20 @@ impl Stop {
     }
 }
 
-/// How a study is run.
+/// Options of a study.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Options {
-    /// Runs at a time; left out, as many as the machine has cores.
+    /// Number of parallel runs; by default the number of cores.
     pub jobs: Option<usize>,
-    /// Which part of the runs is made.
+    /// The part of the runs to make.
     pub shard: Option<Shard>,
-    /// What ends it early.
+    /// Cancels the study.
     pub stop: Stop,
 }
 
 impl Options {
-    /// So many runs at a time, of a part of the study or of all of it.
+    /// Options with a number of parallel runs, for a part of the study or all of it.
     pub fn new(jobs: Option<usize>, shard: Option<Shard>) -> Self {
         Self {
             jobs,
@@ -68,13 +69,13 @@ impl Options {
         }
     }
 
-    /// Ended early by `stop`.
+    /// Adds a handle to cancel the study.
     pub fn stopped_by(mut self, stop: Stop) -> Self {
         self.stop = stop;
         self
     }
 
-    /// The threads that it asks for.
+    /// Returns a pool with this number of threads.
     pub(crate) fn pool(&self) -> Result<rayon::ThreadPool, Error> {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(self.jobs.unwrap_or(0))

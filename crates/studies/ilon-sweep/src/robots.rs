@@ -1,4 +1,4 @@
-//! Robots that runs have in common, read once.
+//! Cache of robots shared by runs.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -10,25 +10,26 @@ use ilon_sim::simulate::load_file;
 
 use crate::hash::Hash;
 
-/// Robots that are kept for further runs.
+/// Number of cached robots.
 const ROBOTS_KEPT: usize = 32;
 
-/// Robots that were read, the last used last, each under what it was read from.
+/// Cached robots, the last used last, each with the key of its source.
 #[derive(Debug, Default)]
 pub(crate) struct Robots(Mutex<Vec<(String, Arc<LoadedRobot>)>>);
 
-/// A robot that was read, and the hash of what it was read from.
+/// A robot with the hash of its source.
 #[derive(Debug)]
 pub(crate) struct LoadedRobot {
     pub loaded: Loaded,
     pub urdf_hash: String,
 }
 
-/// A robot that is looked at without a run, with the motors and the rollers' surfaces that the scenario gives it, and the hash of what it was
-/// read from. One that is described in a few keys is made of them at once, which takes a twentieth of the time of reading its URDF.
+/// Returns a robot for inspection without a run, with the motors and rollers' surfaces of the
+/// scenario, and the hash of its source. A robot described by a few keys is built directly, which
+/// takes a twentieth of the time of reading its URDF.
 ///
 /// # Errors
-/// Where it cannot be read, or made.
+/// If it cannot be read or built.
 pub(crate) fn design(robots: &Robots, scenario: &Scenario) -> Result<(Robot, String), Error> {
     let options = scenario
         .robot
@@ -40,7 +41,7 @@ pub(crate) fn design(robots: &Robots, scenario: &Scenario) -> Result<(Robot, Str
             let hash = Hash::of(&[&format!("{spec:?}")]);
             (robot, hash)
         }
-        // What is wrong with it, reading says.
+        // Reading it reports the error.
         None => {
             let known = robots.of(scenario)?;
             (known.loaded.robot.clone(), known.urdf_hash.clone())
@@ -52,7 +53,7 @@ pub(crate) fn design(robots: &Robots, scenario: &Scenario) -> Result<(Robot, Str
 }
 
 impl Robots {
-    /// The robot of a scenario, which is read unless one of the last runs had the same.
+    /// Returns the robot of a scenario, from the cache if possible.
     pub fn of(&self, scenario: &Scenario) -> Result<Arc<LoadedRobot>, Error> {
         let options = scenario
             .robot

@@ -1,21 +1,21 @@
-//! What came of one run: a row of `runs.parquet`.
+//! The result of one run: a row of `runs.parquet`.
 
 use ilon_trace::{Quantity, Summary, quantities};
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-/// How a run ended.
+/// Final state of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// It was simulated to its end.
+    /// Simulated to the end.
     Done,
-    /// It could not be simulated, or not to its end.
+    /// Not simulated, or not to the end.
     Failed,
 }
 
 impl Status {
-    /// As it stands in `runs.parquet`.
+    /// The word in `runs.parquet`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Done => "done",
@@ -24,22 +24,22 @@ impl Status {
     }
 }
 
-/// Which run of a study.
+/// One run of a study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Task {
     /// Its number.
     pub run: u64,
-    /// Which of the study's scenarios.
+    /// Index of its scenario.
     pub scenario: usize,
     /// The number of its point on the axes.
     pub point: u64,
-    /// How many times that point was run before.
+    /// Number of earlier runs of the same point.
     pub repetition: u32,
     /// The value on each axis, in the order of [`Study::columns`](crate::Study::columns).
     pub values: Vec<Value>,
 }
 
-/// What came of one run.
+/// Result of one run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Row {
@@ -47,54 +47,54 @@ pub struct Row {
     pub run: u64,
     /// Hash of the resolved scenario, the robot and the version of ilon.
     pub key: String,
-    /// How it ended.
+    /// Its final state.
     pub status: Status,
-    /// Why it failed.
+    /// Reason of the failure.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
     /// The name of its scenario.
     pub scenario: String,
     /// The number of its point on the axes.
     pub point: u64,
-    /// How many times that point was run before.
+    /// Number of earlier runs of the same point.
     pub repetition: u32,
     /// The value of each varied key, in the order of [`Study::columns`](crate::Study::columns).
     pub values: Vec<Value>,
-    /// The fingerprint of all its recorded signals.
+    /// Hash of all recorded signals.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trace_hash: Option<String>,
-    /// The numbers of its summary, in the order of [`figure_names`]; empty where it failed.
+    /// The numbers of its summary, in the order of [`figure_names`]; empty if it failed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub figures: Vec<Option<f64>>,
 }
 
 impl Row {
-    /// A number of its summary; `None` where the run failed or the quantity does not apply to it.
+    /// Returns a number of its summary; `None` if the run failed or the quantity does not apply.
     pub fn figure(&self, quantity: usize) -> Option<f64> {
         self.figures.get(quantity).copied().flatten()
     }
 }
 
-/// What a run takes of the machine is no property of the run: rows of two machines are equal.
+/// The run's cost on a machine is no property of the run: rows of two machines are equal.
 const OF_THE_MACHINE: &str = "sim_seconds_per_cpu_second";
 
-/// The figures of a run that stand in a row.
+/// Returns the quantities stored in a row.
 fn figures() -> impl Iterator<Item = &'static Quantity> {
     quantities::all().filter(|quantity| quantity.key != OF_THE_MACHINE)
 }
 
-/// The figures of a run that stand in a row, by their dotted names.
+/// Returns the dotted names of the figures in a row.
 pub fn figure_names() -> &'static [&'static str] {
     static NAMES: std::sync::OnceLock<Vec<&'static str>> = std::sync::OnceLock::new();
     NAMES.get_or_init(|| figures().map(|quantity| quantity.key).collect())
 }
 
-/// Where a quantity stands among the figures of a row.
+/// Returns the index of a quantity among the figures of a row.
 pub fn figure_index(quantity: &str) -> Option<usize> {
     figure_names().iter().position(|name| *name == quantity)
 }
 
-/// The figures of a summary, in the order of [`figure_names`].
+/// Returns the figures of a summary, in the order of [`figure_names`].
 pub(crate) fn figures_of(summary: &Summary) -> Vec<Option<f64>> {
     figures().map(|quantity| quantity.value(summary)).collect()
 }

@@ -1,4 +1,4 @@
-//! A study in parts that can be made apart from each other: what the workers of a cluster do.
+//! Independent parts of a study, for the workers of a cluster.
 
 use std::path::Path;
 
@@ -13,8 +13,8 @@ use crate::study::{Question, Study};
 use ilon_sim::Error;
 
 impl Study {
-    /// How many parts it has that follow from nothing but the study: its runs, or of a study with `[find]` the searches, one at each
-    /// point of the axes, or of one with `[minimise]` the starts.
+    /// Returns the number of parts that depend only on the study: its runs, or with `[find]` the
+    /// searches, one at each point of the axes, or with `[minimise]` the starts.
     pub fn parts(&self) -> u64 {
         match self.question() {
             Question::Table { runs } => runs,
@@ -23,18 +23,18 @@ impl Study {
         }
     }
 
-    /// Most runs that it comes to, of a shard or of all of it.
+    /// Returns the largest number of runs, of a shard or of all of it.
     pub fn most_runs(&self, shard: Option<Shard>) -> u64 {
         most_runs(self, shard)
     }
 
-    /// The parts of which rows are missing in a store, of a shard or of all of it.
+    /// Returns the parts with missing rows in a store, of a shard or of all of it.
     pub fn missing_parts(&self, store: &Store, shard: Option<Shard>) -> Vec<u64> {
         let options = Options::default();
         let seen = Sweep::new(self, store, &options).looking_only();
         let is_missing = |part: &u64| match self.question() {
             Question::Table { .. } => !store.holds(*part),
-            // Gone through with the rows that are there.
+            // Evaluated with the available rows.
             Question::Find(_) | Question::Minimise(_) => seen.part(*part).is_err(),
         };
         (0..self.parts())
@@ -43,11 +43,12 @@ impl Study {
             .collect()
     }
 
-    /// Makes parts of the study, so many runs at a time. The rows come in the order of their runs, and are the same wherever they are
-    /// made. `folder` is that of the study's results: where it is seen from here, traces that are all to be kept are written there.
+    /// Makes parts of the study, a number of runs in parallel. The rows are in the order of their
+    /// runs, and equal wherever they are made. `folder` is that of the study's results: if
+    /// accessible, traces are written there when all are kept.
     ///
     /// # Errors
-    /// Of a part that there is not, where a kept trace cannot be written, and [`Error::Stopped`].
+    /// For an unknown part, if a kept trace cannot be written, and [`Error::Stopped`].
     pub fn run_parts(
         &self,
         parts: &[u64],

@@ -1,30 +1,32 @@
-//! From the number of a point to its place on the axes, each in [0, 1]: a function of that number and the study's seed alone.
+//! Positions of points on the axes, each in [0, 1], as a function of the point's number and the
+//! study's seed.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use crate::file::Method;
 
-/// Most points of a Sobol sequence: its scrambling has 16 bits for the number of a point.
+/// Largest number of points of a Sobol sequence: its scrambling has 16 bits for the number of a
+/// point.
 pub(crate) const MOST_SOBOL_POINTS: u64 = 1 << 16;
 
 /// Levels of Morris' grid on each axis.
 const LEVELS: u64 = 4;
 
-/// Where the points of a study lie on its axes.
+/// Positions of the points of a study on its axes.
 #[derive(Clone, Debug)]
 pub(crate) struct Sample {
     method: Method,
     seed: u32,
-    /// Points, base points or trajectories.
+    /// Number of points, base points or trajectories.
     points: u64,
     axes: usize,
-    /// Of a Latin hypercube: in which part of each axis each point lies.
+    /// For a Latin hypercube: the part of each axis for each point.
     parts: Vec<Vec<u32>>,
 }
 
 impl Sample {
-    /// So many points by a method that is no grid.
+    /// A number of points by a method other than the grid.
     pub fn new(method: Method, seed: u32, points: u64, axes: usize) -> Self {
         let parts = match method {
             Method::LatinHypercube => (0..axes)
@@ -41,12 +43,12 @@ impl Sample {
         }
     }
 
-    /// How many points are run.
+    /// The number of points to run.
     pub fn len(&self) -> u64 {
         self.points * runs_a_point(self.method, self.axes)
     }
 
-    /// The place of a point on each axis.
+    /// Returns the position of a point on each axis.
     pub fn at(&self, point: u64) -> Vec<f64> {
         match self.method {
             Method::Grid | Method::Random => self.random(point),
@@ -81,12 +83,13 @@ impl Sample {
     }
 
     fn sobol(&self, point: u64, dimension: usize) -> f64 {
-        // In the middle of the 2^24 parts of its 32-bit float, so that 0 and 1 are never met.
+        // In the middle of one of 2^24 parts of its 32-bit float, so that 0 and 1 never occur.
         let sample = sobol_burley::sample(point as u32, dimension as u32, self.seed);
         f64::from(sample) + 0.5 / f64::from(1u32 << 24)
     }
 
-    /// A point of a trajectory: after `moved` of the axes, in an order of its own, have moved by [`morris_step`].
+    /// Returns a point of a trajectory: after `moved` of the axes, in the trajectory's own order,
+    /// have moved by [`morris_step`].
     fn morris(&self, trajectory: u64, moved: u64) -> Vec<f64> {
         let (mut place, moves) = self.trajectory(trajectory);
         for (axis, by) in moves.into_iter().take(moved as usize) {
@@ -95,7 +98,7 @@ impl Sample {
         place
     }
 
-    /// Where a trajectory of Morris begins, and which axis moves by how much, one after the other.
+    /// Returns the start of a Morris trajectory, and its moves in order: axis and amount.
     fn trajectory(&self, trajectory: u64) -> (Vec<f64>, Vec<(usize, f64)>) {
         let mut rng = generator(self.seed, 1, trajectory);
         let mut order: Vec<usize> = (0..self.axes).collect();
@@ -117,13 +120,13 @@ impl Sample {
         (start, moves.collect())
     }
 
-    /// Which axis moves after a point of a trajectory, and by how much.
+    /// Returns the axis that moves after a point of a trajectory, and by how much.
     pub fn morris_move(&self, trajectory: u64, moved: u64) -> (usize, f64) {
         self.trajectory(trajectory).1[moved as usize]
     }
 }
 
-/// How many runs a point of a method takes.
+/// Returns the number of runs per point of a method.
 pub(crate) fn runs_a_point(method: Method, axes: usize) -> u64 {
     match method {
         Method::SobolIndices => axes as u64 + 2,
@@ -132,12 +135,12 @@ pub(crate) fn runs_a_point(method: Method, axes: usize) -> u64 {
     }
 }
 
-/// How far an axis moves in a trajectory of Morris: p / (2 (p - 1)) of it, with p levels.
+/// Returns the move of an axis in a Morris trajectory: p / (2 (p - 1)) of it, with p levels.
 fn morris_step() -> f64 {
     LEVELS as f64 / (2.0 * (LEVELS - 1) as f64)
 }
 
-/// A generator for one purpose and one number.
+/// Returns a random generator for one purpose and number.
 pub(crate) fn generator(seed: u32, purpose: u32, number: u64) -> ChaCha8Rng {
     let mut key = [0; 32];
     key[..4].copy_from_slice(&seed.to_le_bytes());
@@ -146,12 +149,12 @@ pub(crate) fn generator(seed: u32, purpose: u32, number: u64) -> ChaCha8Rng {
     ChaCha8Rng::from_seed(key)
 }
 
-/// A number in (0, 1).
+/// Returns a number in (0, 1).
 pub(crate) fn unit(rng: &mut ChaCha8Rng) -> f64 {
     ((rng.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
 }
 
-/// A whole number below `count`.
+/// Returns an integer below `count`.
 pub(crate) fn below(rng: &mut ChaCha8Rng, count: u64) -> u64 {
     (unit(rng) * count as f64) as u64
 }
@@ -214,7 +217,8 @@ mod tests {
 
     #[test]
     fn a_sobol_sequence_has_one_point_in_each_dyadic_box() {
-        // A (0, 2)-sequence, scrambled: of its first 16 points one lies in each box of any dyadic division into 16.
+        // A (0, 2)-sequence, scrambled: of its first 16 points one lies in each box of any dyadic
+        // division into 16.
         let sample = Sample::new(Method::Sobol, 3, 16, 2);
         for (x_parts, y_parts) in [(16, 1), (8, 2), (4, 4), (2, 8), (1, 16)] {
             let mut boxes: Vec<usize> = (0..16)

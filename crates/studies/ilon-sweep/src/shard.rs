@@ -1,16 +1,16 @@
-//! Parts of a study that are run by themselves, and the folders of their rows.
+//! Shards of a study, run separately, and the folders of their rows.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use ilon_sim::Error;
 
-/// One of several parts of a study, each run by itself, such as the jobs of an array on a cluster.
+/// One of several parts of a study, run separately, such as the jobs of an array on a cluster.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
-    /// Which, from 1.
+    /// Its index, from 1.
     index: u64,
-    /// Of how many.
+    /// Number of shards.
     count: u64,
 }
 
@@ -36,21 +36,22 @@ impl std::fmt::Display for Shard {
 }
 
 impl Shard {
-    /// Whether a run is of this part. Neighbouring runs go to different parts, which evens out how long they take.
+    /// Whether a run belongs to this shard. Neighbouring runs go to different shards, which evens
+    /// out their durations.
     pub fn holds(&self, run: u64) -> bool {
         run % self.count == self.index - 1
     }
 
-    /// The folder of its rows, in that of the study.
+    /// Returns the folder of its rows, inside that of the study.
     pub(crate) fn folder(&self) -> String {
         format!("{PART}{}-of-{}", self.index, self.count)
     }
 }
 
-/// How the folders of shards begin.
+/// Prefix of the folders of shards.
 const PART: &str = "shard-";
 
-/// The folders of shards in a folder, in the order of their names.
+/// Returns the folders of shards in a folder, in the order of their names.
 pub(crate) fn folders_in(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let entries = match fs::read_dir(folder) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),

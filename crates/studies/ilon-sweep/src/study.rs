@@ -1,4 +1,4 @@
-//! A study that was read and checked, and the tasks that it consists of.
+//! A checked study and its tasks.
 
 mod fingerprint;
 
@@ -19,7 +19,7 @@ use crate::value_names;
 use ilon_sim::Error;
 use ilon_sim::scenario::{MAX_BYTES, Scenario, Setting};
 
-/// Many runs of one scenario, or of several, under keys that vary.
+/// Many runs of one scenario, or of several, with varied keys.
 #[derive(Debug)]
 pub struct Study {
     pub(crate) name: String,
@@ -40,37 +40,37 @@ pub struct Study {
 /// A key that differs between runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Column {
-    /// The key of the scenario, with dots.
+    /// Dotted key of the scenario.
     pub key: String,
     /// Whether all its values are numbers.
     pub is_numeric: bool,
 }
 
-/// What a study asks.
+/// The question of a study.
 #[derive(Clone, Copy, Debug)]
 pub enum Question<'s> {
-    /// What comes of each of so many runs, which are known beforehand.
+    /// The results of a number of runs that are known beforehand.
     Table {
-        /// How many.
+        /// Number of runs.
         runs: u64,
     },
-    /// Where a quantity crosses a value: each run follows from those before it.
+    /// The crossings of a value: each run depends on earlier ones.
     Find(&'s Find),
-    /// Where a quantity is least: each run follows from those before it.
+    /// The minimum of a quantity: each run depends on earlier ones.
     Minimise(&'s Minimise),
 }
 
 impl Study {
-    /// Reads a study and all that it names.
+    /// Reads a study and all files that it names.
     ///
     /// # Errors
-    /// Where a file cannot be read, and where the study cannot be run as it stands: an unknown key or quantity, an axis
-    /// without values, a scenario that is none. Faults name their place.
+    /// If a file cannot be read, and if the study is invalid: an unknown key or quantity, an axis
+    /// without values, an invalid scenario. Faults name their place.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         Self::load_within(path, &FileAccess::anywhere())
     }
 
-    /// Reads a study; it, and all files that it and its scenarios name, must be among those that may be read.
+    /// Reads a study; all files of it and its scenarios must be among the accessible ones.
     ///
     /// # Errors
     /// Like [`Self::load`].
@@ -81,8 +81,8 @@ impl Study {
         Self::from_toml(text, path, files)
     }
 
-    /// A study from the text of a file; the study is called what the file at `path` would be called, and the paths in it start from
-    /// there. All files that it and its scenarios name must be among those that may be read.
+    /// Reads a study from the text of a file, with the name and relative paths of the file at
+    /// `path`. All files of it and its scenarios must be among the accessible ones.
     ///
     /// # Errors
     /// Like [`Self::load`].
@@ -103,7 +103,7 @@ impl Study {
         Ok(study)
     }
 
-    /// The study that a folder of results was begun with, whatever has become of its files.
+    /// Returns the stored study of a folder of results, independent of the current files.
     pub(crate) fn as_it_was(
         text: String,
         path: PathBuf,
@@ -193,12 +193,12 @@ impl Study {
         Ok(study)
     }
 
-    /// Its name: that of its file, without the ending.
+    /// Its name: that of its file, without the extension.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Its file.
+    /// Path of its file.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -208,17 +208,18 @@ impl Study {
         &self.text
     }
 
-    /// The file as it was read.
+    /// The content of the file.
     pub fn file(&self) -> &StudyFile {
         &self.file
     }
 
-    /// What is varied.
+    /// The varied keys.
     pub fn axes(&self) -> &[Axis] {
         &self.axes
     }
 
-    /// What a value of a key is called: of a table what tells it from the others of its axis, of all else the text of it.
+    /// Returns the name of a value of a key: for a table what distinguishes it from the others of
+    /// its axis, otherwise its text.
     pub fn name_of(&self, key: &str, value: &Value) -> String {
         let axis = self.axes.iter().find(|axis| axis.key == key);
         let (Value::Table(_), Some(Values::List(values))) = (value, axis.map(|axis| &axis.values))
@@ -232,12 +233,13 @@ impl Study {
         )
     }
 
-    /// The keys that differ between runs: the axes, what `[find]` searches over, and `sensors.seed` where each run has its own.
+    /// The keys that differ between runs: the axes, the key of `[find]`, and `sensors.seed` if each
+    /// run has its own.
     pub fn columns(&self) -> &[Column] {
         &self.columns
     }
 
-    /// The quantities that it looks at, the most important first.
+    /// The quantities of interest, the most important first.
     pub fn quantities(&self) -> &[String] {
         &self.quantities
     }
@@ -250,8 +252,8 @@ impl Study {
             .map(|(name, bound)| (name.as_str(), bound))
     }
 
-    /// A hash of all that its rows depend on: its axes and seeds, its scenarios with their robots and the files that these are read from, and the
-    /// version of ilon.
+    /// Returns a hash of everything that its rows depend on: its axes and seeds, its scenarios with
+    /// their robots and all files of these, and the version of ilon.
     pub fn fingerprint(&self) -> &str {
         &self.fingerprint
     }
@@ -261,12 +263,12 @@ impl Study {
         self.bases.iter().map(|base| base.name.as_str())
     }
 
-    /// The file of one of its scenarios.
+    /// Returns the path of one of its scenarios.
     pub fn scenario_path(&self, scenario: usize) -> &Path {
         &self.bases[scenario].path
     }
 
-    /// What it asks.
+    /// Returns its question.
     pub fn question(&self) -> Question<'_> {
         match (&self.file.find, &self.file.minimise) {
             (Some(find), _) => Question::Find(find),
@@ -277,7 +279,7 @@ impl Study {
         }
     }
 
-    /// How many points it has on its axes.
+    /// The number of points on its axes.
     pub fn points(&self) -> u64 {
         match &self.sample {
             Some(sample) => sample.len(),
@@ -285,7 +287,8 @@ impl Study {
         }
     }
 
-    /// A run of a study whose runs are known beforehand: a function of its number and of the study alone.
+    /// Returns a run of a study whose runs are known beforehand, as a function of its number and
+    /// the study.
     pub fn task(&self, run: u64) -> Task {
         let repetitions = u64::from(self.file.repetitions);
         let (place, repetition) = (run / repetitions, (run % repetitions) as u32);
@@ -294,7 +297,7 @@ impl Study {
         self.task_at(run, scenario, point, repetition, self.values_at(point))
     }
 
-    /// The run of a row of this study, again.
+    /// Returns the task of a row of this study.
     pub fn task_of(&self, row: &Row) -> Task {
         let scenario = self.scenario_names().position(|name| name == row.scenario);
         Task {
@@ -306,7 +309,7 @@ impl Study {
         }
     }
 
-    /// A run with these values on the axes, and on the key that is searched over, if one is.
+    /// Returns a run with these values on the axes, and on the searched key, if any.
     pub(crate) fn task_at(
         &self,
         run: u64,
@@ -327,7 +330,7 @@ impl Study {
         }
     }
 
-    /// The value on each axis at a point.
+    /// Returns the value on each axis at a point.
     pub(crate) fn values_at(&self, point: u64) -> Vec<Value> {
         match &self.sample {
             Some(sample) => {
@@ -352,13 +355,13 @@ impl Study {
         }
     }
 
-    /// The place of a point on each axis, as shares, of a study that is no grid.
+    /// Returns the positions of the points on the axes, as shares; `None` for a grid.
     pub(crate) fn sample(&self) -> Option<&Sample> {
         self.sample.as_ref()
     }
 
-    /// Draws of a sample have noise of their own each; elsewhere all points see the same noise, so that what differs is what is
-    /// varied.
+    /// Returns the noise seed of a run. Each draw of a sample has its own noise; otherwise all
+    /// points have the same noise, so that only the varied keys make a difference.
     fn seed_of(&self, run: u64, repetition: u32) -> u32 {
         let (purpose, number) = if self.file.method.is_sample() {
             (3, run)
@@ -373,14 +376,14 @@ impl Study {
         &self.bases[scenario].name
     }
 
-    /// What is set in a run beyond its scenario's file.
+    /// Returns the settings of a run beyond its scenario's file.
     pub fn settings(&self, task: &Task) -> Vec<Setting> {
         let varied = self.columns.iter().zip(&task.values);
         let varied = varied.map(|(column, value)| Setting::new(&column.key, value));
         self.fixed.iter().cloned().chain(varied).collect()
     }
 
-    /// One of its scenarios with keys changed.
+    /// Returns one of its scenarios with changed keys.
     pub(crate) fn scenario_with(
         &self,
         scenario: usize,
@@ -389,7 +392,7 @@ impl Study {
         self.bases[scenario].with(settings, &self.files)
     }
 
-    /// The quantities that the study names, or those that its scenario is about.
+    /// Returns the quantities that the study names, by default those of its scenario.
     fn looked_at(&self) -> Vec<String> {
         let mut names = self.file.quantities.clone();
         let asked = [
@@ -435,7 +438,7 @@ impl Study {
     }
 }
 
-/// Whether a file is a study, by what it names; what is wrong with it is said when it is read.
+/// Whether a file is a study, by its keys; its errors are reported when it is read.
 pub fn is_study(path: &Path, files: &FileAccess) -> bool {
     let text = files.read_text(path, MAX_BYTES).unwrap_or_default();
     let names = |table: &toml::de::DeTable<'_>| {

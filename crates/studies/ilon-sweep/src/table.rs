@@ -1,4 +1,4 @@
-//! `runs.parquet`: one row a run.
+//! `runs.parquet`: one row per run.
 
 use std::fs::File;
 use std::path::Path;
@@ -18,16 +18,16 @@ use crate::axis::{number_of, text_of};
 use crate::row::{Row, figure_names};
 use crate::study::Study;
 
-/// Rows that stand together in the file.
+/// Rows per group of the file.
 const ROWS_A_GROUP: usize = 16_384;
 
 /// The key of the study's fingerprint among the file's key-value metadata.
 const STUDY_KEY: &str = "ilon.study";
 
-/// What the rows of a study have in one column.
+/// The values of one column.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cells {
-    /// Whole numbers, one in each row.
+    /// Integers, one in each row.
     Whole(Vec<i64>),
     /// Texts.
     Text(Vec<Option<String>>),
@@ -35,7 +35,7 @@ pub enum Cells {
     Number(Vec<Option<f64>>),
 }
 
-/// Writes the rows of a study. The file appears whole or not at all, and the same rows make the same bytes.
+/// Writes the rows of a study, atomically; the same rows give the same bytes.
 ///
 /// # Errors
 /// [`TraceError::Io`], [`TraceError::Encode`].
@@ -54,7 +54,8 @@ pub fn write_runs(path: &Path, study: &Study, rows: &[Row]) -> Result<(), TraceE
     })
 }
 
-/// The columns of `runs.parquet`: their names, and what rows have there. Names and kinds are those of the study, whichever rows are given.
+/// Returns the columns of `runs.parquet`: their names and values. Names and types depend only on
+/// the study.
 pub fn columns(study: &Study, rows: &[Row]) -> Vec<(String, Cells)> {
     let whole = |of: fn(&Row) -> u64| Cells::Whole(rows.iter().map(|row| of(row) as i64).collect());
     let text = |of: &dyn Fn(&Row) -> Option<String>| Cells::Text(rows.iter().map(of).collect());
@@ -139,7 +140,7 @@ fn write(file: File, study: &Study, rows: &[Row]) -> Result<(), ParquetError> {
     Ok(())
 }
 
-/// The values that are there, and for each row 1 where it has one and 0 where not.
+/// Returns the present values, and for each row 1 if it has one and 0 if not.
 fn present<T>(all: Vec<Option<T>>) -> (Vec<T>, Vec<i16>) {
     let levels = all.iter().map(|value| i16::from(value.is_some())).collect();
     (all.into_iter().flatten().collect(), levels)

@@ -1,4 +1,4 @@
-//! Where a quantity crosses a value along one key.
+//! Finds where a quantity crosses a value along one key.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -6,42 +6,42 @@ use serde::{Deserialize, Serialize};
 use crate::axis::{along, rounded};
 use crate::file::{Find, Scale};
 
-/// Steps back of less than this share of the quantity's range are none.
+/// Reversals below this share of the quantity's range are ignored.
 const STILL: f64 = 1e-3;
 
-/// What was found along the searched key, at one point of the axes.
+/// Result of a search along a key, at one point of the axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SearchOutcome {
-    /// Where the quantity crosses its value, from the least value of the key up.
+    /// The crossings, by increasing value of the key.
     pub crossings: Vec<Crossing>,
-    /// Whether the quantity only rises, or only falls, over the values that were tried first.
+    /// Whether the quantity only rises, or only falls, over the scan.
     pub is_monotonic: bool,
-    /// The least that it was among them; `None` where all of them failed.
+    /// Its smallest value over the scan; `None` if all runs failed.
     pub least: Option<f64>,
-    /// The largest that it was among them.
+    /// Its largest value over the scan.
     pub largest: Option<f64>,
-    /// How many of them failed, or had no such quantity.
+    /// Number of these runs that failed or lacked the quantity.
     pub failed: usize,
 }
 
-/// A place where a quantity crosses its value.
+/// A crossing of the value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Crossing {
-    /// The largest value of the key below it that was tried.
+    /// The largest tried value of the key below it.
     pub key_below: f64,
-    /// The least value of the key above it that was tried.
+    /// The smallest tried value of the key above it.
     pub key_above: f64,
-    /// Where it lies between them, by a straight line.
+    /// The crossing between them, by linear interpolation.
     pub at: f64,
     /// Whether the quantity rises with the key there.
     pub is_rising: bool,
-    /// Whether it is bracketed as narrowly as was asked; a failed run in the bracket stops the search.
+    /// Whether the bracket has the requested width; a failed run in the bracket ends the search.
     pub is_narrow: bool,
 }
 
 impl Find {
-    /// The values that are tried first.
+    /// Returns the values of the scan.
     pub(crate) fn scanned(&self) -> Vec<f64> {
         let last = f64::from(self.scan.max(2) - 1);
         let at = |index: u32| {
@@ -55,7 +55,7 @@ impl Find {
         (0..self.scan.max(2)).map(at).collect()
     }
 
-    /// How often a bracket between two of them is halved at most.
+    /// Returns the largest number of bisections between two of them.
     pub(crate) fn most_halvings(&self) -> u64 {
         let scanned = self.scanned();
         let widths = scanned.windows(2).map(|pair| pair[1] - pair[0]);
@@ -65,19 +65,20 @@ impl Find {
         (widest / self.tolerance).log2().ceil().max(0.0) as u64 + spare as u64
     }
 
-    /// How many values are tried where the quantity crosses its value once.
+    /// Returns the number of trials if the quantity crosses its value once.
     pub(crate) fn likely_trials(&self) -> u64 {
         u64::from(self.scan.max(2)) + self.most_halvings()
     }
 
-    /// How many values are tried at most.
+    /// Returns the largest number of trials.
     pub(crate) fn most_trials(&self) -> u64 {
         let scan = u64::from(self.scan.max(2));
         scan + (scan - 1) * self.most_halvings()
     }
 
-    /// Searches. `quantity` gives what comes of trial so-and-so at a value of the key; `None` where it failed. `spare` is given by how many
-    /// fewer or more they are than [`Self::likely_trials`], as soon as that is known.
+    /// Searches. `quantity` returns the result of a numbered trial at a value of the key; `None` if
+    /// it failed. `spare` receives the difference to [`Self::likely_trials`], as soon as it is
+    /// known.
     pub(crate) fn search<E: Send>(
         &self,
         spare: &(dyn Fn(i64) + Sync),
@@ -92,7 +93,7 @@ impl Find {
         let brackets: Vec<usize> = (0..keys.len() - 1)
             .filter(|at| match (values[*at], values[at + 1]) {
                 (Some(a), Some(b)) => {
-                    // At an end of the range the value counts as crossed where it is reached.
+                    // At an end of the range, reaching the value counts as crossing it.
                     let is_reached_first = *at == 0 && a == self.crosses && b != a;
                     let is_reached_last = at + 2 == keys.len() && b == self.crosses && b != a;
                     self.is_beyond(a) != self.is_beyond(b) || is_reached_first || is_reached_last
@@ -152,7 +153,7 @@ impl Find {
             let Some(value) = quantity(first + halving, middle)? else {
                 break;
             };
-            // Where the value is reached at the lower end, its side is none; the upper end has one then.
+            // If the value is reached exactly at the lower end, the upper end determines the side.
             let is_low = match low.1 == self.crosses {
                 true => self.is_beyond(value) != self.is_beyond(high.1),
                 false => self.is_beyond(value) == self.is_beyond(low.1),
@@ -211,7 +212,7 @@ mod tests {
         let count = numbers.len();
         numbers.dedup();
         assert_eq!(numbers.len(), count, "each trial has a number of its own");
-        // How many there will be is known in the end.
+        // The number is known at the end.
         assert_eq!(
             count as i64 + spared.into_inner(),
             find.likely_trials() as i64
@@ -299,7 +300,7 @@ mod tests {
         let found = search(&find(0.0, 8.0, Scale::Linear, 1e-3), f);
         assert_eq!(found.failed, 6);
         assert!(found.crossings.is_empty());
-        // It fails within the bracket: what is known of it is given.
+        // It fails within the bracket: the known part is returned.
         let f = |x: f64| (!(1.4..1.6).contains(&x)).then_some(2.0 * x - 0.5);
         let found = search(&find(0.0, 8.0, Scale::Linear, 1e-3), f);
         assert!(!found.crossings[0].is_narrow);

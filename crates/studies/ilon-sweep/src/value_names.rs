@@ -1,10 +1,12 @@
-//! What a value of an axis is called beside the others: of a table what tells it from them, for whole tables are long and much alike.
+//! Short, distinct names of an axis's values: for tables, which are long and similar, only the
+//! differences.
 
 use toml::{Table, Value};
 
 use crate::axis::text_of;
 
-/// The names of all values of an axis, each another. Tables are called by what only they have, or have otherwise; files by their names without folders.
+/// Returns distinct names of all values of an axis. A table is named by the keys and values that
+/// only it has; a file by its name without folders.
 pub(crate) fn names(values: &[Value]) -> Vec<String> {
     let tables: Option<Vec<&Table>> = values.iter().map(Value::as_table).collect();
     let Some(tables) = tables else {
@@ -30,7 +32,7 @@ pub(crate) fn names(values: &[Value]) -> Vec<String> {
     values.iter().map(text_of).collect()
 }
 
-/// What only a table has, or has otherwise than some of all.
+/// Returns what only this table has, or what differs from some of all.
 fn differences(
     own: &Table,
     all: &[&Table],
@@ -59,13 +61,13 @@ fn differences(
     }
 }
 
-/// What another table has and this one lacks.
+/// Returns what another table has and this one lacks.
 fn lacks<'t>(own: &'t Table, other: &'t Table) -> impl Iterator<Item = String> + 't {
     let missing = other.keys().filter(|key| !own.contains_key(*key));
     missing.map(|key| format!("without {key}"))
 }
 
-/// Leaves out what has been said before: four springs alike are said once.
+/// Removes repeated parts: four equal springs are named once.
 fn keep_first(parts: &mut Vec<String>) {
     let mut said: Vec<String> = Vec::new();
     parts.retain(|part| {

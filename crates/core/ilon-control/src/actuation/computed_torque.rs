@@ -1,15 +1,15 @@
-//! The low-level control of section III-A, centralised: computed torque, eq. (12).
+//! Computed torque, eq. (12): the centralised low-level control of section III-A.
 //!
-//! tau = (C(omega) + F) q' + I y takes the couplings out of (11) and leaves q'' = y. With the rate
-//! error e = q'_d - q' and y = q''_d + k_p e + k_i integral(e), the errors obey e' + k_p e + k_i
-//! integral(e) = 0, each wheel by itself. k_p = w_b and k_i = w_b^2 / 4 put both poles on w_b / 2:
-//! critically damped.
+//! The law tau = (C(omega) + F) q' + I y cancels the couplings in (11) and leaves q'' = y. With the
+//! rate error e = q'_d - q' and y = q''_d + k_p e + k_i integral(e), each wheel's error obeys e' +
+//! k_p e + k_i integral(e) = 0 independently. k_p = w_b and k_i = w_b^2 / 4 put both poles at -w_b
+//! / 2: critically damped.
 //!
-//! **The bandwidth's limit.** With the torque held over dt the rolling robot's loop is that of
-//! [`WheelGains`](crate::WheelGains) with a = k_p dt, whatever the inertia. But wheels that slide,
-//! or hang in the air, feel only their own inertia J_air under torques meant for the whole robot:
-//! their errors follow the matrix k_p dt I / J_air, the largest eigenvalue of which is a = k_p dt
-//! J_ground / J_air. As there, a <= 1 is kept: k_p = min(w_b, J_air / (J_ground dt)).
+//! **Bandwidth limit.** If the torque is held over dt, the loop of the rolling robot is that of
+//! [`WheelGains`](crate::WheelGains) with a = k_p dt, whatever the inertia. But wheels that slide
+//! or hang in the air feel only their own inertia J_air, while the torques are computed for the
+//! whole robot. Their errors follow the matrix k_p dt I / J_air, whose largest eigenvalue is a =
+//! k_p dt J_ground / J_air. As there, a <= 1 is kept: k_p = min(w_b, J_air / (J_ground dt)).
 
 use ilon_robot::Robot;
 
@@ -18,21 +18,20 @@ use super::{Demand, TorqueLaw};
 use crate::error::{not_negative, positive};
 use crate::{ControlError, DynamicModel};
 
-/// Settings of the computed torque.
+/// Settings of the computed-torque law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ComputedTorqueSettings {
-    /// Bandwidth w_b asked of the rate loops, in rad/s.
+    /// Requested bandwidth w_b of the rate loops, in rad/s.
     pub bandwidth_rad_s: f64,
-    /// Time constant of the low-pass through which the targets' derivative q''_d is taken, in
-    /// seconds. Where the targets change at a slower period than the loop's, about that period is
-    /// right; 0 for none.
+    /// Time constant of the low-pass filter on the targets' derivative q''_d, in seconds; 0 for
+    /// none. If the targets change more slowly than the loop runs, choose about their period.
     pub target_filter_s: f64,
-    /// The longest period at which it will be updated, in seconds.
+    /// The longest update period, in seconds.
     pub dt_s: f64,
 }
 
-/// Computed torque for all wheels together. It takes the place of a
-/// [`WheelLoop`](crate::WheelLoop): the same inputs, the same output.
+/// Computed torque for all wheels together. It replaces a [`WheelLoop`](crate::WheelLoop): same
+/// inputs, same output.
 #[derive(Clone, Debug)]
 pub struct ComputedTorque {
     model: DynamicModel,
@@ -48,12 +47,12 @@ pub struct ComputedTorque {
 struct WheelState {
     /// k_i integral(e), in rad/s^2.
     integral_rad_s2: f64,
-    /// q''_d through its filter, in rad/s^2.
+    /// Filtered q''_d, in rad/s^2.
     target_acceleration_rad_s2: FilteredDerivative<f64>,
 }
 
 impl ComputedTorque {
-    /// The law (12) for a robot's model.
+    /// Builds the law (12) from a robot's model.
     ///
     /// # Errors
     /// [`ControlError::NotPositive`], [`ControlError::Negative`] for settings out of range.
@@ -83,9 +82,9 @@ impl ComputedTorque {
 }
 
 impl TorqueLaw for ComputedTorque {
-    /// Eq. (12), with the rollers' drag and dry friction made up for as well: dry friction in the
-    /// targets' direction, so that a wheel at rest is left alone. The integral of a wheel stands
-    /// still while its torque is at the limit and its error would drive it beyond.
+    /// Eq. (12), plus compensation of the rollers' drag and of dry friction. Dry friction is
+    /// compensated in the targets' direction, so a wheel at rest gets none. A wheel's integral is
+    /// frozen while its torque is at the limit and its error would drive it further beyond.
     fn step(&mut self, demand: &Demand<'_>) {
         let Demand {
             targets_rad_s: targets,
@@ -168,8 +167,9 @@ mod tests {
         ComputedTorque::new(model, &settings).unwrap()
     }
 
-    /// Rolls the model (11) under the law from rest, with the targets of `twist_at` and the torque
-    /// held over each step of `dt_s`: the largest rate error after `settle_s`.
+    /// Integrates the model (11) under the law from rest, with the targets of `twist_at` and the
+    /// torque held over each step of `dt_s`. Returns the largest rate error after `settle_s`, in
+    /// rad/s.
     fn worst_error(
         robot: &Robot,
         law: &mut ComputedTorque,
@@ -211,9 +211,9 @@ mod tests {
                 |t: f64| Twist::new(0.5 * (2.0 * t).sin(), 0.3 * (3.0 * t).cos(), 2.0 * t.sin());
             let mut law = law(&robot, 20.0, 1e-3);
             let error = worst_error(&robot, &mut law, twist_at, (1e-3, 1.0, 4.0));
-            // Rates reach 20 rad/s and 60 rad/s^2. A derivative taken one step late errs by q'''
-            // dt, below 0.3 rad/s^2, which a loop of 20 rad/s turns into 0.3 / 20 = 0.015 rad/s;
-            // and one step of lag adds q'' dt = 0.06.
+            // Rates reach 20 rad/s and 60 rad/s^2. A derivative taken one step late has an error of
+            // q''' dt, below 0.3 rad/s^2, which a loop of 20 rad/s turns into 0.3 / 20 = 0.015
+            // rad/s; one step of lag adds q'' dt = 0.06.
             assert!(error < 0.08, "{error}");
         }
     }
@@ -239,16 +239,16 @@ mod tests {
                 *rate += acceleration * dt_s;
             }
         }
-        // e' + w e + (w^2/4) integral(e) = 0 from e(0) = target: e(t) = target (1 - w t / 2) exp(-w
-        // t / 2), which is zero at t = 2 / w = 0.1 s. Euler's step of 1e-5 s errs by about w^2 t dt
-        // / 8 = 5e-5 of the target.
+        // e' + w e + (w^2/4) integral(e) = 0 from e(0) = target has the solution e(t) = target (1 -
+        // w t / 2) exp(-w t / 2), which is zero at t = 2 / w = 0.1 s. An Euler step of 1e-5 s has
+        // an error of about w^2 t dt / 8 = 5e-5 of the target.
         for (target, rate) in targets.iter().zip(rates) {
             assert!(((target - rate) / target).abs() < 3e-4, "{target} {rate}");
         }
     }
 
-    /// A law that has stood up in a pose commands as one that was made for it: an arm swung out
-    /// asks for other torques.
+    /// A law updated to a pose gives the same torques as one built in that pose: an arm swung out
+    /// needs other torques.
     #[test]
     fn eq_12_takes_masses_where_the_joints_have_them() {
         let mut robot = mecanum4();
@@ -320,8 +320,8 @@ mod tests {
     }
 
     /// The reference brakes so hard that the motors are at their limits, while the wheels are a
-    /// little behind it: an error that leads back from the limit counts as it would without one,
-    /// either way round.
+    /// little behind it. An error that leads back from the limit must be integrated as without a
+    /// limit, in both directions.
     #[test]
     fn an_error_that_leads_back_from_the_limit_is_summed_as_without_one() {
         let robot = volksbot();

@@ -1,9 +1,9 @@
-//! The derivative of what is sampled, through a low-pass.
+//! Low-pass filtered derivative of a sampled signal.
 
 use std::ops::{Add, Div, Mul, Sub};
 
-/// The derivative of a sampled signal through a first-order low-pass, by implicit Euler: stable for any time constant. The
-/// signal is a number or a vector.
+/// The derivative of a sampled signal through a first-order low-pass, by implicit Euler: stable for
+/// any time constant. The signal is a number or a vector.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct FilteredDerivative<T> {
     /// The derivative, in the signal's unit per second.
@@ -15,8 +15,8 @@ impl<T> FilteredDerivative<T>
 where
     T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T> + Div<f64, Output = T>,
 {
-    /// Takes in a sample `dt_s` after the last one, and gives by how much the signal changed since; nothing before the second.
-    /// `weight` is that of the newest change, see [`weight`].
+    /// Adds a sample taken `dt_s` after the last one. Returns the change of the signal since then;
+    /// nothing for the first sample. `weight` weighs the newest change, see [`weight`].
     pub fn update(&mut self, sample: T, weight: f64, dt_s: f64) -> T {
         let change = sample - self.previous.replace(sample).unwrap_or(sample);
         self.value = self.value + (change / dt_s - self.value) * weight;
@@ -24,7 +24,8 @@ where
     }
 }
 
-/// The weight of the newest change for a time constant and a period, in seconds, in (0, 1]: dt / (T + dt).
+/// Returns the weight of the newest change, dt / (T + dt) in (0, 1], for a time constant and a
+/// period in seconds.
 pub(crate) fn weight(time_constant_s: f64, dt_s: f64) -> f64 {
     dt_s / (time_constant_s + dt_s)
 }
@@ -33,7 +34,8 @@ pub(crate) fn weight(time_constant_s: f64, dt_s: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A ramp of slope a: y_k = y_(k-1) + w (a - y_(k-1)) from y_1 = 0, hence a (1 - (1 - w)^(k-1)).
+    /// A ramp of slope a: y_k = y_(k-1) + w (a - y_(k-1)) from y_1 = 0, hence a (1 - (1 -
+    /// w)^(k-1)).
     #[test]
     fn the_derivative_of_a_ramp_is_neared_as_by_a_first_order_lag() {
         let (slope, dt_s) = (3.0, 0.01);

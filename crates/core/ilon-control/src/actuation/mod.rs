@@ -1,4 +1,4 @@
-//! From wheel rates to torques, and what of a torque a motor gives.
+//! Torque laws (from wheel rates to torques) and motor models (which torques a motor can give).
 
 pub(crate) mod computed_torque;
 mod derivative;

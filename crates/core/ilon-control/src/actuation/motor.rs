@@ -1,12 +1,13 @@
-//! What a wheel's motor can give: URDF effort and velocity limits, and a DC motor with its back-EMF in all four quadrants.
+//! The torque range of a wheel's motor: URDF effort and velocity limits, and a DC motor with
+//! back-EMF in all four quadrants.
 
 use ilon_robot::MotorLimits;
 
 use crate::ControlError;
 use crate::error::positive;
 
-/// The torques that a motor can give at one moment, in N m: min <= max. Both have the same sign where a load turns a DC motor beyond
-/// its no-load rate: then it brakes, whatever its controller does.
+/// The torques that a motor can give at one moment, in N m: min <= max. Both have the same sign if
+/// a load turns a DC motor beyond its no-load rate: then it brakes, whatever its controller does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TorqueRange {
     /// Most negative torque.
@@ -22,7 +23,8 @@ impl TorqueRange {
         max_n_m: f64::INFINITY,
     };
 
-    /// The torque in the range nearest to `torque_n_m`. NaN stays NaN: it shall not pass for the largest torque.
+    /// Returns the torque in the range nearest to `torque_n_m`. NaN stays NaN, so that it does not
+    /// pass for the largest torque.
     pub fn clamp(&self, torque_n_m: f64) -> f64 {
         if torque_n_m.is_nan() {
             return torque_n_m;
@@ -31,32 +33,34 @@ impl TorqueRange {
     }
 }
 
-/// A DC motor and its controller, all figures at the wheel (after the gear, its losses left out).
+/// A DC motor and its controller, all values at the wheel (after the gear, without its losses).
 ///
-/// With torque constant K, winding resistance R and a voltage u U between full reverse (u = -1) and full forward (u = 1) its current is
-/// (u U - K w) / R, and its torque
+/// With the torque constant K, the winding resistance R and a voltage u U between full reverse (u =
+/// -1) and full forward (u = 1), the current is (u U - K w) / R and the torque
 ///
 /// tau = stall (u - w / no_load),  stall = K U / R,  no_load = U / K,
 ///
-/// at every rate w: also beyond the no-load rate, where it brakes at full voltage, and turned backwards, where it pushes with more than
-/// the stall torque. Shorted it brakes by -stall w / no_load.
+/// at every rate w. Beyond the no-load rate the motor brakes at full voltage; turned backwards it
+/// pushes with more than the stall torque. Short-circuited it brakes with -stall w / no_load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DcMotor {
-    /// Torque at rest on the full voltage, in N m, > 0.
+    /// Torque at rest at full voltage, in N m, > 0.
     pub stall_torque_n_m: f64,
-    /// Rate at which it gives no torque on the full voltage, in rad/s, > 0.
+    /// Rate at which the torque at full voltage is zero, in rad/s, > 0.
     pub no_load_rate_rad_s: f64,
-    /// Where the controller's current limit holds its torque, driving and braking alike, in N m, > 0; infinite without one.
+    /// Torque at the controller's current limit, driving and braking alike, in N m, > 0; infinite
+    /// without a limit.
     pub current_limit_n_m: f64,
-    /// Whether the supply, or a chopper across it, takes the power that comes back. Where nothing does, the controller turns it into
-    /// heat in the winding, and beyond the no-load rate no current flows unless the voltage is taken back: the motor coasts.
+    /// Whether the supply, or a brake chopper across it, absorbs regenerated power. If not, the
+    /// controller turns this power into heat in the winding, and beyond the no-load rate no current
+    /// flows unless the voltage is reversed: the motor coasts.
     pub regenerates: bool,
 }
 
 /// How a motor's torque depends on its rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum MotorCurve {
-    /// It does not, up to the velocity limit.
+    /// Constant torque up to the velocity limit.
     #[default]
     Flat,
     /// A DC motor on a fixed supply.
@@ -64,8 +68,8 @@ pub enum MotorCurve {
 }
 
 impl MotorCurve {
-    /// A DC motor of a stall torque in N m and a no-load rate in rad/s at the wheel, without a current limit, on a supply that takes
-    /// power back.
+    /// A DC motor with a stall torque in N m and a no-load rate in rad/s at the wheel, without a
+    /// current limit, on a supply that absorbs regenerated power.
     ///
     /// # Errors
     /// [`ControlError::NotPositive`].
@@ -78,10 +82,10 @@ impl MotorCurve {
         })
     }
 
-    /// A DC motor.
+    /// Checks a DC motor and makes a curve of it.
     ///
     /// # Errors
-    /// [`ControlError::NotPositive`] where a figure is not above zero.
+    /// [`ControlError::NotPositive`] if a value is not above zero.
     pub fn dc(motor: DcMotor) -> Result<Self, ControlError> {
         positive("the motor's stall torque in N m", motor.stall_torque_n_m)?;
         positive(
@@ -96,21 +100,23 @@ impl MotorCurve {
     }
 }
 
-/// What bounds a motor's torque about a wheel rate: two parallel lines of back-EMF, and a limit that holds at every rate.
+/// The bounds of a motor's torque near a wheel rate: two parallel back-EMF lines and a limit that
+/// holds at every rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorBounds {
-    /// What full reverse and full forward give at the rate; infinite without a curve.
+    /// The torques at full reverse and full forward at this rate; infinite without a curve.
     pub line: TorqueRange,
-    /// By how much both fall per rate gained, in N m s/rad; 0 without a curve.
+    /// Slope of both lines: torque lost per rate gained, in N m s/rad; 0 without a curve.
     pub fall_n_m_s: f64,
-    /// The largest torque of either sign, in N m. It holds where the lines ask for more, too.
+    /// The largest torque of either sign, in N m. It also holds where the lines would allow or
+    /// force more.
     pub limit_n_m: f64,
-    /// Whether the lines also force a torque upon a motor that is turned beyond its no-load rate.
+    /// Whether the lines also force a torque upon a motor that turns beyond its no-load rate.
     pub regenerates: bool,
 }
 
 impl MotorBounds {
-    /// The torques that are left at the rate.
+    /// Returns the torque range at this rate.
     pub fn range(&self) -> TorqueRange {
         let TorqueRange {
             mut min_n_m,
@@ -127,21 +133,21 @@ impl MotorBounds {
     }
 }
 
-/// A wheel's motor, all figures at the wheel.
+/// A wheel's motor, all values at the wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motor {
     effort_n_m: f64,
     velocity_rad_s: f64,
     curve: MotorCurve,
-    /// What it has of its torques forwards and backwards.
+    /// Shares of its torque available forwards and backwards.
     strength: [f64; 2],
 }
 
 impl Motor {
-    /// A motor with limits as URDF gives them (infinite where there is none) and a torque-speed curve.
+    /// A motor with the limits of its URDF (infinite if absent) and a torque-speed curve.
     ///
     /// # Errors
-    /// [`ControlError::NotPositive`] where a limit is NaN, zero or negative.
+    /// [`ControlError::NotPositive`] if a limit is NaN, zero or negative.
     pub fn new(limits: &MotorLimits, curve: MotorCurve) -> Result<Self, ControlError> {
         let limit = |what: &str, value: f64| match value {
             f64::INFINITY => Ok(value),
@@ -155,8 +161,9 @@ impl Motor {
         })
     }
 
-    /// The same motor with a share of its own of torque forwards, and one backwards: of a DC motor of the voltage that arrives, and so of stall torque and
-    /// no-load rate, without a curve of the effort limit.
+    /// Returns the motor with separate shares of torque forwards and backwards. For a DC motor the
+    /// share scales the voltage, hence stall torque and no-load rate; without a curve it scales the
+    /// effort limit.
     ///
     /// # Errors
     /// [`ControlError::NotPositive`].
@@ -167,19 +174,21 @@ impl Motor {
         Ok(Self { strength, ..self })
     }
 
-    /// The torques it can give at a wheel rate.
+    /// Returns the torque range at a wheel rate in rad/s.
     ///
-    /// A motor without a curve drives and brakes up to its effort limit. A DC motor gives what its voltage and back-EMF do between
-    /// full reverse and full forward, within the effort limit and that of its current. Neither drives (torque along the rate) at or beyond
-    /// the velocity limit.
+    /// A motor without a curve drives and brakes up to its effort limit. A DC motor gives the
+    /// torques between full reverse and full forward, within the effort limit and the current
+    /// limit. Neither drives (torque along the rate) at or beyond the velocity limit.
     pub fn range(&self, rate_rad_s: f64) -> TorqueRange {
         self.range_on(rate_rad_s, 1.0)
     }
 
-    /// The torques it can give at a wheel rate while a share of the supply's voltage is left, 0 to 1.
+    /// Returns the torque range at a wheel rate in rad/s while the supply has a share, 0 to 1, of
+    /// its voltage.
     ///
-    /// Of a DC motor stall torque and no-load rate are both proportional to the supply (K U / R and U / K), so that both lines shift in
-    /// parallel; without any supply it is shorted. Of a motor without a curve the limits of torque and rate shrink by the share.
+    /// For a DC motor stall torque and no-load rate are both proportional to the supply (K U / R
+    /// and U / K), so both lines shift in parallel; without supply it is short-circuited. Without a
+    /// curve the torque and rate limits shrink by the share.
     pub fn range_on(&self, rate_rad_s: f64, supply_share: f64) -> TorqueRange {
         let TorqueRange { min_n_m, max_n_m } = self.bounds_on(rate_rad_s, supply_share).range();
         if rate_rad_s.abs() < self.velocity_limit_on(supply_share) {
@@ -197,8 +206,8 @@ impl Motor {
         }
     }
 
-    /// Its velocity limit while a share of the supply's voltage is left, in rad/s; it shrinks with the share where there is no
-    /// curve.
+    /// Returns the velocity limit while the supply has a share of its voltage, in rad/s. Only
+    /// without a curve does it shrink with the share.
     pub fn velocity_limit_on(&self, supply_share: f64) -> f64 {
         match self.curve {
             MotorCurve::Flat => share_of(self.velocity_rad_s, supply_share),
@@ -206,8 +215,9 @@ impl Motor {
         }
     }
 
-    /// What bounds its torque about a wheel rate while a share of the supply's voltage is left, but for the velocity limit: for who
-    /// holds that, and follows the lines, within a step of time and not from one to the next.
+    /// Returns the torque bounds near a wheel rate while the supply has a share of its voltage.
+    /// They leave the velocity limit to the caller, who follows the lines within a time step
+    /// instead of from one step to the next.
     pub fn bounds_on(&self, rate_rad_s: f64, supply_share: f64) -> MotorBounds {
         let [forwards, backwards] = self.strength;
         match self.curve {
@@ -245,8 +255,8 @@ impl Motor {
         }
     }
 
-    /// The torque of its shorted winding per rate, in N m s/rad, against the rate; `None` of a motor without a curve, whose winding is
-    /// not known.
+    /// Returns the braking torque of the short-circuited winding per rate, in N m s/rad; `None`
+    /// without a curve, since the winding is then unknown.
     pub fn shorted_n_m_s(&self) -> Option<f64> {
         match self.curve {
             MotorCurve::Flat => None,
@@ -255,7 +265,7 @@ impl Motor {
     }
 }
 
-/// A share of a limit; a share of nothing is nothing, also of a limit that is infinite.
+/// Returns a share of a limit; a share of zero gives zero, even for an infinite limit.
 fn share_of(limit: f64, share: f64) -> f64 {
     if share == 0.0 { 0.0 } else { share * limit }
 }
@@ -272,7 +282,8 @@ mod tests {
         Motor::new(&limits, MotorCurve::dc_line(4.0, 20.0).unwrap()).unwrap()
     }
 
-    /// What a motor gives of a torque in N m at a wheel rate in rad/s.
+    /// Returns the torque that a motor gives, in N m, when asked for a torque in N m at a wheel
+    /// rate in rad/s.
     fn given(motor: &Motor, torque_n_m: f64, rate_rad_s: f64) -> f64 {
         motor.range(rate_rad_s).clamp(torque_n_m)
     }
@@ -296,7 +307,8 @@ mod tests {
         assert!((given(&dc(), -9.0, -10.0) + 2.0).abs() < 1e-15);
     }
 
-    /// Full forward and full reverse of a line of 4 N m and 20 rad/s, within 3 N m: 4 (+-1 - w / 20).
+    /// Full forward and full reverse of a line of 4 N m and 20 rad/s, within 3 N m: 4 (+-1 - w /
+    /// 20).
     #[test]
     fn nothing_drives_at_or_beyond_the_velocity_limit_but_braking_stays() {
         for rate_rad_s in [18.0, 25.0] {
@@ -326,7 +338,7 @@ mod tests {
             let TorqueRange { min_n_m, max_n_m } = motor.range(rate_rad_s);
             assert!((max_n_m - forward_n_m).abs() < 1e-15, "{rate_rad_s}");
             assert!((min_n_m - reverse_n_m).abs() < 1e-15, "{rate_rad_s}");
-            // Without any supply both are the shorted winding's.
+            // Without supply both bounds are those of the short-circuited winding.
             let TorqueRange { min_n_m, max_n_m } = motor.range_on(rate_rad_s, 0.0);
             let shorted_n_m = -motor.shorted_n_m_s().unwrap() * rate_rad_s;
             assert!((max_n_m - shorted_n_m).abs() < 1e-15, "{rate_rad_s}");
@@ -347,7 +359,8 @@ mod tests {
             let range = motor.range(rate_rad_s);
             assert_eq!((range.min_n_m, range.max_n_m), (-1.0, 1.0), "{rate_rad_s}");
         }
-        // The line crosses it at 4 (1 - w/20) = 1, 15 rad/s; at 22 rad/s full forward brakes with 0.4, at 40 with no more than 1.
+        // The line crosses the current limit where 4 (1 - w/20) = 1, at 15 rad/s; at 22 rad/s full
+        // forward brakes with 0.4, at 40 with no more than 1.
         assert!((motor.range(22.0).max_n_m + 0.4).abs() < 1e-15);
         assert_eq!(motor.range(40.0).max_n_m, -1.0);
     }
@@ -365,7 +378,7 @@ mod tests {
         assert_eq!((range.min_n_m, range.max_n_m), (-10.0, 0.0));
         let range = motor.range(-30.0);
         assert_eq!((range.min_n_m, range.max_n_m), (0.0, 10.0));
-        // Within its no-load rate nothing changes.
+        // Below its no-load rate nothing changes.
         let range = motor.range(10.0);
         assert_eq!((range.min_n_m, range.max_n_m), (-6.0, 2.0));
     }
@@ -374,18 +387,20 @@ mod tests {
     fn on_half_of_its_supply_a_dc_motor_has_half_its_stall_torque_and_no_load_rate() {
         let motor = unlimited(MotorCurve::dc_line(4.0, 20.0).unwrap());
         let drives_n_m = |rate_rad_s| motor.range_on(rate_rad_s, 0.5).max_n_m;
-        // 4 (0.5 - w/20): 2 at rest, 1 at 5 rad/s, nothing at 10 and 1 of braking at 15; full reverse 4 (-0.5 - w/20).
+        // Full forward 4 (0.5 - w/20): 2 at rest, 1 at 5 rad/s, 0 at 10 and -1 at 15; full reverse
+        // 4 (-0.5 - w/20).
         assert_eq!(
             [0.0, 5.0, 10.0, 15.0].map(drives_n_m),
             [2.0, 1.0, 0.0, -1.0]
         );
         assert_eq!(motor.range_on(5.0, 0.5).min_n_m, -3.0);
         assert_eq!(motor.range_on(7.0, 1.0), motor.range(7.0));
-        // The velocity limit is the wheel's, and stays.
+        // The velocity limit belongs to the wheel and stays.
         assert_eq!(dc().velocity_limit_on(0.8), 18.0);
     }
 
-    /// Full forward 4 (0.9 - w/20), full reverse 4 (-0.5 - w/20): no torque at 18 and -10 rad/s. Without a curve 0.9 and 0.5 of 3 N m.
+    /// Full forward 4 (0.9 - w/20), full reverse 4 (-0.5 - w/20): no torque at 18 and -10 rad/s.
+    /// Without a curve 0.9 and 0.5 of 3 N m.
     #[test]
     fn a_motor_that_is_weaker_one_way_has_less_of_its_line_or_its_limit_there() {
         let strength = [0.9, 0.5];

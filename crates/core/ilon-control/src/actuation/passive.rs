@@ -1,39 +1,38 @@
-//! Compliance by design: a spring and a damper between the robot and its reference, springs between
-//! its wheels, and nothing that knows the ground.
+//! A passive compliance law: a spring and a damper between the robot and its reference, and springs
+//! between its wheels, without any knowledge of the ground.
 //!
 //! After S.-H. Hyon, "Compliant Terrain Adaptation for Biped Humanoids Without Measuring Ground
-//! Surface and Contact Forces", IEEE Transactions on Robotics 25(1), 2009, carried from feet to
+//! Surface and Contact Forces", IEEE Transactions on Robotics 25(1), 2009, transferred from feet to
 //! wheels. No contact sensor, no map, no friction coefficient and no integrator.
 //!
 //! **Law.** With L = diag(rho_h cos gamma_h), M of Indiveri 2009, eq. (8), the wheel angles q and
-//! nu^ = M^+ L q' the twist that the wheels roll,
+//! the twist nu^ = M^+ L q' of the wheels' rolling,
 //!
 //!   w   = D (nu_d - nu^) - m g_t                     the wrench on the body
-//!   f   = argmin max_h |f_h| / N_h,  M^T f = w       shared by the loads N_h that statics gives
+//!   f   = argmin max_h |f_h| / N_h,  M^T f = w       shared by the static loads N_h
 //!   tau = L f - L P (K_n L q + D_n L q') / l^2,  P = I - M M^+
 //!
 //! - nu_d is the twist of the targets. [`Guidance`](crate::Guidance) with the gains K/D
 //!   ([`PassiveTorqueSettings::position_gain_per_s`]) makes it the reference's own twist plus (K/D)
-//!   e, so that D nu_d is the spring K e; and it holds nu_d within the wheels' rate limit by
-//!   priority, eqs. (30)-(34), so that a robot that is held far from its reference neither pulls
-//!   nor spins without bound.
-//! - g_t is gravity along the wheels' plane, by the tilt that an IMU sees
+//!   e, so that D nu_d is the spring K e; and it keeps nu_d within the wheels' rate limit by
+//!   priority, eqs. (30)-(34), so that the pull and the speed of a robot that is held far from its
+//!   reference stay bounded.
+//! - g_t is gravity in the wheels' plane, from the tilt of an IMU
 //!   ([`TiltFilter`](crate::TiltFilter)); it also shifts the loads. Without an IMU it is zero, and
-//!   on a slope the robot stands off by m g sin(slope) / K.
+//!   on a slope the robot has an offset of m g sin(slope) / K.
 //! - P L q is how far the wheels have slid against each other: it is no motion of the body. The
-//!   springs between the wheels keep one that loses its grip from spinning, by what the others
-//!   feel. l is the mean lever. Three wheels have no P.
+//!   springs between the wheels keep a wheel that loses grip from spinning, through the other
+//!   wheels. l is the mean lever. Three wheels have no P.
 //!
-//! **Limits.** What the springs between the wheels need comes off the motors' torques first, then
-//! gravity, then the tasks by priority, each by the share that the set of reachable forces has
-//! left, as in eqs. (33), (34). A spring between wheels that would push more than its limit gives
-//! way like one on a dry slide: small errors of radii do not add up to strain, and nothing is
-//! gained by letting go.
+//! **Limits.** The motors' torques serve first the springs between the wheels, then gravity, then
+//! the tasks by priority, each with the share that the set of reachable forces leaves, as in eqs.
+//! (33), (34). A spring between wheels yields at its limit like dry friction: small errors of radii
+//! do not add up to strain, and no energy is gained by yielding.
 //!
-//! **Passive.** While the wheels roll and the reference stands, S = kinetic energy + e^T K e / 2 +
-//! |P L q|^2 K_n / (2 l^2) + m g h falls by D nu^2 and D_n, and rises only by outside work. A
-//! spring that is held over a time T and is late by d leaks K (T / 2 + d) nu^2 at most, which the
-//! damper has to outdo. [`PassiveTorque::new`] refuses gains that are not even stable.
+//! **Passivity.** While the wheels roll and the reference stands, S = kinetic energy + e^T K e /
+//! 2 + |P L q|^2 K_n / (2 l^2) + m g h falls by D nu^2 and D_n, and rises only by outside work. A
+//! spring that is held over a time T and is late by d leaks at most K (T / 2 + d) nu^2, which the
+//! damper must exceed. [`PassiveTorque::new`] rejects unstable gains.
 
 mod settings;
 mod stability;
@@ -51,16 +50,16 @@ pub use settings::PassiveTorqueSettings;
 pub use stability::TiltLoop;
 use stability::mean_lever_m;
 
-/// Torques of a robot that is compliant about its reference. It takes the place of a
-/// [`WheelLoop`](crate::WheelLoop), and wants the wheels' angles and gravity by
-/// [`TorqueLaw::sense`]; without angles it adds up the rates.
+/// Torques of a robot that is compliant about its reference. It replaces a
+/// [`WheelLoop`](crate::WheelLoop), and needs the wheels' angles and gravity through
+/// [`TorqueLaw::sense`]; without angles it integrates the rates.
 ///
-/// **Errors** of an update: none. It allocates nothing once it is built, but where a robot with
-/// joints between its bodies takes another pose.
+/// **Errors** of an update: none. After construction it allocates only when a robot with joints
+/// between its bodies takes another pose.
 #[derive(Clone, Debug)]
 pub struct PassiveTorque {
     settings: PassiveTorqueSettings,
-    /// About the reference point.
+    /// Kinematics about the reference point.
     about: Kinematics,
     set: TractionSet,
     loads: WheelLoads,
@@ -69,17 +68,17 @@ pub struct PassiveTorque {
     center_of_mass_m: Vector2<f64>,
     /// P L / l: from wheel angles to slides, in rad of a wheel of the mean lever.
     slides: DMatrix<f64>,
-    /// Gravity along the wheels' plane, in m/s^2.
+    /// Gravity component in the wheels' plane, in m/s^2.
     gravity: Vector2<f64>,
     pull: Vector3<f64>,
     wrench: Vector3<f64>,
     against_gravity: Vector3<f64>,
     stored_j: f64,
     shares: TorqueShares,
-    /// Whether `angles_rad` are those of now, and `last_angles_rad` those of the last update.
+    /// Whether `angles_rad` are current, and `last_angles_rad` those of the last update.
     has_angles: bool,
     is_counting: bool,
-    // One number a wheel each, kept to save allocating.
+    // Buffers of one number per wheel, kept to avoid allocation.
     angles_rad: DVector<f64>,
     last_angles_rad: DVector<f64>,
     rates_rad_s: DVector<f64>,
@@ -94,12 +93,12 @@ pub struct PassiveTorque {
 }
 
 impl PassiveTorque {
-    /// The law for a robot.
+    /// Builds the law for a robot.
     ///
     /// # Errors
     /// Those of [`DynamicModel::new`]; [`ControlError::NotPositive`], [`ControlError::Negative`],
-    /// [`ControlError::NotFinite`] for settings; [`ControlError::Unstable`] for gains that swing up
-    /// with these periods and delays, with the limit that holds.
+    /// [`ControlError::NotFinite`] for settings; [`ControlError::Unstable`] for gains that are
+    /// unstable with these periods and delays, with the largest stable value.
     pub fn new(robot: &Robot, settings: &PassiveTorqueSettings) -> Result<Self, ControlError> {
         settings.check_numbers()?;
         let model = DynamicModel::new(robot)?;
@@ -139,12 +138,12 @@ impl PassiveTorque {
         })
     }
 
-    /// The settings that it was made with.
+    /// The settings of this law.
     pub fn settings(&self) -> &PassiveTorqueSettings {
         &self.settings
     }
 
-    /// The torques of the springs between the wheels, -L P (K_n L q + D_n L q') / l^2, into
+    /// Writes the torques of the springs between the wheels, -L P (K_n L q + D_n L q') / l^2, to
     /// `between_n_m`.
     fn pull_wheels_together(&mut self, rates: &[f64], dt_s: f64) {
         self.rates_rad_s.copy_from_slice(rates);
@@ -171,14 +170,14 @@ impl PassiveTorque {
         let d_n = self.settings.wheel_damping_n_m_s_rad;
         self.between_n_m.axpy(-k_n, &self.slid_rad, 0.0);
         self.between_n_m.axpy(-d_n, &self.slide_rates_rad_s, 1.0);
-        // Slides are P L q / l, and P of them is themselves: what is left of L P / l is L / l.
+        // Slides are P L q / l. P is a projector, so only L / l is left of L P / l.
         let lever_m = mean_lever_m(self.about.lever_m());
         for (torque_n_m, own_m) in self.between_n_m.iter_mut().zip(self.about.lever_m()) {
             *torque_n_m *= own_m / lever_m;
         }
     }
 
-    /// The wrench within what motors and grip give beside the springs between the wheels.
+    /// Computes the wrench that motors and grip allow beside the springs between the wheels.
     fn weigh(&mut self, targets: &[f64], limits: &[TorqueRange]) {
         let damping = self.settings.damping();
         let nu = vector_of(self.about.twist(self.rates_rad_s.as_slice()));
@@ -187,7 +186,7 @@ impl PassiveTorque {
         let (g, c) = (self.gravity, self.center_of_mass_m);
         let against = -self.mass_kg * Vector3::new(g.x, g.y, c.x * g.y - c.y * g.x);
 
-        // What leans shifts the loads as an acceleration uphill does.
+        // A tilt shifts the loads as an uphill acceleration does.
         self.loads.fill_n(-g, &mut self.loads_n);
         let friction = self.settings.friction;
         for (h, range) in self.motor.iter_mut().enumerate() {
@@ -217,8 +216,8 @@ impl PassiveTorque {
         self.wrench = given + w_2 * second;
     }
 
-    /// Shares the wrench among the wheels by their loads, or, where a motor cannot give its share,
-    /// as evenly as motors allow.
+    /// Shares the wrench among the wheels in proportion to their loads or, where a motor cannot
+    /// give its share, as evenly as the motors allow.
     fn distribute(&mut self) {
         let wrench = self.wrench;
         let by_load = self
@@ -230,7 +229,7 @@ impl PassiveTorque {
         self.shares.grip = match given {
             Some(use_of_load) => use_of_load / self.settings.friction,
             None => {
-                // Loads far above all pushes: only the motors bind.
+                // Loads far above all pushes, so that only the motors limit.
                 let most_n = self.loads_n.iter().fold(1.0, |a: f64, b| a.max(*b));
                 self.loads_n
                     .iter_mut()
@@ -263,7 +262,7 @@ impl TorqueLaw for PassiveTorque {
         &self.torques_n_m
     }
 
-    /// Takes the wheels' angles, where there are as many as wheels and all finite, and gravity.
+    /// Takes the wheels' angles, if there is a finite one for each wheel, and gravity.
     fn sense(&mut self, known: &BodySense<'_>) {
         let angles = known.angles_rad;
         if angles.len() == self.angles_rad.len() && angles.iter().all(|angle| angle.is_finite()) {
@@ -276,8 +275,8 @@ impl TorqueLaw for PassiveTorque {
             .unwrap_or_default();
     }
 
-    /// Loads and masses are those of the pose; the springs between the wheels stay as they are, and
-    /// hold what they store.
+    /// Updates loads and masses to the pose. The springs between the wheels keep their state and
+    /// stored energy.
     fn stand(&mut self, posed: &Robot) {
         self.loads = WheelLoads::new(posed, self.settings.gravity_m_s2);
         self.center_of_mass_m = posed.center_of_mass_m().xy() - self.settings.reference_point_m;

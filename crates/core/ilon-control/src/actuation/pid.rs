@@ -1,31 +1,32 @@
-//! The low-level control of section III-A, decentralised: one PID on each wheel's rate, giving
-//! torque.
+//! One PID per wheel, from wheel rate to torque: the decentralised low-level control of section
+//! III-A.
 //!
 //! **Gains from the plant.** A wheel under torque tau turns by J q'' = tau - d q', with J the
-//! inertia that the wheel feels. With tau = k_p e + k_i integral(e) and d left out, the error obeys
-//! J e'' + k_p e' + k_i e = 0. Asking for the loop bandwidth w_b sets k_p = J w_b, and k_i = k_p
-//! w_b / 4 puts both poles on w_b / 2: critically damped.
+//! inertia that the wheel feels. With tau = k_p e + k_i integral(e) and d neglected, the error
+//! obeys J e'' + k_p e' + k_i e = 0. A loop bandwidth w_b sets k_p = J w_b, and k_i = k_p w_b / 4
+//! puts both poles at -w_b / 2: critically damped.
 //!
-//! J differs from moment to moment. On the ground a wheel feels its share of the robot, in the air
-//! only itself (J_air < J_ground). The damping ratio is sqrt(k_p^2 / (4 k_i J)): with gains set for
-//! the largest J it is 1 there and above 1 for every smaller one. But the loop is sampled. With the
-//! torque held over dt, the rate moves by dt/J (k_p e + k_i I) a step. With a = k_p dt / J and b =
-//! k_i dt^2 / J, and the integral updated before its use, the error's characteristic polynomial is
-//! z^2 - (2 - a - b) z + (1 - a), whose roots lie in the unit circle exactly when a > 0, b > 0 and
-//! 2 a + b < 4 (Jury). The smallest J decides: the wheel in the air. [`WheelGains::propose`] keeps
-//! a <= 1 there, half of the limit: a wheel in the air then reaches its target in one step and does
-//! not swing about it.
+//! J varies. On the ground a wheel feels its share of the robot, in the air only itself (J_air <
+//! J_ground). The damping ratio is sqrt(k_p^2 / (4 k_i J)): with gains set for the largest J it is
+//! 1 there and above 1 for every smaller one. But the loop is sampled. With the torque held over
+//! dt, the rate moves by dt/J (k_p e + k_i I) a step. With a = k_p dt / J and b = k_i dt^2 / J, and
+//! the integral updated before its use, the error's characteristic polynomial is z^2 - (2 - a - b)
+//! z + (1 - a), whose roots lie in the unit circle exactly when a > 0, b > 0 and 2 a + b < 4
+//! (Jury). The smallest J decides: the wheel in the air. [`WheelGains::propose`] keeps a <= 1
+//! there, half of the limit: a wheel in the air then reaches its target in one step without
+//! oscillating. With torques n periods late the limit of a alone is 2 sin(pi / (4 n + 2)) (Levin
+//! and May 1976), and half of that is kept.
 //!
 //! **A loop that is faster than the simulation's steps** ([`LoopTiming::Continuous`]) has no such
-//! limit. Within a step its torque falls as the wheel gains rate, by a droop D per rate, and what
-//! the plant feels over the step is the mean. Where the wheel gains x over the step, the gain's own
-//! mean is theta x: half of x in a step that is short for the loop, nearly all of x in a long one.
-//! A wheel of inertia J under k_p nears its target as exp(-z), z = k_p dt / J, which gives theta =
-//! 1 / (1 - exp(-z)) - 1 / z. The mean torque is then tau(q') - theta D x, with theta D = theta k_p +
-//! (5 theta - 2) / 3 k_i dt + k_d / (T + dt), T the derivative's time constant: in a short step the
-//! integral counts half of the error with which it began, and a sixth of what the rate gains;
-//! in a long one all of both. A plant that solves its step with that mean is stable for any gains
-//! and any dt (theta is at least one half), exact for one pole, and of second order in dt.
+//! limit. Within a step its torque falls as the wheel gains rate, by a droop D per rate, and the
+//! plant feels the mean over the step. If the wheel gains x over the step, the mean gain is theta
+//! x: half of x if the step is short against the loop's time constant, nearly all of x if it is
+//! long. A wheel of inertia J under k_p approaches its target as exp(-z), z = k_p dt / J, which
+//! gives theta = 1 / (1 - exp(-z)) - 1 / z. The mean torque is then tau(q') - theta D x, with theta
+//! D = theta k_p + (5 theta - 2) / 3 k_i dt + k_d / (T + dt), T the derivative's time constant: in
+//! a short step the integral counts half of the initial error and a sixth of the rate gained; in a
+//! long one all of both. A plant that solves its step with that mean is stable for any gains and
+//! any dt (theta is at least one half), exact for one pole, and of second order in dt.
 
 use ilon_robot::mean_of_gain;
 
@@ -42,23 +43,24 @@ pub struct WheelGains {
     pub proportional_n_m_s: f64,
     /// k_i: torque per angle error, in N m/rad.
     pub integral_n_m: f64,
-    /// k_d: torque per acceleration, in N m s^2/rad. Acts on the measured rate only, so that a step
-    /// of the target gives no kick.
+    /// k_d: torque per acceleration, in N m s^2/rad. It acts on the measured rate only, so that a
+    /// step of the target causes no kick.
     pub derivative_n_m_s2: f64,
 }
 
 impl WheelGains {
-    /// Gains for a loop bandwidth in rad/s, from the largest inertia that a wheel feels (on the
-    /// ground) and the smallest (in the air), in kg m^2, and the loop's period in seconds: k_p =
-    /// J_ground w_b, but at most J_air / dt, for the stability of a wheel in the air; k_i = k_p w /
-    /// 4 with w = k_p / J_ground the bandwidth that this leaves; no derivative.
+    /// Returns gains for a loop bandwidth in rad/s, from the largest inertia that a wheel feels (on
+    /// the ground) and the smallest (in the air), in kg m^2, and the loop's period and the latency
+    /// of its torques in seconds: k_p = J_ground w_b, but at most J_air / dt sin(pi / (4 n + 2))
+    /// with torques n periods late, so that a wheel in the air is stable; k_i = k_p w / 4 with the
+    /// resulting bandwidth w = k_p / J_ground; no derivative.
     ///
     /// # Errors
     /// [`ControlError::NotPositive`].
     pub fn propose(
         ground_inertia_kg_m2: f64,
         air_inertia_kg_m2: f64,
-        dt_s: f64,
+        (dt_s, latency_s): (f64, f64),
         bandwidth_rad_s: f64,
     ) -> Result<Self, ControlError> {
         let j_ground = ground_inertia_kg_m2;
@@ -68,7 +70,9 @@ impl WheelGains {
             air_inertia_kg_m2,
         )?;
         let dt_s = positive("the wheel loop's period in s", dt_s)?;
-        let k_p = continuous.proportional_n_m_s.min(j_air / dt_s);
+        let waits = (latency_s / dt_s - 1e-9).ceil().max(0.0);
+        let kept = libm::sin(std::f64::consts::PI / (4.0 * waits + 2.0));
+        let k_p = continuous.proportional_n_m_s.min(j_air / dt_s * kept);
         Ok(Self {
             proportional_n_m_s: k_p,
             integral_n_m: 0.25 * k_p * k_p / j_ground,
@@ -76,8 +80,9 @@ impl WheelGains {
         })
     }
 
-    /// Gains of a loop that is faster than the steps, for a bandwidth in rad/s, from the largest
-    /// inertia that a wheel feels in kg m^2: k_p = J_ground w_b, k_i = k_p w_b / 4, no derivative.
+    /// Returns gains of a loop that is faster than the steps, for a bandwidth in rad/s and the
+    /// largest inertia that a wheel feels in kg m^2: k_p = J_ground w_b, k_i = k_p w_b / 4, no
+    /// derivative.
     ///
     /// # Errors
     /// [`ControlError::NotPositive`].
@@ -97,33 +102,34 @@ impl WheelGains {
         })
     }
 
-    /// Gains for a robot's wheels, from its [`DynamicModel`], as [`Self::propose`] or
-    /// [`Self::propose_continuous`].
+    /// Returns gains for a robot's wheels from its [`DynamicModel`], by [`Self::propose`] with the
+    /// loop's period and latency in seconds, or by [`Self::propose_continuous`].
     ///
     /// # Errors
-    /// As those.
+    /// Those of these two functions.
     pub fn for_robot(
         model: &DynamicModel,
         timing: LoopTiming,
-        dt_s: f64,
+        held_s: (f64, f64),
         bandwidth_rad_s: f64,
     ) -> Result<Self, ControlError> {
         let j_ground = model.ground_inertia_kg_m2();
         match timing {
             LoopTiming::Sampled => {
-                Self::propose(j_ground, model.air_inertia_kg_m2(), dt_s, bandwidth_rad_s)
+                Self::propose(j_ground, model.air_inertia_kg_m2(), held_s, bandwidth_rad_s)
             }
             LoopTiming::Continuous => Self::propose_continuous(j_ground, bandwidth_rad_s),
         }
     }
 }
 
-/// How a wheel loop's torque goes with the simulation's steps.
+/// When a wheel loop computes its torque, relative to the simulation's steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LoopTiming {
-    /// Computed once a step and held over it: a digital loop whose period is the step.
+    /// Once per step, held over it: a digital loop whose period is the step.
     Sampled,
-    /// Falling within the step as the wheel gains rate: a loop that is much faster than the step.
+    /// Continuously: the torque falls within the step as the wheel gains rate. A loop much faster
+    /// than the step.
     #[default]
     Continuous,
 }
@@ -133,21 +139,22 @@ pub enum LoopTiming {
 pub struct WheelLoopSettings {
     /// Gains of the PID.
     pub gains: WheelGains,
-    /// How the torque goes with the steps.
+    /// When the torque is computed.
     pub timing: LoopTiming,
-    /// The inertia that a wheel feels on the ground, in kg m^2: it says how long a step is for a
-    /// continuous loop. 0 where it is not known, and every step counts as long.
+    /// The inertia that a wheel feels on the ground, in kg m^2; a continuous loop compares its time
+    /// constant with the step by it. 0 if unknown: every step then counts as long.
     pub inertia_kg_m2: f64,
     /// Time constant of the low-pass on the derivative, in seconds; 0 for none.
     pub derivative_filter_s: f64,
-    /// Viscous damping of the wheel's joint made up for at the target rate, in N m s/rad; 0 for
+    /// Viscous damping of the wheel's joint, compensated at the target rate, in N m s/rad; 0 for
     /// none.
     pub feedforward_damping_n_m_s: f64,
-    /// Dry friction of the wheel's joint made up for in the target's direction, in N m; 0 for none.
+    /// Dry friction of the wheel's joint, compensated in the target's direction, in N m; 0 for
+    /// none.
     pub feedforward_friction_n_m: f64,
-    /// The most that the integral gives, in N m; infinite without a limit.
+    /// Limit of the integral's torque, in N m; infinite for none.
     pub integral_limit_n_m: f64,
-    /// Whether the integral goes on while the torque is at the motor's limit.
+    /// Whether the integral keeps growing while the torque is at the motor's limit.
     pub winds_up: bool,
 }
 
@@ -167,11 +174,11 @@ impl WheelLoopSettings {
     }
 }
 
-/// One PID a wheel, from wheel rates to torques.
+/// One PID per wheel, from wheel rates to torques.
 ///
-/// The integral stands still while the torque is at the motor's limit and the error would drive it
-/// further beyond (conditional integration), so that it never winds up on what the motor cannot
-/// give, unless the settings let it; and at the integral's own limit.
+/// The integral is frozen while the torque is at the motor's limit and the error would drive it
+/// further beyond (conditional integration), unless the settings allow windup, and at the
+/// integral's own limit.
 #[derive(Clone, Debug)]
 pub struct WheelLoop {
     settings: WheelLoopSettings,
@@ -186,16 +193,16 @@ struct WheelState {
     integral_n_m: f64,
     /// The acceleration, filtered, in rad/s^2.
     acceleration_rad_s2: FilteredDerivative<f64>,
-    /// theta k_i dt of the step that has passed, where its integral was taken at the rate with
-    /// which it began; in N m s/rad.
+    /// theta k_i dt of the last step, whose integral was computed with the rate at its start; in N
+    /// m s/rad.
     taken_early_n_m_s: f64,
 }
 
 impl WheelLoop {
-    /// Loops for `wheel_count` wheels.
+    /// Builds loops for `wheel_count` wheels.
     ///
     /// # Errors
-    /// [`ControlError::Negative`] where a gain or a setting is negative or not finite.
+    /// [`ControlError::Negative`] if a gain or a setting is negative or not finite.
     pub fn new(wheel_count: usize, settings: WheelLoopSettings) -> Result<Self, ControlError> {
         let gains = &settings.gains;
         for (what, value) in [
@@ -234,8 +241,8 @@ impl WheelLoop {
 }
 
 impl TorqueLaw for WheelLoop {
-    /// Of a continuous loop the torques are those that it would hold if the rates stayed;
-    /// [`TorqueLaw::falling`] says how they fall.
+    /// For a continuous loop these are the torques at unchanged rates; [`TorqueLaw::falling`] says
+    /// how they fall.
     fn step(&mut self, demand: &Demand<'_>) {
         let inputs = demand.targets_rad_s.iter().zip(demand.rates_rad_s);
         let inputs = inputs.zip(demand.limits);
@@ -264,7 +271,7 @@ impl TorqueLaw for WheelLoop {
 }
 
 impl WheelState {
-    /// What it asks for at the rate now, and how that falls.
+    /// Returns the torque at the current rate, and how it falls with the rate.
     fn update(
         &mut self,
         settings: &WheelLoopSettings,
@@ -279,15 +286,15 @@ impl WheelState {
         let gained_rad_s = self.acceleration_rad_s2.update(rate_rad_s, weight, dt_s);
         let acceleration_rad_s2 = self.acceleration_rad_s2.value;
 
-        // No friction is made up for at a target of zero: its sign is unknown there.
+        // At a target of zero the sign of the friction is unknown, so none is compensated.
         let friction_sign = if target_rad_s == 0.0 {
             0.0
         } else {
             target_rad_s.signum()
         };
-        // A continuous loop's torque is given as if the rate did not change, and the droop holds
-        // what it does not stay: of the proportional part, of the integral over the step, which is
-        // put right when the rate is known, and of the filtered acceleration.
+        // The torque of a continuous loop is computed for an unchanged rate. The droop holds the
+        // rest: the proportional part, the integral over the step (corrected once the rate is
+        // known), and the filtered acceleration.
         self.integral_n_m -= self.taken_early_n_m_s * gained_rad_s;
         let theta = mean_of_gain(gains.proportional_n_m_s * dt_s / settings.inertia_kg_m2);
         let step_n_m_s = gains.integral_n_m * dt_s;

@@ -1,24 +1,23 @@
-//! Priorities under torque limits and limited grip: what section V leaves to future research.
+//! Priorities under torque limits and limited grip, which section V leaves to future research.
 //!
-//! The guidance shares out wheel *rates* by priority. If a motor then lacks torque, or a wheel
-//! grip, plain clipping bends the acceleration in a way that no priority chose. Here the same idea
-//! is applied one level down.
+//! The guidance shares wheel *rates* by priority. If a motor then lacks torque, or a wheel grip,
+//! plain clipping bends the acceleration against the priorities. Here the same idea is applied one
+//! level down.
 //!
-//! **Tasks.** Computed torque, eq. (12), asks for the body acceleration nu' = nu'_d + k_p e + k_i
-//! integral(e), with e = nu_d - nu the twist error that the rate errors stand for. It splits into a
-//! linear and an angular task. Before both comes what must be spent anyway: the torques (C + F) q'
-//! that keep the motion.
+//! **Tasks.** Computed torque, eq. (12), requests the body acceleration nu' = nu'_d + k_p e + k_i
+//! integral(e), with the twist error e = nu_d - nu that corresponds to the rate errors. It splits
+//! into a linear and an angular task. The torques (C + F) q' that keep the motion come before both.
 //!
 //! **Capacity.** The paper measures a task by its infinity norm, which a single wheel decides.
-//! Torque limits differ by wheel, by direction and by rate, and for N > 3 the wheels can step in
-//! for each other. So a task's weight is taken from the set of forces that motors and friction can
+//! Torque limits differ by wheel, by direction and by rate, and for N > 3 the wheels can replace
+//! each other. So a task's weight is computed from the set of forces that motors and friction can
 //! give (see [`crate::dynamics::traction`]): the largest w in [0, 1] for which the tasks above it
-//! and w times this one are within the set together. As in eqs. (33), (34), a task changes nothing
-//! above it and gets what they leave. The set contains what the infinity norm would allow, so
-//! weights are never smaller.
+//! plus w times this one are within the set. As in eqs. (33), (34), a task changes nothing above it
+//! and gets what they leave. The set contains what the infinity norm would allow, so weights are
+//! never smaller.
 //!
-//! **Redundancy.** N - 3 torques are free. They are chosen such that the worst use of grip, push
-//! over friction times load, is least.
+//! **Redundancy.** N - 3 torques are free. They are chosen to minimise the worst use of grip, push
+//! over friction times load.
 
 use ilon_robot::Robot;
 use nalgebra::{Vector2, Vector3};
@@ -30,49 +29,48 @@ use crate::error::{not_negative, positive};
 use crate::kinematics::matrix::{twist_of, vector_of};
 use crate::{ControlError, Kinematics, Priority};
 
-/// Settings of the prioritised torques.
+/// Settings of the prioritised torque law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrioritisedTorqueSettings {
-    /// Bandwidth asked of the twist loop, in rad/s; kept below what wheels in the air allow, as for
-    /// [`ComputedTorque`](crate::ComputedTorque).
+    /// Requested bandwidth of the twist loop, in rad/s; limited by what wheels in the air allow, as
+    /// for [`ComputedTorque`](crate::ComputedTorque).
     pub bandwidth_rad_s: f64,
-    /// Time constant of the low-pass through which the targets' derivative is taken, in seconds; 0
-    /// for none.
+    /// Time constant of the low-pass filter on the targets' derivative, in seconds; 0 for none.
     pub target_filter_s: f64,
-    /// The longest period at which it will be updated, in seconds.
+    /// The longest update period, in seconds.
     pub dt_s: f64,
-    /// Which task keeps its acceleration where motors or grip cannot give both.
+    /// The task that keeps its acceleration if motors or grip cannot give both.
     pub priority: Priority,
-    /// The point of the body that the linear task accelerates, in the body frame, in metres: that
-    /// of the guidance.
+    /// The point of the body that the linear task accelerates, in the body frame, in metres: the
+    /// guidance's reference point.
     pub reference_point_m: Vector2<f64>,
-    /// Friction coefficient to count on; infinite to leave grip out of the weights (loads alone
-    /// then decide the distribution).
+    /// Assumed friction coefficient; infinite to leave grip out of the weights (only loads then
+    /// decide the distribution).
     pub friction: f64,
     /// Gravity in m/s^2.
     pub gravity_m_s2: f64,
 }
 
-/// Computed torque under torque and friction limits, by priority. It takes the place of a
-/// [`WheelLoop`](crate::WheelLoop): the same inputs, the same output.
+/// Computed torque under torque and friction limits, by priority. It replaces a
+/// [`WheelLoop`](crate::WheelLoop): same inputs, same output.
 #[derive(Clone, Debug)]
 pub struct PrioritisedTorque {
     capacity: Capacity,
-    /// About the reference point; the model's own is about the body's origin.
+    /// Kinematics about the reference point; those of the model are about the body's origin.
     about: Kinematics,
     settings: PrioritisedTorqueSettings,
     k_p: f64,
     integral: Vector3<f64>,
     target_rate: FilteredDerivative<Vector3<f64>>,
     shares: TorqueShares,
-    // One number a wheel each, kept to save allocating.
+    // Buffers of one number per wheel, kept to avoid allocation.
     pushes_n: Vec<f64>,
     rates_back_rad_s: Vec<f64>,
     torques_n_m: Vec<f64>,
 }
 
 impl PrioritisedTorque {
-    /// The law for a robot.
+    /// Builds the law for a robot.
     ///
     /// # Errors
     /// Those of [`DynamicModel::new`](crate::DynamicModel::new); [`ControlError::NotPositive`],
@@ -119,7 +117,7 @@ impl TorqueLaw for PrioritisedTorque {
             dt_s,
         } = *demand;
         let nu = self.capacity.model.kinematics().twist(rates);
-        // Errors and tasks are those of the reference point c, in components of the body frame.
+        // Errors and tasks are about the reference point c, in body-frame components.
         let nu_d = vector_of(self.about.twist(targets));
         let e = nu_d - vector_of(self.about.twist(rates));
         let k_i = 0.25 * self.k_p * self.k_p;
@@ -130,7 +128,7 @@ impl TorqueLaw for PrioritisedTorque {
         let y = self.target_rate.value + self.k_p * e + grown;
 
         let position = Vector3::new(y.x, y.y, 0.0);
-        // A turn about c alone moves the origin by omega k x (-c).
+        // A rotation about c alone moves the origin by omega k x (-c).
         let c = self.settings.reference_point_m;
         let heading = y.z * Vector3::new(c.y, -c.x, 1.0);
         let moment = Moment {
@@ -147,7 +145,7 @@ impl TorqueLaw for PrioritisedTorque {
         let shares = self.settings.priority.order(w_1, w_2);
         (self.shares.position, self.shares.heading) = shares;
 
-        // A task that gave way does not wind up.
+        // The integral of a saturated task is frozen.
         if shares.0 >= 1.0 {
             (self.integral.x, self.integral.y) = (grown.x, grown.y);
         }
@@ -167,8 +165,8 @@ impl TorqueLaw for PrioritisedTorque {
             self.shares.grip = f64::NAN;
         }
 
-        // What of the rate errors is no motion of the body, each wheel damps by its own inertia: it
-        // is all that a wheel in the air feels.
+        // The part of the rate errors that is no motion of the body is damped by each wheel's own
+        // inertia: a wheel in the air feels nothing else.
         self.about
             .wheel_rates(twist_of(e), &mut self.rates_back_rad_s);
         let levers = self.capacity.model.kinematics().lever_m();

@@ -1,4 +1,4 @@
-//! What the laws that turn wheel rates into torques have in common.
+//! The interface of all laws that turn wheel rates into torques.
 
 use std::fmt::Debug;
 
@@ -7,16 +7,18 @@ use nalgebra::Vector3;
 
 use super::motor::TorqueRange;
 
-/// A law that turns wheel rates into wheel torques, step by step: one PID a wheel, computed torque,
-/// torque by priority, or one of a person's own. A copy that has not run is how to begin anew.
+/// A law that turns wheel rates into wheel torques, step by step: one PID per wheel, computed
+/// torque, torque by priority, or a user's own law. To restart a law, copy it before its first
+/// step.
 pub trait TorqueLaw: Debug + Send + Sync {
-    /// Finds the torques that a demand asks for, whose period is positive.
+    /// Computes the torques for a demand, whose period is positive.
     fn step(&mut self, demand: &Demand<'_>);
 
-    /// The torques that were found last, in N m, one a wheel and within the demand's limits.
+    /// The torques of the last step, in N m, one per wheel and within the demand's limits.
     fn torques_n_m(&self) -> &[f64];
 
-    /// [`Self::torques_n_m`] for a demand; without a positive period they stay as they were.
+    /// Steps the law and returns [`Self::torques_n_m`]; without a positive period the torques do
+    /// not change.
     fn update(&mut self, demand: &Demand<'_>) -> &[f64] {
         if demand.dt_s > 0.0 {
             self.step(demand);
@@ -24,28 +26,27 @@ pub trait TorqueLaw: Debug + Send + Sync {
         self.torques_n_m()
     }
 
-    /// What the robot knows beside its wheels' rates, for the next update. A law that goes by rates
-    /// alone leaves it unread.
+    /// Passes sensor values other than the wheels' rates to the next update. A law that uses rates
+    /// only ignores them.
     fn sense(&mut self, _known: &BodySense<'_>) {}
 
-    /// Takes up the robot as it stands now, with its joints between bodies counted from where they
-    /// are ([`Robot::posed`]), for the next updates: its masses, loads and kinematics. A law that
-    /// goes by none of them leaves it unread, and one that cannot be had in such a pose stays as it
-    /// was.
+    /// Updates masses, loads and kinematics to the robot's current pose of its joints between
+    /// bodies ([`Robot::posed`]). A law that uses none of them ignores it; a law that cannot be
+    /// built in such a pose stays unchanged.
     fn stand(&mut self, _posed: &Robot) {}
 
-    /// What a passive law did in its last update; `None` of any other.
+    /// Wrenches and torques of a passive law in its last update; `None` for other laws.
     fn passive_effort(&self) -> Option<PassiveEffort<'_>> {
         None
     }
 
-    /// What a law that acts between its updates asks for, one a wheel; empty of a law whose torques
-    /// are held.
+    /// Torques of a law that acts between its updates, one per wheel; empty if the torques are
+    /// held.
     fn falling(&self) -> &[FallingTorque] {
         &[]
     }
 
-    /// How much of each task the last torques gave; `None` of a law that weighs none.
+    /// Shares of the tasks in the last torques; `None` for a law without tasks.
     fn shares(&self) -> Option<TorqueShares> {
         None
     }
@@ -54,21 +55,22 @@ pub trait TorqueLaw: Debug + Send + Sync {
     fn boxed(&self) -> Box<dyn TorqueLaw>;
 }
 
-/// What a torque law is asked for, one number a wheel each.
+/// The inputs of a torque law, one number per wheel each.
 #[derive(Clone, Copy, Debug)]
 pub struct Demand<'a> {
-    /// Rates that the wheels shall have, in rad/s.
+    /// Target wheel rates, in rad/s.
     pub targets_rad_s: &'a [f64],
-    /// Rates that they have, in rad/s.
+    /// Current wheel rates, in rad/s.
     pub rates_rad_s: &'a [f64],
-    /// What the motors can give.
+    /// The torques that the motors can give.
     pub limits: &'a [TorqueRange],
-    /// The period until the next demand, in seconds; it may change from one to the next.
+    /// The period until the next demand, in seconds; it may vary.
     pub dt_s: f64,
 }
 
 impl<'a> Demand<'a> {
-    /// Target rates and rates in rad/s, what the motors can give, and a period in seconds.
+    /// A demand from target rates and rates in rad/s, the motors' torque ranges, and a period in
+    /// seconds.
     pub fn new(
         targets_rad_s: &'a [f64],
         rates_rad_s: &'a [f64],
@@ -84,54 +86,52 @@ impl<'a> Demand<'a> {
     }
 }
 
-/// What a robot knows beside its wheels' rates.
+/// Sensor values of a robot other than its wheels' rates.
 #[derive(Clone, Copy, Debug)]
 pub struct BodySense<'a> {
-    /// The wheels' angles in radians, unwrapped, one a wheel; from where they count does not
-    /// matter.
+    /// The wheels' angles in radians, unwrapped, one per wheel; their zero does not matter.
     pub angles_rad: &'a [f64],
-    /// The acceleration of gravity in the body frame, in m/s^2, as an IMU's tilt gives it; `None`
-    /// without an IMU.
+    /// The acceleration of gravity in the body frame, in m/s^2, from an IMU's tilt; `None` without
+    /// an IMU.
     pub gravity_in_body_m_s2: Option<Vector3<f64>>,
 }
 
-/// What a passive law did in its last update. Wrenches are the force, in N, and the moment, in N m,
-/// on the body about the law's reference point, in the body frame.
+/// Wrenches and torques of a passive law in its last update. A wrench is the force, in N, and the
+/// moment, in N m, on the body about the law's reference point, in the body frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PassiveEffort<'a> {
-    /// What the targets pull with: damping times the target twist, which is the spring K e where
-    /// the guidance gives K e / D.
+    /// The wrench of the targets: damping times the target twist, which is the spring K e if the
+    /// guidance gives K e / D.
     pub pull: Vector3<f64>,
-    /// The whole wrench, within what the motors can give.
+    /// The whole wrench, within the motors' limits.
     pub wrench: Vector3<f64>,
-    /// The part of it that holds gravity off.
+    /// The part of the wrench that compensates gravity.
     pub against_gravity: Vector3<f64>,
-    /// The torques between the wheels, in N m, one a wheel: they are a part of the law's.
+    /// The torques between the wheels, in N m, one per wheel; included in the law's torques.
     pub between_n_m: &'a [f64],
     /// Energy stored in the springs between the wheels, in J.
     pub stored_j: f64,
 }
 
-/// A torque that falls as its wheel gains rate, before the motor's limits, which hold it at every
+/// A torque that falls as its wheel gains rate, before the motor's limits, which apply at every
 /// moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FallingTorque {
-    /// At the rate of the update, in N m.
+    /// Torque at the rate of the update, in N m.
     pub torque_n_m: f64,
-    /// By how much it falls per rate that the wheel gains before the next update, in N m s/rad, >=
-    /// 0.
+    /// Decrease of the torque per rate gained before the next update, in N m s/rad, >= 0.
     pub droop_n_m_s: f64,
 }
 
-/// How much of each acceleration task was given in the last update.
+/// The share of each acceleration task in the last update.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TorqueShares {
     /// Weight of the linear acceleration, in [0, 1].
     pub position: f64,
     /// Weight of the angular acceleration, in [0, 1].
     pub heading: f64,
-    /// The worst use of grip of any wheel, in [0, 1]: its push over friction times load. Not a
-    /// number where friction is infinite.
+    /// The largest use of grip of any wheel, in [0, 1]: push over friction times load. NaN if
+    /// friction is infinite.
     pub grip: f64,
 }
 

@@ -1,28 +1,26 @@
-//! How hard a robot may be driven: the accelerations at which no wheel slides and no motor lacks
-//! torque.
+//! The largest accelerations at which no wheel slides and no motor lacks torque.
 //!
-//! An acceleration of the body needs a force and a moment of the ground, which the wheels share.
-//! How is open for N > 3, and the wheels' loops decide it:
+//! An acceleration of the body needs a force and a moment from the ground, which the wheels share.
+//! For N > 3 the shares are not unique; the wheels' loops decide them:
 //!
 //! - **Loops of equal gains** ([`PushSharing::EqualLoops`]). While the wheels roll, their rate
 //!   errors are those of a motion of the body, e = R e_nu, so that the torques are tau = R x for
-//!   some x: among all torques that give the force, R^T tau = F, that is the shortest, tau = R (R^T
-//!   R)^-1 F. A wheel that the acceleration relieves is asked for as much as the others and slides
-//!   first.
+//!   some x: the shortest of all torques with the force R^T tau = F, tau = R (R^T R)^-1 F. A wheel
+//!   that the acceleration unloads gets as much torque as the others and slides first.
 //! - **By grip** ([`PushSharing::ByGrip`]), as [`PrioritisedTorque`](crate::PrioritisedTorque)
-//!   does: whatever the set of forces has room for.
+//!   does: anything within the set of reachable forces.
 //!
 //! **At the ground.** A wheel holds while the force on it is within mu N, with the load N that the
 //! acceleration itself shifts. Across the roller's axis the ground turns the roller, with g = -(J_r
 //! s' + b) / r along u_gamma: s is the roller's spin in space and b the drag of its bearing. Along
-//! the axis it pushes with f; the wheel's balance about its hub axis n, with the torque tau and
-//! what the wheel takes for itself, is
+//! the axis it pushes with f; the wheel's balance about its hub axis n, with the torque tau and the
+//! torque `own` that the wheel needs for itself, is
 //!
 //!   tau - own = -rho cos(gamma) f + rho (n . n_gamma) g + J_r s' (n . n_gamma).
 //!
-//! All of it is linear in the acceleration while no wheel lifts, and so are the motors' bounds:
-//! along a line of accelerations what is left is found by roots. Where a wheel lifts, or pushes are
-//! shared by grip, it is found by halving: what can be given is convex.
+//! All of this, and the motors' bounds, is linear in the acceleration while no wheel lifts: the
+//! limits along a line of accelerations are roots. If a wheel lifts, or pushes are shared by grip,
+//! bisection finds the limits, because the feasible set is convex.
 
 mod answers;
 mod polytope;
@@ -44,10 +42,10 @@ pub use answers::{
 };
 pub use polytope::AccelerationPolytope;
 
-/// The accelerations of a robot that its motors and its grip allow.
+/// Computes the accelerations that a robot's motors and grip allow.
 ///
 /// The touching rollers are taken at their middles, below the hubs; rolling resistance, treads and
-/// creep are left out. Nothing is allocated once it is built.
+/// creep are neglected. After construction nothing is allocated.
 #[derive(Clone, Debug)]
 pub struct AccelerationLimits {
     capacity: Capacity,
@@ -58,7 +56,7 @@ pub struct AccelerationLimits {
     /// R^T R.
     squared: Cholesky<f64, Const<3>>,
     touches: Vec<Touch>,
-    // One a wheel each.
+    // Buffers of one number per wheel.
     rates: Vec<f64>,
     towards: Vec<f64>,
     limits: Vec<TorqueRange>,
@@ -80,19 +78,19 @@ impl Course {
     }
 }
 
-/// Stands where nothing is short.
+/// Placeholder where no wheel limits.
 const NOTHING: LimitedBy = LimitedBy {
     wheel: 0,
     cause: LimitCause::Grip,
 };
 
 impl AccelerationLimits {
-    /// The limits of a robot.
+    /// Builds the limits of a robot.
     ///
     /// # Errors
     /// Those of [`DynamicModel::new`](crate::DynamicModel::new); [`ControlError::NotPositive`] and
-    /// [`ControlError::NotFinite`] for settings, the first also for a slope of a right angle or
-    /// more, and for what is left of a share beyond 1.
+    /// [`ControlError::NotFinite`] for settings; the first also for a slope of 90 degrees or more
+    /// and for a share above 1.
     pub fn new(robot: &Robot, settings: &LimitSettings) -> Result<Self, ControlError> {
         positive("the friction coefficient", settings.friction)?;
         positive("gravity in m/s^2", settings.gravity_m_s2)?;
@@ -137,7 +135,7 @@ impl AccelerationLimits {
         Ok(limits)
     }
 
-    /// Sets the direction in which the ground falls, in the body frame, in radians from the x axis.
+    /// Sets the downhill direction in the body frame, in radians from the x axis.
     ///
     /// # Errors
     /// [`ControlError::NotFinite`].
@@ -148,14 +146,14 @@ impl AccelerationLimits {
         Ok(())
     }
 
-    /// The largest acceleration along `direction`, a rate of change of the twist (d/dt of its
-    /// components in the body frame), while the robot moves with `twist`, by motors as many as
-    /// wheels. Dry friction acts against the wheels' rates, and at rest against where they are
-    /// about to turn.
+    /// Returns the largest acceleration along `direction`, a rate of change of the twist (d/dt of
+    /// its components in the body frame), while the robot moves with `twist`. `motors` has one
+    /// motor per wheel. Dry friction acts against the wheels' rates; at rest against the rates to
+    /// which the acceleration leads.
     ///
     /// # Errors
-    /// [`ControlError::LengthMismatch`]; [`ControlError::NotFinite`] and, for a direction of no
-    /// length, [`ControlError::NotPositive`].
+    /// [`ControlError::LengthMismatch`]; [`ControlError::NotFinite`] and, for a direction of length
+    /// zero, [`ControlError::NotPositive`].
     pub fn along(
         &mut self,
         direction: Twist,
@@ -166,7 +164,7 @@ impl AccelerationLimits {
         let stands = self.tipping_margin_m(Twist::default()) > 0.0;
         let range = range.filter(|range| stands && range.least <= 0.0 && range.largest >= 0.0);
         if let Some(range) = range {
-            // What a billionth of a newton gives, a ten-millionth of gravity, is nothing.
+            // Below 1e-9 N, or 1e-7 of gravity, the limit counts as zero.
             let all = direction.vx_m_s.abs()
                 + direction.vy_m_s.abs()
                 + self.arm_m() * direction.omega_rad_s.abs();
@@ -186,9 +184,10 @@ impl AccelerationLimits {
         })
     }
 
-    /// The numbers a for which the acceleration `base` + a `along` can be had, both rates of change
-    /// of the twist as in [`Self::along`]; `None` where none can. They need not hold zero: a robot
-    /// on a slope that is too steep to stand on can still go with it.
+    /// Returns the interval of a for which the acceleration `base` + a `along` is possible, both
+    /// rates of change of the twist as in [`Self::along`]; `None` if there is none. The interval
+    /// may exclude zero: a robot on a slope that is too steep to stand on can still accelerate
+    /// downhill.
     ///
     /// # Errors
     /// Those of [`Self::along`].
@@ -215,9 +214,9 @@ impl AccelerationLimits {
         }))
     }
 
-    /// The share of its grip that each wheel uses at an acceleration, a rate of change of the twist
-    /// as in [`Self::along`]: 1 where it is about to slide, infinite for one in the air that is
-    /// asked to push. `out` has a number a wheel.
+    /// Writes to `out` the share of its grip that each wheel uses at an acceleration, a rate of
+    /// change of the twist as in [`Self::along`]: 1 where it is about to slide, infinite for a
+    /// wheel in the air that has to push.
     ///
     /// # Errors
     /// Those of [`Self::along`]; an acceleration of zero is fine.
@@ -241,8 +240,8 @@ impl AccelerationLimits {
         Ok(())
     }
 
-    /// How much an acceleration, a rate of change of the twist as in [`Self::along`], takes of what
-    /// there is.
+    /// Returns the share of grip and motor torque that an acceleration needs, a rate of change of
+    /// the twist as in [`Self::along`].
     ///
     /// # Errors
     /// Those of [`Self::along`]; an acceleration of zero is fine.
@@ -260,7 +259,8 @@ impl AccelerationLimits {
         if self.sharing == PushSharing::EqualLoops || is_reached {
             return Ok(used);
         }
-        // By any more grip, and without motors: the least worst use beyond what there is.
+        // Upper bound of the grip's scale, without motors: finds the smallest worst use beyond the
+        // available grip.
         const MORE: f64 = 1e3;
         let open = PushRange {
             min_n: f64::NEG_INFINITY,
@@ -291,7 +291,7 @@ impl AccelerationLimits {
         })
     }
 
-    /// The load of each wheel at an acceleration from rest, in N.
+    /// Returns the load of each wheel at an acceleration from rest, in N.
     ///
     /// # Errors
     /// Those of [`Self::grip_used`].
@@ -305,21 +305,22 @@ impl AccelerationLimits {
         Ok(self.capacity.loads_n.clone())
     }
 
-    /// How far inside of the wheels' polygon weight and inertia meet the ground at an acceleration
-    /// without turning, in metres; below zero the robot tips over.
+    /// Returns the distance from the point where weight and inertia meet the ground to the edge of
+    /// the wheels' polygon, at an acceleration without rotation, in metres; below zero the robot
+    /// tips over.
     pub fn tipping_margin_m(&self, twist_rate: Twist) -> f64 {
         let rate = Vector2::new(twist_rate.vx_m_s, twist_rate.vy_m_s);
         self.capacity.margin_m(rate)
     }
 
-    /// How far the outermost wheel stands from the body's origin, in metres.
+    /// Returns the distance of the outermost wheel from the body's origin, in metres.
     pub(crate) fn arm_m(&self) -> f64 {
         let wheels = self.capacity.model.kinematics().wheels().iter();
         let far = wheels.map(|wheel| wheel.position_m().xy().norm());
         far.fold(0.0, f64::max)
     }
 
-    /// The fastest rate of a wheel at a twist, in rad/s.
+    /// Returns the fastest wheel rate at a twist, in rad/s.
     pub(crate) fn fastest_rate_rad_s(&self, twist: Twist) -> f64 {
         let nu = vector_of(twist);
         let rows = self.capacity.model.kinematics().rate_matrix().row_iter();
@@ -327,7 +328,7 @@ impl AccelerationLimits {
         rate.fold(0.0, f64::max)
     }
 
-    /// Takes in how the robot moves, and an acceleration, which may be zero.
+    /// Stores the robot's motion and an acceleration, which may be zero.
     fn begin_at(
         &mut self,
         twist_rate: Twist,
@@ -343,7 +344,7 @@ impl AccelerationLimits {
         Ok((moving, course.base))
     }
 
-    /// Takes in how the robot moves, and a line of accelerations.
+    /// Stores the robot's motion and a line of accelerations.
     fn begin(
         &mut self,
         base: Twist,
@@ -366,7 +367,7 @@ impl AccelerationLimits {
         let base = vector("a component of the acceleration", base)?;
         let along = vector("a component of the direction", along)?;
         let length = positive("the direction's length", along.norm())?;
-        // A wheel that stands, or nearly so, is about to turn where the acceleration takes it.
+        // A wheel (nearly) at rest is about to turn as the acceleration moves it.
         let towards = match nu.norm() {
             0.0 => along,
             speed => nu + 1e-6 * speed / length * along,
@@ -400,8 +401,8 @@ impl AccelerationLimits {
         act(&mut self.capacity, &moment)
     }
 
-    /// Fills what each wheel is asked for at an acceleration, where pushes are shared by equal
-    /// loops; gives the force that the body needs.
+    /// Computes the force of each wheel at an acceleration for pushes shared by equal loops;
+    /// returns the force that the body needs.
     fn weigh(&mut self, moving: &Moving, nu_rate: Vector3<f64>) -> Vector3<f64> {
         let force = self.with_moment(moving, |capacity, moment| capacity.weigh(moment, nu_rate));
         let capacity = &self.capacity;
@@ -428,20 +429,20 @@ impl AccelerationLimits {
         force
     }
 
-    /// What an acceleration lacks most.
+    /// Returns the limit that an acceleration exceeds most.
     fn lacking(&mut self, moving: &Moving, nu_rate: Vector3<f64>) -> LimitedBy {
         self.fill_asked(moving, nu_rate);
         self.worst().1
     }
 
-    /// Fills what each wheel is asked for, pushes shared as the wheels do; gives the force that the
-    /// body needs.
+    /// Computes the force of each wheel with pushes shared as the wheels do; returns the force that
+    /// the body needs.
     fn fill_asked(&mut self, moving: &Moving, nu_rate: Vector3<f64>) -> Vector3<f64> {
         let force = self.weigh(moving, nu_rate);
         if self.sharing == PushSharing::ByGrip {
             let capacity = &self.capacity;
             let (motor, grips_n) = (&capacity.motor, &capacity.grips_n);
-            // Out of reach the pushes are those at the edge: their wheels name the cause.
+            // If the force is out of reach, the pushes at the boundary name the cause.
             capacity
                 .set
                 .distribute(&force, motor, grips_n, &mut self.pushes_n);
@@ -453,7 +454,7 @@ impl AccelerationLimits {
         force
     }
 
-    /// The largest share that a wheel uses of what it has.
+    /// Returns the largest share of its limits that any wheel uses.
     fn largest_use(&self) -> AccelerationUse {
         let mut worst = AccelerationUse {
             share: 0.0,
@@ -479,7 +480,7 @@ impl AccelerationLimits {
         worst
     }
 
-    /// The wheel that lacks most of what it is asked for, and by how much, in N.
+    /// Returns the wheel that exceeds its limits most, and by how much, in N.
     fn worst(&self) -> (f64, LimitedBy) {
         let mut worst = (f64::NEG_INFINITY, NOTHING);
         for (wheel, force) in self.forces.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! What an acceleration needs of the wheels' pushes, and what motors and grip allow them.
+//! The wheel pushes that an acceleration needs, and the pushes that motors and grip allow.
 
 use ilon_robot::{Robot, Twist};
 use nalgebra::{Matrix3, Vector2, Vector3};
@@ -10,53 +10,52 @@ use crate::ControlError;
 use crate::actuation::motor::TorqueRange;
 use crate::kinematics::matrix::{twist_of, vector_of};
 
-/// A robot's masses, loads and pushes, with room for what is worked out of them: nothing is
-/// allocated once it is built.
+/// A robot's masses, loads and pushes, with buffers for the results: nothing is allocated after
+/// construction.
 #[derive(Clone, Debug)]
 pub(crate) struct Capacity {
     pub model: DynamicModel,
     pub set: TractionSet,
     loads: WheelLoads,
     gravity_m_s2: f64,
-    /// Coulomb's coefficient; infinite where grip does not matter.
+    /// Coulomb's friction coefficient; infinite to ignore grip.
     friction: f64,
     mass_kg: f64,
     center_of_mass_m: Vector2<f64>,
-    /// Gravity along the ground, in the body frame, in m/s^2; zero on level ground.
+    /// Gravity component along the ground, in the body frame, in m/s^2; zero on level ground.
     downhill_m_s2: Vector2<f64>,
-    /// What the body needs per acceleration beyond the wheels' own: R^T (I - diag(J)) R.
+    /// The body's force per acceleration beyond the wheels' own: R^T (I - diag(J)) R.
     pub(super) body: Matrix3<f64>,
-    /// The touching rollers, of robots with friction on their axles that follows the load; else
-    /// none.
+    /// The touching rollers, for robots whose axle friction depends on the load; otherwise empty.
     on_axles: Vec<WheelSpin>,
-    // One number a wheel each.
+    // Buffers of one number per wheel.
     resistance_n_m: Vec<f64>,
     accelerations_rad_s2: Vec<f64>,
-    /// Loads of the wheels at it, in N.
+    /// Loads of the wheels at the last acceleration, in N.
     pub loads_n: Vec<f64>,
-    /// Torque that each wheel needs for itself at the acceleration weighed last, in N m.
+    /// Torque that each wheel needs for itself at the last acceleration, in N m.
     pub own_n_m: Vec<f64>,
     /// Pushes that the motors can give beside it.
     pub motor: Vec<PushRange>,
-    /// Largest pushes that the floor holds, in N.
+    /// Largest pushes that grip allows, in N.
     pub grips_n: Vec<f64>,
 }
 
-/// A state of the robot at which accelerations are weighed.
+/// A state of the robot at which accelerations are evaluated.
 pub(crate) struct Moment<'a> {
     pub rates: &'a [f64],
-    /// Rates against whose signs dry friction acts.
+    /// Rates whose signs dry friction opposes.
     pub towards: &'a [f64],
     pub limits: &'a [TorqueRange],
     pub nu: Twist,
 }
 
-/// A friction coefficient beyond any floor, which never limits.
+/// A friction coefficient so large that it never limits.
 const UNLIMITED: f64 = 1e3;
 
 impl Capacity {
-    /// On level ground, with a friction coefficient (infinite to leave grip out) and gravity in
-    /// m/s^2, both checked by the caller.
+    /// Builds the model on level ground, with a friction coefficient (infinite to ignore grip) and
+    /// gravity in m/s^2, both checked by the caller.
     pub fn new(robot: &Robot, friction: f64, gravity_m_s2: f64) -> Result<Self, ControlError> {
         let model = DynamicModel::new(robot)?;
         let n = model.kinematics().wheel_count();
@@ -93,7 +92,7 @@ impl Capacity {
         })
     }
 
-    /// The same of the robot in another pose of its joints, on the same ground.
+    /// Returns the model in another pose of the robot's joints, on the same ground.
     pub fn posed(&self, posed: &Robot) -> Result<Self, ControlError> {
         Ok(Self {
             downhill_m_s2: self.downhill_m_s2,
@@ -101,30 +100,29 @@ impl Capacity {
         })
     }
 
-    /// Sets gravity along the ground, in the body frame, in m/s^2; what is across it was given when
-    /// this was built.
+    /// Sets the gravity component along the ground, in the body frame, in m/s^2; the normal
+    /// component was set at construction.
     pub fn pull_downhill(&mut self, downhill_m_s2: Vector2<f64>) {
         self.downhill_m_s2 = downhill_m_s2;
     }
 
-    /// Gravity across the ground, in m/s^2.
+    /// Gravity component normal to the ground, in m/s^2.
     pub fn gravity_m_s2(&self) -> f64 {
         self.gravity_m_s2
     }
 
-    /// [`WheelLoads::margin_m`] at an acceleration of a body that does not turn, on this ground.
+    /// [`WheelLoads::margin_m`] at an acceleration without rotation, on this ground.
     pub fn margin_m(&self, acceleration_m_s2: Vector2<f64>) -> f64 {
         self.loads.margin_m(acceleration_m_s2 - self.downhill_m_s2)
     }
 
-    /// Works out what does not depend on the acceleration: to be called before others at a new
-    /// moment.
+    /// Computes what does not depend on the acceleration; call it first at each new moment.
     pub fn begin(&mut self, moment: &Moment<'_>) {
         self.model
             .resistance_towards(moment.rates, moment.towards, &mut self.resistance_n_m);
     }
 
-    /// Whether the pushes that an acceleration needs can be given.
+    /// Whether the wheels can give the pushes that an acceleration needs.
     pub fn within(&mut self, moment: &Moment<'_>, nu_rate: Vector3<f64>) -> bool {
         let force = self.weigh(moment, nu_rate);
         let ranges = self
@@ -132,18 +130,19 @@ impl Capacity {
             .iter()
             .zip(&self.grips_n)
             .map(|(motor, grip_n)| motor.within(PushRange::of_grip(*grip_n)));
-        // A billionth of a newton: rounding at the edge is no reason to give way.
+        // 1e-9 N: rounding at the boundary must not reduce a task.
         self.set.reaches(&force, ranges, 1e-9)
     }
 
-    /// The largest weight in [0, 1] with which `task` can be added to the acceleration `given`.
+    /// Returns the largest weight in [0, 1] with which `task` can be added to the acceleration
+    /// `given`.
     pub fn weight(&mut self, moment: &Moment<'_>, given: Vector3<f64>, task: Vector3<f64>) -> f64 {
         if self.within(moment, given + task) {
             return 1.0;
         }
-        // The set is convex and its ranges move linearly with the acceleration, but for a lifted
-        // wheel's load: what is within is an interval from zero. Thirty halvings leave 1e-9 of the
-        // task.
+        // The set is convex and its ranges are linear in the acceleration (except for a lifted
+        // wheel's load), so the feasible weights form an interval from zero. Thirty bisections
+        // leave 1e-9 of the task.
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..30 {
             let middle = 0.5 * (low + high);
@@ -156,8 +155,8 @@ impl Capacity {
         low
     }
 
-    /// The force on the body that an acceleration needs, with the torque that each wheel needs for
-    /// itself, and what motors and grips leave for pushing.
+    /// Returns the force on the body that an acceleration needs. Also computes the torque that each
+    /// wheel needs for itself, and the pushes that motors and grip leave.
     pub fn weigh(&mut self, moment: &Moment<'_>, nu_rate: Vector3<f64>) -> Vector3<f64> {
         let kinematics = self.model.kinematics();
         kinematics.wheel_rates(twist_of(nu_rate), &mut self.accelerations_rad_s2);
@@ -178,8 +177,8 @@ impl Capacity {
             self.motor[h] = PushRange::beside(*own, &moment.limits[h], lever_m);
         }
 
-        // v' + omega k x v: the acceleration in space that shifts the load, and against it what
-        // pulls downhill.
+        // v' + omega k x v: the acceleration in space, which shifts the load, less the downhill
+        // gravity.
         let omega = moment.nu.omega_rad_s;
         let turning = omega * Vector2::new(-moment.nu.vy_m_s, moment.nu.vx_m_s);
         self.loads
@@ -191,7 +190,7 @@ impl Capacity {
                 force += drag_n_m * spin.roller.transpose();
             }
         }
-        // Without a friction coefficient any grip in proportion to the loads gives the same
+        // Without a friction coefficient any grip proportional to the loads gives the same
         // distribution.
         let friction = if self.friction.is_finite() {
             self.friction

@@ -1,11 +1,11 @@
-//! The part of a line on which inequalities hold that are linear or conic along it.
+//! The interval of a line on which constraints hold that are linear or conic along it.
 
-/// A number that changes linearly with a parameter.
+/// A number that is linear in a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Line {
-    /// Its value where the parameter is 0.
+    /// Value at parameter 0.
     pub at_zero: f64,
-    /// By how much it grows per parameter.
+    /// Increase per unit of the parameter.
     pub slope: f64,
 }
 
@@ -23,7 +23,7 @@ impl Line {
     }
 }
 
-/// What is left of a line, and what holds each end of it.
+/// The remaining interval of a line, and the constraint at each end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Interval<T> {
     pub low: f64,
@@ -33,7 +33,7 @@ pub(super) struct Interval<T> {
 }
 
 impl<T: Copy> Interval<T> {
-    /// All of it up to a size, held by nothing that matters.
+    /// The whole interval up to a size, with placeholders as constraints.
     pub fn within(size: f64, nothing: T) -> Self {
         Self {
             low: -size,
@@ -68,7 +68,7 @@ impl<T: Copy> Interval<T> {
         };
     }
 
-    /// Keeps where `line` >= 0.
+    /// Keeps the part where `line` >= 0.
     pub fn keep_positive(&mut self, line: Line, by: T) {
         let root = -line.at_zero / line.slope;
         if line.slope > 0.0 {
@@ -80,7 +80,8 @@ impl<T: Copy> Interval<T> {
         }
     }
 
-    /// Keeps where the length of (`x`, `y`) is at most `radius`: one piece of the line, for the cone is convex.
+    /// Keeps the part where the length of (`x`, `y`) is at most `radius`: one interval, because the
+    /// cone is convex.
     pub fn keep_in_cone(&mut self, [x, y]: [Line; 2], radius: Line, by: T) {
         self.keep_positive(radius, by);
         // a p^2 + 2 b p + c <= 0.
@@ -99,13 +100,13 @@ impl<T: Copy> Interval<T> {
         }
         let discriminant = b * b - a * c;
         if discriminant < 0.0 {
-            // Along the whole line outside, or, where the radius grows fastest, never.
+            // Either the whole line is outside, or it never is if the radius grows fastest.
             if a > 0.0 {
                 self.clear(by);
             }
             return;
         }
-        // The root that does not cancel, and the other by their product.
+        // The root without cancellation; the other follows from the product of the roots.
         let far = -(b + libm::copysign(libm::sqrt(discriminant), b)) / a;
         let near = if far == 0.0 { 0.0 } else { c / (a * far) };
         let (first, last) = (far.min(near), far.max(near));
@@ -128,7 +129,7 @@ mod tests {
         Line { at_zero, slope }
     }
 
-    /// Against looking at many places, for lines that look random.
+    /// Compares with sampling many points, for pseudo-random lines.
     #[test]
     fn a_cone_keeps_the_places_that_lie_in_it() {
         let mut seed = 3_u64;

@@ -1,4 +1,4 @@
-//! How the robot's weight stands on its wheels.
+//! How the wheels share the robot's weight.
 
 use ilon_robot::Robot;
 use nalgebra::{Matrix3, Vector2, Vector3};
@@ -7,13 +7,14 @@ use super::tree_loads::TreeLoads;
 
 /// The wheels' normal forces on flat ground, from weight, payload and acceleration.
 ///
-/// Three wheels share the weight by statics. Of more, statics leaves the share open, and a rigid robot on wheels of
-/// equal stiffness decides: the loads then vary linearly over the plane, N_h = a + b x_h + c y_h, with a, b, c such that
-/// they carry the weight at the centre of mass. Accelerating, the weight shifts against the acceleration by the height
-/// of the centre of mass: sum N_h x_h = m (g c_x - h a_x), and alike for y.
+/// Three wheels share the weight by statics. For more, statics has no unique answer, and the model
+/// is a rigid robot on wheels of equal stiffness: the loads vary linearly over the plane, N_h = a +
+/// b x_h + c y_h, with a, b, c such that they carry the weight at the centre of mass. An
+/// acceleration shifts the weight against it, in proportion to the height h of the centre of mass:
+/// sum N_h x_h = m (g c_x - h a_x), and alike for y.
 ///
-/// Joints between bodies decide otherwise: a free one bears nothing, a sprung one gives way by what it bears, and the loads are those of
-/// statics with both.
+/// Joints between bodies change this: a free joint bears nothing, a sprung one deflects with its
+/// load, and the loads follow from statics with both.
 #[derive(Clone, Debug)]
 pub struct WheelLoads {
     mass_kg: f64,
@@ -21,16 +22,17 @@ pub struct WheelLoads {
     center_of_mass_m: Vector2<f64>,
     height_m: f64,
     positions_m: Vec<Vector2<f64>>,
-    /// The corners of the polygon about them, counter-clockwise.
+    /// Corners of the polygon around the wheels, counter-clockwise.
     polygon_m: Vec<Vector2<f64>>,
     /// Inverse of the sum over h of (1, x, y)(1, x, y)^T.
     inverse: Matrix3<f64>,
-    /// Of a robot with joints between its bodies.
+    /// Loads of a robot with joints between its bodies.
     of_tree: Option<TreeLoads>,
 }
 
 impl WheelLoads {
-    /// The loads of a robot under gravity in m/s^2, with its joints between bodies at zero: of other poses those of [`Robot::posed`].
+    /// Builds the loads of a robot under gravity in m/s^2, with its joints between bodies at zero;
+    /// for other poses pass the result of [`Robot::posed`].
     pub fn new(robot: &Robot, gravity_m_s2: f64) -> Self {
         let mass_kg = robot.mass_kg();
         let center = robot.center_of_mass_m();
@@ -54,8 +56,9 @@ impl WheelLoads {
         }
     }
 
-    /// The normal force on each wheel in N while the body accelerates with `acceleration_in_body` in m/s^2. A wheel that
-    /// would be pulled down is lifted, with force zero, and the others share its part.
+    /// Writes the normal force on each wheel in N while the body accelerates with
+    /// `acceleration_in_body` in m/s^2. A wheel that would be pulled down is lifted, with force
+    /// zero, and the others take its part.
     pub fn fill_n(&self, acceleration_in_body: Vector2<f64>, out: &mut [f64]) {
         if let Some(of_tree) = &self.of_tree {
             return of_tree.fill_n(self.gravity_m_s2, acceleration_in_body, out);
@@ -65,8 +68,9 @@ impl WheelLoads {
         share(carried, &self.inverse, &self.positions_m, out);
     }
 
-    /// How far inside of the wheels' polygon weight and inertia meet the ground while the body accelerates so, in metres: the centre of mass less
-    /// height over gravity times the acceleration. Below zero it tips over; negative infinity of wheels in one row.
+    /// Returns how far inside the wheels' polygon weight and inertia meet the ground at an
+    /// acceleration, in metres: the centre of mass less height over gravity times the acceleration.
+    /// Below zero the robot tips over; negative infinity for wheels in one row.
     pub fn margin_m(&self, acceleration_in_body: Vector2<f64>) -> f64 {
         let meets_m =
             self.center_of_mass_m - self.height_m / self.gravity_m_s2 * acceleration_in_body;
@@ -85,13 +89,14 @@ impl WheelLoads {
     }
 }
 
-/// The corners of the least convex polygon about points, counter-clockwise, by Andrew's monotone chain; fewer than three of points in one row.
+/// Returns the corners of the convex hull of points, counter-clockwise, by Andrew's monotone chain;
+/// fewer than three for points in one row.
 fn polygon_about(points: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let size = points.iter().map(|p| p.norm()).fold(0.0, f64::max);
     let turns_left = |chain: &[Vector2<f64>], to: &Vector2<f64>| match chain {
-        // What is off by rounding is on the edge.
+        // Points off by rounding count as on the edge.
         [.., a, b] => (b - a).perp(&(to - a)) > 1e-9 * size * size,
         _ => true,
     };
@@ -103,7 +108,7 @@ fn polygon_about(points: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
             }
             chain.push(*point);
         }
-        // The other chain begins where this one ends.
+        // The other chain starts where this one ends.
         chain.pop();
         chain
     };
@@ -112,8 +117,9 @@ fn polygon_about(points: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
     polygon
 }
 
-/// The loads in N of wheels of equal stiffness that carry a weight in N with its moments sum N x and sum N y, in N m. `inverse_of_all` is that of the sum over
-/// all of (1, x, y)(1, x, y)^T; a wheel that would be pulled down is lifted.
+/// Computes the loads in N of wheels of equal stiffness that carry a weight in N with its moments
+/// sum N x and sum N y, in N m. `inverse_of_all` is the inverse of the sum over all wheels of (1,
+/// x, y)(1, x, y)^T; a wheel that would be pulled down is lifted.
 pub(super) fn share(
     carried: Vector3<f64>,
     inverse_of_all: &Matrix3<f64>,
@@ -125,7 +131,7 @@ pub(super) fn share(
     for (out, b) in out.iter_mut().zip(positions_m) {
         *out = plane.dot(&at(b));
     }
-    // Each round lifts a wheel at least.
+    // Each round lifts at least one wheel.
     while out.iter().any(|n| *n < 0.0) {
         let standing = out.iter().zip(positions_m).filter(|(n, _)| **n > 0.0);
         let sum: Matrix3<f64> = standing.map(|(_, b)| at(b) * at(b).transpose()).sum();
@@ -136,8 +142,8 @@ pub(super) fn share(
     }
 }
 
-/// The inverse of the sum over wheels of (1, x, y)(1, x, y)^T. Wheels in one row carry no tilting moment: the pseudo-inverse
-/// leaves it out.
+/// Returns the inverse of the sum over wheels of (1, x, y)(1, x, y)^T. Wheels in one row carry no
+/// tilting moment; the pseudo-inverse then leaves it out.
 pub(super) fn inverse(sum: &Matrix3<f64>) -> Matrix3<f64> {
     sum.pseudo_inverse(1e-12 * sum.trace())
         .unwrap_or_else(|_| Matrix3::zeros())
@@ -150,8 +156,8 @@ mod tests {
     use crate::joint_fixtures::{driven, joint, on_springs};
     use ilon_robot::{BodyJoint, Coupling, JointKind};
 
-    /// Robot A: axles at 0.15 m, its centre of mass h above the ground. It tips over its rear axle from a h = g (0.15 + c_x) on; wheels in one row
-    /// hold nothing.
+    /// Robot A: axles at 0.15 m, its centre of mass h above the ground. It tips over its rear axle
+    /// from a h = g (0.15 + c_x) on; wheels in one row hold no moment.
     #[test]
     fn it_tips_where_weight_and_inertia_leave_the_wheels() {
         let robot = mecanum4();
@@ -177,14 +183,15 @@ mod tests {
         );
     }
 
-    /// The loads of a robot without acceleration, in N.
+    /// Returns the loads of a robot at rest, in N.
     fn at_rest<const N: usize>(robot: &Robot) -> [f64; N] {
         let mut n = [0.0; N];
         WheelLoads::new(robot, 9.81).fill_n(Vector2::zeros(), &mut n);
         n
     }
 
-    /// Two wheels at x metres hang by a rocker about the long axis, 50 mm above the ground, that turns by 0.1 rad either way.
+    /// Two wheels at x metres hang on a rocker about the long axis, 50 mm above the ground, that
+    /// turns by 0.1 rad either way.
     fn put_on_rocker(robot: &mut Robot, x_m: f64) {
         let at_m = Vector3::new(x_m, 0.0, 0.05);
         let mut rocker = joint(at_m, Vector3::x(), (0.2, Vector3::zeros()));
@@ -198,8 +205,9 @@ mod tests {
         }
     }
 
-    /// An arm on a pivot above the middle of the robot, whose 3 kg lie 0.5 m ahead of that and 0.3 m above it: the loads by moments wherever it turns to,
-    /// about the vertical and about an axis along y.
+    /// An arm on a pivot above the middle of the robot, with 3 kg at 0.5 m ahead of the pivot and
+    /// 0.3 m above it: the loads follow from moments at every arm angle, about the vertical and
+    /// about an axis along y.
     #[test]
     fn the_mass_of_an_arm_loads_the_wheels_under_it() {
         let (arm_kg, out_m, up_m) = (3.0, 0.5, 0.3);
@@ -226,7 +234,8 @@ mod tests {
         }
     }
 
-    /// A joint that carries wheels and has moved takes their places with it: a rear axle that slides back by 0.1 m bears less.
+    /// A joint that carries wheels moves their contact points: a rear axle that slides back by 0.1
+    /// m bears less.
     #[test]
     fn wheels_bear_where_their_joints_have_taken_them() {
         let mut robot = mecanum4();
@@ -250,14 +259,16 @@ mod tests {
         }
     }
 
-    /// What the positions of four springs have that no plane explains is the ground under them: a plate h under one presses k h / 4 more on it and on the one
-    /// across. And a robot that has pitched bears what it bears level.
+    /// The part of four spring positions that no plane explains is the ground under them: a plate
+    /// of height h under one wheel adds k h / 4 to it and to the diagonal one. A pitched robot has
+    /// the same loads as a level one.
     #[test]
     fn springs_press_by_the_ground_that_their_positions_say() {
         let (k, h) = (4000.0, 0.004);
         let robot = on_springs(k);
         let level: [f64; 4] = at_rest(&robot);
-        // A plate lifts its wheel by 3 h / 4 against the mean and the one across as much, for the chassis gives way.
+        // A plate lifts its wheel by 3 h / 4 against the mean, and the diagonal one by as much,
+        // because the chassis tilts.
         let warp = [0.25 * h, -0.25 * h, -0.25 * h, 0.25 * h];
         let lifted: [f64; 4] = at_rest(&robot.posed(&warp));
         for ((lifted, level), warp) in lifted.iter().zip(level).zip(warp) {
@@ -274,15 +285,17 @@ mod tests {
         }
     }
 
-    /// A rocker that lies on its stop bears the moment that presses it there; one that would leave it bears none. The front left wheel and the rear right one,
-    /// for which all four stand on one rigid body then, decide by their plane.
+    /// A rocker on its stop bears the moment that presses it there; one that would leave the stop
+    /// bears none. In the first case all four wheels stand on one rigid body, and the plane through
+    /// front left and rear right decides.
     #[test]
     fn a_rocker_on_its_stop_is_rigid_where_it_is_pressed_on_it() {
         let mut robot = mecanum4();
         put_on_rocker(&mut robot, -0.15);
         robot.chassis.mass.center_of_mass_m = Vector3::new(0.0, 0.05, 0.06);
         let free: [f64; 4] = at_rest(&robot);
-        // Weight on the left turns the chassis left side down, the rocker against it: by the left-hand rule about x it stands at its positive stop.
+        // Weight on the left turns the chassis left side down and the rocker against it: by the
+        // left-hand rule about x it is at its positive stop.
         let [pressed, leaves]: [[f64; 4]; 2] = [0.1, -0.1].map(|at| at_rest(&robot.posed(&[at])));
         let rolls = |n: &[f64; 4]| [n[0] - n[1], n[2] - n[3]];
         let [front, rear] = rolls(&leaves);
@@ -291,7 +304,8 @@ mod tests {
             "{front} {rear}"
         );
         let [front, rear] = rolls(&pressed);
-        // Both axles bear half of the moment, but for what the turned rocker's own mass and narrower track change.
+        // Both axles bear half of the moment, except for the changes by the turned rocker's own
+        // mass and narrower track.
         assert!((front / rear - 1.0).abs() < 2e-2, "{front} {rear}");
         let moment: f64 = pressed
             .iter()
@@ -305,7 +319,8 @@ mod tests {
         );
     }
 
-    /// Two rockers on a differential bar bear alike in sum: a chassis that both would let fall over on its side stands.
+    /// Two rockers on a differential bar bear alike in sum: a chassis stands that would fall to one
+    /// side on free rockers.
     #[test]
     fn a_differential_bar_bears_what_leans_over() {
         let mut robot = mecanum4();
@@ -329,8 +344,9 @@ mod tests {
         });
         robot.chassis.mass.center_of_mass_m = Vector3::new(0.02, 0.03, 0.06);
         let n: [f64; 4] = at_rest(&robot);
-        // Each side bears by moments about x. The bar takes as much from one bogie as it gives the other, so that both have the same difference between front
-        // and rear, and together that of the centre of mass.
+        // Each side bears by moments about x. The bar takes as much from one bogie as it gives the
+        // other, so both have the same difference between front and rear, which in sum is that of
+        // the centre of mass.
         let (weight, center) = (robot.mass_kg() * 9.81, robot.center_of_mass_m());
         let left = 0.5 * weight * (1.0 + center.y / 0.16);
         let parted = 0.5 * weight * center.x / 0.15;
@@ -359,25 +375,27 @@ mod tests {
             .zip(&robot.wheels)
             .map(|(n, w)| n * w.position_m().x)
             .sum();
-        // The wheels and their rollers balance about the middle: the chassis alone tilts.
+        // The wheels and their rollers balance about the middle: only the chassis tilts the loads.
         assert!((moment_x - 10.0 * 9.81 * 0.05).abs() < 1e-10);
-        // Front and left differ by sign only: the loads of the diagonals are equal in sum.
+        // Front and left differ only by sign: the diagonals carry equal sums.
         assert!((n[0] + n[3] - n[1] - n[2]).abs() < 1e-10);
     }
 
-    /// With the centre of mass beyond the line between two neighbours of a wheel that wheel lifts, and the three others carry by
-    /// statics alone.
+    /// If the centre of mass lies beyond the line between two neighbours of a wheel, that wheel
+    /// lifts, and the three others carry by statics alone.
     #[test]
     fn what_a_lifted_wheel_carried_is_shared_by_the_others() {
         let mut robot = mecanum4();
         let others_kg = robot.mass_kg() - robot.chassis.mass.mass_kg;
-        // So that the whole robot's lies at (0.12, 0.13) m; wheels stand at (+-0.15, +-0.16) m.
+        // Puts the whole robot's centre of mass at (0.12, 0.13) m; wheels stand at (+-0.15, +-0.16)
+        // m.
         let share = robot.mass_kg() / (robot.mass_kg() - others_kg);
         robot.chassis.mass.center_of_mass_m = Vector3::new(0.12 * share, 0.13 * share, 0.1);
         let loads = WheelLoads::new(&robot, 9.81);
         let mut n = [0.0; 4];
         loads.fill_n(Vector2::zeros(), &mut n);
-        // Moments about x and y on front left, front right and rear left: 0.5 (1 + 0.12 / 0.15) - front right, and so on.
+        // Moments about x and y on front left, front right and rear left: 0.5 (1 + 0.12 / 0.15) -
+        // front right, and so on.
         let weight = robot.mass_kg() * 9.81;
         let front_right = 0.5 * (1.0 - 0.13 / 0.16);
         let rear_left = 0.5 * (1.0 - 0.12 / 0.15);
@@ -388,7 +406,8 @@ mod tests {
         assert!((n.iter().sum::<f64>() / weight - 1.0).abs() < 1e-12);
     }
 
-    /// A rocker bears its two wheels alike wherever the weight lies; the other axle bears what leans over.
+    /// A rocker loads its two wheels equally wherever the weight lies; the other axle bears the
+    /// offset.
     #[test]
     fn a_rocker_bears_its_wheels_alike() {
         let mut robot = mecanum4();
@@ -410,7 +429,8 @@ mod tests {
         for (n, expected) in n.iter().zip(expected) {
             assert!((n / expected - 1.0).abs() < 1e-9, "{n} {expected}");
         }
-        // To the left, all pull alike: the rocker hands its share on at its axis, 50 mm above the ground.
+        // Acceleration to the left, all pull alike: the rocker passes its share on at its axis, 50
+        // mm above the ground.
         loads.fill_n(Vector2::new(0.0, 1.0), &mut n);
         let rear_moment = 0.5 * robot.mass_kg() * 0.05;
         let parted = (n[3] - n[2]) * 0.16;

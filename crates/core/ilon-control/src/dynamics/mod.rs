@@ -1,4 +1,4 @@
-//! Which torques a motion takes: Indiveri 2009, eq. (11), the loads of the wheels and the grip that they give.
+//! Torques of a motion (Indiveri 2009, eq. (11)), wheel loads and grip.
 
 pub(crate) mod acceleration_limits;
 pub(crate) mod capacity;

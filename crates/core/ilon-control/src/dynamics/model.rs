@@ -1,42 +1,49 @@
 //! The dynamic model (11) of a robot with N >= 3 wheels, derived from its own masses.
 //!
-//! **Coordinates.** nu = (v_c, omega) is the body's twist about the origin of its frame, q' the wheel rates. While the
-//! wheels roll, q' = R nu with R the matrix of eq. (9), and nu = P q' with P its left inverse.
+//! **Coordinates.** nu = (v_c, omega) is the body's twist about the origin of its frame, q' the
+//! wheel rates. While the wheels roll, q' = R nu with R the matrix of eq. (9), and nu = P q' with P
+//! its left inverse.
 //!
-//! **The rigid part.** All masses (chassis, bodies on joints, hubs, rollers) move with the body, joints where they stand. With the mass m, the common centre of
-//! mass c and the inertia J_z about the vertical through the origin, Newton and Euler in the body frame give for the
-//! force f and the moment mu on it
+//! **The rigid part.** All masses (chassis, bodies on joints, hubs, rollers) move with the body,
+//! with the joints fixed. With the mass m, the common centre of mass c and the inertia J_z about
+//! the vertical through the origin, Newton and Euler in the body frame give for the force f and the
+//! moment mu on it
 //!
 //!   f  = m (v' + omega k x v + omega' k x c - omega^2 c),
 //!   mu = J_z omega' + m c x (v' + omega k x v),
 //!
 //! that is f = G nu' + omega S nu with, writing the plane's components out,
 //!
-//!   G = [ m 0 -m c_y; 0 m m c_x; -m c_y m c_x J_z ],   S = [ 0 -m -m c_x; m 0 -m c_y; m c_x m c_y 0 ].
+//!   G = [ m 0 -m c_y; 0 m m c_x; -m c_y m c_x J_z ],
+//!   S = [ 0 -m -m c_x; m 0 -m c_y; m c_x m c_y 0 ].
 //!
 //! G is symmetric positive definite, S is skew.
 //!
-//! **The wheels' spin.** Each wheel turns about its axis with the inertia J_h of hub and rollers: a torque J_h q''_h.
+//! **The wheels' spin.** Each wheel turns about its axis with the inertia J_h of hub and rollers: a
+//! torque J_h q''_h.
 //!
-//! **The touching rollers' spin.** By eq. (3) the roller carries alpha = n . v_h / cos(gamma) along u_gamma, so it
-//! spins with alpha / r about n_gamma against its hub: a row t_h nu. About its own axis it turns with
-//! t_h nu + (n . n_gamma) q'_h in space, with the axial inertia J_r, and against its bearing with t_h nu, where the
-//! bearing's damping and friction act. A spin is a scalar coordinate: by d'Alembert it
-//! adds its inertia times its row's square to the inertia matrix and nothing to the Coriolis matrix. The other rollers
-//! turn with their hub. That a roller has to be spun up when its turn comes is a loss that this mean model leaves out.
+//! **The touching rollers' spin.** By eq. (3) the roller has the velocity alpha = n . v_h /
+//! cos(gamma) along u_gamma, so it spins with alpha / r about n_gamma against its hub: a row t_h
+//! nu. About its own axis it turns with t_h nu + (n . n_gamma) q'_h in space, with the axial
+//! inertia J_r, and against its bearing with t_h nu, where the bearing's damping and friction act.
+//! A spin is a scalar coordinate: by d'Alembert it adds its inertia times its row's square to the
+//! inertia matrix and nothing to the Coriolis matrix. The other rollers turn with their hub. This
+//! mean model neglects the loss of spinning up each new roller.
 //!
-//! **Together**, with P nu = q' put in and the body's equation multiplied by P^T:
+//! **Together**, with nu = P q' and the body's equation multiplied by P^T:
 //!
-//!   I = diag(J_h) + P^T G P + sum of the spins,   C(omega) = omega P^T S P,   F = diag(wheel damping),
+//!   I = diag(J_h) + P^T G P + sum of the spins,
+//!   C(omega) = omega P^T S P,   F = diag(wheel damping),
 //!
-//! I symmetric positive definite, C skew and linear in omega, F diagonal: the structure that the paper names. Roller
-//! damping enters as a full matrix D = sum d_r (t_h P)^T (t_h P), symmetric and positive semidefinite, which the paper's
-//! diagonal F has no room for; we keep it apart.
+//! I symmetric positive definite, C skew and linear in omega, F diagonal: the structure that the
+//! paper names. Roller damping is a full matrix D = sum d_r (t_h P)^T (t_h P), symmetric and
+//! positive semidefinite, which does not fit the paper's diagonal F; it is kept apart.
 //!
-//! **N > 3.** Rolling leaves q' only three freedoms, while (11) has N equations. The N - 3 others are not motion but
-//! forces between the wheels: torques tau with R^T tau = 0 strain the floor and accelerate nothing. Equation (11) is
-//! to be read after multiplication by R^T, and [`DynamicModel::accelerations`] solves it that way. Solving (11) as
-//! printed, q'' = I^-1 (tau - ...), would let the wheels of a rolling robot accelerate out of the range of M.
+//! **N > 3.** Rolling leaves q' only three freedoms, while (11) has N equations. The N - 3 others
+//! are not motion but forces between the wheels: torques tau with R^T tau = 0 strain the floor and
+//! accelerate nothing. Equation (11) must be read after multiplication by R^T, and
+//! [`DynamicModel::accelerations`] solves it that way. Solving (11) as printed, q'' = I^-1 (tau -
+//! ...), would let the wheels of a rolling robot accelerate out of the range of M.
 
 use ilon_robot::{Robot, Twist, Wheel};
 use nalgebra::{Cholesky, Const, DMatrix, Matrix3, MatrixXx3, RowVector3, Vector3};
@@ -44,7 +51,7 @@ use nalgebra::{Cholesky, Const, DMatrix, Matrix3, MatrixXx3, RowVector3, Vector3
 use crate::kinematics::matrix::multiply;
 use crate::{ControlError, Kinematics};
 
-/// I, C(omega) and F of eq. (11), and what they are made of.
+/// The matrices I, C(omega) and F of eq. (11), and their components.
 #[derive(Clone, Debug)]
 pub struct DynamicModel {
     kinematics: Kinematics,
@@ -62,18 +69,19 @@ pub struct DynamicModel {
     roller_spins: DMatrix<f64>,
     /// Dry friction of the touching rollers' joints, in N m.
     roller_friction_n_m: Vec<f64>,
-    /// R^T I R, factorised: the body's inertia with all that turns with it.
+    /// R^T I R, factorised: the inertia of the body with all rotating parts.
     body_inertia: Cholesky<f64, Const<3>>,
-    /// The inertia of each wheel by itself, in kg m^2.
+    /// The inertia of each wheel alone, in kg m^2.
     wheel_inertias_kg_m2: Vec<f64>,
 }
 
 impl DynamicModel {
-    /// The model of a robot on flat ground, with its joints between bodies at zero: of other poses that of [`Robot::posed`].
+    /// Builds the model of a robot on flat ground, with its joints between bodies at zero; for
+    /// other poses pass the result of [`Robot::posed`].
     ///
     /// # Errors
-    /// Those of [`Kinematics::new`]; [`ControlError::NoRollers`]; [`ControlError::NotPositive`] where the masses make no
-    /// positive definite inertia.
+    /// Those of [`Kinematics::new`]; [`ControlError::NoRollers`]; [`ControlError::NotPositive`] if
+    /// the inertia is not positive definite.
     pub fn new(robot: &Robot) -> Result<Self, ControlError> {
         let kinematics = Kinematics::new(robot)?;
         let n = kinematics.wheel_count();
@@ -124,7 +132,7 @@ impl DynamicModel {
         })
     }
 
-    /// The kinematics underneath, about the origin of the body frame.
+    /// The kinematics of the robot, about the origin of the body frame.
     pub fn kinematics(&self) -> &Kinematics {
         &self.kinematics
     }
@@ -144,8 +152,8 @@ impl DynamicModel {
         &self.damping_n_m_s
     }
 
-    /// D, N x N, in N m s/rad: the viscous damping of the touching rollers' bearings as the wheels feel it; symmetric
-    /// positive semidefinite.
+    /// D, N x N, in N m s/rad: the viscous damping of the touching rollers' bearings, seen from the
+    /// wheels; symmetric positive semidefinite.
     pub fn bearing_drag(&self) -> &DMatrix<f64> {
         &self.bearing_drag
     }
@@ -155,38 +163,39 @@ impl DynamicModel {
         self.inertia.symmetric_eigenvalues().max()
     }
 
-    /// The least inertia of a wheel in the air, in kg m^2.
+    /// The smallest inertia of a wheel in the air, in kg m^2.
     pub fn air_inertia_kg_m2(&self) -> f64 {
         let inertias = self.wheel_inertias_kg_m2.iter().copied();
         inertias.fold(f64::INFINITY, f64::min)
     }
 
-    /// The bandwidth in rad/s that a law of the whole robot makes of one that is asked for, its torques held over `dt_s` seconds: at most
-    /// J_air / (J_ground dt), so that wheels that slide or hang in the air do not swing.
+    /// Returns the bandwidth in rad/s of a law for the whole robot, limited for torques held over
+    /// `dt_s` seconds to J_air / (J_ground dt), so that wheels that slide or hang in the air do not
+    /// oscillate.
     pub fn bandwidth_rad_s(&self, asked_rad_s: f64, dt_s: f64) -> f64 {
         let air_share = self.air_inertia_kg_m2() / self.ground_inertia_kg_m2();
         asked_rad_s.min(air_share / dt_s)
     }
 
-    /// The inertia of each wheel about its axis by itself, J_h of the module's derivation, in kg m^2.
+    /// The inertia of each wheel alone about its axis, J_h of the module's derivation, in kg m^2.
     pub fn wheel_inertias_kg_m2(&self) -> &[f64] {
         &self.wheel_inertias_kg_m2
     }
 
-    /// Torques in N m for wheel rates in rad/s and accelerations in rad/s^2: eq. (11), with the rollers' drag and all
-    /// dry friction added to F q'.
+    /// Computes the torques in N m for wheel rates in rad/s and accelerations in rad/s^2: eq. (11),
+    /// with the rollers' drag and all dry friction added to F q'.
     pub fn torques(&self, rates_rad_s: &[f64], accelerations_rad_s2: &[f64], out: &mut [f64]) {
         self.resistance(rates_rad_s, out);
         self.add_inertia_times(accelerations_rad_s2, out);
     }
 
-    /// The torques that keep the wheel rates as they are, in N m: (C(omega) + F) q' of eq. (11), with the rollers'
-    /// drag and all dry friction.
+    /// Computes the torques that keep the wheel rates constant, in N m: (C(omega) + F) q' of eq.
+    /// (11), with the rollers' drag and all dry friction.
     pub fn resistance(&self, rates_rad_s: &[f64], out: &mut [f64]) {
         self.resistance_towards(rates_rad_s, rates_rad_s, out);
     }
 
-    /// As [`Self::resistance`], with dry friction against `towards_rad_s` instead of the rates.
+    /// Like [`Self::resistance`], with dry friction against `towards_rad_s` instead of the rates.
     pub(crate) fn resistance_towards(
         &self,
         rates_rad_s: &[f64],
@@ -210,8 +219,8 @@ impl DynamicModel {
         }
     }
 
-    /// The part of the resistance that the wheels' own joints make, in N m: damping and dry friction against
-    /// `towards_rad_s`.
+    /// Computes the part of the resistance from the wheels' own joints, in N m: damping, and dry
+    /// friction against `towards_rad_s`.
     pub(crate) fn own_resistance(
         &self,
         rates_rad_s: &[f64],
@@ -231,8 +240,8 @@ impl DynamicModel {
         }
     }
 
-    /// The accelerations in rad/s^2 of wheels that roll at `rates_rad_s` under torques in N m: eq. (11) solved in the
-    /// range of M. `scratch` holds one number a wheel.
+    /// Returns the accelerations in rad/s^2 of wheels that roll at `rates_rad_s` under torques in N
+    /// m: eq. (11) solved in the range of M. `scratch` holds one number per wheel.
     pub fn accelerations(
         &self,
         rates_rad_s: &[f64],
@@ -244,10 +253,11 @@ impl DynamicModel {
         multiply(self.kinematics.rate_matrix(), twist_rate, out);
     }
 
-    /// The same as the rate of change of the body's twist, d/dt of (v_c, omega) as components in the body frame, in
-    /// m/s^2 and rad/s^2: (R^T I R) nu' = R^T (tau - (C + F) q').
+    /// Returns the rate of change of the body's twist under torques, d/dt of (v_c, omega) as
+    /// components in the body frame, in m/s^2 and rad/s^2: (R^T I R) nu' = R^T (tau - (C + F) q').
     ///
-    /// These are derivatives of components. The acceleration of the origin in space is v' + omega k x v.
+    /// These are derivatives of components. The acceleration of the origin in space is v' + omega k
+    /// x v.
     pub fn twist_rate(
         &self,
         rates_rad_s: &[f64],
@@ -279,7 +289,8 @@ struct RigidPart {
     s: Matrix3<f64>,
 }
 
-/// Every mass of the robot as one rigid body in the plane, about the origin of the body frame.
+/// Combines all masses of the robot into one rigid body in the plane, about the origin of the body
+/// frame.
 fn rigid_part(robot: &Robot) -> RigidPart {
     let chassis = &robot.chassis.mass;
     let mut m = chassis.mass_kg;
@@ -294,7 +305,8 @@ fn rigid_part(robot: &Robot) -> RigidPart {
     }
     for wheel in &robot.wheels {
         let (wheel_kg, tensor) = wheel_about_center(wheel);
-        // As the wheel turns, its inertia about the vertical swings about the mean of the two across its axis.
+        // As the wheel turns, its inertia about the vertical oscillates about the mean of the two
+        // across its axis.
         let across = 0.5 * (tensor.m11 + tensor.m22);
         let b = wheel.position_m().xy();
         m += wheel_kg;
@@ -308,8 +320,8 @@ fn rigid_part(robot: &Robot) -> RigidPart {
     }
 }
 
-/// Mass of a wheel in kg and its inertia about its centre along the hub frame's axes, in kg m^2, rollers and all, as
-/// if its centre of mass lay on the hub axis (balanced wheels).
+/// Returns the mass of a wheel with its rollers in kg and its inertia about its centre along the
+/// hub frame's axes, in kg m^2, with its centre of mass assumed on the hub axis (balanced wheels).
 fn wheel_about_center(wheel: &Wheel) -> (f64, Matrix3<f64>) {
     let center = Vector3::zeros();
     let mut mass_kg = wheel.hub.mass_kg;
@@ -321,40 +333,45 @@ fn wheel_about_center(wheel: &Wheel) -> (f64, Matrix3<f64>) {
     (mass_kg, tensor)
 }
 
-/// What a wheel and its touching roller add by turning.
+/// Inertia and friction of a turning wheel and its touching roller.
 #[derive(Clone, Debug)]
 pub(super) struct WheelSpin {
-    /// J_h: the wheel about its axis, without the touching roller's turn about its own, in kg m^2.
+    /// J_h: the wheel about its axis, without the touching roller's rotation about its own axis, in
+    /// kg m^2.
     wheel_inertia_kg_m2: f64,
     /// t_h: the touching roller's spin against its hub per twist, in rad/s.
     pub roller: RowVector3<f64>,
-    /// n . n_gamma: the hub axis's share along the roller's axis.
+    /// n . n_gamma: the hub axis's component along the roller's axis.
     pub roller_on_axis: f64,
     pub roller_inertia_kg_m2: f64,
     pub roller_damping_n_m_s: f64,
     pub roller_friction_n_m: f64,
-    /// Torque of the friction on the roller's axle per load, in N m/N: the dynamic model knows no loads, and leaves it out.
+    /// Friction torque on the roller's axle per load, in N m/N. The dynamic model has no loads and
+    /// leaves it out.
     pub axle_drag_m: f64,
 }
 
 impl WheelSpin {
-    /// Which way the roller turns against its hub as the robot moves: -1, 0 or 1, and 0 where it does by rounding alone.
+    /// Returns the direction in which the roller turns against its hub as the robot moves: -1, 0 or
+    /// 1; 0 if the spin is only rounding.
     pub fn way(&self, twist: &Vector3<f64>) -> f64 {
-        /// Products of unit vectors that are none are below this.
+        /// Products of unit vectors below this count as zero.
         const ROUNDING: f64 = 1e-12;
         let spin = (self.roller * twist)[0];
         let is_none = spin.abs() <= ROUNDING * self.roller.norm() * twist.norm();
         if is_none { 0.0 } else { spin.signum() }
     }
 
-    /// The torque of all dry friction of the roller under a load in N, in N m: of its joint, and of its axle.
+    /// Returns the torque of all dry friction of the roller, of joint and axle, in N m, under a
+    /// load in N.
     pub fn dry_n_m(&self, load_n: f64) -> f64 {
         self.roller_friction_n_m + self.axle_drag_m * load_n.max(0.0)
     }
 }
 
 pub(super) fn wheel_spin(wheel: &Wheel) -> Result<WheelSpin, ControlError> {
-    // All rollers of a wheel are alike in any robot that rolls; the first stands for the one that touches.
+    // All rollers of a wheel are alike in any robot that rolls; the first represents the touching
+    // one.
     let Some(roller) = wheel.rollers.first() else {
         return Err(ControlError::NoRollers {
             wheel: wheel.name.clone(),
@@ -378,12 +395,12 @@ pub(super) fn wheel_spin(wheel: &Wheel) -> Result<WheelSpin, ControlError> {
     })
 }
 
-/// Sum of products; what is longer is left out.
+/// Dot product; surplus elements of the longer operand are ignored.
 fn dot<'a>(left: impl Iterator<Item = &'a f64>, right: &[f64]) -> f64 {
     left.zip(right).map(|(a, b)| a * b).sum()
 }
 
-/// -1, 0 or 1: no friction at rest, where its amount is whatever holds the joint.
+/// Returns -1, 0 or 1: at rest friction is zero here, since its value is whatever holds the joint.
 fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }
@@ -394,7 +411,8 @@ mod tests {
     use crate::fixtures::mecanum4;
     use crate::joint_fixtures::{driven, joint};
 
-    /// An arm's mass and inertia are in I where the arm is: 3 kg, 0.5 m from a pivot at (0.1, 0.05), by parallel axes, and its share of the momentum.
+    /// An arm's mass and inertia enter I at the arm's pose: 3 kg, 0.5 m from a pivot at (0.1,
+    /// 0.05), by parallel axes, and its part of the momentum.
     #[test]
     fn eq_11_inertia_is_that_of_the_pose() {
         let (arm_kg, out_m) = (3.0, 0.5);
@@ -427,7 +445,8 @@ mod tests {
         }
     }
 
-    /// Wheels that a joint has taken outward turn the robot by their own places: the rates of a turn on the spot grow with the arm l + w of the mecanum matrix.
+    /// Wheels moved outward by a joint turn the robot with their new lever arms: the rates of a
+    /// rotation on the spot grow with the arm l + w of the mecanum matrix.
     #[test]
     fn eq_9_takes_wheels_where_their_joints_have_them() {
         let mut robot = mecanum4();
@@ -461,7 +480,8 @@ mod tests {
         }
     }
 
-    /// A rotor of 2e-6 kg m^2 behind a gear of 30 is 900 times as heavy to the wheel: 1.8e-3 kg m^2 more.
+    /// The rotor turns with its wheel: a rotor of 2e-6 kg m^2 behind a gear of 30 counts 900 times
+    /// at the wheel: 1.8e-3 kg m^2 more.
     #[test]
     fn a_wheel_turns_its_rotor_too() {
         let mut robot = mecanum4();
@@ -470,7 +490,7 @@ mod tests {
         robot.wheels[0].drive.rotor_inertia_kg_m2 = 2e-6;
         let geared = wheel_spin(&robot.wheels[0]).unwrap();
         let more = geared.wheel_inertia_kg_m2 - bare.wheel_inertia_kg_m2;
-        // Of sums some thousand times 1.8e-3 nothing is lost to rounding.
+        // The sums are only about a thousand times 1.8e-3, so rounding is far smaller.
         assert!((more - 1.8e-3).abs() < 1e-12, "{more}");
     }
 }

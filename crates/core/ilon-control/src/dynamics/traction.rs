@@ -1,26 +1,26 @@
-//! What the wheels can push the robot with: the set of forces within motor torque and friction, and
-//! the least worst use of friction for a force in it.
+//! The set of forces with which the wheels can push the robot within motor torque and friction, and
+//! the smallest worst use of friction for a force in the set.
 //!
 //! **Forces.** Without slip a wheel pushes the body along its roller's axis only; across it the
 //! roller spins. Wheel h gives the generalised force (f_x, f_y, moment) = a_h f_h, with a_h = row h
 //! of M transposed and f_h, in N, positive where a positive torque pushes: by virtual work M^T f is
-//! what torques rho cos(gamma) f do. The reachable forces are {sum a_h f_h : lo_h <= f_h <= hi_h},
-//! a zonotope. For N > 3 many f give the same force; they differ in how they strain the floor.
+//! the force of torques rho cos(gamma) f. The reachable forces are {sum a_h f_h : lo_h <= f_h <=
+//! hi_h}, a zonotope. For N > 3 many f give the same force; they differ in how they strain the
+//! floor.
 //!
-//! **In the set or not.** A convex set is what all of its supporting half-spaces have in common.
-//! The facets of a zonotope in space are spanned by two of its generators, so their normals are
-//! among the y = a_i x a_j. Hence F is reachable exactly when for all of these normals, of either
-//! sign,
+//! **Membership.** A convex set is the intersection of its supporting half-spaces. The facets of a
+//! zonotope in space are spanned by two of its generators, so their normals are among the y = a_i x
+//! a_j. Hence F is reachable exactly when for all of these normals, of either sign,
 //!
 //!   y . F <= sum over h of max(lo_h a_h . y, hi_h a_h . y).
 //!
 //! That is N (N - 1) scalar checks, exact, without a solver.
 //!
-//! **The least worst use of friction.** With grips g_h (friction coefficient times load), the least
-//! t for which F is reachable with |f_h| <= t g_h, within the motors' limits, is found by halving.
-//! At this t F lies on the boundary, on the facet of the tightest y: every wheel with a_h . y != 0
-//! must sit at its bound, and the few in the facet's plane follow from F. So the distribution is
-//! found with the verdict.
+//! **Smallest worst use of friction.** With grips g_h (friction coefficient times load), bisection
+//! finds the smallest t for which F is reachable with |f_h| <= t g_h, within the motors' limits. At
+//! this t F lies on the boundary, on the facet of the tightest y: every wheel with a_h . y != 0
+//! must sit at its bound, and the few in the facet's plane follow from F. So this check also yields
+//! the distribution.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -45,7 +45,7 @@ pub(crate) struct PushRange {
 }
 
 impl PushRange {
-    /// What two ranges have in common; none where the result's minimum is above its maximum.
+    /// Returns the intersection of two ranges; empty if the result's minimum is above its maximum.
     pub fn within(self, other: Self) -> Self {
         Self {
             min_n: self.min_n.max(other.min_n),
@@ -53,8 +53,8 @@ impl PushRange {
         }
     }
 
-    /// What a motor's torques leave for pushing, at a wheel's lever in metres, beside one in N m
-    /// that the wheel needs for itself.
+    /// Returns the pushes that a motor's torques leave, at a wheel's lever in metres, after the
+    /// torque in N m that the wheel needs for itself.
     pub fn beside(own_n_m: f64, limit: &TorqueRange, lever_m: f64) -> Self {
         Self {
             min_n: (limit.min_n_m - own_n_m) / lever_m,
@@ -62,7 +62,7 @@ impl PushRange {
         }
     }
 
-    /// What the floor holds, of either sign.
+    /// The pushes that the floor's grip allows, of either sign.
     pub fn of_grip(grip_n: f64) -> Self {
         Self {
             min_n: -grip_n,
@@ -110,8 +110,8 @@ impl TractionSet {
         Vector3::new(force.x, force.y, force.z / self.size_m)
     }
 
-    /// By how much the force exceeds the half-space of `y` (or of -y, whichever is worse), in N,
-    /// and the worse sign.
+    /// Returns by how much the force exceeds the half-space of `y` (or of -y, whichever is worse),
+    /// in N, and the worse sign.
     fn excess(
         force: &Vector3<f64>,
         (y, products): &(Vector3<f64>, Vec<f64>),
@@ -131,7 +131,7 @@ impl TractionSet {
         }
     }
 
-    /// Whether a generalised force (N, N, N m) can be given within the ranges, up to `slack_n`.
+    /// Whether a generalised force (N, N, N m) is reachable within the ranges, up to `slack_n`.
     pub fn reaches(
         &self,
         force: &Vector3<f64>,
@@ -147,7 +147,7 @@ impl TractionSet {
             .all(|normal| Self::excess(&force, normal, ranges.clone()).0 <= slack_n)
     }
 
-    /// By how much a generalised force (N, N, N m) lies outside of what the ranges give, in N;
+    /// Returns by how much a generalised force (N, N, N m) lies outside the ranges' set, in N;
     /// below zero inside.
     pub fn outside_n(
         &self,
@@ -166,8 +166,8 @@ impl TractionSet {
             .fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The pushes that give a force within `motor` with the least worst use t of the grips: fills
-    /// `out` in N and returns t, at most 1. The force must be reachable at t = 1.
+    /// Computes the pushes that give a force within `motor` with the smallest worst use t of the
+    /// grips: fills `out` in N and returns t, at most 1. The force must be reachable at t = 1.
     pub fn distribute(
         &self,
         force: &Vector3<f64>,
@@ -183,7 +183,7 @@ impl TractionSet {
                 })
             })
         };
-        // Halving until the bounds differ by less than 1e-12 of the grips: forty steps.
+        // Bisects until the bounds differ by less than 1e-12 of the grips: forty steps.
         let (mut low, mut t) = (0.0, 1.0);
         for _ in 0..40 {
             let middle = 0.5 * (low + t);
@@ -197,9 +197,9 @@ impl TractionSet {
         t
     }
 
-    /// The largest part in [0, 1] of a task's force that can be given beside what is given already,
-    /// within the ranges: what each half-space leaves of the task, as eq. (30) has it for one
-    /// bound. Where what is given lies outside, nothing that leads further out.
+    /// Returns the largest part in [0, 1] of a task's force that is reachable in addition to the
+    /// given force, within the ranges: each half-space bounds the task, as eq. (30) does for one
+    /// bound. If the given force lies outside, returns zero for a task that leads further out.
     pub fn share(
         &self,
         given: &Vector3<f64>,
@@ -224,10 +224,10 @@ impl TractionSet {
         share
     }
 
-    /// The pushes that give a force with the least largest push over load, whatever the motors can
-    /// give: fills `out` in N and returns that ratio. On the boundary of what pushes up to t times
-    /// the loads reach, t is the largest y . F / (sum over h of N_h |a_h . y|). `None` where the
-    /// wheels that bear a load cannot give the force.
+    /// Computes the pushes that give a force with the smallest maximum of push over load, ignoring
+    /// motor limits: fills `out` in N and returns that maximum. On the boundary of the set of
+    /// pushes up to t times the loads, t is the largest y . F / (sum over h of N_h |a_h . y|).
+    /// `None` if the loaded wheels cannot give the force.
     pub fn share_by_load(
         &self,
         force: &Vector3<f64>,
@@ -254,7 +254,7 @@ impl TractionSet {
         Some(least)
     }
 
-    /// The pushes that give a force on the boundary of what the ranges reach.
+    /// Computes the pushes that give a force on the boundary of the ranges' set.
     fn fill(
         &self,
         force: &Vector3<f64>,
@@ -285,10 +285,10 @@ impl TractionSet {
         self.fill_plane(y, products, rest, ranges, out);
     }
 
-    /// Shares what is left of the force among the wheels in the plane of a facet, so that none goes
-    /// further from the middle of its range than it must: the same argument one dimension down.
-    /// With f_h = middle_h + s_h half_h, the least bound on |s_h| is the largest |y' . d| / sum of
-    /// half_h |a_h . y'| over the y' across one of the pushes.
+    /// Shares the rest of the force among the wheels in the plane of a facet, so that none moves
+    /// further from the middle of its range than necessary: the same argument one dimension down.
+    /// With f_h = middle_h + s_h half_h, the smallest bound on |s_h| is the largest |y' . d| / sum
+    /// of half_h |a_h . y'| over the y' across one of the pushes.
     fn fill_plane(
         &self,
         y: &Vector3<f64>,
@@ -323,8 +323,8 @@ impl TractionSet {
             let reach: f64 = in_plane()
                 .map(|(h, range)| range.half_n() * flat(h).dot(&across).abs())
                 .sum();
-            // Where nothing reaches across this push, d has no part across it either, or F were out
-            // of reach.
+            // If no wheel reaches across this push, d has no component across it either; otherwise
+            // F would be out of reach.
             let s = if reach > IN_PLANE {
                 across.dot(&d) / reach
             } else {
@@ -349,7 +349,7 @@ impl TractionSet {
                 out[h] += given;
             }
         }
-        // The last dimension: wheels that push along `a` share what is left of it.
+        // The last dimension: the wheels that push along `a` share the rest.
         let s = if along_reach > IN_PLANE {
             d.dot(&a) / along_reach
         } else {
@@ -372,7 +372,7 @@ mod tests {
     use super::*;
     use crate::fixtures::{WheelSpec, mecanum4, robot, six_wheels, volksbot};
 
-    /// Numbers in [-1, 1) that look random, always the same.
+    /// Pseudo-random numbers in [-1, 1), always the same.
     fn noise(seed: &mut u64) -> f64 {
         *seed = seed
             .wrapping_mul(6_364_136_223_846_793_005)
@@ -416,7 +416,7 @@ mod tests {
                     .map(|r| r.min_n + (r.max_n - r.min_n) * 0.5 * (1.0 + noise(&mut seed)))
                     .collect();
                 assert!(set.reaches(&force_of(&k, &inside), ranges.iter().copied(), 1e-9));
-                // The furthest force along a direction, and one a little further.
+                // The furthest force along a direction, and one slightly beyond.
                 let y = Vector3::new(noise(&mut seed), noise(&mut seed), noise(&mut seed));
                 let corner: Vec<_> = k
                     .m()
@@ -475,7 +475,7 @@ mod tests {
                     use_of(&pushes)
                 );
                 assert!(t <= use_of(&some) + 1e-9);
-                // No change of the pushes that leaves the force alone uses less.
+                // No change of the pushes that keeps the force uses less grip.
                 for (value, direction) in svd.eigenvalues.iter().zip(svd.eigenvectors.column_iter())
                 {
                     if *value > 1e-9 {
@@ -534,9 +534,9 @@ mod tests {
         assert!((force_of(&k, &relieved) - force).norm() < 1e-8);
     }
 
-    /// Two wheels that push along x stand left and right, two that push along y before and behind:
-    /// a force along an axis is shared by its two wheels, and the others, which could only turn the
-    /// robot, are left alone.
+    /// Two wheels that push along x stand left and right, two that push along y in front and
+    /// behind. A force along an axis is shared by its two wheels; the others, which could only turn
+    /// the robot, get none.
     #[test]
     fn a_force_along_an_axis_is_shared_by_the_two_wheels_that_push_along_it() {
         use std::f64::consts::FRAC_PI_2;

@@ -1,45 +1,50 @@
-//! How the weight of a robot with joints between its bodies stands on its wheels.
+//! The wheel loads of a robot with joints between its bodies.
 //!
-//! With the joints where they are, l_jh by how much joint j raises wheel h in the body frame per movement, w_j what weight and inertia of all that a
-//! joint carries do in it, and d_j by how much it gives way from there:
+//! Let l_jh be how much joint j raises wheel h in the body frame per movement, w_j the generalised
+//! force in joint j of weight and inertia of all that it carries, and d_j its deflection from its
+//! current position:
 //!
-//! - the loads carry the robot: sum N_h (1, x_h, y_h) is its weight and the moments of that;
+//! - the loads carry the robot: sum N_h (1, x_h, y_h) is its weight and the weight's moments;
 //! - a free joint bears nothing: sum_h l_jh N_h + w_j = 0;
-//! - a sprung one, and a driven one about its target, gives way by what it bears: sum_h l_jh N_h + w_j = k_j (d_j - d_0j), with d_0j where its spring
-//!   alone is at rest;
-//! - one that lies on a stop, and is pressed on it, stays there: d_j = 0;
+//! - a sprung joint, and a driven one about its target, deflects with its load: sum_h l_jh N_h +
+//!   w_j = k_j (d_j - d_0j), where d_0j is the rest position of its spring;
+//! - a joint pressed on its stop stays there: d_j = 0;
 //! - a coupling d_a = c d_b + e acts with some m in a, and with -c m in b;
-//! - the wheels stay on the ground on which they stand: sum_j l_jh d_j + N_h / k = a + b x_h + c y_h, where k is that of wheels on the ground, far
-//!   above the springs'. What the joints' positions have that no plane explains is therefore the ground's, and the springs press by it.
+//! - the wheels stay on the ground on which they stand: sum_j l_jh d_j + N_h / k = a + b x_h + c
+//!   y_h, where k is the stiffness of wheels on the ground, far above the springs'. The part of the
+//!   joints' positions that no plane explains is therefore unevenness of the ground, and the
+//!   springs press accordingly.
 //!
-//! What accelerates the robot along the ground pulls on all wheels alike. These are linear in the loads, and the loads are linear in gravity and acceleration.
+//! An acceleration along the ground needs equal pulls from all wheels. These equations are linear
+//! in the loads, and the loads are linear in gravity and acceleration.
 
 use ilon_robot::{BodyJoint, Coupling, JointKind, Robot};
 use nalgebra::{DMatrix, DVector, Point3, Vector2, Vector3};
 
-/// The loads as they follow from gravity and acceleration.
+/// The loads as a linear function of gravity and acceleration.
 #[derive(Clone, Debug)]
 pub(super) struct TreeLoads {
-    /// Without either, in N: what springs press that are at odds with one another.
+    /// Loads without gravity and acceleration, in N: from springs that press against each other.
     own_n: DVector<f64>,
-    /// Per gravity, and per acceleration along x and y, in kg.
+    /// Loads per gravity, and per acceleration along x and y, in kg.
     per_m_s2: [DVector<f64>; 3],
 }
 
-/// How much stiffer wheels stand on the ground than the stiffest spring.
+/// Stiffness of wheels on the ground relative to the stiffest spring.
 const GROUND: f64 = 1e7;
 
-/// A joint this near to a stop lies on it, in rad or m.
+/// A joint within this distance of a stop is on it, in rad or m.
 const ON_STOP: f64 = 1e-4;
 
 impl TreeLoads {
-    /// Of a robot with joints, under gravity in m/s^2; `None` where its wheels leave open how it stands, as on free joints that fall over.
+    /// Builds the loads of a robot with joints, under gravity in m/s^2; `None` if its posture is
+    /// undetermined, as on free joints that fall over.
     pub(super) fn new(robot: &Robot, gravity_m_s2: f64) -> Option<Self> {
         let statics = Statics::new(robot);
         let mut held = statics.on_stops();
         loop {
             let solved = statics.solve(&held)?;
-            // A stop only pushes: what would be pulled on to it leaves it.
+            // A stop only pushes: a joint that would be pulled onto it leaves it.
             let leaves = (0..held.len()).find(|joint| {
                 held[*joint].is_some_and(|side| side * solved.bears(*joint, gravity_m_s2) < 0.0)
             });
@@ -50,7 +55,8 @@ impl TreeLoads {
         }
     }
 
-    /// The loads in N, of which those that would pull are zero and the others bear as much less.
+    /// Writes the loads in N; a load that would pull is set to zero, and the others are reduced
+    /// accordingly.
     pub(super) fn fill_n(&self, gravity_m_s2: f64, acceleration: Vector2<f64>, out: &mut [f64]) {
         let [of_gravity, of_x, of_y] = &self.per_m_s2;
         for (h, out) in out.iter_mut().enumerate() {
@@ -68,17 +74,17 @@ impl TreeLoads {
     }
 }
 
-/// The equations of the module's documentation: first the loads in N, then the plane under the wheels and the joints' movements, both scaled to forces,
-/// then what the couplings carry.
+/// The equations of the module's documentation. Unknowns: first the loads in N, then the plane
+/// under the wheels and the joints' movements, both scaled to forces, then the couplings' forces.
 struct Statics<'a> {
     robot: &'a Robot,
     /// l_jh, joint by joint.
     raises: Vec<Vec<f64>>,
-    /// The stiffest spring, as it is under a wheel, in N/m: by it movements are scaled.
+    /// The stiffest spring, seen at a wheel, in N/m; it scales movements.
     stiffest_n_m: f64,
 }
 
-/// Loads, and what each joint bears without its spring and its stop, each without gravity and per gravity.
+/// Loads, and each joint's force without its spring and stop, each at zero gravity and per gravity.
 struct Solved {
     loads: TreeLoads,
     bears: Vec<[f64; 2]>,
@@ -108,7 +114,8 @@ impl<'a> Statics<'a> {
         }
     }
 
-    /// The joints that lie on a stop, each with the side on which that is. Of two that are coupled the one that follows is left out.
+    /// Returns the joints that are on a stop, each with the side. Of two coupled joints the
+    /// follower is left out.
     fn on_stops(&self) -> Vec<Option<f64>> {
         let side = |joint: &BodyJoint| match joint.limits {
             [_, upper] if upper <= ON_STOP => Some(1.0),
@@ -132,8 +139,8 @@ impl<'a> Statics<'a> {
         self.joint_row(self.robot.joints.len()) + coupling
     }
 
-    /// Whether each joint stays where it is: those that are held, and what nothing bears and bears no wheel, which has no place here: it falls until it
-    /// hangs.
+    /// Whether each joint keeps its position: held joints, and joints without spring or wheel,
+    /// which fall until they hang and are not solved here.
     fn stays(&self, held: &[Option<f64>]) -> Vec<bool> {
         let hangs_free = |joint: usize| {
             let is_coupled = |of: &Coupling| of.joint == joint || of.follows == joint;
@@ -147,7 +154,7 @@ impl<'a> Statics<'a> {
             .collect()
     }
 
-    /// The left-hand side, with the joints that stay held where they are.
+    /// The left-hand side; joints that keep their position are fixed.
     fn matrix(&self, stays: &[bool]) -> DMatrix<f64> {
         let wheels = self.robot.wheels.len();
         let size = self.coupling_row(self.robot.couplings.len());
@@ -205,7 +212,8 @@ impl<'a> Statics<'a> {
                 let mut right = DVector::zeros(size);
                 let center_m = robot.center_of_mass_m() + Vector3::z() * robot.ride_height_m();
                 let force = robot.mass_kg() * field;
-                // What the ground has to carry: the force, and its moments about the ground's y and x axes.
+                // The load of the ground: the force, and its moments about the ground's y and x
+                // axes.
                 right[wheels] = -force.z;
                 right[wheels + 1] = -force.z * center_m.x + force.x * center_m.z;
                 right[wheels + 2] = -force.z * center_m.y + force.y * center_m.z;
@@ -214,7 +222,7 @@ impl<'a> Statics<'a> {
                 }
                 right
             };
-            // What acts on all masses as they are accelerated is the opposite.
+            // An acceleration acts on all masses as the opposite field.
             let fields = [-Vector3::z(), -Vector3::x(), -Vector3::y()];
             (own, fields.map(per))
         };
@@ -247,12 +255,12 @@ impl<'a> Statics<'a> {
     }
 }
 
-/// Whether a body, on a joint or the chassis, hangs by a joint.
+/// Whether a body, on a joint or the chassis, is carried by a joint.
 fn hangs(robot: &Robot, carrier: Option<usize>, joint: usize) -> bool {
     std::iter::successors(carrier, |at| robot.joints[*at].parent).any(|at| at == joint)
 }
 
-/// How a place moves per movement of a joint, in the body frame.
+/// Returns how a point moves per movement of a joint, in the body frame.
 fn moves(joint: &BodyJoint, place_m: &Vector3<f64>) -> Vector3<f64> {
     let axis = joint.body_from_joint.rotation * Vector3::z();
     match joint.kind {
@@ -261,7 +269,8 @@ fn moves(joint: &BodyJoint, place_m: &Vector3<f64>) -> Vector3<f64> {
     }
 }
 
-/// By how much a joint raises each wheel; nothing where rounding alone says so, as of a slide that is level.
+/// Returns how much a joint raises each wheel; zero if only rounding says so, as for a horizontal
+/// slide.
 fn raised_by(robot: &Robot, index: usize, joint: &BodyJoint) -> Vec<f64> {
     /// In m per rad or m.
     const LEAST: f64 = 1e-9;
@@ -274,8 +283,9 @@ fn raised_by(robot: &Robot, index: usize, joint: &BodyJoint) -> Vec<f64> {
         .collect()
 }
 
-/// What a field of force per mass does in a joint to all that it carries. What of it lies along the ground is taken up where the wheels stand,
-/// by all of them alike, with their motors' torques in what carries them.
+/// Returns the generalised force in a joint of a field of force per mass on all that it carries.
+/// The field's part along the ground is taken up at the contacts by all wheels alike, with their
+/// motors' torques.
 fn borne_by(robot: &Robot, index: usize, field: &Vector3<f64>) -> f64 {
     let joint = &robot.joints[index];
     let of = |mass_kg: f64, at_m: Vector3<f64>| mass_kg * field.dot(&moves(joint, &at_m));

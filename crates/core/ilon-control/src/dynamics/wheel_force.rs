@@ -1,4 +1,4 @@
-//! What a wheel is asked for by an acceleration, at its hub and on the ground.
+//! The force that an acceleration needs from a wheel, at its hub and on the ground.
 
 use ilon_robot::Wheel;
 use nalgebra::Vector3;
@@ -7,14 +7,14 @@ use super::model::{WheelSpin, wheel_spin};
 use super::traction::PushRange;
 use crate::{ControlError, TorqueRange};
 
-/// A billionth of a newton is rounding.
+/// 1e-9 N counts as rounding.
 pub(super) const SLACK_N: f64 = 1e-9;
 
-/// How the robot moves, as components in the body frame.
+/// The robot's motion, as components in the body frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moving {
     pub nu: Vector3<f64>,
-    /// Against this dry friction acts.
+    /// The twist that dry friction opposes.
     pub towards: Vector3<f64>,
 }
 
@@ -29,12 +29,12 @@ pub(super) struct Touch {
     gear_efficiency: f64,
 }
 
-/// What a wheel is asked for, and what it has, in N.
+/// The forces that a wheel needs and has, in N.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct WheelForce {
-    /// What the hub is pushed with by its torque, positive where a positive torque pushes.
+    /// Push of the wheel's torque on the hub, positive where a positive torque pushes.
     pub push_n: f64,
-    /// The ground's force along the roller's axis in the same sense, and across it.
+    /// The ground's force along the roller's axis, in the same sense, and across it.
     pub at_ground_n: [f64; 2],
     pub grip_n: f64,
     pub motor: PushRange,
@@ -42,7 +42,7 @@ pub(super) struct WheelForce {
 }
 
 impl Touch {
-    /// Of a wheel with its lever rho cos(gamma) in m.
+    /// The model of a wheel with its lever rho cos(gamma) in m.
     pub fn new(wheel: &Wheel, lever_m: f64) -> Result<Self, ControlError> {
         Ok(Self {
             spin: wheel_spin(wheel)?,
@@ -53,8 +53,9 @@ impl Touch {
         })
     }
 
-    /// By how much the ground's force along the roller's axis differs from the hub's push, and its force across, in N: what turns the
-    /// roller under a load, while the hub gains `hub_rate_rad_s2`.
+    /// Returns the difference between the ground's force along the roller's axis and the hub's
+    /// push, and the ground's force across, in N: what turns the roller under a load, while the hub
+    /// accelerates by `hub_rate_rad_s2`.
     pub fn beside_push(
         &self,
         moving: &Moving,
@@ -74,8 +75,8 @@ impl Touch {
         [beside_n, across_n]
     }
 
-    /// The torques that the wheel's gear passes on of a motor's where it turns towards a rate: a share where it drives, more where it
-    /// brakes.
+    /// Returns the torques at the wheel behind its gear for a motor's range, if the wheel turns
+    /// towards a rate: less when driving, more when braking.
     pub fn geared(&self, range: TorqueRange, towards: f64) -> TorqueRange {
         let efficiency = self.gear_efficiency;
         let passed = |torque_n_m: f64| {
@@ -84,7 +85,8 @@ impl Touch {
             } else if torque_n_m * towards >= 0.0 {
                 efficiency * torque_n_m
             } else {
-                // At a half and below the gear locks itself: it brakes with whatever it takes.
+                // At an efficiency of a half or less the gear is self-locking: it brakes with any
+                // torque.
                 torque_n_m / (2.0 - 1.0 / efficiency).max(0.0)
             }
         };
@@ -96,12 +98,12 @@ impl Touch {
 }
 
 impl WheelForce {
-    /// The pushes that grip and motor allow.
+    /// Returns the pushes that grip and motor allow.
     pub fn range(&self) -> PushRange {
         let [f, g] = self.at_ground_n;
         let offset_n = f - self.push_n;
         let left = self.grip_n * self.grip_n - g * g;
-        // Crossed where what turns the roller alone takes more than the grip.
+        // Crossed if the force that turns the roller already exceeds the grip.
         let along_n = libm::copysign(libm::sqrt(left.abs()), left);
         self.motor.within(PushRange {
             min_n: -along_n - offset_n,
@@ -110,7 +112,7 @@ impl WheelForce {
     }
 }
 
-/// A force as a share of its bound; infinite where there is none to be had.
+/// Returns a force as a share of its bound; infinite if the bound is zero.
 pub(super) fn share_of(force_n: f64, bound_n: f64) -> f64 {
     if force_n <= SLACK_N {
         0.0

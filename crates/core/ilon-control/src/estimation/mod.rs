@@ -1,4 +1,4 @@
-//! Where the robot takes itself to be.
+//! Estimators of the robot's pose and tilt.
 
 pub(crate) mod odometry;
 pub(crate) mod odometry_covariance;

@@ -1,8 +1,9 @@
 //! Dead reckoning from wheel angles, by the rollers that really touch.
 //!
-//! Eq. (7) makes a twist out of wheel rates as if every touching roller pointed straight down. A mecanum robot that
-//! drives sideways by it believes itself 2 % (nine rollers a wheel) to 4.5 % (six) further than it is. The contact kinematics knows
-//! better, since the wheel angles tell which roller touches, and where. What is left is slip, which no wheel sees.
+//! Eq. (7) converts wheel rates to a twist as if every touching roller pointed straight down. For a
+//! mecanum robot that drives sideways it overestimates the distance by 2 % (nine rollers per wheel)
+//! to 4.5 % (six). The contact kinematics corrects this, since the wheel angles determine which
+//! roller touches, and where. The remaining error is slip, which no wheel measures.
 
 use ilon_robot::Pose;
 
@@ -10,14 +11,16 @@ use crate::ContactKinematics;
 
 /// Dead reckoning by the contact kinematics: wheel angles in, pose out.
 ///
-/// **Input.** The wheels' absolute angles in radians, unwrapped, in the robot's wheel order, each counted from where the
-/// robot's description has its rollers: which roller touches is read off them. An encoder that counts from wherever it
-/// was switched on has to find that mark once; off by half a roller pitch the ripple is corrected the wrong way round.
+/// **Input.** The wheels' absolute angles in radians, unwrapped, in the robot's wheel order, each
+/// counted from where the robot's description has its rollers: which roller touches is read off
+/// them. An encoder that counts from wherever it was switched on has to find that mark once; off by
+/// half a roller pitch the ripple is corrected the wrong way round.
 ///
-/// **Law.** The kinematics is linear in the rates, so the angles turned since the last call give the displacement in the
-/// body frame, with the touching rollers taken at the middle of the way; it is laid on the pose with the heading at its
-/// middle. Both are exact to second order in what is turned between calls: call it several times a roller pitch
-/// (2 pi / n of a wheel's turn), at 0.3 m/s and nine rollers of a 5 cm wheel more often than every 40 ms.
+/// **Law.** The kinematics is linear in the rates, so the angles turned since the last call give
+/// the displacement in the body frame, with the touching rollers taken at the middle of the way; it
+/// is laid on the pose with the heading at its middle. Both are exact to second order in what is
+/// turned between calls: call it several times a roller pitch (2 pi / n of a wheel's turn), at 0.3
+/// m/s and nine rollers of a 5 cm wheel more often than every 40 ms.
 ///
 /// **Errors.** None; it allocates nothing once it is built.
 ///
@@ -53,7 +56,7 @@ pub struct Odometry {
 }
 
 impl Odometry {
-    /// Dead reckoning that starts from a pose of the body frame, at wheel angles in radians; missing ones are zero.
+    /// Starts from a pose of the body frame, at wheel angles in radians; missing ones are zero.
     pub fn new(kinematics: ContactKinematics, start: Pose, wheel_angles_rad: &[f64]) -> Self {
         let count = kinematics.contacts().len();
         let mut last_angles_rad = wheel_angles_rad.to_vec();
@@ -67,19 +70,20 @@ impl Odometry {
         }
     }
 
-    /// Takes the wheel angles of now, in radians, and gives the pose that they lead to. A wheel that is missing has not
-    /// turned.
+    /// Takes the current wheel angles, in radians, and returns the resulting pose. A missing wheel
+    /// counts as not turned.
     pub fn update(&mut self, wheel_angles_rad: &[f64]) -> Pose {
         self.update_carried(wheel_angles_rad, &[])
     }
 
-    /// Goes on by another kinematics: that of the same robot with its wheels elsewhere.
+    /// Continues with other kinematics: those of the same robot after its wheels moved on the body.
     pub fn stand(&mut self, kinematics: ContactKinematics) {
         self.kinematics = kinematics;
     }
 
-    /// As [`Self::update`], where what carries the wheels moved them since the last time: by how much each rolled over the ground beside what its encoder
-    /// saw, as if the body had stood, in radians; missing ones did not.
+    /// Like [`Self::update`], if joints moved the wheels on the body since the last call.
+    /// `carried_rad` is how far each wheel rolled over the ground beyond its encoder's angle, as if
+    /// the body had stood still, in radians; missing ones are zero.
     pub fn update_carried(&mut self, wheel_angles_rad: &[f64], carried_rad: &[f64]) -> Pose {
         self.turned_rad.fill(0.0);
         let last = self.last_angles_rad.iter_mut();
@@ -92,18 +96,18 @@ impl Odometry {
         for (turned, carried) in self.turned_rad.iter_mut().zip(carried_rad) {
             *turned += carried;
         }
-        // Angles turned in place of rates: the displacement in the body frame, in metres and radians.
+        // Angles instead of rates: the displacement in the body frame, in metres and radians.
         let displacement = self.kinematics.twist(&self.middle_rad, &self.turned_rad);
         self.pose = self.pose.moved(displacement);
         self.pose
     }
 
-    /// The pose of the body frame, as it is believed to be.
+    /// The estimated pose of the body frame.
     pub fn pose(&self) -> Pose {
         self.pose
     }
 
-    /// Begins again from a known pose, at the wheel angles of the last update.
+    /// Restarts from a known pose, at the wheel angles of the last update.
     pub fn set_pose(&mut self, pose: Pose) {
         self.pose = pose;
     }
@@ -116,7 +120,7 @@ mod tests {
     use crate::fixtures::{mecanum4, six_wheels, volksbot};
     use ilon_robot::{Robot, Twist};
 
-    /// Lets a robot move by twists without slip, and gives the pose where it is and the one that it believes.
+    /// Moves a robot by twists without slip. Returns its true pose and its estimated pose.
     fn driven(robot: &Robot, twist_at: impl Fn(f64) -> Twist, dt_s: f64) -> (Pose, Pose) {
         let mut world = ContactKinematics::new(robot).unwrap();
         let count = robot.wheels.len();
@@ -128,7 +132,7 @@ mod tests {
         };
         let mut odometry = Odometry::new(world.clone(), start, &angles);
         let mut truth = start;
-        // The truth in steps a hundred times finer.
+        // The true motion uses steps a hundred times finer.
         const FINER: u32 = 100;
         let fine_s = dt_s / f64::from(FINER);
         for step in 0..(2.0 / dt_s) as u32 {
@@ -152,8 +156,8 @@ mod tests {
         for robot in [mecanum4(), volksbot(), six_wheels()] {
             let (truth, believed) = driven(&robot, twist_at, 0.005);
             let off_m = (truth.position_m() - believed.position_m()).norm();
-            // Second order in 6 rad/s * 5 ms = 0.03 rad of wheel turn, and a hand-over within a step: 1e-4 of the way of
-            // half a metre.
+            // Second order in 6 rad/s * 5 ms = 0.03 rad of wheel turn, plus one change of roller
+            // within a step: 1e-4 of the distance of half a metre.
             assert!(off_m < 2e-4, "{off_m}");
             assert!((truth.heading_rad - believed.heading_rad).abs() < 1e-3);
         }
@@ -175,8 +179,8 @@ mod tests {
                 *angle += rate * 1e-4;
             }
         }
-        // 0.6 m; over whole pitches 1 / 0.9798 of it (weighted by time instead of by angle: 1.0205), the rest of a pitch
-        // left over.
+        // 0.6 m; over whole pitches 1 / 0.9798 of it (weighted by time instead of by angle:
+        // 1.0205), the rest of a pitch left over.
         assert!((way_m / 0.6 - 1.0205).abs() < 0.004, "{way_m}");
         assert!((truth.position_m() - believed.position_m()).norm() < 1e-4);
     }

@@ -1,18 +1,22 @@
-//! How sure dead reckoning is: its covariance from rollers, slip and encoders.
+//! The covariance of dead reckoning, from rollers, slip and encoders.
 //!
-//! A wheel's way errs in two manners. A share of it is always the same: radii, the mean of the rollers' geometry, creep; such errors grow with
-//! the way. The rest is anew at every roller: ripple, and slip that comes and goes; such errors grow with the root of the way. With R the
-//! heading's rotation, t_h the body's displacement per way of wheel h (column h of M^+), s_h its way and F the derivative of a later pose by an
-//! earlier one,
+//! The rolled distance of a wheel has two kinds of error. A systematic share is always the same:
+//! radii, the mean of the rollers' geometry, creep; it grows with the distance. The random rest is
+//! new at every roller: ripple, and slip that comes and goes; it grows with the root of the
+//! distance. With R the heading's rotation, t_h the body's displacement per distance of wheel h
+//! (column h of M^+), s_h its distance and F the derivative of a later pose by an earlier one,
 //!
 //!   a_h <- F a_h + R t_h ds_h,       Q <- F Q F^T + sum over h of sigma^2 |ds_h| R t_h t_h^T R^T,
-//!   P = Q + scale^2 sum of a_h a_h^T + (what a step of the encoders leaves open).
+//!   P = Q + scale^2 sum of a_h a_h^T + (the encoders' resolution).
 //!
-//! **Of a twist**, which filters take once a period T for one whose error is independent of the last one's, it is what gives P its growth. What is
-//! anew goes by the way already: its variance is walk^2 |v_h| / T. What is always the same stays so for as long as the robot goes the same way;
-//! independent errors of scale^2 (|v_h| / T) l lead to the same P after a metre when l = 1 m, to more before and to less after it on a straight
-//! line. Robots that drive about turn their errors with them: over 24 random paths of mecanum4 the heading's error grows with the root of the way from
-//! half a metre on, and across the robot it is 1.5 % of a way of 0.2 m and 1.1 % of one of 2 m. Rates' noise comes on top.
+//! **Covariance of a twist.** A filter that takes a twist once a period T and assumes independent
+//! errors needs a covariance that makes P grow as above. For the random errors it is walk^2 |v_h| /
+//! T. Systematic errors persist as long as the robot keeps its direction; independent errors of
+//! scale^2 (|v_h| / T) l lead to the same P after a metre if l = 1 m, to more before and less after
+//! it on a straight line. On winding paths the errors turn with the robot: over 24 random paths of
+//! mecanum4 the heading's error grows with the root of the distance from half a metre on, and
+//! across the robot it is 1.5 % of a distance of 0.2 m and 1.1 % of one of 2 m. The rates' noise is
+//! added.
 
 use ilon_robot::{Pose, Robot, Twist};
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -20,25 +24,28 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use crate::error::not_negative;
 use crate::{ContactKinematics, ControlError, Kinematics};
 
-/// By how much wheels' ways err. Each is a standard deviation.
+/// Errors of the wheels' rolled distances, as standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WayErrors {
-    /// The share of a wheel's way that is always wrong the same way.
+    /// Systematic share of a wheel's distance.
     pub scale: f64,
-    /// What is anew, in metres after a metre of way; it grows with the root of the way.
+    /// Random error after a metre, in metres; it grows with the root of the distance.
     pub walk_m: f64,
     /// The step of the encoders, in rad; 0 for none.
     pub resolution_rad: f64,
-    /// The noise of the rates that encoders say, in rad/s; the angles that they count are without it.
+    /// Noise of the encoders' rates, in rad/s; their counted angles are without it.
     pub rate_noise_rad_s: f64,
 }
 
 impl WayErrors {
-    /// The errors of eq. (7), which takes every roller for one that points straight down: what the rollers that touch make of the rates, over a
-    /// pitch, along x and y and turning, against it; and a share of each way that slips, as much always as anew over a pitch.
+    /// Returns the errors of eq. (7), which assumes that every roller points straight down: the
+    /// deviation of the touching rollers' kinematics over a pitch, along x, along y and about z,
+    /// plus a share of slip, which counts both as systematic error and as random error over a
+    /// pitch.
     ///
     /// # Errors
-    /// Those of [`Kinematics::new`] and [`ContactKinematics::new`]; [`ControlError::Negative`] for a share.
+    /// Those of [`Kinematics::new`] and [`ContactKinematics::new`]; [`ControlError::Negative`] for
+    /// a share.
     pub fn of_rollers(robot: &Robot, slip_share: f64) -> Result<Self, ControlError> {
         not_negative("the share of the way that slips", slip_share)?;
         let ideal = Kinematics::new(robot)?;
@@ -84,12 +91,14 @@ impl WayErrors {
     }
 }
 
-/// The way over which independent errors of twists and errors that stay the same come to the same, in metres.
+/// The distance at which independent errors of twists and systematic errors give the same
+/// covariance, in metres.
 const SAME_WAY_M: f64 = 1.0;
-/// Angles at which rollers are looked at over a pitch.
+/// Number of wheel angles sampled over a roller pitch.
 const LOOKS: u32 = 90;
 
-/// The covariance of dead reckoning by eq. (7), which grows with the way. It allocates nothing once it is built.
+/// The covariance of dead reckoning by eq. (7), which grows with the distance. After construction
+/// nothing is allocated.
 #[derive(Clone, Debug)]
 pub struct OdometryCovariance {
     kinematics: Kinematics,
@@ -101,7 +110,7 @@ pub struct OdometryCovariance {
 }
 
 impl OdometryCovariance {
-    /// Of a pose that is known at the start.
+    /// Starts from an exactly known pose.
     ///
     /// # Errors
     /// [`ControlError::Negative`] for errors.
@@ -121,12 +130,13 @@ impl OdometryCovariance {
         })
     }
 
-    /// Lets the wheels stand elsewhere from now on: of a robot whose joints move them. It has as many wheels as before.
+    /// Updates the wheels' places for a robot whose joints move them. The number of wheels stays.
     pub fn stand(&mut self, kinematics: &Kinematics) {
         self.kinematics.clone_from(kinematics);
     }
 
-    /// Counts the angles in rad by which the wheels have rolled since the last time; `before` is the reckoned pose at its beginning.
+    /// Adds the angles in rad by which the wheels rolled since the last call; `before` is the
+    /// estimated pose at the start of this interval.
     pub fn count(&mut self, before: &Pose, turned_rad: &[f64]) {
         let displacement = self.kinematics.twist(turned_rad);
         let moved = before.moved(displacement).position_m() - before.position_m();
@@ -151,8 +161,9 @@ impl OdometryCovariance {
         }
     }
 
-    /// Of the twist that rates in rad/s stand for, in the body frame: m^2/s^2, m rad/s^2, rad^2/s^2; for a filter that is given one every
-    /// `period_s` seconds and takes their errors for independent. Never less than that of a single twist.
+    /// Returns the covariance of the twist computed from rates in rad/s, in the body frame:
+    /// m^2/s^2, m rad/s^2, rad^2/s^2. It suits a filter that takes a twist every `period_s` seconds
+    /// and assumes independent errors, and is never less than that of a single twist.
     pub fn twist_covariance(&self, rates_rad_s: &[f64], period_s: f64) -> Matrix3<f64> {
         let errors = &self.errors;
         let scale = errors.scale * errors.scale;
@@ -171,10 +182,10 @@ impl OdometryCovariance {
         of_wheels.sum()
     }
 
-    /// Of x and y in the world frame and the heading: m^2, m rad, rad^2.
+    /// Returns the covariance of x and y in the world frame and of the heading: m^2, m rad, rad^2.
     pub fn covariance(&self, heading_rad: f64) -> Matrix3<f64> {
         let scale = self.errors.scale * self.errors.scale;
-        // Uniform within a step, at the start and now.
+        // Uniform within an encoder step, at the start and now.
         let step = self.errors.resolution_rad * self.errors.resolution_rad / 6.0;
         let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), heading_rad);
         let of_wheels = self.always.iter().map(|a| a * a.transpose() * scale);
@@ -193,7 +204,8 @@ mod tests {
     use crate::fixtures::{mecanum4, six_wheels, volksbot};
     use ilon_robot::wrap_angle;
 
-    /// Normally distributed numbers, always the same: the sum of twelve even ones.
+    /// Pseudo-random numbers of a normal distribution, always the same: the sum of twelve uniform
+    /// ones.
     fn normal(seed: &mut u64) -> f64 {
         let mut even = || {
             *seed = seed
@@ -204,7 +216,8 @@ mod tests {
         (0..12).map(|_| even()).sum::<f64>() - 6.0
     }
 
-    /// Robots whose wheels err as is said, on a curve: the squared error over the covariance has the mean 3, one a freedom.
+    /// Robots whose wheels have the stated errors drive a curve: the squared error over the
+    /// covariance has the mean 3, one per degree of freedom.
     #[test]
     fn errors_are_as_large_as_the_covariance_says() {
         let errors = WayErrors {
@@ -252,8 +265,8 @@ mod tests {
         }
     }
 
-    /// A filter that adds up twists as if their errors were independent comes to the covariance of the way after a metre straight ahead, whatever
-    /// its period; rates' noise adds its own.
+    /// A filter that adds up twists with independent errors reaches the covariance of the distance
+    /// after a metre straight ahead, whatever its period; the rates' noise adds its own.
     #[test]
     fn independent_errors_of_twists_add_up_to_the_error_of_a_metre() {
         let robot = mecanum4();
@@ -278,14 +291,14 @@ mod tests {
             for _ in 0..(2.5 / period_s).round() as u32 {
                 account.count(&pose, &turned);
                 pose = pose.moved(twist.scaled(period_s));
-                // As a filter does: with the lever of what is left of the heading's error.
+                // As a filter does: with the lever of the remaining heading error.
                 let moved_m = twist.vx_m_s * period_s;
                 #[rustfmt::skip]
                 let f = Matrix3::new(1.0, 0.0, 0.0,  0.0, 1.0, moved_m,  0.0, 0.0, 1.0);
                 let of_twist = account.twist_covariance(&rates, period_s);
                 sum = f * sum * f.transpose() + of_twist * (period_s * period_s);
             }
-            // Noise of rates in white steps, of x and of the heading.
+            // White noise of the rates per step, in x and in the heading.
             let columns = kinematics.twist_matrix();
             let squared = |axis: usize| columns.row(axis).norm_squared();
             let of_noise = |axis: usize| noise * noise * squared(axis) * period_s * 2.5;
@@ -297,9 +310,10 @@ mod tests {
         }
     }
 
-    /// Half of a turn with the wheels where they are, half with their levers twice as long. What a wheel's way of one metre makes of the heading halves then,
-    /// and a turn takes twice the way: of errors that are anew w^2 |s| (dphi/ds)^2, so half the variance of the first half comes on top; of errors that stay
-    /// the same scale s dphi/ds, as much as before, in sum twice the deviation.
+    /// Half of a turn with the original wheel places, half with levers twice as long. The heading
+    /// error per metre of wheel distance then halves, and a turn takes twice the distance. Random
+    /// errors contribute w^2 |s| (dphi/ds)^2, so half the variance of the first half is added;
+    /// systematic errors contribute scale s dphi/ds, as much as before: in sum twice the deviation.
     #[test]
     fn errors_of_a_turn_follow_wheels_that_move_outward() {
         let near = mecanum4();
@@ -328,7 +342,8 @@ mod tests {
         }
     }
 
-    /// Nine rollers a wheel: a mecanum robot that goes sideways by eq. (7) is 2 % off, and the covariance knows it.
+    /// With nine rollers per wheel, eq. (7) is off by 2 % for a mecanum robot that drives sideways;
+    /// the covariance includes this.
     #[test]
     fn the_rollers_geometry_is_in_it() {
         let errors = WayErrors::of_rollers(&mecanum4(), 0.0).unwrap();

@@ -1,22 +1,27 @@
-//! Where the robot is: wheel odometry and late, noisy poses (of a camera, say) in an extended Kalman filter.
+//! An extended Kalman filter that combines wheel odometry with late, noisy poses (of a camera,
+//! say).
 //!
-//! Section IV closes the guidance loop on such an estimate, "the integration of odometry and an omnidirectional vision
-//! system", without saying how the two are joined. This is the textbook way (S. Thrun, W. Burgard, D. Fox, "Probabilistic
-//! Robotics", 2005, chapters 3.3 and 7.4), with the pose itself as what is measured.
+//! Section IV closes the guidance loop on such an estimate, "the integration of odometry and an
+//! omnidirectional vision system", without saying how the two are combined. This is the textbook
+//! method (S. Thrun, W. Burgard, D. Fox, "Probabilistic Robotics", 2005, chapters 3.3 and 7.4),
+//! with the pose itself as the measurement.
 //!
 //! **State** x = (x, y, phi) of the body frame in the world, with covariance P.
 //!
-//! **Odometry.** The wheels' turn gives a displacement (d_x, d_y, d_phi) in the body frame, which takes the pose along an
-//! arc ([`Pose::moved`]). With (w_x, w_y) what the body's origin moves by in the world, F = dx+/dx = [1 0 -w_y; 0 1 w_x; 0 0 1]
-//! and P+ = F P F^T + Q. Slip comes at random and adds up, so Q grows with the way that the wheels roll:
-//! Q = way diag(q_r^2, q_r^2, q_phi^2), way = |d| + size |d_phi|.
+//! **Odometry.** The wheels' rotation gives a displacement (d_x, d_y, d_phi) in the body frame,
+//! which moves the pose along an arc ([`Pose::moved`]). With (w_x, w_y) the displacement of the
+//! body's origin in the world, F = dx+/dx = [1 0 -w_y; 0 1 w_x; 0 0 1] and P+ = F P F^T + Q. Slip
+//! is random and accumulates, so Q grows with the distance that the wheels roll: Q = way
+//! diag(q_r^2, q_r^2, q_phi^2), way = |d| + size |d_phi|.
 //!
-//! **A pose** z = x + noise of covariance R: K = P (P + R)^-1, x+ = x + K (z - x), P+ = (1 - K) P (1 - K)^T + K R K^T
-//! (Joseph's form, which stays symmetric positive definite under rounding). Heading differences are wrapped.
+//! **A pose** z = x + noise of covariance R: K = P (P + R)^-1, x+ = x + K (z - x), P+ = (1 - K) P
+//! (1 - K)^T + K R K^T (Joseph's form, which stays symmetric positive definite under rounding).
+//! Heading differences are wrapped.
 //!
-//! **Delay.** A pose tells where the robot was when it was taken. The last displacements and estimates are kept: a
-//! pose is put in at its own time, and the displacements since then are replayed on the corrected estimate. The result is
-//! exactly that of a pose which arrives at once, as long as poses arrive in the order in which they were taken.
+//! **Delay.** A pose describes the robot at the time of measurement. The last displacements and
+//! estimates are kept: a pose is applied at its own time, and the later displacements are replayed
+//! on the corrected estimate. The result is exactly that of a pose which arrives at once, as long
+//! as poses arrive in the order of measurement.
 
 use std::collections::VecDeque;
 
@@ -26,21 +31,24 @@ use nalgebra::{Matrix3, Vector3};
 use crate::ControlError;
 use crate::error::{not_negative, positive};
 
-/// What the filter takes for granted of odometry and measured poses.
+/// Assumed errors of odometry and measured poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseFilterSettings {
-    /// Standard deviation of a measured x, and y, in metres, > 0.
+    /// Standard deviation of a measured x and of a measured y, in metres, > 0.
     pub measured_position_m: f64,
     /// Standard deviation of a measured heading, in radians, > 0.
     pub measured_heading_rad: f64,
-    /// q_r: standard deviation of x, and y, by odometry after the wheels have rolled 1 m, in metres. It grows with the
-    /// root of the way.
+    /// q_r: standard deviation of x and of y by odometry after the wheels have rolled 1 m, in
+    /// metres. It grows with the root of the distance.
     pub drift_position_m: f64,
-    /// q_phi: standard deviation of the heading by odometry after the wheels have rolled 1 m, in radians.
+    /// q_phi: standard deviation of the heading by odometry after the wheels have rolled 1 m, in
+    /// radians.
     pub drift_heading_rad: f64,
-    /// Distance of the wheels from the body's origin in metres: how far they roll per radian turned.
+    /// Distance of the wheels from the body's origin in metres: how far they roll per radian of
+    /// rotation.
     pub size_m: f64,
-    /// How many odometry steps are kept, [`PoseFilter::MOST_STEPS`] at most: a pose older than these comes too late.
+    /// Number of odometry steps kept, [`PoseFilter::MOST_STEPS`] at most: an older pose comes too
+    /// late.
     pub memory: usize,
 }
 
@@ -53,7 +61,7 @@ pub struct PoseEstimate {
     pub covariance: Matrix3<f64>,
 }
 
-/// The filter: dead reckoning corrected by poses that arrive late.
+/// Dead reckoning corrected by poses that arrive late.
 #[derive(Clone, Debug)]
 pub struct PoseFilter {
     settings: PoseFilterSettings,
@@ -61,11 +69,11 @@ pub struct PoseFilter {
     measured: Matrix3<f64>,
     /// The steps that are kept, oldest first; never empty.
     steps: VecDeque<Step>,
-    /// When the last pose that was put in was taken, in seconds.
+    /// Measurement time of the last pose used, in seconds.
     corrected_s: f64,
 }
 
-/// One step of odometry and what was believed at its end.
+/// One step of odometry and the estimate at its end.
 #[derive(Clone, Copy, Debug)]
 struct Step {
     end_s: f64,
@@ -74,14 +82,15 @@ struct Step {
 }
 
 impl PoseFilter {
-    /// The most odometry steps that are kept: room is made for all of them, 130 bytes or so each, so that none is made
-    /// under way.
+    /// Largest number of odometry steps kept. Memory for all of them, about 130 bytes each, is
+    /// allocated at construction.
     pub const MOST_STEPS: usize = 1_000_000;
 
-    /// A filter that knows where the robot stands at a time in seconds.
+    /// Starts from a known pose at a time in seconds.
     ///
     /// # Errors
-    /// [`ControlError::NotPositive`], [`ControlError::Negative`], [`ControlError::TooLarge`] for settings out of range.
+    /// [`ControlError::NotPositive`], [`ControlError::Negative`], [`ControlError::TooLarge`] for
+    /// settings out of range.
     pub fn new(
         start_s: f64,
         start: Pose,
@@ -113,7 +122,7 @@ impl PoseFilter {
                 most: Self::MOST_STEPS as f64,
             });
         }
-        // A split step takes a place more.
+        // One more for a split step.
         let mut steps = VecDeque::with_capacity(settings.memory + 2);
         steps.push_back(Step {
             end_s: start_s,
@@ -131,15 +140,16 @@ impl PoseFilter {
         })
     }
 
-    /// Takes the wheels of a robot whose joints move them to be so far from the body's origin from now on, in metres: how far they roll per radian turned.
-    /// Distances that are negative or no number change nothing.
+    /// Sets the distance of the wheels from the body's origin in metres (how far they roll per
+    /// radian of rotation), for a robot whose joints move them. Negative values and NaN are
+    /// ignored.
     pub fn resize(&mut self, size_m: f64) {
         if size_m.is_finite() && size_m >= 0.0 {
             self.settings.size_m = size_m;
         }
     }
 
-    /// What is believed at the time of the last odometry step.
+    /// The estimate at the time of the last odometry step.
     pub fn estimate(&self) -> PoseEstimate {
         let start = PoseEstimate {
             pose: Pose::default(),
@@ -148,9 +158,9 @@ impl PoseFilter {
         self.steps.back().map_or(start, |step| step.estimate)
     }
 
-    /// Goes on by odometry to a time in seconds: `displacement_in_body` is what the wheels turned since the last time,
-    /// as a displacement (metres and radians in the components of a twist). A time that is not later, or a
-    /// displacement that is not finite, changes nothing.
+    /// Advances by odometry to a time in seconds: `displacement_in_body` is the displacement by the
+    /// wheels since the last call (metres and radians in the components of a twist). A time that is
+    /// not later, or a displacement that is not finite, is ignored.
     pub fn predict(&mut self, now_s: f64, displacement_in_body: Twist) {
         let Some(last) = self.steps.back() else {
             return;
@@ -168,8 +178,8 @@ impl PoseFilter {
         }
     }
 
-    /// Puts in a pose that was taken at `taken_s`, now or earlier. Returns whether it was of use: it is not where it is
-    /// older than one that was put in before or than what is kept, or not finite.
+    /// Applies a pose measured at `taken_s`, now or earlier. Returns whether it was used: not if it
+    /// is older than an earlier pose or than the steps kept, or not finite.
     pub fn correct(&mut self, taken_s: f64, measured: &Pose) -> bool {
         let finite = measured.x_m.is_finite()
             && measured.y_m.is_finite()
@@ -194,10 +204,11 @@ impl PoseFilter {
         true
     }
 
-    /// Splits the step after `before` at a time inside it; returns the place of the step that now ends there.
+    /// Splits the step after `before` at a time inside it; returns the index of the step that now
+    /// ends there.
     fn split(&mut self, before: usize, whole: &Step, at_s: f64) -> usize {
         let from_s = self.steps[before].end_s;
-        // What lies between two sums of times is no interval worth splitting at its edge.
+        // An interval of rounding size at a step's edge is not split.
         let share = (at_s - from_s) / (whole.end_s - from_s);
         if share <= 1e-9 {
             return before;
@@ -217,10 +228,10 @@ impl PoseFilter {
         before + 1 - dropped
     }
 
-    /// Puts a step in its place and forgets the oldest where they become too many; returns how many were forgotten.
+    /// Inserts a step and drops the oldest if there are too many; returns how many were dropped.
     fn keep(&mut self, place: usize, step: Step) -> usize {
         self.steps.insert(place, step);
-        // One more than the steps kept: where the first of them began.
+        // One more than the steps kept: the start of the first of them.
         let too_many = self.steps.len() > self.settings.memory + 1;
         if too_many {
             self.steps.pop_front();
@@ -274,7 +285,7 @@ impl PoseFilter {
     }
 }
 
-/// A diagonal covariance from two deviations.
+/// A diagonal covariance from two standard deviations.
 fn variances(position_m: f64, heading_rad: f64) -> Matrix3<f64> {
     let (r, phi) = (position_m * position_m, heading_rad * heading_rad);
     Matrix3::from_diagonal(&Vector3::new(r, r, phi))
@@ -300,7 +311,8 @@ mod tests {
         }
     }
 
-    /// Normally distributed numbers, always the same: the sum of twelve even ones.
+    /// Pseudo-random numbers of a normal distribution, always the same: the sum of twelve uniform
+    /// ones.
     fn normal(seed: &mut u64) -> f64 {
         let mut even = || {
             *seed = seed
@@ -316,7 +328,7 @@ mod tests {
         (a.position_m() - b.position_m()).norm() + turn.abs()
     }
 
-    /// What the wheels say at step `k` of a curve that is driven sideways, too.
+    /// Odometry at step `k` of a curve that includes sideways motion.
     fn step_of(k: usize) -> Twist {
         let t = 0.01 * k as f64;
         Twist::new(0.004, 0.002 * t.sin(), 0.01 * (0.7 * t).cos())
@@ -324,8 +336,8 @@ mod tests {
 
     #[test]
     fn without_poses_it_reckons() {
-        // A quarter of a circle of 1 m to the left in a thousand steps ends at (1, 1), looking along y. Chords in place
-        // of arcs are short by a part in (pi/2000)^2 / 24 = 1e-7.
+        // A quarter of a circle of 1 m to the left in a thousand steps ends at (1, 1), looking
+        // along y. Chords in place of arcs are short by a part in (pi/2000)^2 / 24 = 1e-7.
         let mut filter = PoseFilter::new(0.0, Pose::default(), &settings()).unwrap();
         let turn = FRAC_PI_2 / 1000.0;
         for k in 1..=1000 {
@@ -337,7 +349,8 @@ mod tests {
             heading_rad: FRAC_PI_2,
         };
         assert!(size(&filter.estimate().pose, &end) < 3e-7);
-        // Way: pi/2 m of travel and as much turning, 0.25 m of wheel a radian. The headings' drift alone is plain.
+        // Distance: pi/2 m of travel and as much rotation, 0.25 m of wheel per radian. The
+        // heading's drift alone is simple.
         let way = FRAC_PI_2 * 1.25;
         let p = filter.estimate().covariance;
         assert!((p.m33 - way * 0.04 * 0.04).abs() < 1e-12);
@@ -385,7 +398,8 @@ mod tests {
 
     #[test]
     fn a_pose_taken_between_two_steps_counts_at_its_own_time() {
-        // Straight on at 1 m/s: a perfect pose taken at 0.05 s, amid a step of 0.1 s, must change nothing.
+        // Straight ahead at 1 m/s: a perfect pose taken at 0.05 s, within a step of 0.1 s, must
+        // change nothing.
         let mut filter = PoseFilter::new(0.0, Pose::default(), &settings()).unwrap();
         filter.predict(0.1, Twist::new(0.1, 0.0, 0.0));
         filter.predict(0.2, Twist::new(0.1, 0.0, 0.0));
@@ -400,7 +414,8 @@ mod tests {
         assert!(after.covariance.m11 < before.covariance.m11);
     }
 
-    /// A step that a pose splits moves the robot and its covariance as the two steps do that it consists of, wherever it is split.
+    /// A step split by a pose moves the robot and its covariance like its two parts, wherever it is
+    /// split.
     #[test]
     fn a_split_step_is_its_two_parts() {
         let whole = Twist::new(0.1, -0.04, 0.3);
@@ -430,9 +445,10 @@ mod tests {
 
     #[test]
     fn its_covariance_is_what_its_errors_come_to() {
-        // Robots that drift, and cameras that err, as the settings say, 200 ms late: the squared error weighed by the
-        // inverse covariance has the mean 3, one a freedom. 4000 runs of variance 6 give a mean within 3 sqrt(6/4000) =
-        // 0.116 three times out of a thousand.
+        // Robots drift, and cameras err, as the settings say, 200 ms late: the squared error
+        // weighted by the inverse covariance has the mean 3, one per degree of freedom. 4000 runs
+        // of variance 6 give a mean within 3 sqrt(6/4000) = 0.116, except three times in a
+        // thousand.
         let settings = settings();
         let (mut seed, mut sum, runs) = (11, 0.0, 4000);
         for _ in 0..runs {

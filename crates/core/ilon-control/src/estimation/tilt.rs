@@ -1,31 +1,34 @@
-//! Tilt from an IMU: a complementary filter for which way is down.
+//! Tilt from an IMU by a complementary filter for the vertical.
 //!
-//! The gyroscope turns the estimate, the accelerometer pulls it slowly towards what it takes for up, and what it has to pull for long is the
-//! gyroscope's bias: R. Mahony, T. Hamel, J.-M. Pflimlin, "Nonlinear Complementary Filters on the Special Orthogonal Group", IEEE Transactions on
-//! Automatic Control 53(5), 2008, on the direction of gravity alone. With the measured direction m, the estimate u and the error e = m x u,
+//! The gyroscope rotates the estimate, the accelerometer pulls it slowly towards the measured
+//! vertical, and a persistent pull is attributed to the gyroscope's bias: R. Mahony, T. Hamel,
+//! J.-M. Pflimlin, "Nonlinear Complementary Filters on the Special Orthogonal Group", IEEE
+//! Transactions on Automatic Control 53(5), 2008, on the direction of gravity alone. With the
+//! measured direction m, the estimate u and the error e = m x u,
 //!
 //!   u' = -(omega - b + k_p e) x u,   b' = -k_i e,   k_p = 2 / T, k_i = 1 / T^2,
 //!
-//! which puts both poles on 1 / T: an acceleration passes as tilt through (k_p s + k_i) / (s^2 + k_p s + k_i), and a constant bias leaves no error.
+//! which puts both poles at -1 / T: an acceleration passes as tilt through (k_p s + k_i) / (s^2 +
+//! k_p s + k_i), and a constant bias leaves no error.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::ControlError;
 use crate::error::positive;
 
-/// By how much an inertial sensor errs on each of its axes: standard deviations in the sensor's own unit.
+/// Errors of an inertial sensor on each of its axes: standard deviations in the sensor's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InertialErrors {
-    /// Of the noise of a sample.
+    /// Noise of a sample.
     pub noise: f64,
-    /// Of the bias at the start.
+    /// Bias at the start.
     pub bias: f64,
-    /// Of what the bias has walked after a second; it grows with the root of the time.
+    /// Random walk of the bias after a second; it grows with the root of the time.
     pub bias_walk: f64,
 }
 
 impl InertialErrors {
-    /// The variance of a sample that is taken so many seconds after the start.
+    /// Returns the variance of a sample taken `since_s` seconds after the start.
     pub fn variance(&self, since_s: f64) -> f64 {
         self.noise * self.noise + self.bias_variance(since_s)
     }
@@ -35,9 +38,10 @@ impl InertialErrors {
     }
 }
 
-/// Which way is down, by an IMU's gyroscope and accelerometer.
+/// Estimates the downward direction from an IMU's gyroscope and accelerometer.
 ///
-/// It starts with the first sample's specific force for up. Samples that are not finite change nothing. It allocates nothing.
+/// The first sample's specific force is the initial upward direction. Samples that are not finite
+/// are ignored. Nothing is allocated.
 ///
 /// ```
 /// use ilon_control::TiltFilter;
@@ -61,8 +65,8 @@ pub struct TiltFilter {
 }
 
 impl TiltFilter {
-    /// A filter with the time constant T in seconds: shorter follows the accelerometer, and the robot's own accelerations with it; longer the
-    /// gyroscope.
+    /// A filter with the time constant T in seconds: a shorter one follows the accelerometer,
+    /// including the robot's own accelerations, a longer one the gyroscope.
     ///
     /// # Errors
     /// [`ControlError::NotPositive`].
@@ -74,8 +78,9 @@ impl TiltFilter {
         })
     }
 
-    /// Takes a sample: the rate of turn in rad/s and the specific force in m/s^2, both in the body frame, over the last `dt_s` seconds. A robot
-    /// at rest on level ground feels a specific force of (0, 0, 9.81).
+    /// Takes a sample: the angular velocity in rad/s and the specific force in m/s^2, both in the
+    /// body frame, over the last `dt_s` seconds. A robot at rest on level ground measures a
+    /// specific force of (0, 0, 9.81).
     pub fn update(
         &mut self,
         turn_rad_s: &Vector3<f64>,
@@ -95,9 +100,9 @@ impl TiltFilter {
             2.0 / self.time_constant_s,
             1.0 / (self.time_constant_s * self.time_constant_s),
         );
-        // Free fall shows no direction.
+        // Free fall gives no direction.
         let e = measured.map_or(Vector3::zeros(), |m| m.cross(&up));
-        // A step longer than the time constant takes the measured direction, and no more than that.
+        // A step longer than the time constant moves to the measured direction, not beyond.
         let pull = k_p.min(1.0 / dt_s);
         let turn = turn_rad_s - self.bias_rad_s + pull * e;
         let turned = UnitQuaternion::from_scaled_axis(-dt_s * turn) * up;
@@ -105,12 +110,15 @@ impl TiltFilter {
         self.bias_rad_s -= k_i.min(0.25 * pull * pull) * dt_s * e;
     }
 
-    /// The variance of roll, and of pitch, in rad^2, of a robot that does not accelerate: with gyroscopes that err in rad/s, accelerometers in
-    /// m/s^2, a sample every `period_s`, `since_s` seconds after the first.
+    /// Returns the variance of roll, and of pitch, in rad^2, for a robot that does not accelerate:
+    /// with gyroscope errors in rad/s, accelerometer errors in m/s^2, a sample every `period_s`
+    /// seconds, `since_s` seconds after the first.
     ///
-    /// White noise of a sample's variance n^2 comes through a filter G as n^2 dt times the integral of |G|^2 over frequency: with both poles on 1/T
-    /// that is 5 / (4 T) of the accelerometer's, which passes as tilt, T / 4 of the gyroscope's, and T^3 / 4 of what walks the gyroscope's bias. Its
-    /// bias at the start is learned, b t exp(-t / T); the first sample's noise is forgotten, (1 - t / T) exp(-t / T); the accelerometer's bias stays.
+    /// White noise of a sample's variance n^2 passes a filter G as n^2 dt times the integral of
+    /// |G|^2 over frequency: with both poles at -1/T that is 5 / (4 T) for the accelerometer, whose
+    /// noise passes as tilt, T / 4 for the gyroscope, and T^3 / 4 for the walk of the gyroscope's
+    /// bias. The gyroscope's initial bias is learned, b t exp(-t / T); the first sample's noise is
+    /// forgotten, (1 - t / T) exp(-t / T); the accelerometer's bias stays.
     pub fn variance_rad2(
         &self,
         gyroscope: &InertialErrors,
@@ -130,12 +138,12 @@ impl TiltFilter {
         of_accelerometer / square(gravity_m_s2) + of_gyroscope
     }
 
-    /// The unit vector downwards in the body frame; along -z before the first sample.
+    /// The downward unit vector in the body frame; -z before the first sample.
     pub fn down_in_body(&self) -> Vector3<f64> {
         self.up.map_or(-Vector3::z(), |up| -up)
     }
 
-    /// The gyroscope's bias across the vertical, as the filter takes it, in rad/s in the body frame.
+    /// The estimated gyroscope bias across the vertical, in rad/s in the body frame.
     pub fn bias_rad_s(&self) -> Vector3<f64> {
         self.bias_rad_s
     }
@@ -159,7 +167,7 @@ mod tests {
         let dt_s = 1e-3;
         let mut worst = 0.0_f64;
         for k in 0..20_000 {
-            // Samples from the middle of each step: what is left is of second order.
+            // Samples from the middle of each step: the remaining error is of second order.
             let t_s = dt_s * f64::from(k);
             let (turn, _) = rolling(t_s + 0.5 * dt_s);
             let (_, force) = rolling(t_s + dt_s);
@@ -168,13 +176,16 @@ mod tests {
                 worst = worst.max((tilt.down_in_body() + force / 9.81).norm());
             }
         }
-        // exp(-15 / 0.5) of 0.03 rad/s is nothing. A bias along the vertical is felt only as far as the body leans: 0.02 rad/s * 0.1 stays in the
-        // estimate, and a tenth of that turns the vertical by 2e-4 / k_p and some more as it rocks. Without the estimate it is 0.036 / k_p = 9e-3.
+        // exp(-15 / 0.5) of 0.03 rad/s is negligible. A bias along the vertical is observed only as
+        // far as the body leans: 0.02 rad/s * 0.1 stays in the estimate, and a tenth of that turns
+        // the vertical by 2e-4 / k_p and some more as it rocks. Without the estimate it is 0.036 /
+        // k_p = 9e-3.
         assert!(worst < 1e-3, "{worst}");
         assert!((tilt.bias_rad_s() - bias).norm() < 5e-3);
     }
 
-    /// A sideways acceleration a for a short while t looks like a tilt of a / g, of which k_p t comes through.
+    /// A sideways acceleration a for a short time t looks like a tilt of a / g, of which k_p t
+    /// passes.
     #[test]
     fn a_short_acceleration_passes_as_tilt_by_the_filters_share() {
         let mut tilt = TiltFilter::new(2.0).unwrap();
@@ -184,11 +195,12 @@ mod tests {
             tilt.update(&Vector3::zeros(), &(still + 0.5 * Vector3::x()), 1e-3);
         }
         let share = 0.5 / 9.81 * (2.0 / 2.0) * 0.02;
-        // Second order in t / T, and the angle's own curve: a hundredth.
+        // Second order in t / T, plus the angle's own curvature: a hundredth.
         assert!((-tilt.down_in_body().x / share - 1.0).abs() < 0.02);
     }
 
-    /// Robots at rest whose IMUs err as is said: pitch varies as is said, at the start, while a bias is learned, and for good.
+    /// Robots at rest whose IMUs have the stated errors: pitch has the computed variance at the
+    /// start, while a bias is learned, and in the long run.
     #[test]
     fn tilt_errs_as_its_variance_says() {
         let mut seed = 11_u64;
@@ -240,8 +252,8 @@ mod tests {
                 let said = filter.variance_rad2(&gyroscope, &accelerometer, 9.81, (dt_s, since_s));
                 let ratio = (square / f64::from(runs)) / said;
                 println!("{gyroscope:?} {accelerometer:?} {since_s}: {ratio:.3} of {said:.2e}");
-                // Of the accelerometer's walk the filter passes what it was half of its memory before; of the gyroscope's it has taken in all only
-                // after some time constants.
+                // The filter passes the accelerometer's walk with a lag of half its memory; it
+                // follows the gyroscope's only after some time constants.
                 let walked = match since_s < 4.0 {
                     true => {
                         accelerometer.bias_walk.powi(2) / 9.81_f64.powi(2)
@@ -249,8 +261,8 @@ mod tests {
                     }
                     false => 0.25 * accelerometer.bias_walk.powi(2) / 9.81_f64.powi(2),
                 };
-                // 1200 runs: a variance to 4 % in one deviation. The filter in steps of 0.02 T is 2 % off the continuous one. The first sample has
-                // nothing of the gyroscope.
+                // 1200 runs: a variance to 4 % in one deviation. The filter in steps of 0.02 T is 2
+                // % off the continuous one. The first sample has no gyroscope error.
                 let least = 0.85 - if look > &0 { walked / said } else { 0.0 };
                 let is_held = (least..1.15).contains(&ratio) || look == &0 && square == 0.0;
                 assert!(said < 1e-18 || is_held, "{ratio}");

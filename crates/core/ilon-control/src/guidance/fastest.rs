@@ -1,14 +1,16 @@
-//! The least time for a path within the accelerations that grip and motors allow.
+//! The time-optimal traversal of a path within the accelerations that grip and motors allow.
 //!
-//! A path is measured by sigma, the way of its point and of an arm that turns with it, so that a turn on the spot is movement too. With
-//! the twist of the body's origin nu = sigma' B(sigma), in body components,
+//! The path parameter sigma is the distance moved by its point plus that of an arm that turns with
+//! it, so that a rotation on the spot counts as well. With the twist of the body's origin nu =
+//! sigma' B(sigma), in body components,
 //!
 //!   nu' = sigma'' B + sigma'^2 dB/dsigma,
 //!
-//! which is linear in (sigma'', x = sigma'^2). On a grid of sigma with steps d, x grows by 2 d sigma''. A pass from the end finds at each
-//! node the largest x from which the rest can still be driven; a pass from the start then takes as much as there is at each node, without
-//! leaving these (Pham and Pham, "A new approach to time-optimal path parameterization based on reachability analysis", IEEE Transactions
-//! on Robotics 34(3), 2018).
+//! which is linear in (sigma'', x = sigma'^2). On a grid of sigma with steps d, x grows by 2 d
+//! sigma''. A backward pass finds at each node the largest x from which the rest can still be
+//! driven; a forward pass then accelerates as much as possible at each node within these bounds
+//! (Pham and Pham, "A new approach to time-optimal path parameterization based on reachability
+//! analysis", IEEE Transactions on Robotics 34(3), 2018).
 
 use ilon_robot::Twist;
 use nalgebra::Vector2;
@@ -18,28 +20,29 @@ use super::reference::{Pieces, Reference};
 use crate::error::{finite, positive};
 use crate::{AccelerationLimits, ControlError, Motor};
 
-/// Pieces of a grid between two waypoints, of a line, and of a lap.
+/// Grid steps between two waypoints, on a line, and in a lap.
 const PER_PIECE: usize = 120;
 const PER_LAP: usize = 240;
-/// Of a step beside a stop, in metres: longer ones are divided, for a robot may reach its top speed within one.
+/// Longest step beside a stop, in metres: longer ones are divided, because a robot may reach its
+/// top speed within one.
 const BESIDE_STOP_M: f64 = 0.05;
-/// The square of a speed that any robot may have.
+/// The square of a speed that any robot can have, in m^2/s^2.
 const SLOW_M2_S2: f64 = 1e-4;
-/// More laps are not looked at.
+/// Largest number of laps computed.
 const MOST_LAPS: usize = 64;
 
-/// Under what a path is driven as fast as it can be.
+/// Constraints for the time-optimal traversal of a path.
 #[derive(Debug)]
 pub struct Fastest<'a> {
-    /// What the robot can: with the share of it that may be used.
+    /// The robot's acceleration limits, with the share that may be used.
     pub limits: &'a mut AccelerationLimits,
-    /// Its motors, one a wheel.
+    /// The motors, one per wheel.
     pub motors: &'a [Motor],
     /// The largest wheel rate, in rad/s; infinite for none.
     pub wheel_rate_limit_rad_s: f64,
     /// The point of the body that follows the path, in the body frame, in metres.
     pub reference_point_m: Vector2<f64>,
-    /// The direction in the world in which the ground falls, in radians; of no effect on level ground.
+    /// The downhill direction in the world frame, in radians; without effect on level ground.
     pub downhill_in_world_rad: f64,
 }
 
@@ -48,34 +51,37 @@ struct Step {
     own_s: f64,
     own_until_s: f64,
     length_m: f64,
-    /// At its two ends: its limits are to hold at both.
+    /// Its two ends; the limits must hold at both.
     ends: [PathPlace; 2],
-    /// Whether the robot stands where the step begins.
+    /// Whether the robot is at rest at the start of the step.
     from_rest: bool,
     /// Largest x that the wheels' rates allow.
     most: f64,
 }
 
-/// A place of the path.
+/// A point on the path.
 #[derive(Clone, Copy)]
 struct PathPlace {
-    /// B, and by how much it changes per metre.
+    /// B, and its change per metre.
     direction: Twist,
     bend: Twist,
     heading_rad: f64,
 }
 
 impl Reference {
-    /// The same path in the least time: from rest, and to rest where the path ends. A circle or an eight goes on lap after lap; one whose
-    /// laps do not come to be alike, as under a heading that turns by itself, is worked out until `until_s` in seconds and rests then.
-    /// Speeds and times that the path was made with have no effect, but for the sense of a circle.
+    /// Returns the path traversed in minimal time, from rest, and to rest where the path ends. A
+    /// circle or a figure eight repeats its laps; if its laps do not become equal, as under a
+    /// heading that turns by itself, it is computed until `until_s` in seconds and rests then.
+    /// Original speeds and times of the path have no effect, except for the sense of a circle.
     ///
-    /// The heading belongs to the path: one of a rate turns by its angle per own time of the path. Where a heading along the tangent
-    /// jumps in rate, as at inner waypoints, the jump is spread over the last hundred-and-twentieth part of the way to it.
+    /// The heading belongs to the path: a constant-rate heading turns with the path's own time. If
+    /// the rate of a tangent heading jumps, as at inner waypoints, the jump is spread over the last
+    /// 1/120 of the distance to it.
     ///
     /// # Errors
-    /// [`ControlError::CannotBeDriven`] where the limits leave no way to go on; [`ControlError::NotPositive`], [`ControlError::NotFinite`] and
-    /// those of [`AccelerationLimits::range`].
+    /// [`ControlError::CannotBeDriven`] if the limits allow no further motion;
+    /// [`ControlError::NotPositive`], [`ControlError::NotFinite`] and those of
+    /// [`AccelerationLimits::range`].
     pub fn as_fast_as_possible(
         &self,
         under: &mut Fastest<'_>,
@@ -120,10 +126,10 @@ impl Reference {
             );
             let squares = under.squares(&steps, f64::INFINITY)?;
             let nodes = nodes(&steps, &squares, whole.1)?;
-            // The first step may be several.
+            // The first step may be divided into several.
             let first = steps.len() - laps * PER_LAP;
             let begins = |lap: usize| first + lap * PER_LAP;
-            // Lap after lap the same, but for the last, which need not think of another.
+            // All laps are the same, except for the last, which need not prepare for another.
             let [before, after] = [laps - 2, laps - 1].map(|lap| nodes[begins(lap)].flow_m_s);
             if (after - before).abs() < 1e-6 * after {
                 let kept = nodes[..=begins(laps - 1)].to_vec();
@@ -138,7 +144,7 @@ impl Reference {
     }
 }
 
-/// From rest to rest through pieces of a path.
+/// Traverses pieces of a path from rest to rest.
 fn under_ends(
     path: &Reference,
     under: &mut Fastest<'_>,
@@ -157,7 +163,8 @@ fn under_ends(
 }
 
 impl Fastest<'_> {
-    /// Adds a piece of a path to a grid, given how many steps it has and whether the robot rests at its ends, as it does where the path has it rest.
+    /// Adds a piece of a path to the grid, given its number of steps and whether the robot rests at
+    /// its ends (also where the path itself rests).
     fn add_steps(
         &self,
         path: &Reference,
@@ -181,7 +188,8 @@ impl Fastest<'_> {
             return;
         }
         let mean_m_s = whole_m / (to_s - from_s);
-        // A little inside of the ends: in a stop nothing moves, and at a waypoint one piece ends and another begins.
+        // Slightly inside the ends: in a stop nothing moves, and at a waypoint one piece ends and
+        // another starts.
         let inside_s = 1e-3 * part_s;
         let place = |own_s: f64| {
             let own_s = own_s.clamp(from_s + 2.0 * inside_s, to_s - 2.0 * inside_s);
@@ -204,7 +212,7 @@ impl Fastest<'_> {
             let ends = [first, place(end_s)];
             let rests = rests_at(start_s);
             if let Some(before) = steps.last_mut().filter(|_| k == 0 && !rests) {
-                // What jumps at a waypoint is spread over the step before it.
+                // A jump at a waypoint is spread over the step before it.
                 let jump = ends[0].direction + before.ends[1].direction.scaled(-1.0);
                 for end in &mut before.ends {
                     end.bend = end.bend + jump.scaled(1.0 / before.length_m);
@@ -225,28 +233,29 @@ impl Fastest<'_> {
         }
     }
 
-    /// B at a time: the twist of the body's origin per metre of sigma.
+    /// Returns B at a time: the twist of the body's origin per metre of sigma.
     fn direction(&self, path: &Reference, own_s: f64, arm_m: f64) -> Twist {
         let desired = path.at_own(own_s);
         let twist = desired.velocity_in_world.rotated(-desired.pose.heading_rad);
-        // The origin goes round the point that follows.
+        // The origin rotates about the point that follows the path.
         let (c, omega) = (self.reference_point_m, twist.omega_rad_s);
         let of_origin = twist + Twist::new(omega * c.y, -omega * c.x, 0.0);
         of_origin.scaled(1.0 / path.flow_on(own_s, arm_m))
     }
 
-    /// Largest x at which the tasks of position and heading together leave all wheels within their limit, as the guidance weighs them.
+    /// Returns the largest x at which the position and heading tasks together keep all wheels
+    /// within their limit, with the guidance's weights.
     fn most_square(&self, direction: Twist) -> f64 {
         let (c, omega) = (self.reference_point_m, direction.omega_rad_s);
         let heading = Twist::new(omega * c.y, -omega * c.x, omega);
         let position = direction + heading.scaled(-1.0);
         let asked_rad_s = [position, heading].map(|task| self.limits.fastest_rate_rad_s(task));
         let share = asked_rad_s.iter().sum::<f64>() / self.wheel_rate_limit_rad_s;
-        // Of a path that asks nothing of the wheels no speed is known to be too large.
+        // A path that needs no wheel motion has no speed limit.
         1.0 / (share * share).max(1e-12)
     }
 
-    /// x at each node, the last included, of which it is at most `end`.
+    /// Returns x at each node, including the last, where it is at most `end`.
     fn squares(&mut self, steps: &[Step], end: f64) -> Result<Vec<f64>, ControlError> {
         let mut reach = vec![end; steps.len() + 1];
         for (i, step) in steps.iter().enumerate().rev() {
@@ -257,10 +266,10 @@ impl Fastest<'_> {
         for (i, step) in steps.iter().enumerate() {
             let to_next = (reach[i + 1] - x) / (2.0 * step.length_m);
             let after = |gain: f64| (x + 2.0 * step.length_m * gain).max(0.0);
-            // At the edge of what can be had rounding leaves nothing.
+            // At the boundary rounding may leave no interval.
             let (least, most) = self.gains(step, x)?.unwrap_or((0.0, 0.0));
             let mut gain = most.min(to_next);
-            // A motor that turns faster at the step's end has less to give there.
+            // A motor that turns faster at the step's end has less torque there.
             if let Some((_, at_end)) = self.gains_at(&step.ends[1], after(gain))? {
                 gain = gain.min(at_end.max(least));
             }
@@ -270,7 +279,7 @@ impl Fastest<'_> {
         Ok(squares)
     }
 
-    /// The largest x with which a step can begin that may end with `next` at most.
+    /// Returns the largest x at the start of a step that allows at most `next` at its end.
     fn reach(&mut self, step: &Step, next: f64) -> Result<f64, ControlError> {
         let at_end = match next.is_finite() {
             true => self.gains_at(&step.ends[1], next)?,
@@ -279,7 +288,7 @@ impl Fastest<'_> {
         let mut is_fine =
             |x: f64| {
                 let needed = (next - x) / (2.0 * step.length_m);
-                // A motor that turns more slowly at the step's end brakes with less there.
+                // A motor that turns more slowly at the step's end brakes with less torque there.
                 if at_end.is_some_and(|(least, _)| needed < 0.0 && least > needed) {
                     return Ok(false);
                 }
@@ -315,7 +324,7 @@ impl Fastest<'_> {
         Ok(low)
     }
 
-    /// The least and the largest sigma'' with which a step can begin at an x.
+    /// Returns the smallest and the largest sigma'' at the start of a step for a given x.
     fn gains(&mut self, step: &Step, x: f64) -> Result<Option<(f64, f64)>, ControlError> {
         let [first, last] = &step.ends;
         let both = self.gains_at(first, x)?.zip(self.gains_at(last, x)?);
@@ -323,7 +332,7 @@ impl Fastest<'_> {
         Ok(both.filter(|(least, most)| least <= most))
     }
 
-    /// The least and the largest sigma'' at a place and an x.
+    /// Returns the smallest and the largest sigma'' at a point for a given x.
     fn gains_at(&mut self, place: &PathPlace, x: f64) -> Result<Option<(f64, f64)>, ControlError> {
         self.limits
             .turn_slope(self.downhill_in_world_rad - place.heading_rad)?;
@@ -336,7 +345,7 @@ impl Fastest<'_> {
     }
 }
 
-/// A grid of own times whose steps beside stops are divided by halves towards these.
+/// Returns a grid of own times whose steps beside stops are halved repeatedly towards the stops.
 fn divided_beside_stops(
     mut grid_s: Vec<f64>,
     [first, last]: [bool; 2],
@@ -360,7 +369,7 @@ fn divided_beside_stops(
     grid_s
 }
 
-/// The nodes of a pace from x at each of them.
+/// Converts x at each node to the nodes of a pace.
 fn nodes(steps: &[Step], squares: &[f64], end_s: f64) -> Result<Vec<Node>, ControlError> {
     let mut t_s = 0.0;
     let mut nodes = Vec::with_capacity(squares.len());

@@ -1,46 +1,28 @@
-//! The guidance law of section III: from where the robot is and where it should be to wheel rates
-//! within their limit, eqs. (26)-(50).
+//! The guidance law of section III: from pose errors to wheel rates within their limit, eqs.
+//! (26)-(50).
 //!
 //! **Frames.** The reference and the errors (16), (17) live in the world frame, and so does K_r. M
 //! acts on vectors resolved in the body frame (the paper: "on a common body-fixed frame"). So
-//! wherever the paper writes M_l r_d' or M_l K_r e_r, the vector is turned into the body frame
-//! first, by minus the heading.
+//! wherever the paper writes M_l r_d' or M_l K_r e_r, the vector is first rotated into the body
+//! frame, by minus the heading.
 
 use ilon_robot::{Pose, Twist, wrap_angle};
 use nalgebra::{Matrix2, Vector2};
 
 use crate::error::{finite, positive};
-use crate::guidance::priority::{Task, TaskShare, share_capacity, sigma};
+use crate::guidance::priority::{Priority, Task, TaskShare, share_capacity, sigma};
 use crate::{ContactKinematics, ControlError, Desired, Kinematics};
 
-/// Which task comes first where the wheels cannot serve both.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Priority {
-    /// Position before heading: the tasks (38)-(41).
-    Position,
-    /// Heading before position: the tasks (47)-(50).
-    Heading,
-}
-
-impl Priority {
-    /// The two in the order of their priority; given in that order, position and heading again.
-    pub(crate) fn order<T>(self, position: T, heading: T) -> (T, T) {
-        match self {
-            Self::Position => (position, heading),
-            Self::Heading => (heading, position),
-        }
-    }
-}
-
-/// What happens to wheel rates beyond the limit.
+/// Treatment of wheel rates beyond the limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Saturation {
-    /// The paper's law, eqs. (33), (34): tasks of lower priority give way first.
+    /// The paper's law, eqs. (33), (34): tasks of lower priority are reduced first.
     Prioritised(Priority),
-    /// Each wheel clipped on its own, which bends the motion: what drives do that know of no limit.
+    /// Each wheel is clipped separately, which bends the motion, as in drives that are unaware of
+    /// the limit.
     Clip,
-    /// All wheels scaled down together, which keeps the direction of the motion but lets a low task
-    /// slow a high one: the "quick and dirty way out" of section III-D.
+    /// All wheels are scaled down together, which keeps the direction of the motion but lets a
+    /// low-priority task slow down a high one: the "quick and dirty way out" of section III-D.
     Scale,
     /// No limit: the plain law (26).
     None,
@@ -50,28 +32,27 @@ pub enum Saturation {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum GuidanceTask {
-    /// M_l r_d', eq. (38): the velocity that is desired.
+    /// M_l r_d', eq. (38): the desired velocity.
     PositionFeedforward,
-    /// M_l K_r e_r, eq. (39): back to the desired position.
+    /// M_l K_r e_r, eq. (39): correction of the position error.
     PositionFeedback,
-    /// M_a phi_d', eq. (40): the heading rate that is desired.
+    /// M_a phi_d', eq. (40): the desired heading rate.
     HeadingFeedforward,
-    /// M_a K_phi e_phi, eq. (41): back to the desired heading.
+    /// M_a K_phi e_phi, eq. (41): correction of the heading error.
     HeadingFeedback,
-    /// A third reference: to look at a point of the world, with M_a times a gain times the angle to
-    /// it.
+    /// A third reference: face a point of the world, with M_a times a gain times the angle to it.
     Face {
         /// The point in the world frame, in metres.
         point_m: Vector2<f64>,
         /// The gain on the angle, in 1/s.
         gain_per_s: f64,
     },
-    /// The same motion of the reference point all the time, in the body frame.
+    /// A constant motion of the reference point, in the body frame.
     Twist(Twist),
 }
 
 impl GuidanceTask {
-    /// Its name in commands and traces.
+    /// The task's name in commands and traces.
     pub fn name(&self) -> &'static str {
         match self {
             Self::PositionFeedforward => "position feedforward",
@@ -83,7 +64,7 @@ impl GuidanceTask {
         }
     }
 
-    /// The tasks of (38)-(41) or (47)-(50).
+    /// The tasks (38)-(41) or (47)-(50).
     fn usual(saturation: Saturation) -> Vec<Self> {
         let position = [Self::PositionFeedforward, Self::PositionFeedback];
         let heading = [Self::HeadingFeedforward, Self::HeadingFeedback];
@@ -112,23 +93,23 @@ pub struct GuidanceSettings {
     pub heading_gain: f64,
     /// q'_max of eq. (29), the smallest limit of all wheels, in rad/s; infinite for none.
     pub wheel_rate_limit_rad_s: f64,
-    /// What happens beyond the limit.
+    /// Treatment of wheel rates beyond the limit.
     pub saturation: Saturation,
 }
 
-/// What the guidance commands, and which task gave way for it.
+/// The commanded wheel rates, with the share of each task.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Command {
     /// q'_d: the wheel rates, in rad/s.
     pub wheel_rates_rad_s: Vec<f64>,
-    /// The motion of the reference point that all tasks together ask for, in the body frame, before
+    /// The requested motion of the reference point, all tasks together, in the body frame, before
     /// any limit: (v_c, omega) of eqs. (23), (24).
     pub twist_in_body: Twist,
-    /// The motion that the commanded rates stand for, in the body frame: eqs. (42), (43). Where
-    /// each wheel was clipped on its own, the one that fits the rates best.
+    /// The motion of the commanded rates, in the body frame: eqs. (42), (43). If the wheels were
+    /// clipped separately, the motion that fits the rates best.
     pub saturated_twist_in_body: Twist,
-    /// Each task in the order of its priority: what it asked for, its capacity and its weight.
-    /// Where wheels are clipped on their own, or nothing is limited, the weights are 1.
+    /// Each task in the order of its priority: its request, capacity and weight. With wheels
+    /// clipped separately, or without a limit, the weights are 1.
     pub tasks: Vec<TaskShare>,
 }
 
@@ -139,11 +120,11 @@ pub struct Command {
 /// well, yet break (36).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Feasibility {
-    /// Left-hand side of (36), in rad/s: the largest wheel rate that the reference velocity can ask
-    /// for, over all headings of the robot.
+    /// Left-hand side of (36), in rad/s: the largest wheel rate that the reference velocity may
+    /// need, over all headings of the robot.
     pub position_rad_s: f64,
     /// Left-hand side of (37), in rad/s: the largest wheel rate that the reference heading rate
-    /// asks for.
+    /// needs.
     pub heading_rad_s: f64,
     /// q'_max, in rad/s: each of the above must stay below half of it.
     pub limit_rad_s: f64,
@@ -157,19 +138,19 @@ impl Feasibility {
     }
 }
 
-/// The wheel that a reference takes nearest to its limit.
+/// The wheel that a reference drives closest to its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelRateAsked {
     /// Its index.
     pub wheel: usize,
     /// Its rate, in rad/s.
     pub rate_rad_s: f64,
-    /// Its part of the capacity c_1, in rad/s: what it can be given.
+    /// Its part of the capacity c_1, in rad/s.
     pub limit_rad_s: f64,
 }
 
 impl WheelRateAsked {
-    /// The rate over what it can be given; 0 where nothing limits it.
+    /// Returns the rate over its limit; 0 without a limit.
     pub fn share(&self) -> f64 {
         self.rate_rad_s.abs() / self.limit_rad_s
     }
@@ -184,22 +165,22 @@ pub struct Guidance {
     limit_rad_s: f64,
     /// c_1 of eq. (34), in rad/s.
     capacity_rad_s: f64,
-    /// What each wheel's rate counts in the norm of a task: q'_max over the wheel's own limit; 1 of
-    /// all where they are alike.
+    /// Weight of each wheel's rate in the norm of a task: q'_max over the wheel's own limit; 1 if
+    /// all limits are equal.
     weights: Vec<f64>,
     saturation: Saturation,
-    /// What is served, highest priority first.
+    /// The tasks, highest priority first.
     order: Vec<GuidanceTask>,
-    /// Room for it as tasks.
+    /// Buffer for these tasks.
     tasks: Vec<Task>,
     command: Command,
-    /// Wheel rates of each task in turn, N numbers a task.
+    /// Wheel rates of all tasks in turn, N numbers per task.
     task_rates: Vec<f64>,
 }
 
 impl Guidance {
-    /// The law for a robot. The reference point of `kinematics` is the point that follows the
-    /// reference.
+    /// Builds the law for a robot. The reference point of `kinematics` is the point that follows
+    /// the reference.
     ///
     /// # Errors
     /// [`ControlError::PositionGain`], [`ControlError::NotPositive`], [`ControlError::NotFinite`].
@@ -233,9 +214,9 @@ impl Guidance {
         })
     }
 
-    /// The same with a limit of its own for each wheel, in rad/s, in place of the one for all: the
-    /// norm of a task is then that of q'_j / q'max_j, in units of the least limit, so that eqs.
-    /// (33) to (35) hold for each wheel by its own limit.
+    /// Returns the law with a separate limit for each wheel, in rad/s, instead of the common one:
+    /// the norm of a task is then that of q'_j / q'max_j, in units of the smallest limit, so that
+    /// eqs. (33) to (35) hold for each wheel by its own limit.
     ///
     /// # Errors
     /// [`ControlError::LengthMismatch`], [`ControlError::NotPositive`].
@@ -259,9 +240,9 @@ impl Guidance {
         Ok(self)
     }
 
-    /// The same with less than the wheels' limit to share out among the tasks: c_1 of eq. (34), in
-    /// rad/s. The rest is for other commands of the wheels. Of effect under
-    /// [`Saturation::Prioritised`] alone.
+    /// Returns the law with a smaller capacity to share among the tasks than the wheels' limit: c_1
+    /// of eq. (34), in rad/s. The rest is for other commands of the wheels. It only affects
+    /// [`Saturation::Prioritised`].
     ///
     /// # Errors
     /// [`ControlError::NotPositive`]; [`ControlError::TooLarge`] beyond the limit.
@@ -279,12 +260,12 @@ impl Guidance {
         Ok(self)
     }
 
-    /// The same with any tasks, each once, in the order of their priority, in place of the four of
-    /// [`GuidanceSettings::saturation`]: eqs. (32) to (34). What is left out is not served.
+    /// Returns the law with any tasks, each once, in the order of their priority, instead of the
+    /// four of [`GuidanceSettings::saturation`]: eqs. (32) to (34). Tasks left out are not served.
     ///
     /// # Errors
-    /// [`ControlError::NoTasks`]; [`ControlError::TwiceATask`] where one stands twice, by its name;
-    /// [`ControlError::NotPositive`] and [`ControlError::NotFinite`] for what they say.
+    /// [`ControlError::NoTasks`]; [`ControlError::TwiceATask`] with the name of a repeated task;
+    /// [`ControlError::NotPositive`] and [`ControlError::NotFinite`] for the tasks' values.
     pub fn with_tasks(mut self, tasks: &[GuidanceTask]) -> Result<Self, ControlError> {
         if tasks.is_empty() {
             return Err(ControlError::NoTasks);
@@ -316,16 +297,16 @@ impl Guidance {
         Ok(self)
     }
 
-    /// The kinematics that it commands by.
+    /// The kinematics in use.
     pub fn kinematics(&self) -> &Kinematics {
         &self.kinematics
     }
 
-    /// Commands by another kinematics from now on: that of the same robot with its wheels
-    /// elsewhere. The point that follows the reference stays.
+    /// Continues with other kinematics: those of the same robot after its wheels moved on the body.
+    /// The point that follows the reference stays.
     ///
     /// # Errors
-    /// [`ControlError::LengthMismatch`] for that of another number of wheels.
+    /// [`ControlError::LengthMismatch`] for a different number of wheels.
     pub fn stand(&mut self, kinematics: &Kinematics) -> Result<(), ControlError> {
         let (count, given) = (self.kinematics.wheel_count(), kinematics.wheel_count());
         if given != count {
@@ -340,15 +321,15 @@ impl Guidance {
         Ok(())
     }
 
-    /// Wheel rates for the estimated pose of the body frame and the desired motion of the reference
-    /// point.
+    /// Returns wheel rates for the estimated pose of the body frame and the desired motion of the
+    /// reference point.
     pub fn update(&mut self, seen: &Pose, desired: &Desired) -> &Command {
         self.update_by(seen, desired, None)
     }
 
-    /// As [`Self::update`], with the wheel rates taken from the rollers that touch at the wheel
-    /// angles of the last [`ContactKinematics::update`], so that the ripple of few rollers is
-    /// cancelled. The limit holds all the same.
+    /// Like [`Self::update`], with the wheel rates computed for the touching rollers at the wheel
+    /// angles of the last [`ContactKinematics::update`], which cancels the ripple of few rollers.
+    /// The limit still holds.
     pub fn update_on_contact(
         &mut self,
         seen: &Pose,
@@ -375,21 +356,22 @@ impl Guidance {
         &self.command
     }
 
-    /// Wheel rates for any tasks in the order of their priority: eqs. (32)-(34) for n tasks. More
-    /// tasks than ever before make it allocate once.
+    /// Returns wheel rates for any tasks in the order of their priority: eqs. (32)-(34) for n
+    /// tasks. It allocates once if there are more tasks than ever before.
     pub fn command(&mut self, tasks: &[Task]) -> &Command {
         self.combine(tasks, None)
     }
 
-    /// As [`Self::command`], with the wheel rates of [`Self::update_on_contact`].
+    /// Like [`Self::command`], with the wheel rates of [`Self::update_on_contact`].
     pub fn command_on_contact(&mut self, tasks: &[Task], contact: &ContactKinematics) -> &Command {
         self.combine(tasks, Some(contact))
     }
 
-    /// The left-hand sides of (36) and (37) for a reference speed in m/s and heading rate in rad/s.
+    /// Returns the left-hand sides of (36) and (37) for a reference speed in m/s and heading rate
+    /// in rad/s.
     ///
-    /// M_l acts in the body frame, so what a reference velocity asks of a wheel depends on the
-    /// robot's heading. The figure is the largest over all headings: |row h of M_l| is 1, hence
+    /// M_l acts in the body frame, so the wheel rates of a reference velocity depend on the robot's
+    /// heading. The result is the largest over all headings: |row h of M_l| is 1, hence
     /// |r_d'| / (rho_h |cos gamma_h|).
     pub fn feasibility(&self, speed_m_s: f64, heading_rate_rad_s: f64) -> Feasibility {
         let rates = self.kinematics.rate_matrix();
@@ -407,9 +389,9 @@ impl Guidance {
         }
     }
 
-    /// What a reference asks of the wheels of a robot that is where it shall be, || M_l r_d' + M_a
-    /// phi_d' ||, by the wheel that it takes nearest to its limit. (36) and (37) are sufficient for
-    /// its share to stay below 1, and this is what they are for.
+    /// Returns the wheel closest to its limit when the robot follows the reference without error,
+    /// || M_l r_d' + M_a phi_d' ||. (36) and (37) are sufficient for its share to stay below 1,
+    /// which is their purpose.
     pub fn feedforward(&self, desired: &Desired) -> WheelRateAsked {
         let twist = desired.velocity_in_world.rotated(-desired.pose.heading_rad);
         let rows = self.kinematics.rate_matrix().row_iter().zip(&self.weights);
@@ -441,18 +423,18 @@ impl Guidance {
         self.order.iter().map(GuidanceTask::name)
     }
 
-    /// What a task asks for: of (38)-(41) or (47)-(50), as a twist of the reference point in the
-    /// body frame.
+    /// Returns the request of a task, (38)-(41) or (47)-(50), as a twist of the reference point in
+    /// the body frame.
     fn asked(&self, task: &GuidanceTask, seen: &Pose, desired: &Desired) -> Twist {
         let phi = seen.heading_rad;
-        // r_c: where the reference point is in the world frame.
+        // r_c: the reference point in the world frame.
         let r_c = || {
             let arm = self.kinematics.reference_point_m();
             let (s, c) = libm::sincos(phi);
             seen.position_m() + Vector2::new(c * arm.x - s * arm.y, s * arm.x + c * arm.y)
         };
         let linear_in_body = |v: Vector2<f64>| Twist::new(v.x, v.y, 0.0).rotated(-phi);
-        // Heading errors are wrapped: the shorter way round.
+        // Heading errors are wrapped to the shorter way round.
         match task {
             GuidanceTask::PositionFeedforward => {
                 linear_in_body(desired.velocity_in_world.linear_m_s())
@@ -475,7 +457,7 @@ impl Guidance {
                 gain_per_s,
             } => {
                 let to = point_m - r_c();
-                // On the point itself there is nowhere to look.
+                // At the point itself there is no direction to face.
                 let angle = match to.norm() > 0.0 {
                     true => wrap_angle(libm::atan2(to.y, to.x) - phi),
                     false => 0.0,
@@ -486,7 +468,7 @@ impl Guidance {
         }
     }
 
-    /// Eq. (33), or one of its alternatives, over the wheel rates of the tasks.
+    /// Combines the wheel rates of the tasks by eq. (33), or by one of its alternatives.
     fn combine(&mut self, tasks: &[Task], contact: Option<&ContactKinematics>) -> &Command {
         let count = self.kinematics.wheel_count();
         let (q_max, weights) = (self.limit_rad_s, &self.weights);
@@ -519,7 +501,7 @@ impl Guidance {
             Saturation::Scale => {
                 map.wheel_rates(command.twist_in_body, &mut command.wheel_rates_rad_s);
                 let asked_rad_s = infinity_norm(&command.wheel_rates_rad_s, weights);
-                // Nothing asked for is nothing held back: weight 1, unlike sigma(0, c).
+                // A task without a request is not held back: weight 1, unlike sigma(0, c).
                 let weight = if asked_rad_s == 0.0 {
                     1.0
                 } else {
@@ -532,7 +514,7 @@ impl Guidance {
             Saturation::Clip | Saturation::None => {}
         }
 
-        // Eq. (33). A task that is not finite (a pose that was not a number) is left out.
+        // Eq. (33). A task that is not finite (from a pose with NaN) is left out.
         command.wheel_rates_rad_s.fill(0.0);
         command.saturated_twist_in_body = Twist::default();
         let shares = command.tasks.iter_mut();
@@ -548,7 +530,7 @@ impl Guidance {
             }
         }
         if self.saturation != Saturation::None {
-            // For Clip this is the law. For the others (35) holds already, and it only takes off
+            // For Clip this is the law. For the others (35) holds already, and this only removes
             // the last rounding.
             let before = infinity_norm(&command.wheel_rates_rad_s, weights);
             for (rate, weight) in command.wheel_rates_rad_s.iter_mut().zip(weights) {
@@ -599,7 +581,7 @@ fn moved(twist: Twist, offset_m: Vector2<f64>) -> Twist {
     twist + Twist::new(-omega * offset_m.y, omega * offset_m.x, 0.0)
 }
 
-/// The largest amount of all, each by its weight; not finite where one of them is not.
+/// Returns the largest weighted amount; not finite if any of them is not.
 fn infinity_norm(rates: &[f64], weights: &[f64]) -> f64 {
     let weighted = rates
         .iter()
@@ -617,7 +599,7 @@ fn infinity_norm(rates: &[f64], weights: &[f64]) -> f64 {
     })
 }
 
-/// K_r if it is symmetric positive definite, as eq. (21) needs.
+/// Returns K_r if it is symmetric positive definite, as eq. (21) needs.
 fn checked_gain(gain: Matrix2<f64>) -> Result<Matrix2<f64>, ControlError> {
     for value in gain.iter() {
         finite("an entry of the position gain in 1/s", *value)?;
@@ -664,7 +646,7 @@ mod tests {
             velocity_in_world: Twist::new(0.1, 0.05, 0.2),
         };
         for robot in [mecanum4(), six_wheels(), volksbot()] {
-            // The guidance about a point of its own, the contact kinematics about the body frame's
+            // The guidance has its own reference point, the contact kinematics the body frame's
             // origin.
             let point = Vector2::new(0.1, 0.05);
             let kinematics = Kinematics::new(&robot).unwrap().about(point).unwrap();
@@ -686,8 +668,8 @@ mod tests {
         }
     }
 
-    /// Wheels of unequal limits: none is exceeded, the one that binds is used up, and a wheel that
-    /// may turn faster does.
+    /// With unequal limits none is exceeded, the binding one is fully used, and a wheel with a
+    /// higher limit turns faster.
     #[test]
     fn eq_35_holds_for_each_wheel_by_its_own_limit() {
         let first = Saturation::Prioritised(Priority::Position);
@@ -724,7 +706,7 @@ mod tests {
         assert!(used_up > 5 && beyond_least > 50, "{used_up} {beyond_least}");
     }
 
-    /// c_1 below the limit is what all tasks together may take.
+    /// c_1 below the limit is the capacity for all tasks together.
     #[test]
     fn eq_34_a_capacity_below_the_limit_leaves_the_rest() {
         let first = Saturation::Prioritised(Priority::Position);
@@ -778,8 +760,8 @@ mod tests {
         );
     }
 
-    /// The velocity of a point of the body, by the difference of where the body's motion takes it:
-    /// x + R(theta) offset.
+    /// The velocity of a point of the body equals the difference quotient of its position x +
+    /// R(theta) offset.
     #[test]
     fn eq_2_a_point_of_the_body_moves_with_its_rotation() {
         let (twist, offset_m) = (Twist::new(0.3, -0.2, 1.5), Vector2::new(0.1, 0.05));
@@ -790,7 +772,7 @@ mod tests {
         let dt_s = 1e-5;
         let velocity = (place(dt_s) - place(-dt_s)) / (2.0 * dt_s);
         let there = moved(twist, offset_m);
-        // The central difference is off by omega^3 |offset| dt^2 / 6, some 1e-11.
+        // The central difference has an error of omega^3 |offset| dt^2 / 6, some 1e-11.
         assert!((there.vx_m_s - velocity.x).abs() < 1e-9);
         assert!((there.vy_m_s - velocity.y).abs() < 1e-9);
         assert_eq!(there.omega_rad_s, 1.5);

@@ -1,4 +1,5 @@
-//! Where the robot should be, and which wheel rates bring it there within their limits: Indiveri 2009, eqs. (13)-(50).
+//! References, and the guidance law that follows them within the wheels' limits: Indiveri 2009,
+//! eqs. (13)-(50).
 
 pub(crate) mod fastest;
 pub(crate) mod law;

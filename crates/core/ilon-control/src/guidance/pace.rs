@@ -1,32 +1,32 @@
-//! How the own time of a reference passes: when it is where on its path.
+//! The time law of a reference: the path's own time as a function of time.
 
-/// A pace by nodes: between two of them the flow, how fast the reference moves, changes evenly with time.
+/// A time law by nodes; between two of them the flow (the reference's speed) is linear in time.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pace {
     nodes: Vec<Node>,
-    /// From this node on the last lap comes again and again; without it the reference rests at its end.
+    /// First node of the lap that repeats; without it the reference rests at its end.
     again_from: Option<usize>,
-    /// By which arm a turn counts as movement, in metres.
+    /// The arm by which rotation counts as movement, in metres.
     arm_m: f64,
 }
 
-/// Where the reference is at a time.
+/// State of the reference at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Node {
-    /// When, in seconds.
+    /// Time, in seconds.
     pub t_s: f64,
-    /// Where on its path, in the path's own time, in seconds.
+    /// Place on the path, in the path's own time, in seconds.
     pub own_s: f64,
-    /// How far in that time it comes until the next node; what comes between the two is a stop.
+    /// Own time reached at the next node, in seconds; the gap up to that node's `own_s` is a stop.
     pub own_until_s: f64,
-    /// How fast it moves there, in m/s.
+    /// Speed of the reference, in m/s.
     pub flow_m_s: f64,
-    /// How much it gains from there to the next node, in m/s^2.
+    /// Acceleration up to the next node, in m/s^2.
     pub gain_m_s2: f64,
 }
 
 impl Pace {
-    /// Through nodes at times that do not fall; there are two at least.
+    /// Builds a pace from at least two nodes with non-decreasing times.
     pub fn new(nodes: Vec<Node>, again_from: Option<usize>, arm_m: f64) -> Self {
         Self {
             nodes,
@@ -39,13 +39,13 @@ impl Pace {
         self.arm_m
     }
 
-    /// When the last node is reached, in seconds.
+    /// Time of the last node, in seconds.
     pub fn end_s(&self) -> f64 {
         self.nodes[self.nodes.len() - 1].t_s
     }
 
-    /// The path's own time in seconds at a time in seconds, and how fast it passes, given how fast the reference moves in its own time,
-    /// in m/s.
+    /// Returns the path's own time in seconds at a time in seconds, and its rate, given the
+    /// reference's speed in its own time, in m/s.
     pub fn at(&self, t_s: f64, flow: impl Fn(f64) -> f64) -> (f64, f64) {
         let last = self.nodes.len() - 1;
         let end = self.nodes[last];
@@ -74,12 +74,12 @@ impl Pace {
     }
 }
 
-/// How far something that flows so goes between two times, in metres.
+/// Returns the distance moved between two times at a given flow, in metres.
 pub(super) fn length_m(from_s: f64, to_s: f64, flow: &impl Fn(f64) -> f64) -> f64 {
     length_over_m(from_s, to_s - from_s, flow)
 }
 
-/// The same from a time on, over some seconds, by Gauss's rule of five points.
+/// Like `length_m`, from a time on over some seconds, by five-point Gauss quadrature.
 pub(super) fn length_over_m(from_s: f64, over_s: f64, flow: &impl Fn(f64) -> f64) -> f64 {
     const NODES: [(f64, f64); 5] = [
         (0.0, 0.568_888_888_888_888_9),
@@ -93,7 +93,8 @@ pub(super) fn length_over_m(from_s: f64, over_s: f64, flow: &impl Fn(f64) -> f64
     half_s * NODES.iter().map(at).sum::<f64>()
 }
 
-/// When something that flows so has gone `gone_m` from `from_s` on, before `to_s`: by false position, kept from standing still.
+/// Returns the time at which `gone_m` is covered from `from_s` on, before `to_s`: regula falsi,
+/// with a safeguard against stagnation.
 fn place_after(gone_m: f64, from_s: f64, to_s: f64, flow: &impl Fn(f64) -> f64) -> f64 {
     let missing = |at_s: f64| length_m(from_s, at_s, flow) - gone_m;
     let (mut low, mut high) = (from_s, to_s);

@@ -1,49 +1,92 @@
-//! Prioritised saturation: the capacity of one bound shared out among tasks in the order of their priority,
-//! eqs. (29)-(35).
+//! Prioritised saturation: one bound's capacity is shared among tasks in the order of their
+//! priority, eqs. (29)-(35).
 
 use ilon_robot::Twist;
 
-/// One task of the guidance: a motion that it asks for.
+/// The order of the tasks if the wheels cannot serve both.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Priority {
+    /// Position before heading: the tasks (38)-(41).
+    Position,
+    /// Heading before position: the tasks (47)-(50).
+    Heading,
+}
+
+impl Priority {
+    /// Returns the two in the order of their priority. Applied to a pair in that order, it returns
+    /// position and heading.
+    pub(crate) fn order<T>(self, position: T, heading: T) -> (T, T) {
+        match self {
+            Self::Position => (position, heading),
+            Self::Heading => (heading, position),
+        }
+    }
+}
+
+/// One task of the guidance: a requested motion.
 ///
-/// In the kinematic model every motion that the wheels can roll is a twist, q' = M twist / (rho cos gamma). Asking
-/// for twists therefore covers every task, whatever N: wheel rates outside the range of M would only make wheels
-/// slide against each other.
+/// In the kinematic model every motion that the wheels can roll is a twist, q' = M twist / (rho cos
+/// gamma). Requests by twist therefore cover every task, whatever N: wheel rates outside the range
+/// of M would only make wheels slide against each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Task {
-    /// Its name, by which [`TaskShare`] tells of it.
+    /// Its name, repeated in [`TaskShare`].
     pub name: &'static str,
-    /// The motion it asks for, in the body frame.
+    /// The requested motion, in the body frame.
     pub twist_in_body: Twist,
 }
 
-/// How much of a task was let through.
+impl Task {
+    /// A twist of the body as tasks: its velocity and its yaw rate in the order of a priority; without one all of it
+    /// as the first, and nothing as the second.
+    pub fn of_twist(twist_in_body: Twist, priority: Option<Priority>) -> [Self; 2] {
+        let task = |name, vx_m_s, vy_m_s, omega_rad_s| Self {
+            name,
+            twist_in_body: Twist::new(vx_m_s, vy_m_s, omega_rad_s),
+        };
+        let Twist {
+            vx_m_s,
+            vy_m_s,
+            omega_rad_s,
+        } = twist_in_body;
+        let whole = task("twist", vx_m_s, vy_m_s, omega_rad_s);
+        let parts = priority.map(|priority| {
+            let velocity = task("velocity", vx_m_s, vy_m_s, 0.0);
+            priority.order(velocity, task("yaw rate", 0.0, 0.0, omega_rad_s))
+        });
+        parts.map_or([whole, task("yaw rate", 0.0, 0.0, 0.0)], Into::into)
+    }
+}
+
+/// The share of a task that was executed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TaskShare {
     /// The task's name.
     pub name: &'static str,
-    /// The motion that it asked for, in the body frame.
+    /// The requested motion, in the body frame.
     pub twist_in_body: Twist,
-    /// What it asked for: the infinity norm of its wheel rates, in rad/s.
+    /// The request: the infinity norm of its wheel rates, in rad/s.
     pub asked_rad_s: f64,
-    /// Its capacity c_i of eq. (34), in rad/s: what the tasks above it left.
+    /// Its capacity c_i of eq. (34), in rad/s: the rest left by the tasks above it.
     pub capacity_rad_s: f64,
-    /// Its weight sigma of eq. (33), in [0, 1]: below 1 it gave way. A task that asks for nothing has weight 0,
-    /// as eq. (30) defines it.
+    /// Its weight sigma of eq. (33), in [0, 1]: below 1 the task is saturated. A task without a
+    /// request has weight 0, as eq. (30) defines it.
     pub weight: f64,
 }
 
 impl TaskShare {
-    /// Whether saturation kept the task from all that it asked for.
+    /// Whether the task was executed only in part.
     pub fn is_saturated(&self) -> bool {
-        // Not `weight < 1`: a task that asks for nothing has weight zero and lacks nothing.
+        // Not `weight < 1`: a task without a request has weight zero and lacks nothing.
         self.asked_rad_s != 0.0 && self.weight < 1.0
     }
 }
 
-/// The saturation weight of eqs. (30), (31): the factor that holds `x` to its capacity `c` >= 0.
+/// Returns the saturation weight of eqs. (30), (31): the factor that keeps `x` within its capacity
+/// `c` >= 0.
 ///
-/// 0 where x = 0; 1 where |x| < c; c / |x| beyond, which is 1 at |x| = c as well and 0 for c = 0. What is not finite
-/// gets weight 0: no finite factor can hold it.
+/// 0 where x = 0; 1 where |x| < c; c / |x| beyond, which is 1 at |x| = c as well and 0 for c = 0. A
+/// value that is not finite gets weight 0: no finite factor can keep it within.
 pub fn sigma(x: f64, c: f64) -> f64 {
     if x == 0.0 || !x.is_finite() {
         0.0
@@ -54,8 +97,8 @@ pub fn sigma(x: f64, c: f64) -> f64 {
     }
 }
 
-/// Gives each task its capacity and weight, from what it asked for, in falling priority: eq. (34), with c_1 =
-/// `capacity_rad_s`, for any number of tasks.
+/// Sets the capacity and weight of each task from its request, in falling priority: eq. (34), with
+/// c_1 = `capacity_rad_s`, for any number of tasks.
 pub fn share_capacity(capacity_rad_s: f64, shares: &mut [TaskShare]) {
     let mut c = capacity_rad_s;
     for share in shares {
@@ -63,7 +106,7 @@ pub fn share_capacity(capacity_rad_s: f64, shares: &mut [TaskShare]) {
         share.capacity_rad_s = c;
         share.weight = sigma(x, c);
         if x.is_finite() {
-            // c - x sigma(x, c) without its rounding: a task that takes all leaves exactly nothing.
+            // c - x sigma(x, c) without its rounding: a task that takes all leaves exactly zero.
             c = if x < c { c - x } else { 0.0 };
         }
     }
@@ -80,7 +123,8 @@ mod tests {
         assert_eq!(sigma(-2.0, 3.0), 1.0);
         assert_eq!(sigma(6.0, 3.0), 0.5);
         assert_eq!(sigma(-6.0, 3.0), 0.5);
-        // The strict inequality of eq. (30) leaves |x| = c to the last case, where c / |x| is 1: no jump.
+        // The strict inequality of eq. (30) leaves |x| = c to the last case, where c / |x| is 1: no
+        // jump.
         assert_eq!(sigma(3.0, 3.0), 1.0);
     }
 

@@ -1,7 +1,7 @@
-//! Where the robot should be: the reference trajectories of section III-A, eqs. (13)-(17).
+//! The reference trajectories of section III-A, eqs. (13)-(17).
 //!
-//! Position and heading are free of each other, as the paper stresses of omnidirectional robots: every path takes
-//! every [`Heading`].
+//! Position and heading are independent, as the paper stresses for omnidirectional robots: every
+//! path can have every [`Heading`].
 
 use std::f64::consts::TAU;
 
@@ -13,7 +13,7 @@ use crate::error::{finite, not_negative, positive};
 use crate::guidance::pace::{Pace, length_over_m};
 use crate::guidance::spline::{Motion, Spline};
 
-/// What the guidance is asked to do at one moment.
+/// The desired pose and motion at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Desired {
     /// r_d of eq. (13) and phi_d of eq. (17), in the world frame. The heading is not wrapped.
@@ -27,19 +27,19 @@ pub struct Desired {
 pub struct Reference {
     path: Path,
     heading: Heading,
-    /// How its own time passes, where that is not as it does.
+    /// The time law of the path's own time; `None` if own time is time.
     pace: Option<Pace>,
 }
 
 /// The reference heading phi_d(t).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Heading {
-    /// Always the same.
+    /// Constant heading.
     Constant {
         /// phi_d in radians.
         heading_rad: f64,
     },
-    /// Turning steadily, whatever the path does.
+    /// Constant heading rate, whatever the path does.
     Rate {
         /// phi_d at time zero, in radians.
         start_rad: f64,
@@ -51,8 +51,8 @@ pub enum Heading {
         /// Angle from the tangent to the heading, in radians.
         offset_rad: f64,
     },
-    /// One heading a waypoint, turning the shorter way from each to the next, continuous in rate and at rest at both
-    /// ends. For paths by waypoints only.
+    /// One heading per waypoint, turning the shorter way from each to the next, continuous in rate
+    /// and at rest at both ends. For paths by waypoints only.
     Waypoints {
         /// Headings at the waypoints, in radians.
         headings_rad: Vec<f64>,
@@ -102,10 +102,12 @@ impl Reference {
         Self::assemble(path, Heading::Constant { heading_rad })
     }
 
-    /// A straight line at constant speed in m/s, held at its end. The reference velocity steps at both ends.
+    /// A straight line at constant speed in m/s, held at its end. The reference velocity steps at
+    /// both ends.
     ///
     /// # Errors
-    /// [`ControlError::NotFinite`], [`ControlError::NotPositive`] for the speed or where both ends are the same point.
+    /// [`ControlError::NotFinite`], [`ControlError::NotPositive`] for the speed or where both ends
+    /// are the same point.
     pub fn line(
         from_m: Vector2<f64>,
         to_m: Vector2<f64>,
@@ -124,11 +126,12 @@ impl Reference {
         Self::assemble(path, heading)
     }
 
-    /// A circle at constant speed, from the point at `start_rad` from the world's x axis seen from its centre;
-    /// counter-clockwise for a positive speed in m/s, clockwise for a negative one.
+    /// A circle at constant speed, from the point at `start_rad` from the world's x axis seen from
+    /// its centre; counter-clockwise for a positive speed in m/s, clockwise for a negative one.
     ///
     /// # Errors
-    /// [`ControlError::NotFinite`], [`ControlError::NotPositive`] for the radius or the amount of the speed.
+    /// [`ControlError::NotFinite`], [`ControlError::NotPositive`] for the radius or the amount of
+    /// the speed.
     pub fn circle(
         center_m: Vector2<f64>,
         radius_m: f64,
@@ -147,12 +150,13 @@ impl Reference {
         Self::assemble(path, heading)
     }
 
-    /// A figure eight: the lemniscate of Bernoulli, from its crossing, `half_width_m` from there to each tip along an
-    /// axis at `axis_rad` from the world's x axis, once round in `period_s`.
+    /// A figure eight: the lemniscate of Bernoulli, starting at its crossing, with `half_width_m`
+    /// from there to each tip along an axis at `axis_rad` from the world's x axis, one lap in
+    /// `period_s`.
     ///
-    /// In the axis's frame, with T = 2 pi t / period:
-    /// (x, y) = half_width sin T / (1 + cos^2 T) (1, cos T). Its speed is 2 pi half_width / period over
-    /// sqrt(1 + cos^2 T): largest at the tips, least at the crossing.
+    /// In the axis's frame, with T = 2 pi t / period: (x, y) = half_width sin T / (1 + cos^2 T) (1,
+    /// cos T). Its speed is 2 pi half_width / period over sqrt(1 + cos^2 T): largest at the tips,
+    /// smallest at the crossing.
     ///
     /// # Errors
     /// [`ControlError::NotFinite`], [`ControlError::NotPositive`].
@@ -172,12 +176,13 @@ impl Reference {
         Self::assemble(path, heading)
     }
 
-    /// A path through points at given times in seconds, continuous in velocity and at rest at both ends. A point given
-    /// twice is a stop.
+    /// A path through points at given times in seconds, continuous in velocity and at rest at both
+    /// ends. A point given twice is a stop.
     ///
     /// # Errors
-    /// [`ControlError::TooFewWaypoints`], [`ControlError::LengthMismatch`], [`ControlError::TimesNotGrowing`],
-    /// [`ControlError::NotFinite`]; [`ControlError::NoTangent`] for a heading along the tangent with a stop inside.
+    /// [`ControlError::TooFewWaypoints`], [`ControlError::LengthMismatch`],
+    /// [`ControlError::TimesNotGrowing`], [`ControlError::NotFinite`]; [`ControlError::NoTangent`]
+    /// for a heading along the tangent with a stop inside.
     pub fn waypoints(
         times_s: &[f64],
         points_m: Vec<Vector2<f64>>,
@@ -199,11 +204,12 @@ impl Reference {
         )
     }
 
-    /// A path through points with this mean speed in m/s on each chord, from time zero, otherwise as
-    /// [`Self::waypoints`].
+    /// A path through points with this mean speed in m/s on each chord, from time zero, otherwise
+    /// like [`Self::waypoints`].
     ///
     /// # Errors
-    /// As [`Self::waypoints`]; [`ControlError::NotPositive`] for the speed. Neighbours must differ.
+    /// Those of [`Self::waypoints`]; [`ControlError::NotPositive`] for the speed. Neighbours must
+    /// differ.
     pub fn waypoints_at_speed(
         points_m: Vec<Vector2<f64>>,
         speed_m_s: f64,
@@ -254,8 +260,8 @@ impl Reference {
         })
     }
 
-    /// The reference at a time in seconds: r_d and phi_d of eqs. (13), (17), with their derivatives, in the world
-    /// frame. Before time zero it is that of time zero.
+    /// Returns the reference at a time in seconds: r_d and phi_d of eqs. (13), (17), with their
+    /// derivatives, in the world frame. Before time zero it is that of time zero.
     pub fn at(&self, t_s: f64) -> Desired {
         let Some(pace) = &self.pace else {
             return self.at_own(t_s);
@@ -268,11 +274,12 @@ impl Reference {
         }
     }
 
-    /// The rate of change of the reference's velocity at a time in seconds, in the world frame, in m/s^2 and rad/s^2: a difference
-    /// quotient over what follows. At a step of the velocity, which no robot can follow, it is that of what comes after.
+    /// Returns the rate of change of the reference's velocity at a time in seconds, in the world
+    /// frame, in m/s^2 and rad/s^2: a forward difference quotient. At a step of the velocity, which
+    /// no robot can follow, it is the value after the step.
     pub fn acceleration_in_world(&self, t_s: f64) -> Twist {
         const OVER_S: f64 = 1e-5;
-        /// What grows faster is a step.
+        /// A larger value is a step.
         const STEP: f64 = 1e3;
         let quotient = |t_s: f64| {
             let [now, then] = [t_s, t_s + OVER_S].map(|t_s| self.at(t_s).velocity_in_world);
@@ -289,12 +296,13 @@ impl Reference {
         }
     }
 
-    /// When a path in the least time begins to rest, or to repeat its last lap, in seconds; `None` of a path at its own pace.
+    /// Returns when a time-optimal path starts to rest, or to repeat its last lap, in seconds;
+    /// `None` for a path at its own pace.
     pub fn nothing_new_from_s(&self) -> Option<f64> {
         self.pace.as_ref().map(Pace::end_s)
     }
 
-    /// The same path with its own time passing at another pace.
+    /// Returns the same path with another time law.
     pub(super) fn at_pace(&self, pace: Pace) -> Self {
         Self {
             pace: Some(pace),
@@ -302,7 +310,8 @@ impl Reference {
         }
     }
 
-    /// The times between which the path is one smooth piece each, in its own time, in seconds; of a path without end one lap.
+    /// Returns the intervals on which the path is smooth, in its own time, in seconds; one lap for
+    /// a path without end.
     pub(super) fn pieces(&self) -> Pieces<'_> {
         match &self.path {
             Path::Hold { .. } => Pieces::None,
@@ -318,7 +327,8 @@ impl Reference {
         }
     }
 
-    /// How fast something moves with the reference in its own time, in m/s: its point, or one an arm away that turns with it.
+    /// Returns the reference's speed in its own time, in m/s: that of its point plus that of the
+    /// end of an arm that turns with it.
     pub(super) fn flow_on(&self, own_s: f64, arm_m: f64) -> f64 {
         let v = self.at_own(own_s).velocity_in_world;
         libm::hypot(v.linear_m_s().norm(), arm_m * v.omega_rad_s)
@@ -328,7 +338,7 @@ impl Reference {
         self.flow_on(own_s, self.pace.as_ref().map_or(0.0, Pace::arm_m))
     }
 
-    /// The reference in its own time: at a pace of one.
+    /// Returns the reference at its own time, at a pace of one.
     pub(super) fn at_own(&self, t_s: f64) -> Desired {
         let t_s = t_s.max(0.0);
         let r_d = self.path.at(t_s);
@@ -341,7 +351,7 @@ impl Reference {
             Heading::Tangent { offset_rad } => {
                 let d = self.path.direction(t_s);
                 let (v, a) = (r_d.velocity, r_d.acceleration);
-                // d/dt atan2(v_y, v_x); in a stop the heading rests with the robot.
+                // d/dt atan2(v_y, v_x); in a stop the heading is constant.
                 let speed_squared = v.norm_squared();
                 let turning = speed_squared > 1e-12 * d.norm_squared() && speed_squared > 0.0;
                 let rate = if turning {
@@ -363,7 +373,7 @@ impl Reference {
         }
     }
 
-    /// Curvilinear abscissa s(t) of eq. (14) from time zero, in metres.
+    /// Returns the curvilinear abscissa s(t) of eq. (14) from time zero, in metres.
     ///
     /// # Errors
     /// [`ControlError::Negative`] for a time below zero.
@@ -382,7 +392,8 @@ impl Reference {
                 ..
             } => radius_m * rate_rad_s.abs() * t_s,
             Path::FigureEight { rate_rad_s, .. } => {
-                // Eight pieces a turn: the integrand is smooth, and five points of Gauss are then exact to 1e-9.
+                // Sixteen pieces per turn: the integrand is smooth, and five-point Gauss quadrature
+                // is then exact to 1e-9.
                 let pieces = (t_s * rate_rad_s / TAU * 16.0).ceil().max(1.0);
                 let step_s = t_s / pieces;
                 let piece = |k: usize| self.path.distance_m(k as f64 * step_s, step_s);
@@ -398,7 +409,8 @@ impl Reference {
         })
     }
 
-    /// The unit tangent t_d of eq. (15), in the world frame; `None` where the path never moves.
+    /// Returns the unit tangent t_d of eq. (15), in the world frame; `None` if the path never
+    /// moves.
     pub fn tangent(&self, t_s: f64) -> Option<Vector2<f64>> {
         let own_s = self.own_time_s(t_s.max(0.0));
         self.path.direction(own_s).try_normalize(0.0)
@@ -411,8 +423,8 @@ impl Reference {
         }
     }
 
-    /// The largest reference speed in m/s and heading rate in rad/s up to a time, found on `samples` equal steps:
-    /// what the feasibility conditions (36) and (37) need.
+    /// Returns the largest reference speed in m/s and heading rate in rad/s up to a time, from
+    /// `samples` equal steps, for the feasibility conditions (36) and (37).
     pub fn peaks(&self, until_s: f64, samples: usize) -> (f64, f64) {
         let samples = samples.max(1);
         (0..=samples).fold((0.0, 0.0), |(speed, rate), k| {
@@ -427,13 +439,13 @@ impl Reference {
     }
 }
 
-/// Where a path is smooth, in its own time.
+/// The smooth intervals of a path, in its own time.
 pub(super) enum Pieces<'a> {
-    /// It does not move.
+    /// The path does not move.
     None,
-    /// From zero to this, in seconds.
+    /// From zero to this time, in seconds.
     Line(f64),
-    /// Again and again, each lap as long, in seconds.
+    /// Repeated laps of this duration, in seconds.
     Lap(f64),
     /// Between these times, in seconds.
     Between(&'a [f64]),
@@ -505,7 +517,7 @@ impl Path {
         }
     }
 
-    /// The direction of motion, not normalised; in a stop, that of the motion next to it.
+    /// Returns the direction of motion, not normalised; in a stop, that of the adjacent motion.
     fn direction(&self, t_s: f64) -> Vector2<f64> {
         match self {
             Self::Line { direction, .. } => *direction,
@@ -542,12 +554,12 @@ impl Path {
         }
     }
 
-    /// Length of the path from `from_s` over `step_s`.
+    /// Returns the length of the path from `from_s` over `step_s`, in metres.
     fn distance_m(&self, from_s: f64, step_s: f64) -> f64 {
         length_over_m(from_s, step_s, &|t_s| self.at(t_s).velocity.norm())
     }
 
-    /// Length of a piece between waypoints, in sixteen steps.
+    /// Returns the length of a piece between waypoints in metres, from sixteen steps.
     fn distance_finely_m(&self, from_s: f64, to_s: f64) -> f64 {
         let step_s = (to_s - from_s) / 16.0;
         (0..16)
@@ -556,7 +568,7 @@ impl Path {
     }
 }
 
-/// Headings with whole turns added such that each differs from the one before by half a turn at most.
+/// Adds whole turns to headings so that each differs from the one before by at most half a turn.
 fn unwrapped(headings_rad: &[f64]) -> Vec<Vector1<f64>> {
     let mut previous = headings_rad.first().copied().unwrap_or_default();
     headings_rad
@@ -568,7 +580,7 @@ fn unwrapped(headings_rad: &[f64]) -> Vec<Vector1<f64>> {
         .collect()
 }
 
-/// `point_m` if both of its coordinates are finite.
+/// Returns `point_m` if both of its coordinates are finite.
 fn finite_point(what: &str, point_m: Vector2<f64>) -> Result<Vector2<f64>, ControlError> {
     finite(&format!("x of {what}"), point_m.x)?;
     finite(&format!("y of {what}"), point_m.y)?;

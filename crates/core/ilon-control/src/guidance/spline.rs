@@ -1,4 +1,5 @@
-//! Curves through waypoints at given times: cubic Hermite pieces, continuous in value and first derivative.
+//! Curves through waypoints at given times: cubic Hermite pieces, continuous in value and first
+//! derivative.
 
 use nalgebra::SVector;
 
@@ -6,8 +7,8 @@ use crate::ControlError;
 
 /// A C1 curve through `D`-vectors at growing times, at rest at both ends.
 ///
-/// The derivative at an inner waypoint is that of the parabola through it and its neighbours; where a neighbour is the
-/// same point it is zero, so that a waypoint given twice is a stop.
+/// The derivative at an inner waypoint is that of the parabola through it and its neighbours; where
+/// a neighbour is the same point it is zero, so that a waypoint given twice is a stop.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Spline<const D: usize> {
     times_s: Vec<f64>,
@@ -85,7 +86,7 @@ impl<const D: usize> Spline<D> {
         &self.points
     }
 
-    /// Value and derivatives at a time; at rest in the first and last point before and after.
+    /// Returns value and derivatives at a time; before the start and after the end the curve rests.
     pub fn at(&self, t_s: f64) -> Motion<D> {
         let last = self.times_s.len() - 1;
         let rest = SVector::<f64, D>::zeros();
@@ -117,8 +118,8 @@ impl<const D: usize> Spline<D> {
 }
 
 impl Spline<2> {
-    /// The direction of motion at a time, not normalised: the velocity, and in a stop the direction in which the
-    /// curve leaves it or, at the end, has come in.
+    /// Returns the direction of motion at a time, not normalised: the velocity; in a stop the
+    /// direction in which the curve leaves it, at the end that in which it arrived.
     pub fn direction(&self, t_s: f64) -> SVector<f64, 2> {
         let last = self.times_s.len() - 1;
         let t_s = t_s.clamp(self.times_s[0], self.times_s[last]);
@@ -126,7 +127,8 @@ impl Spline<2> {
         let h = self.times_s[i + 1] - self.times_s[i];
         let chord = self.points[i + 1] - self.points[i];
         let motion = self.at(t_s);
-        // Near a stop the velocity vanishes and its direction is that of a point a little into the piece.
+        // Near a stop the velocity vanishes; its direction is that at a point slightly inside the
+        // piece.
         let slow = 1e-6 * chord.norm() / h;
         if motion.velocity.norm() > slow {
             return motion.velocity;
@@ -173,8 +175,9 @@ mod tests {
                 spline.at(t_s),
                 spline.at(t_s + step_s),
             );
-            // Accelerations stay below 60 m/s^2 here: a difference quotient over 1e-6 s errs by less than 1e-4 m/s,
-            // and the velocity itself changes by less than 2e-4 m/s over it even across a waypoint.
+            // Accelerations stay below 60 m/s^2 here: a difference quotient over 1e-6 s has an
+            // error below 1e-4 m/s, and the velocity itself changes by less than 2e-4 m/s over it
+            // even across a waypoint.
             let slope = (after.value - before.value) / (2.0 * step_s);
             assert!((slope - here.velocity).norm() < 1e-4);
             assert!((after.velocity - before.velocity).norm() < 2e-4);

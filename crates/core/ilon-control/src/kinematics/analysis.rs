@@ -1,4 +1,5 @@
-//! What a wheel arrangement is good for: rank, condition, decoupling, and the speeds within the wheels' limits.
+//! Analysis of a wheel arrangement: rank, condition, decoupling, and the speeds within the wheels'
+//! limits.
 
 use ilon_robot::{Robot, Twist, Wheel};
 use nalgebra::{Matrix2, Matrix3, MatrixXx3, Vector2, Vector3};
@@ -7,22 +8,22 @@ use crate::kinematics::matrix::row_of_m;
 use crate::kinematics::singularity::{RANK_TOLERANCE, scaled, singular_values, singularity_of};
 use crate::{ControlError, Kinematics, Singularity};
 
-/// What can be said of any robot's M of eq. (8), singular or not.
+/// Properties of any robot's M of eq. (8), singular or not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arrangement {
     /// M of eq. (8) about the origin of the body frame.
     pub m: MatrixXx3<f64>,
-    /// Its singular values, falling. The last column is in metres and the others have no unit, so they depend on the
-    /// unit of length; for comparisons take [`Self::condition`].
+    /// Its singular values, falling. The last column is in metres and the others have no unit, so
+    /// they depend on the unit of length; for comparisons take [`Self::condition`].
     pub singular_values: [f64; 3],
-    /// The ratio of the largest to the smallest singular value of M with its last column divided by the distance of
-    /// the furthest wheel from the wheels' middle, taken about that middle: free of units and of the choice of frame.
-    /// Infinite where the rank is below 3.
+    /// The ratio of the largest to the smallest singular value of M with its last column divided by
+    /// the distance of the furthest wheel from the wheels' middle, taken about that middle: free of
+    /// units and of the choice of frame. Infinite where the rank is below 3.
     pub condition: f64,
-    /// The rank of M: 3 by condition c.2 of Lemma 1, or less. A singular value below 1e-4 of the largest counts as
-    /// zero.
+    /// The rank of M: 3 by condition c.2 of Lemma 1, or less. A singular value below 1e-4 of the
+    /// largest counts as zero.
     pub rank: usize,
-    /// What makes the rank fall below 3.
+    /// The cause of a rank below 3.
     pub singularity: Option<Singularity>,
 }
 
@@ -66,16 +67,18 @@ fn matrix(wheels: &[Wheel], about_m: Vector2<f64>) -> MatrixXx3<f64> {
 }
 
 impl Kinematics {
-    /// The point d of the body about which M_a is orthogonal to span(M_l), in the body frame, in metres. It exists and
-    /// is the only one for every robot that meets Lemma 1.
+    /// Returns the point d of the body about which M_a is orthogonal to span(M_l), in the body
+    /// frame, in metres. It exists and is unique for every robot that meets Lemma 1.
     ///
-    /// About d a row of M_a is -(b - d) . u_g. M_l^T M_a = sum n_g ((b - d) . u_g) = 0 asks for
-    /// (sum n_g u_g^T) d = sum n_g (b . u_g). Since u_g = n_g x k is n_g turned by a quarter, the matrix is
-    /// (sum n_g n_g^T) times a rotation: regular exactly when the roller axes are not all parallel.
+    /// About d a row of M_a is -(b - d) . u_g. M_l^T M_a = sum n_g ((b - d) . u_g) = 0 means (sum
+    /// n_g u_g^T) d = sum n_g (b . u_g). Since u_g = n_g x k is n_g turned by a quarter, the matrix
+    /// is (sum n_g n_g^T) times a rotation: regular exactly if the roller axes are not all
+    /// parallel.
     ///
-    /// What the paper rests on this orthogonality, that linear and angular commands do not disturb each other, holds
-    /// about any point (rank 3 is enough). What d adds is that they do not compete in a least-squares sense: rates that
-    /// no motion fits, from slip or clipping, split into both without crosstalk.
+    /// The paper derives from this orthogonality that linear and angular commands do not disturb
+    /// each other, but that holds about any point (rank 3 is enough). What d adds is that they do
+    /// not compete in a least-squares sense: rates that no motion fits, from slip or clipping,
+    /// split into both without crosstalk.
     pub fn decoupling_point_m(&self) -> Vector2<f64> {
         let (mut left, mut right) = (Matrix2::zeros(), Vector2::zeros());
         for w in self.wheels() {
@@ -83,13 +86,14 @@ impl Kinematics {
             left += n_g * u_g.transpose();
             right += n_g * w.position_m().xy().dot(&u_g);
         }
-        // Regular, because Lemma 1 was checked: parallel axes are refused.
+        // Regular, because Lemma 1 was checked: parallel axes are rejected.
         left.try_inverse()
             .map_or(self.reference_point_m(), |inverse| inverse * right)
     }
 
-    /// Whether M_a is orthogonal to span(M_l) about the reference point of this kinematics: the paper's assumption.
-    /// A reference point within 1e-4 of the robot's size from [`Self::decoupling_point_m`] counts: files round.
+    /// Whether M_a is orthogonal to span(M_l) about the reference point of this kinematics: the
+    /// paper's assumption. A reference point within 1e-4 of the robot's size from
+    /// [`Self::decoupling_point_m`] counts, because files hold rounded numbers.
     pub fn is_decoupled(&self) -> bool {
         let d = self.decoupling_point_m();
         let far = |w: &Wheel| (w.position_m().xy() - d).norm();
@@ -98,17 +102,17 @@ impl Kinematics {
     }
 }
 
-/// The twists that a robot's wheels can roll within their rate limits: the polytope |row h of eq. (9) . twist| <=
-/// q'_max_h in (vx, vy, omega), symmetric about rest.
+/// The twists that a robot's wheels can roll within their rate limits: the polytope |row h of eq.
+/// (9) . twist| <= q'_max_h in (vx, vy, omega), symmetric about rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpeedLimits {
-    /// Row h of eq. (9) over its wheel's limit: the polytope is where no row exceeds 1 in amount.
+    /// Row h of eq. (9) over its wheel's limit: inside the polytope no row exceeds 1 in amount.
     rows: Vec<Vector3<f64>>,
 }
 
 impl SpeedLimits {
-    /// The limits of a robot whose wheels each have their own rate limit in rad/s, infinite for none; wheels beyond
-    /// the length of `limits_rad_s` have none.
+    /// The limits of a robot whose wheels each have their own rate limit in rad/s, infinite for
+    /// none; wheels beyond the length of `limits_rad_s` have none.
     pub fn new(kinematics: &Kinematics, limits_rad_s: &[f64]) -> Self {
         let rows = kinematics.rate_matrix().row_iter().zip(limits_rad_s);
         Self {
@@ -129,7 +133,8 @@ impl SpeedLimits {
         self.share(twist_in_body) <= 1.0
     }
 
-    /// What share of its limit the busiest wheel needs for a twist in the body frame: 1 is the edge of the polytope.
+    /// Returns the largest share of its limit that any wheel needs for a twist in the body frame: 1
+    /// is the boundary of the polytope.
     pub fn share(&self, twist_in_body: Twist) -> f64 {
         let twist = Vector3::new(
             twist_in_body.vx_m_s,
@@ -142,14 +147,15 @@ impl SpeedLimits {
             .fold(0.0, f64::max)
     }
 
-    /// Top speed in m/s without turning, in a direction of the body frame given in radians from x; infinite where no
-    /// wheel limits it.
+    /// Returns the top speed in m/s without rotation, in a direction of the body frame given in
+    /// radians from x; infinite if no wheel limits it.
     pub fn top_speed_m_s(&self, direction_rad: f64) -> f64 {
         let (s, c) = libm::sincos(direction_rad);
         1.0 / self.share(Twist::new(c, s, 0.0))
     }
 
-    /// The least and the largest top speed over all directions, without turning, in m/s.
+    /// Returns the smallest and the largest top speed over all directions, without rotation, in
+    /// m/s.
     pub fn top_speed_range_m_s(&self) -> (f64, f64) {
         let steepest = self
             .rows
@@ -168,13 +174,15 @@ impl SpeedLimits {
         )
     }
 
-    /// Top yaw rate in rad/s about the reference point, without moving it; infinite where no wheel limits it.
+    /// Returns the top yaw rate in rad/s with the reference point at rest; infinite if no wheel
+    /// limits it.
     pub fn top_yaw_rate_rad_s(&self) -> f64 {
         1.0 / self.share(Twist::new(0.0, 0.0, 1.0))
     }
 
-    /// The velocities in m/s that are possible while turning at a yaw rate in rad/s: the corners of a convex polygon
-    /// in the body frame, counter-clockwise. Empty where the yaw rate is beyond reach or the velocity has no limit.
+    /// Returns the possible velocities in m/s at a yaw rate in rad/s: the corners of a convex
+    /// polygon in the body frame, counter-clockwise. Empty if the yaw rate is out of reach or the
+    /// velocity is unlimited.
     pub fn at_yaw_rate(&self, omega_rad_s: f64) -> Vec<Vector2<f64>> {
         let mut corners: Vec<Vector2<f64>> = Vec::new();
         for (i, a) in self.rows.iter().enumerate() {
@@ -208,8 +216,8 @@ impl SpeedLimits {
         corners
     }
 
-    /// The corners of the polytope: twists in the body frame at which at least three wheels are at their limits. Empty
-    /// where the limited wheels leave a motion unlimited.
+    /// Returns the corners of the polytope: twists in the body frame at which at least three wheels
+    /// are at their limits. Empty if the limited wheels leave a motion unlimited.
     pub fn corners(&self) -> Vec<Twist> {
         let n = self.rows.len();
         let mut corners: Vec<Vector3<f64>> = Vec::new();
@@ -243,7 +251,7 @@ impl SpeedLimits {
     }
 }
 
-/// The edge of the polytope with room for the rounding of a solved corner.
+/// The boundary of the polytope, with a margin for the rounding of a solved corner.
 const EDGE: f64 = 1.0 + 1e-9;
 
 #[cfg(test)]
@@ -259,13 +267,14 @@ mod tests {
         // rho q' / |b| = 0.05 * 8.7 / 0.25 = 1.74 rad/s = 99.7 deg/s, as the paper states.
         assert!((limits.top_yaw_rate_rad_s() - 1.74).abs() < 1e-14);
         assert!((limits.top_yaw_rate_rad_s().to_degrees() - 99.7).abs() < 0.05);
-        // rho q' = 0.435 m/s along a wheel's rolling direction; over cos 30 deg = 0.5023 m/s between two.
+        // rho q' = 0.435 m/s along a wheel's rolling direction; over cos 30 deg = 0.5023 m/s
+        // between two.
         let (least, largest) = limits.top_speed_range_m_s();
         assert!((least - 0.435).abs() < 1e-14);
         assert!((largest - 0.435 / FRAC_PI_6.cos()).abs() < 1e-14);
         assert!((limits.top_speed_m_s(0.0) - 0.502_3).abs() < 5e-5);
         assert!((limits.top_speed_m_s(PI / 2.0) - 0.435).abs() < 1e-14);
-        // A hexagon while not turning, and a cube-like body of eight corners.
+        // A hexagon without rotation, and a cube-like body of eight corners.
         assert_eq!(limits.at_yaw_rate(0.0).len(), 6);
         assert_eq!(limits.corners().len(), 8);
         assert!(limits.at_yaw_rate(1.75).is_empty());
@@ -375,8 +384,9 @@ mod tests {
         assert!(found.singularity.is_some() && found.singular_values[2] < 1e-15);
     }
 
-    /// Turning at 1 rad/s takes 0.31 m/s of the 0.5 m/s, and what is left moves the middle in the diamond |vx| + |vy| <= 0.19 m/s. A point
-    /// 0.5 m ahead and 0.3 m to the left of it goes 0.5 m/s to the left and 0.3 m/s back beside that.
+    /// At 1 rad/s rotation takes 0.31 m/s of the 0.5 m/s, and the rest moves the middle in the
+    /// diamond |vx| + |vy| <= 0.19 m/s. A point 0.5 m ahead and 0.3 m to the left of it moves in
+    /// addition by 0.5 m/s to the left and 0.3 m/s back.
     #[test]
     fn possible_velocities_of_another_point_are_those_of_the_middle_moved() {
         let kinematics = Kinematics::new(&mecanum4()).unwrap();
@@ -384,7 +394,7 @@ mod tests {
         let slice = SpeedLimits::uniform(&there, 10.0).at_yaw_rate(1.0);
         let expected = [(0.0, -0.19), (0.19, 0.0), (0.0, 0.19), (-0.19, 0.0)];
         assert_eq!(slice.len(), expected.len());
-        // Counter-clockwise, from whichever corner.
+        // Counter-clockwise, from any corner.
         let first = (0..4)
             .min_by(|a, b| slice[*a].y.total_cmp(&slice[*b].y))
             .unwrap();
@@ -395,8 +405,9 @@ mod tests {
         }
     }
 
-    /// Its rows are (1, +-1, +-(a + b)) times the same number, with a turn counted in the hubs' distance hypot(a, b) from the middle: the
-    /// columns are orthogonal, and the condition is the ratio of their lengths.
+    /// The rows are (1, +-1, +-(a + b)) times the same number, with rotation counted in the hubs'
+    /// distance hypot(a, b) from the middle: the columns are orthogonal, and the condition is the
+    /// ratio of their lengths.
     #[test]
     fn the_condition_of_a_mecanum_robot_is_known_in_closed_form() {
         let robot = mecanum4();

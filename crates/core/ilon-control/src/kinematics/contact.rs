@@ -1,23 +1,27 @@
 //! The kinematics at the rollers that really touch the ground.
 //!
-//! Eq. (5) takes the roller in contact to lie flat, straight below the hub. A real wheel has few rollers. As it turns,
-//! the touching roller stands at an angle phi from straight down. Its axis is then tilted out of the ground plane, and
-//! its contact wanders along the hub axis. Both change the constraint that the wheel puts on the robot.
+//! Eq. (5) assumes that the touching roller lies flat, straight below the hub. A real wheel has few
+//! rollers. As it turns, the touching roller is at an angle phi from straight down. Its axis is
+//! then tilted out of the ground plane, and its contact moves along the hub axis. Both change the
+//! constraint that the wheel puts on the robot.
 //!
-//! **The constraint.** Take the point p of the touching roller that meets the ground. As a point of the wheel with the
-//! roller held fast it moves with v + omega k x p + q' n x (p - p_hub). The roller's spin adds a velocity across its
-//! axis d: p is the support point t* d - s(t*) k from the roller's middle, so the spin adds spin d x (-s k), which is
-//! horizontal and perpendicular to d's projection on the ground, d_g. Rolling without slip hence asks along d_g
+//! **The constraint.** Take the point p of the touching roller that meets the ground. As a point of
+//! the wheel with the roller fixed it moves with v + omega k x p + q' n x (p - p_hub). The roller's
+//! spin adds a velocity across its axis d: p is the support point t* d - s(t*) k from the roller's
+//! middle, so the spin adds spin d x (-s k), which is horizontal and perpendicular to d's
+//! projection on the ground, d_g. Hence rolling without slip requires along d_g
 //!
 //!   d_g . (v + omega k x p + q' n x (p - p_hub)) = 0,
 //!
-//! and across d_g it only sets the roller's spin. With d_g = n_gamma and p straight below the hub this is eq. (5).
-//! d_g has length one here, so that the misfit of the least squares over the wheels is a sliding velocity in m/s.
+//! and across d_g it only sets the roller's spin. With d_g = n_gamma and p straight below the hub
+//! this is eq. (5). d_g has length one here, so that the residual of the least squares over the
+//! wheels is a sliding velocity in m/s.
 //!
-//! **What follows** for n rollers that hand over at pi/n. A roller axis at angle delta from the hub axis, turned by
-//! phi, has components cos(delta) along n and sin(delta) cos(phi) along the ground across n:
-//! tan(delta_eff) = tan(delta) cos(phi). Driving sideways at gamma = 45 deg the wheel rate buys cos(phi) of what (9)
-//! says: sin(pi/n)/(pi/n) in the mean (n = 9: 0.9798). Straight ahead, and for gamma = 0, it changes nothing.
+//! **Consequences** for n rollers that hand over at pi/n. A roller axis at angle delta from the hub
+//! axis, turned by phi, has components cos(delta) along n and sin(delta) cos(phi) along the ground
+//! across n: tan(delta_eff) = tan(delta) cos(phi). Driving sideways at gamma = 45 deg, the robot
+//! moves cos(phi) of the distance by (9): sin(pi/n)/(pi/n) in the mean (n = 9: 0.9798). Straight
+//! ahead, and for gamma = 0, it changes nothing.
 
 use ilon_robot::{Barrel, Profile, Robot, RollerForm, Twist};
 use nalgebra::{Isometry3, Matrix3, MatrixXx3, Point3, Unit, Vector2, Vector3};
@@ -37,15 +41,16 @@ pub struct RollerContact {
     pub point_in_body_m: Vector3<f64>,
     /// The roller's axis in the body frame, in the sense of its joint.
     pub axis_in_body: Unit<Vector3<f64>>,
-    /// Distance from the roller's axis to the contact point, straight up, in metres: s(t*) of the barrel, and
-    /// ring / |d_g| + ball of a roller that has the shapes of its file (see [`Profile`]).
+    /// Distance from the roller's axis to the contact point, straight up, in metres: s(t*) of the
+    /// barrel; ring / |d_g| + ball for a roller with the shapes of its file (see [`Profile`]).
     pub radius_m: f64,
 }
 
-/// The map between wheel rates and the twist of the body frame's origin, at given wheel angles, on flat ground.
+/// The map between wheel rates and the twist of the body frame's origin, at given wheel angles, on
+/// flat ground.
 ///
-/// Takes wheel angles and rates and gives the twist without slip, which makes it odometry; or takes a twist and gives
-/// wheel rates, which makes it a feedforward that cancels the rollers' ripple.
+/// From wheel angles and rates it computes the twist without slip, for odometry; from a twist it
+/// computes wheel rates, for a feedforward that cancels the rollers' ripple.
 #[derive(Clone, Debug)]
 pub struct ContactKinematics {
     wheels: Vec<WheelContacts>,
@@ -54,15 +59,16 @@ pub struct ContactKinematics {
     /// Distance by which the yaw column is scaled in the least squares, in metres.
     length_m: f64,
     contacts: Vec<RollerContact>,
-    /// Row h is d_g . (v + omega k x p) as a function of (v, omega), its sign such that the lever is positive.
+    /// Row h is d_g . (v + omega k x p) as a function of (v, omega), its sign such that the lever
+    /// is positive.
     rows: MatrixXx3<f64>,
-    /// -d_g . (n x (p - p_hub)): what the row equals per rad/s of wheel rate, in metres.
+    /// -d_g . (n x (p - p_hub)): the row's value per rad/s of wheel rate, in metres.
     lever_m: Vec<f64>,
     /// Row over lever: rad/s per twist.
     rate_matrix: MatrixXx3<f64>,
 }
 
-/// What of a wheel decides where it touches.
+/// The geometry of a wheel that determines its contact.
 #[derive(Clone, Debug)]
 struct WheelContacts {
     body_from_hub: Isometry3<f64>,
@@ -76,13 +82,14 @@ struct WheelContacts {
 #[derive(Clone, Debug)]
 struct RollerGeometry {
     center_in_hub_m: Vector3<f64>,
-    /// The centre over its distance from the hub axis: its product with "down" says how near to straight down it is.
+    /// The direction to the roller's centre from the hub axis: its product with "down" says how
+    /// close to straight down it is.
     outward: Vector3<f64>,
     axis_in_hub: Unit<Vector3<f64>>,
     outline: RollerOutline,
-    /// No part of the roller is further from its middle along its axis, in metres.
+    /// Largest distance of any part of the roller from its middle along its axis, in metres.
     half_length_m: f64,
-    /// Nor thicker, in metres.
+    /// Largest radius, in metres.
     radius_m: f64,
 }
 
@@ -91,12 +98,13 @@ struct RollerGeometry {
 enum RollerOutline {
     /// The exact barrel.
     Barrel(Barrel),
-    /// What its file models, or a profile by numbers.
+    /// The shape modelled in its file, or a profile given by numbers.
     Modelled(Profile),
 }
 
 impl RollerOutline {
-    /// The largest distance of its parts from its middle, along its axis, and the largest radius, in metres.
+    /// Returns the largest distance of its parts from its middle along its axis, and the largest
+    /// radius, in metres.
     fn extent_m(&self) -> (f64, f64) {
         match self {
             Self::Barrel(barrel) => (barrel.half_length_m, barrel.sphere_radius_m(0.0)),
@@ -110,8 +118,8 @@ impl RollerOutline {
         }
     }
 
-    /// The point that reaches furthest in a unit direction `w`, from the roller's centre, and its distance from the axis
-    /// against `w`, in metres. `axis` is the roller's.
+    /// Returns the support point in a unit direction `w`, from the roller's centre, and its
+    /// distance from the roller's axis `axis`, measured against `w`, in metres.
     fn support_m(&self, axis: &Vector3<f64>, w: &Vector3<f64>) -> (Vector3<f64>, f64) {
         let w_axial = axis.dot(w);
         match self {
@@ -122,8 +130,9 @@ impl RollerOutline {
             }
             Self::Modelled(profile) => {
                 let (part, _) = profile.furthest(w_axial);
-                // The point lies in the plane of axis and w, ring + ball |w_across| off the axis, and against w the axis
-                // comes nearer by |w_across| a metre. Rollers whose axes stand upright never touch.
+                // The point lies in the plane of axis and w, ring + ball |w_across| off the axis,
+                // and against w the axis approaches by |w_across| per metre. Rollers with upright
+                // axes never touch.
                 let across = w - w_axial * axis;
                 let length = across.norm().max(f64::EPSILON);
                 let point_m = part.t_m * axis + part.ring_m / length * across + part.ball_m * w;
@@ -188,8 +197,8 @@ impl ContactKinematics {
         Ok(kinematics)
     }
 
-    /// The same with another reference point, given in the body frame in metres: twists then hold the velocity of
-    /// that point (as [`Kinematics::about`]).
+    /// Returns the kinematics about another reference point, given in the body frame in metres:
+    /// twists then hold the velocity of that point (like [`Kinematics::about`]).
     ///
     /// # Errors
     /// [`ControlError::NotFinite`] for a point that is not finite.
@@ -203,7 +212,7 @@ impl ContactKinematics {
         Ok(kinematics)
     }
 
-    /// Finds the touching rollers at wheel angles in radians, one a wheel.
+    /// Finds the touching rollers at wheel angles in radians, one per wheel.
     pub fn update(&mut self, wheel_angles_rad: &[f64]) {
         for ((contact, wheel), angle_rad) in self
             .contacts
@@ -216,15 +225,15 @@ impl ContactKinematics {
         self.refresh_rows();
     }
 
-    /// The twist without slip, in the body frame, for wheel angles in radians and rates in rad/s: least squares of
-    /// the wheels' constraints. On a robot this is its odometry.
+    /// Returns the twist without slip, in the body frame, for wheel angles in radians and rates in
+    /// rad/s: least squares of the wheels' constraints. On a robot this is its odometry.
     pub fn twist(&mut self, wheel_angles_rad: &[f64], rates_rad_s: &[f64]) -> Twist {
         self.update(wheel_angles_rad);
         self.twist_here(rates_rad_s)
     }
 
-    /// The wheel rates in rad/s that move the body with this twist at these wheel angles without slip: the twist's
-    /// feedforward, in which the rollers' ripple is cancelled.
+    /// Computes the wheel rates in rad/s that move the body with this twist at these wheel angles
+    /// without slip: a feedforward that cancels the rollers' ripple.
     pub fn wheel_rates(&mut self, wheel_angles_rad: &[f64], twist_in_body: Twist, out: &mut [f64]) {
         self.update(wheel_angles_rad);
         self.wheel_rates_here(twist_in_body, out);
@@ -232,7 +241,8 @@ impl ContactKinematics {
 
     /// [`Self::twist`] at the wheel angles of the last update.
     pub fn twist_here(&self, rates_rad_s: &[f64]) -> Twist {
-        // Normal equations A^T A x = A^T y, the yaw column divided by a length typical of the robot.
+        // Normal equations A^T A x = A^T y, with the yaw column divided by a length typical of the
+        // robot.
         let (mut ata, mut aty) = (Matrix3::zeros(), Vector3::zeros());
         for ((row, lever_m), rate_rad_s) in self.rows.row_iter().zip(&self.lever_m).zip(rates_rad_s)
         {
@@ -242,8 +252,8 @@ impl ContactKinematics {
         }
         let x = match ata.cholesky() {
             Some(factor) => factor.solve(&aty),
-            // The momentary contacts leave one motion open, although the robot as such has rank 3: the smallest
-            // motion that fits.
+            // The current contacts leave one motion free, although the robot as such has rank 3:
+            // take the smallest motion that fits.
             None => ata
                 .pseudo_inverse(1e-12 * ata.trace())
                 .map_or(Vector3::zeros(), |inverse| inverse * aty),
@@ -251,12 +261,13 @@ impl ContactKinematics {
         Twist::new(x.x, x.y, x.z / self.length_m)
     }
 
-    /// [`Self::twist_here`] with each wheel weighted by the load that it carries, in any unit. Motions that the loaded wheels leave open, as fewer
-    /// than three carry, are as in `real`, the twist of the robot's true motion; so is all of it where no wheel carries anything.
+    /// Like [`Self::twist_here`], with each wheel weighted by its load, in any unit. Motions that
+    /// the loaded wheels leave free, as when fewer than three carry a load, are taken from `real`,
+    /// the robot's true twist.
     pub fn twist_by_load_here(&self, rates_rad_s: &[f64], loads: &[f64], real: Twist) -> Twist {
-        /// A motion on which this part of the load bears has no hold.
+        /// A motion with a smaller part of the load than this counts as free.
         const LEAST_HOLD: f64 = 1e-6;
-        // From the real motion on: A^T W A x = A^T W (y - A real).
+        // Relative to the real motion: A^T W A x = A^T W (y - A real).
         let (mut ata, mut aty) = (Matrix3::zeros(), Vector3::zeros());
         let moved = Vector3::new(real.vx_m_s, real.vy_m_s, real.omega_rad_s);
         let wheels = self.rows.row_iter().zip(&self.lever_m);
@@ -288,8 +299,9 @@ impl ContactKinematics {
         self.reference_point_m
     }
 
-    /// The velocity at which each contact slides along its roller's axis on the ground, in m/s, if the body moves
-    /// with `twist_in_body` and the wheels with these rates: zero is rolling without slip.
+    /// Computes the velocity at which each contact slides along its roller's axis on the ground, in
+    /// m/s, if the body moves with `twist_in_body` and the wheels with these rates: zero is rolling
+    /// without slip.
     pub fn residuals_here(&self, twist_in_body: Twist, rates_rad_s: &[f64], out: &mut [f64]) {
         multiply(&self.rows, twist_in_body, out);
         for ((out, lever_m), rate_rad_s) in out.iter_mut().zip(&self.lever_m).zip(rates_rad_s) {
@@ -297,8 +309,9 @@ impl ContactKinematics {
         }
     }
 
-    /// The spin about their joint axes at which the touching rollers roll without slip, in rad/s, one a wheel, if the
-    /// body moves with `twist_in_body` and the wheels with these rates.
+    /// Computes the spin about its joint axis at which each touching roller rolls without slip, in
+    /// rad/s, one per wheel, if the body moves with `twist_in_body` and the wheels with these
+    /// rates.
     pub fn roller_spins_here(&self, twist_in_body: Twist, rates_rad_s: &[f64], out: &mut [f64]) {
         for (((contact, wheel), rate_rad_s), out) in self
             .contacts
@@ -313,13 +326,14 @@ impl ContactKinematics {
                 twist_in_body,
                 *rate_rad_s,
             );
-            // The spin adds spin (d x -s k) to v; with e = d x k, across the axis on the ground: v . e = spin s e . e.
+            // The spin adds spin (d x -s k) to v; with e = d x k, across the axis on the ground: v
+            // . e = spin s e . e.
             let e = contact.axis_in_body.cross(&Vector3::z());
             *out = v.dot(&e) / (contact.radius_m * e.norm_squared());
         }
     }
 
-    /// Rows, levers and rate matrix for the contacts at hand.
+    /// Updates rows, levers and rate matrix for the current contacts.
     fn refresh_rows(&mut self) {
         for (h, (contact, wheel)) in self.contacts.iter().zip(&self.wheels).enumerate() {
             let hub_m = wheel.body_from_hub.translation.vector;
@@ -339,12 +353,13 @@ impl ContactKinematics {
 }
 
 impl WheelContacts {
-    /// The roller that reaches lowest at this wheel angle. Where several reach equally low (overlapping
-    /// barrels, or two rows at once) the one nearest to straight down.
+    /// Returns the lowest roller at this wheel angle. If several are equally low (overlapping
+    /// barrels, or two rows at once), the one closest to straight down.
     fn touching(&self, wheel_angle_rad: f64) -> RollerContact {
-        // Below this share of the radius depths count as equal: far above rounding, far below what a contact feels.
+        // Depths that differ by less than this share of the radius count as equal: far above
+        // rounding, far below the scale of a contact.
         let tie_m = 1e-9 * self.radius_m;
-        // "Down" is turned into the wheel's frame, which is less work than turning every roller.
+        // "Down" is rotated into the wheel's frame, which is cheaper than rotating every roller.
         let (sin, cos) = libm::sincos(wheel_angle_rad);
         let d = self.down_in_hub;
         let w = Vector3::new(cos * d.x + sin * d.y, cos * d.y - sin * d.x, d.z);
@@ -355,11 +370,12 @@ impl WheelContacts {
         };
         let nearness = |roller: &RollerGeometry| roller.outward.dot(&w);
         let rollers = || self.rollers.iter().enumerate();
-        // Of several the first, which is the last of the list turned round.
+        // The first of several, which is the last of the reversed list.
         let nearest = rollers()
             .rev()
             .max_by(|(_, a), (_, b)| nearness(a).total_cmp(&nearness(b)));
-        // The constructor refuses wheels without rollers; a wheel without any would touch below its hub.
+        // The constructor rejects wheels without rollers; a wheel without any would touch below its
+        // hub.
         let Some((mut index, nearest)) = nearest else {
             return RollerContact {
                 roller: 0,
@@ -373,8 +389,8 @@ impl WheelContacts {
         let (mut best, mut best_nearness) = (depth_of(nearest), nearness(nearest));
         for (other, roller) in rollers() {
             let near = nearness(roller);
-            // No deeper than this: the middle's depth, the end's below the middle, and the thickness. A roller beyond a
-            // quarter turn from down never touches flat ground.
+            // Upper bound of the depth: that of the middle, plus the end's below the middle, plus
+            // the thickness. A roller beyond a quarter turn from down never touches flat ground.
             let at_most_m = roller.center_in_hub_m.dot(&w)
                 + roller.half_length_m * roller.axis_in_hub.dot(&w).abs()
                 + roller.radius_m;
@@ -402,7 +418,8 @@ impl WheelContacts {
         }
     }
 
-    /// Velocity of the contact point as a point of the wheel with its rollers held fast, in the body frame, in m/s.
+    /// Returns the velocity of the contact point as a point of the wheel with its rollers fixed, in
+    /// the body frame, in m/s.
     fn material_velocity_m_s(
         &self,
         contact: &RollerContact,

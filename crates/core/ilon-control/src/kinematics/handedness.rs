@@ -1,11 +1,14 @@
-//! Whether the wheels of a robot are handed for the places where they stand.
+//! Checks whether the handedness of the wheels fits their places.
 //!
-//! Mecanum wheels come in two hands. Mounted in the usual X, each row of M has the largest moment that its wheel can have, and the columns of M are
-//! orthogonal: by Hadamard's inequality no other choice of hands gives M^T M a larger determinant. Exchanged wheels make an O, whose lever of turns
-//! is the difference of the arms instead of their sum: 10 mm for 310 mm on a robot that is nearly square. Such a robot is singular only where the
-//! arms are equal, so that the rank alone does not show it.
+//! Mecanum wheels come in two hands. Mounted in the usual X, each row of M has the largest moment
+//! that its wheel can have, and the columns of M are orthogonal: by Hadamard's inequality no other
+//! choice of hands gives M^T M a larger determinant. Exchanged wheels make an O, whose lever for
+//! rotation is the difference of the arms instead of their sum: 10 mm instead of 310 mm on a robot
+//! that is nearly square. Such a robot is singular only if the arms are equal, so the rank alone
+//! does not show it.
 //!
-//! sqrt(det M^T M) is the product of the singular values of M. A change of the reference point shears M by a matrix of determinant 1 and leaves it.
+//! sqrt(det M^T M) is the product of the singular values of M. A change of the reference point
+//! shears M by a matrix of determinant 1 and leaves it unchanged.
 
 use std::fmt;
 
@@ -15,41 +18,45 @@ use nalgebra::{Matrix3, Vector2};
 use crate::kinematics::matrix::row_of_m;
 use crate::kinematics::singularity::{RANK_TOLERANCE, quoted};
 
-/// Wheels that would do more with some of them handed the other way by this factor are taken for exchanged.
+/// Wheels count as exchanged if reversing the hand of some of them improves the product by this
+/// factor.
 const CLEARLY: f64 = 1.2;
-/// Choices whose products differ by less than this share are alike.
+/// Choices whose products differ by less than this share count as equal.
 const ALIKE: f64 = 1e-6;
-/// Most wheels with a hand of which all choices are tried; of more, one wheel or all.
+/// Up to this many wheels with a hand all choices are tried; beyond, only single wheels and all.
 const MOST_WHEELS: usize = 8;
-/// A wheel with rollers that lean by less than this has no hand, in radians.
+/// A wheel whose rollers lean by less than this has no hand, in radians.
 const STRAIGHT_RAD: f64 = 1e-3;
 
-/// Wheels whose hands do not fit their places.
+/// Wheels whose hand does not fit their place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WrongHands {
-    /// The lever with which the wheels turn the robot, in metres: the mean of what a wheel's rim makes, in m/s, per rad/s, about the point where a
-    /// turn costs least. Of mecanum wheels in the X it is the sum of the two arms.
+    /// The lever with which the wheels rotate the robot, in metres: the mean rim speed of a wheel,
+    /// in m/s, per rad/s, about the point where rotation costs least. For mecanum wheels in the X
+    /// it is the sum of the two arms.
     pub lever_m: f64,
-    /// The same with the hands that fit.
+    /// The same lever with fitting hands.
     pub fitting_lever_m: f64,
-    /// The wheels that are to be handed the other way.
+    /// The wheels whose hand must be reversed.
     pub reversed: Vec<String>,
-    /// Pairs of these that have opposite hands: exchanging their places does the same. Empty where not all can be paired.
+    /// Pairs of these with opposite hands: exchanging their places has the same effect. Empty if
+    /// not all can be paired.
     pub exchanged: Vec<[String; 2]>,
 }
 
 impl WrongHands {
-    /// The wheels that would do clearly more with some of them handed the other way; `None` where none would.
+    /// Returns the wheels that would work clearly better with reversed hands; `None` if there are
+    /// none.
     pub fn of(wheels: &[Wheel]) -> Option<Self> {
         let own = size(wheels);
         let choices = other_hands(wheels);
         let sizes: Vec<f64> = choices.iter().map(|of| size(&handed(wheels, of))).collect();
         let most = sizes.iter().copied().fold(0.0, f64::max);
-        // A singular arrangement is an error of its own.
+        // A singular arrangement has its own error.
         if own <= RANK_TOLERANCE * most || most < CLEARLY * own {
             return None;
         }
-        // The least change of those that are as good.
+        // The smallest change among the equally good ones.
         let good = choices.iter().zip(&sizes);
         let good = good.filter(|(_, size)| **size >= most * (1.0 - ALIKE));
         let (reversed, _) = good.min_by_key(|(of, _)| of.len())?;
@@ -78,7 +85,8 @@ impl fmt::Display for WrongHands {
     }
 }
 
-/// All choices of wheels that could be handed the other way, each by its wheels' indices. Wheels without a hand are in none.
+/// Returns all sets of wheels whose hands could be reversed, each by the wheels' indices, without
+/// wheels that have no hand.
 pub fn other_hands(wheels: &[Wheel]) -> Vec<Vec<usize>> {
     let has_hand = |i: &usize| wheels[*i].gamma_rad.abs() > STRAIGHT_RAD;
     let handed: Vec<usize> = (0..wheels.len()).filter(has_hand).collect();
@@ -94,7 +102,7 @@ pub fn other_hands(wheels: &[Wheel]) -> Vec<Vec<usize>> {
     (1..1_u32 << handed.len()).map(choice).collect()
 }
 
-/// The wheels with some of them handed the other way.
+/// Returns the wheels with the hands of some of them reversed.
 pub fn handed(wheels: &[Wheel], reversed: &[usize]) -> Vec<Wheel> {
     let mut wheels = wheels.to_vec();
     for &i in reversed {
@@ -103,9 +111,10 @@ pub fn handed(wheels: &[Wheel], reversed: &[usize]) -> Vec<Wheel> {
     wheels
 }
 
-/// Pairs of wheels with opposite hands, each with the nearest that is left; none where not all can be paired.
+/// Returns pairs of wheels with opposite hands, each with the nearest one left; empty if not all
+/// can be paired.
 fn exchanged(wheels: &[Wheel], reversed: &[usize]) -> Vec<[String; 2]> {
-    /// Angles that differ by less than this are of one kind of wheel, in radians.
+    /// Wheels whose angles differ by less than this are of one kind, in radians.
     const SAME_RAD: f64 = 0.02;
     let mut left = reversed.to_vec();
     let mut pairs = Vec::new();
@@ -132,12 +141,13 @@ fn gram(wheels: &[Wheel]) -> Matrix3<f64> {
     rows.map(|row| row.transpose() * row).sum()
 }
 
-/// The product of the singular values of M, in metres.
+/// Returns the product of the singular values of M, in metres.
 fn size(wheels: &[Wheel]) -> f64 {
     gram(wheels).determinant().max(0.0).sqrt()
 }
 
-/// sqrt(det M^T M / det M_l^T M_l) is the length of what of M_a is orthogonal to M_l; over that of the column of cos(gamma), it is per wheel.
+/// sqrt(det M^T M / det M_l^T M_l) is the length of the part of M_a orthogonal to M_l; dividing by
+/// the length of the column of cos(gamma) makes it per wheel.
 fn turning_lever_m(wheels: &[Wheel]) -> f64 {
     let gram = gram(wheels);
     let linear = gram.fixed_view::<2, 2>(0, 0).determinant();
@@ -179,13 +189,15 @@ mod tests {
         let found = WrongHands::of(&axle.wheels).unwrap();
         let names = [0, 1].map(|i| axle.wheels[i].name.clone());
         assert_eq!(found.exchanged, vec![names]);
-        // About the point that a turn costs least, the arm across is lost: 0.15 m of 0.31 m are left.
+        // About the point where rotation costs least, the arm across does not count: 0.15 m of 0.31
+        // m are left.
         assert!((found.lever_m - 0.15).abs() < 1e-12, "{found:?}");
     }
 
     #[test]
     fn robots_as_they_are_built_are_not_doubted() {
-        // The longest and the widest mecanum robots: the difference of the arms is 80 % of their sum at 9 : 1, and still told.
+        // The longest and the widest mecanum robots: the difference of the arms is 80 % of their
+        // sum at 9 : 1, and still detected.
         for (x_m, y_m) in [(0.45_f64, 0.05_f64), (0.05, 0.45), (0.2, 0.2)] {
             let mut specs = mecanum4_specs(MECANUM_HANDEDNESS);
             for spec in &mut specs {
@@ -194,12 +206,12 @@ mod tests {
             assert_eq!(WrongHands::of(&robot(10.0, &specs).wheels), None);
             specs.iter_mut().for_each(|spec| spec.gamma_rad *= -1.0);
             let o = WrongHands::of(&robot(10.0, &specs).wheels);
-            // A robot of equal arms is singular, which is an error of its own.
+            // A robot of equal arms is singular, which has its own error.
             assert_eq!(o.is_some(), x_m != y_m, "{o:?}");
         }
         assert_eq!(WrongHands::of(&volksbot().wheels), None);
         assert_eq!(WrongHands::of(&six_wheels().wheels), None);
-        // A third axle in the middle, handed like the one ahead.
+        // A third axle in the middle, with the hands of the one ahead.
         let mut specs = mecanum4_specs(MECANUM_HANDEDNESS);
         let middle = specs[..2].to_vec();
         specs.extend(middle.into_iter().map(|mut spec| {

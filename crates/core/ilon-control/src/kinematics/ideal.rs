@@ -1,11 +1,12 @@
-//! The ideal kinematics of section II: eqs. (2)-(10), one constant roller angle a wheel.
+//! The ideal kinematics of section II: eqs. (2)-(10), one constant roller angle per wheel.
 //!
 //! All vectors are resolved in the body frame, as in the paper ("a common body-fixed frame").
 //!
-//! **Wheels that differ.** The paper takes identical wheels, so that rho cos(gamma) is one number. Eq. (5) is derived
-//! for a single wheel and holds with that wheel's own rho_h and gamma_h. Multiplying it by cos(gamma_h) gives row h of
-//! (7) with rho_h cos(gamma_h) on its right-hand side: M (v_c, omega)^T = diag(rho_h cos gamma_h) q'. For identical
-//! wheels this is (7). M itself needs only the roller directions.
+//! **Different wheels.** The paper assumes identical wheels, so that rho cos(gamma) is one number.
+//! Eq. (5) is derived for a single wheel and holds with that wheel's own rho_h and gamma_h.
+//! Multiplying it by cos(gamma_h) gives row h of (7) with rho_h cos(gamma_h) on its right-hand
+//! side: M (v_c, omega)^T = diag(rho_h cos gamma_h) q'. For identical wheels this is (7). M itself
+//! needs only the roller directions.
 
 use ilon_robot::{Robot, Twist, Wheel};
 use nalgebra::{Matrix3xX, MatrixXx3, Vector2, Vector3};
@@ -34,14 +35,15 @@ impl Kinematics {
     /// The kinematics of a robot about its body frame's origin.
     ///
     /// # Errors
-    /// The conditions of Lemma 1: [`ControlError::TooFewWheels`], [`ControlError::NoControlAuthority`] (c.1),
-    /// [`ControlError::Uncontrollable`] (c.2).
+    /// The conditions of Lemma 1: [`ControlError::TooFewWheels`],
+    /// [`ControlError::NoControlAuthority`] (c.1), [`ControlError::Uncontrollable`] (c.2).
     pub fn new(robot: &Robot) -> Result<Self, ControlError> {
         Self::assemble(robot.wheels.clone(), Vector2::zeros())
     }
 
-    /// The same robot with another reference point c, given in the body frame in metres: twists then hold the
-    /// velocity of that point, and b in eq. (2) is counted from it.
+    /// Returns the kinematics of the same robot about another reference point c, given in the body
+    /// frame in metres: twists then hold the velocity of that point, and b in eq. (2) is counted
+    /// from it.
     ///
     /// # Errors
     /// [`ControlError::NotFinite`] for a point that is not finite.
@@ -82,8 +84,9 @@ impl Kinematics {
             row /= *lever_m;
         }
 
-        // M^+ = V S^-2 V^T M^T with the last column scaled to the robot's size, which changes no least-squares
-        // solution of a full-rank system but keeps it well conditioned. S has no zero: rank M = 3 was checked.
+        // M^+ = V S^-2 V^T M^T with the last column scaled to the robot's size, which changes no
+        // least-squares solution of a full-rank system but keeps it well conditioned. S has no
+        // zero: rank M = 3 was checked.
         let (m_scaled, length_m) = scaled(&m, &wheels, reference_point_m);
         let mut twist_matrix = Matrix3xX::zeros(count);
         for (s, v) in singular_values(&m_scaled) {
@@ -115,7 +118,7 @@ impl Kinematics {
         &self.wheels
     }
 
-    /// The reference point c in the body frame, in metres: whose velocity the twists of this kinematics hold.
+    /// The reference point c in the body frame, in metres; twists hold its velocity.
     pub fn reference_point_m(&self) -> Vector2<f64> {
         self.reference_point_m
     }
@@ -130,26 +133,29 @@ impl Kinematics {
         &self.lever_m
     }
 
-    /// The matrix of eq. (9), N x 3: row h is row h of M over rho_h cos(gamma_h); rad/s per m/s and rad/s per rad/s.
+    /// The matrix of eq. (9), N x 3: row h is row h of M over rho_h cos(gamma_h); rad/s per m/s and
+    /// rad/s per rad/s.
     pub fn rate_matrix(&self) -> &MatrixXx3<f64> {
         &self.rate_matrix
     }
 
-    /// The left inverse of [`Self::rate_matrix`], 3 x N: M^+ diag(rho_h cos gamma_h), which solves eq. (7) by least
-    /// squares.
+    /// The left inverse of [`Self::rate_matrix`], 3 x N: M^+ diag(rho_h cos gamma_h), which solves
+    /// eq. (7) by least squares.
     pub fn twist_matrix(&self) -> &Matrix3xX<f64> {
         &self.twist_matrix
     }
 
-    /// The wheel rates that realise a twist of the reference point in the body frame, in rad/s: eq. (9).
+    /// Computes the wheel rates of a twist of the reference point in the body frame, in rad/s: eq.
+    /// (9).
     ///
-    /// `out` holds one rate a wheel; wheels beyond its length are left out.
+    /// `out` holds one rate per wheel; wheels beyond its length are left out.
     pub fn wheel_rates(&self, twist_in_body: Twist, out: &mut [f64]) {
         multiply(&self.rate_matrix, twist_in_body, out);
     }
 
-    /// The twist of the reference point in the body frame that fits wheel rates in rad/s best: least squares of
-    /// eq. (7), with the misfit measured in m/s along the roller axes. Exact where the rates can be rolled.
+    /// Returns the twist of the reference point in the body frame that fits wheel rates in rad/s
+    /// best: least squares of eq. (7), with the residual in m/s along the roller axes. Exact if the
+    /// rates can be rolled.
     pub fn twist(&self, rates_rad_s: &[f64]) -> Twist {
         let sum: Vector3<f64> = self
             .twist_matrix
@@ -160,8 +166,8 @@ impl Kinematics {
         Twist::new(sum.x, sum.y, sum.z)
     }
 
-    /// What of wheel rates belongs to no motion, r = q' - M M^+ q' in rad/s: zero where some twist turns the wheels at these rates by eq. (9). Of
-    /// three wheels it is zero always.
+    /// Computes the part of wheel rates that belongs to no motion, r = q' - M M^+ q' in rad/s: zero
+    /// if some twist turns the wheels at these rates by eq. (9), hence always for three wheels.
     pub fn contradiction(&self, rates_rad_s: &[f64], out: &mut [f64]) {
         multiply(&self.rate_matrix, self.twist(rates_rad_s), out);
         for (out, rate_rad_s) in out.iter_mut().zip(rates_rad_s) {
@@ -169,8 +175,9 @@ impl Kinematics {
         }
     }
 
-    /// By how much each wheel misses eq. (5), in m/s: its left-hand side for `twist_in_body` less rho q'. Zero is
-    /// perfect rolling; the velocity at which the wheel slides along its roller's axis is cos(gamma) times this.
+    /// Computes the residual of eq. (5) for each wheel, in m/s: its left-hand side for
+    /// `twist_in_body` less rho q'. Zero is perfect rolling; the velocity at which the wheel slides
+    /// along its roller's axis is cos(gamma) times this.
     pub fn residuals(&self, twist_in_body: Twist, rates_rad_s: &[f64], out: &mut [f64]) {
         multiply(&self.rate_matrix, twist_in_body, out);
         for ((out, rate_rad_s), wheel) in out.iter_mut().zip(rates_rad_s).zip(&self.wheels) {
@@ -178,14 +185,15 @@ impl Kinematics {
         }
     }
 
-    /// The velocity of a wheel's hub in the body frame, in m/s: eq. (2), v_h = v_c + omega k x b_h.
+    /// Returns the velocity of a wheel's hub in the body frame, in m/s: eq. (2), v_h = v_c + omega
+    /// k x b_h.
     pub fn hub_velocity_m_s(&self, wheel: usize, twist_in_body: Twist) -> Option<Vector2<f64>> {
         let b = self.wheels.get(wheel)?.position_m().xy() - self.reference_point_m;
         Some(twist_in_body.linear_m_s() + twist_in_body.omega_rad_s * Vector2::new(-b.y, b.x))
     }
 
-    /// How a wheel's hub velocity splits into what its roller gives and what its motor gives, in m/s: (alpha, beta)
-    /// of eq. (3), v = alpha u_gamma + beta u. Without slip beta = rho q', eq. (4).
+    /// Splits a wheel's hub velocity into the parts of its roller and of its motor, in m/s: (alpha,
+    /// beta) of eq. (3), v = alpha u_gamma + beta u. Without slip beta = rho q', eq. (4).
     pub fn rolling_split_m_s(&self, wheel: usize, twist_in_body: Twist) -> Option<(f64, f64)> {
         let v = self.hub_velocity_m_s(wheel, twist_in_body)?;
         let w = self.wheels.get(wheel)?;
@@ -217,7 +225,7 @@ mod tests {
 
     #[test]
     fn eq_09_the_mecanum_robot_has_the_textbook_rates() {
-        // Front left: (vx - vy - 0.31 omega) / rho and its kin, from any textbook.
+        // Front left: (vx - vy - 0.31 omega) / rho and similar rows, from any textbook.
         let kinematics = Kinematics::new(&mecanum4()).unwrap();
         let mut rates = [0.0; 4];
         kinematics.wheel_rates(Twist::new(0.3, 0.1, 0.5), &mut rates);
@@ -283,7 +291,8 @@ mod tests {
 
     #[test]
     fn lemma_1_condition_2_finds_the_point_where_a_square_mecanum_robots_wrong_axes_meet() {
-        // Square and with its diagonals' roller axes through the middle: every axis passes (0.05, 0).
+        // A square with the roller axes of its diagonals through the middle: every axis passes
+        // (0.05, 0).
         let mut specs = mecanum4_specs(1.0);
         for spec in &mut specs {
             spec.x_m = 0.05 + 0.2 * spec.x_m.signum();
@@ -339,7 +348,8 @@ mod tests {
 
     #[test]
     fn the_volksbots_hub_axes_may_point_any_way() {
-        // Turning a hub axis by half a turn and gamma's line with it reverses the wheel's rate and nothing else.
+        // Turning a hub axis by half a turn, and gamma's line with it, only reverses the wheel's
+        // rate.
         let specs: Vec<_> = (0..3)
             .map(|i| {
                 let a = TAU * f64::from(i) / 3.0;

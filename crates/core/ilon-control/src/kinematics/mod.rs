@@ -1,5 +1,5 @@
-//! How wheel rates and the robot's motion belong together: Indiveri 2009, eqs. (2)-(10), with one constant roller angle a
-//! wheel, and the same constraint taken at the roller that touches.
+//! The relation between wheel rates and the robot's motion: Indiveri 2009, eqs. (2)-(10), with one
+//! constant roller angle per wheel, and the same constraint at the roller that touches.
 
 pub(crate) mod analysis;
 pub(crate) mod contact;

@@ -1,15 +1,17 @@
 //! Lemma 1, condition c.2: the geometry of rank M < 3.
 //!
-//! A row of M, eq. (8), is -(n_gx, n_gy, b . u_g). The line through the wheel's centre **b** along its roller axis
-//! **n_g** has the direction n_g and the moment **b** x **n_g** = b_x n_gy - b_y n_gx = **b** . **u_g** about the
-//! reference point (because u_g = n_g x k = (n_gy, -n_gx)). So a row of M is, up to its sign, the pair (direction,
-//! moment) of that line: its Pluecker coordinates in the plane.
+//! A row of M, eq. (8), is -(n_gx, n_gy, b . u_g). The line through the wheel's centre **b** along
+//! its roller axis **n_g** has the direction n_g and the moment **b** x **n_g** = b_x n_gy - b_y
+//! n_gx = **b** . **u_g** about the reference point (because u_g = n_g x k = (n_gy, -n_gx)). So a
+//! row of M is, up to its sign, the pair (direction, moment) of that line: its Pluecker coordinates
+//! in the plane.
 //!
-//! M (v, omega) = 0 for some motion that is not zero means that no wheel resists it. If omega is not zero the motion
-//! is a turn about the point c where v + omega k x c = 0. Then n_g . (v + omega k x b) = omega n_g . (k x (b - c)) = 0
-//! says that b - c is along n_g: every line passes through c. If omega = 0, n_g . v = 0 for every wheel says that all
-//! lines are parallel. Both arguments run backwards as well. Hence **rank M < 3 exactly when all roller axes,
-//! prolonged, meet in one point or are all parallel**, and rank M = 1 when they all lie on one line.
+//! M (v, omega) = 0 for some motion that is not zero means that no wheel resists it. If omega is
+//! not zero the motion is a turn about the point c where v + omega k x c = 0. Then n_g . (v + omega
+//! k x b) = omega n_g . (k x (b - c)) = 0 says that b - c is along n_g: every line passes through
+//! c. If omega = 0, n_g . v = 0 for every wheel says that all lines are parallel. Both arguments
+//! run backwards as well. Hence **rank M < 3 exactly when all roller axes, prolonged, meet in one
+//! point or are all parallel**, and rank M = 1 when they all lie on one line.
 
 use std::fmt;
 
@@ -20,21 +22,22 @@ use crate::kinematics::matrix::row_of_m;
 
 /// Singular values below this share of the largest count as zero.
 ///
-/// A robot's file often holds angles to four digits (0.7854), which turns an exactly singular arrangement into one
-/// with a smallest singular value near 1e-5; and a robot conditioned worse than 1e4 would turn a slip of 0.1 mm/s at
-/// a wheel into 1 m/s of the body. Neither can be driven.
+/// A robot's file often holds angles to four digits (0.7854), which turns an exactly singular
+/// arrangement into one with a smallest singular value near 1e-5; and with a condition worse than
+/// 1e4 a slip of 0.1 mm/s at a wheel would become 1 m/s of the body. Neither can be driven.
 pub(crate) const RANK_TOLERANCE: f64 = 1e-4;
 
-/// Why M has a rank below 3.
+/// The cause of a rank of M below 3.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Singularity {
     /// The geometry of the roller axes.
     pub kind: SingularityKind,
-    /// The wheels whose roller axes share that geometry: all of the robot's.
+    /// The wheels whose roller axes have that geometry: all of the robot's.
     pub wheels: Vec<String>,
-    /// Wheels of which reversing a single one's handedness (the sign of gamma) gives M the rank 3.
+    /// Single wheels whose reversed handedness (the sign of gamma) gives M the rank 3.
     pub repaired_by_reversing: Vec<String>,
-    /// Whether reversing the handedness of every wheel gives M the rank 3: the wheels were put on the wrong sides.
+    /// Whether reversing the handedness of every wheel gives M the rank 3: the wheels were mounted
+    /// on the wrong sides.
     pub repaired_by_reversing_all: bool,
 }
 
@@ -102,8 +105,9 @@ impl fmt::Display for Singularity {
     }
 }
 
-/// M with its last column divided by a length typical of the robot, so that its singular values can be compared; and
-/// that length in metres: the largest distance of a wheel from the reference point.
+/// Returns M with its last column divided by a length typical of the robot, so that its singular
+/// values can be compared, and that length in metres: the largest distance of a wheel from the
+/// reference point.
 pub(crate) fn scaled(
     m: &MatrixXx3<f64>,
     wheels: &[Wheel],
@@ -111,14 +115,15 @@ pub(crate) fn scaled(
 ) -> (MatrixXx3<f64>, f64) {
     let far = |w: &Wheel| (w.position_m().xy() - point_m).norm();
     let length_m = wheels.iter().map(far).fold(0.0, f64::max);
-    // All wheels in one place: any length does, the rank is below 3 anyway.
+    // All wheels in one place: any length works, the rank is below 3 anyway.
     let length_m = if length_m > 0.0 { length_m } else { 1.0 };
     let mut m = m.clone();
     m.column_mut(2).scale_mut(1.0 / length_m);
     (m, length_m)
 }
 
-/// Singular values of a tall matrix of three columns in falling order with their right singular vectors.
+/// Returns the singular values of a tall matrix of three columns in falling order with their right
+/// singular vectors.
 pub(crate) fn singular_values(m: &MatrixXx3<f64>) -> [(f64, Vector3<f64>); 3] {
     let svd = m.clone().svd(false, true);
     let mut found = [(0.0, Vector3::zeros()); 3];
@@ -130,7 +135,7 @@ pub(crate) fn singular_values(m: &MatrixXx3<f64>) -> [(f64, Vector3<f64>); 3] {
     found
 }
 
-/// What makes M singular, or `None` where it has rank 3. Needs three wheels or more.
+/// Returns the cause of M's singularity, or `None` if it has rank 3. Needs three wheels or more.
 pub(crate) fn singularity_of(wheels: &[Wheel]) -> Option<Singularity> {
     let kind = kind_of(wheels)?;
     let reversed = |w: &Wheel| {
@@ -155,9 +160,10 @@ pub(crate) fn singularity_of(wheels: &[Wheel]) -> Option<Singularity> {
     })
 }
 
-/// The geometry of a rank below 3, or `None`.
+/// Returns the geometry of a rank below 3, or `None`.
 fn kind_of(wheels: &[Wheel]) -> Option<SingularityKind> {
-    // About the wheels' mean position, so that the verdict does not depend on where the body frame sits.
+    // About the wheels' mean position, so that the verdict does not depend on where the body frame
+    // sits.
     let sum: Vector2<f64> = wheels.iter().map(|w| w.position_m().xy()).sum();
     let mean_m = sum / wheels.len() as f64;
     let m = MatrixXx3::from_rows(
@@ -175,8 +181,9 @@ fn kind_of(wheels: &[Wheel]) -> Option<SingularityKind> {
     if s_2 <= RANK_TOLERANCE * s_1 {
         return Some(SingularityKind::OneLine { direction });
     }
-    // The free motion: M (v, omega) = 0, its last component scaled by the length above. Where omega's share is
-    // nothing, the point lies beyond 1/tolerance robot sizes: no difference from parallel.
+    // The free motion: M (v, omega) = 0, its last component scaled by the length above. If omega's
+    // share is below the tolerance, the point lies beyond 1/tolerance robot sizes: no difference
+    // from parallel.
     let (v, omega_length) = (free.xy(), free.z);
     if omega_length.abs() <= RANK_TOLERANCE {
         return Some(SingularityKind::Parallel { direction });
@@ -187,7 +194,7 @@ fn kind_of(wheels: &[Wheel]) -> Option<SingularityKind> {
     Some(SingularityKind::Meet { point_m })
 }
 
-/// Names in backquotes, separated by commas.
+/// Returns names in backquotes, separated by commas.
 pub(crate) fn quoted(names: &[String]) -> String {
     let names: Vec<_> = names.iter().map(|n| format!("`{n}`")).collect();
     names.join(", ")

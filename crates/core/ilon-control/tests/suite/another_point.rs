@@ -1,5 +1,5 @@
-//! The motion of one rigid body, told at another of its points, asks the same of wheels and rollers; and the touching
-//! roller is the one that an independent search finds.
+//! The motion of a rigid body, expressed at another of its points, gives the same wheel and roller
+//! motion; and the touching roller equals that of an independent search.
 
 #[allow(dead_code)]
 use crate::fixtures;
@@ -78,7 +78,8 @@ fn touching_rollers_ask_for_the_same_rates_and_spins_whichever_point_tells_the_m
     }
 }
 
-/// Among all rollers the one whose lowest sphere, found by walking along its axis, reaches deepest below the hub.
+/// Returns, among all rollers, the one whose lowest sphere, found by sampling along its axis, is
+/// deepest below the hub.
 fn deepest(robot: &Robot, wheel: usize, angle_rad: f64) -> (usize, f64, f64) {
     let wheel = &robot.wheels[wheel];
     let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle_rad);
@@ -106,8 +107,9 @@ fn deepest(robot: &Robot, wheel: usize, angle_rad: f64) -> (usize, f64, f64) {
     (depths[0].0, depths[0].1, depths[0].1 - depths[1].1)
 }
 
-/// The same robot with hub frames turned about their axles, a different angle each, and every other roller half as long,
-/// so that the one nearest to straight down is not always the one that reaches lowest.
+/// The same robot with hub frames turned about their axles, a different angle each, and every other
+/// roller half as long, so that the one nearest to straight down is not always the one that reaches
+/// lowest.
 fn uneven_and_turned(mut robot: Robot) -> Robot {
     for (index, wheel) in robot.wheels.iter_mut().enumerate() {
         let hub_from_new =
@@ -145,7 +147,8 @@ fn the_touching_roller_is_the_one_that_reaches_lowest() {
             for (wheel, found) in contact.contacts().iter().enumerate() {
                 let (index, depth_m, lead_m) = deepest(&robot, wheel, angle_rad);
                 let hub_m = robot.wheels[wheel].body_from_hub.translation.vector;
-                // The walk along the axis misses the lowest sphere by half a step at most: 1e-6 m of depth.
+                // The sampling along the axis misses the lowest sphere by at most half a step: 1e-6
+                // m of depth.
                 let told_m = hub_m.z - found.point_in_body_m.z;
                 assert!((told_m - depth_m).abs() < 2e-6, "{told_m} m, {depth_m} m");
                 let hub = &robot.wheels[wheel];
@@ -174,7 +177,8 @@ fn of_rollers_that_reach_equally_low_the_nearest_to_straight_down_touches() {
         for step in 0..200 {
             contact.update(&vec![0.0314 * f64::from(step); robot.wheels.len()]);
             for (wheel, found) in robot.wheels.iter().zip(contact.contacts()) {
-                // Half a pitch, and what makes depths count as equal: a billionth of the radius, at a slope below 1.
+                // Half a pitch, and what makes depths count as equal: a billionth of the radius, at
+                // a slope below 1.
                 let half_rad = std::f64::consts::PI / wheel.rollers.len() as f64;
                 assert!(
                     found.angle_rad.abs() < half_rad + 1e-8,
@@ -198,8 +202,8 @@ fn a_reference_that_takes_exactly_half_of_the_limit_is_not_feasible() {
     assert!(!feasibility(1.0, 4.0).holds());
 }
 
-/// A rate that rises evenly: the filtered acceleration a goes by a_k = a_(k-1) + s (a - a_(k-1)) towards a, so that after
-/// k steps it is a (1 - (1 - s)^k) with s = dt / (T + dt).
+/// For a rate that rises uniformly the filtered acceleration is a_k = a_(k-1) + s (a - a_(k-1)), so
+/// after k steps it is a (1 - (1 - s)^k) with s = dt / (T + dt).
 #[test]
 fn the_derivative_filter_settles_on_the_acceleration_as_a_first_order_lag() {
     let gains = WheelGains {
@@ -217,7 +221,7 @@ fn the_derivative_filter_settles_on_the_acceleration_as_a_first_order_lag() {
         let rate_rad_s = acceleration_rad_s2 * dt_s * f64::from(step);
         let limits = [TorqueRange::UNLIMITED];
         let torque_n_m = wheel_loop.update(&Demand::new(&[0.0], &[rate_rad_s], &limits, dt_s))[0];
-        // The first step has no rate before it. s = 0.01 / 0.04.
+        // The first step has no earlier rate. s = 0.01 / 0.04.
         let expected_n_m = -acceleration_rad_s2 * (1.0 - 0.75_f64.powi(step));
         assert!(
             (torque_n_m - expected_n_m).abs() < 1e-12,

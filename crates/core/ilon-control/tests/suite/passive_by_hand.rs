@@ -1,5 +1,6 @@
-//! The passive law worked out a second time, from the wheels' places and rollers alone: M by hand, its pseudo-inverse by the normal equations,
-//! loads from a plane by Cramer's rule, and the sharing by trying every set of wheels that could be at the bound.
+//! The passive law worked out a second time, from the wheels' places and rollers alone: M by hand,
+//! its pseudo-inverse by the normal equations, loads from a plane by Cramer's rule, and the sharing
+//! by trying every set of wheels that could be at the bound.
 
 use std::io::Write;
 use std::process::{Command, Stdio};
@@ -81,7 +82,8 @@ impl ByHand {
         self.places.iter().map(|p| plane.dot(p)).collect()
     }
 
-    /// The least t with |f_h| <= t N_h and M^T f = w: at the least, all wheels but two stand at their bounds.
+    /// The least t with |f_h| <= t N_h and M^T f = w: at the least, all wheels but two stand at
+    /// their bounds.
     fn share(&self, w: Vector3<f64>, loads: &[f64]) -> Vec<f64> {
         let n = self.m.len();
         let mut best: Option<(f64, Vec<f64>)> = None;
@@ -247,7 +249,8 @@ fn torques_are_those_of_a_second_derivation() {
     }
 }
 
-/// A Python with numpy: that under `ILON_PYTHON`, or `python3`. Without one it says that the test is skipped.
+/// A Python with numpy: that under `ILON_PYTHON`, or `python3`. Without one it says that the test
+/// is skipped.
 fn python() -> Option<String> {
     let named = std::env::var("ILON_PYTHON").ok();
     let python = named.clone().unwrap_or("python3".into());

@@ -1,7 +1,8 @@
-//! The ideal kinematics and its odometry against what other projects hold theirs to: the numbers of the tests of ros2_controllers
-//! (mecanum_drive_controller and omni_wheel_drive_controller, at 94e74de3), of WPILib (MecanumDriveKinematicsTest and
-//! MecanumDriveOdometryTest, at caf0fb2d), and of the youBot of Lynch and Park, *Modern Robotics*. Tolerances are theirs: they give as
-//! many digits.
+//! The ideal kinematics and its odometry against what other projects hold theirs to: the numbers of
+//! the tests of ros2_controllers (mecanum_drive_controller and omni_wheel_drive_controller, at
+//! 94e74de3), of WPILib (MecanumDriveKinematicsTest and MecanumDriveOdometryTest, at caf0fb2d), and
+//! of the youBot of Lynch and Park, *Modern Robotics*. Tolerances are theirs: they give as many
+//! digits.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_4, TAU};
 

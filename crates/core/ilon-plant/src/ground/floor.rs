@@ -88,7 +88,7 @@ fn changes(patch: &FloorPatch) -> Vec<String> {
             .sliding
             .map(|_| "friction that falls as a roller slides".to_owned()),
         (patch.across.is_some() || patch.against.is_some() || patch.nap_deg.is_some())
-            .then(|| "a nap of its own".to_owned()),
+            .then(|| "another nap".to_owned()),
     ];
     changed.into_iter().flatten().collect()
 }

@@ -704,7 +704,7 @@ fn named(robot: &Robot, wheels: &[usize]) -> String {
     let names: Vec<_> = names.map(|name| format!("`{name}`")).collect();
     match names.as_slice() {
         [one] => format!("wheel {one}"),
-        names => format!("wheels {}, about alike", names.join(", ")),
+        names => format!("wheels {} at almost the same time", names.join(", ")),
     }
 }
 

@@ -19,7 +19,9 @@ pub fn guidance(section: &scenario::Guidance, kinematics: Kinematics) -> Result<
         heading_gain: section.heading_gain_per_s,
         wheel_rate_limit_rad_s: section.wheel_rate_limit_rad_s.unwrap_or(f64::INFINITY),
         saturation: match section.saturation {
-            scenario::Saturation::Prioritised => Saturation::Prioritised(section.priority.into()),
+            scenario::Saturation::Prioritised => {
+                Saturation::Prioritised(section.priority.unwrap_or_default().into())
+            }
             scenario::Saturation::Clip => Saturation::Clip,
             scenario::Saturation::Scale => Saturation::Scale,
             scenario::Saturation::None => Saturation::None,

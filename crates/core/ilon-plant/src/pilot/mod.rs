@@ -28,6 +28,8 @@ use ilon_scenario::{Error, Resolved};
 pub struct Pilot {
     motion: Planned,
     guidance: Guidance,
+    /// Which part of a twist keeps its wheel rates in saturation; where none is said both give way together.
+    priority: Option<ilon_control::Priority>,
     /// Present where the wheel rates are those of the touching rollers.
     contact: Option<ContactKinematics>,
     /// The wheel rates decided on, in rad/s; zero where torques were.
@@ -150,6 +152,7 @@ impl Pilot {
         Ok(Self {
             motion,
             guidance: guidance(section, kinematics)?,
+            priority: section.priority.map(Into::into),
             contact: match section.kinematics {
                 scenario::Kinematics::Ideal => None,
                 scenario::Kinematics::Contact => Some(contact_kinematics),
@@ -219,6 +222,13 @@ impl Pilot {
         }
     }
 
+    /// Ends the run at a time in seconds: the last decision stands, and what is desired is that of the end.
+    pub fn end(&mut self, t_s: f64) {
+        if let Planned::Reference(reference) | Planned::Own(_, Some(reference)) = &self.motion {
+            self.decision.desired = Some(reference.at(t_s));
+        }
+    }
+
     /// Asks for a twist of the body's origin, in the body frame, from the next decision on, in place of the scenario's twist.
     pub fn steer(&mut self, twist_in_body: Twist) {
         self.motion = Planned::Twist(TwistProfile::of(twist_in_body));
@@ -226,13 +236,10 @@ impl Pilot {
 
     /// Commands the rates of a twist of the body's origin.
     fn command_twist(&mut self, twist_in_body: Twist) {
-        let task = Task {
-            name: "twist",
-            twist_in_body,
-        };
+        let tasks = Task::of_twist(twist_in_body, self.priority);
         let command = match &self.contact {
-            Some(contact) => self.guidance.command_on_contact(&[task], contact),
-            None => self.guidance.command(&[task]),
+            Some(contact) => self.guidance.command_on_contact(&tasks, contact),
+            None => self.guidance.command(&tasks),
         };
         self.wheel_rates_rad_s
             .copy_from_slice(&command.wheel_rates_rad_s);

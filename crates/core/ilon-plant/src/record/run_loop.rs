@@ -44,7 +44,7 @@ impl RunLoop {
         Self::new(resolved, robot, Appearance::default(), None)
     }
 
-    /// Advances by one physics step.
+    /// Advances by one physics step, and closes the record with a row at the end of the last.
     pub fn step(&mut self) {
         let clock = *self.plant.clock();
         let t_s = clock.time_s();
@@ -55,16 +55,30 @@ impl RunLoop {
         }
         self.plant.actuate(self.pilot.command());
         if clock.control_is_due() {
-            let decided = self.pilot.decided(t_s, self.plant.truth().pose);
-            if clock.record_is_due() {
-                self.recorder.record(t_s, &self.plant, &decided);
-            } else {
-                self.recorder.hold(&self.plant, &decided);
-            }
+            self.write_down();
         }
         self.plant.step();
         self.recorder
             .count(self.plant.world(), clock.physics_dt_s());
+        if self.is_done() {
+            let seen = self.plant.observe();
+            self.recorder.reckon(&seen.wheel_angles_rad);
+            self.pilot.end(self.plant.clock().time_s());
+            self.plant.actuate(self.pilot.command());
+            self.write_down();
+        }
+    }
+
+    /// Hands a control instant to the recorder.
+    fn write_down(&mut self) {
+        let clock = self.plant.clock();
+        let t_s = clock.time_s();
+        let decided = self.pilot.decided(t_s, self.plant.truth().pose);
+        if clock.record_is_due() {
+            self.recorder.record(t_s, &self.plant, &decided);
+        } else {
+            self.recorder.hold(&self.plant, &decided);
+        }
     }
 
     /// Whether the end is reached.

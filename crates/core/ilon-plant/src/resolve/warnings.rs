@@ -3,7 +3,7 @@
 use ilon_robot::{Robot, Twist, wrap_angle};
 
 use crate::pilot::FeasibilityInTime;
-use ilon_scenario::scenario::{Priority, ReferencePoint, Saturation, Scenario};
+use ilon_scenario::scenario::{ReferencePoint, Saturation, Scenario};
 
 /// No two materials that wheels and floors are made of grip better.
 const MOST_FRICTION: f64 = 2.0;
@@ -106,7 +106,6 @@ fn bent(held: Option<[Twist; 2]>) -> String {
 pub(crate) fn of_guidance_in_open_loop(scenario: &Scenario) -> Option<String> {
     let guidance = &scenario.guidance;
     let keys = [
-        ("priority", guidance.priority != Priority::default()),
         ("tasks", !guidance.tasks.is_empty()),
         (
             "position_gain_matrix_per_s",
@@ -122,8 +121,7 @@ pub(crate) fn of_guidance_in_open_loop(scenario: &Scenario) -> Option<String> {
     (!set.is_empty()).then(|| {
         let verb = if set.len() == 1 { "has" } else { "have" };
         format!(
-            "{} {verb} no effect without a reference: all of the motion asked for is one task, which saturation slows as a whole; to keep one part of it first, follow \
-             a `[reference]` under `guidance.priority` or `guidance.tasks`",
+            "{} {verb} no effect without a reference; to keep one part of a twist first where wheels saturate, set `guidance.priority`",
             set.join(" and ")
         )
     })
@@ -142,13 +140,17 @@ pub(crate) fn of_feasibility(feasibility: &FeasibilityInTime, robot: &Robot) -> 
         ));
     }
     let conditions = [
-        (&feasibility.position, "velocity", "(36)"),
-        (&feasibility.heading, "heading rate", "(37)"),
+        (
+            &feasibility.position,
+            "velocity alone takes, in the direction that asks most of the wheels,",
+            "(36)",
+        ),
+        (&feasibility.heading, "heading rate alone takes", "(37)"),
     ];
     let parts = conditions.into_iter().filter_map(|(asked, what, equation)| {
         let from_s = asked.beyond_from_s?;
         Some(format!(
-            "from {from_s:.2} s on its {what} alone takes wheel rates of up to {:.3} rad/s, at {:.2} s (Indiveri 2009, eq. {equation})",
+            "from {from_s:.2} s on its {what} wheel rates of up to {:.3} rad/s, at {:.2} s (Indiveri 2009, eq. {equation})",
             asked.most_rad_s, asked.most_at_s
         ))
     });
@@ -244,10 +246,8 @@ mod tests {
             of_guidance_in_open_loop(&Scenario::from_toml(&text, "s", ".").expect("a scenario"))
         };
         assert_eq!(of("saturation = 'clip'"), None);
-        let said = of("priority = 'heading'").unwrap_or_default();
-        assert!(
-            said.starts_with("`guidance.priority` has no effect"),
-            "{said}"
-        );
+        assert_eq!(of("priority = 'heading'"), None);
+        let said = of("tasks = ['heading_feedback']").unwrap_or_default();
+        assert!(said.starts_with("`guidance.tasks` has no effect"), "{said}");
     }
 }

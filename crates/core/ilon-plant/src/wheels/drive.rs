@@ -1,5 +1,7 @@
 //! From wheel rates asked for to torques: the wheel loops and the motors' limits.
 
+use std::collections::VecDeque;
+
 use ilon_control::{
     BodySense, ComputedTorque, ComputedTorqueSettings, Demand, Motor, MotorBounds, PassiveEffort,
     PassiveTorque, PassiveTorqueSettings, PrioritisedTorque, PrioritisedTorqueSettings, TorqueLaw,
@@ -11,7 +13,7 @@ use ilon_world::{MotorTorque, TorqueBounds};
 use crate::wheels::motors::motors;
 use ilon_scenario::choices::wheel_loop::{dynamic_model, passive_settings, pid};
 use ilon_scenario::course::command::WheelCommand;
-use ilon_scenario::scenario::WheelLaw;
+use ilon_scenario::scenario::{WheelLaw, WheelLoop};
 use ilon_scenario::{Error, Resolved};
 
 /// The wheel loops of a robot and its motors.
@@ -23,6 +25,8 @@ pub(crate) struct Drive {
     until_due: u32,
     /// What the law decided last, in N m.
     held_n_m: Vec<f64>,
+    /// What it decided before, on the way to the motors.
+    on_the_way: Option<OnTheWay>,
     /// The robot of a law that goes by its masses, where joints between bodies move them; its servos have the targets that they have now.
     moving: Option<Box<Robot>>,
     motors: Vec<Motor>,
@@ -62,7 +66,7 @@ impl Drive {
                     bandwidth_rad_s: scenario.wheel_loop.bandwidth_rad_s,
                     target_filter_s: scenario.run.control_dt_s,
                     dt_s: loop_period_s,
-                    priority: scenario.guidance.priority.into(),
+                    priority: scenario.guidance.priority.unwrap_or_default().into(),
                     reference_point_m: resolved.reference_point_m(),
                     friction: scenario.wheel_loop.friction.unwrap_or(f64::INFINITY),
                     gravity_m_s2: scenario.world.gravity_m_s2,
@@ -89,6 +93,7 @@ impl Drive {
             every: (loop_period_s / physics_dt_s).round().max(1.0) as u32,
             until_due: 0,
             held_n_m: vec![0.0; motors.len()],
+            on_the_way: OnTheWay::of(&scenario.wheel_loop, physics_dt_s, motors.len()),
             moving: moves.then(|| Box::new(known.clone())),
             targets_rad_s: vec![0.0; motors.len()],
             torques: vec![MotorTorque::constant(0.0); motors.len()],
@@ -170,6 +175,9 @@ impl Drive {
         for (torque, held_n_m) in self.torques.iter_mut().zip(&self.held_n_m) {
             torque.torque_n_m = *held_n_m;
         }
+        if let Some(on_the_way) = &mut self.on_the_way {
+            on_the_way.pass(&mut self.torques);
+        }
         for (torque, falling) in self.torques.iter_mut().zip(self.law.falling()) {
             torque.torque_n_m = falling.torque_n_m;
             torque.droop_n_m_s = falling.droop_n_m_s;
@@ -187,6 +195,40 @@ impl Drive {
         let motor = &self.motors[wheel];
         let per_rate_n_m_s = motor.shorted_n_m_s().unwrap_or(0.0);
         MotorTorque::with_droop(-per_rate_n_m_s * rate_rad_s, per_rate_n_m_s)
+    }
+}
+
+/// Torques of wheel loops with a latency, from their decision to the motors.
+#[derive(Clone)]
+struct OnTheWay {
+    /// The part of a step by which they come later than a whole number of steps.
+    part: f64,
+    /// Those of the last steps, the oldest first, one a wheel each, in N m.
+    decided_n_m: VecDeque<f64>,
+}
+
+impl OnTheWay {
+    fn of(section: &WheelLoop, physics_dt_s: f64, wheel_count: usize) -> Option<Self> {
+        let steps = section.latency_s() / physics_dt_s;
+        // So many whole steps, but for rounding.
+        let whole = (steps + 1e-9).floor();
+        (steps > 0.0).then(|| Self {
+            part: (steps - whole).max(0.0),
+            decided_n_m: vec![0.0; (whole as usize + 1) * wheel_count].into(),
+        })
+    }
+
+    /// Takes up what is decided for a step, and puts in its place what arrives in it: in its first part what was decided one step before the rest, of
+    /// which the motors feel the mean.
+    fn pass(&mut self, torques: &mut [MotorTorque]) {
+        self.decided_n_m
+            .extend(torques.iter().map(|torque| torque.torque_n_m));
+        let wheel_count = torques.len();
+        for (wheel, torque) in torques.iter_mut().enumerate() {
+            let [before, after] = [wheel, wheel_count + wheel].map(|place| self.decided_n_m[place]);
+            torque.torque_n_m = self.part * before + (1.0 - self.part) * after;
+        }
+        self.decided_n_m.drain(..wheel_count);
     }
 }
 

@@ -1,11 +1,11 @@
-//! The exact roller: the barrel that makes a wheel's outline a perfect circle.
+//! The ideal roller: the barrel that makes a wheel's outline a perfect circle.
 //!
-//! Symbols: rho the wheel's radius, r the roller's largest radius, a = rho - r the distance between hub axis and
-//! roller axis, delta = 90 deg - |gamma| the angle between them, n the number of rollers in a row, L the roller's
-//! length, t a place along the roller's axis from its middle.
+//! Symbols: rho the wheel's radius, r the roller's largest radius, a = rho - r the distance between
+//! hub axis and roller axis, delta = 90 deg - |gamma| the angle between them, n the number of
+//! rollers in a row, L the roller's length, t a position along the roller's axis from its middle.
 //!
-//! The barrel is the envelope of spheres centred on the roller's axis at t in [-L/2, L/2], each touching the wheel's
-//! outline from inside: s(t) = rho - sqrt(a^2 + t^2 sin^2 delta).
+//! The barrel is the envelope of spheres centred on the roller's axis at t in [-L/2, L/2], each
+//! touching the wheel's outline from inside: s(t) = rho - sqrt(a^2 + t^2 sin^2 delta).
 
 use std::f64::consts::PI;
 
@@ -23,9 +23,9 @@ pub struct Barrel {
 }
 
 impl Barrel {
-    /// The barrel for a wheel of radius rho with `roller_count` rollers in a row of largest radius
-    /// `roller_radius_m`, its length such that neighbours hand over with neither gap nor overlap:
-    /// L = 2 a tan(pi/n) / sin delta.
+    /// Returns the barrel for a wheel of radius rho with `roller_count` rollers in a row of largest
+    /// radius `roller_radius_m`. Its length makes neighbours hand over with neither gap nor
+    /// overlap: L = 2 a tan(pi/n) / sin delta.
     pub fn handing_over(
         wheel_radius_m: f64,
         roller_radius_m: f64,
@@ -43,23 +43,25 @@ impl Barrel {
         }
     }
 
-    /// Radius s(t) of the sphere centred `t_m` along the axis, in metres.
+    /// Returns the radius s(t) of the sphere centred `t_m` along the axis, in metres.
     pub fn sphere_radius_m(&self, t_m: f64) -> f64 {
         self.wheel_radius_m - libm::hypot(self.ring_radius_m, t_m * self.sin_delta)
     }
 
-    /// Radius of curvature of the outline along the barrel, at its middle, in metres: rho - a + a / k^2, for near the middle
-    /// s(t) = r - t^2 k^2 / 2a, and the envelope of such spheres bends with the radius r + a / k^2.
+    /// Returns the radius of curvature of the outline along the barrel, at its middle, in metres:
+    /// rho - a + a / k^2. Near the middle s(t) = r - t^2 k^2 / 2a, and the envelope of such spheres
+    /// has the radius r + a / k^2.
     pub fn crown_radius_m(&self) -> f64 {
         let k2 = self.sin_delta * self.sin_delta;
         self.wheel_radius_m - self.ring_radius_m + self.ring_radius_m / k2
     }
 
-    /// The place t* of the sphere that reaches furthest along a unit direction **w** with component `w_axial` along
-    /// the barrel's axis, in metres. The support point is t* along the axis plus s(t*) **w**.
+    /// Returns the position t* along the axis of the sphere that reaches furthest in a unit
+    /// direction **w** with component `w_axial` along the barrel's axis, in metres. The support
+    /// point is t* along the axis plus s(t*) **w**.
     ///
-    /// From d/dt (t w_x + s(t)) = 0 with k = sin delta: t* = w_x a / (k sqrt(k^2 - w_x^2)), held to [-L/2, L/2];
-    /// where |w_x| >= k the end sphere reaches furthest.
+    /// From d/dt (t w_x + s(t)) = 0 with k = sin delta: t* = w_x a / (k sqrt(k^2 - w_x^2)), clamped
+    /// to [-L/2, L/2]; where |w_x| >= k the end sphere reaches furthest.
     pub fn support_place_m(&self, w_axial: f64) -> f64 {
         let k = self.sin_delta;
         let under_root = k * k - w_axial * w_axial;
@@ -70,12 +72,13 @@ impl Barrel {
         t_m.clamp(-self.half_length_m, self.half_length_m)
     }
 
-    /// Radius of curvature of the outline along the barrel, in metres, where it reaches furthest along a unit direction with
-    /// component `w_axial` along the barrel's axis: s(t*) + (1 - w_x^2) dt*/dw_x, with dt*/dw_x = a k / (k^2 - w_x^2)^(3/2), and on
-    /// the end spheres s alone.
+    /// Returns the radius of curvature of the outline along the barrel, in metres, at the support
+    /// point of a unit direction with component `w_axial` along the barrel's axis: s(t*) + (1 -
+    /// w_x^2) dt*/dw_x, with dt*/dw_x = a k / (k^2 - w_x^2)^(3/2); on the end spheres s alone.
     ///
-    /// Tilted by dw_x / sqrt(1 - w_x^2), the barrel is touched in the centre's frame by another sphere dt* further along the axis, of which
-    /// sqrt(1 - w_x^2) lies along the outline; a sphere that stays is touched s further for each radian.
+    /// Tilting by dw_x / sqrt(1 - w_x^2) moves the support, in the centre's frame, to a sphere dt*
+    /// further along the axis, of which sqrt(1 - w_x^2) lies along the outline; on a fixed sphere
+    /// it moves by s per radian.
     pub fn outline_radius_m(&self, w_axial: f64) -> f64 {
         let (k, t_m) = (self.sin_delta, self.support_place_m(w_axial));
         let on_end = t_m.abs() >= self.half_length_m;
@@ -89,11 +92,12 @@ impl Barrel {
         self.sphere_radius_m(t_m) + of_place_m
     }
 
-    /// Radius of the barrel's surface `z_m` along the axis from its middle, in metres: the largest circle that any of the
-    /// spheres cuts there.
+    /// Returns the radius of the barrel's surface `z_m` along the axis from its middle, in metres:
+    /// the largest circle that any of the spheres cuts there.
     ///
-    /// The square of a sphere's circle, s(t)^2 - (z - t)^2 with s(t) = rho - h(t), h = sqrt(a^2 + k^2 t^2), has the second derivative
-    /// -2 rho h'' - 2 (1 - k^2) < 0: among spheres at even places the largest is found by climbing, from near t (1 + k^2 s / a) = z.
+    /// The square of a sphere's circle, s(t)^2 - (z - t)^2 with s(t) = rho - h(t), h = sqrt(a^2 +
+    /// k^2 t^2), has the second derivative -2 rho h'' - 2 (1 - k^2) < 0: among evenly spaced
+    /// spheres hill climbing finds the largest, from near t (1 + k^2 s / a) = z.
     pub fn surface_radius_m(&self, z_m: f64) -> f64 {
         const PLACES: usize = 400;
         let squared = |i: usize| {
@@ -113,14 +117,15 @@ impl Barrel {
         squared(i).max(0.0).sqrt()
     }
 
-    /// Volume of the barrel cut flat at +-L/2, in m^3: the sum of its slices.
+    /// Returns the volume of the barrel cut flat at +-L/2, in m^3: the sum of its slices.
     pub fn volume_m3(&self) -> f64 {
         let slices: f64 = self.slices().map(|(_, r)| PI * r * r).sum();
         slices * 2.0 * self.half_length_m / SLICES as f64
     }
 
-    /// Moments of inertia about its centre of a barrel of even density, cut flat at +-L/2: about its axis, and about any
-    /// axis across it, in kg m^2. Each slice is a disc of mass dm: dm r^2 / 2, and dm (r^2 / 4 + z^2).
+    /// Returns the moments of inertia about its centre of a barrel of uniform density, cut flat at
+    /// +-L/2: about its axis, and about any axis across it, in kg m^2. Each slice is a disc of mass
+    /// dm: dm r^2 / 2, and dm (r^2 / 4 + z^2).
     pub fn solid_moments_kg_m2(&self, mass_kg: f64) -> (f64, f64) {
         let (mut volume, mut axial, mut across) = (0.0, 0.0, 0.0);
         for (z, r) in self.slices() {
@@ -131,7 +136,7 @@ impl Barrel {
         (axial * mass_kg / volume, across * mass_kg / volume)
     }
 
-    /// Middle and radius of even slices from end to end, in metres.
+    /// Returns middle and radius of evenly spaced slices from end to end, in metres.
     fn slices(&self) -> impl Iterator<Item = (f64, f64)> {
         (0..SLICES).map(|i| {
             let z = self.half_length_m * (2.0 * (i as f64 + 0.5) / SLICES as f64 - 1.0);
@@ -140,14 +145,15 @@ impl Barrel {
     }
 }
 
-/// Slices of a barrel; the error of its sums is of the order of one over their square.
+/// Number of slices of a barrel; the error of their sums is of the order of one over its square.
 const SLICES: usize = 400;
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The surface is that of all spheres, to the bit: of thick and thin rollers at any angle, longer and shorter ones, beyond their ends too.
+    /// Hill climbing finds the largest of all spheres, to the bit: for thick and thin rollers at
+    /// any angle, longer and shorter ones, also beyond their ends.
     #[test]
     fn the_largest_sphere_that_is_climbed_to_is_the_largest_of_all() {
         for (thick, gamma_deg, count, longer) in [
@@ -174,23 +180,25 @@ mod tests {
 
     #[test]
     fn the_barrel_touches_the_wheels_circle_at_every_angle() {
-        // A wheel of 50 mm with nine rollers at 45 deg. At wheel angle phi the roller's axis has the component
-        // k sin(phi) along the downward direction, and its reach is a cos(phi) + t* w + s(t*).
+        // A wheel of 50 mm with nine rollers at 45 deg. At wheel angle phi the roller's axis has
+        // the component k sin(phi) along the downward direction, and its reach is a cos(phi) + t*
+        // w + s(t*).
         let barrel = Barrel::handing_over(0.05, 0.012, PI / 4.0, 9);
         for i in -20..=20 {
             let phi = PI / 9.0 * f64::from(i) / 20.0;
             let w = barrel.sin_delta * phi.sin();
             let t = barrel.support_place_m(w);
             let reach_m = barrel.ring_radius_m * phi.cos() + t * w + barrel.sphere_radius_m(t);
-            // A handful of roundings of numbers below 0.1.
+            // A few roundings of numbers below 0.1.
             assert!((reach_m - 0.05).abs() < 1e-16, "{reach_m} at {phi}");
         }
     }
 
     #[test]
     fn the_outline_is_as_curved_as_its_places_move() {
-        // Without tilt (k = 1) the outline is the wheel's circle; at the middle of any barrel the radius is the crown's; on the end spheres theirs.
-        // In between, turning the direction by d moves the place by the radius times d along the outline.
+        // Without tilt (k = 1) the outline is the wheel's circle; at the middle of any barrel the
+        // radius is the crown's; on the end spheres theirs. In between, turning the direction by d
+        // moves the support point by the radius times d along the outline.
         let swedish = Barrel::handing_over(0.05, 0.012, 0.0, 9);
         for w in [0.0, 0.1, -0.3] {
             assert!((swedish.outline_radius_m(w) - 0.05).abs() < 1e-15);
@@ -214,8 +222,9 @@ mod tests {
 
     #[test]
     fn a_short_thick_barrel_weighs_as_a_cylinder() {
-        // Of a barrel much shorter than its wheel the radius hardly changes from end to end: a cylinder of radius r and
-        // length L has the volume pi r^2 L and the moments m r^2 / 2 and m (3 r^2 + L^2) / 12.
+        // If a barrel is much shorter than its wheel, its radius hardly changes from end to end: a
+        // cylinder of radius r and length L has the volume pi r^2 L and the moments m r^2 / 2 and m
+        // (3 r^2 + L^2) / 12.
         let (r, half) = (0.4, 0.01);
         let barrel = Barrel {
             wheel_radius_m: 1.0,

@@ -1,10 +1,10 @@
-//! What can touch the world, but for rollers.
+//! Collision geometry other than rollers.
 
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// A collision shape and where it sits.
+/// A collision shape and its pose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collision {
     /// Pose of the shape in the frame of the body that carries it.
@@ -13,7 +13,7 @@ pub struct Collision {
     pub shape: CollisionShape,
 }
 
-/// The collision shapes of URDF, all but the hull centred on their own frame.
+/// The collision shapes of URDF; all except the hull are centred on their own frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CollisionShape {
     /// A box with sides along the axes.
@@ -48,11 +48,11 @@ pub enum CollisionShape {
 }
 
 impl Collision {
-    /// Where the shape reaches farthest in a direction of the frame of the body that carries it, in metres; the middle of what is farthest
-    /// where that is an edge or a face of a shape that is no hull.
+    /// Returns the furthest point of the shape in a direction of the frame of the body that carries
+    /// it, in metres; the middle of the furthest edge or face for shapes other than hulls.
     pub fn farthest(&self, direction: &Vector3<f64>) -> Point3<f64> {
         let d = self.body_from_shape.rotation.inverse() * direction;
-        // Along a side that is square to the direction nothing is farther than its middle.
+        // Along a side at right angles to the direction the middle is as far as any point.
         let towards = |x: f64, most: f64| {
             if x.abs() < 1e-9 {
                 0.0
@@ -80,8 +80,8 @@ impl Collision {
         self.body_from_shape * Point3::from(in_shape)
     }
 
-    /// How far the shape reaches from the origin of the body that carries it, in a unit direction of that body's frame, in
-    /// metres.
+    /// Returns how far the shape reaches from the origin of the body that carries it, in a unit
+    /// direction of that body's frame, in metres.
     pub fn reach_m(&self, direction: &Vector3<f64>) -> f64 {
         let d = self.body_from_shape.rotation.inverse() * direction;
         let from_middle_m = match &self.shape {
@@ -106,7 +106,7 @@ mod tests {
 
     use super::*;
 
-    /// In every direction the farthest point is as far as the shape reaches.
+    /// In every direction the furthest point is as far as the shape reaches.
     #[test]
     fn the_farthest_point_is_as_far_as_the_shape_reaches() {
         let points = [[0.1, 0.0, 0.2], [-0.3, 0.1, 0.0], [0.0, -0.2, -0.1]];
@@ -150,7 +150,7 @@ mod tests {
         }
     }
 
-    /// Where a face or an edge is square to the direction its middle is meant.
+    /// If a face or an edge is at right angles to the direction, its middle is returned.
     #[test]
     fn of_a_face_the_middle_is_meant() {
         let down = vector![0.0, 0.0, -1.0];

@@ -1,19 +1,19 @@
-//! A robot some of whose joints are held: their bodies are parts of what carries them.
+//! Robots with locked joints: the bodies of these joints are merged into what carries them.
 
 use super::{Chassis, Collision, Coupling, MassProperties, Robot};
 
 impl Robot {
-    /// The robot with some joints held at positions in rad or m: the body of each becomes a part of
-    /// what carries it, and all that hangs by it hangs by that. `held` has a position for each of
-    /// [`Robot::joints`] that is held, and `None` for each that moves; what is missing moves.
-    /// Couplings of a joint that is held end: hold all joints that are coupled, or none.
+    /// Returns the robot with some joints locked at positions in rad or m: the body of each is
+    /// merged into its carrier, which then carries its children. `held` has the position of each of
+    /// [`Robot::joints`] to lock, and `None` for each that moves; missing entries move. Couplings
+    /// of a locked joint are removed: lock all coupled joints, or none.
     pub fn with_joints_held(&self, held: &[Option<f64>]) -> Self {
         let of = |joint: usize| held.get(joint).copied().flatten();
         let positions: Vec<f64> = (0..self.joints.len())
             .map(|joint| of(joint).unwrap_or(0.0))
             .collect();
         let mut robot = self.posed(&positions);
-        // The nearest joint above one that moves still, by its new place.
+        // The nearest joint above that still moves, by its new index.
         let mut kept: Vec<Option<usize>> = Vec::with_capacity(robot.joints.len());
         let mut joints: Vec<super::BodyJoint> = Vec::new();
         for (index, mut joint) in std::mem::take(&mut robot.joints).into_iter().enumerate() {
@@ -64,7 +64,8 @@ impl Chassis {
 }
 
 impl MassProperties {
-    /// The body with another, given in the same frame, joined to it; unchanged where both weigh nothing.
+    /// Merges another body, given in the same frame, into this one; unchanged if both have zero
+    /// mass.
     fn joined(&self, part: &Self) -> Self {
         Self::merged(&[self.clone(), part.clone()]).unwrap_or_else(|| self.clone())
     }
@@ -77,8 +78,8 @@ mod tests {
     use super::super::posed::tests::{joint, robot};
     use crate::JointKind;
 
-    /// A lift carries a turntable, which carries an arm. Whichever of them are held, mass, centre and
-    /// the inertia that the arm moves stay; those that move keep their names for the same places.
+    /// A lift carries a turntable, which carries an arm. Whichever of them are locked, mass, centre
+    /// and the inertia on the arm stay the same; the moving joints keep their names and places.
     #[test]
     fn what_is_held_is_part_of_what_carries_it() {
         let joints = vec![
@@ -99,7 +100,7 @@ mod tests {
             let less = whole.with_joints_held(&asked);
             let moves = held.iter().filter(|held| !**held).count();
             assert_eq!(less.joints.len(), moves);
-            // The rest is brought to the same pose.
+            // The other joints are moved to the same pose.
             let rest: Vec<f64> = (0..3).filter(|i| !held[*i]).map(|i| at[i]).collect();
             let less = less.posed(&rest);
             assert!((less.mass_kg() - 7.0).abs() < 1e-14);
@@ -109,7 +110,7 @@ mod tests {
             let off =
                 (arm.body_from_joint.to_matrix() - of_whole.body_from_joint.to_matrix()).norm();
             assert!(off < 1e-14, "{held:?}: {off}");
-            // Of the turntable and the lift: all that hangs by them weighs as much.
+            // Turntable and lift still carry the same mass.
             if !held[0] {
                 let [less, posed] = [&less, &posed].map(|of| of.inertia_on_joint(0));
                 assert!((less - posed).abs() < 1e-14);

@@ -1,4 +1,4 @@
-//! Joints and motors.
+//! Joint friction, motor limits and gears.
 
 /// Damping and dry friction of a joint (URDF `dynamics`).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -9,7 +9,7 @@ pub struct Joint {
     pub friction_n_m: f64,
 }
 
-/// Limits of a wheel's drive, at the wheel (URDF `limit`); infinite where the file sets none.
+/// Limits of a wheel's drive, at the wheel (URDF `limit`); infinite if the file sets none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorLimits {
     /// Largest torque in N m, > 0.
@@ -18,23 +18,24 @@ pub struct MotorLimits {
     pub velocity_rad_s: f64,
 }
 
-/// What lies between a motor and its wheel: a gear, and the rotor that turns before it.
+/// The gear and the rotor between a motor and its wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveTrain {
     /// Turns of the rotor per turn of the wheel, > 0; 1 for a motor without a gear.
     pub gear_ratio: f64,
     /// Inertia of the rotor about its own axis, before the gear, in kg m^2, >= 0.
     pub rotor_inertia_kg_m2: f64,
-    /// Efficiency eta of the gear, in (0, 1]: the share of the motor's power that arrives at the wheel. Where the load drives,
-    /// 2 - 1 / eta of the wheel's power arrives at the motor; at 0.5 and below the gear locks itself.
+    /// Efficiency eta of the gear, in (0, 1]: the share of the motor's power that reaches the
+    /// wheel. If the load drives, 2 - 1 / eta of the wheel's power reaches the motor; at 0.5 and
+    /// below the gear is self-locking.
     pub gear_efficiency: f64,
-    /// Dry friction of the gear, at the wheel, in N m, >= 0. It adds to that of the wheel's own bearing
-    /// ([`Joint::friction_n_m`]).
+    /// Dry friction of the gear, at the wheel, in N m, >= 0. It is added to that of the wheel's own
+    /// bearing ([`Joint::friction_n_m`]).
     pub gear_friction_n_m: f64,
 }
 
 impl Default for DriveTrain {
-    /// A motor without gear and rotor: nothing but its torque.
+    /// A motor without gear and rotor inertia.
     fn default() -> Self {
         Self {
             gear_ratio: 1.0,
@@ -46,8 +47,9 @@ impl Default for DriveTrain {
 }
 
 impl DriveTrain {
-    /// The rotor's inertia as the wheel feels it, in kg m^2: gear_ratio^2 times its own, for it turns gear_ratio times as
-    /// fast, and its torque arrives gear_ratio times as large. MuJoCo calls it `armature`.
+    /// Returns the rotor's inertia reflected to the wheel, in kg m^2: gear_ratio^2 times its own,
+    /// because it turns gear_ratio times as fast, and its torque is gear_ratio times as large at
+    /// the wheel. MuJoCo calls it `armature`.
     pub fn reflected_inertia_kg_m2(&self) -> f64 {
         self.gear_ratio * self.gear_ratio * self.rotor_inertia_kg_m2
     }

@@ -1,5 +1,5 @@
-//! The links of a robot's file as **viewers** need them: where each hangs, and what it shows. The model of the robot has none of this, for
-//! it moves bodies and not links, and nothing touches what is only seen.
+//! The links of a robot's file, with poses and visual shapes, for **viewers**. The model of the
+//! robot itself moves bodies, not links, and visual shapes do not collide.
 
 use nalgebra::Isometry3;
 
@@ -19,11 +19,11 @@ pub struct LinkTree {
 pub struct Link {
     /// Its name.
     pub name: String,
-    /// The joint that it hangs by, by its place among [`LinkTree::joints`]; `None` of the root.
+    /// The joint to its parent, by its index in [`LinkTree::joints`]; `None` for the root.
     pub above: Option<usize>,
     /// Its pose in the body frame.
     pub body_from_link: Isometry3<f64>,
-    /// What it shows.
+    /// Its visual shapes.
     pub visuals: Vec<Visual>,
 }
 
@@ -32,40 +32,40 @@ pub struct Link {
 pub struct LinkJoint {
     /// Its name.
     pub name: String,
-    /// The link that carries it, by its place among [`LinkTree::links`].
+    /// The parent link, by its index in [`LinkTree::links`].
     pub parent: usize,
-    /// The link that hangs by it.
+    /// The child link, by its index there.
     pub child: usize,
     /// The child's pose in its parent.
     pub parent_from_child: Isometry3<f64>,
 }
 
-/// A shape that a link shows.
+/// A visual shape of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Visual {
     /// Its pose in the link's frame.
     pub link_from_visual: Isometry3<f64>,
     /// Its shape.
     pub shape: VisualShape,
-    /// Red, green, blue and opacity, each from 0 to 1; `None` where the file says none.
+    /// Red, green, blue and opacity, each from 0 to 1; `None` if the file gives none.
     pub color: Option<[f64; 4]>,
 }
 
-/// The form of what a link shows, around its own origin.
+/// The form of a visual shape, around its own origin.
 #[derive(Clone, Debug, PartialEq)]
 pub enum VisualShape {
     /// A solid; never a hull.
     Solid(CollisionShape),
     /// A mesh; see [`VisualMeshes::mesh`](super::VisualMeshes::mesh).
     Mesh {
-        /// What the file calls it.
+        /// Its name in the file.
         name: String,
-        /// By what its coordinates count along its axes.
+        /// Scale of its coordinates along its axes.
         scale: [f64; 3],
     },
 }
 
-/// A robot's URDF as viewers need it, with a link for each wheel and roller, and its links.
+/// A robot's URDF for viewers, with a link for each wheel and roller, and its links.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RobotDescription {
     /// The text.
@@ -75,7 +75,7 @@ pub struct RobotDescription {
 }
 
 impl LinkTree {
-    /// The joint of a name.
+    /// Returns the joint with a name.
     pub fn joint(&self, name: &str) -> Option<&LinkJoint> {
         self.joints.iter().find(|joint| joint.name == name)
     }

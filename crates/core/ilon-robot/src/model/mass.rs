@@ -14,7 +14,8 @@ pub struct MassProperties {
 }
 
 impl MassProperties {
-    /// Bodies joined rigidly, all given in one frame, as one body; `None` where they weigh nothing together.
+    /// Merges rigidly joined bodies, all given in one frame, into one; `None` if their total mass
+    /// is zero.
     ///
     /// Their inertias are added about the common centre of mass (see [`Self::inertia_about`]).
     pub fn merged(parts: &[Self]) -> Option<Self> {
@@ -37,7 +38,7 @@ impl MassProperties {
         })
     }
 
-    /// A mass at one point, in kg and metres.
+    /// A point mass, in kg and metres.
     pub fn point(mass_kg: f64, place_m: Vector3<f64>) -> Self {
         Self {
             mass_kg,
@@ -46,7 +47,7 @@ impl MassProperties {
         }
     }
 
-    /// The same body in another frame: I' = R I R^T, c' = R c + p.
+    /// Returns the same body in another frame: I' = R I R^T, c' = R c + p.
     pub fn moved(&self, to_from: &Isometry3<f64>) -> Self {
         let r = to_from.rotation.to_rotation_matrix();
         Self {
@@ -56,25 +57,28 @@ impl MassProperties {
         }
     }
 
-    /// Inertia about a point of the body's frame, along its axes, in kg m^2. The parallel-axis theorem (Huygens and
-    /// Steiner): I + m (|d|^2 1 - d d^T), with d from the point to the centre of mass.
+    /// Returns the inertia about a point of the body's frame, along its axes, in kg m^2, by the
+    /// parallel-axis theorem (Huygens and Steiner): I + m (|d|^2 1 - d d^T), with d from the point
+    /// to the centre of mass.
     pub fn inertia_about(&self, point_m: &Vector3<f64>) -> Matrix3<f64> {
         self.inertia_kg_m2 + self.inertia_of_place(point_m)
     }
 
-    /// What the body's place alone adds to its inertia about a point: that of all its mass at its centre, in kg m^2.
+    /// Returns the part of the inertia about a point due to the body's position: that of all its
+    /// mass at its centre, in kg m^2.
     pub fn inertia_of_place(&self, point_m: &Vector3<f64>) -> Matrix3<f64> {
         let d = self.center_of_mass_m - point_m;
         (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * self.mass_kg
     }
 
-    /// The principal moments of inertia about the centre of mass, least first, in kg m^2.
+    /// Returns the principal moments of inertia about the centre of mass, smallest first, in kg
+    /// m^2.
     pub fn principal_moments_kg_m2(&self) -> [f64; 3] {
         principal_moments(self.inertia_kg_m2)
     }
 }
 
-/// The eigenvalues of an inertia, least first.
+/// Returns the eigenvalues of an inertia, smallest first.
 pub fn principal_moments(inertia: Matrix3<f64>) -> [f64; 3] {
     let mut moments = SymmetricEigen::new(inertia).eigenvalues;
     moments.as_mut_slice().sort_by(f64::total_cmp);

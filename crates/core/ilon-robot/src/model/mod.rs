@@ -1,4 +1,4 @@
-//! The robot as the rest of the project sees it, whatever file it came from.
+//! The robot model, independent of its file format.
 
 pub mod barrel_profile;
 mod collision;

@@ -1,13 +1,14 @@
-//! A roller's outline as its file models it: a body of revolution about the roller's axis.
+//! A roller's outline from the shapes in its file: a body of revolution about the roller's axis.
 //!
-//! Every part is a circle about the axis, thickened by a ball: a sphere is a ball on the axis, a cylinder two circles
-//! without a ball, a mesh the circles of its outermost vertices. What flat ground meets is the convex hull of the parts. Its
-//! support in a unit direction with component w along the axis is the largest t w + ring sqrt(1 - w^2) + ball over them.
+//! Every part is a circle about the axis, thickened by a ball: a sphere is a ball on the axis, a
+//! cylinder two circles without a ball, a mesh the circles of its outermost vertices. Flat ground
+//! touches the convex hull of the parts. Its support in a unit direction with component w along the
+//! axis is the largest t w + ring sqrt(1 - w^2) + ball over them.
 
 /// A circle about the axis, thickened by a ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProfilePart {
-    /// Place along the axis, in metres.
+    /// Position along the axis, in metres.
     pub t_m: f64,
     /// Radius of the circle, in metres.
     pub ring_m: f64,
@@ -37,12 +38,14 @@ impl Profile {
         &self.parts
     }
 
-    /// The convex hull's reach in a unit direction with component `w` along the axis, in metres.
+    /// Returns the convex hull's reach in a unit direction with component `w` along the axis, in
+    /// metres.
     pub fn support_m(&self, w: f64) -> f64 {
         self.furthest(w).1
     }
 
-    /// The part that reaches furthest in a unit direction with component `w` along the axis, and its reach in metres.
+    /// Returns the part that reaches furthest in a unit direction with component `w` along the
+    /// axis, and its reach in metres.
     pub fn furthest(&self, w: f64) -> (ProfilePart, f64) {
         let across = (1.0 - w * w).max(0.0).sqrt();
         let reach = |p: &ProfilePart| p.t_m * w + p.ring_m * across + p.ball_m;
@@ -56,7 +59,7 @@ impl Profile {
         best
     }
 
-    /// First and last place along the axis that has a part, in metres.
+    /// Returns the first and last position of a part along the axis, in metres.
     pub fn span_m(&self) -> (f64, f64) {
         self.parts
             .iter()

@@ -22,8 +22,8 @@ impl Pose {
         Vector2::new(self.x_m, self.y_m)
     }
 
-    /// The pose after a displacement in the body frame, a constant twist times the time that it acts (metres and radians):
-    /// the end of the arc that the body's origin runs along. The heading is wrapped.
+    /// Returns the pose after a displacement in the body frame, a constant twist times its duration
+    /// (metres and radians): the end of the arc of the body's origin. The heading is wrapped.
     pub fn moved(&self, displacement_in_body: Twist) -> Self {
         let turn_rad = displacement_in_body.omega_rad_s;
         let chord = displacement_in_body
@@ -36,8 +36,8 @@ impl Pose {
         }
     }
 
-    /// The displacement in the body frame that takes this pose to another, metres and radians, by the shorter way round: the
-    /// inverse of [`Pose::moved`].
+    /// Returns the displacement in the body frame from this pose to another, in metres and radians,
+    /// by the shorter way round: the inverse of [`Pose::moved`].
     pub fn displacement_to(&self, other: &Self) -> Twist {
         let turn_rad = wrap_angle(other.heading_rad - self.heading_rad);
         let along = Twist::new(other.x_m - self.x_m, other.y_m - self.y_m, 0.0)
@@ -50,10 +50,11 @@ impl Pose {
     }
 }
 
-/// The chord of an arc over its length: sin(t/2)/(t/2) for a turn by t, which lies within [-pi, pi] or a little beyond.
+/// Returns the chord of an arc over its length: sin(t/2)/(t/2) for a turn by t, which lies within
+/// [-pi, pi] or slightly beyond.
 fn chord_of_arc(turn_rad: f64) -> f64 {
     let half_rad = 0.5 * turn_rad;
-    // Below, the series' next term, half^4 / 120, is less than a rounding of 1.
+    // Below, the next term of the series, half^4 / 120, is less than a rounding of 1.
     if half_rad.abs() < 1e-4 {
         1.0 - half_rad * half_rad / 6.0
     } else {
@@ -89,8 +90,9 @@ impl Twist {
         Vector2::new(self.vx_m_s, self.vy_m_s)
     }
 
-    /// The same motion with its linear part turned counter-clockwise by `angle_rad`: with the heading this takes a
-    /// twist in the body frame to the world frame, with minus the heading back.
+    /// Returns the same motion with its linear part turned counter-clockwise by `angle_rad`: the
+    /// heading takes a twist from the body frame to the world frame, minus the heading takes it
+    /// back.
     pub fn rotated(&self, angle_rad: f64) -> Self {
         let (s, c) = libm::sincos(angle_rad);
         Self {
@@ -134,7 +136,7 @@ impl std::ops::Add for Twist {
     }
 }
 
-/// The same angle in [-pi, pi), in radians.
+/// Returns the same angle in [-pi, pi), in radians.
 pub fn wrap_angle(angle_rad: f64) -> f64 {
     (angle_rad + PI).rem_euclid(TAU) - PI
 }

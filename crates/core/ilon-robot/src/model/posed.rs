@@ -1,19 +1,20 @@
-//! A robot with its joints elsewhere than at zero.
+//! Robots with joints at positions other than zero.
 
 use nalgebra::{Isometry3, Vector3};
 
 use super::{BodyJoint, JointKind, JointRole, Robot};
 
 impl Robot {
-    /// The same robot, whose joints count from where they are now: all that stands at zero there stands here as these positions, in rad or m, have
-    /// it, wheels, bodies and what they touch with; limits, springs, targets and couplings are the same in space.
+    /// Returns the same robot with its joints' zero at the given positions, in rad or m: wheels,
+    /// bodies and collision shapes are moved there; limits, springs, targets and couplings keep
+    /// their place in space.
     ///
-    /// What is worked out of a robot whose joints stand at zero, such as kinematics, masses, loads and drawings, is so of any pose. A position that is
-    /// left out is zero.
+    /// So all computations for a robot with joints at zero, such as kinematics, masses, loads and
+    /// drawings, work in any pose. A missing position is zero.
     pub fn posed(&self, positions: &[f64]) -> Self {
         let mut robot = self.clone();
         let at = |joint: usize| positions.get(joint).copied().unwrap_or(0.0);
-        // How each body has moved in the body frame; parents come before their children.
+        // The motion of each body in the body frame; parents come before their children.
         let mut moved: Vec<Isometry3<f64>> = Vec::with_capacity(self.joints.len());
         for (index, joint) in self.joints.iter().enumerate() {
             let carried = carried_by(&moved, joint.parent);
@@ -34,8 +35,9 @@ impl Robot {
         robot
     }
 
-    /// Where the joints between bodies stand when a run begins, in rad or m, before anything sags: a driven one where its servo starts, any other at zero or
-    /// the stop nearest to it, and those that follow others where couplings put them.
+    /// Returns the joint positions at the start of a run, in rad or m, before anything sags: a
+    /// driven joint where its servo starts, others at zero or the stop nearest to it, followers as
+    /// their couplings require.
     pub fn start_positions(&self) -> Vec<f64> {
         let nearest = |joint: &BodyJoint| {
             let target = joint.servo().map_or(0.0, |servo| servo.target);
@@ -46,9 +48,9 @@ impl Robot {
         positions
     }
 
-    /// Puts joints that follow others to where couplings have them, of positions in rad or m.
+    /// Sets the positions of joints that follow others, in rad or m, by their couplings.
     pub fn couple(&self, positions: &mut [f64]) {
-        // Each pass settles those that follow what is settled.
+        // Each pass sets the followers of joints that are already set.
         for _ in &self.couplings {
             for coupling in &self.couplings {
                 positions[coupling.joint] =
@@ -66,7 +68,7 @@ fn carried_by(moved: &[Isometry3<f64>], carrier: Option<usize>) -> Isometry3<f64
 }
 
 impl BodyJoint {
-    /// How the joint's frame moves from zero to a position, in itself.
+    /// Returns the motion of the joint's frame from zero to a position, in that frame.
     fn moved_by(&self, position: f64) -> Isometry3<f64> {
         match self.kind {
             JointKind::Turns => Isometry3::rotation(position * Vector3::z()),
@@ -74,7 +76,7 @@ impl BodyJoint {
         }
     }
 
-    /// Counts its positions from another.
+    /// Moves the zero of its positions.
     fn count_from(&mut self, position: f64) {
         self.limits.iter_mut().for_each(|limit| *limit -= position);
         match &mut self.role {
@@ -131,7 +133,8 @@ pub(super) mod tests {
         }
     }
 
-    /// A lift that raises a turntable: the arm's middle, 0.4 m out and 0.1 m up on a pivot at (0.2, 0.1), turned by a right angle and raised by 0.3 m.
+    /// A lift that raises a turntable: the arm's centre, 0.4 m out and 0.1 m up on a pivot at (0.2,
+    /// 0.1), turned by a right angle and raised by 0.3 m.
     #[test]
     fn what_hangs_by_what_moves_with_it() {
         let lift = joint(None, JointKind::Slides, Vector3::new(0.0, 0.0, 0.5));
@@ -140,7 +143,7 @@ pub(super) mod tests {
             target: 1.5,
             ..JointServo::for_inertia(1.0)
         });
-        // A ball about its middle, in the body frame.
+        // A ball about its centre, in the body frame.
         arm.body.collisions.push(Collision {
             body_from_shape: Isometry3::translation(0.6, 0.1, 0.8),
             shape: CollisionShape::Sphere { radius_m: 0.05 },
@@ -159,8 +162,9 @@ pub(super) mod tests {
         );
     }
 
-    /// A servo starts its joint at 0.8; what follows it, and what follows that, begins where couplings put it, in whatever order they stand; a free joint
-    /// whose stops leave zero out begins at the nearer one.
+    /// A servo starts its joint at 0.8; its follower, and the follower's follower, start as the
+    /// couplings require, whatever their order; a free joint whose stops exclude zero starts at the
+    /// nearer one.
     #[test]
     fn a_run_begins_where_servos_start_and_couplings_follow() {
         let turns = || joint(None, JointKind::Turns, Vector3::zeros());
@@ -184,8 +188,8 @@ pub(super) mod tests {
         assert_eq!(robot(Vec::new()).start_positions(), []);
     }
 
-    /// An arm that stands upright on a turntable, 2 kg at 0.4 m: upright it adds nothing to what the turntable moves, laid over as far as its limits let it
-    /// m (l sin q)^2.
+    /// An upright arm on a turntable, 2 kg at 0.4 m: upright it adds nothing to the turntable's
+    /// inertia, tilted to its limit it adds m (l sin q)^2.
     #[test]
     fn a_turntable_moves_most_where_its_arm_is_laid_over() {
         for limit in [2.0_f64, 0.5] {
@@ -202,13 +206,13 @@ pub(super) mod tests {
             let expected = 2.0 * (0.4 * limit.min(quarter).sin()).powi(2);
             let most = whole.most_inertia_on_joint(0);
             assert!((most - expected).abs() < 1e-12, "{most} {expected}");
-            // Nothing hangs by the arm.
+            // The arm carries nothing.
             let [one, other] = [whole.most_inertia_on_joint(1), whole.inertia_on_joint(1)];
             assert_eq!(one.to_bits(), other.to_bits());
         }
     }
 
-    /// Springs act and couplings hold at a place as they did, and to pose a posed robot is to pose it by the sum.
+    /// Springs and couplings act in space as before, and posing a posed robot adds the positions.
     #[test]
     fn springs_and_couplings_stay_in_space_and_poses_add_up() {
         let mut slide = joint(None, JointKind::Slides, Vector3::zeros());

@@ -1,24 +1,25 @@
-//! What a person should know beside the model.
+//! Remarks for the user about how a file was read.
 
 use std::fmt;
 
-/// Something a person should know about how their file was read.
+/// A remark for the user about how their file was read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Remark {
     /// The element it is about, such as ``joint `arm` ``.
     pub subject: String,
-    /// The file in which that element stands, where it is another than the one that was named: an included one.
+    /// The file of that element, if it is an included one.
     pub file: Option<String>,
-    /// The line in the file where that element stands, from 1, where it is one.
+    /// The line of that element in the file, from 1, if known.
     pub line: Option<usize>,
     /// What was ignored, assumed, repaired or doubted.
     pub text: String,
-    /// Whether it is about parts of the file that cannot matter to the motion: of interest to who reads the file, not before a run.
+    /// Whether it concerns parts of the file that cannot affect the motion: shown when reading a
+    /// file, not before a run.
     pub is_aside: bool,
 }
 
 impl Remark {
-    /// A remark about an element, without its place.
+    /// A remark about an element, without file and line.
     pub fn new(subject: impl Into<String>, text: impl Into<String>) -> Self {
         Self {
             subject: subject.into(),

@@ -1,4 +1,4 @@
-//! The robot whole.
+//! The whole robot.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -12,31 +12,33 @@ use super::{BodyJoint, Collision, Coupling, JointKind, MassProperties, Remark, W
 pub struct Robot {
     /// The robot's name in its file.
     pub name: String,
-    /// Everything that neither turns with a wheel nor rolls nor moves on a joint of its own.
+    /// Everything that neither turns with a wheel or roller nor moves on a joint.
     pub chassis: Chassis,
-    /// Bodies beside the chassis, each on its joint, parents before their children; none of a rigid robot.
+    /// Bodies other than the chassis, each with its joint, parents before their children; empty for
+    /// a rigid robot.
     pub joints: Vec<BodyJoint>,
-    /// What couples their joints.
+    /// Couplings between these joints.
     pub couplings: Vec<Coupling>,
-    /// The driven wheels, in the order in which their joints stand in the file.
+    /// The driven wheels, in the order of their joints in the file.
     pub wheels: Vec<Wheel>,
     /// What the loader ignored or doubts.
     pub remarks: Vec<Remark>,
 }
 
-/// The rigid body that carries the wheels, or the joints that do. Links on fixed joints are merged into it.
+/// The rigid body that carries the wheels, or the joints that do. Links on fixed joints are merged
+/// into it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chassis {
     /// The name of its link, which is the body frame.
     pub name: String,
     /// Mass properties in the body frame.
     pub mass: MassProperties,
-    /// What of it can touch the world.
+    /// Its collision shapes.
     pub collisions: Vec<Collision>,
 }
 
 impl Robot {
-    /// Mean radius of its wheels, in metres; of at least one.
+    /// Returns the mean radius of its wheels, in metres; it needs at least one.
     pub fn mean_wheel_radius_m(&self) -> f64 {
         let radii_m = self.wheels.iter().map(|wheel| wheel.radius_m);
         radii_m.sum::<f64>() / self.wheels.len() as f64
@@ -53,7 +55,8 @@ impl Robot {
         self.chassis.mass.mass_kg + self.wheels.iter().map(wheel_kg).sum::<f64>() + of_joints
     }
 
-    /// Centre of mass of the whole robot in the body frame while all joints stand at zero, in metres.
+    /// Returns the centre of mass of the whole robot in the body frame while all joints are at
+    /// zero, in metres.
     pub fn center_of_mass_m(&self) -> Vector3<f64> {
         let chassis = &self.chassis.mass;
         let mut first_moment = chassis.mass_kg * chassis.center_of_mass_m;
@@ -70,19 +73,22 @@ impl Robot {
         first_moment / self.mass_kg()
     }
 
-    /// Whether it has more wheels on its rigid chassis than a plane needs to carry it: four or more, none of them on a joint. Which of them touch is then
-    /// decided by how low each reaches and by what their contacts give way by.
+    /// Whether it has more wheels on its rigid chassis than a plane needs to carry it: four or
+    /// more, none of them on a joint. The wheels' heights and their contacts' compliance then
+    /// decide which of them touch.
     pub fn has_wheels_to_spare(&self) -> bool {
         self.wheels.len() > 3 && self.wheels.iter().all(|wheel| wheel.carrier.is_none())
     }
 
-    /// Height of the body frame's origin above the ground when the robot stands level, its wheel angles and joints zero, in metres.
+    /// Returns the height of the body frame's origin above the ground while the robot stands level,
+    /// with wheel angles and joints at zero, in metres.
     pub fn ride_height_m(&self) -> f64 {
         let lowest = |w: &Wheel| w.position_m().z - w.reach_at_rest_m();
         -self.wheels.iter().map(lowest).fold(f64::INFINITY, f64::min)
     }
 
-    /// The paper's q'_max = min_j q'_max_j (before eq. (29)), in rad/s; infinite where no wheel has a limit.
+    /// Returns the paper's q'_max = min_j q'_max_j (before eq. (29)), in rad/s; infinite if no
+    /// wheel has a limit.
     pub fn wheel_rate_limit_rad_s(&self) -> f64 {
         self.wheels
             .iter()
@@ -90,11 +96,12 @@ impl Robot {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// What a joint moves by itself while all others are held at zero but those that follow it: the mass along its axis in kg, or the inertia about it in
-    /// kg m^2, of its body and all that hangs by that; with followers twice the energy at a rate of 1. Wheels count as points.
+    /// Returns the inertia on a joint while all others are at zero, except its followers: the mass
+    /// along its axis in kg, or the inertia about it in kg m^2, of its body and everything that it
+    /// carries; with followers twice the energy at a rate of 1. Wheels count as points.
     ///
     /// # Panics
-    /// Where the robot has no such joint.
+    /// If the robot has no such joint.
     pub fn inertia_on_joint(&self, index: usize) -> f64 {
         let rates = self.rates_along(index);
         if rates.iter().filter(|rate| **rate != 0.0).count() > 1 {
@@ -126,11 +133,12 @@ impl Robot {
         bodies.sum::<f64>() + wheels.sum::<f64>()
     }
 
-    /// The most that a joint moves by itself, as [`Robot::inertia_on_joint`] has it, of the poses in which all others stand at zero, or one that hangs by it
-    /// a quarter turn further to either side, as far as its limits let it: what an arm swings that is stretched out.
+    /// Returns the largest [`Robot::inertia_on_joint`] over poses in which all others are at zero,
+    /// or one joint that it carries is turned by a quarter to either side, within its limits: the
+    /// inertia of a stretched arm.
     ///
     /// # Panics
-    /// Where the robot has no such joint.
+    /// If the robot has no such joint.
     pub fn most_inertia_on_joint(&self, index: usize) -> f64 {
         let hangs = |at: usize| {
             std::iter::successors(self.joints[at].parent, |at| self.joints[*at].parent)
@@ -149,11 +157,12 @@ impl Robot {
         poses.fold(self.inertia_on_joint(index), f64::max)
     }
 
-    /// The rate of each joint where one moves at 1 and others stand but those that follow it.
+    /// Returns the rate of each joint while one moves at 1 and all others stand, except its
+    /// followers.
     fn rates_along(&self, index: usize) -> Vec<f64> {
         let mut rates = vec![0.0; self.joints.len()];
         rates[index] = 1.0;
-        // Each pass settles those that follow what is settled.
+        // Each pass sets the followers of joints that are already set.
         for _ in &self.couplings {
             let others = self.couplings.iter().filter(|of| of.joint != index);
             for of in others {
@@ -163,9 +172,10 @@ impl Robot {
         rates
     }
 
-    /// Twice the energy of what joints move at rates in rad/s or m/s, all standing at zero, in J.
+    /// Returns twice the kinetic energy in J for joint rates in rad/s or m/s, with all joints at
+    /// zero.
     fn inertia_at(&self, rates: &[f64]) -> f64 {
-        // Velocity of a place that hangs by a joint, and its turning.
+        // Velocity of a point carried by a joint, and its angular velocity.
         let moves = |carrier: Option<usize>, at_m: &Vector3<f64>| {
             let joints = std::iter::successors(carrier, |at| self.joints[*at].parent);
             let mut moves = (Vector3::zeros(), Vector3::zeros());
@@ -196,7 +206,8 @@ impl Robot {
         bodies.sum::<f64>() + wheels.sum::<f64>()
     }
 
-    /// The joints on the way from the chassis to a wheel, that next to the chassis first, by their places among [`Robot::joints`].
+    /// Returns the joints between the chassis and a wheel, from the chassis on, by their indices in
+    /// [`Robot::joints`].
     pub fn joints_above(&self, wheel: &Wheel) -> Vec<usize> {
         let mut way: Vec<usize> =
             std::iter::successors(wheel.carrier, |at| self.joints[*at].parent).collect();
@@ -206,7 +217,7 @@ impl Robot {
 }
 
 impl Scale {
-    /// Of a robot with one wheel at least, in a gravity in m/s^2.
+    /// The units of a robot with at least one wheel, in a gravity in m/s^2.
     pub fn of(robot: &Robot, gravity_m_s2: f64) -> Self {
         let count = robot.wheels.len() as f64;
         Self {

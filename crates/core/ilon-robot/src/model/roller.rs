@@ -11,7 +11,7 @@ pub struct Roller {
     pub name: String,
     /// The roller's centre in the hub frame, in metres.
     pub center_in_hub_m: Vector3<f64>,
-    /// The roller's axis in the hub frame; its sense is that of the joint.
+    /// The roller's axis in the hub frame, in the direction of its joint.
     pub axis_in_hub: Unit<Vector3<f64>>,
     /// The largest radius, at the roller's middle, in metres.
     pub radius_m: f64,
@@ -26,20 +26,20 @@ pub struct Roller {
     pub transverse_inertia_kg_m2: f64,
     /// Damping and friction of its bearing.
     pub joint: Joint,
-    /// What it touches the world with.
+    /// Its shape of contact.
     pub form: RollerForm,
 }
 
-/// What a roller touches the world with.
+/// A roller's shape of contact.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum RollerForm {
-    /// The exact barrel of its figures (see [`crate::barrel_profile`]).
+    /// The ideal barrel of its dimensions (see [`crate::barrel_profile`]).
     #[default]
     Barrel,
-    /// A barrel of figures of its own: that of another wheel's circle (see [`crate::rollers_as_made`]). Its `wheel_radius_m` and
-    /// `ring_radius_m` are those of that circle.
+    /// A barrel for another circle than the wheel's (see [`crate::rollers_as_made`]). Its
+    /// `wheel_radius_m` and `ring_radius_m` are those of that circle.
     Made(Barrel),
-    /// A body turned to a profile by numbers.
+    /// A body turned to a profile given by numbers.
     Turned(SolidOfRevolution),
     /// The collision shapes of its file.
     AsModelled(ModelledRoller),
@@ -55,8 +55,9 @@ pub struct ModelledRoller {
 }
 
 impl Roller {
-    /// The roller's place on the rim: the angle of its centre about the hub axis, from the hub frame's x axis (down
-    /// at wheel angle zero), in [-pi, pi). At wheel angle q it stands `place_rad() + q` from straight down.
+    /// Returns the angle of the roller's centre about the hub axis, from the hub frame's x axis
+    /// (down at wheel angle zero), in [-pi, pi). At wheel angle q it is at `place_rad() + q` from
+    /// straight down.
     pub fn place_rad(&self) -> f64 {
         wrap_angle(libm::atan2(self.center_in_hub_m.y, self.center_in_hub_m.x))
     }
@@ -87,7 +88,8 @@ impl Roller {
         }
     }
 
-    /// Where the roller sits along the hub axis, from the wheel's centre, in metres: non-zero in wheels of two rows.
+    /// Returns the roller's position along the hub axis, from the wheel's centre, in metres:
+    /// non-zero in wheels of two rows.
     pub fn row_offset_m(&self) -> f64 {
         self.center_in_hub_m.z
     }

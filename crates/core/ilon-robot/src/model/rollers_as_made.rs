@@ -1,22 +1,25 @@
-//! Rollers as they are made: barrels that are flatter, rounder, shorter or longer than the ideal one, of unequal radius, or
-//! turned to a profile by numbers.
+//! Rollers as manufactured: barrels that are flatter, rounder, shorter or longer than the ideal
+//! one, of unequal radius, or turned to a profile given by numbers.
 //!
-//! **Crown.** The ideal barrel is s(t) = rho - sqrt(a^2 + k^2 t^2) (see [`super::barrel_profile`]). Its outline has the radius of
-//! curvature r + a / k^2 at the middle. A crown c makes that radius (r + a / k^2) / c and leaves the middle where it is: the
-//! roller is then the barrel of another circle, s(t) = R - sqrt(A^2 + k^2 t^2) with R - A = r and r + A / k^2 = (r + a / k^2) / c.
-//! At c = 1 it is the ideal barrel, towards c = 0 a cylinder with round ends; above 1 it is rounder. For gamma = 0 the outline is
-//! an arc of a circle. It remains a family of spheres with a concave radius, so that the nearest place to a convex piece of
-//! ground stays one and is found exactly.
+//! **Crown.** The ideal barrel is s(t) = rho - sqrt(a^2 + k^2 t^2) (see [`super::barrel_profile`]).
+//! Its outline has the radius of curvature r + a / k^2 at the middle. A crown c makes that radius
+//! (r + a / k^2) / c and leaves the middle in place: the roller is then the barrel of another
+//! circle, s(t) = R - sqrt(A^2 + k^2 t^2) with R - A = r and r + A / k^2 = (r + a / k^2) / c. At
+//! c = 1 it is the ideal barrel, towards c = 0 a cylinder with round ends; above 1 it is rounder.
+//! For gamma = 0 the outline is an arc of a circle. It remains a family of spheres with a concave
+//! radius, so that the nearest point to a convex piece of ground stays unique and is found exactly.
 //!
-//! **Length.** Shorter than that at which neighbours hand over leaves gaps: between two rollers the wheel stands on their ends,
-//! which are spheres.
+//! **Length.** Rollers shorter than the length at which neighbours hand over leave gaps: between
+//! two rollers the wheel stands on their ends, which are spheres.
 //!
 //! **Spread.** A roller whose radius is larger by d is the same barrel thickened by d.
 //!
-//! **The hub** on level ground, with the touching roller at phi from straight down, stands at h(phi) = rho + (A - a) (1 - cos phi) as far as
-//! tan(phi) <= k L / (2 A), and beyond on an end sphere. Over a gap it stands at h = rho - H (1 - cos(phi - psi)), with H = sqrt(a^2 + (k L / 2)^2)
-//! and psi = atan(k L / 2a), and drops by H (1 - cos(pi/n - psi)) until the next roller lands. A wheel at the rate omega moves its place of
-//! contact p past the hub by omega n x (p - p_hub), of which the part ahead is omega h: straight ahead it rolls on its mean height.
+//! **Hub height** on level ground, with the touching roller at phi from straight down: h(phi) =
+//! rho + (A - a) (1 - cos phi) as far as tan(phi) <= k L / (2 A), and beyond on an end sphere. Over
+//! a gap it is h = rho - H (1 - cos(phi - psi)), with H = sqrt(a^2 + (k L / 2)^2) and psi = atan(k
+//! L / 2a), and drops by H (1 - cos(pi/n - psi)) until the next roller lands. A wheel at the rate
+//! omega moves its contact point p past the hub by omega n x (p - p_hub), whose forward part is
+//! omega h: straight ahead it rolls on its mean height.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -24,21 +27,24 @@ use std::f64::consts::PI;
 use super::solid_of_revolution::{ProfileError, SolidOfRevolution};
 use super::{Barrel, RollerForm};
 
-/// How the rollers of a wheel are made. The default is the ideal barrel for each of them.
+/// How the rollers of a wheel are made. The default is the ideal barrel for each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RollersAsMade {
-    /// Curvature of the outline along the roller, at its middle, over that of the ideal barrel: 1 is ideal, below flatter,
-    /// above rounder; > 0.
+    /// Curvature of the outline along the roller, at its middle, over that of the ideal barrel: 1
+    /// is ideal, below flatter, above rounder; > 0.
     pub crown: f64,
-    /// The profile by numbers, `[place along the axis from the middle, radius]` in metres; `None` for barrels.
+    /// The profile by numbers, `[position along the axis from the middle, radius]` in metres;
+    /// `None` for barrels.
     pub profile_m: Option<Vec<[f64; 2]>>,
     /// Radius of the edges of a profile by numbers, in metres.
     pub edge_radius_m: f64,
-    /// Each roller's radius is off by up to this, drawn evenly from both sides of nominal, in metres.
+    /// Largest deviation of a roller's radius, drawn uniformly from both sides of nominal, in
+    /// metres.
     pub radius_spread_m: f64,
-    /// Seed of what is drawn.
+    /// Seed of the draw.
     pub radius_seed: u64,
-    /// What is added to the radius of single rollers, by the names of their joints, in metres: in place of what is drawn.
+    /// Deviations of single rollers' radii, by the names of their joints, in metres; they replace
+    /// the draw.
     pub radius_offsets_m: BTreeMap<String, f64>,
 }
 
@@ -55,11 +61,11 @@ impl Default for RollersAsMade {
     }
 }
 
-/// Why rollers cannot be made so.
+/// Reasons why rollers cannot be made in a given way.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NotMade {
-    /// Rollers that have the shapes of their file.
+    /// Rollers with the shapes of their file.
     #[error("its rollers have the shapes of their file")]
     AsModelled,
     /// A value out of its range; the key is one of `[rollers]`.
@@ -67,12 +73,12 @@ pub enum NotMade {
     OutOfRange {
         /// The key.
         key: &'static str,
-        /// Its value.
+        /// The value.
         value: String,
-        /// What it must be.
+        /// The allowed range.
         range: &'static str,
     },
-    /// A profile that is none.
+    /// An invalid profile.
     #[error("`rollers.profile_m`: {0}")]
     Profile(ProfileError),
 }
@@ -95,7 +101,8 @@ impl RollersAsMade {
         *self == Self::default()
     }
 
-    /// What the radius of a roller is off, in metres. The draw depends on the seed and the name of the roller's joint alone.
+    /// Returns the deviation of a roller's radius, in metres. The draw depends only on the seed and
+    /// the name of the roller's joint.
     pub fn radius_offset_m(&self, roller: &str) -> f64 {
         match self.radius_offsets_m.get(roller) {
             Some(offset_m) => *offset_m,
@@ -104,7 +111,7 @@ impl RollersAsMade {
         }
     }
 
-    /// Refuses numbers out of their ranges.
+    /// Rejects numbers out of their ranges.
     pub(super) fn check(&self) -> Result<(), NotMade> {
         if !(self.crown.is_finite() && self.crown >= LEAST_CROWN) {
             let range = "a finite number of at least 0.01: flatter rollers are cylinders, which `rollers.profile_m` makes";
@@ -132,7 +139,7 @@ impl RollersAsMade {
         }
     }
 
-    /// Refuses what cannot be made of rollers with this ideal barrel and these names.
+    /// Rejects settings that are impossible for rollers with this ideal barrel and these names.
     pub fn check_on(
         &self,
         ideal: &Barrel,
@@ -143,7 +150,7 @@ impl RollersAsMade {
         names.try_for_each(|name| self.form(ideal, &name).map(|_| ()))
     }
 
-    /// The form of one roller, whose ideal barrel is given.
+    /// Returns the form of one roller with a given ideal barrel.
     pub(super) fn form(&self, ideal: &Barrel, roller: &str) -> Result<RollerForm, NotMade> {
         let offset_m = self.radius_offset_m(roller);
         let nominal_m = ideal.wheel_radius_m - ideal.ring_radius_m;
@@ -189,15 +196,15 @@ impl RollersAsMade {
     }
 }
 
-/// Gaps up to one degree are none: over a gap of angle g the wheel rests on the ends of its rollers and dips by about
-/// rho g^2 / 8, which at one degree is 4e-5 of its radius.
+/// Gaps up to one degree are neglected: over a gap of angle g the wheel rests on the ends of its
+/// rollers and dips by about rho g^2 / 8, which at one degree is 4e-5 of its radius.
 pub const WIDEST_GAP_RAD: f64 = PI / 180.0;
 
-/// A flatter crown than this is a cylinder to whoever measures it.
+/// A flatter crown than this cannot be distinguished from a cylinder.
 const LEAST_CROWN: f64 = 0.01;
 
-/// A share in [0, 1) of a seed and a name: FNV-1a over the name (Fowler, Noll, Vo), then one step of SplitMix64 (Steele et al.
-/// 2014) from the seed.
+/// Returns a pseudo-random share in [0, 1) of a seed and a name: FNV-1a over the name (Fowler,
+/// Noll, Vo), then one step of SplitMix64 (Steele et al. 2014) from the seed.
 fn share(seed: u64, name: &str) -> f64 {
     let mut hash: u64 = 0xcbf2_9ce4_8422_2325;
     for byte in name.bytes() {

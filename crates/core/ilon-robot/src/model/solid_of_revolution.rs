@@ -1,17 +1,20 @@
-//! A roller turned to a profile by numbers: a convex body of revolution about the roller's axis.
+//! A roller turned to a profile given by numbers: a convex body of revolution about the roller's
+//! axis.
 //!
-//! The profile is a chain of points (t, radius) along the axis, joined by straight lines and closed by a flat face at each end:
-//! two points are a cylinder, four a cylinder between two cones. Every edge is rounded with one radius c: the body is a core,
-//! the profile shrunk by c all around, thickened by a ball of radius c. Each corner of the core is a circle about the axis of
-//! radius q at t, so that the reach in a unit direction with the component w along the axis is
+//! The profile is a chain of points (t, radius) along the axis, joined by straight lines and closed
+//! by a flat face at each end: two points are a cylinder, four a cylinder between two cones. Every
+//! edge is rounded with one radius c: the body is a core, the profile shrunk by c all around,
+//! thickened by a ball of radius c. Each corner of the core is a circle about the axis of radius q
+//! at t, so that the reach in a unit direction with the component w along the axis is
 //!
 //!   h(w) = max over the corners of t w + q sqrt(1 - w^2) + c.
 //!
-//! Under the hub w = k sin(phi), with phi the roller's angle from straight down and k = cos(gamma): a cylinder of half length l lifts it to
-//! a cos(phi) + (l - c) w + (r - c) sqrt(1 - w^2) + c on its edges.
+//! Under the hub w = k sin(phi), with phi the roller's angle from straight down and k = cos(gamma):
+//! a cylinder of half length l lifts it to a cos(phi) + (l - c) w + (r - c) sqrt(1 - w^2) + c on
+//! its edges.
 //!
-//! A smooth outline rho(t) given at points Delta t apart is met by its chords: the reach falls short of it by at most
-//! rho'' (Delta t)^2 / 8, which is of second order.
+//! A smooth outline rho(t) given at points Delta t apart is approximated by its chords: the reach
+//! is short by at most rho'' (Delta t)^2 / 8, which is of second order.
 
 use std::f64::consts::PI;
 
@@ -26,36 +29,36 @@ pub struct SolidOfRevolution {
     edge_radius_m: f64,
 }
 
-/// Why a profile is refused.
+/// Reasons why a profile is rejected.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ProfileError {
-    /// Less than two points.
+    /// Fewer than two points.
     #[error(
         "it needs two points or more, [place along the axis, radius] in metres, and has {points}"
     )]
     TooFewPoints {
-        /// How many there are.
+        /// The number of points.
         points: usize,
     },
-    /// A point that is not finite, or has no radius.
+    /// A point that is not finite, or whose radius is not positive.
     #[error("point {point} needs a finite place and a finite radius above 0")]
     NotAPoint {
-        /// Which, from 1.
+        /// Index of the point, from 1.
         point: usize,
     },
-    /// Places that do not rise.
+    /// Positions that do not increase.
     #[error("point {point} must lie further along the axis than the one before it")]
     NotRising {
-        /// Which, from 1.
+        /// Index of the point, from 1.
         point: usize,
     },
-    /// A profile with a hollow: ground would touch it in two places at once.
+    /// A concave profile: ground would touch it at two places at once.
     #[error(
         "it is hollow at point {point}: the radius there is below the straight line between its neighbours"
     )]
     Hollow {
-        /// Which, from 1.
+        /// Index of the point, from 1.
         point: usize,
     },
     /// An edge radius that leaves nothing of a part of the profile.
@@ -68,15 +71,17 @@ pub enum ProfileError {
     },
 }
 
-/// How far a point that lies on the line between its neighbours may lie below it by rounding, over the radius.
+/// Tolerance, over the radius, for a point that lies below the line between its neighbours by
+/// rounding.
 const STRAIGHT: f64 = 1e-9;
 
 impl SolidOfRevolution {
-    /// The body of a profile: `[place along the axis from the roller's middle, radius]`, in metres, from one end to the other,
-    /// and the radius of its edges.
+    /// The body of a profile: `[position along the axis from the roller's middle, radius]`, in
+    /// metres, from one end to the other, and the radius of its edges.
     ///
     /// # Errors
-    /// [`ProfileError`]: too few points, points that are no points, do not rise or are hollow, edges too round.
+    /// [`ProfileError`]: too few points, invalid points, positions that do not increase, a concave
+    /// profile, or edges too round.
     pub fn new(points_m: &[[f64; 2]], edge_radius_m: f64) -> Result<Self, ProfileError> {
         if points_m.len() < 2 {
             let points = points_m.len();
@@ -106,7 +111,8 @@ impl SolidOfRevolution {
         if !(edge_radius_m.is_finite() && edge_radius_m >= 0.0) {
             return Err(too_round);
         }
-        // Outward unit normals of face, lines and face: a corner of the core lies c from both lines that meet at its point.
+        // Outward unit normals of face, lines and face: a corner of the core lies c from both lines
+        // that meet at its point.
         let lines = points_m.windows(2).map(|pair| {
             let (dt, dr) = (pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
             let length = libm::hypot(dt, dr);
@@ -138,7 +144,8 @@ impl SolidOfRevolution {
         })
     }
 
-    /// The corners of its core from one end to the other, each thickened by a ball of the edges' radius.
+    /// The corners of its core from one end to the other, each thickened by a ball of the edges'
+    /// radius.
     pub fn corners(&self) -> &[ProfilePart] {
         self.profile.parts()
     }
@@ -153,7 +160,7 @@ impl SolidOfRevolution {
         self.edge_radius_m
     }
 
-    /// Its first and last place along the axis, in metres.
+    /// Its first and last position along the axis, in metres.
     pub fn span_m(&self) -> (f64, f64) {
         let (first, last) = self.profile.span_m();
         (first - self.edge_radius_m, last + self.edge_radius_m)
@@ -164,23 +171,26 @@ impl SolidOfRevolution {
         self.profile.support_m(0.0)
     }
 
-    /// Radius of a ball around the middle that holds it whole, in metres.
+    /// Returns the radius of a ball around the middle that contains the body, in metres.
     pub fn bounding_radius_m(&self) -> f64 {
         let far = |corner: &ProfilePart| libm::hypot(corner.t_m, corner.ring_m) + corner.ball_m;
         self.corners().iter().map(far).fold(0.0, f64::max)
     }
 
-    /// The distance of a point from the surface, in metres, negative inside; and the direction in which it grows, along the axis
-    /// and away from it. The point is given by its place `t_m` along the axis and its distance `r_m` >= 0 from it.
+    /// Returns the signed distance of a point from the surface, in metres, negative inside, and its
+    /// gradient, along the axis and away from it. The point is given by its position `t_m` along
+    /// the axis and its distance `r_m` >= 0 from it.
     pub fn distance_m(&self, t_m: f64, r_m: f64) -> (f64, [f64; 2]) {
         let corners = self.corners();
-        // The chain of the core: from the axis up one end, along the corners, and down the other end.
+        // The chain of the core: from the axis up one end, along the corners, and down the other
+        // end.
         let chain = |i: usize| match i {
             0 => [corners[0].t_m, 0.0],
             i if i <= corners.len() => [corners[i - 1].t_m, corners[i - 1].ring_m],
             _ => [corners[corners.len() - 1].t_m, 0.0],
         };
-        // Inside the core, out through the nearest line; outside, from the nearest place of the chain.
+        // Inside the core: the distance to the nearest line; outside: to the nearest point of the
+        // chain.
         let mut inside = (f64::NEG_INFINITY, [0.0, 1.0]);
         let mut outside = (f64::INFINITY, [0.0, 1.0]);
         for i in 0..=corners.len() {
@@ -213,13 +223,14 @@ impl SolidOfRevolution {
         (distance_m - self.edge_radius_m, direction)
     }
 
-    /// Radius of its surface `t_m` along the axis from its middle, in metres; 0 beyond its ends.
+    /// Returns the radius of its surface `t_m` along the axis from its middle, in metres; 0 beyond
+    /// its ends.
     pub fn surface_radius_m(&self, t_m: f64) -> f64 {
         let (first_m, last_m) = self.span_m();
         if !(first_m..=last_m).contains(&t_m) {
             return 0.0;
         }
-        // The surface rises over its place of zero distance, outward from the axis: convex, so that bisection finds it.
+        // Outward from the axis the distance is convex, so bisection finds its zero.
         let (mut low_m, mut high_m) = (0.0, self.largest_radius_m());
         for _ in 0..60 {
             let middle_m = 0.5 * (low_m + high_m);
@@ -232,8 +243,8 @@ impl SolidOfRevolution {
         0.5 * (low_m + high_m)
     }
 
-    /// Moments of inertia about the roller's middle of such a body of even density: about its axis, and about any axis across it,
-    /// in kg m^2 (as [`super::Barrel::solid_moments_kg_m2`]).
+    /// Returns the moments of inertia about the roller's middle, with uniform density: about its
+    /// axis, and about any axis across it, in kg m^2 (like [`super::Barrel::solid_moments_kg_m2`]).
     pub fn solid_moments_kg_m2(&self, mass_kg: f64) -> (f64, f64) {
         let (first_m, last_m) = self.span_m();
         let (mut volume, mut axial, mut across) = (0.0, 0.0, 0.0);
@@ -247,7 +258,7 @@ impl SolidOfRevolution {
         (axial * mass_kg / volume, across * mass_kg / volume)
     }
 
-    /// Its volume in m^3: the sum of its slices.
+    /// Returns its volume in m^3: the sum of its slices.
     pub fn volume_m3(&self) -> f64 {
         let (first_m, last_m) = self.span_m();
         let width_m = (last_m - first_m) / SLICES as f64;
@@ -259,7 +270,7 @@ impl SolidOfRevolution {
     }
 }
 
-/// Slices of a body; the error of its sums is of the order of one over their square.
+/// Number of slices of a body; the error of their sums is of the order of one over its square.
 const SLICES: usize = 400;
 
 #[cfg(test)]
@@ -272,18 +283,19 @@ mod tests {
         let sharp = SolidOfRevolution::new(&[[-half, r], [half, r]], 0.0).unwrap();
         for i in -10..=10 {
             let w = f64::from(i) / 10.5;
-            // Of a point set |t| <= half, |r| <= r the furthest along (w, sqrt(1 - w^2)).
+            // The furthest point of |t| <= half, |r| <= r along (w, sqrt(1 - w^2)).
             let reach_m = half * w.abs() + r * (1.0 - w * w).sqrt();
             assert!((sharp.profile().support_m(w) - reach_m).abs() < 1e-16);
         }
-        // An edge of radius c: the same corner, c nearer on both sides, and c out again along the direction.
+        // An edge of radius c: the same corner, c nearer on both sides, and c out again along the
+        // direction.
         let c = 0.002;
         let round = SolidOfRevolution::new(&[[-half, r], [half, r]], c).unwrap();
         let w: f64 = 0.6;
         let reach_m = (half - c) * w + (r - c) * 0.8 + c;
         assert!((round.profile().support_m(w) - reach_m).abs() < 1e-16);
         assert!((round.largest_radius_m() - r).abs() < 1e-16);
-        // c off and on again: a rounding.
+        // c off and on again: one rounding.
         let (first_m, last_m) = round.span_m();
         assert!((first_m + half).abs() < 1e-17 && (last_m - half).abs() < 1e-17);
     }
@@ -345,7 +357,7 @@ mod tests {
     #[test]
     fn a_sampled_barrel_nears_the_barrel_with_the_square_of_the_spacing() {
         let barrel = super::super::Barrel::handing_over(0.05, 0.012, PI / 4.0, 9);
-        // A place of the barrel's surface for every sphere: see `ilon_robot::barrel_profile`.
+        // A point of the barrel's surface for every sphere: see `ilon_robot::barrel_profile`.
         let surface = |t: f64| {
             let k = barrel.sin_delta;
             let w = k * k * t / libm::hypot(barrel.ring_radius_m, k * t);
@@ -368,7 +380,7 @@ mod tests {
         };
         let [coarse, middle, fine] = [8, 16, 32].map(error_m);
         for ratio in [coarse / middle, middle / fine] {
-            // Order 2 is a ratio of 4; 401 directions do not hit each chord's worst.
+            // Order 2 means a ratio of 4; 401 directions do not hit each chord's worst.
             assert!(
                 (3.6..4.4).contains(&ratio),
                 "{coarse:e} {middle:e} {fine:e}"

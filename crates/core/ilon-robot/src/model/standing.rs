@@ -1,11 +1,13 @@
-//! How a robot stands on a plane, on wheels of whatever radius and height.
+//! How a robot stands on a plane, on wheels of any radius and height.
 //!
-//! The plane carries the robot by the lowest points of three of its wheels: those under whose triangle the centre of mass lies,
-//! with no wheel below their plane. Of all planes below the wheels it is the one that lies highest under the centre of mass, for
-//! gravity leaves the robot as low as it can be.
+//! The plane carries the robot at the lowest points of three of its wheels: those whose triangle
+//! contains the centre of mass, with no wheel below their plane. Of all planes below the wheels it
+//! is the one that is highest under the centre of mass, because gravity puts the robot as low as
+//! possible.
 //!
-//! A wheel's lowest point moves as the robot leans, so that the plane is found in turns: from the lowest points follows a plane,
-//! and from that the lowest points again. Each turn is a step of Newton's rule, for a plane touches a wheel at its lowest point.
+//! A wheel's lowest point moves as the robot leans, so the plane is found by iteration: lowest
+//! points, then their plane, then the lowest points again. Each iteration is a Newton step, because
+//! a plane touches a wheel at its lowest point.
 
 use nalgebra::{Matrix2, Unit, UnitQuaternion, Vector2, Vector3};
 
@@ -16,37 +18,38 @@ use super::{Robot, RollerForm, Wheel};
 pub struct StandingPose {
     /// Height of the body frame's origin above the plane, in metres.
     pub height_m: f64,
-    /// How far the body is rolled, about its x axis, in radians; positive where its left side is raised.
+    /// Roll of the body, about its x axis, in radians; positive if its left side is raised.
     pub roll_rad: f64,
-    /// How far the body is pitched, about the y axis and after the roll, in radians; positive where its front is lowered.
+    /// Pitch of the body, about the y axis and after the roll, in radians; positive if its front is
+    /// lowered.
     pub pitch_rad: f64,
-    /// The wheels that it stands on, by their places in [`Robot::wheels`].
+    /// The wheels that it stands on, by their indices in [`Robot::wheels`].
     pub supporting: [usize; 3],
 }
 
-/// Most steps of Newton's rule; five reach the last bit.
+/// Largest number of Newton steps; five reach the last bit.
 const MOST_STEPS: usize = 30;
-/// A plane that turns by less than this is found, in radians.
+/// The iteration ends when the plane turns by less than this, in radians.
 const FOUND_RAD: f64 = 1e-14;
-/// Wheels that reach equally low within this stand level: files hold rounded numbers. In metres.
+/// Wheels equally low within this stand level, in metres: files hold rounded numbers.
 const LEVEL_M: f64 = 1e-9;
-/// Triangles of less area than this carry nothing, in square metres.
+/// Triangles of less area than this carry nothing, in m^2.
 const LEAST_AREA_M2: f64 = 1e-12;
 
 impl StandingPose {
-    /// The body's turn against the plane: `rotation() * v` is a vector of the body frame along the axes of a frame whose z is the
-    /// plane's normal and whose x lies ahead.
+    /// Returns the rotation of the body against the plane: `rotation() * v` expresses a body-frame
+    /// vector in a frame whose z is the plane's normal and whose x points ahead.
     pub fn rotation(&self) -> UnitQuaternion<f64> {
         UnitQuaternion::from_euler_angles(self.roll_rad, self.pitch_rad, 0.0)
     }
 
-    /// How far the robot leans: the angle between the plane's normal and the body's z axis, in radians.
+    /// Returns the angle between the plane's normal and the body's z axis, in radians.
     pub fn tilt_rad(&self) -> f64 {
         let up = self.up_in_body();
         libm::atan2(up.xy().norm(), up.z)
     }
 
-    /// How high a wheel of the robot hangs above the plane, in metres; 0 for those that it stands on.
+    /// Returns the height of a wheel above the plane, in metres; 0 for supporting wheels.
     pub fn gap_m(&self, wheel: &Wheel) -> f64 {
         let up = self.up_in_body();
         self.height_m + wheel.lowest_point_m(&up).dot(&up)
@@ -66,10 +69,12 @@ impl StandingPose {
 }
 
 impl Robot {
-    /// How the robot stands on a level plane, its wheel angles zero. `None` where it cannot stand: its centre of mass lies
-    /// outside the area of its wheels, or they stand in one line.
+    /// Returns how the robot stands on a level plane, at wheel angles zero. `None` if it cannot
+    /// stand: its centre of mass lies outside the area of its wheels, or the wheels are in one
+    /// line.
     ///
-    /// A robot whose supporting wheels reach equally low stands level, exactly, at its [`Self::ride_height_m`].
+    /// A robot whose supporting wheels are equally low stands exactly level, at its
+    /// [`Self::ride_height_m`].
     pub fn standing_pose(&self) -> Option<StandingPose> {
         let center = self.center_of_mass_m();
         let mut up = Vector3::z_axis();
@@ -106,8 +111,9 @@ impl Robot {
 }
 
 impl Wheel {
-    /// The wheel's lowest point where `up` points up, in the body frame, in metres, at wheel angle zero. A wheel with barrels is
-    /// taken as the ring that its rollers make in a turn: a circle through their middles, as thick as they are there.
+    /// Returns the wheel's lowest point for an upward direction `up`, in the body frame, in metres,
+    /// at wheel angle zero. A wheel with barrels counts as the ring that its rollers sweep in a
+    /// turn: a circle through their middles, as thick as they are there.
     pub fn lowest_point_m(&self, up: &Unit<Vector3<f64>>) -> Vector3<f64> {
         let as_modelled = |r: &super::Roller| matches!(r.form, RollerForm::AsModelled(_));
         if self.rollers.iter().any(as_modelled) || !self.is_round() {
@@ -126,11 +132,12 @@ fn spread_m(points: [Vector3<f64>; 3]) -> f64 {
     p.max(q).max(r) - p.min(q).min(r)
 }
 
-/// The three points whose triangle lies under the centre of mass, with none of the others below their plane; heights are counted
-/// along `up`.
+/// Returns the three points whose triangle contains the centre of mass, with none of the others
+/// below their plane; heights are along `up`.
 ///
-/// The dual simplex method: from any triangle under the centre, the point that lies deepest below its plane comes in, for the
-/// one without which the centre stays over the triangle. Each exchange lowers the plane under the centre, so that it ends.
+/// The dual simplex method: from any triangle under the centre, the point deepest below its plane
+/// enters, in exchange for the one without which the centre stays over the triangle. Each exchange
+/// lowers the plane under the centre, so the method ends.
 fn triangle_under(
     points: &[Vector3<f64>],
     center: &Vector3<f64>,
@@ -140,7 +147,7 @@ fn triangle_under(
     let points: Vec<Vector3<f64>> = points.iter().map(|p| level_from_body * p).collect();
     let center = (level_from_body * center).xy();
     let mut three = any_triangle(&points, &center)?;
-    // Far more than any number of wheels takes.
+    // Far more than any number of wheels needs.
     for _ in 0..100 + 10 * points.len() {
         let corners = three.map(|i| points[i]);
         let height_m = |p: &Vector3<f64>| {
@@ -167,8 +174,8 @@ fn triangle_under(
     Some(three)
 }
 
-/// A triangle of the points with the centre in it. Those of the first point with any two others cover all that lies between
-/// the points.
+/// Returns a triangle of points that contains the centre. The triangles of the first point with any
+/// two others cover the convex hull.
 fn any_triangle(points: &[Vector3<f64>], center: &Vector2<f64>) -> Option<[usize; 3]> {
     for j in 1..points.len() {
         for k in j + 1..points.len() {
@@ -182,7 +189,8 @@ fn any_triangle(points: &[Vector3<f64>], center: &Vector2<f64>) -> Option<[usize
     None
 }
 
-/// The weights of a triangle's corners whose mean a point of the plane is; `None` of a triangle without area.
+/// Returns the weights of a triangle's corners whose mean is the point; `None` for a triangle
+/// without area.
 fn shares(corners: &[Vector3<f64>; 3], point: &Vector2<f64>) -> Option<[f64; 3]> {
     let [p, q, r] = corners.map(|corner| corner.xy());
     let sides = Matrix2::from_columns(&[q - p, r - p]);

@@ -1,15 +1,15 @@
-//! The meshes by which a robot is **seen**, made small enough for a page.
+//! The visual meshes of a robot, made small enough for a page.
 //!
-//! Nothing touches the world there, so they are no part of what moves.
+//! They do not collide and are no part of the dynamics.
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use serde::{Deserialize, Serialize};
 
-/// The meshes of the `<visual>` elements of a robot, and what of them was left out.
+/// The meshes of the `<visual>` elements of a robot, and remarks on what was left out.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct VisualMeshes {
-    /// The meshes, each once however often it is shown.
+    /// The meshes, each once however often it is used.
     pub meshes: Vec<Mesh>,
     /// What was left out or simplified.
     pub remarks: Vec<String>,
@@ -18,11 +18,11 @@ pub struct VisualMeshes {
 /// A mesh in the frame of its file, unscaled.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
-    /// What the URDF calls its file.
+    /// Its file name in the URDF.
     pub name: String,
     /// The lowest coordinates of its vertices.
     pub low: [f32; 3],
-    /// The step of each coordinate.
+    /// Quantisation step of each coordinate.
     pub step: [f32; 3],
     /// The vertices, three steps each from the lowest coordinates: u16, little-endian, in base64.
     pub vertices: String,
@@ -31,12 +31,12 @@ pub struct Mesh {
 }
 
 impl VisualMeshes {
-    /// Whether there is neither a mesh nor anything to be said.
+    /// Whether there is neither a mesh nor a remark.
     pub fn is_empty(&self) -> bool {
         self.meshes.is_empty() && self.remarks.is_empty()
     }
 
-    /// The same with other meshes.
+    /// Returns a copy with other meshes.
     pub fn with_meshes(&self, meshes: Vec<Mesh>) -> Self {
         Self {
             meshes,
@@ -44,7 +44,7 @@ impl VisualMeshes {
         }
     }
 
-    /// The mesh that a URDF calls so.
+    /// Returns the mesh with a name in the URDF, and its index.
     pub fn mesh(&self, name: &str) -> Option<(usize, &Mesh)> {
         let mut meshes = self.meshes.iter().enumerate();
         meshes.find(|(_, mesh)| mesh.name == name)
@@ -52,13 +52,13 @@ impl VisualMeshes {
 }
 
 impl Mesh {
-    /// The corners of the box around it: the lowest and the highest coordinates.
+    /// The corners of its bounding box: the lowest and the highest coordinates.
     pub fn bounds(&self) -> [[f32; 3]; 2] {
         let high = [0, 1, 2].map(|k| self.low[k] + self.step[k] * f32::from(u16::MAX));
         [self.low, high]
     }
 
-    /// How many triangles it has.
+    /// The number of its triangles.
     pub fn triangle_count(&self) -> usize {
         BASE64_STANDARD
             .decode(&self.triangles)

@@ -12,31 +12,33 @@ use super::{
 pub struct Wheel {
     /// The name of the wheel's joint.
     pub name: String,
-    /// What carries it: the body of a joint, by its place among [`Robot::joints`](super::Robot::joints); `None` where that is the chassis.
+    /// The carrier: the body of a joint, by its index in [`Robot::joints`](super::Robot::joints);
+    /// `None` for the chassis.
     pub carrier: Option<usize>,
-    /// Pose of the hub frame in the body frame at wheel angle zero while all joints stand at zero: origin at the wheel's centre, z along the hub
-    /// axis, x straight down.
+    /// Pose of the hub frame in the body frame at wheel angle zero and joints at zero: origin at
+    /// the wheel's centre, z along the hub axis, x straight down.
     pub body_from_hub: Isometry3<f64>,
     /// Mass properties of the hub without its rollers, in the hub frame.
     pub hub: MassProperties,
     /// The paper's rho: distance from the hub axis to the ground, in metres.
     pub radius_m: f64,
-    /// The paper's gamma, signed: the angle from the hub axis to the rolling direction of the roller that points
-    /// down, counter-clockwise seen from above, in (-pi/2, pi/2]. The sign is the wheel's handedness.
+    /// The paper's gamma, signed: the angle from the hub axis to the rolling direction of the
+    /// roller that points down, counter-clockwise seen from above, in (-pi/2, pi/2]. The sign is
+    /// the wheel's handedness.
     pub gamma_rad: f64,
     /// The rollers, ordered by their angle about the hub axis.
     pub rollers: Vec<Roller>,
-    /// What the motor can do, at the wheel.
+    /// The motor's limits, at the wheel.
     pub motor: MotorLimits,
     /// Damping and friction of the wheel's own bearing and gear.
     pub joint: Joint,
     /// The gear and the rotor behind it.
     pub drive: DriveTrain,
-    /// What its rollers touch the ground with.
+    /// The tread and friction of its rollers.
     pub surface: RollerSurface,
-    /// What its rollers are made of, by a name that a world's pairs of materials know; `None` where nobody says.
+    /// Material of its rollers, a name used by a world's material pairs; `None` if not given.
     pub material: Option<String>,
-    /// How its rollers are made, from which their forms follow (see [`Wheel::make_rollers`]).
+    /// How its rollers are made; their forms follow from it (see [`Wheel::make_rollers`]).
     pub made: RollersAsMade,
 }
 
@@ -52,33 +54,36 @@ impl Wheel {
         n.xy().normalize()
     }
 
-    /// The roller's rolling direction **u**_gamma in the body frame, of the roller that points straight down: the
-    /// hub axis turned by gamma.
+    /// The roller's rolling direction **u**_gamma in the body frame, of the roller that points
+    /// straight down: the hub axis turned by gamma.
     pub fn roller_rolling_direction(&self) -> Vector2<f64> {
         let (s, c) = libm::sincos(self.gamma_rad);
         let n = self.axis();
         Vector2::new(c * n.x - s * n.y, s * n.x + c * n.y)
     }
 
-    /// The roller's axis **n**_gamma = **k** x **u**_gamma in the body frame, of the roller that points straight down.
+    /// The roller's axis **n**_gamma = **k** x **u**_gamma in the body frame, of the roller that
+    /// points straight down.
     pub fn roller_axis(&self) -> Vector2<f64> {
         let u_gamma = self.roller_rolling_direction();
         Vector2::new(-u_gamma.y, u_gamma.x)
     }
 
-    /// How far the wheel reaches down from its centre at wheel angle zero, in metres: its radius where its rollers make a circle
-    /// of its outline, and else as far as one of them reaches.
+    /// Returns how far the wheel reaches down from its centre at wheel angle zero, in metres: its
+    /// radius if its outline is a circle, else the largest reach of its rollers.
     pub fn reach_at_rest_m(&self) -> f64 {
         self.reach_in_body_m(&-Vector3::z_axis())
     }
 
-    /// How far the wheel reaches from its centre at wheel angle zero in a direction of the body frame across its axis, in
-    /// metres: its radius where its rollers make a circle of its outline, and else as far as one of them reaches.
+    /// Returns how far the wheel reaches from its centre at wheel angle zero in a direction of the
+    /// body frame across its axis, in metres: its radius if its outline is a circle, else the
+    /// largest reach of its rollers.
     pub(super) fn reach_in_body_m(&self, direction: &Unit<Vector3<f64>>) -> f64 {
         self.reach_in_hub_m(&(self.body_from_hub.rotation.inverse() * direction.into_inner()))
     }
 
-    /// How far the wheel reaches from its centre in a unit direction of the hub frame across its axis, in metres.
+    /// Returns how far the wheel reaches from its centre in a unit direction of the hub frame
+    /// across its axis, in metres.
     pub(super) fn reach_in_hub_m(&self, in_hub: &Vector3<f64>) -> f64 {
         let is_round = self.is_round();
         let reach_m = |roller: &Roller| match &roller.form {
@@ -113,7 +118,8 @@ impl Wheel {
         self.joint.friction_n_m + self.drive.gear_friction_n_m
     }
 
-    /// The exact barrel of one of this wheel's rollers (see [`crate::barrel_profile`]); of one that is no barrel, the ideal one.
+    /// Returns the barrel of one of this wheel's rollers (see [`crate::barrel_profile`]); the ideal
+    /// one if the roller is no barrel.
     pub fn barrel(&self, roller: &Roller) -> Barrel {
         match &roller.form {
             RollerForm::Made(barrel) => *barrel,
@@ -121,7 +127,8 @@ impl Wheel {
         }
     }
 
-    /// The barrel of a roller's place, axis and length that makes the wheel's outline a circle.
+    /// Returns the barrel at a roller's place, axis and length that makes the wheel's outline a
+    /// circle.
     pub(super) fn ideal_barrel(&self, roller: &Roller) -> Barrel {
         Barrel {
             wheel_radius_m: self.radius_m,

@@ -1,4 +1,4 @@
-//! Wheels whose rollers are made in a given way.
+//! Wheels whose rollers deviate from the ideal barrel.
 
 use std::f64::consts::TAU;
 
@@ -10,18 +10,19 @@ use super::{Barrel, Roller, RollerForm, Wheel};
 /// Heights of a wheel's hub over a turn on level ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HubHeights {
-    /// The largest less the least, in metres.
+    /// The largest less the smallest, in metres.
     pub travel_m: f64,
-    /// Their mean, in metres: what the wheel rolls on, but for what its rollers' tilt takes.
+    /// Their mean, in metres: the rolling radius, apart from the effect of the rollers' tilt.
     pub mean_m: f64,
 }
 
 impl Wheel {
-    /// Makes the rollers otherwise, and gives barrels another length: as a factor of that at which neighbours hand over with
-    /// neither gap nor overlap. Each keeps its mass, with even density; its moments of inertia follow its form.
+    /// Changes how the rollers are made, and gives barrels another length: as a factor of that at
+    /// which neighbours hand over with neither gap nor overlap. Each keeps its mass, with uniform
+    /// density; its moments of inertia follow its form.
     ///
     /// # Errors
-    /// [`NotMade`]; the wheel is then as it was.
+    /// [`NotMade`]; the wheel is then unchanged.
     pub fn make_rollers(
         &mut self,
         made: RollersAsMade,
@@ -58,7 +59,7 @@ impl Wheel {
             }
             next.radius_m = match &next.form {
                 RollerForm::Turned(turned) => turned.largest_radius_m(),
-                // As it was read, but for what it is off.
+                // The radius as read, plus its deviation.
                 _ if self.made.is_ideal() => roller.radius_m + made.radius_offset_m(&roller.name),
                 _ => thick_m + made.radius_offset_m(&roller.name),
             };
@@ -73,8 +74,8 @@ impl Wheel {
         Ok(())
     }
 
-    /// Moments of a roller of its mass and even density, about its axis and across it; `None` where it has the shapes of its
-    /// file.
+    /// Returns the moments of a roller of its mass and uniform density, about its axis and across
+    /// it; `None` for the shapes of a file.
     fn solid_moments(&self, roller: &Roller) -> Option<(f64, f64)> {
         match &roller.form {
             RollerForm::AsModelled(_) => None,
@@ -83,17 +84,18 @@ impl Wheel {
         }
     }
 
-    /// How high its hub stands on level ground with the wheel turned by an angle from where it is at wheel angle zero, in radians:
-    /// in metres, its radius where its rollers make a circle of its outline.
+    /// Returns the height of its hub on level ground with the wheel turned by an angle in radians
+    /// from wheel angle zero, in metres: its radius if its outline is a circle.
     pub fn hub_height_m(&self, wheel_angle_rad: f64) -> f64 {
         let turned = Rotation3::from_axis_angle(&Vector3::z_axis(), -wheel_angle_rad);
         let down_in_hub = self.body_from_hub.rotation.inverse() * -Vector3::z();
         self.reach_in_hub_m(&(turned * down_in_hub))
     }
 
-    /// How its hub rises and falls on level ground in a turn of the wheel, in metres.
+    /// Returns how its hub rises and falls on level ground in a turn of the wheel, in metres.
     pub fn hub_heights(&self) -> HubHeights {
-        /// Looks at a passing roller: what is missed of a hub's travel is of the order of one over their square.
+        /// Samples per passing roller; the error of a hub's travel is of the order of one over its
+        /// square.
         const LOOKS: usize = 200;
         let looks = LOOKS * self.rollers.len();
         let step_rad = TAU / looks as f64;
@@ -108,12 +110,13 @@ impl Wheel {
         }
     }
 
-    /// Whether its rollers make a perfect circle of its outline: ideal barrels that follow each other without a gap.
+    /// Whether its outline is a perfect circle: ideal barrels that follow each other without a gap.
     pub fn is_round(&self) -> bool {
         if self.rollers.iter().any(|r| r.form != RollerForm::Barrel) {
             return false;
         }
-        // A roller touches until tan(phi) = t k / a with its end at t = L/2: half of the angle that it serves.
+        // A roller touches until tan(phi) = t k / a with its end at t = L/2: half of the angle of
+        // its contact.
         let serves_rad = |roller: &Roller| {
             let barrel = self.barrel(roller);
             libm::atan2(

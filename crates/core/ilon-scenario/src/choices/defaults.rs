@@ -7,7 +7,7 @@ use ilon_robot::{Robot, Scale, Wheel};
 use ilon_world::longest_step_of_springs_s;
 
 use crate::Error;
-use crate::scenario::{Contacts, LoopTiming, Passive, Rollers, Scenario, WheelLaw};
+use crate::scenario::{Contacts, Passive, Rollers, Scenario, WheelLaw};
 
 // Times are in the robot's own unit, sqrt(rho / g), of which a wheel of 50 mm has 14 a second: robots of one shape and any size get steps
 // of one sort, and slip alike.
@@ -277,11 +277,11 @@ fn pose_need(scenario: &Scenario) -> Need {
 /// Computed torque is sampled too: a bandwidth w needs w dt of a tenth or so to be what it says.
 fn loop_need(scenario: &Scenario, model: &DynamicModel, scale: &Scale) -> Need {
     let wheel_loop = &scenario.wheel_loop;
-    let longest_s = match (wheel_loop.law, wheel_loop.timing) {
-        (WheelLaw::Pid, LoopTiming::Continuous) => f64::INFINITY,
+    let longest_s = match (wheel_loop.law, wheel_loop.is_sampled()) {
+        (WheelLaw::Pid, false) => f64::INFINITY,
         // Its period is given, whatever the step.
         _ if wheel_loop.period_s.is_some() => f64::INFINITY,
-        (WheelLaw::Pid, LoopTiming::Sampled) => {
+        (WheelLaw::Pid, true) => {
             let asked_n_m_s = model.ground_inertia_kg_m2() * wheel_loop.bandwidth_rad_s;
             let proportional_n_m_s = wheel_loop.proportional_n_m_s.unwrap_or(asked_n_m_s);
             (model.air_inertia_kg_m2() / proportional_n_m_s).max(SHORTEST_FOR_LOOP * scale.time_s())

@@ -6,8 +6,14 @@
 //! a_k = (1 - f) a_(k-1) + f (w_k - w_(k-1)) / T,   i_k = i_(k-1) - k_i T w_k,
 //! w_(k+1) = w_k + T / (J + d T) (-k_p w_k + i_k - k_d a_k - d w_k),
 //!
-//! f the weight of the newest change in the derivative's low-pass. That is a matrix on (w, i, a, w before), and the loop settles where and only
-//! where its powers vanish. Without derivative this is Jury's 2 k_p T / J + k_i T^2 / J < 4 (`ilon_control`, wheel loops). J is what the wheel
+//! f the weight of the newest change in the derivative's low-pass; where torques come n + p periods late (`wheel_loop.latency_s`), all but d w_k is
+//! (1 - p) that of n periods before and p that of n + 1. With q for "a period before" this is a polynomial,
+//!
+//! (1 - (1 - g d) q) (1 - q) (1 - (1 - f) q) + g q^(n + 1) (1 - p + p q) (k_p (1 - q) (1 - (1 - f) q) + k_i T (1 - (1 - f) q) + k_d f / T (1 - q)^2),
+//!
+//! g = T / (J + d T), and the loop settles where and only where its roots in 1 / q lie within the unit circle. Without derivative and latency this is
+//! Jury's 2 k_p T / J + k_i T^2 / J < 4 (`ilon_control`, wheel loops); of k_p alone, n periods late, k_p T / J < 2 sin(pi / (4 n + 2)) (Levin and May
+//! 1976), which in short periods is the phase margin of an integrator, k_p / J times the latency below pi / 2. J is what the wheel
 //! feels: its own inertia in the air and while it slides, and a share of the robot's on the ground, which depends on the direction of motion.
 //!
 //! **A continuous loop** settles at any gain, but its torque falls within the step by as much as the wheel gains rate. Where that fall is
@@ -15,10 +21,9 @@
 //! given energies that they never had. A wheel that follows within a thousandth of a step follows at once, so that nothing is lost by less.
 
 use ilon_control::DynamicModel;
-use nalgebra::Matrix4;
 
 use crate::Error;
-use crate::scenario::{LoopTiming, Scenario, WheelLaw, WheelLoop};
+use crate::scenario::{Scenario, WheelLaw, WheelLoop};
 
 /// The most that a continuous loop's torque may fall within a step, as a multiple of what the wheel's inertia on the ground takes.
 const STIFFEST: f64 = 1e6;
@@ -32,6 +37,7 @@ struct Loop {
     /// f.
     weight: f64,
     period_s: f64,
+    latency_s: f64,
 }
 
 /// A wheel as its loop feels it.
@@ -50,66 +56,82 @@ impl Loop {
             derivative_n_m_s2: section.derivative_n_m_s2,
             weight: period_s / (section.derivative_filter_s + period_s),
             period_s,
+            latency_s: section.latency_s(),
         }
     }
 
-    /// What a period makes of (w, i, a, w before).
-    fn over_a_period(&self, wheel: &Felt) -> Matrix4<f64> {
+    /// The characteristic polynomial of a wheel's rate in q, by falling powers of z = 1 / q.
+    fn polynomial(&self, wheel: &Felt) -> Vec<f64> {
         let Self {
             proportional_n_m_s: k_p,
             integral_n_m: k_i,
             derivative_n_m_s2: k_d,
             weight: f,
             period_s: t,
+            latency_s,
         } = *self;
         let d = wheel.damping_n_m_s;
         let g = t / (wheel.inertia_kg_m2 + d * t);
-        #[rustfmt::skip]
-        let over = Matrix4::new(
-            1.0 - g * (k_p + k_i * t + k_d * f / t + d), g, -g * k_d * (1.0 - f), g * k_d * f / t,
-            -k_i * t, 1.0, 0.0, 0.0,
-            f / t, 0.0, 1.0 - f, -f / t,
-            1.0, 0.0, 0.0, 0.0,
-        );
+        let (difference, filter) = ([1.0, -1.0], [1.0, f - 1.0]);
+        let scaled = |by: f64, of: &[f64]| of.iter().map(|c| by * c).collect::<Vec<f64>>();
+        let own = times(&[1.0, g * d - 1.0], &filter);
+        let over = scaled(k_d * f / t, &difference);
+        let direct = plus(&scaled(k_p, &filter), &over);
         // Without an integral i is no state, and does not decay.
-        if k_i == 0.0 {
-            let mut without = over;
-            without.row_mut(1).fill(0.0);
-            return without;
-        }
-        over
+        let (own, asked) = match k_i == 0.0 {
+            true => (own, direct),
+            false => (
+                times(&own, &difference),
+                plus(&times(&direct, &difference), &scaled(k_i * t, &filter)),
+            ),
+        };
+        let waits = latency_s / t;
+        let whole = (waits + 1e-9).floor();
+        let part = (waits - whole).max(0.0);
+        let mut late = vec![0.0; whole as usize + 1];
+        late.extend([g * (1.0 - part), g * part]);
+        plus(&own, &times(&late, &asked))
     }
 
     /// Whether a wheel's rate settles.
     fn settles(&self, wheel: &Felt) -> bool {
-        // So that rates, torques and accelerations are of a size.
-        let (t, j) = (self.period_s, wheel.inertia_kg_m2);
-        let units = [1.0, j / t, 1.0 / t, 1.0];
-        let mut over = self.over_a_period(wheel);
-        for (row, of_row) in units.iter().enumerate() {
-            for (column, of_column) in units.iter().enumerate() {
-                over[(row, column)] *= of_column / of_row;
-            }
-        }
-        vanishes(over)
+        vanishes(self.polynomial(wheel))
     }
 }
 
-/// Whether the powers of a matrix vanish.
-fn vanishes(mut matrix: Matrix4<f64>) -> bool {
-    /// After so many doublings a part in 10^7 below the bound is told from one above.
-    const DOUBLINGS: usize = 30;
-    /// What has shrunk to this, or grown to that, does so for good.
-    const SMALL: f64 = 1e-6;
-    const LARGE: f64 = 1e12;
-    for _ in 0..DOUBLINGS {
-        let size = matrix.norm();
-        if !(SMALL..LARGE).contains(&size) {
-            return size < SMALL;
+/// The product of two polynomials.
+fn times(one: &[f64], other: &[f64]) -> Vec<f64> {
+    let mut product = vec![0.0; one.len() + other.len() - 1];
+    for (i, a) in one.iter().enumerate() {
+        for (j, b) in other.iter().enumerate() {
+            product[i + j] += a * b;
         }
-        matrix *= matrix;
     }
-    false
+    product
+}
+
+/// The sum of two polynomials.
+fn plus(one: &[f64], other: &[f64]) -> Vec<f64> {
+    let at = |of: &[f64], i: usize| of.get(i).copied().unwrap_or(0.0);
+    let length = one.len().max(other.len());
+    (0..length).map(|i| at(one, i) + at(other, i)).collect()
+}
+
+/// Whether all roots of a polynomial, by falling powers, lie within the unit circle: Schur's recursion.
+fn vanishes(mut polynomial: Vec<f64>) -> bool {
+    while let [first, .., last] = polynomial[..] {
+        let k = last / first;
+        // Of what is no number neither.
+        if !(k.abs() < 1.0) {
+            return false;
+        }
+        let pairs = polynomial.iter().zip(polynomial.iter().rev());
+        let reduced = pairs.map(|(a, b)| (a - k * b) / (first * (1.0 - k * k)));
+        let mut reduced: Vec<f64> = reduced.collect();
+        reduced.pop();
+        polynomial = reduced;
+    }
+    true
 }
 
 /// What may be too much in a section: its key, and its value in a loop.
@@ -120,6 +142,7 @@ fn value((_, gain): &Gain, mut of: Loop) -> f64 {
     *gain(&mut of)
 }
 
+/// Of what a loop may be given less.
 const GAINS: [Gain; 3] = [
     ("proportional_n_m_s", |of| &mut of.proportional_n_m_s),
     ("integral_n_m", |of| &mut of.integral_n_m),
@@ -162,15 +185,14 @@ pub fn remark(
     physics_dt_s: f64,
 ) -> Result<Option<String>, Error> {
     let section = &scenario.wheel_loop;
+    let period_s = section.period_s.unwrap_or(physics_dt_s);
     if section.law != WheelLaw::Pid {
-        return Ok(None);
+        return Ok(remark_of_model(section, model, period_s));
     }
-    let own = Loop::of(section, physics_dt_s);
-    match section.timing {
-        LoopTiming::Continuous => {
-            refuse_too_fast(section, &own, model.ground_inertia_kg_m2()).map(|()| None)
-        }
-        LoopTiming::Sampled => Ok(remark_of_sampled(&own, model)),
+    let own = Loop::of(section, period_s);
+    match section.is_sampled() {
+        false => refuse_too_fast(section, &own, model.ground_inertia_kg_m2()).map(|()| None),
+        true => Ok(remark_of_sampled(&own, model)),
     }
 }
 
@@ -210,6 +232,47 @@ fn refuse_too_fast(section: &WheelLoop, own: &Loop, inertia_kg_m2: f64) -> Resul
     ))
 }
 
+/// Of a law that knows the robot, and makes a loop of its bandwidth in each direction, where its torques come late: a wheel that hangs in the air feels a
+/// part of the inertia that the law counts with.
+fn remark_of_model(section: &WheelLoop, model: &DynamicModel, period_s: f64) -> Option<String> {
+    /// The part by which the bandwidth is lowered at a time.
+    const LOWER: f64 = 0.98;
+    let in_the_air = model.air_inertia_kg_m2() / model.ground_inertia_kg_m2();
+    let settles = |bandwidth_rad_s: f64, inertia_kg_m2: f64| {
+        let w = model.bandwidth_rad_s(bandwidth_rad_s, period_s);
+        let own = Loop {
+            proportional_n_m_s: w,
+            integral_n_m: 0.25 * w * w,
+            ..Loop::of(section, period_s)
+        };
+        own.settles(&Felt {
+            inertia_kg_m2,
+            damping_n_m_s: 0.0,
+        })
+    };
+    let all = |bandwidth_rad_s: f64| {
+        settles(bandwidth_rad_s, 1.0) && settles(bandwidth_rad_s, in_the_air)
+    };
+    let asked = section.bandwidth_rad_s;
+    if section.latency_s() == 0.0 || all(asked) {
+        return None;
+    }
+    let place = match settles(asked, 1.0) {
+        true => "a wheel that hangs in the air or slides swings",
+        false => "wheels swing",
+    };
+    let mut most = asked;
+    while !all(most) && most > f64::MIN_POSITIVE {
+        most *= LOWER;
+    }
+    Some(format!(
+        "the wheel loops are unstable: with torques that come {} s late {place} ever wider; lower `wheel_loop.bandwidth_rad_s` to {}, or shorten \
+         `wheel_loop.latency_s`",
+        section.latency_s(),
+        rounded_down(most)
+    ))
+}
+
 fn remark_of_sampled(own: &Loop, model: &DynamicModel) -> Option<String> {
     let (air, ground) = felt(model);
     let all: Vec<Felt> = air.into_iter().chain(ground).collect();
@@ -223,10 +286,16 @@ fn remark_of_sampled(own: &Loop, model: &DynamicModel) -> Option<String> {
         _ => "wheels swing, on the ground and in the air,",
     };
     let remedy = remedy(own, |of| settles(of, &all));
+    let held_s = own.period_s;
+    let (late, else_) = match own.latency_s > 0.0 {
+        true => (
+            format!(" and {} s late", own.latency_s),
+            "shorten `wheel_loop.latency_s`",
+        ),
+        false => (String::new(), "set `wheel_loop.timing` = \"continuous\""),
+    };
     Some(format!(
-        "the wheel loops are unstable: with torques held for {:.3e} s {place} ever wider from sample to sample; {remedy}, or set \
-         `wheel_loop.timing` = \"continuous\"",
-        own.period_s
+        "the wheel loops are unstable: with torques held for {held_s:.3e} s{late} {place} ever wider from sample to sample; {remedy}, or {else_}"
     ))
 }
 
@@ -234,7 +303,7 @@ fn remark_of_sampled(own: &Loop, model: &DynamicModel) -> Option<String> {
 fn remedy(own: &Loop, settles: impl Fn(&Loop) -> bool) -> String {
     /// By which part a gain is lowered at a time, and how often at most.
     const LOWER: f64 = 0.95;
-    const TIMES: usize = 600;
+    const TIMES: usize = 200;
     let lowered = |gains: &[Gain]| {
         let mut of = *own;
         (0..TIMES).find_map(|_| {
@@ -295,6 +364,7 @@ mod tests {
             derivative_n_m_s2: derivative * INERTIA_KG_M2,
             weight,
             period_s: PERIOD_S,
+            latency_s: 0.0,
         }
     }
 
@@ -323,6 +393,35 @@ mod tests {
         };
         assert!(of(2.999, 0.0, 0.0, 1.0).settles(&damped));
         assert!(!of(3.001, 0.0, 0.0, 1.0).settles(&damped));
+    }
+
+    /// Levin and May: a < 2 sin(pi / (4 n + 2)) of torques n periods late; at half a period between the polynomial is
+    /// 1 - q + a q (1 + q) / 2, by Jury stable below 2. With an integral b = c a^2 the phase margin of (k_p s + k_i) / (J s^2) is atan(u / c) at the
+    /// crossing u of u^4 = u^2 + c^2, in units of k_p / J, and the latency that takes it is atan(u / c) / u; of short periods the half period for which
+    /// a torque is held is a part of it, and what is left of the difference is of second order in a: 0.01^2.
+    #[test]
+    fn late_torques_have_the_bounds_of_levin_and_of_the_phase_margin() {
+        let late = |periods: f64, a: f64, b: f64| Loop {
+            latency_s: periods * PERIOD_S,
+            ..of(a, b, 0.0, 1.0)
+        };
+        for n in [0.0_f64, 1.0, 2.0, 7.0, 40.0, 300.0] {
+            let most = 2.0 * (std::f64::consts::PI / (4.0 * n + 2.0)).sin();
+            assert!(late(n, 0.9999 * most, 0.0).settles(&WHEEL), "{n}");
+            assert!(!late(n, 1.0001 * most, 0.0).settles(&WHEEL), "{n}");
+        }
+        assert!(late(0.5, 1.999, 0.0).settles(&WHEEL));
+        assert!(!late(0.5, 2.001, 0.0).settles(&WHEEL));
+        for c in [0.1_f64, 0.25, 1.0] {
+            let u = (0.5 * (1.0 + (1.0 + 4.0 * c * c).sqrt())).sqrt();
+            let a = 0.01;
+            let most = (u / c).atan() / (u * a) - 0.5;
+            let b = c * a * a;
+            // The integral has the newest error in it: half a period of it acts at once.
+            let a = a - 0.5 * b;
+            assert!(late(0.999 * most, a, b).settles(&WHEEL), "{c}");
+            assert!(!late(1.001 * most, a, b).settles(&WHEEL), "{c}");
+        }
     }
 
     #[test]

@@ -23,8 +23,13 @@
 //! 0 < K T < 2 cos(d pi / (2 d + 1)),
 //!
 //! (Levin and May 1976, "A note on difference-delay equations"): below 2 with poses that are seen at once, 1 with poses a period old, 0.618
-//! with two. From half of it (exactly so for d = 0) the error changes its sign from period to period. Loops move the bound: w T = 0.6 lowers
-//! 2 to 1.64, w T = 4 raises it to 3.15.
+//! with two. Loops move the bound: w T = 0.6 lowers 2 to 1.64, w T = 4 raises it to 3.15.
+//!
+//! The error passes zero, so that the robot swings past its target, where two real roots of the same polynomial have met: from
+//!
+//! K T = d^d / (d + 1)^(d + 1)
+//!
+//! on, 1 for poses that are seen at once and T / (e l) for old ones. With loops it is found by following an error.
 
 use ilon_control::DynamicModel;
 use ilon_trace::Guidance;
@@ -82,23 +87,54 @@ impl Timing {
 impl ErrorLoop {
     /// The product K T from which on the error does not decay.
     fn limit(&self) -> f64 {
-        let timing = self.timing.coarsened();
-        let coarsened = Self { timing, ..*self };
-        coarsened.limit_in_periods() * self.timing.period_s / timing.period_s
-    }
-
-    fn limit_in_periods(&self) -> f64 {
         /// No loop bears more.
         const MOST: f64 = 8.0;
-        let (mut low, mut high) = (0.0, MOST);
+        self.largest(MOST, Self::decays)
+    }
+
+    /// The product K T from which on the error passes zero, at most that from which on it does not decay.
+    fn overshoots_from(&self) -> f64 {
+        self.largest(self.limit(), |of, product| !of.overshoots(product))
+    }
+
+    /// The largest product up to `most` that is good, of poses that are not too old to look at.
+    fn largest(&self, most: f64, is_good: fn(&Self, f64) -> bool) -> f64 {
+        let timing = self.timing.coarsened();
+        let coarsened = Self { timing, ..*self };
+        let periods = timing.period_s / self.timing.period_s;
+        let (mut low, mut high) = (0.0, most * periods);
         for _ in 0..40 {
             let middle = 0.5 * (low + high);
-            match self.decays(middle) {
+            match is_good(&coarsened, middle) {
                 true => low = middle,
                 false => high = middle,
             }
         }
-        high
+        high / periods
+    }
+
+    /// Whether an error that stood long, with the robot at rest, passes zero under a product K T.
+    fn overshoots(&self, product: f64) -> bool {
+        /// What is less is rounding, as a share of the error.
+        const ROUNDING: f64 = 1e-10;
+        /// When it has decayed.
+        const DECAYED: f64 = 1e-8;
+        const MOST_PERIODS: usize = 5000;
+        let over = self.over_a_period(product);
+        let e = self.rates().nrows() - 2;
+        let mut state = DVector::zeros(over.nrows());
+        // As it is, and as it was seen in the periods before.
+        state.rows_range_mut(e..).fill(1.0);
+        for _ in 0..MOST_PERIODS {
+            state = &over * state;
+            if state[e] < -ROUNDING {
+                return true;
+            }
+            if state.amax() < DECAYED {
+                break;
+            }
+        }
+        false
     }
 
     /// Whether the error decays under a product K T.
@@ -200,7 +236,12 @@ fn timing(scenario: &Scenario) -> (Timing, bool) {
     const SLACK: f64 = 1e-9;
     let control_s = scenario.run.control_dt_s;
     let sensor = &scenario.sensors.pose;
-    let of = |period_s, age_s| Timing { period_s, age_s };
+    // Torques that come late are, to the guidance, as poses that are as much older.
+    let latency_s = scenario.wheel_loop.latency_s();
+    let of = |period_s, age_s| Timing {
+        period_s,
+        age_s: age_s + latency_s,
+    };
     // A filter brings each pose up to the present.
     if scenario.sensors.fusion.is_some() {
         return (of(control_s, 0.0), true);
@@ -305,7 +346,7 @@ fn gains(scenario: &Scenario) -> Vec<UsedGain> {
 /// The products of a gain and the period at which an error stops to settle.
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
-    /// From which on it changes its sign from period to period: half of what wheels that follow at once, or the scenario's own loops, bear.
+    /// From which on it passes zero, with wheels that follow at once or with the scenario's own loops.
     overshoots_from: f64,
     /// Under the wheel loops of the scenario.
     unstable_from: f64,
@@ -330,14 +371,17 @@ impl Stability {
         }
         let (timing, is_certain) = timing(scenario);
         let limit = |answer| ErrorLoop { timing, answer }.limit();
+        let overshoots_from = |answer| ErrorLoop { timing, answer }.overshoots_from();
         let at_once = limit(None);
         let bounds = answers(scenario, model, physics_dt_s).map(|answers| {
+            let own = answers.iter().map(|own| overshoots_from(Some(*own)));
+            let overshoots_from = own.fold(overshoots_from(None), f64::min);
             let known = answers.into_iter().map(|own| limit(Some(own)));
             let (least, most) = known.fold((f64::INFINITY, at_once), |(least, most), own| {
                 (least.min(own), most.max(own))
             });
             Bounds {
-                overshoots_from: 0.5 * least.min(at_once),
+                overshoots_from,
                 unstable_from: least,
                 hopeless_from: if is_certain { most } else { f64::INFINITY },
             }
@@ -375,7 +419,14 @@ impl Stability {
         const ALMOST: f64 = 1.0 - 1e-9;
         let period_s = self.timing.period_s;
         let poses = match self.timing.age_s > 0.0 {
-            true => format!(" with poses {} s old", self.timing.age_s),
+            true => format!(
+                " with poses {} s old{}",
+                self.timing.age_s,
+                match scenario.wheel_loop.latency_s() > 0.0 {
+                    true => " when torques follow",
+                    false => "",
+                }
+            ),
             false => String::new(),
         };
         let mut worst: Option<(f64, UsedGain, Bounds)> = None;
@@ -414,7 +465,7 @@ impl Stability {
                 "the guidance is unstable: {is}, and from {unstable:.3} on{poses} and with these wheel loops an error grows from period to period; {help}"
             ),
             false => format!(
-                "the guidance overshoots: {is}, and from {:.3} on{poses} an error changes its sign from period to period (from {unstable:.3} on it \
+                "the guidance overshoots: {is}, and from {:.3} on{poses} the robot swings past its target (from {unstable:.3} on the error \
                  grows, with these wheel loops); {help}",
                 bounds.overshoots_from
             ),
@@ -439,6 +490,44 @@ mod tests {
             feedforward_per_s: 0.0,
         });
         ErrorLoop { timing, answer }.limit()
+    }
+
+    /// The polynomial z^(d+1) - z^d + p has a double root at z = d / (d + 1), where p = d^d / (d + 1)^(d + 1); beyond it the slowest roots are
+    /// complex. Of poses a part f of a period old it is z^2 - z + p ((1 - f) z + f), with a double root where (1 - p (1 - f))^2 = 4 p f. A lag of 1 / w
+    /// seen at once is critical near w = 4 K where periods are short.
+    #[test]
+    fn an_error_passes_zero_from_a_double_root_on() {
+        let found = |periods_old: f64, w: Option<f64>, period_s: f64| {
+            let timing = Timing {
+                period_s,
+                age_s: period_s * periods_old,
+            };
+            let answer = w.map(|proportional_per_s| Answer {
+                proportional_per_s,
+                integral_per_s2: 0.0,
+                feedforward_per_s: 0.0,
+            });
+            ErrorLoop { timing, answer }.overshoots_from()
+        };
+        for d in 0..8 {
+            let d = f64::from(d);
+            let exact = d.powf(d) / (d + 1.0).powf(d + 1.0);
+            let found = found(d, None, 0.02);
+            // Just beyond the root an error passes zero by less than is looked at.
+            assert!((found / exact - 1.0).abs() < 0.03, "{d}: {found} {exact}");
+        }
+        // 1 / (e l) of a pose 1 s old, at 10 ms; with half a period more of what is held.
+        let old = found(100.0, None, 0.01) / 0.01;
+        assert!(
+            (old * 1.005 * std::f64::consts::E - 1.0).abs() < 0.03,
+            "{old}"
+        );
+        let f = 0.5_f64;
+        let (a, b) = ((1.0 - f).powi(2), -2.0 * (1.0 - f) - 4.0 * f);
+        let exact = (-b - (b * b - 4.0 * a).sqrt()) / (2.0 * a);
+        assert!((found(f, None, 0.02) / exact - 1.0).abs() < 0.03, "{exact}");
+        let lagged = found(0.0, Some(10.0), 1e-3) / 1e-3;
+        assert!((lagged / 2.5 - 1.0).abs() < 0.03, "{lagged}");
     }
 
     /// Wheels that follow at once: 2 cos(d pi / (2 d + 1)) of poses d whole periods old. Of poses a part f of a period old the polynomial

@@ -20,6 +20,9 @@ pub fn choose_gains(
     }
     let period_s = section.period_s.unwrap_or(physics_dt_s);
     if section.law == WheelLaw::Pid {
+        if section.latency_s() > 0.0 {
+            section.timing = scenario::LoopTiming::Sampled;
+        }
         let gains = gains(section, model, period_s)?;
         section.proportional_n_m_s = Some(gains.proportional_n_m_s);
         section.integral_n_m = Some(gains.integral_n_m);
@@ -33,7 +36,8 @@ fn gains(
     period_s: f64,
 ) -> Result<WheelGains, Error> {
     let bandwidth_rad_s = section.bandwidth_rad_s;
-    let proposed = WheelGains::for_robot(model, timing(section), period_s, bandwidth_rad_s)?;
+    let held = (period_s, section.latency_s());
+    let proposed = WheelGains::for_robot(model, timing(section), held, bandwidth_rad_s)?;
     Ok(WheelGains {
         proportional_n_m_s: section
             .proportional_n_m_s
@@ -157,7 +161,7 @@ pub fn passive_settings(
         said.wheel_damping_n_m_s_rad,
     );
     set(&mut own.wheel_limit_n_m, said.wheel_limit_n_m);
-    own.priority = scenario.guidance.priority.into();
+    own.priority = scenario.guidance.priority.unwrap_or_default().into();
     own.friction = scenario.wheel_loop.friction.unwrap_or(f64::INFINITY);
     own.tilt = scenario.sensors.imu.as_ref().map(|imu| TiltLoop {
         time_constant_s: imu.filter_s,

@@ -143,8 +143,8 @@ impl JointTargets {
                 };
                 let (asks, name) = (driven.aim.words(), &of.name);
                 format!(
-                    "{asks} of the joint `{name}` ask for {fastest:.3} {unit} from {from_s:.2} s on, but its servo's target moves at no more than \
-                     {limit:.3} {unit}: it comes late; give it more time, or raise `robot.joints.{name}.{key}`"
+                    "{asks} of the joint `{name}` need {fastest:.3} {unit} from {from_s:.2} s on, but its servo's rate limit is \
+                     {limit:.3} {unit}: it will be late; give it more time, or raise `robot.joints.{name}.{key}`"
                 )
             })
         };

@@ -52,10 +52,10 @@ pub struct Body {
     /// Velocity along x at the start, in m/s.
     #[serde(default)]
     pub vx_m_s: f64,
-    /// The same along y.
+    /// Velocity along y at the start, in m/s.
     #[serde(default)]
     pub vy_m_s: f64,
-    /// The same along z, upwards.
+    /// Velocity along z at the start, upwards, in m/s.
     #[serde(default)]
     pub vz_m_s: f64,
     /// Yaw rate at the start, in rad/s.

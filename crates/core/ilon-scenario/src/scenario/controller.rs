@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::checks::objection::Objection;
 
-/// What the controller knows, where that differs from what is.
+/// What the controller believes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "ControllerSection")]
@@ -18,36 +18,35 @@ pub struct Controller {
     pub robot: Option<Believed>,
 }
 
-/// What the controller believes of the robot, where it is wrong. Commands, dead reckoning, its covariance, fusion and the model of a torque law go by
-/// the believed robot; physics, truth and the choice of gains go by the real one. Keys that are left out are believed rightly.
+/// What the controller believes wrongly of the robot. Commands, dead reckoning, fusion and the model of a torque law use the believed robot; physics and
+/// default gains use the real one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "BelievedRobotSection")]
 pub struct Believed {
-    /// The file of a robot with as many wheels, of which the controller takes the wheels: places, axes, radii and rollers. Wheels are matched by
-    /// name where all names are the same, and else in the order of the files. Relative to the scenario file.
+    /// The file of another robot, relative to the scenario, whose wheels are believed. Wheels are matched by name where all names are the same, else in
+    /// the order of the files.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
     /// The radius of all wheels, in metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub wheel_radius_m: Option<f64>,
-    /// The lever of all wheels: by how much each turns at its rim while the robot turns by one radian, in metres. l_x + l_y of mecanum wheels at 45
-    /// degrees, the distance from the middle of omni wheels. Their places are moved along the line from the body's origin.
+    /// The lever of all wheels in turns, in metres: l_x + l_y of mecanum wheels at 45 degrees, the distance from the origin of omni wheels. Wheels move
+    /// along the line from the body's origin.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub lever_m: Option<f64>,
-    /// The angle gamma of all wheels, in degrees, in the sense that each has; of a negative one in the other sense, as if left and right wheels had been
-    /// confused.
+    /// The angle gamma of all wheels, in degrees, each with its own sign; a negative one exchanges the signs, as if left and right were confused.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gamma_deg: Option<f64>,
-    /// Where the controller takes the body's origin to be, in the body frame: x in metres.
+    /// x of the body's origin in the body frame, in metres.
     pub origin_x_m: f64,
-    /// The same: y in metres.
+    /// y of the body's origin in the body frame, in metres.
     pub origin_y_m: f64,
-    /// Where it takes the front to be: the angle from the body's x axis, in degrees, counter-clockwise.
+    /// The heading of its front from the body's x axis, in degrees, counter-clockwise.
     pub origin_heading_deg: f64,
-    /// What it believes of single wheels, by the names of their joints.
+    /// Single wheels, by their joints.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub wheels: BTreeMap<String, BelievedWheel>,
 }
@@ -57,8 +56,7 @@ pub struct Believed {
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "BelievedWheelSection")]
 pub struct BelievedWheel {
-    /// The wheel that the controller takes it for, as of exchanged cables: what is commanded of that wheel arrives at this one, and this one's encoder is
-    /// read as that one's. Each wheel is taken for one.
+    /// The wheel whose commands and encoder it has, as with exchanged cables. Each wheel is taken for one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub taken_for: Option<String>,
     /// Its radius, in metres.
@@ -71,13 +69,13 @@ pub struct BelievedWheel {
     /// y of its middle in the body frame, in metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub y_m: Option<f64>,
-    /// Direction of its hub axis, in degrees from the body's x axis, counter-clockwise; 90 of a wheel that drives ahead.
+    /// Hub axis, in degrees from the body's x axis, counter-clockwise; 90 for a wheel that drives ahead.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub axis_deg: Option<f64>,
     /// Its angle gamma, in degrees, with its sign.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gamma_deg: Option<f64>,
-    /// Whether it is believed to turn the other way, motor and encoder alike.
+    /// Motor and encoder turn the other way.
     pub reversed: bool,
 }
 

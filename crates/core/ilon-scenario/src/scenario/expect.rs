@@ -107,6 +107,17 @@ impl Bound {
         self.breach(value) <= 0.0
     }
 
+    /// How far a value is beyond the limit that it breaks, as a share of that limit; `None` where it holds, and of a limit of zero.
+    pub fn share_beyond(&self, value: f64) -> Option<f64> {
+        let breach = self.breach(value);
+        let limit = match (self.min, self.max, self.equal) {
+            (Some(min), ..) if value < min => min,
+            (_, Some(max), _) if value > max => max,
+            (.., equal) => equal?,
+        };
+        (breach > 0.0 && breach.is_finite() && limit != 0.0).then(|| breach / limit.abs())
+    }
+
     /// How far a value is beyond the bound; zero or less where it holds, infinite of NaN.
     pub fn breach(&self, value: f64) -> f64 {
         let Self {
@@ -154,7 +165,16 @@ impl Expect {
     /// Refuses what says nothing of a run: bounds that nothing can break, and such as nothing can meet.
     pub(super) fn object(&self) -> Result<(), Objection> {
         for (name, bound) in &self.bounds {
-            object_to_bound(bound, &format!("expect.{name}"))?;
+            if name.starts_with("design.") {
+                return Err(Objection::to(
+                    format!("expect.{name}"),
+                    format!(
+                        "`expect.{name}` can never hold: it is known of studies alone, not of a run"
+                    ),
+                    "bound it in `[expect]` of a study, or leave it out",
+                ));
+            }
+            object_to_bound(bound, name, &format!("expect.{name}"))?;
         }
         for (index, signal) in self.signals.iter().enumerate() {
             object_to_signal(signal, &format!("expect.signals.{index}"))?;
@@ -164,8 +184,11 @@ impl Expect {
 
     /// Refuses bounds on how a reference is tracked, which a run in open loop has none of.
     pub(super) fn object_to_tracking(&self) -> Result<(), Objection> {
-        let of_tracking =
-            |name: &&String| name.starts_with("position_") || name.starts_with("heading_");
+        let of_tracking = |name: &&String| {
+            name.starts_with("position_")
+                || name.starts_with("heading_")
+                || *name == "saturated_share"
+        };
         match self.bounds.keys().find(of_tracking) {
             None => Ok(()),
             Some(name) => Err(Objection::to(
@@ -238,7 +261,7 @@ impl Expect {
 }
 
 /// Refuses a bound that nothing can break, and one that nothing can meet.
-fn object_to_bound(bound: &Bound, key: &str) -> Result<(), Objection> {
+fn object_to_bound(bound: &Bound, quantity: &str, key: &str) -> Result<(), Objection> {
     let Bound {
         min,
         max,
@@ -274,11 +297,32 @@ fn object_to_bound(bound: &Bound, key: &str) -> Result<(), Objection> {
             "exchange or correct its bounds",
         ));
     }
+    let Some(can_be) = quantities::limits(quantity) else {
+        return Ok(());
+    };
+    let range = match can_be.most.is_finite() {
+        true => format!("it is always from {} to {}", can_be.least, can_be.most),
+        false => "it is never negative".to_owned(),
+    };
+    if most < can_be.least || least > can_be.most {
+        return Err(Objection::to(
+            key,
+            format!("`{key}` can never hold: {range}"),
+            "correct its bounds; they are in the unit of the name, and a share of 10 % is 0.1",
+        ));
+    }
+    if can_be.is_certain && least <= can_be.least && most >= can_be.most {
+        return Err(Objection::to(
+            key,
+            format!("`{key}` holds whatever comes: {range}"),
+            "give it a bound that a run can break, or leave it out",
+        ));
+    }
     Ok(())
 }
 
 fn object_to_signal(expected: &SignalBound, key: &str) -> Result<(), Objection> {
-    object_to_bound(&expected.bound(), key)?;
+    object_to_bound(&expected.bound(), &expected.signal, key)?;
     if expected.must == Must::Settle && expected.from_s != 0.0 {
         return Err(Objection::to(
             format!("{key}.from_s"),
@@ -441,6 +485,10 @@ mod tests {
         assert!(bound.holds(1.0) && bound.holds(2.0));
         assert!(!bound.holds(0.999) && !bound.holds(2.001) && !bound.holds(f64::NAN));
         assert_eq!(bound.to_string(), ">= 1 and <= 2");
+        // 0.5 of 1, 1 of 2.
+        assert_eq!(bound.share_beyond(0.5), Some(0.5));
+        assert_eq!(bound.share_beyond(3.0), Some(0.5));
+        assert_eq!(bound.share_beyond(1.5), None);
     }
 
     const RUN: &str = "robot.file = \"r.urdf\"\ntwist = {}\n[run]\nduration_s = 1.0\n";
@@ -493,6 +541,32 @@ mod tests {
         assert_eq!(at, place);
     }
 
+    #[test_case::test_case(
+        "hub_ripple_m = { max = -1 }",
+        Some("can never hold: it is never negative")
+    )]
+    #[test_case::test_case("hub_ripple_m = { min = 0 }", Some("holds whatever comes"))]
+    #[test_case::test_case("hub_ripple_m = { equal = -1, within = 0.5 }", Some("can never hold"))]
+    #[test_case::test_case("hub_ripple_m = { min = 0, max = 1 }", None)]
+    #[test_case::test_case("hub_ripple_m = { max = 0 }", None)]
+    #[test_case::test_case("airborne_share = { max = 10 }", Some("always from 0 to 1"))]
+    #[test_case::test_case("friction_used_max = { max = 1 }", Some("holds whatever comes"))]
+    #[test_case::test_case("friction_used_max = { min = 1 }", None)]
+    #[test_case::test_case("friction_used_max = { min = 10 }", Some("can never hold"))]
+    #[test_case::test_case("chassis_load_share = { min = 0.5, max = 1 }", None)]
+    #[test_case::test_case("slip_energy_j = { max = -1 }", Some("can never hold"))]
+    #[test_case::test_case("slip_energy_j = { min = 0 }", None; "a loss may come out negative")]
+    #[test_case::test_case("end_x_m = { max = -1 }", None)]
+    #[test_case::test_case("energy.unexplained_share = { min = -1 }", None)]
+    #[test_case::test_case("twist_ratio_ideal.vx = { max = 1.5 }", None)]
+    fn a_bound_is_held_against_what_its_figure_can_be(bound: &str, message: Option<&str>) {
+        let text = format!("[expect]\n{bound}\n");
+        match message {
+            None => assert!(scenario(&text).is_ok()),
+            Some(message) => assert!(told(&text).0.contains(message), "{:?}", told(&text)),
+        }
+    }
+
     #[test]
     fn a_run_in_open_loop_has_no_tracking_to_bound() {
         let text = "robot.file = 'x.urdf'\ntwist.vx_m_s = 0.3\nrun.duration_s = 1\n";
@@ -500,6 +574,10 @@ mod tests {
             |bound: &str| Scenario::from_toml(&format!("{text}expect.{bound}"), "t", ".").err();
         let refused = told("position_error_max_m = { max = 0.1 }").map(|error| error.to_string());
         assert!(refused.is_some_and(|text| text.contains("follows no reference")));
+        let refused = told("saturated_share = { max = 0.1 }").map(|error| error.to_string());
+        assert!(refused.is_some_and(|text| text.contains("follows no reference")));
+        let refused = told("design.rank = { min = 3 }").map(|error| error.to_string());
+        assert!(refused.is_some_and(|text| text.contains("known of studies alone")));
         assert!(told("end_x_m = { max = 0.1 }").is_none());
     }
 
@@ -517,23 +595,22 @@ mod tests {
         assert!(scenario(good).is_ok());
     }
 
-    // A row every 10 ms for 1 s: the last at 0.99 s.
+    // A row every 10 ms for 1 s: the last at 1 s.
     #[test_case::test_case("max = 1", None)]
-    #[test_case::test_case("max = 1\nfrom_s = 0.99", None)]
+    #[test_case::test_case("max = 1\nfrom_s = 1.0", None)]
     #[test_case::test_case("max = 1\nuntil_s = 1.0", None)]
     #[test_case::test_case("max = 1\nfrom_s = 0.3\nuntil_s = 0.3", None)]
-    #[test_case::test_case("max = 1\nmust = 'settle'\nuntil_s = 0.99", None)]
+    #[test_case::test_case("max = 1\nmust = 'settle'\nuntil_s = 1.0", None)]
     #[test_case::test_case(
         "max = 1\nuntil_s = 1.1",
         Some("looks until 1.1 s, beyond the end of the run at 1 s")
     )]
     #[test_case::test_case(
-        "max = 1\nfrom_s = 0.995",
-        Some("looks from 0.995 s on, but the last row of the run is at 0.99 s")
+        "max = 1\nfrom_s = 1.005",
+        Some("looks from 1.005 s on, but the last row of the run is at 1 s")
     )]
     #[test_case::test_case("max = 1\nfrom_s = 5", Some("looks from 5 s on"))]
     #[test_case::test_case("max = 1\nmust = 'eventually'\nuntil_s = 2", Some("looks until 2 s"))]
-    #[test_case::test_case("max = 1\nmust = 'settle'\nuntil_s = 1.0", Some("looks from 1 s on"))]
     #[test_case::test_case(
         "max = 1\nfrom_s = 0.301\nuntil_s = 0.309",
         Some("between two rows, which are 0.01 s apart")

@@ -8,8 +8,9 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "GuidanceSection")]
 pub struct Guidance {
-    /// Task that keeps its wheel rates in saturation.
-    pub priority: Priority,
+    /// Task that keeps its wheel rates in saturation [default: position; of a twist in open loop, both give way together].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub priority: Option<Priority>,
     /// What is done with wheel rates above the limit.
     pub saturation: Saturation,
     /// Gain on the position error, K_r of equation (26), in 1/s.
@@ -33,7 +34,7 @@ pub struct Guidance {
     /// Largest commanded rate of each wheel, in rad/s, in the robot's order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub wheel_rate_limits_rad_s: Vec<f64>,
-    /// Tasks in the order of priority, equations (32) to (34), instead of `priority`. What is left out is not done.
+    /// Tasks in the order of priority, equations (32) to (34), instead of `priority`. Tasks that are not listed are not done.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tasks: Vec<Task>,
     /// Kinematics from twist to wheel rates: ideal, or of the rollers that touch.
@@ -104,7 +105,7 @@ pub enum ReferencePoint {
     Origin,
     /// The point at which position and heading are decoupled: M_a is orthogonal to span(M_l). `ilon inspect` prints it.
     Decoupling,
-    /// A point of its own.
+    /// Any point.
     At {
         /// x in the body frame, in metres.
         x_m: f64,
@@ -153,7 +154,7 @@ pub enum Kinematics {
 impl Default for Guidance {
     fn default() -> Self {
         Self {
-            priority: Priority::default(),
+            priority: None,
             saturation: Saturation::default(),
             position_gain_per_s: 1.0,
             heading_gain_per_s: 1.0,

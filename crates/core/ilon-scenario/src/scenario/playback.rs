@@ -29,8 +29,7 @@ pub struct Playback {
     pub pose_topic: Option<String>,
     /// Bags: the topic that drives joints with the role `driven` without a target or setpoints: `sensor_msgs/JointState` or
     /// `trajectory_msgs/JointTrajectory`. A CSV file uses columns `JOINT_position_rad` (`_deg`, `_m`, `_mm`),
-    /// `JOINT_rate_rad_s` (`_deg_s`, `_m_s`, `_mm_s`), `JOINT_torque_n_m` or `JOINT_force_n`. Positions are interpolated;
-    /// rates, torques and forces hold until the next row. Empty cells and NaN are skipped.
+    /// `JOINT_rate_rad_s` (`_deg_s`, `_m_s`, `_mm_s`), `JOINT_torque_n_m` or `JOINT_force_n`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joint_topic: Option<String>,
     /// Which values of the log drive joints [default: per row the first of position, rate, torque or force].

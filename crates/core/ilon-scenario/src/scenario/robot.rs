@@ -32,7 +32,7 @@ pub struct Robot {
     /// bit.
     #[serde(default)]
     pub roller_bodies: RollerBodies,
-    /// What the rollers touch the ground with.
+    /// Shape of the rollers at the ground: ideal barrels, or the shapes of the file.
     #[serde(default)]
     pub rollers: RollerForms,
     /// Repair masses, inertias, double names, gaps between rollers, wheels some millimetres off the floor and fixed hubs.

@@ -60,10 +60,10 @@ impl Run {
         (self.duration_s / self.control_dt_s).round().max(1.0) as u64
     }
 
-    /// How many rows its trace has: the first control instant, each `record_every`-th after it, and the last.
+    /// How many rows its trace has: the first control instant, each `record_every`-th after it, and the end.
     pub fn row_count(&self) -> u64 {
-        let after_the_first = self.control_periods() - 1;
-        1 + after_the_first.div_ceil(u64::from(self.record_every.max(1)))
+        let every = u64::from(self.record_every.max(1));
+        1 + self.control_periods().div_ceil(every)
     }
 
     /// Time between rows of its trace, in seconds; the last may follow sooner.
@@ -71,9 +71,9 @@ impl Run {
         self.control_dt_s * f64::from(self.record_every.max(1))
     }
 
-    /// When the last row of its trace is, in seconds.
+    /// When the last row of its trace is, in seconds: at the end.
     pub fn last_row_s(&self) -> f64 {
-        (self.control_periods() - 1) as f64 * self.control_dt_s
+        self.control_periods() as f64 * self.control_dt_s
     }
 }
 

@@ -77,8 +77,7 @@ pub struct Encoders {
     /// Standard deviation of the noise on a wheel's rate, in rad/s.
     #[schemars(range(min = 0.0))]
     pub rate_noise_rad_s: f64,
-    /// Counts in a turn of a wheel, all edges counted: angles come in such steps, and a rate is what was counted in the last control period over that
-    /// period. Left out, angles and rates are exact but for their noise.
+    /// Counts in a turn of a wheel, all edges counted; a rate is the counts of the last control period over that period [default: exact].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1.0))]
     pub counts_per_turn: Option<f64>,

@@ -13,13 +13,17 @@ use serde::{Deserialize, Serialize};
 pub struct WheelLoop {
     /// The law.
     pub law: WheelLaw,
-    /// Whether the PID is sampled.
+    /// Whether the PID is sampled, or acts within the step.
     pub timing: LoopTiming,
     /// Period of a sampled PID or a torque law, in seconds: a multiple of the physics step that divides the control period
     /// [default: the physics step].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub period_s: Option<f64>,
+    /// Time from the reading of a wheel's rate to the torque that follows from it, in seconds; a PID is sampled with it [default: none].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 0.2))]
+    pub latency_s: Option<f64>,
     /// Bandwidth of computed torque and of default gains, in rad/s; a wheel in the air may allow less.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub bandwidth_rad_s: f64,
@@ -147,6 +151,7 @@ impl Default for WheelLoop {
             law: WheelLaw::default(),
             timing: LoopTiming::default(),
             period_s: None,
+            latency_s: None,
             bandwidth_rad_s: 60.0,
             friction: None,
             proportional_n_m_s: None,
@@ -165,7 +170,12 @@ impl Default for WheelLoop {
 impl WheelLoop {
     /// Whether it decides once in a period and holds its torques meanwhile.
     pub fn is_sampled(&self) -> bool {
-        self.law != WheelLaw::Pid || self.timing == LoopTiming::Sampled
+        self.law != WheelLaw::Pid || self.timing == LoopTiming::Sampled || self.latency_s() > 0.0
+    }
+
+    /// How late its torques come, in seconds.
+    pub fn latency_s(&self) -> f64 {
+        self.latency_s.unwrap_or(0.0)
     }
 }
 
@@ -195,17 +205,16 @@ pub struct Motors {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub gear_friction_n_m: Option<f64>,
-    /// Torque below which a drive gives none, in N m: what its stage or its firmware swallows.
+    /// Torque below which a drive gives none, in N m.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub dead_band_n_m: Option<f64>,
-    /// `[motors.wheels.NAME]`: what the motors of single wheels have of the strength of the others.
+    /// `[motors.wheels.NAME]`: single wheels whose motors are weaker or stronger.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub wheels: BTreeMap<String, MotorStrength>,
 }
 
-/// The share that the motor of one wheel has of the strength of the others: with `[motors.dc]` of the voltage, and so of stall torque and no-load rate; without
-/// it of the effort of the robot's file.
+/// Strength of one motor relative to the others: with `[motors.dc]` of the voltage, so of stall torque and no-load rate, else of the effort.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "MotorStrengthSection")]

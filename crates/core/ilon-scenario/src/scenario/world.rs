@@ -20,7 +20,7 @@ pub struct World {
     pub floor: Floor,
     /// The solver; the defaults are measured.
     pub solver: Solver,
-    /// Bodies that lie about and can be pushed.
+    /// Free bodies, which the robot can push.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<Body>,
 }
@@ -341,16 +341,15 @@ pub enum Contacts {
     Rapier,
 }
 
-/// The solver: to measure the solver itself.
+/// Settings of the solver, for checks of the solver.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "SolverSection")]
 pub struct Solver {
     /// The contact solver: ilon, or rapier alone, to compare.
     pub contacts: Contacts,
-    /// Steps in which a roller is about to slide, or has just begun to, are split into parts of about this length, in
-    /// seconds [default: with an automatic step 0.0014 sqrt(wheel radius / gravity), 0.0001 for wheels of 50 mm; with a
-    /// given step not split].
+    /// Length of the parts into which steps are split while a roller begins to slide, in seconds [default: with an
+    /// automatic step 0.0014 sqrt(wheel radius / gravity), 0.0001 for wheels of 50 mm; with a given step none].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub split_dt_s: Option<f64>,

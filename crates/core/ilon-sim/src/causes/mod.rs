@@ -18,7 +18,7 @@ mod twins;
 
 pub(crate) use path::Path;
 pub(crate) use remedies::has_remedies;
-pub use suspects::{Drift, Suspect, suspects};
+pub use suspects::{Drift, Lineup, Suspect, suspects};
 pub(crate) use twins::{TwinOutcomes, Twins};
 
 /// Which causes are left out, one after the other, to see what each does to a run.

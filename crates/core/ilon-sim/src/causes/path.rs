@@ -23,12 +23,11 @@ pub(crate) struct Path {
 }
 
 impl Path {
-    /// The path of a run that has so many control instants, or of its twin, which has `parts` of them for
-    /// each of these.
+    /// The path of a run of so many control periods, or of its twin, which has `parts` of them for each of these.
     pub fn of(control_periods: u64, parts: u64) -> Self {
         Self {
             every: parts * control_periods.div_ceil(MOST_MARKS).max(1),
-            last: parts * control_periods.saturating_sub(1),
+            last: parts * control_periods,
             seen: 0,
             marks: Vec::new(),
             leaned_rad: 0.0,

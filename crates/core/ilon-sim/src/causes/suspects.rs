@@ -1,9 +1,12 @@
 //! What the usual suspects do to a robot in standard motions: which of them would look like what somebody sees of a real one.
 
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
 use ilon_files::FileAccess;
 use ilon_formats::RollerBearings;
-use ilon_robot::Robot;
-use ilon_trace::Change;
+use ilon_robot::{Pose, Robot, Twist, Wheel};
+use ilon_trace::{Change, Summary};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -13,7 +16,7 @@ use super::twin::{Limits, twin};
 use crate::Error;
 use crate::scenario::{Fault, MaterialPair, MotorStrength, Scenario, Setting};
 use crate::simulate::{Resolved, resolve};
-use crate::standard_motions::{StandardMotion, standard_motions};
+use crate::standard_motions::{MOTIONS, StandardMotion, standard_motions};
 
 /// What a suspect does in a motion: the robot with it minus the robot without it, for each metre of the way, or for each turn on the spot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -29,19 +32,22 @@ pub struct Drift {
     pub floor: [f64; 2],
 }
 
-/// Something that is often amiss with a robot, in its usual amount.
+/// Something that is often amiss with a robot, in some amount.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Suspect {
-    /// What it is, in words.
+    /// What it is and how much of it, in words.
     pub words: String,
     /// The wheel that it is about, if it is about one.
     pub wheel: Option<String>,
-    /// What it does in each of [`MOTIONS`](crate::standard_motions::MOTIONS); `None` where the motion could not be driven with it.
+    /// What it does in each of [`MOTIONS`](crate::standard_motions::MOTIONS); `None` where the motion could not be driven with it, or was not to be.
     pub drifts: Vec<Option<Drift>>,
+    /// The amounts that make sense, as multiples of the usual one: below 0 where it may be the other way round.
+    #[serde(skip)]
+    pub times: (f64, f64),
 }
 
-/// What each of the usual suspects does to a robot under a scenario's conditions, `settings`.
+/// What each of the usual suspects does to a robot in standard motions of one metre, or one turn, under a scenario's conditions, `settings`.
 ///
 /// # Errors
 /// Where the robot cannot be driven, or a setting makes no sense.
@@ -50,25 +56,70 @@ pub fn suspects(
     settings: &[Setting],
     files: &FileAccess,
 ) -> Result<Vec<Suspect>, Error> {
-    let motions = motions(robot, settings, files)?;
-    let usual = usual(robot);
-    let drifts: Vec<Vec<Option<Drift>>> = usual
-        .par_iter()
-        .map(|(_, _, null)| {
-            motions
-                .iter()
-                .map(|motion| motion.drift(robot, null))
-                .collect()
+    let lengths = [Some(1.0); MOTIONS.len()];
+    Ok(Lineup::of(robot, settings, files, lengths)?.at_usual_amounts())
+}
+
+/// The usual suspects of a robot, and the standard motions in which each can be tried in any amount.
+pub struct Lineup {
+    robot: Robot,
+    motions: Vec<Option<Motion>>,
+    usual: Vec<Usual>,
+}
+
+impl Lineup {
+    /// Drives the motions, each over so many metres, or turns on the spot; those without a length are left out.
+    ///
+    /// # Errors
+    /// Where the robot cannot be driven, or a setting makes no sense.
+    pub fn of(
+        robot: &Robot,
+        settings: &[Setting],
+        files: &FileAccess,
+        lengths: [Option<f64>; MOTIONS.len()],
+    ) -> Result<Self, Error> {
+        Ok(Self {
+            robot: robot.clone(),
+            motions: motions(robot, settings, files, lengths)?,
+            usual: usual(robot),
         })
-        .collect();
-    let suspects = usual.into_iter().zip(drifts);
-    Ok(suspects
-        .map(|((words, wheel, _), drifts)| Suspect {
-            words,
-            wheel,
-            drifts,
-        })
-        .collect())
+    }
+
+    /// Every suspect in its usual amount.
+    pub fn at_usual_amounts(&self) -> Vec<Suspect> {
+        let all = (0..self.usual.len()).into_par_iter();
+        all.map(|index| self.in_amount(index, 1.0)).collect()
+    }
+
+    /// A suspect, by its place, in so many times its usual amount: its runs are made.
+    ///
+    /// # Panics
+    /// For a place beyond the last.
+    pub fn in_amount(&self, index: usize, times: f64) -> Suspect {
+        let usual = &self.usual[index];
+        let change: Null = Box::new({
+            let apply = Arc::clone(&usual.apply);
+            move |scenario, robot| apply(times, scenario, robot)
+        });
+        let motions = self.motions.par_iter();
+        Suspect {
+            words: (usual.words)(times),
+            wheel: usual.wheel.clone(),
+            drifts: motions
+                .map(|motion| motion.as_ref()?.drift(&self.robot, &change))
+                .collect(),
+            times: usual.times,
+        }
+    }
+
+    /// How far the robot with nothing amiss ends from where the command leads, in each motion: what its rollers' geometry, its bearings and its
+    /// conditions do anyway.
+    pub fn healthy(&self) -> Vec<Option<Drift>> {
+        let motions = self.motions.iter();
+        motions
+            .map(|motion| motion.as_ref().map(|motion| motion.healthy))
+            .collect()
+    }
 }
 
 /// A motion, and the way of the robot in it.
@@ -79,29 +130,39 @@ struct Motion {
     floor: [f64; 2],
     /// How many metres it goes, or how often it turns.
     amount: f64,
+    /// The robot's drift from the command with nothing amiss.
+    healthy: Drift,
 }
 
 impl Motion {
     fn of(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
         let resolved = resolve(scenario, robot)?;
-        let (path, amount) = way(&resolved, robot, |_, _| ())?;
+        let (summary, path) = way(&resolved, robot, |_, _| ())?;
         let half_s = 0.5 * resolved.physics_dt_s();
-        let (half, _) = way(&resolved, robot, |scenario, _| {
+        let (_, half) = way(&resolved, robot, |scenario, _| {
             scenario.run.physics_dt_s = crate::scenario::Step::Seconds(half_s);
         })?;
         let apart = path.apart(&half);
         // What is less is rounding, in metres and radians.
         let floor = [apart.most_m.max(1e-5), apart.most_rad.max(1e-5)];
+        let turns = summary.turned_rad / TAU;
+        let stands = summary.travelled_m < 0.05 * summary.turned_rad;
+        let amount = if stands { turns } else { summary.travelled_m };
+        let floor_each = floor.map(|floor| ilon_trace::effects::FLOORS * floor / amount);
         Ok(Self {
             resolved,
             path,
             floor,
             amount,
+            healthy: Drift {
+                floor: floor_each,
+                ..drift_from_command(&summary, stands, amount)
+            },
         })
     }
 
-    fn drift(&self, robot: &Robot, null: &Null) -> Option<Drift> {
-        let (path, _) = way(&self.resolved, robot, null).ok()?;
+    fn drift(&self, robot: &Robot, change: &Null) -> Option<Drift> {
+        let (_, path) = way(&self.resolved, robot, change).ok()?;
         let apart = path.apart(&self.path);
         let each = |x: f64| x / self.amount;
         Some(Drift {
@@ -115,20 +176,52 @@ impl Motion {
     }
 }
 
-/// The way of a robot with something changed, and how far it went in metres; of one that turns on the spot, how often it turned.
+/// How far a robot that keeps its mean twist ends from where the commanded twist leads over such an amount, for each metre or turn.
+fn drift_from_command(summary: &Summary, stands: bool, amount: f64) -> Drift {
+    let (Some(asked), Some(real)) = (summary.twist_asked_mean, summary.twist_mean) else {
+        return Drift::default();
+    };
+    let speed = match stands {
+        true => asked.omega_rad_s.abs() / TAU,
+        false => asked.linear_m_s().norm(),
+    };
+    let lasts_s = amount / speed;
+    let [there, here] = [asked, real].map(|twist| at_constant_twist(twist, lasts_s));
+    let (sin, cos) = libm::sincos(there.heading_rad);
+    let off_m = here.position_m() - there.position_m();
+    Drift {
+        ahead_m: (cos * off_m.x + sin * off_m.y) / amount,
+        left_m: (cos * off_m.y - sin * off_m.x) / amount,
+        turned_rad: (here.heading_rad - there.heading_rad) / amount,
+        ..Drift::default()
+    }
+}
+
+/// Where a body comes from the origin at a constant twist in its own frame.
+fn at_constant_twist(twist: Twist, lasts_s: f64) -> Pose {
+    let angle = twist.omega_rad_s * lasts_s;
+    // sin(a) / a and (1 - cos(a)) / a, to rounding where a is small.
+    let (along, across) = match angle.abs() < 1e-6 {
+        true => (1.0, 0.5 * angle),
+        false => (libm::sin(angle) / angle, (1.0 - libm::cos(angle)) / angle),
+    };
+    let (x, y) = (twist.vx_m_s * lasts_s, twist.vy_m_s * lasts_s);
+    Pose {
+        x_m: along * x - across * y,
+        y_m: across * x + along * y,
+        heading_rad: angle,
+    }
+}
+
+/// The way of a robot with something changed, and its figures.
 fn way(
     resolved: &Resolved,
     robot: &Robot,
     change: impl FnOnce(&mut Scenario, &mut Robot),
-) -> Result<(Path, f64), Error> {
+) -> Result<(Summary, Path), Error> {
     let came = twin(resolved, robot, Change::WithoutAll, change, Limits::none());
-    let ran = came.map(|came| came.ran);
-    match ran {
-        Some(Ok((summary, path))) => {
-            let turns = summary.turned_rad / std::f64::consts::TAU;
-            let stands = summary.travelled_m < 0.05 * summary.turned_rad;
-            Ok((path, if stands { turns } else { summary.travelled_m }))
-        }
+    match came.map(|came| came.ran) {
+        Some(Ok(ran)) => Ok(ran),
         Some(Err(error)) => Err(Error::invalid(
             format!("the robot cannot be driven in a standard motion: {error}"),
             "look at it with `ilon inspect`",
@@ -137,130 +230,236 @@ fn way(
     }
 }
 
-/// The standard motions of a robot, driven.
-fn motions(robot: &Robot, settings: &[Setting], files: &FileAccess) -> Result<Vec<Motion>, Error> {
-    let drive = |motion: &StandardMotion| {
+/// The standard motions of a robot, driven over so many metres or turns.
+fn motions(
+    robot: &Robot,
+    settings: &[Setting],
+    files: &FileAccess,
+    lengths: [Option<f64>; MOTIONS.len()],
+) -> Result<Vec<Option<Motion>>, Error> {
+    let drive = |(motion, length): (&StandardMotion, &Option<f64>)| {
+        let Some(length) = length else {
+            return Ok(None);
+        };
         let text = format!(
             "robot = {{ file = \"\", roller_bodies = \"near\" }}\n{}",
-            motion.toml()
+            motion.over(*length).toml()
         );
         let scenario = Scenario::from_toml_with(&text, motion.name, "", settings, files)?;
-        Motion::of(&scenario, robot)
+        Motion::of(&scenario, robot).map(Some)
     };
-    standard_motions(robot)?.par_iter().map(drive).collect()
+    let all = standard_motions(robot)?;
+    all.par_iter().zip(lengths.par_iter()).map(drive).collect()
 }
 
-/// The usual suspects: words, the wheel, and the change of scenario and robot that each is.
-fn usual(robot: &Robot) -> Vec<(String, Option<String>, Null)> {
-    let mut suspects: Vec<(String, Option<String>, Null)> = vec![
-        (
-            "centre of mass 5 cm further ahead".to_owned(),
-            None,
-            Box::new(|_, robot| robot.chassis.mass.center_of_mass_m.x += 0.05),
+/// How a suspect changes scenario and robot, in so many times its usual amount.
+type Apply = Arc<dyn Fn(f64, &mut Scenario, &mut Robot) + Send + Sync>;
+
+/// A usual suspect.
+struct Usual {
+    /// What it is, in so many times its usual amount.
+    words: Box<dyn Fn(f64) -> String + Send + Sync>,
+    wheel: Option<String>,
+    /// The amounts that make sense.
+    times: (f64, f64),
+    apply: Apply,
+}
+
+impl Usual {
+    fn new(
+        times: (f64, f64),
+        words: impl Fn(f64) -> String + Send + Sync + 'static,
+        apply: impl Fn(f64, &mut Scenario, &mut Robot) + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            words: Box::new(words),
+            wheel: None,
+            times,
+            apply: Arc::new(apply),
+        }
+    }
+
+    fn about(self, wheel: &str) -> Self {
+        Self {
+            wheel: Some(wheel.to_owned()),
+            ..self
+        }
+    }
+}
+
+/// A number to two digits, without its sign.
+fn digits(x: f64) -> String {
+    let rounded: f64 = format!("{:.1e}", x.abs()).parse().unwrap_or(x);
+    ilon_trace::number(rounded)
+}
+
+/// One word for an amount above 0 and another for one below.
+fn either(times: f64, above: &'static str, below: &'static str) -> &'static str {
+    if times < 0.0 { below } else { above }
+}
+
+/// The usual suspects.
+fn usual(robot: &Robot) -> Vec<Usual> {
+    // A centre of mass stays well between the wheels.
+    let reach = |of: fn(&Wheel) -> f64| {
+        let reaches = robot.wheels.iter().map(|wheel| of(wheel).abs());
+        let times = 0.8 * reaches.fold(0.0, f64::max) / 0.05;
+        (-times, times)
+    };
+    let mut suspects = vec![
+        Usual::new(
+            reach(|wheel| wheel.position_m().x),
+            |times| {
+                let way = either(times, "ahead", "back");
+                format!("centre of mass {} cm further {way}", digits(5.0 * times))
+            },
+            |times, _, robot| robot.chassis.mass.center_of_mass_m.x += 0.05 * times,
         ),
-        (
-            "centre of mass 5 cm further to the left".to_owned(),
-            None,
-            Box::new(|_, robot| robot.chassis.mass.center_of_mass_m.y += 0.05),
+        Usual::new(
+            reach(|wheel| wheel.position_m().y),
+            |times| {
+                let way = either(times, "left", "right");
+                format!(
+                    "centre of mass {} cm further to the {way}",
+                    digits(5.0 * times)
+                )
+            },
+            |times, _, robot| robot.chassis.mass.center_of_mass_m.y += 0.05 * times,
         ),
-        (
-            "dry bushings under all rollers".to_owned(),
-            None,
-            Box::new(|_, robot| {
+        Usual::new(
+            (0.0, 3.0),
+            |times| match times == 1.0 {
+                true => "dry bushings under all rollers".to_owned(),
+                false => format!(
+                    "bushings under all rollers with {} times the friction of dry ones",
+                    digits(times)
+                ),
+            },
+            |times, _, robot| {
                 for wheel in &mut robot.wheels {
-                    let radius_m = wheel
-                        .rollers
-                        .iter()
-                        .map(|of| of.radius_m)
-                        .fold(0.0, f64::max);
-                    wheel.surface.axle_friction = RollerBearings::Bushings.axle_friction();
+                    let radii = wheel.rollers.iter().map(|of| of.radius_m);
+                    let radius_m = radii.fold(0.0, f64::max);
+                    wheel.surface.axle_friction = times * RollerBearings::Bushings.axle_friction();
                     wheel.surface.axle_radius_m = RollerBearings::Bushings.axle_radius_m(radius_m);
                 }
-            }),
+            },
         ),
-        (
-            "a floor that falls by 2° ahead".to_owned(),
-            None,
-            Box::new(|scenario, _| scenario.world.floor.slope_deg = 2.0),
+        Usual::new(
+            (-5.0, 5.0),
+            |times| {
+                let way = either(times, "falls", "rises");
+                format!("a floor that {way} by {}° ahead", digits(2.0 * times))
+            },
+            |times, scenario, _| scenario.world.floor.slope_deg = 2.0 * times,
         ),
-        (
-            "a lever that the controller takes for 5 % too long".to_owned(),
-            None,
-            Box::new(|scenario, _| {
+        Usual::new(
+            (-6.0, 6.0),
+            |times| {
+                let way = either(times, "long", "short");
+                format!(
+                    "a lever that the controller takes for {} % too {way}",
+                    digits(5.0 * times)
+                )
+            },
+            |times, scenario, _| {
                 if let Some(twist) = &mut scenario.twist {
-                    twist.omega_rad_s *= 1.05;
+                    twist.omega_rad_s *= 1.0 + 0.05 * times;
                 }
-            }),
+            },
+        ),
+        Usual::new(
+            (-10.0, 20.0),
+            |times| {
+                let way = either(times, "smaller", "larger");
+                format!(
+                    "all wheels {} % {way} than the controller takes them for",
+                    digits(times)
+                )
+            },
+            |times, scenario, robot| {
+                for wheel in &robot.wheels {
+                    scenario.faults.push(smaller(&wheel.name, times));
+                }
+            },
         ),
     ];
-    for wheel in &robot.wheels {
-        suspects.extend(of_wheel(&wheel.name));
-    }
+    let of_wheels = robot.wheels.iter().flat_map(|wheel| of_wheel(&wheel.name));
+    suspects.extend(of_wheels);
     suspects
 }
 
+/// A wheel smaller by so many per cent: it rolls as much less as a wheel whose encoder reads as much too much.
+fn smaller(wheel: &str, percent: f64) -> Fault {
+    Fault::EncoderScaled {
+        wheel: wheel.to_owned(),
+        factor: 1.0 / (1.0 - 0.01 * percent),
+        from_s: 0.0,
+        until_s: None,
+    }
+}
+
 /// What is often amiss with one wheel.
-fn of_wheel(name: &str) -> [(String, Option<String>, Null); 5] {
-    let wheel = || Some(name.to_owned());
-    let [smaller, stuck, dusty, dragging, weak] = std::array::from_fn(|_| name.to_owned());
-    [
-        (
-            format!("{name} 1 % smaller than the others"),
-            wheel(),
-            // It rolls as much less as a wheel whose encoder reads as much too much.
-            Box::new(move |scenario, _| {
-                scenario.faults.push(Fault::EncoderScaled {
-                    wheel: smaller.clone(),
-                    factor: 1.0 / 0.99,
-                    from_s: 0.0,
-                    until_s: None,
-                });
-            }),
+fn of_wheel(name: &str) -> [Usual; 5] {
+    /// What is there or is not.
+    const ONCE: (f64, f64) = (1.0, 1.0);
+    let name = || name.to_owned();
+    let [n0, n1, n2, n3, n4] = std::array::from_fn(|_| name());
+    let [w0, w1, w2, w3, w4] = std::array::from_fn(|_| name());
+    let suspects = [
+        Usual::new(
+            (-10.0, 20.0),
+            move |times| {
+                let way = either(times, "smaller", "larger");
+                format!("{n0} {} % {way} than the others", digits(times))
+            },
+            move |times, scenario, _| scenario.faults.push(smaller(&w0, times)),
         ),
-        (
-            format!("a stuck roller on {name}"),
-            wheel(),
-            Box::new(move |scenario, _| {
+        Usual::new(
+            ONCE,
+            move |_| format!("a stuck roller on {n1}"),
+            move |_, scenario, _| {
                 scenario.faults.push(Fault::RollerStuck {
-                    wheel: stuck.clone(),
+                    wheel: w1.clone(),
                     roller: 0,
                     from_s: 0.0,
                     until_s: None,
                 });
-            }),
+            },
         ),
-        (
-            format!("dust under {name}: a tenth of the grip"),
-            wheel(),
-            Box::new(move |scenario, robot| dust(scenario, robot, &dusty)),
+        Usual::new(
+            ONCE,
+            move |_| format!("dust under {n2}: a tenth of the grip"),
+            move |_, scenario, robot| dust(scenario, robot, &w2),
         ),
-        (
-            format!("the motor of {name} 10 % weaker"),
-            wheel(),
-            Box::new(move |scenario, _| {
+        Usual::new(
+            (0.0, 9.0),
+            move |times| format!("the motor of {n3} {} % weaker", digits(10.0 * times)),
+            move |times, scenario, _| {
                 let strength = MotorStrength {
-                    forwards: 0.9,
-                    backwards: 0.9,
+                    forwards: 1.0 - 0.1 * times,
+                    backwards: 1.0 - 0.1 * times,
                 };
-                scenario.motors.wheels.insert(weak.clone(), strength);
-            }),
+                scenario.motors.wheels.insert(w3.clone(), strength);
+            },
         ),
-        (
-            format!("a dragging bearing in {name}: a tenth of its load at the rim"),
-            wheel(),
-            Box::new(move |scenario, robot| {
+        Usual::new(
+            // A wheel whose bearing takes half its load does not roll.
+            (0.0, 4.0),
+            move |times| {
+                let share = digits(10.0 * times);
+                format!("a dragging bearing in {n4}: {share} % of its load at the rim")
+            },
+            move |times, scenario, robot| {
                 let load_n =
                     scenario.world.gravity_m_s2 * robot.mass_kg() / robot.wheels.len() as f64;
-                for wheel in robot
-                    .wheels
-                    .iter_mut()
-                    .filter(|wheel| wheel.name == dragging)
-                {
-                    wheel.joint.friction_n_m += 0.1 * load_n * wheel.radius_m;
+                let mut wheels = robot.wheels.iter_mut();
+                if let Some(wheel) = wheels.find(|wheel| wheel.name == w4) {
+                    wheel.joint.friction_n_m += 0.1 * times * load_n * wheel.radius_m;
                 }
-            }),
+            },
         ),
-    ]
+    ];
+    suspects.map(|suspect| suspect.about(&name()))
 }
 
 /// One wheel of a material of its own, that has a tenth of the floor's grip.

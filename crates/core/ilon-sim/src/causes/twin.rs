@@ -90,7 +90,7 @@ fn run(
     let parts = of_run.control_dt_s / resolved.scenario().run.control_dt_s;
     let mut path = Path::of(of_run.control_periods(), parts.round() as u64);
     let surfaces = surfaces(&robot);
-    while !run.is_done() {
+    loop {
         if run.control_is_due() {
             if limits.stop.load(Ordering::Relaxed) || *effort > limits.effort {
                 return Ok(None);
@@ -98,10 +98,12 @@ fn run(
             path.look(&run);
             recording.take(run.rows_mut())?;
         }
+        if run.is_done() {
+            break;
+        }
         run.step();
         *effort += surfaces * u64::from(run.searches());
     }
-    recording.take(run.rows_mut())?;
     let recorded = recording.finish()?;
     let summary = Summary::of_rows(&recorded, &Settings::default())?;
     Ok(Some((summary, path)))

@@ -42,6 +42,7 @@ fn judge_summary(expect: &Expect, summary: &Summary) -> Vec<Verdict> {
                 bound: bound.to_string(),
                 measured,
                 at_s: None,
+                share_beyond: measured.and_then(|measured| bound.share_beyond(measured)),
                 held: measured.is_some_and(|measured| bound.holds(measured)),
             }
         })

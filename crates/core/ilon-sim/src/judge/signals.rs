@@ -183,7 +183,7 @@ fn verdict_of(bound: &SignalBound, name: &str, row: Option<(f64, f64)>, held: bo
         (Must::Settle, None) => "at the end".to_owned(),
         (must, until_s) => {
             let when = if must == Must::Always {
-                "always"
+                "at all times"
             } else {
                 "at some time"
             };
@@ -200,6 +200,7 @@ fn verdict_of(bound: &SignalBound, name: &str, row: Option<(f64, f64)>, held: bo
         bound: format!("{limits} {window}"),
         measured: row.map(|(_, value)| value),
         at_s: row.map(|(t_s, _)| t_s),
+        share_beyond: row.and_then(|(_, value)| limits.share_beyond(value)),
         held,
     }
 }
@@ -323,7 +324,7 @@ mod tests {
         assert_eq!(broken.quantity, "wheel1_rate_rad_s");
         assert_eq!(
             broken.to_string(),
-            "wheel1_rate_rad_s <= 1.5 always failed: measured 2 rad/s at 0 s"
+            "wheel1_rate_rad_s <= 1.5 at all times failed: measured 2 rad/s at 0 s (33 % beyond)"
         );
     }
 

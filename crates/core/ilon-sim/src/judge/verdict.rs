@@ -1,6 +1,6 @@
 //! What came of one expectation, in words.
 
-use ilon_trace::{number, quantities};
+use ilon_trace::{number, quantities, to_microseconds};
 
 /// What came of one expectation.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -13,6 +13,9 @@ pub struct Verdict {
     pub measured: Option<f64>,
     /// When a signal was worst, in seconds; `None` of a quantity of the whole run.
     pub at_s: Option<f64>,
+    /// How far it was beyond the limit that it broke, as a share of that limit; `None` where it held, and of a limit of zero.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share_beyond: Option<f64>,
     /// Whether it held.
     pub held: bool,
 }
@@ -24,6 +27,7 @@ impl std::fmt::Display for Verdict {
             bound,
             measured,
             at_s,
+            share_beyond,
             held,
         } = self;
         let verb = if *held { "held" } else { "failed" };
@@ -36,8 +40,13 @@ impl std::fmt::Display for Verdict {
             "" => {}
             unit => write!(f, " {unit}")?,
         }
-        match at_s {
-            Some(at_s) => write!(f, " at {at_s} s"),
+        if let Some(at_s) = at_s {
+            write!(f, " at {} s", number(to_microseconds(*at_s)))?;
+        }
+        match share_beyond.map(|share| 100.0 * share) {
+            Some(percent) if percent >= 10.0 => write!(f, " ({percent:.0} % beyond)"),
+            Some(percent) if percent >= 0.01 => write!(f, " ({percent:.2} % beyond)"),
+            Some(_) => write!(f, " (less than 0.01 % beyond)"),
             None => Ok(()),
         }
     }

@@ -28,7 +28,7 @@ pub fn of_joints(robot: &Robot, positions: &[f64]) -> Option<String> {
     let places: Vec<String> = robot.joints.iter().zip(positions).map(place).collect();
     (!places.is_empty()).then(|| {
         format!(
-            "before it drives, the robot stands in equilibrium of springs, stops and ground with its joints {}",
+            "at the start springs, stops and ground are in equilibrium, with joints {}",
             places.join(", ")
         )
     })
@@ -170,7 +170,7 @@ pub fn of_convergence(converge: &Convergence, twins: &[Twin], was_asked: bool) -
     if !beyond.is_empty() {
         remarks.push(format!(
             "at half the step figures move by more than their stated accuracy: {}; a shorter `run.physics_dt_s`, or a shorter \
-             `world.solver.split_dt_s`, brings them closer",
+             `world.solver.split_dt_s`, makes them more accurate",
             beyond.join(", ")
         ));
     }

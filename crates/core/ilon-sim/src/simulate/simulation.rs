@@ -338,15 +338,16 @@ impl Simulation {
         mut watch: impl FnMut(&mut Self) -> Result<(), E>,
     ) -> Result<Option<f64>, E> {
         let cpu = CpuTime::now();
-        while !self.is_done() {
-            if self.run.plant.clock().control_is_due() {
+        loop {
+            if self.run.control_is_due() {
                 path.look(&self.run);
                 watch(self)?;
             }
+            if self.is_done() {
+                return Ok(cpu.elapsed_s());
+            }
             self.step();
         }
-        watch(self)?;
-        Ok(cpu.elapsed_s())
     }
 
     fn finish<T: Rows>(mut self, trace: T, mut summary: Summary, cpu_s: Option<f64>) -> Run<T> {
@@ -367,8 +368,7 @@ impl Simulation {
         let twins = &trace.header().twins;
         if self.is_untried && has_remedies(self.scenario(), &summary) {
             self.warnings.push(
-                "the run is long, so remedies for what it loses were not tried; help: `ilon explain` \
-                 with this scenario tries them"
+                "the run is long, so advice was not tried; help: `ilon explain` with this scenario tries it"
                     .to_owned(),
             );
         }

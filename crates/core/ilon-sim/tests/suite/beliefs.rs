@@ -428,3 +428,65 @@ fn what_nobody_can_believe_is_refused() {
         assert!(report.contains("help"), "{belief}: {report}");
     }
 }
+
+/// Three omni wheels of radius rho at a distance L turn at w = s . v / rho + L omega / rho. A radius believed 1.03 times too large turns all of them 1.03 times
+/// too slowly; a lever believed 1.1 times as long turns the robot 1.1 times as far and leaves its ways; wheels that are taken for each other, the second and
+/// the third, drive by the permuted rates P w, M^+ P M v: for wheels at 60, 180 and 300 deg, or any such star, P is the mirror across the axis of the first,
+/// which keeps turns and the way across that axis or turns it round. Dead reckoning by the belief says what was asked in all of it.
+#[test]
+fn three_omni_wheels_turn_the_real_robot_and_not_the_believed_one() {
+    let robot = "optiodom_omni3.toml";
+    let names: Vec<String> = {
+        let scenario = scenario(robot, &twist(0.1, 0.0, 0.0), "").expect("a scenario");
+        let robot = ilon_sim::load_robot(&scenario).expect("a shipped robot");
+        robot
+            .wheels
+            .iter()
+            .map(|wheel| wheel.name.clone())
+            .collect()
+    };
+    let right =
+        |asked: [f64; 3]| of_targets(&driven(robot, &twist(asked[0], asked[1], asked[2]), ""));
+    let asked = [0.2, 0.1, 0.6];
+    // Nothing saturates: what is asked is what wheels are to do, to rounding.
+    assert_near(right(asked), asked, 1e-12, "nothing believed");
+    let believed = |belief: &str| {
+        let found = driven(robot, &twist(asked[0], asked[1], asked[2]), belief);
+        assert_adds_up(&found, belief);
+        of_targets(&found)
+    };
+    let radius_m = {
+        let scenario = scenario(robot, &twist(0.1, 0.0, 0.0), "").expect("a scenario");
+        let robot = ilon_sim::load_robot(&scenario).expect("a shipped robot");
+        (
+            robot.wheels[0].radius_m,
+            robot.wheels[0].position_m().xy().norm(),
+        )
+    };
+    let (radius_m, lever_m) = radius_m;
+    let found = believed(&format!(
+        "controller.robot.wheel_radius_m = {}",
+        1.03 * radius_m
+    ));
+    assert_near(found, asked.map(|of| of / 1.03), 1e-12, "radius");
+    let found = believed(&format!("controller.robot.lever_m = {}", 1.1 * lever_m));
+    assert_near(found, [asked[0], asked[1], 1.1 * asked[2]], 1e-12, "lever");
+    let exchanged = format!(
+        "controller.robot.wheels = {{ {a}.taken_for = \"{b}\", {b}.taken_for = \"{a}\" }}",
+        a = names[1],
+        b = names[2]
+    );
+    let found = believed(&exchanged);
+    // A mirror keeps lengths and the turn, and done twice it is nothing.
+    let length = |of: [f64; 3]| of[0].hypot(of[1]);
+    assert!(
+        (length(found) - length(asked)).abs() < 1e-9 && (found[2] - asked[2]).abs() < 1e-9,
+        "{found:?}"
+    );
+    assert!(
+        (found[0] - asked[0]).hypot(found[1] - asked[1]) > 0.01,
+        "{found:?}"
+    );
+    let again = driven(robot, &twist(found[0], found[1], found[2]), &exchanged);
+    assert_near(of_targets(&again), asked, 1e-9, "exchanged twice");
+}

@@ -124,3 +124,108 @@ fn an_integral_that_winds_up_overruns_unless_it_is_held() {
     assert!(wound > 0.1 && held.abs() < 0.05, "{wound} {held}");
     assert!(limited < 0.5 * wound, "{limited} {wound}");
 }
+
+/// P loops on all wheels of a robot that keeps its grip are one integrator in each direction of motion, k / J with J what a wheel feels there, and torques that
+/// come late by d let them swing from k / J (d + T / 2) = pi / 2 on, T the step for which they are held. The direction in which J is least is the first to
+/// swing, so the robot moves in that. Bearings damp too little to count: 1e-3 beside 0.25 N m s/rad. Off the margin by a tenth the swing goes as
+/// exp(+-0.045 k t / J), some hundred times in 4 s.
+#[test]
+fn torques_that_come_late_let_the_loop_swing_from_its_phase_margin_on() {
+    let gain_n_m_s = 0.25;
+    let plant = Plant::of_scenario(&scenario("twist = {}")).expect("it stands");
+    let model = ilon_control::DynamicModel::new(plant.robot()).expect("it drives");
+    let r = model.kinematics().rate_matrix();
+    let felt = |axis: usize| {
+        let rates = r * nalgebra::Vector3::ith(axis, 1.0);
+        rates.dot(&(model.inertia() * &rates)) / rates.norm_squared()
+    };
+    let motions = ["vx_m_s = 0.1", "vy_m_s = 0.1", "omega_rad_s = 0.3"];
+    let directions = motions
+        .into_iter()
+        .enumerate()
+        .map(|(axis, motion)| (felt(axis), motion));
+    let least = directions.min_by(|a, b| a.0.total_cmp(&b.0));
+    let (inertia_kg_m2, motion) = least.expect("three");
+    let dt_s = 1e-3;
+    let least_s = std::f64::consts::FRAC_PI_2 * inertia_kg_m2 / gain_n_m_s - 0.5 * dt_s;
+    let of = |share: f64| {
+        let done = driven(&format!(
+            "wheel_loop = {{ proportional_n_m_s = {gain_n_m_s}, integral_n_m = 0, latency_s = {} }}\nrun.physics_dt_s = {dt_s}\n\
+             twist = {{ {motion}, rest_s = 0.0, ramp_s = 0.5, settle_s = 1.0 }}",
+            share * least_s
+        ));
+        let rows = done.trace.steps().filter(|(record, _)| record.t_s > 3.0);
+        let off = rows.map(|(_, wheels)| (wheels[0].rate_rad_s - wheels[0].target_rad_s).abs());
+        off.fold(0.0, f64::max)
+    };
+    let (small, large) = (of(0.9), of(1.1));
+    assert!(
+        large > 20.0 * small,
+        "{motion}: {small} {large}, {least_s} s"
+    );
+}
+
+/// Gains that are left out are for torques as late as they come: no note, and 0.1 m/s as asked. A gain that is too high for them is remarked with one
+/// that would do, and what the latency does to the robot has a cause of its own.
+#[test]
+fn gains_that_are_left_out_bear_the_latency_and_others_are_remarked() {
+    let of = |keys: &str| {
+        driven(&format!(
+            "wheel_loop = {{ latency_s = 0.005{keys} }}\ntwist = {{ vx_m_s = 0.1, rest_s = 0.0, ramp_s = 0.5, settle_s = 3.0 }}"
+        ))
+    };
+    let unstable = |run: &Run| {
+        let mut found = run
+            .warnings
+            .iter()
+            .filter(|text| text.contains("loops are unstable"));
+        found.next().cloned()
+    };
+    let chosen = of("");
+    assert_eq!(unstable(&chosen), None, "{:?}", chosen.warnings);
+    let mean = chosen.summary.twist_mean.expect("means");
+    assert!((mean.vx_m_s - 0.1).abs() < 1e-3, "{mean:?}");
+    let said = unstable(&of(", proportional_n_m_s = 2")).expect("a note");
+    assert!(
+        said.contains("0.005 s late") && said.contains("`wheel_loop.latency_s`"),
+        "{said}"
+    );
+    for law in ["computed_torque", "prioritised_torque"] {
+        let said = unstable(&of(&format!(", law = \"{law}\", bandwidth_rad_s = 100")));
+        assert!(
+            said.is_some_and(|said| said.contains("bandwidth_rad_s` to")),
+            "{law}"
+        );
+    }
+    let text = "robot.file = \"mecanum4.urdf\"\nrun.duration_s = 1\ntwist = {}\nwheel_loop = { latency_s = 0.02, law = \"passive\" }";
+    let refused = Scenario::from_toml(text, "passive", ".");
+    assert!(refused.is_err_and(|error| error.to_string().contains("latency_s")));
+}
+
+/// (1, 0.8) m/s and 2 rad/s take 48.4 rad/s of a wheel: (1 + 0.8) / 0.05 for the way and 0.31 x 2 / 0.05 = 12.4 for the turn, where 30 are to be had. All
+/// together keep 30 / 48.4; with the heading first it turns as asked, and the way keeps (30 - 12.4) / 36; with the position first the way keeps 30 / 36 and
+/// nothing is left to turn by. What is commanded is exact but for sums of numbers of about 50.
+#[test]
+fn a_twist_gives_way_by_its_priority() {
+    for (keys, way, turn) in [
+        ("", 30.0 / 48.4, 30.0 / 48.4),
+        ("guidance.priority = \"heading\"", 17.6 / 36.0, 1.0),
+        ("guidance.priority = \"position\"", 30.0 / 36.0, 0.0),
+    ] {
+        let found = driven(&format!(
+            "guidance.wheel_rate_limit_rad_s = 30\n{keys}\ntwist = {{ vx_m_s = 1.0, vy_m_s = 0.8, omega_rad_s = 2.0 }}"
+        ));
+        let last = found
+            .trace
+            .records()
+            .last()
+            .expect("rows")
+            .twist_target_ideal;
+        let off = [
+            last.vx_m_s - way,
+            last.vy_m_s - 0.8 * way,
+            last.omega_rad_s - 2.0 * turn,
+        ];
+        assert!(off.iter().all(|off| off.abs() < 1e-12), "{keys}: {last:?}");
+    }
+}

@@ -661,7 +661,7 @@ fn a_motion_that_asks_for_more_than_there_is_is_remarked_before_it_is_run() {
     };
     assert_eq!(ramp(0.5), None);
     // Front wheels are relieved alike.
-    let both = "first for wheels `front_left`, `front_right`, about alike. At 1.";
+    let both = "first for wheels `front_left`, `front_right` at almost the same time. At 1.";
     let ramped = ramp(0.125).expect("a remark");
     assert!(
         ramped.contains("from 1.0") && ramped.contains(both),

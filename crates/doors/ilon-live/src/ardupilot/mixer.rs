@@ -1,23 +1,25 @@
-//! Which of ArduPilot's motors is which wheel.
+//! Assigns the robot's wheels to ArduPilot's motors.
 //!
-//! ArduPilot mixes throttle, steering and lateral into motors by the factors of a frame type (`libraries/AR_Motors`). The robot's own
-//! kinematics says by how much each wheel turns for each of the three. The wheels are given to the motors so that both agree best, each with
-//! the sign that it needs: so nobody has to number wheels, or to reverse servos.
+//! ArduPilot mixes throttle, steering and lateral into motors by the factors of a frame type
+//! (`libraries/AR_Motors`). The robot's kinematics gives the rate of each wheel for each of the
+//! three. The wheels are assigned to the motors with the best agreement, each with its sign: so the
+//! user need not number wheels or reverse servos.
 
 use ilon_control::Kinematics;
 use ilon_robot::Twist;
 
-/// A wheel's or motor's part in throttle (ahead), steering (to the right) and lateral (to the right).
+/// Part of a wheel or motor in throttle (ahead), steering (to the right) and lateral (to the
+/// right).
 type Factors = [f64; 3];
 
 /// A frame type of ArduPilot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// What it is called.
+    /// Its name.
     pub name: &'static str,
     /// The value of `FRAME_TYPE`.
     pub frame_type: u8,
-    /// Of each motor.
+    /// Factors of each motor.
     motors: &'static [Factors],
 }
 
@@ -48,17 +50,18 @@ const FRAMES: [Frame; 3] = [
     },
 ];
 
-/// The wheel of each motor of a frame, and the sign with which it turns.
+/// The wheel of each motor of a frame, with its sign.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mixer {
     /// The frame.
     pub frame: Frame,
-    /// Of each motor its wheel, in the robot's order, and 1 or -1.
+    /// For each motor the index of its wheel, and 1 or -1.
     pub wheels: Vec<(usize, f64)>,
 }
 
 impl Mixer {
-    /// The frame that fits a robot best; `None` where none does: another number of wheels, or wheels that turn against the mix.
+    /// Returns the frame that fits a robot best; `None` if none fits: another number of wheels, or
+    /// wheels that turn against the mix.
     pub fn of(kinematics: &Kinematics) -> Option<Self> {
         let wheels = parts(kinematics);
         let fits = FRAMES
@@ -79,11 +82,11 @@ impl Mixer {
     }
 }
 
-/// Each wheel's part in throttle, steering and lateral; the largest part in each is 1.
+/// Returns each wheel's part in throttle, steering and lateral; the largest part in each is 1.
 fn parts(kinematics: &Kinematics) -> Vec<Factors> {
     let count = kinematics.wheel_count();
     let mut parts = vec![[0.0; 3]; count];
-    // To the right is -y, and clockwise seen from above.
+    // To the right means -y, and clockwise seen from above.
     let ways = [
         Twist::new(1.0, 0.0, 0.0),
         Twist::new(0.0, 0.0, -1.0),
@@ -102,9 +105,9 @@ fn parts(kinematics: &Kinematics) -> Vec<Factors> {
     parts
 }
 
-/// By how much a wheel that turns by a sign differs from a motor; `None` where it turns against it.
+/// Returns the difference between a wheel with a sign and a motor; `None` if it turns against it.
 fn differs(motor: &Factors, wheel: &Factors, sign: f64) -> Option<f64> {
-    /// Parts below this are none: rounding of the robot's file.
+    /// Smaller parts are rounding of the robot's file.
     const NONE: f64 = 0.05;
     let mut sum = 0.0;
     for (wanted, part) in motor.iter().zip(wheel.map(|part| sign * part)) {
@@ -116,7 +119,7 @@ fn differs(motor: &Factors, wheel: &Factors, sign: f64) -> Option<f64> {
     Some(sum)
 }
 
-/// The best way to give wheels to motors, one to each, of those that are left.
+/// Returns the best assignment of the remaining wheels to motors, one each.
 fn assigned(
     motors: &[Factors],
     wheels: &[Factors],

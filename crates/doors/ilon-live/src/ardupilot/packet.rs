@@ -1,24 +1,24 @@
-//! What ArduPilot's SITL sends: a frame of servo outputs, in little endian.
+//! Packets of ArduPilot's SITL: frames of servo outputs, little-endian.
 //!
-//! `libraries/SITL/examples/JSON/readme.md` of ArduPilot: `uint16 magic, uint16 frame_rate, uint32 frame_count, uint16 pwm[16]`, or `pwm[32]`
-//! under another magic number.
+//! `libraries/SITL/examples/JSON/readme.md` of ArduPilot: `uint16 magic, uint16 frame_rate, uint32
+//! frame_count, uint16 pwm[16]`, or `pwm[32]` with another magic number.
 
-/// The magic numbers, and how many outputs follow.
+/// The magic numbers, with the number of outputs.
 const KINDS: [(u16, usize); 2] = [(18458, 16), (29569, 32)];
 
 /// One frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Packet {
-    /// How many frames a second there shall be.
+    /// Requested number of frames per second.
     pub rate_hz: u16,
-    /// Counts frames from the start of SITL on.
+    /// Frame counter since the start of SITL.
     pub frame: u32,
-    /// Lengths of pulses in microseconds, 0 where there is none.
+    /// Pulse lengths in microseconds, 0 for none.
     pub pwm_us: Vec<u16>,
 }
 
 impl Packet {
-    /// Reads a datagram; `None` where it is no frame.
+    /// Parses a datagram; `None` if it is no frame.
     pub fn read(bytes: &[u8]) -> Option<Self> {
         let (head, outputs) = bytes.split_at_checked(8)?;
         let short = |at: usize| u16::from_le_bytes([head[at], head[at + 1]]);

@@ -1,13 +1,16 @@
-//! A server for Foxglove and Lichtblick, over their WebSocket protocol `foxglove.sdk.v1`.
+//! A server for Foxglove and Lichtblick, with their WebSocket protocol `foxglove.sdk.v1`.
 //!
-//! The topics are those of a bag ([`ilon_messages::topics`]), in the same encoding, so that a layout made for one serves for the other.
-//! Their Teleop panel drives: `geometry_msgs/Twist` or `TwistStamped` on `/cmd_vel`, as JSON or CDR; `std_msgs/Float64MultiArray` on
-//! `/wheel_commands` drives the wheels. Parameters, such as the floor's friction, change while the robot drives.
+//! The topics are those of a bag ([`ilon_messages::topics`]), in the same encoding, so that layouts
+//! work for both. The Teleop panel drives: `geometry_msgs/Twist` or `TwistStamped` on `/cmd_vel`,
+//! as JSON or CDR; `std_msgs/Float64MultiArray` on `/wheel_commands` drives the wheels. Parameters,
+//! such as the floor's friction, can be changed while the robot drives.
 //!
-//! Times begin anew with every return to the start, unlike those of a node of ROS 2, for these viewers can be told that time went back; their
-//! controls of time play, pause, set the speed, and put the robot back to its start.
+//! Times restart with every return to the start, unlike those of the ROS 2 node, because the
+//! protocol can announce this; the viewer's playback controls play, pause, set the speed, and put
+//! the robot back to its start.
 //!
-//! The server is bound to the loopback interface. It asks for no origin, for the page of these viewers is not of this machine.
+//! The server is bound to the loopback interface. It does not check origins, because the viewers'
+//! page is not of this machine.
 
 mod parameters;
 mod playback;
@@ -40,34 +43,35 @@ use crate::topics::LiveTopics;
 use parameters::Panel;
 use playback::Playback;
 
-/// Messages that wait for a client; of what comes beyond, the oldest are left out. A message is a few hundred bytes, but for markers.
+/// Queue length of a client, in messages; when it is full, the oldest are dropped. Except for
+/// markers a message is a few hundred bytes.
 const BACKLOG: usize = 512;
-/// How often parameters and time are looked at.
+/// Polling period of parameters and time.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Why there can be no server.
+/// Reasons why the server cannot start.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FoxgloveError {
-    /// It cannot listen.
+    /// It cannot listen on its port.
     #[error("cannot listen on 127.0.0.1:{port}: {reason}")]
     Listen {
         /// The port.
         port: u16,
-        /// Why, in the server's words.
+        /// The server's error.
         reason: String,
     },
-    /// A topic cannot be offered.
+    /// A topic cannot be advertised.
     #[error("cannot offer {topic}: {reason}")]
     Topic {
         /// The topic.
         topic: String,
-        /// Why.
+        /// The reason.
         reason: String,
     },
 }
 
-/// A server that shows a session and takes commands for it. It ends when it is dropped.
+/// A server that shows a session and accepts commands for it. It ends when it is dropped.
 #[derive(Debug)]
 pub struct Foxglove {
     handle: Option<WebSocketServerHandle>,
@@ -76,7 +80,7 @@ pub struct Foxglove {
     panel: Arc<Panel>,
     playback: Arc<Playback>,
     desk: Mailbox,
-    /// When this drive began, in the session's time; none before its first row.
+    /// Start of this drive, in the session's time; `None` before its first row.
     began_s: Option<f64>,
     look_due: Instant,
 }
@@ -138,13 +142,13 @@ impl Foxglove {
         })
     }
 
-    /// Where the server is.
+    /// The server's URL.
     pub fn url(&self) -> String {
         let port = self.handle.as_ref().map_or(0, WebSocketServerHandle::port);
         format!("ws://127.0.0.1:{port}")
     }
 
-    /// How many look on.
+    /// The number of clients.
     pub fn client_count(&self) -> usize {
         self.handle
             .as_ref()
@@ -211,7 +215,7 @@ impl Drop for Foxglove {
     }
 }
 
-/// What is said once, for those who come later.
+/// Latched messages, for clients that connect later.
 #[derive(Debug, Default)]
 struct Latched(Mutex<HashMap<String, Kept>>);
 
@@ -290,7 +294,7 @@ impl Outlet for Channels {
     }
 }
 
-/// Hears what clients say.
+/// Receives messages of clients.
 struct Listener {
     desk: Mailbox,
     robot: Commanded,
@@ -330,7 +334,7 @@ impl ServerListener for Listener {
         let heard = heard(channel, payload, &self.robot);
         let note = heard.taken(&self.desk);
         let Some(note) = note else { return };
-        // Whoever sent it hears of each, all others now and then.
+        // The sender receives each note, others a throttled selection.
         client.send_status(Said::warning(note.clone()));
         if let Some(note) = locked(&self.throttle).pass(note, Instant::now()) {
             self.desk.say(note);
@@ -338,7 +342,7 @@ impl ServerListener for Listener {
     }
 }
 
-/// What a client's message asks of the robot.
+/// Converts a client's message to a command.
 fn heard(channel: &ClientChannel, payload: &[u8], robot: &Commanded) -> Received {
     let refused = |why: String| {
         Received::refused(format!(
@@ -353,7 +357,7 @@ fn heard(channel: &ClientChannel, payload: &[u8], robot: &Commanded) -> Received
         ("cmd_vel", "geometry_msgs/Twist", "cdr") => {
             cdr::<Twist>(payload).map(|message| commands::twist(&message))
         }
-        // Its stamp is of the viewer's clock.
+        // Its stamp is from the viewer's clock.
         ("cmd_vel", "geometry_msgs/TwistStamped", "cdr") => {
             cdr::<TwistStamped>(payload).map(|message| commands::twist(&message.twist))
         }
@@ -390,7 +394,7 @@ fn json<M: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<M, String> {
     serde_json::from_slice(payload).map_err(|fault| fault.to_string())
 }
 
-/// As JSON, in which viewers leave out what is zero.
+/// A vector as JSON, in which viewers omit zeros.
 #[derive(Deserialize, Default)]
 #[serde(default)]
 struct JsonVector {

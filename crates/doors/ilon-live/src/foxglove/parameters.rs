@@ -1,4 +1,4 @@
-//! The parameters of a live run, as Foxglove has them.
+//! The parameters of a live run in Foxglove.
 
 use std::sync::Mutex;
 
@@ -11,7 +11,7 @@ use crate::control::Controls;
 use crate::mailbox::{Mailbox, locked};
 use crate::parameters::{Parameters, Value};
 
-/// The parameters, and what was shown of them last.
+/// The parameters, with the values shown last.
 #[derive(Debug)]
 pub(super) struct Panel {
     desk: Mailbox,
@@ -28,14 +28,14 @@ impl Panel {
         }
     }
 
-    /// Those of these names; of no names, all.
+    /// Returns the parameters with these names; all for no names.
     fn named(&self, names: &[String]) -> Vec<Parameter> {
         let mut all = self.parameters.now();
         all.retain(|(name, _)| names.is_empty() || names.iter().any(|wanted| wanted == name));
         all.into_iter().map(parameter).collect()
     }
 
-    /// Those that have changed since the last time.
+    /// Returns the parameters that changed since the last call.
     pub fn changed(&self, controls: &Controls) -> Vec<Parameter> {
         let mut shown = locked(&self.shown);
         let all = self.parameters.all(controls);
@@ -97,7 +97,7 @@ impl ParameterHandler for Panel {
                 self.desk.say(note);
             }
         }
-        // What they are now, which need not be what was asked for.
+        // The current values, which may differ from the requested ones.
         let names: Vec<String> = parameters
             .into_iter()
             .map(|parameter| parameter.name)

@@ -1,7 +1,7 @@
-//! The viewer's controls of time: play, pause, how fast, and back to the start.
+//! The viewer's playback controls: play, pause, speed, and back to the start.
 //!
-//! The protocol means them for a recording, which has a beginning and an end and can be shown from any moment. A simulation lies ahead: its
-//! timeline is the scenario's, from its start over its duration, and the one moment to which it goes back is the start.
+//! The protocol is made for recordings, which have an end and allow any position. A simulation's
+//! timeline is the scenario's, from its start over its duration, and it can only seek to the start.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -11,14 +11,14 @@ use foxglove::websocket::{PlaybackCommand, PlaybackControlRequest, PlaybackState
 use crate::control::{Change, Controls};
 use crate::mailbox::{Mailbox, locked};
 
-/// A seek to a moment that is no later than this in a drive is one to its start, as far as a person can point at it.
+/// A seek to a time up to this in a drive means its start, within the precision of pointing.
 const START_NS: u64 = 500_000_000;
 
-/// Where a live run stands in its timeline, and what its viewers were told of that.
+/// The position of a live run in its timeline, and the state last sent to viewers.
 #[derive(Debug)]
 pub(super) struct Playback {
     desk: Mailbox,
-    /// Time in this drive.
+    /// Time in this drive, in ns.
     now_ns: AtomicU64,
     told: Mutex<Option<(bool, f64)>>,
     is_back: AtomicBool,
@@ -34,25 +34,25 @@ impl Playback {
         }
     }
 
-    /// Sets the time in this drive, in seconds; gives it in nanoseconds.
+    /// Sets the time in this drive, in seconds; returns it in nanoseconds.
     pub fn set_time(&self, t_s: f64) -> u64 {
         let now_ns = (t_s * 1e9) as u64;
         self.now_ns.store(now_ns, Ordering::Relaxed);
         now_ns
     }
 
-    /// The robot is back at its start.
+    /// Records that the robot is back at its start.
     pub fn restarted(&self) {
         self.now_ns.store(0, Ordering::Relaxed);
         self.is_back.store(true, Ordering::Relaxed);
     }
 
-    /// Somebody comes who knows nothing yet.
+    /// Forgets the sent state, for a new client.
     pub fn forget_told(&self) {
         *locked(&self.told) = None;
     }
 
-    /// What the viewers are to be told, where that has changed.
+    /// Returns the state to send to viewers, if it changed.
     pub fn changed(&self, controls: &Controls) -> Option<PlaybackState> {
         let mut told = locked(&self.told);
         let now = Some((controls.paused, controls.speed));
@@ -64,7 +64,7 @@ impl Playback {
         Some(self.state(controls, is_back))
     }
 
-    /// Does what a viewer asks for; gives the state after it, and what there is to say about it.
+    /// Executes a viewer's request; returns the state after it, and a note.
     pub fn take(&self, request: &PlaybackControlRequest) -> (PlaybackState, Option<String>) {
         let mut said = Vec::new();
         let now_ns = self.now_ns.load(Ordering::Relaxed);
@@ -109,7 +109,7 @@ impl Playback {
     }
 }
 
-/// The number whose shortest decimal this is: 0.1 of single precision is meant as 0.1.
+/// Returns the f64 with the same shortest decimal: 0.1 of single precision means 0.1.
 fn as_written(value: f32) -> f64 {
     value.to_string().parse().unwrap_or(f64::NAN)
 }

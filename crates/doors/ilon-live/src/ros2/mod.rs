@@ -1,21 +1,23 @@
-//! A node of ROS 2 over DDS, without a ROS installation.
+//! A ROS 2 node over DDS, without a ROS installation.
 //!
-//! The node `/ilon` publishes the topics of a bag ([`ilon_messages::topics`]) with the quality of service that they have there, and takes
-//! commands:
+//! The node `/ilon` publishes the topics of a bag ([`ilon_messages::topics`]) with the same quality
+//! of service, and accepts commands:
 //!
-//! | topic | type | does |
+//! | topic | type | effect |
 //! |---|---|---|
 //! | `/cmd_vel` | `geometry_msgs/TwistStamped`, or `Twist` ([`Options::unstamped`]) | drives the body |
-//! | `/robot_joint_commands` | `sensor_msgs/JointState` | drives the wheels, as `joint_state_topic_hardware_interface` does |
+//! | `/robot_joint_commands` | `sensor_msgs/JointState` | drives the wheels, like `joint_state_topic_hardware_interface` |
 //! | `/wheel_commands` | `std_msgs/Float64MultiArray` | drives the wheels, in the robot's order, rad/s |
 //!
-//! The last command counts, whichever topic it came over. What the robot makes of it, limits kept, is on `/ilon/cmd_vel` and
-//! `/ilon/wheel_commands`; the wheels' states are on `/robot_joint_states` too. Services of `simulation_interfaces` pause, step and
-//! reset: in time that stands, a step is a control period, and is answered after all of its messages have been handed out.
+//! The last command counts, whatever its topic. The resulting limited commands are on
+//! `/ilon/cmd_vel` and `/ilon/wheel_commands`; the wheels' states are also on
+//! `/robot_joint_states`. Services of `simulation_interfaces` pause, step and reset: while time
+//! stands, a step is a control period, and is answered after all of its messages were sent.
 //!
-//! Parameters, such as the floor's friction, change while the robot drives (`ros2 param set /ilon friction 0.3`).
+//! Parameters, such as the floor's friction, can be changed while the robot drives (`ros2 param set
+//! /ilon friction 0.3`).
 //!
-//! A thread of its own speaks with DDS; the simulation waits for nobody. Which networks are used is in [`Network`].
+//! DDS runs in its own thread; the simulation never waits. [`Network`] determines the networks.
 
 mod network;
 mod node;
@@ -27,14 +29,14 @@ mod services;
 pub use network::{BadVariable, Network};
 pub use node::Ros2;
 
-/// What a node does.
+/// Options of a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Options {
-    /// `/cmd_vel` has the type `geometry_msgs/Twist` in place of `TwistStamped`.
+    /// Whether `/cmd_vel` has the type `geometry_msgs/Twist` instead of `TwistStamped`.
     pub unstamped: bool,
-    /// Controllers of ros2_control drive the wheels: `/joint_states`, `/odom` and the frame `odom -> base_link` are theirs, so that the
-    /// node publishes none of them.
+    /// Whether controllers of ros2_control drive the wheels: they publish `/joint_states`, `/odom`
+    /// and the frame `odom -> base_link`, so the node publishes none of them.
     pub controllers: bool,
 }
 
@@ -48,27 +50,27 @@ impl Options {
     }
 }
 
-/// Why there can be no node.
+/// Reasons why the node cannot start.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Ros2Error {
-    /// A variable of the environment.
+    /// An environment variable is invalid.
     #[error(transparent)]
     Variable(#[from] BadVariable),
-    /// The participant in the domain.
+    /// The participant cannot join the domain.
     #[error("cannot join the ROS 2 domain {domain}: {reason}")]
     Join {
         /// The domain.
         domain: u16,
-        /// Why, in the middleware's words.
+        /// The middleware's error.
         reason: String,
     },
-    /// A topic or a service.
+    /// A topic or a service cannot be created.
     #[error("cannot have {name} in ROS 2: {reason}")]
     Topic {
         /// Its name.
         name: String,
-        /// Why, in the middleware's words.
+        /// The middleware's error.
         reason: String,
     },
 }

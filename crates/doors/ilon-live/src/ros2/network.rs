@@ -1,27 +1,27 @@
-//! Which domain and which networks: what the environment says, as ROS 2 reads it.
+//! The DDS domain and networks, from ROS 2's environment variables.
 
 use std::net::{IpAddr, Ipv4Addr};
 
-/// Where a node is to be found.
+/// The domain and networks of a node.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Network {
-    /// `ROS_DOMAIN_ID`; 0 where it is not set.
+    /// `ROS_DOMAIN_ID`; by default 0.
     pub domain: u16,
-    /// Only this machine, or all networks that it has.
+    /// Whether only this machine is used instead of all its networks.
     pub only_this_machine: bool,
-    /// What of the environment is not followed, in words.
+    /// Ignored environment settings, as text.
     pub remarks: Vec<String>,
 }
 
-/// What of the environment cannot be followed.
+/// An invalid environment variable.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{variable} is `{value}`, but can only be {range}")]
 pub struct BadVariable {
-    /// Which variable.
+    /// Its name.
     pub variable: &'static str,
-    /// What it is.
+    /// Its value.
     pub value: String,
-    /// What it may be.
+    /// The allowed range.
     pub range: &'static str,
 }
 
@@ -29,8 +29,9 @@ pub struct BadVariable {
 const MOST_DOMAIN: u16 = 232;
 
 impl Network {
-    /// What the variables say that `get` gives. Where neither `ROS_AUTOMATIC_DISCOVERY_RANGE` nor `ROS_LOCALHOST_ONLY` is set, only this
-    /// machine: what drives a robot is open to others on request alone.
+    /// Reads the variables through `get`. Without `ROS_AUTOMATIC_DISCOVERY_RANGE` and
+    /// `ROS_LOCALHOST_ONLY` only this machine is used: driving a robot from other machines needs an
+    /// explicit setting.
     ///
     /// # Errors
     /// [`BadVariable`].
@@ -78,7 +79,7 @@ impl Network {
                 });
             }
         };
-        // As rmw has it: ROS_LOCALHOST_ONLY=1 has the last word.
+        // As in rmw: ROS_LOCALHOST_ONLY=1 takes precedence.
         let only_this_machine = match (only, of_range) {
             (Some(true), _) => true,
             (_, Some(of_range)) => of_range,
@@ -98,7 +99,7 @@ impl Network {
         })
     }
 
-    /// The interfaces that are used; `None` for all.
+    /// The used interfaces; `None` for all.
     pub(super) fn only(&self) -> Option<[IpAddr; 1]> {
         self.only_this_machine
             .then_some([IpAddr::V4(Ipv4Addr::LOCALHOST)])

@@ -1,4 +1,4 @@
-//! The node: a thread that publishes rows, hears commands and answers requests.
+//! The node's thread, which publishes rows, receives commands and answers requests.
 
 use std::cell::{Cell, RefCell};
 use std::fmt;
@@ -33,16 +33,16 @@ use crate::session::{Row, Session};
 use crate::throttle::Throttle;
 use crate::topics::LiveTopics;
 
-/// Rows that wait to be published; what comes beyond is lost, and that is said.
+/// Queue length of rows to publish; further ones are lost, with a note.
 const MOST_ROWS: usize = 256;
-/// The package that defines how simulators are controlled.
+/// The ROS package of services that control simulators.
 const SIMULATION: &str = "simulation_interfaces";
-/// How long the middleware has to say that the node has gone.
+/// Time for the middleware to announce the end of the node.
 const LEAVING: Duration = Duration::from_millis(200);
-/// How often others in the domain are looked at.
+/// Polling period of other nodes in the domain.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// A node of ROS 2 that shows a session and takes commands for it. It ends when it is dropped.
+/// A ROS 2 node that shows a session and accepts commands for it. It ends when it is dropped.
 pub struct Ros2 {
     events: Option<mpsc::Sender<Event>>,
     thread: Option<JoinHandle<()>>,
@@ -53,7 +53,7 @@ pub struct Ros2 {
     controllers: bool,
 }
 
-/// What the simulation passes on to the thread.
+/// An event from the simulation to the thread.
 enum Event {
     Row(Box<OwnedRow>),
     Restarted(Box<LiveTopics>),
@@ -69,7 +69,7 @@ struct OwnedRow {
 }
 
 impl Ros2 {
-    /// Joins the network and begins.
+    /// Joins the network and starts.
     ///
     /// # Errors
     /// [`Ros2Error`].
@@ -95,7 +95,8 @@ impl Ros2 {
             .spawn(move || {
                 let participant = heart.ends.context.domain_participant();
                 heart.beat(receiver, topics);
-                // That its node and topics have gone is sent by a thread of the middleware, which ends with the participant.
+                // The end of node and topics is announced by a thread of the middleware, which ends
+                // with the participant.
                 std::thread::sleep(LEAVING);
                 drop(participant);
             })
@@ -112,12 +113,12 @@ impl Ros2 {
         })
     }
 
-    /// Where the node is to be found.
+    /// The domain and networks of the node.
     pub fn network(&self) -> &Network {
         &self.network
     }
 
-    /// Passes something on; gives whether there was room.
+    /// Sends an event; returns whether there was room.
     fn pass(&mut self, event: Event) -> bool {
         self.events
             .as_mut()
@@ -179,7 +180,7 @@ impl Drop for Ros2 {
     }
 }
 
-/// What the node has in the network.
+/// The node's endpoints.
 struct Ends {
     context: Context,
     topics: Topics,
@@ -260,7 +261,7 @@ impl Topics {
             .map_err(|reason| Ros2Error::topic(name, reason))
     }
 
-    /// A service of a type of a package, in the node's namespace.
+    /// A service with a type of a package, in the node's namespace.
     pub(super) fn serve<Q, A>(
         &mut self,
         name: &str,
@@ -288,7 +289,7 @@ impl Topics {
     }
 }
 
-/// What the thread has.
+/// State of the thread.
 struct Heart {
     ends: Ends,
     desk: Mailbox,
@@ -300,7 +301,7 @@ struct Heart {
 }
 
 impl Heart {
-    /// Does all that there is to do until no event can come any more.
+    /// Runs until no further event can arrive.
     fn beat(self, mut events: mpsc::Receiver<Event>, mut rows: LiveTopics) {
         let Self {
             ends,
@@ -366,7 +367,7 @@ impl Heart {
                 desk.step(request.steps, move |done| {
                     let outcome =
                         done.map_or_else(|why| Outcome::incorrect_state(&why), |()| Outcome::ok());
-                    // In the queue behind the rows of these steps, which are published first.
+                    // In the queue after the rows of these steps, which are published first.
                     let _ = stepped.try_send(Event::Stepped(id, outcome));
                 });
             }
@@ -399,7 +400,7 @@ impl Heart {
     }
 }
 
-/// What publishes.
+/// The publishing half.
 struct Voice<'a> {
     context: &'a Context,
     topics: &'a mut Topics,
@@ -411,7 +412,7 @@ struct Voice<'a> {
 }
 
 impl Voice<'_> {
-    /// Publishes what an event brings.
+    /// Publishes an event.
     fn tell(&mut self, event: Event, rows: &mut LiveTopics) -> Result<(), Ros2Error> {
         match event {
             Event::Row(row) => {
@@ -441,14 +442,14 @@ impl Voice<'_> {
     }
 }
 
-/// What hears commands, and says what is wrong with them now and then.
+/// The receiving half, with throttled notes on invalid commands.
 struct Ears<'d> {
     desk: &'d Mailbox,
     throttle: RefCell<Throttle>,
 }
 
 impl Ears<'_> {
-    /// Hears what comes over a topic, for as long as it is polled.
+    /// Receives messages of a topic, while polled.
     fn listen<'a, M: DeserializeOwned + 'static>(
         &'a self,
         subscription: &'a Subscription<M>,
@@ -471,7 +472,7 @@ impl Ears<'_> {
 }
 
 impl<'a> Answers<'a> {
-    /// Answers what is asked of parameters.
+    /// Answers requests about parameters.
     fn serve(&'a self, servers: &'a Servers) -> [LocalBoxFuture<'a, ()>; 6] {
         [
             answer(&servers.get, |request| self.get(&request)),
@@ -486,7 +487,7 @@ impl<'a> Answers<'a> {
     }
 }
 
-/// Answers requests, for as long as it is polled.
+/// Answers requests, while polled.
 fn answer<'a, Q, A>(server: &'a Server<Q, A>, by: impl Fn(Q) -> A + 'a) -> LocalBoxFuture<'a, ()>
 where
     Q: ros2_client::Message + 'static,

@@ -1,4 +1,4 @@
-//! Who else is in the domain.
+//! Other nodes in the domain.
 
 use std::collections::HashSet;
 
@@ -8,7 +8,7 @@ use ros2_client::dds::rustdds::policy::Reliability;
 
 use crate::mailbox::Mailbox;
 
-/// What others in the domain do that cannot go well, each said once.
+/// Conflicts with other nodes in the domain, each reported once.
 #[derive(Default)]
 pub(super) struct Others {
     said: HashSet<String>,

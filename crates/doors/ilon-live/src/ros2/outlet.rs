@@ -12,12 +12,12 @@ use serde::ser::{Serialize, SerializeTuple, Serializer};
 
 use super::Ros2Error;
 
-/// A message as it is in a bag: CDR without its header, which the middleware writes itself.
+/// A message as in a bag: CDR without its header, which the middleware writes itself.
 struct Encoded(Vec<u8>);
 
 impl Serialize for Encoded {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        // As the elements of a tuple, which have no count before them.
+        // As a tuple, whose elements have no count before them.
         let mut bytes = serializer.serialize_tuple(self.0.len())?;
         self.0
             .iter()
@@ -26,11 +26,11 @@ impl Serialize for Encoded {
     }
 }
 
-/// The bytes of the header of CDR.
+/// Size of the CDR header in bytes.
 const HEADER: usize = 4;
 
-/// Under this name `joint_state_topic_hardware_interface` looks for the states of joints, beside or in place of `/joint_states`, which may
-/// be a broadcaster's.
+/// `joint_state_topic_hardware_interface` reads joint states under this name, in addition to or
+/// instead of `/joint_states`, which may belong to a broadcaster.
 const STATES: (&str, &str) = ("/joint_states", "/robot_joint_states");
 
 /// Publishers by topic.
@@ -38,10 +38,10 @@ pub(super) struct Topics {
     context: Context,
     node: Node,
     publishers: HashMap<String, Publisher<Encoded>>,
-    /// Messages that found no room: a reliable reader does not keep up.
+    /// Number of dropped messages: a reliable reader does not keep up.
     pub lost: u64,
     bytes: Vec<u8>,
-    /// Topics that others publish.
+    /// Topics published by others.
     left_to_others: &'static [&'static str],
 }
 
@@ -61,12 +61,12 @@ impl Topics {
         &mut self.node
     }
 
-    /// Says something on `/rosout`.
+    /// Publishes a message on `/rosout`.
     pub fn say(&self, note: &str) {
         ros2_client::rosout!(self.node, LogLevel::Warn, "{note}");
     }
 
-    /// A topic of messages of a type, under the name that ROS 2 gives it in DDS.
+    /// Creates a topic for messages of a type, under its DDS name in ROS 2.
     pub fn topic<M: Message>(
         &self,
         name: &str,
@@ -79,7 +79,8 @@ impl Topics {
     }
 }
 
-/// The quality of service of a bag's topic. Where there is no room, a message is lost rather than waited with.
+/// Converts the quality of service of a bag's topic. Without room a message is dropped instead of
+/// delayed.
 pub(super) fn profile(of: bag::Qos) -> QosProfile {
     let reliability = match of.reliability {
         Reliability::Reliable => qos::Reliability::Reliable {

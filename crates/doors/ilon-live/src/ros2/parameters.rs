@@ -1,4 +1,5 @@
-//! The parameters of a live run, as ROS 2 has them: the services of `rcl_interfaces`, for `ros2 param` and clients of any language.
+//! The parameters of a live run in ROS 2: the services of `rcl_interfaces`, for `ros2 param` and
+//! clients in any language.
 
 use ros2_client::parameters::{ParameterDescriptor, raw};
 use ros2_client::rcl_interfaces::{
@@ -42,14 +43,14 @@ impl Servers {
     }
 }
 
-/// What answers their requests.
+/// Answers their requests.
 pub(super) struct Answers<'a> {
     pub parameters: &'a Parameters,
     pub desk: &'a Mailbox,
 }
 
 impl Answers<'_> {
-    /// The values of these names; of a name that is unknown, none.
+    /// Returns the values of these names; empty for an unknown name.
     fn values(&self, names: &[String]) -> Vec<ParameterValue> {
         let all = self.parameters.now();
         let value = |name: &String| {
@@ -76,7 +77,7 @@ impl Answers<'_> {
         }
     }
 
-    /// No prefixes are all names; there are no dots in them, so that a prefix is a name.
+    /// Without prefixes all names match; names have no dots, so a prefix is a name.
     pub fn list(&self, request: &ListParametersRequest) -> ListParametersResponse {
         let names = self
             .parameters
@@ -121,7 +122,7 @@ impl Answers<'_> {
         }
     }
 
-    /// All or none.
+    /// Sets all or none.
     pub fn set_atomically(
         &self,
         request: &SetParametersRequest,
@@ -150,7 +151,7 @@ impl Answers<'_> {
         SetParametersAtomicallyResponse { result }
     }
 
-    /// What is out of range is refused, with the range.
+    /// A value out of range is rejected, with the range.
     fn set_one(&self, parameter: &raw::Parameter) -> raw::SetParametersResult {
         let value = from_ros(parameter.value.clone().into());
         match self.parameters.set(&parameter.name, &value) {

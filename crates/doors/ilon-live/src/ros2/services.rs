@@ -1,10 +1,11 @@
-//! The services of `simulation_interfaces` 1 and 2 that a live run has: the state of time, single steps, and the way back to the start.
+//! The services of `simulation_interfaces` 1 and 2 supported by a live run: simulation state,
+//! single steps, and reset.
 
 use serde::{Deserialize, Serialize};
 
 use crate::control::{Change, Controls};
 
-/// How a request ended: `simulation_interfaces/msg/Result`.
+/// Result of a request: `simulation_interfaces/msg/Result`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Outcome {
     pub result: u8,
@@ -15,7 +16,7 @@ const FEATURE_UNSUPPORTED: u8 = 0;
 const OK: u8 = 1;
 const INCORRECT_STATE: u8 = 3;
 const OPERATION_FAILED: u8 = 4;
-/// Of `SetSimulationState` alone.
+/// Only for `SetSimulationState`.
 const ALREADY_IN_TARGET_STATE: u8 = 101;
 
 impl Outcome {
@@ -39,16 +40,16 @@ impl Outcome {
     }
 }
 
-/// A request or an answer without anything in it, which has a byte all the same.
+/// An empty request or answer, which still has one byte.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Nothing {
     pub structure_needs_at_least_one_member: u8,
 }
 
-/// `GetSimulatorFeatures` and `GetSimulationState` ask nothing.
+/// The requests of `GetSimulatorFeatures` and `GetSimulationState`.
 impl ros2_client::Message for Nothing {}
 
-/// The answer of services that answer with how they ended alone.
+/// The answer of services with only a result.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Answer {
     pub result: Outcome,
@@ -75,7 +76,8 @@ const SCOPE_STATE: u8 = 2;
 const SCOPE_ALL: u8 = 255;
 
 impl Reset {
-    /// What is to be done, or why not. Of all scopes the state is put back; time goes on, for nodes take it ill when it goes back.
+    /// Returns the change, or the reason for none. Every scope resets the state; time continues,
+    /// because nodes do not tolerate a jump back.
     pub fn change(&self) -> Result<Change, Outcome> {
         match self.scope {
             SCOPE_DEFAULT | SCOPE_STATE | SCOPE_ALL => Ok(Change {
@@ -113,7 +115,7 @@ pub(super) struct SetState {
 impl ros2_client::Message for SetState {}
 
 impl SetState {
-    /// What is to be done, or why nothing is.
+    /// Returns the change, or the reason for none.
     pub fn change(&self, controls: &Controls) -> Result<Change, Outcome> {
         let paused = match self.state.state {
             PLAYING => false,
@@ -127,7 +129,7 @@ impl SetState {
                 });
             }
             QUITTING => {
-                let why = "whoever started the program ends it";
+                let why = "the program ends only where it was started";
                 return Err(Outcome::of(FEATURE_UNSUPPORTED, why));
             }
             other => {
@@ -175,7 +177,8 @@ impl ros2_client::Message for Features {}
 impl Features {
     pub fn own() -> Self {
         Self {
-            // Reset of the state; getting and setting the state, with a pause; steps, one or many.
+            // Reset of the state; getting and setting the state, including pause; single and
+            // multiple steps.
             features: vec![20, 22, 24, 25, 26, 31, 32],
             spawn_formats: Vec::new(),
             custom_info:

@@ -1,4 +1,5 @@
-//! ArduPilot's side of its JSON interface, as its readme describes it, played by a small client: frames out, JSON in.
+//! ArduPilot's side of its JSON interface, as its readme describes it, played by a small client:
+//! frames out, JSON in.
 
 use std::net::UdpSocket;
 use std::path::Path;
@@ -10,7 +11,8 @@ use ilon_live::ardupilot::{ArduPilot, Vehicle};
 use ilon_sim::Scenario;
 use serde_json::Value;
 
-/// The factors of throttle, steering and lateral by which ArduPilot's Rover mixes, of its motors in their order.
+/// The factors of throttle, steering and lateral by which ArduPilot's Rover mixes, of its motors in
+/// their order.
 const OMNI_X: &[[f64; 3]] = &[
     [1.0, -1.0, -1.0],
     [1.0, -1.0, 1.0],
@@ -121,7 +123,8 @@ fn a_robot_at_rest_feels_gravity_and_time_goes_on_in_lock_step() {
             "{time_s}"
         );
         let feels = triple(&state["imu"]["accel_body"]);
-        // Down is positive: who stands on the ground is pushed up. It settles on its springy contacts by micrometres at first.
+        // Down is positive: who stands on the ground is pushed up. It settles on its springy
+        // contacts by micrometres at first.
         assert!(
             (feels[2] + 9.81).abs() < 0.5 && feels[0].abs() < 0.1,
             "{feels:?}"
@@ -152,7 +155,8 @@ fn each_way_of_the_mix_goes_where_ardupilot_means() {
             let yaw = triple(&state["attitude"])[2];
             let went = [north, east, yaw];
             assert!(went[axis] > 0.05, "{robot} by {way:?}: {went:?}");
-            // Three wheels at 120 deg need twice as much of the back one for lateral alone: ArduPilot's mix turns them too.
+            // Three wheels at 120 deg need twice as much of the back one for lateral alone:
+            // ArduPilot's mix turns them too.
             if factors == OMNI_3 && axis == 1 {
                 continue;
             }
@@ -168,7 +172,8 @@ fn each_way_of_the_mix_goes_where_ardupilot_means() {
     }
 }
 
-/// What an inertial navigation makes of the IMU is the velocity that is sent beside it: attitude, specific force and gravity agree.
+/// What an inertial navigation makes of the IMU is the velocity that is sent beside it: attitude,
+/// specific force and gravity agree.
 #[test]
 fn imu_attitude_and_velocity_agree() {
     let mut sitl = Sitl::start("mecanum4.urdf");
@@ -276,8 +281,8 @@ fn a_robot_that_no_frame_fits_is_refused_in_words() {
     assert_eq!(vehicle.mixer().frame.frame_type, 2);
 }
 
-/// Outputs as `AP_MotorsUGV` gives them out. Rover begins with steering on output 1 and throttle on 3; a motor is put on the output of its number where
-/// none has it and that output has no function.
+/// Outputs as `AP_MotorsUGV` gives them out. Rover begins with steering on output 1 and throttle on
+/// 3; a motor is put on the output of its number where none has it and that output has no function.
 struct Outputs {
     /// Of each output: function, least, middle and largest pulse in microseconds.
     channels: [[f64; 4]; 16],
@@ -333,8 +338,8 @@ impl Outputs {
     }
 }
 
-/// Three seconds of a quarter of throttle: with the file of parameters the robot goes straight ahead at a quarter of 10 rad/s on 50 mm; with Rover's own
-/// two of its motors are never put out.
+/// Three seconds of a quarter of throttle: with the file of parameters the robot goes straight
+/// ahead at a quarter of 10 rad/s on 50 mm; with Rover's own two of its motors are never put out.
 #[test]
 fn the_parameters_make_rover_drive_straight() {
     let drive = |parameters: &str| {

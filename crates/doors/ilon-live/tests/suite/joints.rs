@@ -1,4 +1,5 @@
-//! Servos of joints between bodies in a live run: where they are sent, and what is said of what they cannot do.
+//! Servos of joints between bodies in a live run: where they are sent, and what is said of what
+//! they cannot do.
 
 use ilon_live::{Controls, Session};
 use ilon_sim::Scenario;
@@ -31,7 +32,8 @@ fn goes(session: &mut Session, controls: &Controls, periods: usize) -> f64 {
     session.row().expect("a row").record.joints[0].position
 }
 
-/// A command sends a joint, which stays there; a return to the start takes it back, and what was said before counts no more.
+/// A command sends a joint, which stays there; a return to the start takes it back, and what was
+/// said before counts no more.
 #[test]
 fn a_joint_goes_where_it_is_sent_and_back_to_its_start() {
     let (mut session, mut controls) = (session(), Controls::default());

@@ -1,5 +1,5 @@
-//! The live server: who is let in, what is heard, and that nothing a client does stops the robot. An independent client speaks with it
-//! (`client.py`).
+//! The live server: who is let in, what is heard, and that nothing a client does stops the robot.
+//! An independent client speaks with it (`client.py`).
 
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -42,7 +42,8 @@ fn python() -> Option<String> {
     None
 }
 
-/// Serves a session in real time for as long as a script drives it, and gives what the script printed.
+/// Serves a session in real time for as long as a script drives it, and gives what the script
+/// printed.
 fn served(script: &str, further: &[&str]) -> Option<String> {
     let python = python()?;
     let mut session = session(&["robot.x_m=0", "robot.heading_deg=0"]);
@@ -173,7 +174,8 @@ fn a_payload_loads_the_wheels_and_stays_over_a_reset() {
     let bare_n = carried_n(&mut session, &controls);
     controls.take(r#"{"payload_kg": 10}"#);
     let loaded_n = carried_n(&mut session, &controls);
-    // Ten kilograms weigh 98.07 N on a level floor; what is left of the settling is far below a newton.
+    // Ten kilograms weigh 98.07 N on a level floor; what is left of the settling is far below a
+    // newton.
     assert!(
         (loaded_n - bare_n - 98.07).abs() < 1.0,
         "{bare_n} N, then {loaded_n} N"
@@ -292,7 +294,8 @@ fn the_guidance_follows_the_reference_whatever_comes_first() {
             let figures = session.figures(&controls);
             figures.reference_error_m.expect("a reference")
         };
-        // It starts 1.5 m off, and turns by 120 degrees before it hurries there where heading comes first.
+        // It starts 1.5 m off, and turns by 120 degrees before it hurries there where heading comes
+        // first.
         assert!(off_m(&session) > 1.0);
         let steps = (20.0 / session.control_dt_s()) as usize;
         (0..steps).for_each(|_| session.advance(&controls).expect("a step"));
@@ -300,7 +303,8 @@ fn the_guidance_follows_the_reference_whatever_comes_first() {
     }
 }
 
-/// Tasks of the position alone: the robot comes onto the circle, and nothing turns it but what its rollers' slip does.
+/// Tasks of the position alone: the robot comes onto the circle, and nothing turns it but what its
+/// rollers' slip does.
 #[test]
 fn the_guidance_has_the_tasks_of_the_scenario() {
     let tasks = "guidance.tasks=[\"position_feedforward\", \"position_feedback\"]";

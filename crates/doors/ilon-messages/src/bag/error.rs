@@ -1,23 +1,23 @@
-//! Why a bag could not be written.
+//! Errors of writing a bag.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::CdrError;
 
-/// Why a bag could not be written.
+/// Reasons why a bag could not be written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BagError {
-    /// A file or folder could not be made or written.
+    /// A file or folder could not be created or written.
     #[error("could not write {path}: {source}")]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         source: io::Error,
     },
-    /// Another program writes this bag.
+    /// Another program is writing this bag.
     #[error(
         "{path} is being written by another program; wait for its end, or choose another folder"
     )]
@@ -25,7 +25,7 @@ pub enum BagError {
         /// The file of the bag.
         path: PathBuf,
     },
-    /// A topic has a name that ROS 2 does not allow.
+    /// ROS 2 does not allow the topic's name.
     #[error(
         "\"{topic}\" cannot be the name of a topic: it takes a slash before each part, and in each part letters, digits and \
          underscores, with no digit first, and at most {max} characters in all",
@@ -41,7 +41,7 @@ pub enum BagError {
         /// Its name.
         topic: String,
     },
-    /// A message was written to a topic that has not been declared, or for another type of message.
+    /// A message was written to an undeclared topic, or to a topic of another type.
     #[error("the topic {topic} has not been declared for {type_name}")]
     NotDeclared {
         /// The name of the topic.
@@ -54,10 +54,10 @@ pub enum BagError {
     Message {
         /// The name of the topic.
         topic: String,
-        /// Why.
+        /// The reason.
         source: CdrError,
     },
-    /// A time that rosbag2 cannot hold.
+    /// A time outside rosbag2's range.
     #[error("the time {log_time_ns} ns of a message for {topic} does not fit into 63 bits")]
     Time {
         /// The name of the topic.
@@ -65,7 +65,7 @@ pub enum BagError {
         /// The time.
         log_time_ns: u64,
     },
-    /// The MCAP file could not be written, for a reason other than the system's.
+    /// The MCAP file could not be written, without an error of the system.
     #[error("could not write {path}: {reason}")]
     Mcap {
         /// The file.
@@ -76,13 +76,13 @@ pub enum BagError {
 }
 
 impl BagError {
-    /// What the system says about a path.
+    /// Converts a system error about a path.
     pub(super) fn io(path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
         |source| Self::Io { path, source }
     }
 
-    /// What the writer of MCAP says about a file.
+    /// Converts an error of the MCAP writer about a file.
     pub(super) fn mcap(path: &Path) -> impl FnOnce(mcap::McapError) -> Self {
         let path = path.to_owned();
         |error| match error {

@@ -6,16 +6,16 @@ use std::path::Path;
 
 use super::BagError;
 
-/// Its messages.
+/// The messages.
 pub(super) const FILE: &str = "bag_0.mcap";
-/// The same while it is written, and of a bag that was cut short.
+/// The messages during writing, and of an interrupted bag.
 pub(super) const UNFINISHED_FILE: &str = "bag_0.mcap.ilon-partial";
-/// What ROS 2 wants to know of them.
+/// The metadata for ROS 2.
 pub(super) const METADATA: &str = "metadata.yaml";
-/// The same while it is written.
+/// The metadata during writing.
 pub(super) const UNFINISHED_METADATA: &str = ".metadata.yaml.ilon-partial";
 
-/// Removes a file, if there is one.
+/// Removes a file, if it exists.
 pub(super) fn remove_if_there(path: &Path) -> Result<(), BagError> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(BagError::io(path)(error)),

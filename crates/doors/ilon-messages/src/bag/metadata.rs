@@ -1,24 +1,25 @@
-//! `metadata.yaml`, by which rosbag2 knows a folder as a bag.
+//! `metadata.yaml`, by which rosbag2 recognises a folder as a bag.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::topic::Topic;
 
-/// The version that Humble writes. Every later distribution reads it, and what it does not know here it passes over.
+/// The version written by Humble. Every later distribution reads it, and ignores what it does not
+/// know here.
 const VERSION: u32 = 5;
 
-/// What is said of a bag as a whole.
+/// Metadata of the whole bag.
 pub(super) struct Metadata<'a> {
     /// The name of its one file.
     pub file: &'a str,
-    /// The first and last time of a message, ns.
+    /// The first and last time of a message, in ns.
     pub span: Option<(u64, u64)>,
     pub topics: &'a BTreeMap<String, Topic>,
 }
 
 impl Metadata<'_> {
-    /// As the MCAP file holds it of itself.
+    /// Returns the metadata in the form inside the MCAP file.
     pub fn to_yaml(&self) -> String {
         let Self { file, span, topics } = self;
         let (start, end) = span.unwrap_or_default();
@@ -43,7 +44,7 @@ impl Metadata<'_> {
             },
         ) in *topics
         {
-            // Rust writes such a text in quotes as YAML does.
+            // Rust quotes such a text like YAML.
             let qos = qos.to_yaml();
             let _ = write!(
                 text,
@@ -61,7 +62,7 @@ impl Metadata<'_> {
         text
     }
 
-    /// As the file `metadata.yaml` holds it.
+    /// Returns the content of the file `metadata.yaml`.
     pub fn to_file(&self) -> String {
         let mut text = String::from("rosbag2_bagfile_information:\n");
         for line in self.to_yaml().lines() {

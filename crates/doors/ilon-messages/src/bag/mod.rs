@@ -1,8 +1,8 @@
-//! Bags: recordings as rosbag2 makes them, a folder with an MCAP file and its `metadata.yaml`, for `ros2 bag`, Foxglove, Rerun,
-//! PlotJuggler and all who read MCAP.
+//! Bags: recordings in the format of rosbag2, a folder with an MCAP file and its `metadata.yaml`,
+//! for `ros2 bag`, Foxglove, Rerun, PlotJuggler and all other readers of MCAP.
 //!
-//! Bags are written in the form of Humble (version 5 of the metadata), which every later distribution reads. Their chunks are not
-//! compressed, which takes no C compiler.
+//! Bags are written in the format of Humble (version 5 of the metadata), which every later
+//! distribution reads. Their chunks are not compressed, so no C compiler is needed.
 //!
 //! ```no_run
 //! use ilon_messages::bag::{BagWriter, Qos};

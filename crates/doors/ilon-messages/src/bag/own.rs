@@ -1,4 +1,4 @@
-//! Bags that ilon wrote, known from those of others.
+//! Recognises bags written by ilon.
 
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -7,15 +7,16 @@ use std::path::Path;
 use super::BagError;
 use super::files::{FILE, METADATA, UNFINISHED_FILE, UNFINISHED_METADATA, remove_if_there};
 
-/// What a bag of ilon consists of, finished or not.
+/// The files of an ilon bag, finished or not.
 const FILES: [&str; 4] = [FILE, UNFINISHED_FILE, METADATA, UNFINISHED_METADATA];
 
-/// The bytes with which an MCAP file begins.
+/// The first bytes of an MCAP file.
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
-/// How the name of the library begins that stands in its first record, in any version.
+/// Start of the library name in its first record, for any version.
 const LIBRARY: &[u8] = b"ilon ";
 
-/// Whether all that is in a folder is a bag that ilon wrote, finished or not. An empty folder is none; one that cannot be read neither.
+/// Whether a folder contains only a bag written by ilon, finished or not. False for an empty or
+/// unreadable folder.
 pub fn is_own(folder: &Path) -> bool {
     let Ok(entries) = fs::read_dir(folder) else {
         return false;
@@ -30,19 +31,21 @@ pub fn is_own(folder: &Path) -> bool {
             .any(|name| begins_as_own(&folder.join(name)).unwrap_or(false))
 }
 
-/// Whether a file names ilon at its head. A file that a killed writer left empty might be anybody's: there is nothing to lose in it.
+/// Whether a file names ilon at its head. An empty file of a killed writer counts as well: nothing
+/// in it can be lost.
 fn begins_as_own(path: &Path) -> io::Result<bool> {
     if !fs::metadata(path)?.is_file() {
         return Ok(false);
     }
     let mut head = Vec::new();
     File::open(path)?.take(256).read_to_end(&mut head)?;
-    // Magic, then a record: one byte of kind, eight of length, profile and library behind their lengths of four bytes.
+    // Magic, then a record: one byte of kind, eight of length, profile and library, each after its
+    // length of four bytes.
     let library = head.windows(LIBRARY.len()).any(|bytes| bytes == LIBRARY);
     Ok(head.is_empty() || head.starts_with(MAGIC) && library)
 }
 
-/// Removes a bag that ilon wrote, and its folder. Of any other folder, or none, nothing is touched.
+/// Removes a bag written by ilon, and its folder. Any other or missing folder is left alone.
 ///
 /// # Errors
 /// A file of it cannot be removed.

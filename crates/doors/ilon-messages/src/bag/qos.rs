@@ -1,36 +1,37 @@
-//! How a topic is delivered, which whoever plays the bag offers again.
+//! Quality of service of a topic, which players of the bag use again.
 
-/// How a topic is delivered.
+/// Quality of service of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Qos {
     /// Whether lost messages are sent again.
     pub reliability: Reliability,
-    /// Whether those who come late get earlier messages.
+    /// Whether late subscribers get earlier messages.
     pub durability: Durability,
-    /// How many messages are kept.
+    /// Number of messages kept.
     pub depth: usize,
 }
 
 /// Whether lost messages are sent again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reliability {
-    /// They are.
+    /// Lost messages are sent again.
     Reliable,
-    /// They are not.
+    /// Lost messages are not sent again.
     BestEffort,
 }
 
-/// Whether those who come late get earlier messages.
+/// Whether late subscribers get earlier messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Durability {
-    /// They get those that are kept: for what is said once, such as `/tf_static` and `/robot_description`.
+    /// Late subscribers get the kept messages: for one-time topics such as `/tf_static` and
+    /// `/robot_description`.
     TransientLocal,
-    /// They do not.
+    /// Late subscribers get no earlier messages.
     Volatile,
 }
 
 impl Qos {
-    /// Lost messages are sent again; those who come late get none of before.
+    /// Lost messages are sent again; late subscribers get no earlier ones.
     pub const fn reliable(depth: usize) -> Self {
         Self {
             reliability: Reliability::Reliable,
@@ -39,7 +40,7 @@ impl Qos {
         }
     }
 
-    /// Lost messages are lost; those who come late get none of before.
+    /// Lost messages are not sent again; late subscribers get no earlier ones.
     pub const fn best_effort(depth: usize) -> Self {
         Self {
             reliability: Reliability::BestEffort,
@@ -48,7 +49,7 @@ impl Qos {
         }
     }
 
-    /// Those who come late get the messages that are kept.
+    /// Lets late subscribers get the kept messages.
     pub const fn transient_local(self) -> Self {
         Self {
             durability: Durability::TransientLocal,
@@ -56,11 +57,11 @@ impl Qos {
         }
     }
 
-    /// As bags hold it: YAML with the numbers of rmw, as they were before version 9 of the metadata.
+    /// Returns the form in bags: YAML with the numbers of rmw, as before version 9 of the metadata.
     pub(super) fn to_yaml(self) -> String {
         const KEEP_LAST: u8 = 1;
         const AUTOMATIC: u8 = 1;
-        // The longest time that ROS 2 knows, 2^63 - 1 ns: none is asked for.
+        // The longest duration of ROS 2, 2^63 - 1 ns: no limit.
         const UNLIMITED: &str = "\n    sec: 9223372036\n    nsec: 854775807";
         let Self {
             reliability,

@@ -1,4 +1,4 @@
-//! Reading bags of anybody, from front to back.
+//! Sequential reading of bags from any writer.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
@@ -12,13 +12,13 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 
 use crate::{CdrError, Message};
 
-/// The longest record that is taken into memory, and the most bytes that a chunk may unpack to.
+/// The longest record held in memory, and the largest unpacked size of a chunk, in bytes.
 const RECORD_BYTES: usize = 256 << 20;
 
-/// The most topics that are kept to be listed.
+/// Largest number of topics listed.
 const MOST_TOPICS: usize = 1000;
 
-/// The encoding of messages in bags of ROS 2.
+/// The encoding of messages in ROS 2 bags.
 const CDR: &str = "cdr";
 
 /// A message of a bag.
@@ -27,19 +27,19 @@ const CDR: &str = "cdr";
 pub struct ReadMessage<'a> {
     /// Its topic.
     pub topic: &'a str,
-    /// Its type, as in `geometry_msgs/msg/Twist`.
+    /// Its type, such as `geometry_msgs/msg/Twist`.
     pub type_name: &'a str,
-    /// When it was recorded, in nanoseconds.
+    /// Recording time, in nanoseconds.
     pub log_time_ns: u64,
-    /// What it says, as CDR.
+    /// Its content, as CDR.
     pub cdr: &'a [u8],
 }
 
 impl ReadMessage<'_> {
-    /// What it says, as a message of a type.
+    /// Decodes it as a message of a type.
     ///
     /// # Errors
-    /// Where it is of another type, or does not hold what its type says.
+    /// If it has another type, or its content does not match the type.
     pub fn decode<M: Message>(&self) -> Result<M, MessageFault> {
         if self.type_name != M::TYPE_NAME {
             return Err(MessageFault::OtherType {
@@ -55,11 +55,11 @@ impl ReadMessage<'_> {
     }
 }
 
-/// Why a message is not what was wanted.
+/// Reasons why a message is not the expected one.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MessageFault {
-    /// It is of another type.
+    /// Another type.
     #[error("`{topic}` is of the type {type_name}")]
     OtherType {
         /// Its topic.
@@ -67,20 +67,20 @@ pub enum MessageFault {
         /// Its type.
         type_name: String,
     },
-    /// It does not hold what its type says.
+    /// Its content does not match its type.
     #[error("a message of `{topic}` is no {type_name}: {reason}")]
     Damaged {
         /// Its topic.
         topic: String,
         /// Its type.
         type_name: &'static str,
-        /// Why.
+        /// The reason.
         reason: CdrError,
     },
 }
 
 impl MessageFault {
-    /// What to do about it; `choose` says which types would do.
+    /// Returns a remedy; `choose` returns the accepted types.
     pub fn help(&self, choose: impl FnOnce() -> String) -> String {
         match self {
             Self::OtherType { .. } => choose(),
@@ -92,7 +92,7 @@ impl MessageFault {
     }
 }
 
-/// The topics of a bag as its messages come, with their types, and the time since the first message.
+/// The topics of a bag read so far, with their types, and the time since the first message.
 #[derive(Clone, Debug, Default)]
 pub struct Seen {
     first_ns: Option<u64>,
@@ -100,8 +100,8 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// Takes note of a message, of a thousand topics at most. Gives the seconds since the first one: since 1970 they leave no digits for what happens
-    /// within a period.
+    /// Records a message's topic, up to a thousand topics. Returns the seconds since the first
+    /// message: seconds since 1970 leave no digits for times within a period.
     pub fn note(&mut self, message: &ReadMessage) -> f64 {
         if !self.topics.contains_key(message.topic) && self.topics.len() < MOST_TOPICS {
             let (topic, kind) = (message.topic.to_owned(), message.type_name.to_owned());
@@ -111,12 +111,12 @@ impl Seen {
         (i128::from(message.log_time_ns) - i128::from(first_ns)) as f64 * 1e-9
     }
 
-    /// The topics, and the type of each.
+    /// The topics, each with its type.
     pub fn topics(&self) -> &BTreeMap<String, String> {
         &self.topics
     }
 
-    /// The topics in words.
+    /// Returns the topics as text.
     pub fn listed(&self) -> String {
         let topics = self.topics.iter();
         let listed: Vec<String> = topics
@@ -129,24 +129,24 @@ impl Seen {
     }
 }
 
-/// Why a bag cannot be read.
+/// Reasons why a bag cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BagReadError {
-    /// A file cannot be read, or may not be.
+    /// A file is unreadable or inaccessible.
     #[error("cannot read {path}: {reason}")]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         reason: ReadError,
     },
-    /// A file is no MCAP file, or a folder holds none.
+    /// A file that is not MCAP, or a folder without MCAP files.
     #[error("{path} {what}")]
     NotABag {
         /// The file or folder.
         path: PathBuf,
-        /// What it is in place of that.
+        /// What it is instead.
         what: &'static str,
     },
     /// A file is damaged.
@@ -154,24 +154,25 @@ pub enum BagReadError {
     Damaged {
         /// The file.
         path: PathBuf,
-        /// Where, and how.
+        /// The place and the damage.
         reason: String,
     },
 }
 
-/// What a channel of a file carries.
+/// Topic and type of a file's channel.
 struct Channel {
     topic: String,
     schema: u16,
     is_cdr: bool,
 }
 
-/// Shows the messages of a bag, a folder as rosbag2 makes it or one MCAP file, in the order in which they stand, to `see`, until that
-/// gives `false`. Chunks may be packed by lz4 or zstd. A file that ends in its middle, as a killed recorder leaves it, is read
-/// as far as it goes; messages in another encoding than CDR are left out. No more than one chunk lies in memory at a time.
+/// Passes the messages of a bag (a rosbag2 folder or one MCAP file) in stored order to `see`, until
+/// it returns `false`. Chunks may be compressed by lz4 or zstd. A truncated file, as from a killed
+/// recorder, is read as far as possible; messages in another encoding than CDR are skipped. At most
+/// one chunk is in memory at a time.
 ///
 /// # Errors
-/// What is no bag, cannot be read or is damaged.
+/// A path that is no bag, unreadable or damaged.
 pub fn read(
     path: &Path,
     files: &FileAccess,
@@ -189,16 +190,16 @@ pub fn read(
     Ok(())
 }
 
-/// The most files of a bag's folder that are looked at.
+/// Largest number of files visited in a bag's folder.
 const MOST_FILES: usize = 100_000;
 
-/// The MCAP files of a bag, in their order.
+/// Returns the MCAP files of a bag, in order.
 fn parts(path: &Path, access: &FileAccess) -> Result<Vec<PathBuf>, BagReadError> {
     let not_a_bag = |what| BagReadError::NotABag {
         path: path.to_owned(),
         what,
     };
-    // A folder that may not be looked into is opened like a file, which is refused.
+    // An inaccessible folder is opened like a file, which is rejected.
     if !access.is_folder(path) {
         return Ok(vec![path.to_owned()]);
     }
@@ -233,7 +234,7 @@ fn parts(path: &Path, access: &FileAccess) -> Result<Vec<PathBuf>, BagReadError>
     Ok(files)
 }
 
-/// Whether to go on with the next file.
+/// Returns whether to continue with the next file.
 fn read_file(
     path: &Path,
     mut file: File,
@@ -266,7 +267,7 @@ fn read_file(
                 Ok(false) => return Ok(false),
                 Err(reason) => return Err(damaged(reason)),
             },
-            // The end is missing.
+            // The file is truncated.
             Err(McapError::UnexpectedEof) => return Ok(true),
             Err(McapError::BadMagic) => {
                 return Err(BagReadError::NotABag {
@@ -280,7 +281,7 @@ fn read_file(
     Ok(true)
 }
 
-/// What a file has said of its channels.
+/// The channels of a file read so far.
 #[derive(Default)]
 struct Channels {
     schemas: HashMap<u16, String>,
@@ -288,7 +289,7 @@ struct Channels {
 }
 
 impl Channels {
-    /// Takes a record; whether to go on.
+    /// Processes a record; returns whether to continue.
     fn record(
         &mut self,
         opcode: u8,
@@ -309,7 +310,7 @@ impl Channels {
         Ok(true)
     }
 
-    /// Takes a record that holds no others.
+    /// Processes a record without inner records.
     fn take(
         &mut self,
         record: Record<'_>,
@@ -348,7 +349,7 @@ impl Channels {
     }
 }
 
-/// The records of a packed chunk; `None` of one that is not packed.
+/// Returns the records of a compressed chunk; `None` if it is not compressed.
 fn unpacked(compression: &str, bytes: u64, data: &[u8]) -> Result<Option<Vec<u8>>, String> {
     if compression.is_empty() {
         return Ok(None);
@@ -385,7 +386,7 @@ fn unpacked(compression: &str, bytes: u64, data: &[u8]) -> Result<Option<Vec<u8>
     Ok(Some(whole))
 }
 
-/// As a short text without what would break a line.
+/// Returns a short text without line breaks.
 fn one_line(text: &str) -> String {
     text.chars()
         .filter(|letter| !letter.is_control())

@@ -1,25 +1,25 @@
-//! Topics: their names, and what has been written to them.
+//! Topics of a bag: their names and message counts.
 
 use crate::Description;
 
 use super::Qos;
 
-/// The most characters of a topic's name in ROS 2.
+/// Longest name of a topic in ROS 2, in characters.
 pub(super) const MAX_LENGTH: usize = 247;
 
 /// A topic of a bag.
 #[derive(Debug)]
 pub(super) struct Topic {
-    /// The number of its channel in the file.
+    /// Number of its channel in the file.
     pub channel: u16,
-    /// What its messages are.
+    /// Description of its message type.
     pub description: &'static Description,
     pub qos: Qos,
-    /// How many messages have been written.
+    /// Number of messages written.
     pub count: u64,
 }
 
-/// Whether ROS 2 takes it for the full name of a topic. What it takes needs no escape in YAML.
+/// Whether ROS 2 accepts it as the full name of a topic. Such names need no escapes in YAML.
 pub(super) fn is_name(name: &str) -> bool {
     let is_part = |part: &str| {
         part.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')

@@ -1,4 +1,4 @@
-//! Writing a bag while its messages come.
+//! Writing of bags, message by message.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -15,45 +15,47 @@ use super::metadata::Metadata;
 use super::topic::{self, Topic};
 use super::{BagError, Qos};
 
-/// A chunk ends once it holds as many bytes, or spans as long a time, ns: that much a killed writer loses at most, and a player
-/// reads to get at one moment.
+/// A chunk ends at this number of bytes, or at this duration, in ns: the largest loss of a killed
+/// writer, and the amount a player reads for a single moment.
 const CHUNK_BYTES: usize = 1 << 20;
 const CHUNK_NANOSECONDS: u64 = 1_000_000_000;
 
-/// What wrote them.
+/// The library name in the file.
 pub(super) const LIBRARY: &str = concat!("ilon ", env!("CARGO_PKG_VERSION"));
 
-/// Writes a bag while its messages come: the file grows by whole chunks, each of which can be read whatever happens after it.
+/// Writes a bag message by message: the file grows by whole chunks, each of which stays readable
+/// whatever happens later.
 ///
-/// A bag is whole after [`BagWriter::finish`]; until then its file is called `bag_0.mcap.ilon-partial`. What a writer leaves that was dropped before is a
-/// whole file of that name, without `metadata.yaml` (`ros2 bag reindex` makes one); what a process leaves that was killed also lacks its index, and
-/// readers have to go through it from its start.
+/// A bag is complete after [`BagWriter::finish`]; until then its file is called
+/// `bag_0.mcap.ilon-partial`. A writer dropped before that leaves a complete file with that name,
+/// without `metadata.yaml` (`ros2 bag reindex` creates one); a killed process leaves a file without
+/// index, which readers must scan from its start.
 pub struct BagWriter {
     folder: PathBuf,
-    /// The file, locked as long as it is open.
+    /// The file, locked while open.
     mcap: Writer<BufWriter<File>>,
     topics: BTreeMap<String, Topic>,
-    /// The first and last time of a message, ns.
+    /// The first and last time of a message, in ns.
     span: Option<(u64, u64)>,
     chunk: Option<Chunk>,
-    /// The message that is being written, encoded.
+    /// Buffer for the current encoded message.
     encoded: Vec<u8>,
 }
 
-/// The chunk that is being filled.
+/// The chunk being filled.
 struct Chunk {
     bytes: usize,
     start_ns: u64,
 }
 
 impl BagWriter {
-    /// Begins a bag in a folder, which is made if there is none. A bag already there is replaced.
+    /// Starts a bag in a folder, which is created if missing. An existing bag is replaced.
     ///
     /// Its messages are in the file `bag_0.mcap`.
     ///
     /// # Errors
     ///
-    /// The folder or its files cannot be made, or another program writes this bag.
+    /// The folder or its files cannot be created, or another program is writing this bag.
     pub fn create(folder: &Path) -> Result<Self, BagError> {
         fs::create_dir_all(folder).map_err(BagError::io(folder))?;
         let path = folder.join(UNFINISHED_FILE);
@@ -67,7 +69,7 @@ impl BagWriter {
             .profile("ros2")
             .library(LIBRARY)
             .compression(None)
-            // Chunks are ended here, and reach the file only whole.
+            // Chunks are ended here, and written only when complete.
             .chunk_size(None)
             .disable_seeking(true)
             .create(BufWriter::new(growing))
@@ -82,11 +84,11 @@ impl BagWriter {
         })
     }
 
-    /// Declares that messages of type `M` will come on a topic.
+    /// Declares a topic with messages of type `M`.
     ///
     /// # Errors
     ///
-    /// ROS 2 does not allow the name, the topic has been declared already, or the file cannot be written.
+    /// ROS 2 does not allow the name, the topic is already declared, or the file cannot be written.
     pub fn declare<M: Message>(&mut self, topic: &str, qos: Qos) -> Result<(), BagError> {
         if !topic::is_name(topic) {
             return Err(BagError::TopicName {
@@ -119,14 +121,15 @@ impl BagWriter {
         Ok(())
     }
 
-    /// Writes a message to a topic. Times may come in any order, but files are small and quick to read where they ascend.
+    /// Writes a message to a topic. Times may have any order, but increasing times make files small
+    /// and quick to read.
     ///
-    /// tf2 takes a stamp of zero for "the latest": start a simulation's clock above it.
+    /// tf2 interprets a stamp of zero as "the latest": start a simulation's clock above it.
     ///
     /// # Errors
     ///
-    /// The topic has not been declared for such messages, the message cannot be encoded, its time does not fit into 63 bits, or the
-    /// file cannot be written.
+    /// The topic is not declared for such messages, the message cannot be encoded, its time does
+    /// not fit into 63 bits, or the file cannot be written.
     pub fn write<M: Message>(
         &mut self,
         topic: &str,
@@ -157,7 +160,7 @@ impl BagWriter {
             })?;
         let header = MessageHeader {
             channel_id: known.channel,
-            // It wraps around, as the format has 32 bits for it.
+            // It wraps around, because the format has 32 bits for it.
             sequence: known.count as u32,
             log_time: log_time_ns,
             publish_time: log_time_ns,
@@ -178,7 +181,7 @@ impl BagWriter {
         Ok(())
     }
 
-    /// Brings all messages so far into the file.
+    /// Writes all messages so far to the file.
     ///
     /// # Errors
     ///
@@ -188,7 +191,7 @@ impl BagWriter {
         self.mcap.flush().map_err(BagError::mcap(&self.path()))
     }
 
-    /// Ends the bag: its index, and its `metadata.yaml`, both on the disk.
+    /// Completes the bag: writes its index and its `metadata.yaml`, and syncs them to the disk.
     ///
     /// # Errors
     ///
@@ -233,7 +236,7 @@ impl std::fmt::Debug for BagWriter {
     }
 }
 
-/// Opens the file of a bag for this writer alone, and leaves what is in it.
+/// Opens the file of a bag exclusively, without truncating it.
 fn claim(path: &Path) -> Result<File, BagError> {
     must_be_plain(path)?;
     let file = OpenOptions::new()
@@ -244,12 +247,12 @@ fn claim(path: &Path) -> Result<File, BagError> {
         .map_err(BagError::io(path))?;
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => Err(BagError::Busy { path: path.into() }),
-        // A file system without locks has nobody who waits for one either.
+        // On a file system without locks no other writer waits for one either.
         _ => Ok(file),
     }
 }
 
-/// Makes sure that a file is plain, if there is one.
+/// Checks that a path is a regular file, if it exists.
 fn must_be_plain(path: &Path) -> Result<(), BagError> {
     match fs::metadata(path) {
         Ok(found) if !found.is_file() => {
@@ -260,7 +263,7 @@ fn must_be_plain(path: &Path) -> Result<(), BagError> {
     }
 }
 
-/// Writes `metadata.yaml` whole or not at all.
+/// Writes `metadata.yaml` atomically.
 fn write_metadata(folder: &Path, text: &str) -> io::Result<()> {
     let unfinished = folder.join(UNFINISHED_METADATA);
     let written = fs::write(&unfinished, text)

@@ -1,23 +1,23 @@
-//! Moments and spans of time.
+//! Times and durations.
 
 use crate::declare::messages;
 
 messages! { builtin_interfaces;
-    /// A moment, counted from the clock's start: the Unix epoch, or that of the simulation.
+    /// A time since the clock's start: the Unix epoch, or that of the simulation.
     #[derive(Copy, Eq)]
     Time "b106235e25a4c5ed35098aa0a61a3ee9c9b18d197f398b0e4206cea9acf9c197" {
         /// Whole seconds, s.
         sec: i32,
-        /// What comes on top of them, ns, below 10^9.
+        /// Nanoseconds on top, below 10^9.
         nanosec: u32,
     }
 
-    /// A span of time.
+    /// A duration.
     #[derive(Copy, Eq)]
     Duration "e8d009f659816f758b75334ee1a9ca5b5c0b859843261f14c7f937349599d93b" {
         /// Whole seconds, s, rounded down.
         sec: i32,
-        /// What comes on top of them, ns, below 10^9.
+        /// Nanoseconds on top, below 10^9.
         nanosec: u32,
     }
 }
@@ -25,14 +25,15 @@ messages! { builtin_interfaces;
 const NANOSECONDS: u64 = 1_000_000_000;
 
 impl Time {
-    /// The moment `nanoseconds` after the clock's start, or nothing where its seconds do not fit into 31 bits: the Unix time of 2038.
+    /// Returns the time `nanoseconds` after the clock's start; `None` if its seconds exceed 31 bits
+    /// (Unix time of 2038).
     pub fn from_nanoseconds(nanoseconds: u64) -> Option<Self> {
         let sec = i32::try_from(nanoseconds / NANOSECONDS).ok()?;
         let nanosec = (nanoseconds % NANOSECONDS) as u32;
         Some(Self { sec, nanosec })
     }
 
-    /// Nanoseconds since the clock's start, or nothing for a moment before it.
+    /// Returns the nanoseconds since the clock's start; `None` for a time before it.
     pub fn nanoseconds(self) -> Option<u64> {
         let sec = u64::try_from(self.sec).ok()?;
         Some(sec * NANOSECONDS + u64::from(self.nanosec))

@@ -1,10 +1,10 @@
-//! How parts of a robot fare.
+//! Diagnostics of a robot's parts.
 
 use crate::declare::messages;
 use crate::std_msgs::Header;
 
 messages! { diagnostic_msgs;
-    /// A value under a name.
+    /// A named value.
     #[derive(Eq)]
     KeyValue "d68081eaa540288c5440753baecef0c4e16e81a5f78ad68902ded5100413bb42" {
         /// The name.
@@ -13,34 +13,34 @@ messages! { diagnostic_msgs;
         value: String,
     }
 
-    /// How one part fares.
+    /// Status of one part.
     #[derive(Eq)]
     DiagnosticStatus "b0e3e692ea2d54a8af2f4ef1930e81556a2db55216b771f8a7d2724ed47bf0e4" const {
-        /// All is well.
+        /// No problem.
         OK: u8 as byte = 0,
-        /// Something to look into.
+        /// A warning.
         WARN: u8 as byte = 1,
-        /// Something failed.
+        /// An error.
         ERROR: u8 as byte = 2,
-        /// Nothing has been heard for too long.
+        /// No data for too long.
         STALE: u8 as byte = 3,
     } {
-        /// How severe: one of the constants.
+        /// Severity: one of the constants.
         level: u8 as byte,
-        /// Which part, with those that it belongs to before it: `ilon/wheels/front_left`.
+        /// Name of the part, after its parents': `ilon/wheels/front_left`.
         name: String,
-        /// How it fares, in words.
+        /// Status as text.
         message: String,
-        /// The hardware, as by its serial number.
+        /// Hardware identifier, such as a serial number.
         hardware_id: String,
-        /// What it was judged by.
+        /// Values behind the status.
         values: Vec<KeyValue>,
     }
 
-    /// How several parts fare, for `/diagnostics`.
+    /// Status of several parts, for `/diagnostics`.
     #[derive(Eq)]
     DiagnosticArray "5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e" {
-        /// When.
+        /// Time.
         header: Header,
         /// The parts.
         status: Vec<DiagnosticStatus>,

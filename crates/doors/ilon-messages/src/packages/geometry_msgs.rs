@@ -3,11 +3,12 @@
 use crate::declare::messages;
 use crate::std_msgs::Header;
 
-/// How six components vary together: rows and columns x, y, z, then rotations about x, y, z.
+/// A 6 x 6 covariance: rows and columns x, y, z, then rotations about x, y, z.
 pub type Covariance = [[f64; 6]; 6];
 
 impl Pose {
-    /// x and y in metres and the heading in radians, of what stands or leans: the turn about z after which it leans.
+    /// Returns x and y in metres and the heading in radians. For a leaning body the heading is the
+    /// rotation about z before the lean.
     pub fn planar(&self) -> [f64; 3] {
         let q = &self.orientation;
         let heading_rad = libm::atan2(
@@ -19,7 +20,7 @@ impl Pose {
 }
 
 messages! { geometry_msgs;
-    /// A place.
+    /// A point.
     #[derive(Copy)]
     Point "6963084842a9b04494d6b2941d11444708d892da2f4b09843b9c43f42a7f6881" {
         /// Along x, m.
@@ -30,7 +31,7 @@ messages! { geometry_msgs;
         z: f64,
     }
 
-    /// A direction with a size, in the unit of what holds it.
+    /// A vector, in the unit of the containing message.
     #[derive(Copy)]
     Vector3 "cc12fe83e4c02719f1ce8070bfd14aecd40f75a96696a67a2a1f37f7dbb0765d" {
         /// Along or about x.
@@ -54,59 +55,59 @@ messages! { geometry_msgs;
         w: f64 = 1.0,
     }
 
-    /// A place and an orientation.
+    /// A position and an orientation.
     #[derive(Copy)]
     Pose "d501954e9476cea2996984e812054b68026ae0bfae789d9a10b23daf35cc90fa" {
-        /// The place, m.
+        /// The position, m.
         position: Point,
         /// The orientation.
         orientation: Quaternion,
     }
 
-    /// A pose at a time, in a frame.
+    /// A pose with time and frame.
     PoseStamped "10f3786d7d40fd2b54367835614bff85d4ad3b5dab62bf8bca0cc232d73b4cd8" {
-        /// When, and in which frame.
+        /// Time and frame.
         header: Header,
         /// The pose.
         pose: Pose,
     }
 
-    /// A pose and how sure it is.
+    /// A pose with covariance.
     #[derive(Copy)]
     PoseWithCovariance "9a7c0fd234b7f45c6098745ecccd773ca1085670e64107135397aee31c02e1bb" {
         /// The pose.
         pose: Pose,
-        /// How its components vary, m² and rad².
+        /// Its covariance, m² and rad².
         covariance: Covariance,
     }
 
     /// A velocity.
     #[derive(Copy)]
     Twist "9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a" {
-        /// Of the origin, m/s.
+        /// Linear velocity of the origin, m/s.
         linear: Vector3,
-        /// About the axes, rad/s.
+        /// Angular velocity, rad/s.
         angular: Vector3,
     }
 
-    /// A velocity at a time, in a frame.
+    /// A velocity with time and frame.
     TwistStamped "5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64" {
-        /// When, and in which frame.
+        /// Time and frame.
         header: Header,
         /// The velocity.
         twist: Twist,
     }
 
-    /// A velocity and how sure it is.
+    /// A velocity with covariance.
     #[derive(Copy)]
     TwistWithCovariance "49f574f033f095d8b6cd1beaca5ca7925e296e84af1716d16c89d38b059c8c18" {
         /// The velocity.
         twist: Twist,
-        /// How its components vary, m²/s² and rad²/s².
+        /// Its covariance, m²/s² and rad²/s².
         covariance: Covariance,
     }
 
-    /// Where one frame is in another.
+    /// The pose of one frame in another.
     #[derive(Copy)]
     Transform "beb83fbe698636351461f6f35d1abb20010c43d55374d81bd041f1ba2581fddc" {
         /// Its origin, m.
@@ -115,19 +116,19 @@ messages! { geometry_msgs;
         rotation: Quaternion,
     }
 
-    /// Where one frame is in another at a time.
+    /// The pose of one frame in another, with time.
     TransformStamped "0a241f87d04668d94099cbb5ba11691d5ad32c2f29682e4eb5653424bd275206" {
-        /// When, and in which frame.
+        /// Time and frame.
         header: Header,
-        /// Which frame.
+        /// The child frame.
         child_frame_id: String,
-        /// Where it is.
+        /// Its pose.
         transform: Transform,
     }
 
-    /// A vector at a time, in a frame, such as the slip velocity where a wheel touches the ground.
+    /// A vector with time and frame, such as the slip velocity of a wheel's contact.
     Vector3Stamped "d4829622288cbb443886e7ea94ea5671a3b1be6bab4ad04224432a65f7d7887a" {
-        /// When, and in which frame.
+        /// Time and frame.
         header: Header,
         /// The vector.
         vector: Vector3,
@@ -142,9 +143,9 @@ messages! { geometry_msgs;
         torque: Vector3,
     }
 
-    /// A force and a torque at a time, in a frame.
+    /// A force and a torque with time and frame.
     WrenchStamped "8dc3deaf06b2ab281f9f9a742a8961c328ca7cec16e3fd6586d3a5c83fa78f77" {
-        /// When, and in which frame.
+        /// Time and frame.
         header: Header,
         /// The force and the torque.
         wrench: Wrench,

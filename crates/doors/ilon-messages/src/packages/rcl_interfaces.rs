@@ -1,36 +1,36 @@
-//! What nodes log.
+//! Logs of nodes.
 
 use crate::builtin_interfaces::Time;
 use crate::declare::messages;
 
 messages! { rcl_interfaces;
-    /// A line of a log, for `/rosout`.
+    /// A log entry, for `/rosout`.
     #[derive(Eq)]
     Log "e28ce254ca8abc06abf92773b74602cdbf116ed34fbaf294fb9f81da9f318eac" const {
-        /// For those who look for a fault in the program.
+        /// For debugging.
         DEBUG: u8 = 10,
-        /// All is well.
+        /// No problem.
         INFO: u8 = 20,
-        /// Something to look into.
+        /// A warning.
         WARN: u8 = 30,
-        /// Something failed.
+        /// An error.
         ERROR: u8 = 40,
-        /// The program cannot go on.
+        /// A fatal error.
         FATAL: u8 = 50,
     } {
-        /// When.
+        /// Time.
         stamp: Time,
-        /// How severe: one of the constants.
+        /// Severity: one of the constants.
         level: u8,
-        /// Who logged it.
+        /// Name of the node.
         name: String,
-        /// The line.
+        /// The text.
         msg: String,
-        /// The source file from which it came.
+        /// Source file.
         file: String,
-        /// The function from which it came.
+        /// Source function.
         function: String,
-        /// The line of the source file from which it came.
+        /// Line in the source file.
         line: u32,
     }
 }

@@ -1,13 +1,13 @@
-//! Text, arrays, colours, and the header of what has a time and a frame.
+//! Text, arrays, colours, and the header with time and frame.
 
 use crate::builtin_interfaces::Time;
 use crate::declare::messages;
 
 messages! { std_msgs;
-    /// When and in which frame the rest of a message holds.
+    /// Time and frame of a message.
     #[derive(Eq)]
     Header "f49fb3ae2cf070f793645ff749683ac6b06203e41c891e17701b1cb597ce6a01" {
-        /// When.
+        /// Time.
         stamp: Time,
         /// The frame, without a leading slash.
         frame_id: std::string::String,
@@ -20,7 +20,7 @@ messages! { std_msgs;
         data: std::string::String,
     }
 
-    /// A colour and how opaque it is, each part from 0 to 1.
+    /// A colour with opacity, each part from 0 to 1.
     #[derive(Copy)]
     ColorRGBA "77a7a5b9ae477306097665106e0413ba74440245b1f3d0c6d6405fe5c7813fe8" {
         /// Red.
@@ -29,33 +29,33 @@ messages! { std_msgs;
         g: f32,
         /// Blue.
         b: f32,
-        /// Opacity: 0 cannot be seen, 1 hides what is behind.
+        /// Opacity: 0 is transparent, 1 is opaque.
         a: f32,
     }
 
     /// One dimension of an array.
     #[derive(Eq)]
     MultiArrayDimension "5e773a60a4c7fc8a54985f307c7837aa2994252a126c301957a24e31282c9cbe" {
-        /// What it counts.
+        /// Its label.
         label: std::string::String,
-        /// How many there are.
+        /// Its size.
         size: u32,
-        /// How many numbers this dimension and those after it span.
+        /// Number of values in this dimension and those after it.
         stride: u32,
     }
 
-    /// How numbers behind each other form an array of several dimensions.
+    /// Layout of a multi-dimensional array.
     #[derive(Eq)]
     MultiArrayLayout "4c66e6f78e740ac103a94cf63259f968e48c617e7699e829b63c21a5cb50dac6" {
-        /// Its dimensions, the one that changes slowest first.
+        /// Its dimensions, the slowest-changing first.
         dim: Vec<MultiArrayDimension>,
-        /// How many numbers stand before the first that counts.
+        /// Number of values before the first valid one.
         data_offset: u32,
     }
 
     /// Numbers, such as the commands for a group of joints.
     Float64MultiArray "1025ddc6b9552d191f89ef1a8d2f60f3d373e28b283d8891ddcc974e8c55397f" {
-        /// Their order; without dimensions they are a plain list.
+        /// Their layout; without dimensions they are a plain list.
         layout: MultiArrayLayout,
         /// The numbers.
         data: Vec<f64>,

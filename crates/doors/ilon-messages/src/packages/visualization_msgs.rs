@@ -1,4 +1,4 @@
-//! Shapes to be drawn into a viewer's scene.
+//! Shapes for a viewer's scene.
 
 use crate::builtin_interfaces::Duration;
 use crate::declare::messages;
@@ -7,7 +7,7 @@ use crate::sensor_msgs::CompressedImage;
 use crate::std_msgs::{ColorRGBA, Header};
 
 messages! { visualization_msgs;
-    /// A place in a texture, each coordinate from 0 to 1.
+    /// A texture coordinate, each part from 0 to 1.
     #[derive(Copy)]
     UVCoordinate "f27f7ed21fe360c6066944f856b801a0c0d1e94e815b6886444b42d90b196a26" {
         /// Across.
@@ -16,10 +16,10 @@ messages! { visualization_msgs;
         v: f32,
     }
 
-    /// A mesh that comes with its message.
+    /// A mesh inside its message.
     #[derive(Eq)]
     MeshFile "7710ece15a148fb7c9b546364cfb215bb06098087bd6394fe5b73a493508f8c4" {
-        /// Its name, of which the ending is the format.
+        /// Its name; the extension is the format.
         filename: String,
         /// The file.
         data: Vec<u8>,
@@ -37,7 +37,7 @@ messages! { visualization_msgs;
         CYLINDER: i32 = 3,
         /// A line through the points.
         LINE_STRIP: i32 = 4,
-        /// A line between each two points.
+        /// A line between each pair of points.
         LINE_LIST: i32 = 5,
         /// A box at each point.
         CUBE_LIST: i32 = 6,
@@ -45,7 +45,7 @@ messages! { visualization_msgs;
         SPHERE_LIST: i32 = 7,
         /// A dot at each point.
         POINTS: i32 = 8,
-        /// A text that faces who looks at it.
+        /// A text that faces the camera.
         TEXT_VIEW_FACING: i32 = 9,
         /// A mesh.
         MESH_RESOURCE: i32 = 10,
@@ -53,52 +53,52 @@ messages! { visualization_msgs;
         TRIANGLE_LIST: i32 = 11,
         /// Arrows from point to point. Viewers of older distributions do not know it.
         ARROW_STRIP: i32 = 12,
-        /// Draw it, in place of the one with its namespace and number.
+        /// Draws it, replacing the one with its namespace and number.
         ADD: i32 = 0,
         /// The same as `ADD`.
         MODIFY: i32 = 0,
-        /// Take away the one with its namespace and number.
+        /// Removes the one with its namespace and number.
         DELETE: i32 = 2,
-        /// Take away all.
+        /// Removes all.
         DELETEALL: i32 = 3,
     } {
-        /// When, and in which frame.
+        /// Time and frame.
         header: Header,
         /// The namespace, within which numbers are unique.
         ns: String,
         /// The number.
         id: i32,
-        /// Which shape: one of the constants from `ARROW` on.
+        /// Shape: one of the constants from `ARROW` on.
         r#type: i32,
-        /// What to do: one of the constants from `ADD` on.
+        /// Action: one of the constants from `ADD` on.
         action: i32,
-        /// Where it is.
+        /// Its pose.
         pose: Pose,
         /// Its size along x, y, z, m. Lines take their width from x, texts their height from z.
         scale: Vector3,
         /// Its colour, unless `colors` has one for each point.
         color: ColorRGBA,
-        /// How long it stays; forever if zero.
+        /// Lifetime; unlimited if zero.
         lifetime: Duration,
-        /// Whether it moves on with its frame.
+        /// Whether it keeps moving with its frame.
         frame_locked: bool,
         /// Points of lines, lists and arrows, in the frame of the pose, m.
         points: Vec<Point>,
         /// The colours of the points, or none.
         colors: Vec<ColorRGBA>,
-        /// Where the texture of a mesh or of triangles is to be had.
+        /// URI of the texture of a mesh or of triangles.
         texture_resource: String,
-        /// The texture, if it comes along.
+        /// The texture, if included.
         texture: CompressedImage,
-        /// Where in the texture each point lies.
+        /// Texture coordinates of each point.
         uv_coordinates: Vec<UVCoordinate>,
         /// The text.
         text: String,
-        /// Where the mesh is to be had.
+        /// URI of the mesh.
         mesh_resource: String,
-        /// The mesh, if it comes along.
+        /// The mesh, if included.
         mesh_file: MeshFile,
-        /// Whether the mesh has colours of its own.
+        /// Whether the mesh has its own colours.
         mesh_use_embedded_materials: bool,
     }
 

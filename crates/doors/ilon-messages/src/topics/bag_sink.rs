@@ -1,4 +1,4 @@
-//! A run into a bag while it goes on.
+//! Writes a run into a bag while it is simulated.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,8 @@ use ilon_trace::{Header, Sink, Trace, TraceError};
 use super::run::RunTopics;
 use crate::bag::{BagError, BagWriter};
 
-/// Writes the rows of a run into a bag as they come. Of a run that is stopped, however, the bag holds all but its last second.
+/// Writes the rows of a run into a bag one by one. If the run is stopped in any way, the bag lacks
+/// at most its last second.
 #[derive(Debug)]
 pub struct BagSink {
     robot: Robot,
@@ -20,10 +21,11 @@ pub struct BagSink {
 }
 
 impl BagSink {
-    /// Begins a bag in a folder, for a run of this robot, which is described so. A bag already there is replaced.
+    /// Starts a bag in a folder, for a run of this robot with this description. An existing bag is
+    /// replaced.
     ///
     /// # Errors
-    /// As [`BagWriter::create`].
+    /// Those of [`BagWriter::create`].
     pub fn create(
         folder: &Path,
         robot: &Robot,

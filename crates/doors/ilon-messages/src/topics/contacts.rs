@@ -10,16 +10,16 @@ use crate::geometry_msgs::{Point, Vector3};
 use crate::std_msgs::{ColorRGBA, Header};
 use crate::visualization_msgs::{Marker, MarkerArray};
 
-/// How often contacts are shown, per second of simulated time at most.
+/// Largest rate of contact markers, per second of simulated time.
 pub const MARKER_RATE_HZ: f64 = 30.0;
 
-/// Of the robot's weight a wheel's share is drawn so many of its radii long.
+/// Drawn length of a wheel's share of the robot's weight, in wheel radii.
 const RADII_PER_LOAD: f64 = 2.5;
-/// How long the arrow of a sliding velocity is, in metres per m/s.
+/// Drawn length of a sliding velocity, in metres per m/s.
 const METRES_PER_M_S: f64 = 1.0;
-/// Corners of a cone's rim.
+/// Number of corners of a cone's rim.
 const RIM: usize = 16;
-/// A force this near to the edge of its cone slides.
+/// A force at this share of its friction limit slides.
 const ON_THE_EDGE: f64 = 0.999;
 
 const GRAVITY_M_S2: f64 = 9.81;
@@ -32,7 +32,7 @@ const fn color(r: f32, g: f32, b: f32, a: f32) -> ColorRGBA {
     ColorRGBA { r, g, b, a }
 }
 
-/// Shows the contacts of a robot.
+/// Builds the contact markers of a robot.
 #[derive(Clone, Debug)]
 pub(super) struct Contacts {
     frame: String,
@@ -41,7 +41,7 @@ pub(super) struct Contacts {
 }
 
 impl Contacts {
-    /// For a robot in the frame of its world.
+    /// For a robot in the world frame.
     pub fn of(robot: &Robot, frame: &str) -> Self {
         let radii_m: Vec<f64> = robot.wheels.iter().map(|wheel| wheel.radius_m).collect();
         let count = radii_m.len().max(1) as f64;
@@ -54,7 +54,7 @@ impl Contacts {
         }
     }
 
-    /// Three markers for each wheel, always: where one does not touch, they are taken away.
+    /// Returns three markers for each wheel, always: without contact they delete the earlier ones.
     pub fn message(&self, stamp: Time, record: &Record, wheels: &[WheelSample]) -> MarkerArray {
         let mut markers = Vec::with_capacity(3 * wheels.len());
         let pose = record.truth.pose;
@@ -62,7 +62,7 @@ impl Contacts {
         let turned = |x: f64, y: f64| [cos * x - sin * y, sin * x + cos * y];
         for ((id, sample), radius_m) in wheels.iter().enumerate().zip(&self.radii_m) {
             let [x, y] = turned(sample.contact_x_m, sample.contact_y_m);
-            // On a kerb the ground is as much higher as the wheel.
+            // On a kerb the ground is higher by as much as the wheel.
             let foot = Point {
                 x: pose.x_m + x,
                 y: pose.y_m + y,
@@ -130,7 +130,7 @@ impl Contacts {
     }
 }
 
-/// The lines of a cone that stands on its tip: its rim, and four of its flanks.
+/// Returns the lines of a cone that stands on its tip: its rim, and four of its flanks.
 fn cone(at: impl Fn(f64, f64, f64) -> Point, rim_m: f64, height_m: f64) -> Vec<Point> {
     let rim = |corner: usize| {
         let (sin, cos) = libm::sincos(TAU * corner as f64 / RIM as f64);

@@ -1,4 +1,4 @@
-//! From the quantities of a trace to those of messages.
+//! Converts quantities of a trace to those of messages.
 
 use ilon_robot::{Pose, Twist};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
@@ -6,18 +6,19 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use crate::builtin_interfaces::Time;
 use crate::geometry_msgs::{self as geometry, Point, Quaternion, Transform, Vector3};
 
-/// The time of a row, in ns: never zero, which tf2 takes for "the latest", and never too late for a stamp.
+/// Returns the time of a row, in ns: never zero, which tf2 interprets as "the latest", and never
+/// too late for a stamp.
 pub(super) fn time_ns(t_s: f64) -> u64 {
     const LATEST_NS: f64 = i32::MAX as f64 * 1e9;
     ((t_s * 1e9).round().min(LATEST_NS) as u64).max(1)
 }
 
-/// A stamp of such a time.
+/// Returns a stamp of such a time.
 pub(super) fn stamp(time_ns: u64) -> Time {
     Time::from_nanoseconds(time_ns).unwrap_or_default()
 }
 
-/// A pose in the plane, with the height and the lean of the body frame.
+/// Returns a planar pose with the height and the lean of the body frame.
 pub(super) fn isometry(pose: Pose, height_m: f64, roll_rad: f64, pitch_rad: f64) -> Isometry3<f64> {
     Isometry3::from_parts(
         Translation3::new(pose.x_m, pose.y_m, height_m),

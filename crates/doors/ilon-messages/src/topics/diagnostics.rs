@@ -1,13 +1,13 @@
-//! How a second of a run fared: error budget, guidance, odometry and each wheel.
+//! Diagnostics of each second of a run: error budget, guidance, odometry and each wheel.
 
 use ilon_robot::Twist;
 use ilon_trace::{Header as RunHeader, MAX_TASKS, Record, WheelSample, ledger::Terms};
 
 use crate::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
 
-/// A weight below this is saturated.
+/// A task with a smaller weight is saturated.
 const SATURATED: f64 = 0.999;
-/// A force this near to the edge of its cone slides.
+/// A force at this share of its friction limit slides.
 const ON_THE_EDGE: f64 = 0.999;
 
 /// The rows since the last report.
@@ -17,7 +17,7 @@ pub(super) struct Window {
     wheel_names: Vec<String>,
     task_names: Vec<String>,
     rows: usize,
-    /// The row before the first of the window; the first of a run.
+    /// The row before the window; for the first window the first row.
     before: Option<Record>,
     saturated_rows: [usize; MAX_TASKS],
     wheels: Vec<WheelWindow>,
@@ -74,7 +74,7 @@ impl Window {
         self.last = *record;
     }
 
-    /// What there is to say, after which the next window begins.
+    /// Returns the report, and starts the next window.
     pub fn report(&mut self) -> DiagnosticArray {
         let mut message = DiagnosticArray::default();
         message.status.push(self.error_budget());
@@ -116,7 +116,7 @@ impl Window {
             .map(|(_, name, term)| (name, term))
             .collect();
         let speed = |twist: &Twist| libm::hypot(twist.vx_m_s, twist.vy_m_s);
-        // Of equals the first.
+        // The first of equal ones.
         let larger = |a: usize, b: usize| {
             if speed(&parts[b].1) > speed(&parts[a].1) {
                 b

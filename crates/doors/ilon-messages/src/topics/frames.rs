@@ -1,16 +1,16 @@
-//! The frames of a robot: which link hangs on which, and how wheels and rollers turn them.
+//! The frames of a robot: its tree of links, with the joints of wheels and rollers.
 
 use std::collections::HashSet;
 
 use ilon_robot::{BodyJoint, JointKind, LinkTree, Robot};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-/// A frame in its parent.
+/// A fixed frame in its parent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fixed {
     /// The parent.
     pub parent: String,
-    /// The frame.
+    /// The child frame.
     pub child: String,
     /// Its pose in the parent.
     pub parent_from_child: Isometry3<f64>,
@@ -21,18 +21,19 @@ pub struct Fixed {
 pub struct Turning {
     /// The parent.
     pub parent: String,
-    /// The frame.
+    /// The child frame.
     pub child: String,
-    /// Pose in the parent of the frame about whose z axis it turns.
+    /// Pose in the parent of the frame whose z axis is the joint's axis.
     parent_from_axis: Isometry3<f64>,
-    /// Pose of the child in that frame at angle zero.
+    /// Pose of the child in that frame at position zero.
     axis_from_child: Isometry3<f64>,
     /// Whether it slides along that axis.
     slides: bool,
 }
 
 impl Turning {
-    /// The child's pose in the parent at an angle in radians, or at a place in metres of one that slides.
+    /// Returns the child's pose in the parent at an angle in radians, or at a position in metres
+    /// for a sliding frame.
     pub fn at(&self, angle_rad: f64) -> Isometry3<f64> {
         if self.slides {
             let along = Translation3::new(0.0, 0.0, angle_rad);
@@ -43,12 +44,12 @@ impl Turning {
     }
 }
 
-/// The tree of a robot's links. Every link hangs in it once.
+/// The tree of a robot's links, each once.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frames {
-    /// The link that carries all others: the body frame.
+    /// The root link: the body frame.
     pub base: String,
-    /// Links that do not move against their parents.
+    /// Links that are fixed to their parents.
     pub fixed: Vec<Fixed>,
     /// The link of each joint between bodies, in the robot's order.
     pub joints: Vec<Turning>,
@@ -59,8 +60,8 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// The frames of a robot among whose links each of its wheels and rollers has one, as those of a
-    /// [`RobotDescription`](ilon_robot::RobotDescription) have. `None` of any others.
+    /// Returns the frames of a robot whose wheels and rollers each have a link, as in a
+    /// [`RobotDescription`](ilon_robot::RobotDescription); otherwise `None`.
     pub fn of(robot: &Robot, tree: &LinkTree) -> Option<Self> {
         let name = |link: usize| tree.links[link].name.clone();
         let turning = |joint: &str, body_from_axis: Isometry3<f64>| {
@@ -81,7 +82,7 @@ impl Frames {
                 ..turning(&joint.name, joint.body_from_joint)?
             })
         };
-        // A description that was made of the robot's wheels alone has none of them.
+        // A description made only from the robot's wheels has none of them.
         let joints: Option<Vec<Turning>> = robot.joints.iter().map(joint).collect();
         let joints = joints.unwrap_or_default();
         let mut wheels = Vec::with_capacity(robot.wheels.len());
@@ -99,7 +100,7 @@ impl Frames {
             .chain(&joints)
             .map(|frame| frame.child.as_str())
             .collect();
-        // A joint that the simulation does not move stays at zero.
+        // A joint that is not simulated stays at zero.
         let fixed = tree
             .joints
             .iter()
@@ -119,7 +120,7 @@ impl Frames {
         })
     }
 
-    /// A name near this one that no link bears.
+    /// Returns an unused name similar to this one.
     pub fn free_name(&self, wanted: &str) -> String {
         let links = self.wheels.iter().chain(&self.rollers).chain(&self.joints);
         let taken: HashSet<&str> = links

@@ -1,23 +1,23 @@
-//! Where messages go.
+//! The interface of message sinks.
 
 use crate::Message;
 use crate::bag::{BagError, BagWriter, Qos};
 
-/// What takes the messages of topics: a bag, a middleware, a socket.
+/// A sink for the messages of topics: a bag, a middleware, a socket.
 pub trait Outlet {
-    /// Why it cannot.
+    /// The sink's error.
     type Error;
 
-    /// Messages of type `M` will come on a topic.
+    /// Declares a topic with messages of type `M`.
     ///
     /// # Errors
-    /// Where there can be no such topic.
+    /// If the topic is not possible.
     fn declare<M: Message>(&mut self, topic: &str, qos: Qos) -> Result<(), Self::Error>;
 
-    /// A message of a declared topic, at a time in nanoseconds.
+    /// Sends a message of a declared topic, at a time in nanoseconds.
     ///
     /// # Errors
-    /// Where it cannot be delivered.
+    /// If it cannot be delivered.
     fn send<M: Message>(
         &mut self,
         topic: &str,

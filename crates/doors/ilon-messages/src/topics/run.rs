@@ -1,4 +1,4 @@
-//! What is said of a run, row by row.
+//! Converts a run to messages, row by row.
 
 use std::collections::HashSet;
 
@@ -24,17 +24,18 @@ use crate::std_msgs::{Header, String as Text};
 use crate::tf2_msgs::TFMessage;
 use crate::visualization_msgs::MarkerArray;
 
-/// Time between diagnostics, in seconds of simulated time.
+/// Period of diagnostics, in seconds of simulated time.
 const DIAGNOSTICS_EVERY_S: f64 = 1.0;
 
-/// The variance of what is not known at all, in m^2 or rad^2.
+/// The variance of an unknown quantity, in m^2 or rad^2.
 const UNKNOWN: f64 = 1e6;
-/// Variances of x, y, z, roll, pitch and yaw, in m^2 and rad^2, that dead reckoning is published with where a row does not say how sure it is:
-/// what is not reckoned is as good as unknown. They are of the order that drivers of such robots publish.
+/// Variances of x, y, z, roll, pitch and yaw, in m^2 and rad^2, published for dead reckoning if a
+/// row has no covariance; z, roll and pitch are unknown. They have the magnitude published by
+/// drivers of such robots.
 const RECKONED: [f64; 6] = [1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2];
-/// The least variance that is said of what odometry and IMU measure: filters do not take zero.
+/// Smallest published variance of odometry and IMU: filters do not accept zero.
 const LEAST: f64 = 1e-8;
-/// Those of the truth. Filters do not take zero.
+/// Published variances of the true pose. Filters do not accept zero.
 const TRUE: [f64; 6] = [1e-12; 6];
 
 /// A run as topics; see the [module](super).
@@ -56,10 +57,10 @@ pub struct RunTopics {
     window: Window,
     has_reference: bool,
     has_imu: bool,
-    /// When contacts and diagnostics are due, in seconds.
+    /// Next times of contacts and diagnostics, in seconds.
     contacts_due_s: f64,
     diagnostics_due_s: f64,
-    /// The messages of a row, whose names stay.
+    /// The messages of a row, reused with their names.
     tf: TFMessage,
     joints: JointState,
     commands: JointState,
@@ -73,7 +74,7 @@ struct WheelTopics {
 }
 
 impl RunTopics {
-    /// The topics of a run of this robot, which is described so.
+    /// The topics of a run of this robot with this description.
     pub fn new(robot: &Robot, described: RobotDescription, run: &RunHeader) -> Self {
         let frames = Frames::of(robot, &described.links).unwrap_or_else(|| Frames {
             base: robot.chassis.name.clone(),
@@ -131,7 +132,7 @@ impl RunTopics {
         }
     }
 
-    /// The same topics without the frame `odom -> base_link`, which somebody else publishes.
+    /// Removes the frame `odom -> base_link`, for another publisher of it.
     pub fn without_odometry_frame(mut self) -> Self {
         if std::mem::take(&mut self.has_odometry_frame) {
             self.tf.transforms.remove(0);
@@ -139,7 +140,7 @@ impl RunTopics {
         self
     }
 
-    /// The robot's URDF, as `/robot_description` has it.
+    /// The robot's URDF on `/robot_description`.
     pub fn robot_description(&self) -> &str {
         &self.description
     }
@@ -152,7 +153,7 @@ impl RunTopics {
     /// Declares all topics.
     ///
     /// # Errors
-    /// What the outlet gives.
+    /// Those of the outlet.
     pub fn declare<O: Outlet>(&self, outlet: &mut O) -> Result<(), O::Error> {
         outlet.declare::<Clock>("/clock", Qos::best_effort(1))?;
         outlet.declare::<Text>("/robot_description", Qos::reliable(1).transient_local())?;
@@ -178,10 +179,10 @@ impl RunTopics {
         outlet.declare::<DiagnosticArray>("/diagnostics", Qos::reliable(10))
     }
 
-    /// Sends what is said once: the robot, and the links that do not move.
+    /// Sends the latched messages: the robot, and the fixed links.
     ///
     /// # Errors
-    /// What the outlet gives.
+    /// Those of the outlet.
     pub fn latched<O: Outlet>(&self, outlet: &mut O, t_s: f64) -> Result<(), O::Error> {
         let time_ns = time_ns(t_s);
         let mut transforms = vec![frame(&self.world, &self.odom, &Isometry3::identity())];
@@ -202,10 +203,10 @@ impl RunTopics {
         outlet.send("/tf_static", &TFMessage { transforms }, time_ns)
     }
 
-    /// Sends a row: `rollers_rad` are the angles of all rollers, wheel by wheel, where they were taken.
+    /// Sends a row: `rollers_rad` are the angles of all rollers, wheel by wheel, if recorded.
     ///
     /// # Errors
-    /// What the outlet gives.
+    /// Those of the outlet.
     pub fn row<O: Outlet>(
         &mut self,
         record: &Record,
@@ -224,7 +225,8 @@ impl RunTopics {
         let taken = rollers_rad.iter().filter(|angle| angle.is_some()).count();
         let turned = (&record.joints[..], wheels);
         let moving = self.with_transforms(now, [&reckoned, &real], turned, rollers_rad, taken > 0);
-        // Rollers are looked at less often than all else: their transforms wait at the end until they are.
+        // Rollers have a lower rate than the rest: their transforms stay at the end until they are
+        // due.
         let waiting = self.tf.transforms.split_off(moving);
         outlet.send("/tf", &self.tf, time_ns)?;
         self.tf.transforms.extend(waiting);
@@ -273,7 +275,7 @@ impl RunTopics {
             outlet.send(&topics.force, &force, time_ns)?;
         }
 
-        // Half a microsecond forgives the rounding of times that are sums of periods.
+        // Half a microsecond tolerates the rounding of times that are sums of periods.
         let t_s = record.t_s + 5e-7;
         if t_s >= self.contacts_due_s {
             self.contacts_due_s = next(self.contacts_due_s, t_s, 1.0 / MARKER_RATE_HZ);
@@ -288,10 +290,10 @@ impl RunTopics {
         Ok(())
     }
 
-    /// Sends what remains to be said of a run that ends at a time in seconds.
+    /// Sends the remaining messages of a run that ends at a time in seconds.
     ///
     /// # Errors
-    /// What the outlet gives.
+    /// Those of the outlet.
     pub fn end<O: Outlet>(&mut self, t_s: f64, outlet: &mut O) -> Result<(), O::Error> {
         self.send_diagnostics(t_s, outlet)
     }
@@ -306,7 +308,7 @@ impl RunTopics {
         outlet.send("/diagnostics", &report, time_ns)
     }
 
-    /// Puts a row's poses into the message of frames; gives how many of them are of this row.
+    /// Writes a row's poses to the message of frames; returns how many of them belong to this row.
     fn with_transforms(
         &mut self,
         now: Time,
@@ -355,7 +357,7 @@ impl RunTopics {
         fill(&mut self.joints.position, |wheel| wheel.angle_rad);
         fill(&mut self.joints.velocity, |wheel| wheel.rate_rad_s);
         fill(&mut self.joints.effort, |wheel| wheel.torque_n_m);
-        // Those between bodies come after the wheels', as far as they are recorded.
+        // Joints between bodies come after the wheels', as far as recorded.
         for joint in 0..self.joints.name.len().saturating_sub(wheels.len()) {
             let of = joints.get(joint).copied().unwrap_or_default();
             self.joints.position.push(of.position);
@@ -369,7 +371,7 @@ impl RunTopics {
     }
 }
 
-/// When what is due every `every_s` is due next: on the same grid, after now.
+/// Returns the next due time after now of a period `every_s`, on the same grid.
 fn next(due_s: f64, t_s: f64, every_s: f64) -> f64 {
     due_s + every_s * (((t_s - due_s) / every_s).floor() + 1.0)
 }
@@ -412,7 +414,7 @@ fn odometry(
     odometry
 }
 
-/// Puts the covariance of x, y and heading into that of six freedoms.
+/// Inserts the covariance of x, y and heading into that of six degrees of freedom.
 fn put_planar(whole: &mut Covariance, planar: &[[f64; 3]; 3]) {
     let places = [0, 1, 5];
     for (row, from_row) in places.into_iter().zip(planar) {
@@ -423,8 +425,8 @@ fn put_planar(whole: &mut Covariance, planar: &[[f64; 3]; 3]) {
     }
 }
 
-/// What an inertial measurement unit says, with roll and pitch by the robot's filter; the heading is not measured. Covariances are zero where
-/// they are not known, as the message has it.
+/// Returns the IMU message, with roll and pitch by the robot's filter; the heading is not measured.
+/// Unknown covariances are zero, as the message defines.
 fn imu(header: Header, sample: &ImuSample) -> Imu {
     let vector = |v: &nalgebra::Vector3<f64>| Vector3 {
         x: v.x,
@@ -450,7 +452,7 @@ fn imu(header: Header, sample: &ImuSample) -> Imu {
     }
 }
 
-/// The topics of wheels: their names, with what ROS 2 takes in place of all else, and no two alike.
+/// Returns the topics of wheels: their names, with invalid characters replaced, all distinct.
 fn wheel_topics(names: &[String]) -> Vec<WheelTopics> {
     let mut taken = HashSet::new();
     let topics = names.iter().map(|name| {
@@ -458,7 +460,7 @@ fn wheel_topics(names: &[String]) -> Vec<WheelTopics> {
             'a'..='z' | 'A'..='Z' | '0'..='9' | '_' => letter,
             _ => '_',
         };
-        // ROS 2 takes at most 247 letters in all.
+        // ROS 2 allows at most 247 characters in all.
         let mut part: String = name.chars().map(letter).take(200).collect();
         if !part.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_') {
             part.insert(0, '_');

@@ -159,7 +159,8 @@ fn unfinished(folder: &Path) -> std::path::PathBuf {
     folder.join("bag_0.mcap.ilon-partial")
 }
 
-/// How many messages a reader that goes through from the start gets before the bytes end or make no sense.
+/// How many messages a reader that goes through from the start gets before the bytes end or make no
+/// sense.
 fn readable_messages(bytes: &[u8]) -> usize {
     let mut reader = LinearReader::new();
     let (mut rest, mut count) = (bytes, 0);
@@ -180,7 +181,8 @@ fn readable_messages(bytes: &[u8]) -> usize {
     count
 }
 
-/// Whether records, each an opcode and a length before as many bytes, fill the file behind its magic to its last byte.
+/// Whether records, each an opcode and a length before as many bytes, fill the file behind its
+/// magic to its last byte.
 fn ends_with_a_record(bytes: &[u8]) -> bool {
     let mut at = mcap::MAGIC.len();
     while at < bytes.len() {
@@ -389,7 +391,8 @@ fn a_place_that_cannot_be_written_is_named() {
     assert!(error.contains("bag_0.mcap"), "{error}");
 }
 
-/// `rosbags` opens the folder, `mcap` the file alone and what a killed writer left, and decodes by the definitions within.
+/// `rosbags` opens the folder, `mcap` the file alone and what a killed writer left, and decodes by
+/// the definitions within.
 #[test]
 fn the_witness_reads_the_bag() {
     let Some(python) = python() else { return };
@@ -423,7 +426,8 @@ fn the_witness_reads_the_bag() {
     run_witness(&python, "bags", &file);
 }
 
-/// Three messages from 5 to 7.5 s, out of order: the metadata name their first time, the time between first and last, and their number.
+/// Three messages from 5 to 7.5 s, out of order: the metadata name their first time, the time
+/// between first and last, and their number.
 #[test]
 fn metadata_say_when_a_bag_begins_how_long_it_is_and_what_it_holds() {
     let folder = tempdir().unwrap();

@@ -79,7 +79,8 @@ fn serde_describes_the_same_messages() {
     }
 }
 
-/// REP-2016: SHA-256 of the description as JSON, in one line, with the messages within in the order of their names.
+/// REP-2016: SHA-256 of the description as JSON, in one line, with the messages within in the order
+/// of their names.
 #[test]
 fn hashes_follow_from_the_fields() {
     for message in messages() {

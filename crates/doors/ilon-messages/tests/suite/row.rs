@@ -44,7 +44,8 @@ impl Kept {
     }
 }
 
-/// A row of the robot that looks along y, with one force, one sliding velocity, and three twists that differ.
+/// A row of the robot that looks along y, with one force, one sliding velocity, and three twists
+/// that differ.
 fn sent() -> Kept {
     let robot = Robot::from_urdf_str(MECANUM4, "mecanum4").expect("it loads");
     let run = Header {
@@ -84,7 +85,8 @@ fn sent() -> Kept {
     kept
 }
 
-/// Forces and sliding velocities come along the body's axes, as they were recorded, each component under its own sign.
+/// Forces and sliding velocities come along the body's axes, as they were recorded, each component
+/// under its own sign.
 #[test]
 fn forces_and_slip_of_a_wheel_are_along_the_bodys_axes() {
     let kept = sent();
@@ -124,7 +126,8 @@ fn arrows_of_contacts_are_turned_with_the_robot() {
     assert!((x + 0.02).abs() < 1e-12 && (y - 0.05).abs() < 1e-12);
 }
 
-/// What a robot reckons is the ideal kinematics' twist; the contact kinematics knows what no driver knows.
+/// What a robot reckons is the ideal kinematics' twist; the contact kinematics knows what no driver
+/// knows.
 #[test]
 fn odometry_reports_the_twist_of_the_ideal_kinematics() {
     let odom: Odometry = sent().one("/odom");
@@ -149,7 +152,8 @@ fn markers_of(sample: WheelSample) -> (Robot, Vec<Marker>) {
     (robot, of_first.collect())
 }
 
-/// A wheel that carries its share of the weight shows it 2.5 of its radii long; its cone is as high, mu times as wide, and closed.
+/// A wheel that carries its share of the weight shows it 2.5 of its radii long; its cone is as
+/// high, mu times as wide, and closed.
 #[test]
 fn a_wheels_load_and_cone_are_drawn_in_its_radii() {
     let robot = Robot::from_urdf_str(MECANUM4, "mecanum4").expect("it loads");
@@ -179,7 +183,8 @@ fn a_wheels_load_and_cone_are_drawn_in_its_radii() {
     // Half of what friction can hold: not the colour of sliding, which is redder than blue.
     assert!(force.color.b > force.color.r);
 
-    // A line list: pairs of points. The rim's lines follow each other round and come back; four flanks come up from the tip.
+    // A line list: pairs of points. The rim's lines follow each other round and come back; four
+    // flanks come up from the tip.
     let flanks = cone.points.len() - 8;
     let (rim, flanks) = cone.points.split_at(flanks);
     for (index, line) in rim.chunks(2).enumerate() {
@@ -241,7 +246,8 @@ fn value(status: &DiagnosticStatus, key: &str) -> f64 {
     found.value.parse().expect("a number")
 }
 
-/// Two rows: means are of both, extremes of the larger, shares of time halves; what the run ends with is reported once.
+/// Two rows: means are of both, extremes of the larger, shares of time halves; what the run ends
+/// with is reported once.
 #[test]
 fn diagnostics_report_means_extremes_and_shares_of_the_rows_since_the_last() {
     let robot = Robot::from_urdf_str(MECANUM4, "mecanum4").expect("it loads");
@@ -341,7 +347,8 @@ fn diagnostics_report_means_extremes_and_shares_of_the_rows_since_the_last() {
     assert_eq!(wheel.level, DiagnosticStatus::WARN);
 }
 
-/// The frames of a row in which wheels and rollers stand at an angle, rollers being taken in every row or in none.
+/// The frames of a row in which wheels and rollers stand at an angle, rollers being taken in every
+/// row or in none.
 fn frames_at(angle_rad: f64, rollers_are_taken: bool) -> (RunTopics, Kept) {
     let robot = Robot::from_urdf_str(MECANUM4, "mecanum4").expect("it loads");
     let run = Header {
@@ -372,8 +379,8 @@ fn turned(frames: &TFMessage, child: &str) -> UnitQuaternion<f64> {
     UnitQuaternion::from_quaternion(Quaternion::new(q.w, q.x, q.y, q.z))
 }
 
-/// A wheel that has turned by a positive angle has rolled ahead: its top has gone along x. A roller has turned by its own angle about
-/// the axis of its frame.
+/// A wheel that has turned by a positive angle has rolled ahead: its top has gone along x. A roller
+/// has turned by its own angle about the axis of its frame.
 #[test]
 fn frames_of_wheels_and_rollers_turn_by_their_angles() {
     let (topics, kept) = frames_at(0.3, true);
@@ -399,8 +406,8 @@ fn frames_of_wheels_and_rollers_turn_by_their_angles() {
     }
 }
 
-/// Rollers are looked at in fewer rows than all else: a row without them has the other frames alone. Who publishes dead reckoning
-/// elsewhere is not given it twice.
+/// Rollers are looked at in fewer rows than all else: a row without them has the other frames
+/// alone. Who publishes dead reckoning elsewhere is not given it twice.
 #[test]
 fn a_row_without_rollers_has_the_other_frames_alone() {
     let (topics, kept) = frames_at(0.3, false);
@@ -434,7 +441,8 @@ fn a_row_without_rollers_has_the_other_frames_alone() {
     assert_eq!(without.transforms, frames.transforms[1..]);
 }
 
-/// Where rollers are not followed, their frames stand still in `/tf_static`; links that move are not there too.
+/// Where rollers are not followed, their frames stand still in `/tf_static`; links that move are
+/// not there too.
 #[test]
 fn a_frame_is_either_latched_or_sent_with_the_rows() {
     let robot = Robot::from_urdf_str(MECANUM4, "mecanum4").expect("it loads");
@@ -467,7 +475,8 @@ fn a_frame_is_either_latched_or_sent_with_the_rows() {
     assert_eq!(once, followed);
 }
 
-/// What is said once is kept for those who come late, one message of each; what comes with every row is not.
+/// What is said once is kept for those who come late, one message of each; what comes with every
+/// row is not.
 #[test]
 fn topics_are_declared_before_they_are_sent_and_latched_where_they_are_said_once() {
     let robot = Robot::from_urdf_str(MECANUM4, "mecanum4").expect("it loads");
@@ -492,7 +501,8 @@ fn topics_are_declared_before_they_are_sent_and_latched_where_they_are_said_once
     }
 }
 
-/// A joint between bodies moves its link on `/tf` and stands among `/joint_states`, behind the wheels.
+/// A joint between bodies moves its link on `/tf` and stands among `/joint_states`, behind the
+/// wheels.
 #[test]
 fn a_joint_between_bodies_is_in_tf_and_joint_states() {
     let text = include_str!("../../../../../assets/robots/mecanum4_arm.urdf");

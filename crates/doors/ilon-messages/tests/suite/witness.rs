@@ -1,4 +1,5 @@
-//! Random messages by ilon, judged by `witness.py`: its `rosbags` and `rclpy` must read the same values, and write the same bytes.
+//! Random messages by ilon, judged by `witness.py`: its `rosbags` and `rclpy` must read the same
+//! values, and write the same bytes.
 
 use crate::common;
 

@@ -39,6 +39,7 @@ pub(super) fn verdicts(findings: &Findings) -> Vec<Verdict> {
         bound: format!(">= {}", number(one.share_expected)),
         measured: Some(one.share),
         at_s: None,
+        share_beyond: None,
         held: one.held,
     };
     findings.expectations.iter().map(verdict).collect()

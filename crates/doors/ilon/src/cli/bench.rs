@@ -38,19 +38,19 @@ or more, 20 ms of CPU time at least; of each drive the best counts. All configur
 each for 0.3 s of CPU time a round or a stretch of each drive. \"spread\" is how much longer the middle one of the stretches
 took, in the worst drive. Set-up and writing files are not timed.
 
-Treads: the time of a step on rollers that give (those of the robot, or treads of 1e5 N/m where it has none) over that on rigid
+Treads: the time of a step on soft rollers (those of the robot, or treads of 1e5 N/m where it has none) over that on rigid
 ones, in the contact window at 1000 steps a second; both timed in turn, as speed is.
 
 Sliding: where rapier's contacts are measured, a start ahead and one sideways to 0.5 m/s in 0.05 s, and a push of 1.5 times what friction
-holds for 0.4 s, on friction 0.3, 1.2 s each; under contacts that ilon solves, and under such that rapier does. \"apart\" is the largest
-distance at the same time from ilon's course at steps of 0.25 ms; heat is that of sliding and of spinning rollers up.
+holds for 0.4 s, on friction 0.3, 1.2 s each; under contacts that ilon solves, and that rapier solves. \"apart\" is the largest
+distance at the same time from ilon's path at steps of 0.25 ms; heat is that of sliding and of spinning rollers up.
 
 Many robots: all alive in one process, each advanced by 50 ms at a time and not recorded, in the contact window at 240 steps a
 second; simulated time of all together over wall clock, the best stretch. Here other work on the machine counts: \"cores\" is how many the threads had.";
 
 /// Arguments of `ilon bench`.
 #[derive(Debug, clap::Args)]
-#[command(after_long_help = WHAT_IS_MEASURED, after_help = "`--help` tells what is measured, and how.")]
+#[command(after_long_help = WHAT_IS_MEASURED, after_help = "`--help` says what is measured, and how.")]
 pub(super) struct Arguments {
     /// A robot: `mecanum4`, `volksbot`, or a file; repeatable [default: both].
     #[arg(long = "robot", value_name = "NAME|FILE")]

@@ -23,9 +23,10 @@ use self::update::Update;
 use super::answer::verdicts;
 use super::converge::Converge;
 use super::escape::one_line;
+use super::flags::shell;
 use super::options::{Sandbox, Settings};
 use super::outcome::Outcome;
-use super::output::OutputFolder;
+use super::output::{OutputFolder, remove};
 use super::reserve::{self, ReservedOutput};
 use super::{console, fault};
 use crate::Scenario;
@@ -69,7 +70,8 @@ pub(super) struct Arguments {
     /// shown.
     #[arg(long, value_name = "MARGIN", num_args = 0..=1, default_missing_value = "0.1", value_parser = margin)]
     update: Option<f64>,
-    /// Write bounds into scenarios that have none: around the measured headline figures, MARGIN wide (0.1 is 10 %).
+    /// Write bounds into scenarios that have none, MARGIN (0.1 is 10 %) from the measured headline figures: upper bounds on
+    /// costs, both on ratios and on the largest commanded wheel rate.
     #[arg(
         long,
         value_name = "MARGIN",
@@ -90,14 +92,14 @@ pub(super) struct Arguments {
     sandbox: Sandbox,
 }
 
-/// A wider bound tests nothing.
-const MOST_MARGIN: f64 = 100.0;
+/// A wider bound tests nothing, and is a percentage that was taken for a fraction.
+const MOST_MARGIN: f64 = 10.0;
 
 fn margin(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(margin) if (0.0..=MOST_MARGIN).contains(&margin) => Ok(margin),
         _ => Err(format!(
-            "write a share from 0 to {MOST_MARGIN}, such as 0.1 for 10 %"
+            "write a fraction from 0 to {MOST_MARGIN}, such as 0.1 for 10 %"
         )),
     }
 }
@@ -125,7 +127,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let settings = &arguments.settings.settings;
     let settings: String = settings
         .iter()
-        .map(|setting| format!(" --set '{setting}'"))
+        .map(|setting| format!(" --set {}", shell(&setting.to_string())))
         .collect();
     let check_all = || {
         let each = found.into_par_iter();
@@ -382,11 +384,14 @@ fn run_and_judge(
         update,
         is_study: false,
     };
-    if let Some(folder) = &arguments.keep
-        && !judged.failures().is_empty()
-    {
-        OutputFolder::prepare(folder.join(name), "--keep", &[])?
-            .write_all(&run, &judged.verdicts)?;
+    if let Some(folder) = &arguments.keep {
+        let kept = folder.join(name);
+        match judged.failures().is_empty() {
+            true => OutputFolder::clear(&kept)?,
+            false => {
+                OutputFolder::prepare(kept, "--keep", &[])?.write_all(&run, &judged.verdicts)?
+            }
+        }
     }
     Ok(judged)
 }
@@ -415,6 +420,9 @@ fn run_and_judge_study(
     })
 }
 
+/// The page of differences from a baseline, in the scenario's folder.
+const DRAWN: &str = "difference.html";
+
 /// Holds a run against its baseline, and draws where it leaves it.
 fn against(
     run: &Run<Recorded>,
@@ -423,17 +431,19 @@ fn against(
     arguments: &Arguments,
 ) -> Result<(Vec<Difference>, Option<PathBuf>), Failure> {
     let found = differences(&run.trace, baseline, &run.scenario.expect.tolerances)?;
-    if found.is_empty() {
-        return Ok((found, None));
-    }
     let below = match &arguments.keep {
         Some(keep) => keep.clone(),
         None => Path::new("out").join("check"),
     };
     let kept = below.join(name);
+    if found.is_empty() {
+        // What an earlier run has drawn is no difference of this one.
+        remove(&kept.join(DRAWN))?;
+        return Ok((found, None));
+    }
     std::fs::create_dir_all(&kept).map_err(|source| Failure::write(&kept, &source))?;
     file::clear_unfinished(&kept)?;
-    let drawn = kept.join("difference.html");
+    let drawn = kept.join(DRAWN);
     let page = difference::html(&run.trace, baseline, &found)?;
     file::write_text(&drawn, &page)?;
     Ok((found, Some(drawn)))

@@ -1,17 +1,20 @@
 //! All commands, and how one is chosen.
 
 use std::ffi::OsString;
+use std::path::Path;
 use std::process::ExitCode;
 
+use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, Parser, Subcommand};
 
 #[cfg(feature = "live")]
 use super::live;
 use super::outcome::Outcome;
 use super::{
-    bench, check, compare, console, demo, explain, export, export_arguments, fault, generate,
-    identify, inspect, manual, report, run, schema, sweep,
+    bench, check, compare, console, demo, explain, export, export_arguments, fault, flags,
+    generate, identify, inspect, manual, report, run, schema, sweep,
 };
+use crate::cli::escape::path_in_line;
 use crate::cli::failure::Failure;
 
 /// Simulates omnidirectional robots down to the rollers of their wheels, and explains their slip.
@@ -33,7 +36,7 @@ enum Command {
     Demo(demo::Arguments),
     /// Simulate a scenario, or a robot in five standard motions, and write a report.
     Run(run::Arguments),
-    /// Say why: what each cause did to a run, or what would make a robot drift as you see it.
+    /// Explain a run by its causes, or rank the causes of a drift that you measured on a robot.
     Explain(explain::Arguments),
     /// Write the report of a run again, from its folder.
     Report(report::Arguments),
@@ -103,11 +106,29 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
     }
 }
 
+/// The fault of a file that stands where the command belongs: `ilon robot.urdf`.
+fn file_for_command(error: &clap::Error) -> Option<Failure> {
+    let Some(ContextValue::String(given)) = error.get(ContextKind::InvalidSubcommand) else {
+        return None;
+    };
+    let file = path_in_line(Path::new(given));
+    Path::new(given).is_file().then(|| {
+        Failure::usage(
+            format!("`{file}` is a file, and a command belongs in its place"),
+            format!("run it with `ilon run {}`", flags::shell(given)),
+        )
+    })
+}
+
 /// Runs the command of some arguments, the first of which is the command's own name; gives its exit code.
 pub fn run_arguments(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {
+            if let Some(failure) = file_for_command(&error) {
+                fault::show(failure);
+                return 2;
+            }
             let printed = error.print();
             // Help is a result and has to arrive; of a fault the code says enough where nobody listens.
             if !error.use_stderr()

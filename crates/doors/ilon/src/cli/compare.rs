@@ -88,10 +88,34 @@ fn refused(error: CompareError) -> Failure {
     }
 }
 
+/// Refuses a run, its folder or trace, of which a file lies outside of what may be read, also by a link.
+pub(super) fn within(run: &Path, files: &FileAccess) -> Result<(), Failure> {
+    let names = ["", "trace.parquet", "summary.json", "scenario.toml"];
+    let mut there = names.iter().map(|name| match *name {
+        "" => run.to_owned(),
+        name => run.join(name),
+    });
+    let refused = there.find_map(|file| {
+        let reason = match file.is_file() && files.is_confined() {
+            true => files.open(&file).err()?,
+            false => return None,
+        };
+        Some((file, reason))
+    });
+    match refused {
+        None => Ok(()),
+        Some((file, reason)) => Err(Failure::usage(
+            format!("cannot read `{}`: {reason}", path_in_line(&file)),
+            "name runs below the folders of --sandbox",
+        )),
+    }
+}
+
 /// A run from its folder or trace; a scenario is run.
 fn load(path: &Path, files: &FileAccess) -> Result<ComparedRun, Failure> {
     let is_scenario = path.extension().is_some_and(|end| end == "toml") && path.is_file();
     if !is_scenario {
+        within(path, files)?;
         return ComparedRun::load(path).map_err(refused);
     }
     let scenario = Scenario::load_within(path, &[], files)?;

@@ -41,7 +41,7 @@ pub(super) fn written(result: io::Result<()>) -> Result<(), Failure> {
                 "cannot write to standard output: {}",
                 ilon_sim::reason(&error)
             ),
-            "see to what it leads to, such as a disk that is full; files of results that were written before are whole",
+            "check where it goes: is the disk full? Result files that were written before are complete",
         )),
         _ => Ok(()),
     }

@@ -43,13 +43,12 @@ fn planar_base(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let off = &base.held_out;
     console::lines(&format!(
-        "a planar base of `{}`: {}\non {} drives of {:.1} s that it has not seen it ends off by {:.2} % of the path, its base on joints by {:.2} %, ideal kinematics by {:.2} %\n",
+        "a planar base of `{}`: {}\non {} drives of {:.1} s that it has not seen it ends off by {:.2} % of the path, ideal kinematics by {:.2} %\n",
         one_line(&base.robot),
         path_in_line(&out),
         off.drives,
         off.duration_s,
         1e2 * off.model.position_over_path,
-        1e2 * off.joints.position_over_path,
         1e2 * off.ideal.position_over_path,
     ))?;
     Ok(Outcome::Done)

@@ -35,7 +35,7 @@ pub(super) struct Arguments {
     /// Write robot and world of a scenario as a functional mock-up unit (FMI 3.0, co-simulation).
     #[arg(long, value_name = "SCENARIO", group = "what", conflicts_with_all = ["robot", "planar", "mjcf", "sdf", "urdf", "usd_notes"])]
     pub(super) fmu: Option<PathBuf>,
-    /// Fit a planar base to a robot, with its error on unseen drives; write it as JSON, for numpy, MuJoCo and Gazebo.
+    /// Fit a planar base to a robot, with its error on unseen drives; write it as JSON and for numpy.
     #[arg(long, value_name = "ROBOT", group = "what", conflicts_with_all = ["robot", "mjcf", "sdf", "urdf", "usd_notes"])]
     pub(super) planar: Option<PathBuf>,
     /// File or folder of the result [default: SCENARIO.fmu, ROBOT_planar, or ROBOT_export].

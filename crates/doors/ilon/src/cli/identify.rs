@@ -24,7 +24,7 @@ pub(super) struct Arguments {
     /// Propose a short course for this robot that determines the free parameters, as waypoints and as wheel rates.
     #[arg(long, value_name = "ROBOT", conflicts_with_all = ["study", "open"])]
     plan: Option<PathBuf>,
-    /// Parameters that the course shall determine, with commas between.
+    /// Parameters that the course shall determine, separated by commas.
     #[arg(
         long,
         value_name = "NAMES",

@@ -173,7 +173,7 @@ pub(super) fn text(name: &str, limits: &Limits) -> String {
     };
     let sharing = match limits.sharing {
         "by_grip" => "the wheels share pushes by grip",
-        _ => "each wheel's loop by itself",
+        _ => "independent wheel loops",
     };
     let found = by_motion(limits);
     let mut table = Table::new();

@@ -49,8 +49,8 @@ pub(super) struct Arguments {
     #[cfg(feature = "foxglove")]
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8766")]
     foxglove: Option<u16>,
-    /// Be the physics of ArduPilot's SITL, `sim_vehicle.py -v Rover -f rover --model JSON:127.0.0.1`, in lock step, without
-    /// a page. Writes `SCENARIO.parm` beside you: the parameters that Rover needs.
+    /// Simulate for ArduPilot's SITL, `sim_vehicle.py -v Rover -f rover --model JSON:127.0.0.1`, in lock step, without
+    /// a page. Writes `SCENARIO.parm` into the current folder: the parameters that Rover needs.
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "9002", conflicts_with_all = ["speed", "paused"])]
     ardupilot: Option<u16>,
     /// End after this many seconds [default: when interrupted].

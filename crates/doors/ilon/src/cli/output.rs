@@ -147,6 +147,15 @@ impl OutputFolder {
         Ok(())
     }
 
+    /// Removes the results of an earlier run from a folder that was looked at before, and the folder if nothing else is in it.
+    pub fn clear(path: &Path) -> Result<(), Failure> {
+        for name in RESULTS {
+            remove(&path.join(name))?;
+        }
+        let _ = fs::remove_dir(path);
+        Ok(())
+    }
+
     pub fn path(&self) -> &Path {
         &self.path
     }

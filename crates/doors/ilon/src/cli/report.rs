@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use ilon_trace::{Recorded, Settings, Summary};
 
 use super::escape::{one_line, path_in_line};
+use super::options::Sandbox;
 use super::outcome::Outcome;
-use super::{console, context, open, reserve};
+use super::{compare, console, context, open, reserve};
 use crate::Scenario;
 use crate::cli::failure::Failure;
 use crate::judge::judge_rows;
@@ -24,6 +25,8 @@ pub(super) struct Arguments {
     /// Open the page in the browser.
     #[arg(long)]
     open: bool,
+    #[command(flatten)]
+    sandbox: Sandbox,
 }
 
 /// Reads, writes, prints.
@@ -46,10 +49,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         "--out",
         &[file.clone(), resolved.clone(), folder.join("summary.json")],
     )?;
+    let files = arguments.sandbox.files()?;
+    compare::within(folder, &files)?;
     let trace = Recorded::open(&file)?;
     let summary = Summary::of_rows(&trace, &Settings::default())?;
     let run = Run {
-        scenario: Scenario::load(&resolved)?,
+        scenario: Scenario::load_within(&resolved, &[], &files)?,
         trace,
         summary,
         warnings: Vec::new(),

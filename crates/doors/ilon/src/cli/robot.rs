@@ -63,8 +63,14 @@ struct Wheels {
     /// Rollers on each wheel.
     #[arg(long, value_name = "N", requires = "gamma")]
     rollers: Option<usize>,
-    /// Their angle gamma in the usual X of mecanum wheels, such as 45.
-    #[arg(long, value_name = "DEG", group = "gamma", requires = "rollers")]
+    /// Their angle gamma in the usual X of mecanum wheels, such as 45; -45 is the O.
+    #[arg(
+        long,
+        value_name = "DEG",
+        allow_hyphen_values = true,
+        group = "gamma",
+        requires = "rollers"
+    )]
     gamma_x_deg: Option<f64>,
     /// Their angle gamma: one for all wheels, such as 0 for omni wheels, or one each, with sign.
     #[arg(

@@ -23,7 +23,7 @@ pub(super) struct Arguments {
     /// Runs at a time [default: as many as there are processors].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
-    /// Run only part I of N, into a folder of its own within the study's, for job arrays.
+    /// Run only part I of N, into its own subfolder, for job arrays.
     #[arg(long, value_name = "I/N", conflicts_with_all = ["merge", "open"])]
     shard: Option<Shard>,
     /// Gather the results of one study from these folders and their shards, without running it.

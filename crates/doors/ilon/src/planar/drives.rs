@@ -82,13 +82,6 @@ impl Track {
         Ok(vector(plant.truth().twist_in_body))
     }
 
-    /// Goes on for a physics step with motors that give nothing.
-    pub fn coast(&self, plant: &mut Plant) -> Result<Vector3<f64>, Error> {
-        let torques_n_m = vec![0.0; self.kinematics.wheel_count()];
-        plant.advance(WheelCommand::Torques(&torques_n_m), self.dt_s)?;
-        Ok(vector(plant.truth().twist_in_body))
-    }
-
     /// How many steps a time in the robot's units has.
     pub fn steps(&self, units: f64) -> usize {
         (units * self.unit_s / self.dt_s).ceil() as usize

@@ -2,13 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use ilon_control::DynamicModel;
 use ilon_robot::Robot;
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
-use super::drives::{PlanarDrive, Track, twist, vector};
-use super::model::{Law, SERVO_S, Servos, error, poses, taken};
-use super::{DirectionShortfall, Grip, HeldOut, Joints, Lag, Planar, Shortfall};
+use super::drives::{PlanarDrive, Track};
+use super::model::{Law, error, poses, taken};
+use super::{DirectionShortfall, Grip, HeldOut, Lag, Planar, Shortfall};
 use crate::Error;
 use crate::scenario::Scenario;
 
@@ -49,7 +48,6 @@ pub fn fit(scenario: &Scenario, robot: &Robot) -> Result<(Planar, Vec<PlanarDriv
     let judges = FITTED..FITTED + HELD_OUT;
     let judges: Vec<PlanarDrive> = judges.map(by_chance).collect::<Result<_, _>>()?;
     let dt_s = track.dt_s;
-    let (joints, servos) = joints(&track, robot, (&law, &fitted))?;
     let planar = Planar {
         robot: robot.name.clone(),
         friction: track.plant().floor_friction(),
@@ -60,12 +58,10 @@ pub fn fit(scenario: &Scenario, robot: &Robot) -> Result<(Planar, Vec<PlanarDriv
         shortfall,
         grip,
         lag,
-        joints,
         held_out: HeldOut {
             drives: HELD_OUT,
             duration_s: track.steps(CHANCE_UNITS) as f64 * dt_s,
             model: error(&judges, dt_s, |asked| law.follow(asked, dt_s)),
-            joints: error(&judges, dt_s, |asked| servos.follow(asked, dt_s)),
             ideal: error(&judges, dt_s, <[_]>::to_vec),
         },
     };
@@ -103,10 +99,10 @@ fn starts(track: &Track) -> Result<Vec<Vector3<f64>>, Error> {
         }
         Err(Error::invalid(
             format!(
-                "asked for {:.2} m/s ahead, {:.2} m/s to the left and {:.2} rad/s, the robot does not come to half of it",
+                "commanded {:.2} m/s ahead, {:.2} m/s to the left and {:.2} rad/s, the robot does not reach half of it",
                 asked.x, asked.y, asked.z
             ),
-            "a base that is fitted must go where it is asked: give its floor more friction, or its motors more torque",
+            "a base is fitted to a robot that follows its commands: give its floor more friction, or its motors more torque",
         ))
     };
     ways().into_iter().map(start).collect()
@@ -307,109 +303,4 @@ fn drift(track: &Track, drives: &[PlanarDrive], law: &Law) -> [[f64; 3]; 3] {
     }
     // It is symmetric.
     (sum / time_s).into()
-}
-
-/// The base on joints.
-fn joints(
-    track: &Track,
-    robot: &Robot,
-    (law, fitted): (&Law, &[PlanarDrive]),
-) -> Result<(Joints, Servos), Error> {
-    let model = DynamicModel::new(robot)?;
-    let kinematics = model.kinematics();
-    let mut rates_rad_s = vec![0.0; kinematics.wheel_count()];
-    let inertia = Vector3::from_fn(|axis, _| {
-        kinematics.wheel_rates(twist(Vector3::ith(axis, 1.0)), &mut rates_rad_s);
-        2.0 * model.kinetic_energy_j(&rates_rad_s)
-    });
-    let with_lag = |lag_s: f64| Servos {
-        gain: law.shortfall.diagonal(),
-        lag_s,
-        most: law.most,
-    };
-    // From a quarter of the servo's own time to twenty times that, in steps of a tenth.
-    let lags_s = (0..32).map(|k| 0.25 * SERVO_S * libm::pow(1.1, f64::from(k)));
-    let off = |lag_s: f64| {
-        let servos = with_lag(lag_s);
-        let error = error(fitted, track.dt_s, |asked| servos.follow(asked, track.dt_s));
-        let share = |axis: usize| error.twist_rms[axis] / track.tops()[axis];
-        libm::hypot(libm::hypot(share(0), share(1)), share(2))
-    };
-    let lags_s = lags_s.map(|lag_s| (off(lag_s), lag_s));
-    let best = lags_s.min_by(|a, b| a.0.total_cmp(&b.0));
-    let servos = with_lag(best.map_or(SERVO_S, |(_, lag_s)| lag_s));
-    let (mut friction, mut damping) = (Vector3::zeros(), Vector3::zeros());
-    for axis in 0..3 {
-        let [dry, viscous] = coasting(track, axis, law.most[axis])?;
-        friction[axis] = inertia[axis] * dry;
-        damping[axis] = inertia[axis] * viscous;
-    }
-    let state = track.plant().truth();
-    let joints = Joints {
-        mass_kg: robot.mass_kg(),
-        center_m: robot.center_of_mass_m().into(),
-        height_m: state.height_m,
-        box_m: box_around(robot),
-        inertia: inertia.into(),
-        most: inertia.component_mul(&law.most).into(),
-        gain: servos.gain.into(),
-        lag_s: servos.lag_s,
-        friction: friction.into(),
-        damping: damping.into(),
-    };
-    Ok((joints, servos))
-}
-
-/// How a robot slows down along an axis while its motors give nothing: dry, in m/s^2 or rad/s^2, and by its speed, in 1/s.
-fn coasting(track: &Track, axis: usize, most: f64) -> Result<[f64; 2], Error> {
-    const SHARE: f64 = 0.4;
-    const SETTLED_UNITS: f64 = 8.0;
-    const LONGEST_UNITS: f64 = 30.0;
-    let asked = track.fastest(Vector3::ith(axis, 1.0)) * SHARE;
-    let mut plant = track.plant();
-    let start_s = 2.0 * asked[axis] / most;
-    for _ in 0..track.steps(SETTLED_UNITS + start_s / track.unit_s) {
-        track.step(&mut plant, asked)?;
-    }
-    // v = v_0 - c t - d s: linear in both, and no measured number is differentiated.
-    let first = vector(plant.truth().twist_in_body)[axis];
-    let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
-    let (mut t_s, mut way, mut before) = (0.0, 0.0, first);
-    for _ in 0..track.steps(LONGEST_UNITS) {
-        let now = track.coast(&mut plant)?[axis];
-        if now < 0.2 * first {
-            break;
-        }
-        t_s += track.dt_s;
-        way += 0.5 * track.dt_s * (before + now);
-        before = now;
-        let row = Vector2::new(t_s, way);
-        normal += row * row.transpose();
-        right += row * (first - now);
-    }
-    let both = normal.cholesky().map(|normal| normal.solve(&right));
-    let only = |k: usize| (right[k] / normal[(k, k)]).max(0.0);
-    let found = match both {
-        Some(both) if both.min() >= 0.0 => both.into(),
-        // What would push is nothing.
-        Some(both) if both.x < 0.0 => [0.0, only(1)],
-        Some(_) => [only(0), 0.0],
-        // It stands within two steps.
-        None => [first / (2.0 * track.dt_s), 0.0],
-    };
-    Ok(found)
-}
-
-/// A box around the wheels, above the ground.
-fn box_around(robot: &Robot) -> [[f64; 3]; 2] {
-    let mut corners = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-    for wheel in &robot.wheels {
-        let at = wheel.position_m();
-        let reach = [1.0, 1.0, 0.75].map(|share| share * wheel.radius_m);
-        for axis in 0..3 {
-            corners[0][axis] = corners[0][axis].min(at[axis] - reach[axis]);
-            corners[1][axis] = corners[1][axis].max(at[axis] + reach[axis]);
-        }
-    }
-    corners
 }

@@ -16,9 +16,9 @@
 //! | module | answers |
 //! |---|---|
 //! | `drives` | what ilon's robot does under commands of the body's twist |
-//! | `model` | the law above, and that of a base on joints |
+//! | `model` | the law above |
 //! | [`fit()`] | the law's numbers |
-//! | [`files()`] | JSON, a model for numpy, MJCF and SDF |
+//! | [`files()`] | JSON, and a model for numpy |
 
 mod drives;
 mod files;
@@ -53,8 +53,6 @@ pub struct Planar {
     pub lag: Lag,
     /// What the model misses on drives of chance: covariance of the pose in the body frame (m, m, rad) that grows in a second of driving.
     pub drift_covariance_per_s: [[f64; 3]; 3],
-    /// The base as joints with servos, for engines that have nothing else.
-    pub joints: Joints,
     /// How far off it is on drives that the fit has not seen.
     pub held_out: HeldOut,
 }
@@ -111,34 +109,6 @@ pub struct Lag {
     pub fit_error: [f64; 3],
 }
 
-/// A base on two sliding joints and one that turns, with a servo of velocity along each axis of the body.
-///
-/// A servo follows what is asked times its `gain`, late by a filter of the first order, with the force that `most` allows.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct Joints {
-    /// Mass of the robot, in kg.
-    pub mass_kg: f64,
-    /// Its centre of mass in the body frame, in metres.
-    pub center_m: [f64; 3],
-    /// Height of the body frame's origin above the ground, in metres.
-    pub height_m: f64,
-    /// A box around the wheels, from corner to corner in the body frame, in metres; above the ground by a quarter of a wheel.
-    pub box_m: [[f64; 3]; 2],
-    /// What moves with the base, in kg, kg and kg m^2: with the inertia of wheels and rollers that turn.
-    pub inertia: [f64; 3],
-    /// The forces up to which a servo acts, in N, N and N m.
-    pub most: [f64; 3],
-    /// The diagonal of S.
-    pub gain: [f64; 3],
-    /// Time constant of the filter, in seconds.
-    pub lag_s: f64,
-    /// Dry friction of the base that is pushed while its motors give nothing, in N, N and N m.
-    pub friction: [f64; 3],
-    /// What grows with speed, in N s/m, N s/m and N m s/rad.
-    pub damping: [f64; 3],
-}
-
 /// The errors on drives that no fit has seen.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
@@ -149,8 +119,6 @@ pub struct HeldOut {
     pub duration_s: f64,
     /// Of the law, as in the model for numpy.
     pub model: DriveError,
-    /// Of the base on joints, as in MJCF.
-    pub joints: DriveError,
     /// Of ideal kinematics: the robot does what is asked, at once.
     pub ideal: DriveError,
 }

@@ -1,4 +1,4 @@
-//! The law of a planar base, that of a base on joints, and how far they are off.
+//! The law of a planar base, and how far it is off.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -49,37 +49,6 @@ impl Law {
                     z += h_s * e;
                 }
                 v += h_s * (wanted / taken.max(1.0) - carried(v));
-            }
-            came.push(v);
-        }
-        came
-    }
-}
-
-/// How soon a servo of joints closes on what its filter says, in seconds.
-pub(super) const SERVO_S: f64 = 0.005;
-
-/// Servos behind filters, each with a force of its own.
-pub(super) struct Servos {
-    pub gain: Vector3<f64>,
-    pub lag_s: f64,
-    pub most: Vector3<f64>,
-}
-
-impl Servos {
-    /// The twists that come of what is asked, from rest.
-    pub fn follow(&self, asked: &[Vector3<f64>], dt_s: f64) -> Vec<Vector3<f64>> {
-        let parts = (4.0 * dt_s / SERVO_S.min(self.lag_s)).ceil();
-        let h_s = dt_s / parts;
-        let (mut v, mut filtered): (Vector3<f64>, Vector3<f64>) = Default::default();
-        let mut came = Vec::with_capacity(asked.len());
-        for asked in asked {
-            for _ in 0..parts as usize {
-                let target = self.gain.component_mul(&filtered);
-                filtered += h_s / self.lag_s * (asked - filtered);
-                let wanted = (target - v) / SERVO_S;
-                let given = wanted.zip_map(&self.most, |a, most| a.clamp(-most, most));
-                v += h_s * (given - carried(v));
             }
             came.push(v);
         }

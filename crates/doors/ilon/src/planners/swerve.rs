@@ -4,6 +4,7 @@ use ilon_control::{AccelerationPolytope, Kinematics, SpeedLimits};
 use ilon_robot::{MassProperties, Robot, Twist};
 use nalgebra::Vector3;
 
+use crate::ros2_control::DriveParameters;
 use crate::simulate::Limits;
 
 /// Gravity as the planners take it, in m/s^2.
@@ -78,7 +79,11 @@ impl Swerve {
             .collect();
         let tops = SpeedLimits::new(&kinematics, &rates);
         let speed_m_s = slowest_m_s(&tops);
-        let yaw_rate_rad_s = 1.0 / tops.share(Twist::new(0.0, 0.0, 1.0));
+        let turning = Twist::new(0.0, 0.0, 1.0);
+        // As for the controllers of ROS 2 and Road Runner, by what the rollers make of a turn.
+        let drive = DriveParameters::of(robot).ok().and_then(Result::ok);
+        let share = drive.map_or_else(|| tops.share(turning), |drive| drive.share(turning));
+        let yaw_rate_rad_s = 1.0 / share;
         if !(speed_m_s.is_finite() && yaw_rate_rad_s.is_finite()) {
             return Err(NoSwerve::NoRateLimit);
         }

@@ -129,13 +129,29 @@ fn a_missing_scenario() {
 }
 
 #[test]
+fn a_file_where_the_command_belongs() {
+    let bench = Bench::new();
+    let output = Command::new(env!("CARGO_BIN_EXE_ilon"))
+        .current_dir(bench.folder.path())
+        .arg("robot.urdf")
+        .output()
+        .expect("the command runs");
+    assert_eq!(output.status.code(), Some(2));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        stderr.contains("run it with `ilon run robot.urdf`"),
+        "{stderr}"
+    );
+}
+
+#[test]
 fn a_missing_robot() {
     let bench = Bench::new();
     bench.spoil("scenario.toml", "robot.urdf", "robbot.urdf");
     assert_eq!(
         bench.refused(&[]),
         told(
-            "robbot.urdf: cannot be read: there is no such file; beside it lies `robot.urdf`",
+            "robbot.urdf: cannot be read: there is no such file; did you mean `robot.urdf`?",
             "scenario.toml:2:8",
             "give the path of a file that exists and may be read",
         )
@@ -451,8 +467,8 @@ fn a_reference_too_fast_to_track_is_a_warning_with_the_figures() {
     assert_eq!(output.status.code(), Some(0));
     let stderr = String::from_utf8_lossy(&output.stderr);
     // 0.3 m/s over rho cos(gamma) = 0.05 m are 6 rad/s, above half of 8.7 rad/s.
-    let note = "note: the reference may be too fast to track: from 0.00 s on its velocity alone takes wheel rates \
-                of up to 6.000 rad/s, at 0.00 s (Indiveri 2009, eq. (36)), but half of the limit is 4.350 rad/s; slow it down or raise \
+    let note = "note: the reference may be too fast to track: from 0.00 s on its velocity alone takes, in the direction that asks \
+                most of the wheels, wheel rates of up to 6.000 rad/s, at 0.00 s (Indiveri 2009, eq. (36)), but half of the limit is 4.350 rad/s; slow it down or raise \
                 `guidance.wheel_rate_limit_rad_s`";
     assert!(stderr.lines().any(|line| line == note), "{stderr}");
     assert!(bench.path("results/summary.json").exists());

@@ -131,6 +131,9 @@ fn a_bound_that_cannot_fail_is_refused_where_it_stands() {
         ("b", "[expect]\nhub_ripple_m = { within = 1e-9 }\n"),
         ("c", "[[expect.signals]]\nsignal = \"truth_y_m\"\n"),
         ("d", "[expect]\nhub_ripple_m = { min = 1, max = 0 }\n"),
+        ("g", "[expect]\nhub_ripple_m = { max = -1 }\n"),
+        ("h", "[expect]\nsaturated_share = { max = 0.1 }\n"),
+        ("i", "[expect]\ndesign.rank = { min = 3 }\n"),
         (
             "e",
             "[[expect.signals]]\nsignal = \"truth_y_m\"\nmax = 1\nuntil_s = 9\n",
@@ -145,9 +148,9 @@ fn a_bound_that_cannot_fail_is_refused_where_it_stands() {
     let printed = ended_with(2, &folder.ilon(&["check", "bad", "good.toml"]));
     assert_eq!(
         (count(&printed, "held"), count(&printed, "could not run")),
-        ("1".into(), "6".into())
+        ("1".into(), "9".into())
     );
-    for name in ["a", "b", "c", "d", "e", "f"] {
+    for name in ["a", "b", "c", "d", "e", "f", "g", "h", "i"] {
         assert!(
             printed.contains(&format!("ERROR  {name}: `expect.")),
             "{printed}"
@@ -370,5 +373,63 @@ fn first_bounds_keep_the_file_and_test_something() {
         "{written}"
     );
     let too_wide = ["check", "fresh.toml", "--update", "1e308"];
-    assert!(ended_with(2, &folder.ilon(&too_wide)).contains("from 0 to 100"));
+    assert!(ended_with(2, &folder.ilon(&too_wide)).contains("from 0 to 10,"));
+    let per_cent = ["check", "fresh.toml", "--init", "50"];
+    assert!(ended_with(2, &folder.ilon(&per_cent)).contains("0.1 for 10 %"));
+}
+
+/// The line to copy works in a shell, a failed bound says by how much, and what an earlier run left is gone once all holds.
+#[test]
+fn a_failure_can_be_repeated_and_leaves_nothing_once_it_holds() {
+    let folder = Folder::new();
+    let path = "a b/x.toml";
+    folder.scenario(path, "[expect]\nend_x_m = { min = 1.0 }\n");
+    let check =
+        |further: &[&str]| folder.ilon(&[&["check", path, "--keep", "kept"], further].concat());
+    let said = ended_with(1, &check(&[]));
+    assert!(
+        said.contains("to see it: ilon run 'a b/x.toml'\n"),
+        "{said}"
+    );
+    assert!(said.contains(" % beyond)"), "{said}");
+    assert!(folder.path("kept/x/summary.json").exists());
+    ended_with(0, &check(&["--set", "expect.end_x_m.min=-1.0"]));
+    assert!(!folder.path("kept/x").exists());
+
+    let base = |further: &[&str]| folder.ilon(&[&["check", "good.toml"], further].concat());
+    ended_with(0, &base(&["--save", "base"]));
+    let longer = ["--against", "base", "--set", "run.duration_s=0.6"];
+    let said = ended_with(1, &base(&longer));
+    assert!(said.contains("the run takes 0.6 s, its baseline"), "{said}");
+    assert!(folder.path("out/check/good/difference.html").exists());
+    ended_with(0, &base(&["--against", "base"]));
+    assert!(!folder.path("out/check/good/difference.html").exists());
+}
+
+/// What `--update` leaves alone is named, beside what it writes.
+#[test]
+fn bounds_that_are_left_are_named() {
+    let folder = Folder::new();
+    let signals = "[expect]\nslip_energy_j = { max = 0 }\n[[expect.signals]]\nsignal = \"truth_x_m\"\nmax = -1\n";
+    folder.scenario("s.toml", signals);
+    let said = ended_with(1, &folder.ilon(&["check", "s.toml", "--update"]));
+    assert!(
+        said.contains("truth_x_m: bounds on signals are left: change it by hand"),
+        "{said}"
+    );
+    assert!(said.contains("slip_energy_j.max: 0 -> "), "{said}");
+    assert_eq!(count(&said, "failed, with bounds updated"), "1", "{said}");
+}
+
+/// A wheel of another radius shows in the rates that the robot is given, and a bound around them has two sides.
+#[test]
+fn first_bounds_hold_the_rates_of_the_wheels_on_both_sides() {
+    let folder = Folder::new();
+    folder.scenario("fresh.toml", "");
+    let said = ended_with(0, &folder.ilon(&["check", "fresh.toml", "--init"]));
+    assert!(
+        said.contains("wheel_rate_command_max_rad_s: { min = "),
+        "{said}"
+    );
+    assert!(said.contains("widened to the least useful room"), "{said}");
 }

@@ -113,6 +113,7 @@ fn run() -> (Robot, Trace, Vec<Seen>) {
         seen.push(look(&simulation));
         simulation.step();
     }
+    seen.push(look(&simulation));
     let trace = simulation.trace().clone();
     assert_eq!(trace.records().len(), seen.len());
     (robot, trace, seen)

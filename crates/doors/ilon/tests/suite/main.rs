@@ -9,6 +9,7 @@ mod columns;
 mod command;
 mod compare;
 mod cookbook;
+mod damage;
 mod energy;
 mod explain;
 mod export;

@@ -47,16 +47,7 @@ fn a_planar_base_is_as_far_off_as_it_says(robot: &str, sideways: f64) {
     );
     let mut names = folder.names("base");
     names.sort();
-    assert_eq!(
-        names,
-        [
-            "held_out.csv",
-            "planar.json",
-            "planar.py",
-            "planar.sdf",
-            "planar.xml"
-        ]
-    );
+    assert_eq!(names, ["held_out.csv", "planar.json", "planar.py"]);
     let base: Value = serde_json::from_str(&folder.read("base/planar.json")).unwrap();
 
     let s = numbers(&base["shortfall"]["matrix"]);
@@ -84,24 +75,6 @@ fn a_planar_base_is_as_far_off_as_it_says(robot: &str, sideways: f64) {
         );
     }
 
-    let sdf = folder.read("base/planar.sdf");
-    let sdf = roxmltree::Document::parse(&sdf).expect("XML");
-    let kinds: Vec<_> = sdf
-        .descendants()
-        .filter(|n| n.has_tag_name("joint"))
-        .filter_map(|n| n.attribute("type"))
-        .collect();
-    assert_eq!(kinds, ["prismatic", "prismatic", "revolute"]);
-    let efforts: Vec<f64> = sdf
-        .descendants()
-        .filter(|n| n.has_tag_name("effort"))
-        .filter_map(|n| n.text()?.parse().ok())
-        .collect();
-    let most = numbers(&base["joints"]["most"]);
-    // Six decimals are written.
-    assert_relative_eq!(efforts[0], most[0].min(most[1]), epsilon = 1e-6);
-    assert_relative_eq!(efforts[2], most[2], epsilon = 1e-6);
-
     if let Some(python) = python("numpy") {
         let found = said(&python, &folder.path("base/planar.py"), &[]);
         for key in ["twist_rms", "position_over_path", "heading_rms_rad"] {
@@ -113,23 +86,6 @@ fn a_planar_base_is_as_far_off_as_it_says(robot: &str, sideways: f64) {
                 assert_relative_eq!(*found, stated, epsilon = 1e-5);
             }
         }
-    }
-    if let Some(python) = python("mujoco, numpy") {
-        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/planar_witness.py");
-        let base = folder.path("base").display().to_string();
-        let found = said(&python, Path::new(script), &[&base]);
-        println!("{robot}: {found}, said {}", held_out["joints"]);
-        for key in ["twist_rms", "position_over_path", "heading_rms_rad"] {
-            for (found, stated) in numbers(&found[key])
-                .iter()
-                .zip(numbers(&held_out["joints"][key]))
-            {
-                // The engine's steps are implicit and its slides share one mass.
-                assert_relative_eq!(*found, stated, max_relative = 0.1);
-            }
-        }
-        // Steps of 2 ms of a motion with a damping of some per cent a second.
-        assert_relative_eq!(found["pushed"].as_f64().unwrap(), 1.0, epsilon = 2e-3);
     }
 }
 
@@ -180,7 +136,7 @@ fn what_has_no_planar_base_is_refused_in_words() {
                 "--set",
                 "world.floor.friction=0.0",
             ],
-            "does not come to half",
+            "does not reach half",
         ),
         (
             &["--planar", "robot.urdf", "--set", "world.floor.grip=1"],

@@ -136,6 +136,16 @@ fn files_say_what_the_planners_read() {
         number("wheelCOF") * number("robotMass") / 4.0 * 9.8 * number("driveWheelRadius");
     assert!((torque_n_m / friction_n_m - 1.0).abs() < 1e-9);
     assert_eq!(settings["holonomicMode"], true);
+    // One number for one limit: 30 rad/s times 0.05 m over the lever on which its rollers turn, 0.31 m and a hundredth, as the controllers have it.
+    let drive = ilon::ros2_control::DriveParameters::of(&robot)
+        .expect("it drives")
+        .expect("mecanum wheels");
+    let yaw_rate_rad_s = 1.0 / drive.share(Twist::new(0.0, 0.0, 1.0));
+    assert!((number("defaultMaxAngVel").to_radians() / yaw_rate_rad_s - 1.0).abs() < 1e-12);
+    assert!(
+        (yaw_rate_rad_s / (30.0 * 0.05 / 0.31) - 0.99).abs() < 2e-3,
+        "{yaw_rate_rad_s}"
+    );
     for (key, sign_x, sign_y) in [
         ("fl", 1.0, 1.0),
         ("fr", 1.0, -1.0),

@@ -450,3 +450,34 @@ fn one_line_files_of_any_length_are_refused_with_the_place_at_fault() {
     let told = ended_with(2, &folder.ilon(&["run", "key.toml"]));
     assert!(told.len() < 6000, "{} bytes", told.len());
 }
+
+/// What `compare` and `report` read of a run lies in the sandbox too, and no link of a stranger leads out of it.
+#[cfg(unix)]
+#[test]
+fn runs_are_read_inside_of_the_sandbox_only() {
+    let folder = confined();
+    for out in ["in/run", "run"] {
+        ended_with(
+            0,
+            &folder.ilon(&["run", "in/s.toml", "--no-report", "--out", out]),
+        );
+    }
+    std::os::unix::fs::symlink(folder.path("run"), folder.path("in/link")).expect("a link");
+    ended_with(
+        0,
+        &folder.ilon(&["compare", "in/run", "in/run", "--sandbox", "in"]),
+    );
+    ended_with(0, &folder.ilon(&["report", "in/run", "--sandbox", "in"]));
+    for arguments in [
+        &["compare", "in/run", "in/link", "--sandbox", "in"][..],
+        &["compare", "in/run", "run/trace.parquet", "--sandbox", "in"],
+        &["report", "in/link", "--sandbox", "in"],
+        &["report", "run", "--sandbox", "in"],
+    ] {
+        let told = ended_with(2, &folder.ilon(arguments));
+        assert!(
+            told.contains("lies outside of what may be read"),
+            "{arguments:?}: {told}"
+        );
+    }
+}

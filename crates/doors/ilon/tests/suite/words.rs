@@ -111,6 +111,18 @@ fn help_is_in_plain_words() {
 }
 
 #[test]
+fn docs_are_in_plain_words() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../..");
+    let docs = std::fs::read_dir(root.join("docs")).expect("the docs");
+    let docs = docs.map(|entry| entry.expect("an entry").path());
+    let docs = docs.filter(|path| path.extension().is_some_and(|end| end == "md"));
+    for page in docs.chain([root.join("README.md")]) {
+        let text = std::fs::read_to_string(&page).expect("a page");
+        assert_plain(&page.display().to_string(), &text);
+    }
+}
+
+#[test]
 fn answers_and_reports_are_in_plain_words() {
     let folder = tempfile::tempdir().expect("a folder to work in");
     let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets");

@@ -1,38 +1,40 @@
-//! What in a file speaks for the radius of a wheel whose geometry does not show it.
+//! Evidence in a file for the radius of a wheel whose geometry does not show it.
 //!
-//! No clue is trusted alone: frames do not lie on floors, inertias are made up, names and settings are left over from another wheel. A
-//! radius is proposed where two clues of different kinds agree and nothing contradicts; else a person is asked, with all clues.
+//! No evidence is trusted alone: frames may not lie on the floor, inertias may be invented, names
+//! and settings may belong to another wheel. A radius is proposed if two clues of different kinds
+//! agree and nothing contradicts; otherwise the user is asked, with all clues.
 
-/// Two clues agree where their radii differ by less than this share.
+/// Two clues agree if their radii differ by less than this share.
 const ALIKE: f64 = 0.02;
-/// A bound may be missed by this share.
+/// A bound may be violated by this share.
 const SLACK: f64 = 0.05;
 
-/// Where a clue comes from: clues of one kind are one author's one thought, and do not confirm each other.
+/// The source of a clue: clues of one kind are not independent, and do not confirm each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum ClueKind {
-    /// A property, an argument, a parameter or a setting of a plug-in that is called the wheel's radius or diameter.
+    /// A property, an argument, a parameter or a plug-in's setting named as the wheel's radius or
+    /// diameter.
     Said,
-    /// What can be read of the wheel's shapes.
+    /// The readable shapes of the wheel.
     Shape,
     /// A size in the name of a joint, link, mesh or macro.
     Name,
     /// The height of the axis above a frame that may lie on the floor.
     Height,
-    /// The inertia about the axis, as that of a solid disc.
+    /// The inertia about the axis, interpreted as a solid disc's.
     Inertia,
 }
 
-/// Something that speaks for the radius of a wheel.
+/// Evidence for the radius of a wheel.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Clue {
-    /// Where it comes from.
+    /// Its source.
     pub kind: ClueKind,
-    /// What it is, such as ``the height of its axis above the frame `base_footprint` ``.
+    /// Its description, such as ``the height of its axis above the frame `base_footprint` ``.
     pub what: String,
-    /// The radii that it speaks for, in metres: one, or both where a size may be a radius or a diameter.
+    /// The possible radii, in metres: one, or both if a size may be a radius or a diameter.
     pub radii_m: Vec<f64>,
 }
 
@@ -63,33 +65,34 @@ impl std::fmt::Display for Clue {
     }
 }
 
-/// A length in millimetres, to a tenth.
+/// Returns a length in millimetres, to a tenth.
 fn millimetres(metres: f64) -> String {
     format!("{}", (1e4 * metres).round() / 10.0)
 }
 
-/// All clues to the radius of a wheel, and what bounds it.
+/// All clues to the radius of a wheel, with bounds.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Clues {
-    /// What speaks for a radius.
+    /// The evidence.
     pub clues: Vec<Clue>,
-    /// What the wheel must reach beyond, in metres, with what that is.
+    /// Lower bounds of the radius, in metres, with descriptions.
     pub least_m: Vec<(f64, String)>,
-    /// What it must not reach, in metres, with what that is.
+    /// Upper bounds, in metres, with descriptions.
     pub most_m: Vec<(f64, String)>,
 }
 
 impl Clues {
-    /// The radius that clues of two kinds agree on, in metres, to a tenth of a millimetre; `None` where none do, where two radii have
-    /// as much for them, and where something contradicts.
+    /// Returns the radius on which clues of two kinds agree, in metres, to a tenth of a millimetre;
+    /// `None` if there is none, if two radii have equal evidence, and if something contradicts.
     pub fn proposed_m(&self) -> Option<f64> {
         let mut agreed: Vec<(ClueKind, f64)> = Vec::new();
         for clue in &self.clues {
             let supported = clue.radii_m.iter().filter(|m| self.is_supported(**m));
             agreed.extend(supported.map(|m| (clue.kind, *m)));
         }
-        // The kind that says it most directly gives the digits; where it says several, the one that the others are nearest to.
+        // The most direct kind gives the digits; if it has several values, the one closest to the
+        // others.
         agreed.sort_by_key(|one| one.0);
         let direct = agreed.first()?.0;
         let apart_m = |m: f64| -> f64 {
@@ -106,9 +109,10 @@ impl Clues {
             .then(|| (1e4 * radius_m).round() / 1e4)
     }
 
-    /// A radius with which the rest of the file can be looked at, in metres: one that nothing contradicts, if there is one.
+    /// Returns a stand-in radius for reading the rest of the file, in metres: one without
+    /// contradiction, if possible.
     pub(crate) fn stand_in_m(&self) -> f64 {
-        /// Of a wheel of which nothing is known.
+        /// For a wheel without clues.
         const ANY_M: f64 = 0.05;
         let radii = self.clues.iter().flat_map(|clue| clue.radii_m.clone());
         let bounds = self.least_m.iter().chain(&self.most_m).map(|(m, _)| *m);
@@ -131,7 +135,8 @@ impl Clues {
             ClueKind::Inertia,
         ];
         let count = kinds.into_iter().filter(|kind| speaking(*kind)).count();
-        // What the author wrote is not outvoted, nor what is drawn, which may be a hub where the author says or names a size.
+        // An explicit statement is not outvoted, nor is a drawing, which may be a hub if a size is
+        // stated or named.
         let said = speaking(ClueKind::Said);
         let drawn_otherwise =
             has(ClueKind::Shape) && !speaking(ClueKind::Shape) && !speaking(ClueKind::Name);
@@ -139,7 +144,7 @@ impl Clues {
         count >= 2 && !denied && self.contradictions(radius_m).is_empty()
     }
 
-    /// The bounds that a radius breaks, in words.
+    /// Returns the bounds that a radius violates, as text.
     fn contradictions(&self, radius_m: f64) -> Vec<String> {
         let below = self
             .least_m
@@ -154,7 +159,7 @@ impl Clues {
         below.chain(above).collect()
     }
 
-    /// What speaks for a radius and what against it, in words.
+    /// Returns the evidence for and against a radius, as text.
     pub(crate) fn on(&self, radius_m: f64) -> String {
         let (pro, contra): (Vec<&Clue>, Vec<&Clue>) = self
             .clues
@@ -172,7 +177,7 @@ impl Clues {
         words
     }
 
-    /// What a person who is asked for the radius should know, in words.
+    /// Returns the information for a user who is asked for the radius, as text.
     pub(crate) fn help(&self) -> String {
         if let Some(radius_m) = self.proposed_m() {
             let speaking = self.clues.iter().filter(|clue| clue.speaks_for(radius_m));
@@ -188,7 +193,7 @@ impl Clues {
                 |(m, what): &(f64, String)| format!("{what} ({} mm or {than})", millimetres(*m));
             bounds.iter().map(words).collect()
         };
-        // A bound that is a clue too is named once.
+        // A bound that is also a clue is named once.
         let is_named = |words: &String| self.clues.iter().any(|clue| words.starts_with(&clue.what));
         let of_bounds = [bounds(&self.least_m, "more"), bounds(&self.most_m, "less")].concat();
         all.extend(of_bounds.into_iter().filter(|words| !is_named(words)));
@@ -235,12 +240,12 @@ mod tests {
                 Some(0.05),
             ),
             (clues(&[(Height, &[0.05]), (Inertia, &[0.06])]), None),
-            // The digits are those of what says it most directly.
+            // The digits are those of the most direct clue.
             (
                 clues(&[(Height, &[0.0505]), (Said, &[0.0508])]),
                 Some(0.0508),
             ),
-            // What is shown and what touches, of which the inertia confirms the second.
+            // Visual and collision shapes, of which the inertia confirms the second.
             (
                 clues(&[(Shape, &[0.127]), (Shape, &[0.125]), (Inertia, &[0.125])]),
                 Some(0.125),
@@ -254,7 +259,7 @@ mod tests {
                 clues(&[(Name, &[0.1, 0.05]), (Height, &[0.05]), (Inertia, &[0.1])]),
                 None,
             ),
-            // Two guesses do not outvote what is said or drawn.
+            // Two guesses do not outvote a statement or a drawing.
             (
                 clues(&[(Said, &[0.0762]), (Height, &[0.097]), (Inertia, &[0.0965])]),
                 None,
@@ -263,7 +268,8 @@ mod tests {
                 clues(&[(Shape, &[0.0235]), (Height, &[0.05]), (Inertia, &[0.05])]),
                 None,
             ),
-            // What is drawn may be a mount, beside a wheel whose mesh is called after its size and cannot be read.
+            // The drawing may be a mount, next to a wheel whose mesh is named after its size and
+            // cannot be read.
             (
                 clues(&[(Shape, &[0.028]), (Name, &[0.0508]), (Inertia, &[0.0509])]),
                 Some(0.0508),

@@ -5,23 +5,23 @@ use super::lists::{above_floor, counted, left_out_of, listed, looked_at, missing
 use super::named::{CandidateJoint, MissingFile};
 use crate::options::WheelOptions;
 
-/// What is wrong with a robot's description.
+/// A fault of a robot's description.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Fault {
     /// The file cannot be read.
     #[error("cannot be read: {reason}")]
     Unreadable {
-        /// What the operating system said.
+        /// The operating system's message.
         reason: String,
     },
-    /// The description is not TOML, or not of the form that [`crate::Spec`] has.
+    /// The description is not TOML, or does not have the form of [`crate::Spec`].
     #[error("{reason}")]
     Toml {
-        /// What the parser said.
+        /// The parser's message.
         reason: String,
     },
-    /// Keys of a description are given for a file that is none.
+    /// Keys of a description are set for a file that is not a description.
     #[error(
         "it is no description in TOML, whose keys {} could be changed",
         listed(keys)
@@ -30,12 +30,12 @@ pub enum Fault {
         /// The first part of each key.
         keys: Vec<String>,
     },
-    /// More joints turn as wheels do than a robot has.
+    /// More joints turn like wheels than are supported.
     #[error("{count} joints turn as wheels do, and a robot of more than {most} wheels is not read")]
     TooManyWheels {
-        /// How many.
+        /// Their number.
         count: usize,
-        /// How many are read.
+        /// The limit.
         most: usize,
     },
     /// A value of the description is out of its range.
@@ -43,17 +43,17 @@ pub enum Fault {
     OutOfRange {
         /// The key in the description.
         key: String,
-        /// Its value.
+        /// The value.
         value: String,
-        /// The range it must lie in.
+        /// The allowed range.
         range: &'static str,
     },
-    /// A wheel of the description is not there.
+    /// An unknown wheel of the description.
     #[error("there is no wheel `{wheel}`; there are {}", listed(wheels))]
     NoSuchWheel {
-        /// The wheel.
+        /// The name.
         wheel: String,
-        /// The wheels that there are.
+        /// The existing wheels.
         wheels: Vec<String>,
     },
     /// The rollers are too slender to reach one another.
@@ -63,17 +63,17 @@ pub enum Fault {
     RollersTooSlender {
         /// The largest radius of the roller, in millimetres.
         roller_radius_mm: f64,
-        /// The least radius with which the end sphere keeps a positive radius, in millimetres.
+        /// The smallest radius for which the end sphere keeps a positive radius, in millimetres.
         least_radius_mm: f64,
     },
 
     /// The text is not well-formed XML.
-    #[error("not well-formed XML: {reason}")]
+    #[error("{}{reason}", if reason.contains("DTD") { "" } else { "not well-formed XML: " })]
     Xml {
-        /// What the parser said.
+        /// The parser's message.
         reason: String,
     },
-    /// The root element is that of no format that is read.
+    /// The root element belongs to no supported format.
     #[error("its root element is `<{root_tag}>`, where `<robot>`, `<sdf>` or `<mujoco>` is read")]
     NotUrdf {
         /// The tag of the root element.
@@ -85,12 +85,12 @@ pub enum Fault {
         if *before_2014 { "; elements of it stand without the prefix `xacro:`, as until 2014" } else { "" }
     )]
     Xacro {
-        /// Why not.
+        /// The reason.
         reason: String,
-        /// Whether elements stand without the prefix `xacro:`, as until 2014: a repair reads them.
+        /// Whether elements lack the prefix `xacro:`, as until 2014: a repair accepts them.
         before_2014: bool,
     },
-    /// Files that a xacro file includes, or packages that they lie in, are not there.
+    /// Missing files that a xacro file includes, or missing packages of them.
     #[error("{}", missing(files))]
     MissingFiles {
         /// All of them.
@@ -101,10 +101,10 @@ pub enum Fault {
     MissingArgument {
         /// Its name.
         name: String,
-        /// Whether the robot was found to be the same with each of some values.
+        /// Whether the robot is the same for all tested values.
         any_does: bool,
     },
-    /// A xacro file defines macros and makes no link.
+    /// A xacro file that only defines macros, without a link.
     #[error(
         "it defines macros and makes no link: {}{}",
         listed(macros),
@@ -113,33 +113,33 @@ pub enum Fault {
     MacrosOnly {
         /// The macros that are never called.
         macros: Vec<String>,
-        /// Files beside it that include it.
+        /// Files next to it that include it.
         callers: Vec<String>,
     },
-    /// A xacro file is written as it was until 2014, when its elements had no prefix.
+    /// A xacro file in the syntax until 2014, without the prefix.
     #[error("a xacro file of before 2014: `<{tag}>` stands without the prefix `xacro:`")]
     OldXacro {
         /// The tag of the first such element.
         tag: String,
     },
-    /// SDF or MJCF that says something which has no counterpart here.
+    /// SDF or MJCF with an unsupported feature.
     #[error("{reason}")]
     Format {
-        /// What.
+        /// Its description.
         reason: String,
     },
-    /// The file is larger than anything that is read.
+    /// The file exceeds a limit.
     #[error("too large to be read: {what}, where at most {most} are read")]
     TooLarge {
-        /// What there is too much of.
+        /// The quantity.
         what: String,
-        /// The most that is read.
+        /// The limit.
         most: String,
     },
-    /// urdf-rs cannot read the file.
+    /// urdf-rs rejects the file.
     #[error("{reason}")]
     Urdf {
-        /// What urdf-rs said.
+        /// Its message.
         reason: String,
     },
     /// An attribute is missing.
@@ -159,17 +159,17 @@ pub enum Fault {
     DuplicateName {
         /// `link` or `joint`.
         tag: &'static str,
-        /// Where the first of them stands.
+        /// Line of the first of them.
         first_line: usize,
     },
-    /// An attribute does not hold the numbers it should.
+    /// An attribute does not contain the required numbers.
     #[error("`{attribute}=\"{value}\"` does not hold {}", counted(*count, "number"))]
     NotNumbers {
         /// Its name.
         attribute: String,
         /// Its text.
         value: String,
-        /// How many numbers it should hold.
+        /// The required number of values.
         count: usize,
     },
     /// An attribute holds NaN or infinity.
@@ -185,7 +185,7 @@ pub enum Fault {
         "the inertia has the principal moment {least:.3e} kg m^2, but a body with mass has three above 0"
     )]
     InertiaNotPositive {
-        /// The least principal moment, in kg m^2.
+        /// The smallest principal moment, in kg m^2.
         least: f64,
     },
     /// No distribution of mass has such an inertia.
@@ -194,23 +194,23 @@ pub enum Fault {
          of the others"
     )]
     InertiaImpossible {
-        /// The least principal moment, in kg m^2.
+        /// The smallest principal moment, in kg m^2.
         least: f64,
         /// The middle one, in kg m^2.
         middle: f64,
         /// The largest, in kg m^2.
         most: f64,
     },
-    /// A collision has a geometry that URDF does not know, or none.
+    /// A collision with a missing geometry, or one unknown to URDF.
     #[error("holds none of box, cylinder, capsule, sphere and mesh")]
     UnknownGeometry,
-    /// A joint has a type that URDF does not know.
+    /// A joint with a type unknown to URDF.
     #[error("`{joint_type}` is not a type of joint")]
     UnknownJointType {
         /// The type.
         joint_type: String,
     },
-    /// A joint names a link that is not there.
+    /// A joint that names a missing link.
     #[error("there is no link `{link}`")]
     UnknownLink {
         /// The name.
@@ -227,22 +227,22 @@ pub enum Fault {
         /// The first joint that has it as its child.
         first_joint: String,
     },
-    /// Links hang by one another in a circle.
+    /// Links form a loop.
     #[error("the links hang by one another in a loop")]
     Loop,
-    /// Several links hang by nothing.
+    /// Several links without a parent.
     #[error("{} links hang by no joint: {}", links.len(), listed(links))]
     SeveralRoots {
         /// Their names.
         links: Vec<String>,
     },
-    /// A body that moves has no mass.
+    /// A moving body without mass.
     #[error("neither it nor anything fixed to it has mass and inertia")]
     NoMass,
-    /// A joint between bodies cannot be as it shall be.
+    /// A joint between bodies cannot have the requested role.
     #[error("{reason}")]
     JointRole {
-        /// What is wrong, and what to do.
+        /// The reason, with a remedy.
         reason: String,
     },
     /// The inertia of a body is far too large for its mass and size.
@@ -255,10 +255,10 @@ pub enum Fault {
         mass_kg: f64,
         /// sqrt(I / m) of its largest principal moment, in metres.
         gyration_m: f64,
-        /// How far it reaches from its centre of mass, in metres.
+        /// Its largest distance from the centre of mass, in metres.
         reach_m: f64,
     },
-    /// The inertia of a body is next to nothing for its mass and shapes.
+    /// The inertia of a body is far too small for its mass and shapes.
     #[error(
         "with {mass_kg:.4} kg its inertia has a radius of gyration of {:.3} mm, where a solid of its shape has {:.1} mm",
         1e3 * gyration_m, 1e3 * solid_m
@@ -268,23 +268,24 @@ pub enum Fault {
         mass_kg: f64,
         /// sqrt(I / m) of its largest principal moment, in metres.
         gyration_m: f64,
-        /// The same of a solid of its shape, in metres.
+        /// The same for a solid of its shape, in metres.
         solid_m: f64,
     },
-    /// The moments of inertia of a body are those of its shape about other axes.
+    /// The moments of inertia of a body match its shape about other axes.
     #[error(
         "its moments are those of its shape about other axes: ixx, iyy and izz may be exchanged, or its frame be turned"
     )]
     InertiaExchanged,
-    /// A wheel's moment about its own axle is much less than that across it, as of no wheel that is rounder than long.
+    /// A wheel's moment about its own axle is much less than across it, unlike any wheel that is
+    /// wider than long.
     #[error(
         "its moment about the wheel's axle is {axial_kg_m2:.2e} kg m^2, that across it {across_kg_m2:.2e}, where a disc has more about its axle: \
          ixx, iyy and izz may be exchanged, or a power of ten be missing"
     )]
     InertiaThinAboutAxle {
-        /// About its axle, in kg m^2.
+        /// Moment about its axle, in kg m^2.
         axial_kg_m2: f64,
-        /// Across it, in kg m^2: the mean of both.
+        /// Mean moment across it, in kg m^2.
         across_kg_m2: f64,
     },
     /// The robot has fewer than three wheels.
@@ -295,14 +296,14 @@ pub enum Fault {
         looked_at(looked)
     )]
     TooFewWheels {
-        /// The joints of the wheels that were found.
+        /// The joints of the wheels found.
         wheels: Vec<String>,
-        /// The joints that were looked at, and why they are no wheels.
+        /// The other joints, with the reasons why they are no wheels.
         looked: Vec<CandidateJoint>,
-        /// What a file without a single wheel has, in words.
+        /// A summary of a file without a single wheel.
         has: String,
     },
-    /// The robot has wheels, but they carry no rollers.
+    /// The robot has wheels without rollers.
     #[error(
         "{} without rollers: {}{}",
         counted(wheels.len(), "wheel"), listed(wheels), left_out_of(left_out)
@@ -310,11 +311,12 @@ pub enum Fault {
     NoRollers {
         /// Their joints.
         wheels: Vec<String>,
-        /// Rollers that fit how they stand and what the file says of them.
+        /// Rollers that match the wheels' arrangement and the file's information.
         rollers: Proposed,
-        /// What speaks for these and which of their numbers are assumed, or what hints at some without being enough, in words.
+        /// The evidence for them and the assumed numbers, or insufficient hints, as text.
         why: Option<String>,
-        /// Joints that are called wheels or turn like some and are not among these, and why.
+        /// Joints that are named like wheels or turn like wheels and are not among these, with
+        /// reasons.
         left_out: Vec<CandidateJoint>,
     },
     /// The robot has steered wheels.
@@ -325,20 +327,21 @@ pub enum Fault {
     Steered {
         /// Their joints.
         wheels: Vec<String>,
-        /// Rollers that fit how they stand with the upright joints held.
+        /// Rollers that match the wheels' arrangement with the upright joints locked.
         rollers: Proposed,
-        /// Joints that are called wheels or turn like some and are not among these, and why.
+        /// Joints that are named like wheels or turn like wheels and are not among these, with
+        /// reasons.
         left_out: Vec<CandidateJoint>,
     },
-    /// A joint carries rollers, but does not turn.
+    /// A joint with rollers that does not turn.
     #[error(
         "carries {rollers} passive rollers, but does not turn; without it the robot has {wheels} wheel(s), but moving \
          freely in the plane takes three"
     )]
     HubDoesNotTurn {
-        /// How many rollers it carries.
+        /// The number of its rollers.
         rollers: usize,
-        /// How many wheels the robot has without it.
+        /// The number of the robot's other wheels.
         wheels: usize,
     },
     /// Wheels carry rollers that do not turn.
@@ -347,29 +350,30 @@ pub enum Fault {
         listed(wheels)
     )]
     RollersDoNotTurn {
-        /// How many rollers there are on a wheel.
+        /// The number of rollers per wheel.
         rollers: usize,
         /// The wheels' joints.
         wheels: Vec<String>,
     },
-    /// The chassis reaches down to the floor on which the wheels stand, or below it.
+    /// The chassis reaches the floor on which the wheels stand, or below it.
     #[error(
         "its collision geometry {}, at x = {:.3} m, y = {:.3} m",
         above_floor(*deep_mm), at_m[0], at_m[1]
     )]
     ChassisBelowFloor {
-        /// How far, in millimetres; below 0 of one that stands less above it than the first bump or a tread gives.
+        /// Depth below the floor, in millimetres; negative for a clearance smaller than the first
+        /// bump or a tread's deflection.
         deep_mm: f64,
-        /// Where, in the body frame, in metres.
+        /// The position in the body frame, in metres.
         at_m: [f64; 2],
     },
     /// A roller's axis is parallel to its hub's.
     #[error("gamma = 90 deg: the roller turns about the hub axis, and the wheel cannot drive")]
     GammaRightAngle,
-    /// A hub axis leans out of the ground plane.
+    /// A hub axis that is not parallel to the ground.
     #[error("the hub axis leans {lean_deg:.1} deg out of the ground plane")]
     HubNotLevel {
-        /// How far, in degrees.
+        /// Its angle from the ground, in degrees.
         lean_deg: f64,
     },
     /// A roller has no collision geometry.
@@ -383,26 +387,26 @@ pub enum Fault {
     MeshUnreadable {
         /// The mesh's file.
         mesh: String,
-        /// Why not.
+        /// The reason.
         reason: String,
     },
-    /// The folder of a ROS package is not known.
+    /// The folder of a ROS package is unknown.
     #[error("its mesh `{mesh}` lies in the package `{package}`, whose folder is not known")]
     PackageUnknown {
         /// The package.
         package: String,
-        /// The mesh as the file names it.
+        /// The mesh as named in the file.
         mesh: String,
     },
-    /// An element names a joint that is not there.
+    /// An element that names a missing joint.
     #[error("there is no joint `{joint}`")]
     UnknownJoint {
         /// The joint.
         joint: String,
-        /// The joint of the file whose name is most like it.
+        /// The joint of the file with the most similar name.
         near: Option<String>,
     },
-    /// A joint that should be a wheel is not there.
+    /// A joint named as a wheel is missing.
     #[error(
         "there is no joint `{joint}`{}{}",
         if likely.is_empty() { String::new() } else { format!("; wheels could be {}", listed(likely)) },
@@ -411,36 +415,37 @@ pub enum Fault {
     NoSuchJoint {
         /// The joint.
         joint: String,
-        /// The joints that could be wheels.
+        /// The possible wheel joints.
         likely: Vec<String>,
-        /// The joints that were looked at, and why they are no wheels.
+        /// The other joints, with the reasons why they are no wheels.
         looked: Vec<CandidateJoint>,
     },
-    /// A joint that should be a wheel cannot be one.
+    /// A joint named as a wheel cannot be one.
     #[error("it cannot be taken for a wheel: {reason}")]
     NotAWheel {
-        /// Why not.
+        /// The reason.
         reason: String,
     },
-    /// A joint that should be given rollers has some.
+    /// A joint to which rollers should be added already has some.
     #[error("it has rollers in the file already")]
     HasRollers,
-    /// The radius of a wheel is not known: of one that is given rollers, or one whose rollers have no geometry.
+    /// The radius of a wheel is unknown: one that gets rollers, or one whose rollers have no
+    /// geometry.
     #[error("the wheel's geometry does not show its radius{}", reason.as_ref().map_or(String::new(), |r| format!(": {r}")))]
     WheelSizeUnknown {
-        /// Why its geometry does not.
+        /// Why its geometry does not show it.
         reason: Option<String>,
-        /// What else in the file speaks for a radius.
+        /// Other evidence for a radius.
         clues: Box<Clues>,
-        /// The package that its geometry lies in, where that package's folder is not known.
+        /// The package of its geometry, if that package's folder is unknown.
         package: Option<String>,
     },
-    /// The usual X is asked for, but the wheels do not stand in it.
+    /// The usual X is requested, but the wheels are not arranged that way.
     #[error(
         "the usual X arrangement has parallel hub axes and wheels off both middle lines: here {what}"
     )]
     NotInX {
-        /// What is otherwise.
+        /// The deviation.
         what: &'static str,
     },
     /// A roller differs from the others of its wheel.
@@ -448,15 +453,15 @@ pub enum Fault {
     RollersDiffer {
         /// The quantity.
         quantity: &'static str,
-        /// Its value at this roller.
+        /// Its value for this roller.
         this: String,
         /// Its mean over the wheel.
         others: String,
     },
-    /// Rollers cannot be made as the file says.
+    /// Rollers cannot be made with the file's settings.
     #[error("the rollers cannot be made so: {reason}")]
     RollersNotMade {
-        /// What is wrong.
+        /// The reason.
         reason: String,
     },
     /// A wheel has angles at which no roller touches the ground.
@@ -468,13 +473,13 @@ pub enum Fault {
     RollersHaveGaps {
         /// The widest gap, in degrees of the wheel's turn.
         widest_gap_deg: f64,
-        /// The share of a turn without a roller, in per cent.
+        /// The share of a turn without a roller, in percent.
         share_percent: f64,
-        /// How many rollers are missing of an even ring, by the places of the others.
+        /// Number of rollers missing from an even ring, judged by the positions of the others.
         missing: usize,
-        /// How many such a ring has.
+        /// Number of rollers of the full ring.
         of: usize,
-        /// Whether the wheel could roll over the gaps as its file models it.
+        /// Whether the wheel could roll over the gaps with its file's shapes.
         rolls: bool,
     },
     /// Wheels do not stand on one floor.
@@ -487,16 +492,17 @@ pub enum Fault {
         }
     )]
     UnevenWheels {
-        /// How much higher than the lowest wheel this one ends in the frame of the root link, in millimetres.
+        /// Height of this wheel's lowest point above the lowest wheel's, in the frame of the root
+        /// link, in millimetres.
         apart_mm: f64,
-        /// How far the robot leans, in degrees.
+        /// Lean of the robot, in degrees.
         tilt_deg: f64,
-        /// How high above the floor this wheel hangs, in millimetres; 0 where it stands on it.
+        /// Height of this wheel above the floor, in millimetres; 0 if it stands on it.
         gap_mm: f64,
-        /// The largest lean that is taken, in degrees.
+        /// The largest accepted lean, in degrees.
         most_deg: f64,
     },
-    /// A wheel is so large that the file must be in millimetres.
+    /// A wheel so large that the file must be in millimetres.
     #[error("the wheel has a radius of {radius_m:.1} m")]
     LooksLikeMillimetres {
         /// Its radius, in metres.
@@ -504,14 +510,14 @@ pub enum Fault {
     },
 }
 
-/// Rollers that a file speaks for.
+/// Rollers suggested by a file.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Proposed {
-    /// These fit how the wheels stand and what is said of them.
+    /// Rollers that match the wheels' arrangement and names.
     Rollers(Box<WheelOptions>),
-    /// What the wheels are called contradicts how they stand.
+    /// The wheels' names contradict their arrangement.
     Contradiction,
-    /// Nothing says that the wheels carry rollers: they may be plain ones.
+    /// Nothing suggests rollers: they may be plain wheels.
     NothingSaid,
 }

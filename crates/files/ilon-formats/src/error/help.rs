@@ -1,33 +1,33 @@
-//! How each fault is repaired: in words, and by the options of reading.
+//! Remedies for each fault: as text, and as options of reading.
 
 use super::fault::{Fault, Proposed};
 use super::named::MissingFile;
 use super::remedy::Remedy;
 use crate::options::{Handedness, LoadOptions, WheelOptions};
 
-/// A solid box, for whoever has no CAD program.
+/// Help without a CAD program.
 const BOX: &str = "for a solid box of mass m, ixx = m (y^2 + z^2) / 12";
 
-/// How the reason begins where a xacro file wants an environment variable that is not set.
+/// Start of the reason if a xacro file needs an unset environment variable.
 pub(crate) const NOT_SET: &str = "the environment variable `";
 
-/// Whether an attribute gives a shape no size, which stands on links that are only frames.
+/// Whether an attribute sets a shape's size to zero, as for links that are only frames.
 pub(crate) fn is_zero_size(key: &str, value: &str) -> bool {
     let numbers: Result<Vec<f64>, _> = value.split_whitespace().map(str::parse).collect();
     ["size", "radius", "length"].contains(&key)
         && numbers.is_ok_and(|n| n.iter().all(|x| *x >= 0.0) && n.contains(&0.0))
 }
 
-/// Whether an argument only says what things are called.
+/// Whether an argument only sets names.
 fn is_of_names(argument: &str) -> bool {
     let lower = argument.to_lowercase();
     lower.ends_with("name") || lower.ends_with("namespace") || lower.ends_with("prefix")
 }
 
 impl Fault {
-    /// A joint that is not there, with the one of `others` that was probably meant.
+    /// A missing joint, with the one of `others` that was probably meant.
     pub(crate) fn unknown_joint<'a>(joint: &str, others: impl Iterator<Item = &'a str>) -> Self {
-        /// How alike two names are, by the measure of Jaro and Winkler, of which one was meant for the other.
+        /// Smallest Jaro-Winkler similarity of two names of which one was meant for the other.
         const ALIKE: f64 = 0.8;
         let alike = others.map(|other| (strsim::jaro_winkler(joint, other), other));
         let best = alike.max_by(|a, b| a.0.total_cmp(&b.0));
@@ -38,7 +38,7 @@ impl Fault {
         }
     }
 
-    /// How to repair it in the file; what the options of reading can do is in [`Self::remedies`].
+    /// Returns how to repair it in the file; for the options of reading see [`Self::remedies`].
     pub(super) fn help(&self) -> String {
         let fixed = match self {
             Self::OutOfRange { key, range, .. } => return format!("make `{key}` {range}"),
@@ -65,6 +65,7 @@ impl Fault {
             Self::NotNumbers { count, .. } => {
                 return format!("write {count} numbers, separated by spaces");
             }
+            Self::Unreadable { reason } if reason.contains("UTF-8") => "save it as UTF-8",
             Self::Unreadable { .. } => "give the path of a file that exists and may be read",
             Self::Toml { .. } => {
                 "every key is described in docs/format-robot.md; whole descriptions are in assets/robots"
@@ -249,15 +250,15 @@ impl Fault {
         fixed.to_owned()
     }
 
-    /// Options in which a stand-in holds the place of what only a person can say of it: with them more of the file can be looked at,
-    /// and nothing else is to be done with them. `None` where nothing can stand in.
+    /// Returns options with a stand-in for an unknown that only the user knows, only for reading
+    /// more of the file. `None` if there is no stand-in.
     pub(crate) fn stood_in(&self, options: &LoadOptions) -> Option<LoadOptions> {
-        /// Rollers of a wheel that stands in.
+        /// Rollers of a stand-in wheel.
         const ROLLERS: usize = 12;
         let mut stood_in = options.clone();
         match self {
             Self::NoRollers { wheels, .. } | Self::Steered { wheels, .. } => {
-                // On parallel hubs only rollers that lean let a robot move sideways.
+                // On parallel hubs only inclined rollers allow sideways motion.
                 let parallel = matches!(
                     self.remedies()[..],
                     [Remedy::WhichRollers { parallel: true, .. }, ..]
@@ -280,7 +281,7 @@ impl Fault {
         Some(stood_in)
     }
 
-    /// Whether it may come of a wrong size of the wheels alone.
+    /// Whether it may be caused only by a wrong size of the wheels.
     pub(crate) fn is_of_sizes(&self) -> bool {
         matches!(
             self,
@@ -294,7 +295,7 @@ impl Fault {
         )
     }
 
-    /// The options of reading that would do, the best first.
+    /// Returns the options of reading that repair it, the best first.
     pub(super) fn remedies(&self) -> Vec<Remedy> {
         match self {
             Self::MissingElement {
@@ -315,7 +316,7 @@ impl Fault {
                 before_2014: true, ..
             }
             | Self::OldXacro { .. } => vec![Remedy::Repair],
-            // Whatever a robot is called, it is the same robot.
+            // The robot's name does not change the robot.
             Self::MissingArgument { name, .. } if is_of_names(name) => vec![Remedy::Argument {
                 name: name.clone(),
                 value: Some("robot".to_owned()),
@@ -325,7 +326,7 @@ impl Fault {
             {
                 vec![Remedy::Repair]
             }
-            // Longer rollers do not stand for one that is missing.
+            // Longer rollers do not replace a missing one.
             Self::RollersHaveGaps { missing: 1.., .. } => Vec::new(),
             Self::RollersHaveGaps { rolls: false, .. } => vec![Remedy::Repair],
             Self::RollersHaveGaps { .. } => vec![Remedy::Repair, Remedy::AsModelled],
@@ -338,7 +339,7 @@ impl Fault {
                     });
                     remedies.extend(remedy.filter(|remedy| !remedies.contains(remedy)));
                 }
-                // Rollers that are missing are not to be made up for.
+                // Missing roller files must not be replaced by guesses.
                 let is_of_rollers = |file: &MissingFile| file.what.contains("roller");
                 if !files.iter().any(is_of_rollers) {
                     remedies.push(Remedy::LeaveOutMissing);

@@ -1,8 +1,8 @@
-//! What faults are about, in words.
+//! Lists in messages of faults.
 
 use super::named::{CandidateJoint, MissingFile};
 
-/// The files that are missing, each with where it is named.
+/// Returns the missing files, each with the place that names it.
 pub(super) fn missing(files: &[MissingFile]) -> String {
     let of = |file: &MissingFile| match (&file.package, &file.reason) {
         (Some(package), _) => {
@@ -27,7 +27,7 @@ pub(super) fn missing(files: &[MissingFile]) -> String {
     )
 }
 
-/// The joints that were looked at for wheels, and why they are none.
+/// Returns the joints that are no wheels, with reasons.
 pub(super) fn looked_at(looked: &[CandidateJoint]) -> String {
     const SHOWN: usize = 3;
     if looked.is_empty() {
@@ -45,7 +45,7 @@ pub(super) fn looked_at(looked: &[CandidateJoint]) -> String {
     format!(". Looked at: {}{rest}", shown.join("; "))
 }
 
-/// The joints that are not among some wheels, and why.
+/// Returns the joints that are not among some wheels, with reasons.
 pub(super) fn left_out_of(left_out: &[CandidateJoint]) -> String {
     const SHOWN: usize = 4;
     if left_out.is_empty() {
@@ -62,7 +62,7 @@ pub(super) fn left_out_of(left_out: &[CandidateJoint]) -> String {
     format!("; left out: {}{rest}", shown.join(", "))
 }
 
-/// Where a chassis is that touches the floor, by how deep it lies below it, in millimetres.
+/// Returns the position of a chassis that touches the floor, by its depth in millimetres.
 pub(super) fn above_floor(deep_mm: f64) -> String {
     const FLOOR: &str = "the floor on which the wheels stand";
     match deep_mm {
@@ -81,7 +81,7 @@ pub(super) fn counted(count: usize, noun: &str) -> String {
     }
 }
 
-/// Names, the first of them.
+/// Returns the first of some names.
 pub(super) fn listed(names: &[String]) -> String {
     const SHOWN: usize = 8;
     let shown: Vec<String> = names.iter().take(SHOWN).map(|n| format!("`{n}`")).collect();

@@ -1,7 +1,7 @@
-//! What can be wrong with a robot's file: where, what, and how to repair it.
+//! Errors of robot files: place, fault and remedy.
 //!
-//! An error says what is wrong and which [`Remedy`] applies. How a remedy is asked for, a front end words: as a flag, a key of a
-//! scenario, or an argument of a function.
+//! An error has its applicable [`Remedy`]s. Front ends express a remedy in their own way: as a
+//! flag, a key of a scenario, or an argument of a function.
 
 mod clue;
 mod fault;
@@ -20,14 +20,14 @@ pub(crate) use help::{NOT_SET, is_zero_size};
 pub use named::{CandidateJoint, MissingFile};
 pub use remedy::Remedy;
 
-/// Where in a text a fault sits.
+/// The place of a fault in a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TextPlace {
     /// Line, from 1.
     pub line: usize,
     /// Column in characters, from 1.
     pub column: usize,
-    /// The bytes of the text that are at fault.
+    /// The faulty bytes of the text.
     pub bytes: Range<usize>,
 }
 
@@ -48,11 +48,12 @@ impl TextPlace {
     }
 }
 
-/// A robot's file that cannot be used: the fault, where it is, and how to repair it.
+/// An unusable robot file: the fault, its place, and remedies.
 ///
-/// Its `Display` is one line, ``robot.urdf:12: joint `arm`: ...``; [`RobotError::help`] says how to repair it,
-/// [`RobotError::remedies`] which options would do, and the other accessors serve printers that show the line itself. Where a
-/// file has more than one fault, the others are in [`RobotError::others`].
+/// Its `Display` is one line, ``robot.urdf:12: joint `arm`: ...``; [`RobotError::help`] tells how
+/// to repair it, [`RobotError::remedies`] which options repair it, and the other accessors are for
+/// printers that show the line itself. If a file has more than one fault, the others are in
+/// [`RobotError::others`].
 #[derive(Clone, Debug)]
 pub struct RobotError(Box<Inner>);
 
@@ -65,14 +66,15 @@ struct Inner {
     element: Option<String>,
     trail: Vec<String>,
     others: Vec<RobotError>,
-    /// Other elements that were made of the same place and have the same fault.
+    /// Number of other elements from the same place with the same fault.
     alike: usize,
-    /// The first byte of the element at fault in the text that was read, which may have been made from the file's.
+    /// The first byte of the faulty element in the text that was read, which may be derived from
+    /// the file's.
     loaded: Option<usize>,
 }
 
 impl RobotError {
-    /// A fault in `file`, not yet placed.
+    /// A fault in `file`, without a place.
     pub(crate) fn new(file: &str, fault: Fault) -> Self {
         Self(Box::new(Inner {
             fault,
@@ -87,37 +89,37 @@ impl RobotError {
         }))
     }
 
-    /// The same, at a range of bytes of the file's text.
+    /// Adds a range of bytes of the file's text.
     pub(crate) fn at(mut self, text: &Arc<str>, bytes: Range<usize>) -> Self {
         self.0.place = Some(TextPlace::of_bytes(text, bytes));
         self.0.text = Some(Arc::clone(text));
         self
     }
 
-    /// The same, about an element such as ``joint `arm` ``.
+    /// Adds an element such as ``joint `arm` ``.
     pub(crate) fn about(mut self, element: impl Into<String>) -> Self {
         self.0.element = Some(element.into());
         self
     }
 
-    /// The same, with what led there.
+    /// Adds the macro calls and includes.
     pub(crate) fn by(mut self, trail: Vec<String>) -> Self {
         self.0.trail = trail;
         self
     }
 
-    /// The same, with the first byte of the element in the text that was read.
+    /// Adds the first byte of the element in the text that was read.
     pub(crate) fn loaded_at(mut self, byte: usize) -> Self {
         self.0.loaded = Some(byte);
         self
     }
 
-    /// The first byte of the element at fault in the text that was read.
+    /// The first byte of the faulty element in the text that was read.
     pub(crate) fn loaded(&self) -> Option<usize> {
         self.0.loaded
     }
 
-    /// The first of some errors with the others behind it; `None` without any.
+    /// Returns the first of some errors with the others attached; `None` without any.
     pub(crate) fn of_all(errors: impl IntoIterator<Item = Self>) -> Option<Self> {
         let mut errors = errors.into_iter();
         let mut first = errors.next()?;
@@ -129,7 +131,8 @@ impl RobotError {
         Some(first)
     }
 
-    /// One error for all that say the same of one place: a line of a macro is at fault once, however often it is called.
+    /// Merges equal errors of one place: a line of a macro is reported once, however often it is
+    /// called.
     pub fn by_place(errors: impl IntoIterator<Item = Self>) -> Vec<Self> {
         let mut found: Vec<Self> = Vec::new();
         for error in errors {
@@ -145,49 +148,50 @@ impl RobotError {
         found
     }
 
-    /// What is wrong.
+    /// The fault.
     pub fn fault(&self) -> &Fault {
         &self.0.fault
     }
 
-    /// Says of an argument without a value that any does.
+    /// Marks an argument without a value as one for which any value works.
     pub(crate) fn say_that_any_value_does(&mut self) {
         if let Fault::MissingArgument { any_does, .. } = &mut self.0.fault {
             *any_does = true;
         }
     }
 
-    /// The file, as it was named when it was asked for; of a fault in an included file, that file.
+    /// The file's name as passed by the caller; for a fault in an included file, that file.
     pub fn file(&self) -> &str {
         &self.0.file
     }
 
-    /// The whole text of the file, where the fault has a place in it.
+    /// The whole text of the file, if the fault has a place in it.
     pub fn text(&self) -> Option<&str> {
         self.0.text.as_deref()
     }
 
-    /// Line, column and bytes, where they are known.
+    /// Line, column and bytes, if known.
     pub fn place(&self) -> Option<&TextPlace> {
         self.0.place.as_ref()
     }
 
-    /// The line, from 1, where it is known.
+    /// The line, from 1, if known.
     pub fn line(&self) -> Option<usize> {
         self.0.place.as_ref().map(|p| p.line)
     }
 
-    /// The element at fault, such as ``joint `arm` ``, where there is one.
+    /// The faulty element, such as ``joint `arm` ``, if there is one.
     pub fn element(&self) -> Option<&str> {
         self.0.element.as_deref()
     }
 
-    /// The macro calls and includes that led to the place, the innermost first; none of a file without macros.
+    /// The macro calls and includes that lead to the place, the innermost first; empty for a file
+    /// without macros.
     pub fn trail(&self) -> &[String] {
         &self.0.trail
     }
 
-    /// The other faults that were found with this one.
+    /// The other faults found together with this one.
     pub fn others(&self) -> &[Self] {
         &self.0.others
     }
@@ -197,7 +201,8 @@ impl RobotError {
         self.0.fault.help()
     }
 
-    /// The options of reading that would do, the best first; none where the file itself must change.
+    /// Returns the options of reading that repair it, the best first; empty if the file itself must
+    /// be changed.
     pub fn remedies(&self) -> Vec<Remedy> {
         self.0.fault.remedies()
     }

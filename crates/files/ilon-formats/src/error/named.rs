@@ -1,30 +1,30 @@
-//! What faults name: files that are missing, and joints that are no wheels.
+//! Missing files and non-wheel joints, as named by faults.
 
 use std::path::PathBuf;
 
-/// A file that was looked for and not found.
+/// A missing file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MissingFile {
-    /// The file, as it is written.
+    /// The file, as written.
     pub what: String,
-    /// The package that it lies in, where that package's folder is not known.
+    /// Its package, if that package's folder is unknown.
     pub package: Option<String>,
-    /// The one folder around the robot's file that holds all files of that package which are missing, if there is one: the package may
-    /// have been renamed.
+    /// The only folder around the robot's file that contains all missing files of that package, if
+    /// there is one: the package may have been renamed.
     pub folder: Option<PathBuf>,
-    /// Why it is not read, where it is there.
+    /// The reason, if the file exists but cannot be read.
     pub reason: Option<String>,
     /// The file and line that name it.
     pub at: String,
 }
 
-/// A joint that was looked at for a wheel.
+/// A joint considered as a wheel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CandidateJoint {
     /// Its name.
     pub joint: String,
-    /// Why it is none.
+    /// Why it is no wheel.
     pub reason: String,
-    /// Whether it turns as a wheel does, and only stands too high for one.
+    /// Whether it turns like a wheel, and is only too high.
     pub is_too_high: bool,
 }

@@ -5,53 +5,54 @@ use std::path::PathBuf;
 use crate::options::{LoadOptions, RollerForms, WheelOptions};
 use crate::packages::Package;
 
-/// An option of reading that would repair a fault. Front ends word it their own way.
+/// An option of reading that repairs a fault, to be expressed by front ends.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Remedy {
-    /// [`LoadOptions::repair`]: let it be repaired.
+    /// [`LoadOptions::repair`]: enable repairs.
     Repair,
-    /// [`LoadOptions::leave_out_missing`]: go without what is missing.
+    /// [`LoadOptions::leave_out_missing`]: leave out what is missing.
     LeaveOutMissing,
-    /// [`LoadOptions::packages`]: say where a package lies.
+    /// [`LoadOptions::packages`]: set a package's folder.
     Package {
         /// Its name.
         name: String,
-        /// The folder that holds what is missing of it, if there is one.
+        /// The folder that contains its missing files, if there is one.
         folder: Option<PathBuf>,
     },
-    /// [`LoadOptions::arguments`]: give a xacro argument a value.
+    /// [`LoadOptions::arguments`]: set a xacro argument.
     Argument {
         /// Its name.
         name: String,
-        /// A value with which the file models what it does not with others.
+        /// A value with which the file models something that it does not with others.
         value: Option<String>,
     },
-    /// [`LoadOptions::rollers`]: take the rollers with the shapes of their file.
+    /// [`LoadOptions::rollers`]: use the shapes of the rollers' file.
     AsModelled,
-    /// [`LoadOptions::wheels`]: put rollers into bare wheels.
+    /// [`LoadOptions::wheels`]: add rollers to bare wheels.
     Rollers(Box<WheelOptions>),
-    /// [`LoadOptions::wheels`]: say which rollers bare wheels carry, of which the file says nothing.
+    /// [`LoadOptions::wheels`]: state the rollers of bare wheels, for which the file gives no
+    /// information.
     WhichRollers {
-        /// The joints that could be wheels.
+        /// The possible wheel joints.
         wheels: Vec<String>,
-        /// Whether their hubs are parallel, as those of mecanum wheels are.
+        /// Whether their hubs are parallel, like those of mecanum wheels.
         parallel: bool,
     },
-    /// [`LoadOptions::wheel_radius_m`]: say how large the wheels are.
+    /// [`LoadOptions::wheel_radius_m`]: state the size of the wheels.
     WheelRadius {
-        /// The radius on which clues in the file agree, in metres.
+        /// The radius on which the file's clues agree, in metres.
         guess_m: Option<f64>,
     },
 }
 
 impl Remedy {
-    /// Whether it brings in something that the file does not model.
+    /// Whether it adds something that the file does not model.
     pub(crate) fn is_guess(&self) -> bool {
         matches!(self, Self::Rollers(_) | Self::WheelRadius { .. })
     }
 
-    /// Whether only a person knows what to say, and the robot cannot be read before it is said.
+    /// Whether only the user knows the answer, and the robot cannot be read without it.
     pub(crate) fn is_asked(&self) -> bool {
         matches!(
             self,
@@ -61,7 +62,8 @@ impl Remedy {
         )
     }
 
-    /// The options with the remedy in them; `None` where only a person knows what to say, or where it changes nothing.
+    /// Returns the options with the remedy applied; `None` if only the user knows the answer, or if
+    /// nothing changes.
     pub fn apply(&self, options: &LoadOptions) -> Option<LoadOptions> {
         let mut remedied = options.clone();
         match self {
@@ -71,7 +73,7 @@ impl Remedy {
             Self::Rollers(rollers) => {
                 let known = options.wheels.as_ref();
                 let mut rollers = (**rollers).clone();
-                // What a person said stays.
+                // A user's value is kept.
                 if let Some(known) = known {
                     rollers.roller_radius_m = known.roller_radius_m;
                     rollers.roller_mass_kg = known.roller_mass_kg;

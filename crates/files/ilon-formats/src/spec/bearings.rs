@@ -1,7 +1,7 @@
-//! Classes of wheels by how their rollers turn on their axles.
+//! Classes of roller bearings, with their friction.
 //!
-//! Wheels are sold without a word about the friction of their rollers. What stands here is from makers' tables of bearings, and each number says
-//! of which; measured ones are better.
+//! Wheels are sold without data on the friction of their rollers. The numbers are from bearing
+//! makers' tables, each with its source; measured ones are better.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

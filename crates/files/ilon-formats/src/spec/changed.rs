@@ -1,9 +1,9 @@
-//! A description with some of its keys changed.
+//! Changes of a description's keys.
 
 use toml::{Table, Value};
 
-/// Lays one table over another: tables are merged key by key, everything else is replaced. A table whose keys are all indices of a
-/// list changes the elements of that list.
+/// Lays one table over another: tables are merged key by key, everything else is replaced. A table
+/// whose keys are all indices of a list changes the elements of that list.
 pub(super) fn lay_over(below: &mut Table, above: &Table) {
     for (key, value) in above {
         match below.get_mut(key) {

@@ -1,4 +1,4 @@
-//! The ranges in which a description's values must lie.
+//! Range checks of a description's values.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ const POSITIVE: &str = "a finite number above 0";
 const NOT_NEGATIVE: &str = "a finite number, 0 or above";
 const FINITE: &str = "a finite number";
 
-/// Refuses the first value that is out of its range, by its key.
+/// Rejects the first value that is out of its range, by its key.
 pub(crate) fn check(spec: &Spec, wheels: &[Described]) -> Result<(), RobotError> {
     let error = |fault| RobotError::new(&spec.name, fault);
     check_common(spec, wheels).map_err(error)?;
@@ -37,7 +37,7 @@ fn positive(key: &str, value: f64) -> Result<(), Fault> {
     Err(out_of_range(key, value, POSITIVE))
 }
 
-/// A length of a wheel's part: millimetres that are written for metres are a thousand times too large.
+/// Checks a length of a wheel's part: millimetres written as metres are a thousand times too large.
 fn length_of_wheel(key: &str, value_m: f64) -> Result<(), Fault> {
     const MOST_M: f64 = 5.0;
     positive(key, value_m)?;
@@ -65,7 +65,7 @@ fn finite(key: &str, value: f64) -> Result<(), Fault> {
     Err(out_of_range(key, value, FINITE))
 }
 
-/// What all wheels have in common, and the chassis.
+/// Checks the chassis and the values shared by all wheels.
 fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
     let (c, w, r) = (&spec.chassis, &spec.wheel, &spec.rollers);
     let (shape_key, sides): (&str, &[f64]) = match &c.shape {
@@ -165,7 +165,7 @@ fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
     }
 }
 
-/// What wheels hang on.
+/// Checks the suspensions.
 fn check_suspension(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
     let mut hung: Vec<&str> = Vec::new();
     for (name, of) in &spec.suspension {
@@ -192,7 +192,7 @@ fn check_suspension(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
         positive(&key("mass_kg"), of.mass_kg)?;
         check_law(name, of, wheels)?;
     }
-    // Rockers are called as their suspension, and the others after their wheels.
+    // Rockers have the name of their suspension, the others that of their wheel.
     let rockers = spec.suspension.iter();
     let mut rockers = rockers.filter(|(_, of)| matches!(of.law, SuspensionLaw::Rocker { .. }));
     let is_taken = |name: &str| {
@@ -216,7 +216,7 @@ fn check_suspension(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
     }
 }
 
-/// The numbers of one suspension.
+/// Checks the numbers of one suspension.
 fn check_law(name: &str, of: &SuspensionSpec, wheels: &[Described]) -> Result<(), Fault> {
     let key = |kind: &str, of: &str| format!("suspension.{name}.law.{kind}.{of}");
     type Numbers = Vec<(&'static str, f64)>;
@@ -290,7 +290,7 @@ fn check_law(name: &str, of: &SuspensionSpec, wheels: &[Described]) -> Result<()
     }
 }
 
-/// The two wheels of a rocker.
+/// Checks the two wheels of a rocker.
 fn check_bar(name: &str, of: &SuspensionSpec, wheels: &[Described]) -> Result<(), Fault> {
     let named = of.wheels.iter();
     let known = named.filter_map(|name| wheels.iter().find(|wheel| wheel.placed.name == *name));
@@ -306,7 +306,7 @@ fn check_bar(name: &str, of: &SuspensionSpec, wheels: &[Described]) -> Result<()
     Err(out_of_range(&key, of.wheels.join(", "), range))
 }
 
-/// The axles of the rollers, where there is friction on them.
+/// Checks the rollers' axles, if they have friction.
 fn check_axle(rollers: &RollerSpec) -> Result<(), Fault> {
     let surface = rollers.surface();
     let radius_m = surface.axle_radius_m;
@@ -317,7 +317,7 @@ fn check_axle(rollers: &RollerSpec) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The tread, if there is one.
+/// Checks the tread, if there is one.
 fn check_tread(spec: &Spec) -> Result<(), Fault> {
     let Some(tread) = &spec.rollers.tread else {
         return Ok(());
@@ -338,7 +338,7 @@ fn check_tread(spec: &Spec) -> Result<(), Fault> {
     Ok(())
 }
 
-/// One wheel, with what is overridden of it.
+/// Checks one wheel, including its overrides.
 fn check_wheel(wheel: &Described) -> Result<(), Fault> {
     let (placed, w, r) = (&wheel.placed, &wheel.wheel, &wheel.rollers);
     let of = |common: &str, overridden: &str| {
@@ -372,7 +372,8 @@ fn check_wheel(wheel: &Described) -> Result<(), Fault> {
         let key = of("rollers.radius_m", "roller_radius_m");
         return Err(out_of_range(&key, r.radius_m, "below `wheel.radius_m`"));
     }
-    // The end spheres keep a positive radius where rho > a / cos(pi/n): r_max > rho (1 - cos(pi/n)).
+    // The end spheres keep a positive radius where rho > a / cos(pi/n): r_max > rho (1 -
+    // cos(pi/n)).
     let half_pitch_rad = PI / wheel.roller_count() as f64;
     let least_radius_m = w.radius_m * (1.0 - libm::cos(half_pitch_rad));
     if r.radius_m <= least_radius_m {

@@ -1,24 +1,24 @@
-//! The wheels of a description one by one, with what is overridden of each.
+//! The wheels of a description one by one, with their overrides.
 
 use super::{PlacedWheel, RollerSpec, Spec, WheelOverride, WheelSpec};
 use crate::model::Barrel;
 
-/// One wheel, with all that is said of it.
+/// One wheel with all its values.
 #[derive(Clone, Debug)]
 pub(crate) struct Described {
     pub(crate) placed: PlacedWheel,
     pub(crate) wheel: WheelSpec,
     pub(crate) rollers: RollerSpec,
-    /// How far the rollers stand on about the hub axis, in radians.
+    /// Rotation of the rollers about the hub axis at wheel angle zero, in radians.
     pub(crate) phase_rad: f64,
     /// Height of the axle above the floor on which the other wheels stand, in metres.
     pub(crate) axle_height_m: f64,
-    /// Whether anything is otherwise about it.
+    /// Whether any value is overridden.
     pub(crate) is_overridden: bool,
 }
 
 impl Spec {
-    /// The wheels in the order in which they are written.
+    /// Returns the wheels in the order in which they are written.
     pub(crate) fn described(&self) -> Vec<Described> {
         let one = |placed: PlacedWheel| {
             let over = self.overrides.get(&placed.name);
@@ -55,7 +55,8 @@ impl Spec {
 }
 
 impl Described {
-    /// The barrel of its rollers: those of both rows take turns, so that all of them share the turn evenly.
+    /// Returns the barrel of its rollers: those of both rows alternate, and all share the turn
+    /// equally.
     pub(crate) fn barrel(&self) -> Barrel {
         let handing_over = Barrel::handing_over(
             self.wheel.radius_m,
@@ -69,14 +70,14 @@ impl Described {
         }
     }
 
-    /// As [`Self::barrel`], but no shorter than hands over.
+    /// Like [`Self::barrel`], but at least long enough to hand over.
     pub(crate) fn barrel_at_least_handing_over(&self) -> Barrel {
         let mut longer = self.clone();
         longer.rollers.length_factor = self.rollers.length_factor.max(1.0);
         longer.barrel()
     }
 
-    /// The name of a roller's joint, by its index.
+    /// Returns the name of a roller's joint, by its index.
     pub(crate) fn roller_name(&self, index: usize) -> String {
         format!("{}_roller_{}", self.placed.name, index + 1)
     }
@@ -86,7 +87,7 @@ impl Described {
         (0..self.roller_count()).any(|index| self.roller_name(index) == name)
     }
 
-    /// Number of its rollers, in all rows.
+    /// The number of its rollers, in all rows.
     pub(crate) fn roller_count(&self) -> usize {
         self.rollers.per_row * self.rollers.rows
     }

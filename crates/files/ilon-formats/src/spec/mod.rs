@@ -1,7 +1,7 @@
 //! The short description of a robot from which [`crate::generate`] writes URDF.
 //!
-//! The body frame of a described robot has its origin on the ground, x forward, y left and z up, so that a robot spawned
-//! at z = 0 stands on the floor.
+//! The body frame of a described robot has its origin on the ground, x forward, y left and z up, so
+//! a robot at z = 0 stands on the floor.
 
 mod bearings;
 mod changed;
@@ -27,7 +27,7 @@ pub(crate) use check::check;
 pub(crate) use described::Described;
 pub use suspension::{SuspensionLaw, SuspensionSpec};
 
-/// Longest description that is read, in bytes: one with a wheel list of thousands stays below.
+/// Largest description, in bytes: one with thousands of wheels stays below.
 const MAX_BYTES: u64 = 1 << 20;
 
 /// A robot in short: one chassis, and wheels that are alike but for place, axis, handedness, and what is overridden of some.
@@ -124,7 +124,7 @@ pub struct WheelSpec {
 }
 
 impl WheelSpec {
-    /// The gear and the rotor behind it.
+    /// The gear and the rotor before it.
     pub fn drive(&self) -> DriveTrain {
         DriveTrain {
             gear_ratio: self.gear_ratio,
@@ -245,7 +245,7 @@ impl RollerSpec {
         }
     }
 
-    /// What the rollers touch the ground with.
+    /// The tread and friction of the rollers.
     pub fn surface(&self) -> RollerSurface {
         let tread = self.tread.as_ref().map(|said| Tread {
             stiffness_n_m: said.stiffness_n_m,
@@ -378,10 +378,10 @@ impl Spec {
         Self::load_through(path, &FileAccess::anywhere())
     }
 
-    /// Reads a description from a TOML file that may be read.
+    /// Reads a description from an accessible TOML file.
     ///
     /// # Errors
-    /// As [`Self::load`], and a file that may not be read.
+    /// Those of [`Self::load`], and an inaccessible file.
     pub fn load_through(path: impl AsRef<Path>, files: &FileAccess) -> Result<Self, RobotError> {
         let path = path.as_ref();
         let file = path.display().to_string();
@@ -392,7 +392,7 @@ impl Spec {
         Self::from_toml_str(&text, &file)
     }
 
-    /// Reads a description from TOML; `file` is what errors call it.
+    /// Reads a description from TOML; `file` is its name in errors.
     ///
     /// # Errors
     /// TOML that is malformed, of another form, or has unknown keys.
@@ -400,10 +400,10 @@ impl Spec {
         decode_text(text).map_err(|fault| of_toml(&fault, text, file))
     }
 
-    /// Reads a description from TOML with some of its keys changed, see [`crate::LoadOptions::spec`].
+    /// Reads a description from TOML with changed keys, see [`crate::LoadOptions::spec`].
     ///
     /// # Errors
-    /// As [`Self::from_toml_str`], and keys or values that no description has.
+    /// Those of [`Self::from_toml_str`], and unknown keys or invalid values.
     pub(crate) fn from_toml_str_with(
         text: &str,
         file: &str,
@@ -422,7 +422,7 @@ impl Spec {
     }
 }
 
-/// Reads an array of a fixed length. What the reader of TOML has for them leaves entries that are too many out of account.
+/// Reads an array of a fixed length. The TOML reader's own arrays would ignore surplus entries.
 fn exactly<'de, D: Deserializer<'de>, const N: usize>(from: D) -> Result<[f64; N], D::Error> {
     let entries = Vec::<f64>::deserialize(from)?;
     let count = entries.len();
@@ -432,7 +432,7 @@ fn exactly<'de, D: Deserializer<'de>, const N: usize>(from: D) -> Result<[f64; N
         .map_err(|_| D::Error::invalid_length(count, &wanted.as_str()))
 }
 
-/// Reads an array of pairs, as [`exactly`].
+/// Reads an array of pairs, like [`exactly`].
 fn pairs<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Vec<[f64; 2]>>, D::Error> {
     #[derive(Deserialize)]
     struct Pair(#[serde(deserialize_with = "exactly")] [f64; 2]);
@@ -450,7 +450,7 @@ fn of_toml(fault: &DecodeError, text: &str, file: &str) -> RobotError {
 }
 
 impl Arrangement {
-    /// The wheels one by one, in the order in which they are written.
+    /// Returns the wheels one by one, in the order in which they are written.
     pub fn placed(&self) -> Vec<PlacedWheel> {
         match self {
             Self::List(wheels) => wheels.clone(),
@@ -478,9 +478,10 @@ impl Arrangement {
             } => {
                 let middle_m = axles_m.iter().sum::<f64>() / axles_m.len().max(1) as f64;
                 let pair = |(i, &x_m): (usize, &f64)| {
-                    // The left wheel ahead of the middle turns its rolling direction forward of the hub axis (gamma
-                    // < 0), so that its roller axis on the ground points along (-1, 1) and it turns the robot with arm
-                    // x + y; behind, and on the right, mirrored. An axle in the middle is handed like one ahead.
+                    // The left wheel ahead of the middle has its rolling direction turned forward
+                    // from the hub axis (gamma < 0), so that its roller axis on the ground points
+                    // along (-1, 1) and it rotates the robot with the lever arm x + y; behind, and
+                    // on the right, mirrored. An axle in the middle is handed like one ahead.
                     let left_deg = if x_m >= middle_m {
                         -gamma_deg
                     } else {

@@ -1,4 +1,4 @@
-//! What wheels hang on.
+//! Suspensions of wheels.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! What a person asks of a joint that carries wheels or moves an arm or a lift.
+//! Requested roles of joints that carry wheels or move an arm or a lift.
 
 use super::loading::Loading;
 use super::tree::{Motion, TreeJoint};
@@ -6,24 +6,24 @@ use crate::error::{Fault, RobotError};
 use crate::options::{JointNumbers, JointOptions, RoleOption};
 use ilon_robot::{JointRole, JointServo, JointSpring};
 
-/// What a joint does that moves.
+/// The role of a joint that moves.
 #[derive(Clone, Debug)]
 pub(super) struct Role {
     pub(super) role: JointRole,
     pub(super) damping: f64,
     pub(super) friction: f64,
-    /// A servo's stiffness and damping, as far as somebody says them.
+    /// A servo's stiffness and damping, as far as given.
     pub(super) gains: [Option<f64>; 2],
-    /// Why it moves, in words.
+    /// The reason why it moves, as text.
     pub(super) why: String,
 }
 
-/// The unit of a stiffness in a key.
+/// Returns the unit of a stiffness in a key.
 fn unit_of(slides: bool) -> &'static str {
     if slides { "n_m" } else { "n_m_rad" }
 }
 
-/// What a person asks of a joint; `None` where it shall be held.
+/// Returns the requested role of a joint; `None` if it should be locked.
 pub(super) fn asked(
     loading: &Loading,
     joint: usize,
@@ -97,7 +97,7 @@ fn role_of(of: &TreeJoint, options: &JointOptions) -> Result<Option<Role>, Strin
     }))
 }
 
-/// Refuses what only servos have of a joint that is to have none.
+/// Rejects servo keys for a joint without a servo.
 fn refuse_servo_keys(
     role: Option<RoleOption>,
     numbers: &JointNumbers,
@@ -121,7 +121,7 @@ fn refuse_servo_keys(
     }
 }
 
-/// A joint that a servo drives, whose gains are chosen where they are left out.
+/// Returns the role of a joint driven by a servo; missing gains are chosen later.
 fn driven(of: &TreeJoint, numbers: &JointNumbers) -> Result<Role, String> {
     if numbers.rest.or(numbers.preload).is_some() {
         return Err(
@@ -144,7 +144,7 @@ fn driven(of: &TreeJoint, numbers: &JointNumbers) -> Result<Role, String> {
             effort: numbers.effort.unwrap_or(of.limits.effort_n_m),
             rate_limit: numbers.rate_limit.unwrap_or(velocity),
             target,
-            // Once all is known that it moves.
+            // Gains are set once all moving joints are known.
             ..JointServo::for_inertia(0.0)
         }),
         damping: of.losses.damping_n_m_s,
@@ -154,7 +154,7 @@ fn driven(of: &TreeJoint, numbers: &JointNumbers) -> Result<Role, String> {
     })
 }
 
-/// That a joint cannot be as it shall be.
+/// The error of a joint that cannot have its requested role.
 pub(super) fn refused(loading: &Loading, joint: usize, reason: String) -> RobotError {
     let name = &loading.tree.joints[joint].name;
     loading

@@ -1,4 +1,4 @@
-//! The rigid bodies that held joints make of links.
+//! Rigid bodies: links merged over locked joints.
 
 use std::collections::HashMap;
 
@@ -10,23 +10,23 @@ use crate::model::{MassProperties, Remark};
 
 /// Links that move as one.
 pub(super) struct RigidBody {
-    /// The link it hangs by.
+    /// The topmost link.
     pub(super) link: usize,
     /// All of its links.
     pub(super) links: Vec<usize>,
-    /// Mass properties in the body frame; `None` where no link of it has mass.
+    /// Mass properties in the body frame; `None` if no link has mass.
     pub(super) mass: Option<MassProperties>,
     /// Collision geometry in the body frame.
     pub(super) shapes: Vec<PlacedShape>,
-    /// What is shown of it, in the body frame.
+    /// Visual shapes in the body frame.
     pub(super) visuals: Vec<PlacedShape>,
-    /// Movable joints inside it that are held at zero.
+    /// Movable joints inside it that are locked at zero.
     pub(super) held: Vec<usize>,
 }
 
 impl Tree {
-    /// Everything that moves as one with `link` and hangs below it, when the joints that `splits` picks move and all
-    /// others are held at zero.
+    /// Returns everything that moves as one with `link` and is below it, if the joints chosen by
+    /// `splits` move and all others are locked at zero.
     pub(super) fn rigid_body(&self, link: usize, splits: impl Fn(usize) -> bool) -> RigidBody {
         let mut body = RigidBody {
             link,
@@ -50,7 +50,7 @@ impl Tree {
             body.links.push(link);
             body.shapes.extend(shapes.iter().cloned());
             body.visuals.extend(visuals.iter().cloned());
-            // Reversed, so that what stands first in the file is merged first.
+            // Reversed, so that the first in the file is merged first.
             for &j in joints_below.iter().rev().filter(|&&j| !splits(j)) {
                 if self.joints[j].motion != Motion::Fixed {
                     body.held.push(j);
@@ -62,7 +62,7 @@ impl Tree {
         body
     }
 
-    /// A link without what hangs below it.
+    /// Returns a link without the links below it.
     pub(super) fn lone_body(&self, link: usize) -> RigidBody {
         let TreeLink {
             mass,
@@ -82,7 +82,8 @@ impl Tree {
 }
 
 impl RigidBody {
-    /// Says which movable joints of it are held at zero, and which of the wheels, by their joints, they would carry.
+    /// Adds remarks on movable joints locked at zero, and on the wheels (by their joints) that they
+    /// would carry.
     pub(super) fn remark_held(
         &self,
         tree: &Tree,
@@ -121,7 +122,8 @@ impl RigidBody {
         }
     }
 
-    /// How far its geometry without meshes reaches from a point of the body frame, in metres; 0 without any.
+    /// Returns the largest distance of its geometry, without meshes, from a point of the body
+    /// frame, in metres; 0 without any.
     pub(super) fn reach_m(&self, from: &Vector3<f64>) -> f64 {
         self.shapes
             .iter()

@@ -1,7 +1,7 @@
-//! Which joints could be wheels that are modelled without rollers, and why the others could not.
+//! Finds the joints that may be wheels without rollers, and the reasons why the others are not.
 //!
-//! A joint could be one where it turns about a level axis, or its geometry is round about one; nothing that turns hangs below
-//! it, and no steering above; and it stands on the floor on which the others stand.
+//! A candidate turns about a level axis, or its geometry is round about one; nothing that turns is
+//! below it, and no steering above; and it stands on the same floor as the others.
 
 use std::collections::{HashMap, HashSet};
 
@@ -15,12 +15,13 @@ use super::recognise::{Candidate, LEAST_ROLLERS};
 use super::tree::{Motion, PlacedShape, Tree, TreeJoint};
 use crate::error::CandidateJoint;
 
-/// A wheel stands on the floor of the others where it ends no higher above it than this share of its radius.
+/// A wheel is on the floor of the others if its lowest point is no higher above it than this share
+/// of its radius.
 const ON_THE_FLOOR: f64 = 0.3;
-/// The same for axes of wheels whose size is not known, in metres.
+/// The same for the axes of wheels of unknown size, in metres.
 const SAME_HEIGHT_M: f64 = 0.01;
 
-/// A joint that could be a wheel.
+/// A joint that may be a wheel.
 #[derive(Clone, Debug)]
 pub(super) struct WheelLike {
     pub(super) joint: usize,
@@ -28,24 +29,24 @@ pub(super) struct WheelLike {
     pub(super) axis: Unit<Vector3<f64>>,
     /// A point of the axis, in the body frame.
     pub(super) origin: Point3<f64>,
-    /// The wheel by its geometry.
+    /// The wheel's geometry.
     pub(super) disc: Option<Disc>,
 }
 
-/// What was found.
+/// The result of the search.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Survey {
-    /// What is taken for wheels where nobody names any: joints that turn.
+    /// Wheels by default: joints that turn.
     pub(super) turning: Vec<WheelLike>,
-    /// What could be wheels where they are named: joints that are fixed, limited or follow others.
+    /// Wheels only if named: joints that are fixed, limited or follow others.
     pub(super) others: Vec<WheelLike>,
-    /// Joints that hang by upright ones and would be wheels without them.
+    /// Joints below upright ones, which would be wheels without them.
     pub(super) steered: Vec<WheelLike>,
     /// Why the other joints are no wheels.
     pub(super) looked: Vec<CandidateJoint>,
 }
 
-/// Looks at all joints but the wheels that have rollers, and their rollers.
+/// Searches all joints except wheels with rollers, and their rollers.
 pub(super) fn survey(tree: &Tree, candidates: &[Candidate], meshes: &Meshes) -> Survey {
     let mut survey = Survey::default();
     let taken = |j: usize| {
@@ -60,7 +61,7 @@ pub(super) fn survey(tree: &Tree, candidates: &[Candidate], meshes: &Meshes) -> 
             Ok(like) if joint.motion == Motion::Turning && !joint.mimics => {
                 survey.turning.push(like);
             }
-            // An arm's joints turn within limits too, and its segments are round.
+            // An arm's joints have limits too, and its segments are round.
             Ok(_) if joint.motion == Motion::Swinging && !is_called_wheel(tree, j) => {
                 survey.looked.push(CandidateJoint {
                     joint: joint.name.clone(),
@@ -69,7 +70,7 @@ pub(super) fn survey(tree: &Tree, candidates: &[Candidate], meshes: &Meshes) -> 
                 });
             }
             Ok(like) => survey.others.push(like),
-            // Of what does not move, hardly anything is meant for a wheel, but what cannot be read may be.
+            // A joint that does not move is rarely meant as a wheel, but an unreadable one may be.
             Err(reason) if joint.motion == Motion::Fixed && !reason.contains("mesh `") => {}
             Err(reason) => survey.looked.push(CandidateJoint {
                 joint: joint.name.clone(),
@@ -83,7 +84,7 @@ pub(super) fn survey(tree: &Tree, candidates: &[Candidate], meshes: &Meshes) -> 
     survey
 }
 
-/// A named joint as a wheel, or why it cannot be one.
+/// Returns a named joint as a wheel, or why it cannot be one.
 pub(super) fn named(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
     let joint = &tree.joints[j];
     if let Some(below) = carried(tree, j) {
@@ -92,11 +93,11 @@ pub(super) fn named(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike,
             tree.joints[below].name
         ));
     }
-    // A joint that turns is taken at its word, whatever its geometry looks like.
+    // A turning joint is accepted whatever its geometry.
     if joint.motion == Motion::Turning {
         return Ok(on_own_axis(tree, j, meshes));
     }
-    // One that does not turn is taken by the axis that it states, where its geometry shows none.
+    // One that does not turn uses its stated axis if its geometry shows none.
     look(tree, j, meshes).or_else(|why| {
         if joint.motion == Motion::Fixed && joint.states_axis && tree.is_level(j) {
             return Ok(on_own_axis(tree, j, meshes));
@@ -109,8 +110,9 @@ pub(super) fn named(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike,
     })
 }
 
-/// The joint that turns in place of a wheel's rollers: one that crosses the wheel's own and turns a ball. So people model a mecanum wheel
-/// without modelling each roller: the ball turns about the axis of the roller which touches the ground.
+/// Returns the joint that turns in place of a wheel's rollers: one that crosses the wheel's own and
+/// turns a ball. It is a common model of a mecanum wheel without single rollers: the ball turns
+/// about the axis of the roller that touches the ground.
 pub(super) fn in_place_of_rollers(tree: &Tree, hub: usize) -> Option<usize> {
     let &[crossing] = &parts_of_wheel(tree, hub)[..] else {
         return None;
@@ -122,15 +124,16 @@ pub(super) fn in_place_of_rollers(tree: &Tree, hub: usize) -> Option<usize> {
     (is_in_hub && turns_level && shapes.iter().any(is_ball)).then_some(crossing)
 }
 
-/// What stands this near is in one place, in metres.
+/// Points closer than this coincide, in metres.
 const SAME_PLACE_M: f64 = 5e-3;
 
-/// The joints that turn below a level one within its wheel, too few to be a ring of rollers, across its axis: one that stands for them, or some for show.
-/// None where anything else turns below it or above it.
+/// Returns the joints that turn below a level one within its wheel, across its axis, and too few
+/// for a ring of rollers: one that represents them, or some for display. Empty if anything else
+/// turns below it or above it.
 fn parts_of_wheel(tree: &Tree, hub: usize) -> Vec<usize> {
     /// The cosine of the least angle between the axes, of 10 degrees.
     const APART: f64 = 0.985;
-    /// What is farther than the wheel's own shapes, by this share, is no part of it.
+    /// Anything further out than the wheel's own shapes, by this share, is no part of it.
     const MARGIN: f64 = 0.05;
     let wheel = &tree.joints[hub];
     let is_wheel = wheel.motion == Motion::Turning && tree.is_level(hub);
@@ -155,7 +158,7 @@ fn parts_of_wheel(tree: &Tree, hub: usize) -> Vec<usize> {
     }
 }
 
-/// A joint that turns below one, but for parts of a wheel.
+/// Returns a joint that turns below one, except parts of a wheel.
 fn carried(tree: &Tree, j: usize) -> Option<usize> {
     let below = tree.turning_below(j)?;
     parts_of_wheel(tree, j).is_empty().then_some(below)
@@ -189,7 +192,8 @@ fn look(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
             } else {
                 tree.rigid_body(joint.child, |k| tree.joints[k].motion == Motion::Turning)
             };
-            // A joint with a level axis and something round about it holds a wheel, whether it turns or not.
+            // A joint with a level axis and round geometry about it carries a wheel, whether it
+            // turns or not.
             if joint.states_axis && tree.is_level(j) {
                 let own = on_own_axis(tree, j, meshes);
                 if own.disc.is_some() {
@@ -203,7 +207,8 @@ fn look(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
             };
             let (origin, axis) = match disc::level_axis(&body, meshes) {
                 Ok(found) => found,
-                // What cannot be read, or lies across, is a wheel where it is called one and its joint states a level axis.
+                // Unreadable or transverse geometry counts as a wheel if it is named like one and
+                // its joint states a level axis.
                 Err(NoDisc::Unreadable(_) | NoDisc::NotRound(_))
                     if joint.states_axis && tree.is_level(j) && is_called_wheel(tree, j) =>
                 {
@@ -222,7 +227,7 @@ fn look(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
     }
 }
 
-/// Whether a joint, what it carries or a mesh of that is called a wheel.
+/// Whether a joint, its link or a mesh of it is named like a wheel.
 pub(super) fn is_called_wheel(tree: &Tree, j: usize) -> bool {
     names::own(tree, j)
         .iter()
@@ -252,8 +257,8 @@ fn lean_deg(joint: &TreeJoint) -> f64 {
     libm::asin(joint.axis.z.abs().min(1.0)).to_degrees()
 }
 
-/// The joint that steers a wheel: the next turning one above it, or one that turns upright within limits, unless that carries the whole
-/// robot, as one of a planar base does.
+/// Returns the joint that steers a wheel: the next turning one above it, or one that turns within
+/// limits about an upright axis, unless it carries the whole robot, as in a planar base.
 fn steering_above(tree: &Tree, j: usize) -> Option<usize> {
     if let Some(above) = tree.turning_above(j) {
         return (!carries_robot(tree, j, above, |k| tree.turning_above(k))).then_some(above);
@@ -268,14 +273,15 @@ fn steering_above(tree: &Tree, j: usize) -> Option<usize> {
     (!carries_robot(tree, j, above, |k| tree.swivel_above(k))).then_some(above)
 }
 
-/// Whether a joint above another carries a whole robot: three wheels, or where the other does not turn, three and all of those that are called wheels.
+/// Whether a joint above another carries a whole robot: three wheels, or if the other does not
+/// turn, three and all of those named like wheels.
 fn carries_robot(
     tree: &Tree,
     j: usize,
     above: usize,
     next_above: impl Fn(usize) -> Option<usize>,
 ) -> bool {
-    /// Fewest wheels that make a robot.
+    /// Smallest number of wheels of a robot.
     const ROBOT: usize = 3;
     let is_below = |k: &usize| next_above(*k) == Some(above);
     let level = |motion| tree.moving(motion).filter(|&k| tree.is_level(k));
@@ -286,19 +292,20 @@ fn carries_robot(
 }
 
 impl WheelLike {
-    /// Where the wheel stands in the body frame: the middle of its geometry on the axis. The joint's origin may be anywhere on it, even
-    /// across the robot's middle; it counts only where no geometry shows a wheel.
+    /// Returns the wheel's position in the body frame: the middle of its geometry on the axis. The
+    /// joint's origin may be anywhere on the axis, even across the robot's middle; it is used only
+    /// if no geometry shows a wheel.
     pub(super) fn middle(&self) -> Point3<f64> {
         let along_m = self.disc.map_or(0.0, |disc| disc.middle_m);
         self.origin + along_m * self.axis.into_inner()
     }
 
-    /// Height of its lowest point in the body frame; of one whose size is not known, `None`.
+    /// Returns the height of its lowest point in the body frame; `None` for an unknown size.
     fn bottom_m(&self) -> Option<f64> {
         Some(self.origin.z - self.disc?.radius_m)
     }
 
-    /// How high it stands above a floor, where that is too high for a wheel, in metres.
+    /// Returns its height above a floor, in metres, if too large for a wheel.
     fn too_high_m(&self, floor: &CommonFloor) -> Option<f64> {
         let (above_m, most_m) = match (self.bottom_m(), self.disc) {
             (Some(bottom_m), Some(disc)) => {
@@ -313,10 +320,10 @@ impl WheelLike {
     }
 }
 
-/// The floor that the lowest wheels stand on.
+/// The floor on which the lowest wheels stand.
 #[derive(Clone, Copy, Debug, Default)]
 struct CommonFloor {
-    /// Its height in the body frame, where the size of a wheel is known.
+    /// Its height in the body frame, if a wheel's size is known.
     bottom_m: Option<f64>,
     /// The height of the lowest axis.
     axis_m: Option<f64>,
@@ -338,14 +345,15 @@ impl CommonFloor {
 }
 
 impl Survey {
-    /// Leaves out what hangs above the floor of the others: arms, lidars, casings.
+    /// Removes candidates above the floor of the others: arms, lidars, casings.
     fn keep_on_the_floor(&mut self, tree: &Tree, candidates: &[Candidate]) {
         let mut floor = CommonFloor::under(&self.turning);
-        // Beside wheels that have rollers, or turn, what does not turn is no wheel unless it reaches as low.
+        // If there are wheels with rollers, or turning ones, a fixed part is no wheel unless it
+        // reaches as low.
         if candidates.is_empty() && self.turning.is_empty() {
             floor = CommonFloor::under(&self.others);
         }
-        // What stands higher than the lowest of the wheels, steered or not, is no wheel beside them.
+        // A part higher than the lowest of the wheels, steered or not, is no wheel.
         let mut lowest = self.steered.clone();
         lowest.extend(self.turning.iter().cloned());
         let lowest = CommonFloor::under(&lowest);
@@ -373,11 +381,11 @@ impl Survey {
         }
     }
 
-    /// Leaves out what is part of a wheel, or of what holds one, of all that does not turn: rollers and brackets that are round too.
+    /// Removes fixed parts of wheels or of their mounts: rollers and brackets that are round too.
     fn leave_out_parts(&mut self, tree: &Tree, candidates: &[Candidate]) {
         /// Wheels of one robot differ by less than this factor.
         const SMALLER: f64 = 0.5;
-        /// What lies this near to a wheel's middle, as a share of its radius, is no wheel beside it.
+        /// A part this close to a wheel's middle, as a share of its radius, is no separate wheel.
         const INSIDE: f64 = 0.5;
         let radius_m = |like: &WheelLike| like.disc.map_or(0.0, |disc| disc.radius_m);
         let turning: Vec<WheelLike> = self.turning.clone();
@@ -408,7 +416,8 @@ impl Survey {
         self.others.retain(|like| !is_part(like));
     }
 
-    /// Joints that are called wheels, or turn like some, and are not among these; with why not.
+    /// Returns joints that are named like wheels, or turn like wheels, and are not among these,
+    /// with reasons.
     pub(super) fn left_out(&self, tree: &Tree, wheels: &[&WheelLike]) -> Vec<CandidateJoint> {
         let is_in = |j: usize| wheels.iter().any(|wheel| wheel.joint == j);
         let like = |like: &WheelLike, reason: &str| {
@@ -434,7 +443,7 @@ impl Survey {
         steered.chain(turning).chain(others).chain(looked).collect()
     }
 
-    /// What could be wheels, named or not.
+    /// Returns all possible wheels, named or not.
     pub(super) fn likely(&self) -> Vec<&WheelLike> {
         self.turning.iter().chain(&self.others).collect()
     }

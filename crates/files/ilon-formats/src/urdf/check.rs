@@ -1,4 +1,4 @@
-//! The robot as a whole: its chassis, and what must hold between its wheels.
+//! Checks of the whole robot: its chassis, and relations between its wheels.
 
 use nalgebra::{Unit, Vector2, Vector3};
 
@@ -14,20 +14,21 @@ use super::{inertia_doubts, infer, plausibility, schema, wheel_size};
 use crate::error::{CandidateJoint, Fault, RobotError};
 use crate::model::{Chassis, Collision, MassProperties, Remark, Robot, StandingPose, Wheel};
 
-/// Fewest wheels that hold all three freedoms of the plane.
+/// Smallest number of wheels that control all three degrees of freedom of the plane.
 pub(super) const LEAST_WHEELS: usize = 3;
-/// A wheel larger than this is taken for millimetres.
+/// Above this radius the file is probably in millimetres.
 const LARGEST_WHEEL_M: f64 = 5.0;
-/// The largest lean of a robot on its wheels that is taken, in degrees.
+/// The largest accepted lean of a robot on its wheels, in degrees.
 const MOST_TILT_DEG: f64 = 5.0;
-/// A lean below this is not worth a word, in degrees.
+/// A smaller lean is not remarked, in degrees.
 const REMARKED_TILT_DEG: f64 = 0.05;
-/// A radius of gyration this many times as long as the body's reach is refused; one that is longer than it is doubted.
+/// A radius of gyration above this multiple of the body's reach is rejected; above the reach it is
+/// doubted.
 const MOST_GYRATION: f64 = 5.0;
-/// Density of steel, in kg/m^3, beyond which a wheel is doubted.
+/// Density of steel, in kg/m^3; a denser wheel is doubted.
 const STEEL_KG_M3: f64 = 8000.0;
 
-/// Refuses fewer than three wheels, saying what was found instead.
+/// Rejects fewer than three wheels, with a report of what was found instead.
 pub(super) fn check_wheel_count(
     loading: &Loading,
     candidates: &[Candidate],
@@ -110,8 +111,8 @@ pub(super) fn check_wheel_count(
     }))
 }
 
-/// A fault of wheels that lack rollers, and with it those of their sizes where these are not known either: who is asked for the
-/// one is asked for the other.
+/// Returns a fault of wheels without rollers, with the faults of unknown sizes, so that the user is
+/// asked for both at once.
 fn with_sizes(loading: &Loading, wheels: &[&WheelLike], fault: Fault) -> Result<(), RobotError> {
     let (source, tree) = (loading.source, loading.tree);
     let mut faults = Faults::default();
@@ -126,7 +127,7 @@ fn with_sizes(loading: &Loading, wheels: &[&WheelLike], fault: Fault) -> Result<
     faults.into_result()
 }
 
-/// What a file has, in words: links, and joints by how they move.
+/// Returns a summary of a file: links, and joints by motion.
 fn inventory(tree: &Tree) -> String {
     let kinds = [
         (Motion::Turning, "turn"),
@@ -149,7 +150,7 @@ fn inventory(tree: &Tree) -> String {
     }
 }
 
-/// Why each joint is no wheel, those that could be one included.
+/// Returns the reason why each joint is no wheel, including possible ones.
 fn looked(loading: &Loading, survey: &Survey) -> Vec<CandidateJoint> {
     let of = |like: &WheelLike, reason: &str| CandidateJoint {
         joint: loading.tree.joints[like.joint].name.clone(),
@@ -170,7 +171,7 @@ fn looked(loading: &Loading, survey: &Survey) -> Vec<CandidateJoint> {
         .collect()
 }
 
-/// The chassis from the body that hangs by the root link.
+/// Builds the chassis from the body of the root link.
 pub(super) fn chassis(loading: &mut Loading, body: RigidBody) -> Result<Chassis, RobotError> {
     let (source, tree) = (loading.source, loading.tree);
     let name = tree.links[body.link].name.clone();
@@ -208,8 +209,8 @@ pub(super) fn chassis(loading: &mut Loading, body: RigidBody) -> Result<Chassis,
     })
 }
 
-/// Refuses an inertia that is far beyond what a body of that mass and reach has, and doubts one that is beyond it by a factor: 1 where all of the body is
-/// known.
+/// Rejects an inertia far beyond the mass and reach of a body, and doubts one beyond them by a
+/// factor: 1 if all of the body is known.
 pub(super) fn check_gyration(
     source: &Source,
     link: &str,
@@ -217,7 +218,7 @@ pub(super) fn check_gyration(
     (reach_m, doubted): (f64, f64),
     remarks: &mut Vec<Remark>,
 ) -> Result<(), RobotError> {
-    /// What rounding adds to a radius of gyration, as a share.
+    /// Relative rounding error of a radius of gyration.
     const ROUNDED: f64 = 1e-3;
     let [_, _, most] = mass.principal_moments_kg_m2();
     let gyration_m = (most / mass.mass_kg).sqrt();
@@ -243,7 +244,7 @@ pub(super) fn check_gyration(
     Ok(())
 }
 
-/// Checks what must hold between the wheels, and hands the robot on.
+/// Checks the relations between the wheels, and returns the robot.
 pub(super) fn check(source: &Source, mut robot: Robot) -> Result<Robot, RobotError> {
     let mut faults = Faults::default();
     for wheel in robot.wheels.iter().filter(|w| w.radius_m > LARGEST_WHEEL_M) {
@@ -270,7 +271,7 @@ pub(super) fn check(source: &Source, mut robot: Robot) -> Result<Robot, RobotErr
     Ok(robot)
 }
 
-/// All wheels must reach the floor, or nearly, and the robot must not lean much on them.
+/// Checks that all wheels reach the floor, or nearly, and that the robot hardly leans on them.
 fn check_standing(
     source: &Source,
     robot: &Robot,
@@ -283,7 +284,7 @@ fn check_standing(
     let span_m = places()
         .flat_map(|p| places().map(move |q| (p - q).norm()))
         .fold(0.0, f64::max);
-    // A wheel hangs as high as the robot would lean onto it.
+    // The allowed height of a wheel is that to which the robot would lean.
     let most_m = span_m * MOST_TILT_DEG.to_radians();
     let gaps: Vec<(f64, &Wheel)> = wheels.iter().map(|w| (pose.gap_m(w), w)).collect();
     let Some((highest_m, highest)) = gaps.iter().max_by(|p, q| p.0.total_cmp(&q.0)) else {
@@ -293,7 +294,7 @@ fn check_standing(
         let bottom_m = |w: &Wheel| w.position_m().z - w.reach_at_rest_m();
         let by_height = |p: &&Wheel, q: &&Wheel| bottom_m(p).total_cmp(&bottom_m(q));
         let hangs = *highest_m > most_m;
-        // Of a robot that leans, the wheel that ends highest in its file is at fault.
+        // If the robot leans, the wheel with the highest lowest point in the file is at fault.
         let at_fault = if hangs {
             highest
         } else {
@@ -332,13 +333,15 @@ fn check_standing(
     Ok(())
 }
 
-/// The chassis must not touch the floor on which the wheels stand: it would carry the robot in their place.
+/// Checks that the chassis does not touch the floor of the wheels: it would carry the robot instead
+/// of them.
 fn check_chassis_above_floor(
     source: &Source,
     robot: &Robot,
     pose: Option<&StandingPose>,
 ) -> Result<(), RobotError> {
-    /// Of a wheel's radius: so little above the floor, the first bump or the sag of a tread lays the chassis on it.
+    /// In radii of a wheel: with less clearance the first bump or the deflection of a tread puts
+    /// the chassis on the floor.
     const TOUCHES: f64 = 1e-3;
     let up: Unit<Vector3<f64>> = pose.map_or_else(Vector3::z_axis, StandingPose::up_in_body);
     let floor_m = -pose.map_or_else(|| robot.ride_height_m(), |pose| pose.height_m);
@@ -368,7 +371,7 @@ fn check_chassis_above_floor(
     Err(source.link_error(&robot.chassis.name, fault))
 }
 
-/// Says that the body frame, about which the robot is turned, lies outside its wheels.
+/// Adds a remark if the body frame, the centre of the robot's rotation, lies outside its wheels.
 fn remark_root(robot: &Robot, remarks: &mut Vec<Remark>) {
     let places: Vec<Vector2<f64>> = robot.wheels.iter().map(|w| w.position_m().xy()).collect();
     let count = places.len() as f64;
@@ -389,7 +392,7 @@ fn remark_root(robot: &Robot, remarks: &mut Vec<Remark>) {
     }
 }
 
-/// Says which masses are out of proportion.
+/// Adds remarks on disproportionate masses.
 fn remark_masses(robot: &Robot, remarks: &mut Vec<Remark>) {
     let wheel_kg = |w: &Wheel| w.hub.mass_kg + w.rollers.iter().map(|r| r.mass_kg).sum::<f64>();
     let wheels_kg: f64 = robot.wheels.iter().map(wheel_kg).sum();
@@ -404,7 +407,7 @@ fn remark_masses(robot: &Robot, remarks: &mut Vec<Remark>) {
     }
     for wheel in &robot.wheels {
         let kg = wheel_kg(wheel);
-        // At the least as wide as its rollers are thick.
+        // At least as wide as its rollers are thick.
         let width_m = wheel
             .rollers
             .iter()

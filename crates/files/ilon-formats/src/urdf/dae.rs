@@ -1,6 +1,7 @@
-//! The vertices and triangles of a COLLADA mesh: its geometries, placed by the nodes of its scene, in metres.
+//! Vertices and triangles of a COLLADA mesh: its geometries, placed by the nodes of its scene, in
+//! metres.
 //!
-//! The up axis that a file declares is left aside, as the tools of ROS do: the link's frame says which way is up.
+//! The declared up axis is ignored, as in ROS tools: the link's frame determines it.
 
 use std::collections::HashMap;
 
@@ -10,7 +11,7 @@ use roxmltree::Node;
 use super::source::child;
 use crate::xml;
 
-/// Most points of all instances together: a mesh that is placed a thousand times over multiplies.
+/// Largest number of points of all instances: a mesh placed a thousand times multiplies.
 const MOST_POINTS: usize = 20_000_000;
 
 /// Reads the vertices of a COLLADA text.
@@ -25,7 +26,7 @@ pub(super) fn vertices(text: &str) -> Result<Vec<Point3<f64>>, String> {
     Ok(points)
 }
 
-/// Reads the triangles of a COLLADA text; polygons are cut into fans.
+/// Reads the triangles of a COLLADA text; polygons are split into fans.
 pub(super) fn triangles(text: &str) -> Result<Vec<[Point3<f64>; 3]>, String> {
     let mut triangles = Vec::new();
     each_placed(text, &mut |geometry, by_id, metres_from_geometry| {
@@ -58,10 +59,11 @@ fn within_bounds(points: usize) -> Result<(), String> {
     Ok(())
 }
 
-/// What is done with a geometry, the elements of its file by their ids, and the transform that places it, in metres.
+/// A callback with a geometry, the elements of its file by id, and the transform that places it, in
+/// metres.
 type Visit<'v> = dyn FnMut(Node, &HashMap<&str, Node>, &Matrix4<f64>) -> Result<(), String> + 'v;
 
-/// Goes through all geometries of a COLLADA text as its scene places them.
+/// Visits all geometries of a COLLADA text as placed by its scene.
 fn each_placed(text: &str, visit: &mut Visit) -> Result<(), String> {
     let document = xml::parse(text).map_err(|fault| match fault {
         xml::Fault::Malformed(reason, _) => reason,
@@ -82,7 +84,7 @@ fn each_placed(text: &str, visit: &mut Visit) -> Result<(), String> {
         .filter(|n| n.tag_name().name() == "visual_scene")
         .collect();
     if scenes.is_empty() {
-        // A file without a scene holds its geometries where they are.
+        // Without a scene the geometries are not transformed.
         let mut all = root
             .descendants()
             .filter(|n| n.tag_name().name() == "geometry");
@@ -107,7 +109,7 @@ fn each_placed(text: &str, visit: &mut Visit) -> Result<(), String> {
     Ok(())
 }
 
-/// The polygons of the primitives of a mesh, each as the indices of its points.
+/// Returns the polygons of a mesh's primitives, each as the indices of its points.
 fn polygons<'a, 'i: 'a>(
     primitives: impl Iterator<Item = Node<'a, 'i>>,
 ) -> Result<Vec<Vec<usize>>, String> {
@@ -125,7 +127,7 @@ fn polygons<'a, 'i: 'a>(
             let text = input.attribute("offset").unwrap_or_default();
             text.trim().parse().unwrap_or(0)
         };
-        // A corner of a polygon is one index for each input: point, normal, place in a picture.
+        // A polygon's corner has one index per input: point, normal, texture coordinate.
         let stride = children("input").map(offset).max().unwrap_or(0);
         let stride = stride.saturating_add(1);
         let of_points = children("input")
@@ -162,7 +164,8 @@ fn polygons<'a, 'i: 'a>(
     Ok(polygons)
 }
 
-/// The transform of a node: its matrices, shifts, turns and scales, in the order in which they stand.
+/// Returns the transform of a node: its matrices, translations, rotations and scales, in their
+/// order.
 fn transform(node: Node) -> Result<Matrix4<f64>, String> {
     let mut all = Matrix4::identity();
     for step in node.children().filter(Node::is_element) {
@@ -186,7 +189,7 @@ fn transform(node: Node) -> Result<Matrix4<f64>, String> {
     Ok(all)
 }
 
-/// The positions of a geometry: vertices -> input POSITION -> source -> float_array.
+/// Returns the positions of a geometry: vertices -> input POSITION -> source -> float_array.
 fn positions(geometry: Node, by_id: &HashMap<&str, Node>) -> Result<Vec<Point3<f64>>, String> {
     let array = named(geometry, "mesh")
         .and_then(|mesh| named(mesh, "vertices"))
@@ -215,7 +218,7 @@ fn whole_numbers(node: Node) -> Result<Vec<usize>, String> {
     words(node)
 }
 
-/// The words of an element, each as a number.
+/// Parses the words of an element as numbers.
 fn words<T: std::str::FromStr>(node: Node) -> Result<Vec<T>, String> {
     let text = node.text().unwrap_or_default();
     text.split_whitespace()
@@ -226,12 +229,12 @@ fn words<T: std::str::FromStr>(node: Node) -> Result<Vec<T>, String> {
         .collect()
 }
 
-/// The first child of that tag, whatever its namespace.
+/// Returns the first child with that tag, in any namespace.
 fn named<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
     child(node, tag).or_else(|| node.children().find(|n| n.tag_name().name() == tag))
 }
 
-/// The id that an attribute refers to, `#id`.
+/// Returns the id to which an attribute refers, `#id`.
 fn referred<'a>(node: Node<'a, '_>, attribute: &str) -> Option<&'a str> {
     node.attribute(attribute)?.strip_prefix('#')
 }

@@ -1,4 +1,4 @@
-//! A link's geometry as that of a wheel: round about an axis, with a radius and a middle.
+//! Interprets a link's geometry as a wheel: round about an axis, with a radius and a middle.
 
 use std::f64::consts::PI;
 
@@ -12,37 +12,38 @@ use super::mesh_rollers;
 use super::tree::PlacedShape;
 use crate::error::Fault;
 
-/// Directions across the axis in which a mesh's reach is looked at.
+/// Number of directions across the axis in which a mesh's reach is sampled.
 const DIRECTIONS: usize = 16;
-/// A mesh is round where its reaches differ by less than this share of the largest.
+/// A mesh is round if its reaches differ by less than this share of the largest.
 const ROUND: f64 = 0.08;
-/// A round shape stands about the axis where its middle is off it by less than this share of its radius.
+/// A round shape is centred on the axis if its middle is off it by less than this share of its
+/// radius.
 const CENTRED: f64 = 0.1;
 
-/// A wheel by its geometry.
+/// A wheel's geometry.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Disc {
     /// Its radius, in metres.
     pub(super) radius_m: f64,
-    /// Its middle along the axis, from the origin that was asked about, in metres.
+    /// Its middle along the axis, from the given origin, in metres.
     pub(super) middle_m: f64,
-    /// Whether only what is shown says so, for there is nothing to touch with.
+    /// Whether only visual shapes show it, because there are no collision shapes.
     pub(super) of_visuals: bool,
 }
 
 /// Why a body's geometry shows no wheel.
 #[derive(Clone, Debug)]
 pub(super) enum NoDisc {
-    /// It has none.
+    /// No geometry.
     Bare,
-    /// A mesh of it cannot be read.
+    /// An unreadable mesh.
     Unreadable(Fault),
-    /// Nothing of it is round about the axis, in words.
+    /// No shape is round about the axis; with a description.
     NotRound(String),
 }
 
 impl NoDisc {
-    /// In words, as of a joint: "...".
+    /// Returns a description for a message about a joint: "...".
     pub(super) fn words(&self) -> String {
         match self {
             Self::Bare => "it has no geometry".to_owned(),
@@ -52,8 +53,8 @@ impl NoDisc {
     }
 }
 
-/// The wheel that a body shows about an axis, which is z of the frame. Of what can touch, or else of what is shown, the largest
-/// that is round about it.
+/// Returns the wheel that a body shows about an axis, the z axis of the frame: the largest round
+/// collision shape, or else visual shape.
 pub(super) fn about(
     body: &RigidBody,
     body_from_frame: &Isometry3<f64>,
@@ -70,7 +71,7 @@ pub(super) fn about(
         match of_shape(shape, body_from_frame, meshes) {
             Ok(found) if largest.is_none_or(|l| found.0 > l.0) => largest = Some(found),
             Ok(_) => {}
-            // Whatever else there is, it may be a motor's mount: what cannot be read may be the wheel.
+            // Other shapes may be a motor's mount: the unreadable one may be the wheel.
             Err(NoDisc::Unreadable(fault)) => return Err(NoDisc::Unreadable(fault)),
             Err(other) => why_not = other,
         }
@@ -85,7 +86,8 @@ pub(super) fn about(
     }
 }
 
-/// The radii of all shapes of a body that can be read and are round about an axis, which is z of the frame, in metres.
+/// Returns the radii of all readable shapes of a body that are round about an axis, the z axis of
+/// the frame, in metres.
 pub(super) fn readable(
     body: &RigidBody,
     body_from_frame: &Isometry3<f64>,
@@ -96,8 +98,9 @@ pub(super) fn readable(
     discs.map(|(radius_m, _)| radius_m).collect()
 }
 
-/// The radii of the cylinders of a body that stand on an axis, which is z of the frame, and lie across it, in metres: whoever turns
-/// a wheel's cylinder the wrong way gives its radius all the same.
+/// Returns the radii of the cylinders of a body that are centred on an axis, the z axis of the
+/// frame, but transverse to it, in metres: a wheel's wrongly rotated cylinder still shows its
+/// radius.
 pub(super) fn cylinders_across(body: &RigidBody, body_from_frame: &Isometry3<f64>) -> Vec<f64> {
     let shapes = body.shapes.iter().chain(&body.visuals);
     let across = shapes.filter_map(|shape| {
@@ -112,7 +115,8 @@ pub(super) fn cylinders_across(body: &RigidBody, body_from_frame: &Isometry3<f64
     across.collect()
 }
 
-/// How far those meshes of a body that can be read reach from an axis, which is z of the frame, in metres.
+/// Returns the largest distance of a body's readable meshes from an axis, the z axis of the frame,
+/// in metres.
 pub(super) fn mesh_reach_m(
     body: &RigidBody,
     body_from_frame: &Isometry3<f64>,
@@ -132,7 +136,7 @@ pub(super) fn mesh_reach_m(
         .reduce(f64::max)
 }
 
-/// Radius and middle of one shape.
+/// Returns radius and middle of one shape.
 fn of_shape(
     shape: &PlacedShape,
     body_from_frame: &Isometry3<f64>,
@@ -161,7 +165,7 @@ fn of_shape(
         Geometry::Cylinder { .. } | Geometry::Capsule { .. } => Err(NoDisc::NotRound(
             "its cylinder does not lie along the axis".to_owned(),
         )),
-        // A square box stands for the wheel inside it.
+        // A square box stands for the inscribed wheel.
         Geometry::Box { size } => match square_about(size, &from_shape) {
             Some(radius) => centred(radius),
             None => Err(NoDisc::NotRound(
@@ -172,7 +176,8 @@ fn of_shape(
             let points =
                 mesh_points(meshes, filename, *scale, &from_shape).map_err(NoDisc::Unreadable)?;
             let (radius_m, middle_m) = of_points(&points)?;
-            // Corners of rollers' ends and of a rim reach farther than what rolls, on one wheel more than on its mirror image.
+            // Corners of rollers' ends and of a rim reach further than the rolling surface, by an
+            // amount that differs between mirrored wheels.
             let drawn = mesh_rollers::of_mesh(filename, *scale, &from_shape, meshes);
             let radius_m = drawn.map_or(radius_m, |drawn| drawn.wheel_radius_m);
             Ok((radius_m, middle_m))
@@ -180,14 +185,14 @@ fn of_shape(
     }
 }
 
-/// Half of the side of a box that is square about z; `None` of another.
+/// Returns half of the side of a box that is square about z; `None` for others.
 fn square_about(size: &[f64; 3], from_shape: &Isometry3<f64>) -> Option<f64> {
     let along = (0..3).find(|&i| (from_shape.rotation * Vector3::ith(i, 1.0)).z.abs() > 0.99)?;
     let (p, q) = (size[(along + 1) % 3], size[(along + 2) % 3]);
     ((p - q).abs() <= 0.05 * p.max(q)).then_some(0.25 * (p + q))
 }
 
-/// Radius and middle of points that are round about z.
+/// Returns radius and middle of points that are round about z.
 fn of_points(points: &[Point3<f64>]) -> Result<(f64, f64), NoDisc> {
     let (mut radius, mut low, mut high) = (0.0f64, f64::INFINITY, f64::NEG_INFINITY);
     for v in points {
@@ -205,7 +210,7 @@ fn of_points(points: &[Point3<f64>]) -> Result<(f64, f64), NoDisc> {
     Ok((radius, 0.5 * (low + high)))
 }
 
-/// The least of the reaches across z in some directions.
+/// Returns the smallest reach across z over some directions.
 fn least_reach(points: &[Point3<f64>]) -> f64 {
     (0..DIRECTIONS)
         .map(|k| {
@@ -216,7 +221,8 @@ fn least_reach(points: &[Point3<f64>]) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// The level axis about which a body's geometry is round, with the point of it in the middle: of a joint that does not say.
+/// Returns the level axis about which a body's geometry is round, with its middle point, for a
+/// joint without a stated axis.
 pub(super) fn level_axis(
     body: &RigidBody,
     meshes: &Meshes,
@@ -249,7 +255,7 @@ pub(super) fn level_axis(
     best.map(|(_, middle, axis)| (middle, axis)).ok_or(why_not)
 }
 
-/// The sense of an axis in which wheels drive forward: to the left, or forward where it points along x.
+/// Orients an axis so that wheels drive forward: to the left, or forward if it points along x.
 fn to_the_left(axis: Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
     let leftward = if axis.y.abs() > 1e-6 { axis.y } else { axis.x };
     if leftward < 0.0 { -axis } else { axis }

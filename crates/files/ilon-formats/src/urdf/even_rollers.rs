@@ -1,7 +1,7 @@
-//! Wheels that are equal but for the facets of their meshes.
+//! Equalises wheels that only differ by the facets of their meshes.
 //!
-//! A left-handed wheel and its mirror image are drawn by other facets, and so a file of equal wheels shows radii some tenths of a
-//! millimetre apart: the robot would stand on three of its wheels.
+//! A left-handed wheel and its mirror image have different facets, so a file of equal wheels shows
+//! radii some tenths of a millimetre apart: the robot would stand on three of its wheels.
 
 use urdf_rs::Geometry;
 
@@ -9,15 +9,16 @@ use super::recognise::Candidate;
 use super::tree::{PlacedShape, Tree};
 use crate::model::{Remark, Wheel};
 
-/// Radii this share apart may come of facets.
+/// Relative difference of radii that facets can cause.
 const FACETS: f64 = 0.01;
-/// Rings of equal wheels are this share apart at most: joints are written with numbers, not with facets.
+/// Largest relative difference of the rings of equal wheels: joints are given by numbers, not by
+/// facets.
 const SAME_RING: f64 = 2e-3;
-/// Equal wheels have the same angle of their rollers, but for its sign, within this.
+/// Equal wheels have the same roller angle, except for its sign, within this.
 const SAME_GAMMA_RAD: f64 = 0.01;
 
-/// Gives wheels of meshes that are equal but for their facets one radius, the largest: corners of facets lie on the
-/// surface that they stand for, and their middles below it.
+/// Gives wheels from meshes that are equal up to facets one radius, the largest: corners of facets
+/// lie on the true surface, their middles below it.
 pub(super) fn even_out(
     tree: &Tree,
     candidates: &[Candidate],
@@ -27,7 +28,8 @@ pub(super) fn even_out(
     let is_mesh = |shape: &PlacedShape| matches!(shape.geometry, Geometry::Mesh { .. });
     let is_of_meshes = |joint: usize| {
         let Some(candidate) = candidates.iter().find(|candidate| candidate.hub == joint) else {
-            // A wheel without rollers is measured by what touches, or else by what is shown.
+            // A wheel without rollers is measured by its collision shapes, or else by its visual
+            // shapes.
             let body = tree.lone_body(tree.joints[joint].child);
             let measured = [&body.shapes, &body.visuals]
                 .into_iter()
@@ -59,7 +61,7 @@ pub(super) fn even_out(
             continue;
         }
         let [own_mm, equal_mm] = [wheel.radius_m, radius_m].map(|m| format!("{:.3}", 1e3 * m));
-        // What no digit shows is a rounding.
+        // A difference below the displayed digits is rounding.
         if own_mm != equal_mm {
             let words = format!(
                 "its meshes make a radius of {own_mm} mm, those of an equal wheel {equal_mm} mm: the facets explain it, and both are \
@@ -74,7 +76,7 @@ pub(super) fn even_out(
     }
 }
 
-/// Whether two wheels differ by no more than their facets.
+/// Whether two wheels differ only by their facets.
 fn are_equal(p: &Wheel, q: &Wheel) -> bool {
     let ring_m = |wheel: &Wheel| {
         let rings_m = wheel.rollers.iter().map(|roller| roller.ring_radius_m());

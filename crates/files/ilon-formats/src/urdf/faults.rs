@@ -1,8 +1,8 @@
-//! The faults of a file, gathered so that all of them are reported at once.
+//! Collects the faults of a file, so that all of them are reported at once.
 
 use crate::error::RobotError;
 
-/// Most faults of one file that are kept.
+/// Largest number of collected faults.
 const MOST: usize = 50;
 
 /// Faults so far.
@@ -16,17 +16,17 @@ impl Faults {
         }
     }
 
-    /// The value of a result, or nothing and one more fault.
+    /// Returns the value of a result, or collects its fault.
     pub(super) fn keep<T>(&mut self, result: Result<T, RobotError>) -> Option<T> {
         result.map_err(|error| self.push(error)).ok()
     }
 
-    /// Whether there are as many as are kept, so that looking further is of no use.
+    /// Whether the limit is reached, so that further search is useless.
     pub(super) fn is_full(&self) -> bool {
         self.0.len() >= MOST
     }
 
-    /// Nothing, or all faults as one error.
+    /// Returns all faults as one error, if there are any.
     pub(super) fn into_result(self) -> Result<(), RobotError> {
         match RobotError::of_all(self.0) {
             Some(error) => Err(error),

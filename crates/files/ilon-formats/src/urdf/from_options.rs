@@ -1,4 +1,4 @@
-//! Rollers for wheels that have none in the file, as a person asks for them.
+//! Adds the requested rollers to wheels that have none in the file.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,18 +20,19 @@ use crate::model::{
 };
 use crate::options::{Handedness, WheelOptions};
 
-/// Density of rubber, for rollers of which no mass is said, in kg/m^3.
+/// Density of rubber, for rollers without a given mass, in kg/m^3.
 const RUBBER_KG_M3: f64 = 1100.0;
-/// A wheel this near to the middle line of the X is in the middle, in metres.
+/// A wheel this close to the middle line of the X is in the middle, in metres.
 const IN_THE_MIDDLE_M: f64 = 1e-3;
 
-/// A wheel that is given rollers, and its gamma.
+/// A wheel that gets rollers, with its gamma.
 pub(super) struct BareWheel {
     pub(super) like: WheelLike,
     gamma_rad: f64,
 }
 
-/// The wheels that the options name, or else those that turn and stand on the floor, with gamma of each.
+/// Returns the wheels that the options name, by default those that turn and stand on the floor,
+/// with gamma of each.
 pub(super) fn wheels(
     loading: &Loading,
     options: &WheelOptions,
@@ -77,7 +78,7 @@ pub(super) fn wheels(
     Ok(likes.into_iter().zip(gammas_deg).map(given).collect())
 }
 
-/// The joint of a name as a wheel.
+/// Returns the joint with a name as a wheel.
 fn named(
     loading: &Loading,
     name: &str,
@@ -141,11 +142,13 @@ fn check(loading: &Loading, options: &WheelOptions) -> Result<(), RobotError> {
     Ok(())
 }
 
-/// gamma of each wheel in the usual X: negative where its places ahead of the middle and to the left of it, in the frame that has
-/// the hub axes to the left, have one sign. With the hub axis along y the roller's axis on the ground is then
-/// (-cos gamma, -sin gamma) ~ (-1, 1) at the front left, across the arm (1, 1). An axle in the middle is handed like one ahead.
+/// Returns gamma of each wheel in the usual X, or for a negative gamma in the O, which is the X
+/// reversed. In the X gamma is negative if the wheel's coordinates ahead of the middle and to the
+/// left of it have the same sign, in the frame whose hub axes point left. With the hub axis along y
+/// the roller's axis on the ground is then (-cos gamma, -sin gamma) ~ (-1, 1) at the front left,
+/// across the arm (1, 1). An axle in the middle is handed like one ahead.
 ///
-/// Where a wheel does not stand in an X: its index, and why not.
+/// The error is the index of a wheel that does not fit an X, with the reason.
 pub(super) fn in_x_deg(
     likes: &[WheelLike],
     gamma_deg: f64,
@@ -159,7 +162,7 @@ pub(super) fn in_x_deg(
         .map(|w| w.middle().coords)
         .sum::<Vector3<f64>>()
         / count;
-    // The left of the frame: along the axes, towards y where they lie nearer to it, and towards x otherwise.
+    // The left of the frame: along the axes, towards y if closer to it, otherwise towards x.
     let axis = first.axis.into_inner();
     let leading = if axis.y.abs() >= axis.x.abs() {
         axis.y
@@ -178,12 +181,12 @@ pub(super) fn in_x_deg(
             return Err((i, "the wheel stands on the middle line that runs ahead"));
         }
         let x = if x.abs() < IN_THE_MIDDLE_M { 1.0 } else { x };
-        Ok(-gamma_deg.abs().copysign(x * y))
+        Ok(-gamma_deg * 1f64.copysign(x * y))
     };
     likes.iter().enumerate().map(of_like).collect()
 }
 
-/// A wheel with its rollers put in.
+/// Returns a wheel with its added rollers.
 pub(super) fn wheel(
     loading: &mut Loading,
     options: &WheelOptions,
@@ -230,7 +233,7 @@ pub(super) fn wheel(
     })
 }
 
-/// The wheel's radius, and where its middle is along the hub axis.
+/// Returns the wheel's radius, and the position of its middle along the hub axis.
 fn size(loading: &mut Loading, given: &BareWheel, body: &RigidBody) -> Result<(f64, f64), Fault> {
     let like = &given.like;
     let shown = disc::about(body, &hub_frame(&like.origin, &like.axis), &loading.meshes);
@@ -280,7 +283,7 @@ fn remark_visual(loading: &mut Loading, given: &BareWheel, disc: &Disc) {
     }
 }
 
-/// The rollers of a wheel, in its hub frame, ordered by place.
+/// Returns the rollers of a wheel, in its hub frame, ordered by angle.
 fn rollers(
     options: &WheelOptions,
     gamma_rad: f64,
@@ -289,7 +292,8 @@ fn rollers(
     wheel_kg: f64,
 ) -> Result<Vec<Roller>, Fault> {
     let count = options.rollers;
-    // The end spheres keep a positive radius where rho > a / cos(pi/n): r_max > rho (1 - cos(pi/n)).
+    // The end spheres keep a positive radius where rho > a / cos(pi/n): r_max > rho (1 -
+    // cos(pi/n)).
     let least_radius_m = radius_m * (1.0 - libm::cos(PI / count as f64));
     let roller_radius_m = options
         .roller_radius_m
@@ -314,7 +318,8 @@ fn rollers(
         None => f64::min(RUBBER_KG_M3 * barrel.volume_m3(), most_kg),
     };
     let (axial, across) = barrel.solid_moments_kg_m2(mass_kg);
-    // The roller that points down: cos gamma y - sin gamma z in the hub frame (see the module on fitting).
+    // The roller that points down: cos gamma y - sin gamma z in the hub frame (see the module
+    // `roller_dimensions`).
     let down_axis = Vector3::new(0.0, libm::cos(gamma_rad), -libm::sin(gamma_rad));
     let mut rollers: Vec<Roller> = (0..count)
         .map(|i| {
@@ -341,7 +346,7 @@ fn rollers(
     Ok(rollers)
 }
 
-/// Says what a wheel was given, and what its joint is in the file.
+/// Adds a remark on the rollers that a wheel was given, and on its joint in the file.
 fn remark_given(loading: &mut Loading, given: &BareWheel, rollers: &[Roller], radius_m: f64) {
     let joint = &loading.tree.joints[given.like.joint];
     let subject = format!("wheel `{}`", joint.name);
@@ -368,13 +373,13 @@ fn remark_given(loading: &mut Loading, given: &BareWheel, rollers: &[Roller], ra
     ));
 }
 
-/// The hub that is left of a whole wheel when its rollers are taken out. Where the file's inertia is too small to hold
-/// them, the hub keeps its share by mass.
+/// Returns the hub that remains when the rollers are removed from a whole wheel. If the file's
+/// inertia is too small for the rollers, the hub keeps its share by mass.
 fn without(whole: &MassProperties, rollers: &[Roller]) -> MassProperties {
     let rollers_kg: f64 = rollers.iter().map(|r| r.mass_kg).sum();
     let mass_kg = whole.mass_kg - rollers_kg;
-    // The rollers stand evenly around the wheel's middle, where their common centre of mass is; the moment of what is
-    // left keeps the whole's centre of mass.
+    // The rollers are spread evenly around the wheel's middle, which is their common centre of
+    // mass; the hub's moment restores the whole's centre of mass.
     let center_of_mass_m = whole.center_of_mass_m * (whole.mass_kg / mass_kg);
     let origin = Vector3::zeros();
     let of_roller = |r: &Roller| {

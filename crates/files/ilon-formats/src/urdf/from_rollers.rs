@@ -1,4 +1,4 @@
-//! A roller as its joint and its geometry show it.
+//! Reads a roller from its joint and its geometry.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -23,22 +23,22 @@ use crate::model::{
     Roller, RollerForm,
 };
 
-/// Gamma nearer to 90 degrees than this means that the rollers turn with the hub.
+/// If gamma is closer to 90 degrees than this, the rollers turn with the hub.
 const LEAST_CARRY_RAD: f64 = 0.035;
 
-/// A roller as its joint and geometry show it, in a frame on the hub axis.
+/// A roller's joint and geometry, in a frame on the hub axis.
 pub(super) struct RollerGeometry {
     pub(super) joint: usize,
     pub(super) body: RigidBody,
     pub(super) axis: Unit<Vector3<f64>>,
     pub(super) skew: Skew,
-    /// In the frame of the axis and foot.
+    /// Shapes in the frame of the axis and foot.
     pub(super) shapes: Vec<PlacedShape>,
     pub(super) profile: Profile,
     pub(super) outline: DrawnOutline,
 }
 
-/// Looks at all rollers of a wheel from a frame on its hub axis.
+/// Reads all rollers of a wheel from a frame on its hub axis.
 pub(super) fn rollers(
     loading: &mut Loading,
     candidate: &Candidate,
@@ -66,7 +66,7 @@ pub(super) fn rollers(
         body: hub,
         ring_m: ring_m(loading, candidate, body_from_joint),
         roller_m: match radius_m {
-            // With a radius, those without a shape were given one.
+            // If a radius is given, rollers without a shape received one.
             Some(_) => None,
             None => seen
                 .iter()
@@ -95,7 +95,7 @@ pub(super) fn rollers(
     Err(loading.source.joint_error(&joint.name, fault))
 }
 
-/// How far the rollers' axes pass from the hub axis on average, in metres.
+/// Returns the mean distance of the rollers' axes from the hub axis, in metres.
 fn ring_m(
     loading: &Loading,
     candidate: &Candidate,
@@ -178,7 +178,7 @@ fn see(
     }))
 }
 
-/// All rollers of a wheel must make the same wheel.
+/// Checks that all rollers of a wheel imply the same wheel.
 pub(super) fn check_alike(
     source: &Source,
     tree: &Tree,
@@ -213,8 +213,8 @@ pub(super) fn check_alike(
     Ok(())
 }
 
-/// A lone sphere says how thick a roller is and not how long: it is taken to reach its neighbours. Returns how many there
-/// are.
+/// A single sphere gives a roller's thickness but not its length: it is assumed to reach its
+/// neighbours. Returns the number of such rollers.
 pub(super) fn give_lone_spheres_a_length(
     wheel: &str,
     seen: &mut [RollerGeometry],
@@ -229,7 +229,7 @@ pub(super) fn give_lone_spheres_a_length(
         if s.outline.half_length_m.is_some() {
             continue;
         }
-        // The wider of the gaps to the neighbours on either side.
+        // The wider of the gaps to the two neighbours.
         let ahead = |j: usize| (places[j] - places[i]).rem_euclid(TAU);
         let others = || (0..places.len()).filter(|&j| j != i).map(ahead);
         let to_next = others().fold(TAU, f64::min);
@@ -252,7 +252,7 @@ pub(super) fn give_lone_spheres_a_length(
     lone
 }
 
-/// Says where the rollers leave the circle that is fitted to them.
+/// Adds a remark on where the rollers deviate from the fitted circle.
 pub(super) fn remark_outline(
     wheel: &str,
     seen: &[RollerGeometry],
@@ -283,7 +283,7 @@ pub(super) fn remark_outline(
     }
 }
 
-/// The roller of the model.
+/// Returns the roller of the model.
 pub(super) fn roller(
     source: &Source,
     tree: &Tree,
@@ -331,7 +331,7 @@ pub(super) fn roller(
         return Err(source.joint_error(&joint.name, fault));
     }
     let axial_inertia_kg_m2 = axis.dot(&(inertia_kg_m2 * axis.into_inner()));
-    // No longer than where its barrel tapers to nothing.
+    // At most the length at which its barrel tapers to nothing.
     let gamma_rad = seen.skew.gamma_rad;
     let longest_m = 2.0
         * barrel_half_length_m(
@@ -366,14 +366,14 @@ pub(super) fn roller(
     })
 }
 
-/// The file's own shapes of a roller, in its frame.
+/// Returns the file's own shapes of a roller, in its frame.
 pub(super) fn as_modelled(
     roller: &Roller,
     seen: &RollerGeometry,
     middle_z_m: f64,
     meshes: &Meshes,
 ) -> Result<ModelledRoller, Fault> {
-    // What was seen is placed in the frame about the joint's origin; the hub's frame has the wheel's middle.
+    // The shapes are in the frame about the joint's origin; the hub frame has the wheel's middle.
     let hub_from_seen = Translation3::new(0.0, 0.0, -middle_z_m);
     let roller_from_seen = roller.hub_from_roller().inverse() * hub_from_seen;
     let mut shapes = Vec::with_capacity(seen.shapes.len());
@@ -399,7 +399,8 @@ pub(super) fn as_modelled(
     }
     Ok(ModelledRoller {
         shapes,
-        // Counted from the foot, which is the roller's centre, along the joint's axis, which is z of its frame.
+        // Counted from the foot, which is the roller's centre, along the joint's axis, which is z
+        // of its frame.
         profile: seen.profile.clone(),
     })
 }

@@ -1,5 +1,5 @@
-//! Collision geometry: as shapes of the model, and a roller's as a [`Profile`] about the roller's axis, with t counted from
-//! the point nearest to the hub axis.
+//! Collision geometry: conversion to shapes of the model, and a roller's [`Profile`] about its
+//! axis, with t counted from the point closest to the hub axis.
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use urdf_rs::Geometry;
@@ -9,7 +9,7 @@ use super::tree::PlacedShape;
 use crate::error::Fault;
 use crate::model::{CollisionShape, Profile, ProfilePart as Part};
 
-/// A geometry of URDF but for meshes.
+/// Returns a URDF geometry as a shape, except meshes.
 pub(super) fn primitive(geometry: &Geometry) -> Option<CollisionShape> {
     Some(match geometry {
         Geometry::Box { size } => CollisionShape::Box {
@@ -28,7 +28,8 @@ pub(super) fn primitive(geometry: &Geometry) -> Option<CollisionShape> {
     })
 }
 
-/// How far a shape reaches from a point of the body frame at most, in metres; `None` of a mesh.
+/// Returns the largest distance of a shape from a point of the body frame, in metres; `None` for a
+/// mesh.
 pub(super) fn extent_m(shape: &PlacedShape, from: &Point3<f64>) -> Option<f64> {
     let own_m = match &shape.geometry {
         Geometry::Box { size } => 0.5 * Vector3::from(**size).norm(),
@@ -40,7 +41,7 @@ pub(super) fn extent_m(shape: &PlacedShape, from: &Point3<f64>) -> Option<f64> {
     Some((Point3::from(shape.body_from_shape.translation.vector) - from).norm() + own_m)
 }
 
-/// The vertices of a mesh in the frame that its shape is placed in.
+/// Returns the vertices of a mesh in the frame that contains its shape.
 pub(super) fn mesh_points(
     meshes: &Meshes,
     filename: &str,
@@ -79,7 +80,8 @@ fn read_shape(
     let from_foot = Point3::from(shape.body_from_shape.translation.vector) - foot;
     let t_m = from_foot.dot(axis);
     let off_axis_m = (from_foot - axis.into_inner() * t_m).norm();
-    // The cosine between the roller's axis and an axis of the shape; within one degree they are taken as one.
+    // The cosine between the roller's axis and a shape's axis; within one degree they count as
+    // equal.
     let aligned = |shape_axis: Vector3<f64>| {
         (shape.body_from_shape * shape_axis).dot(axis).abs() > libm::cos(1f64.to_radians())
     };
@@ -114,7 +116,7 @@ fn read_shape(
             if (p - q).abs() > 0.05 * p.max(q) {
                 return Err(Fault::RollerNotRound);
             }
-            // A square box stands for the cylinder inside it.
+            // A square box stands for the inscribed cylinder.
             let radius = 0.25 * (p + q);
             add(t_m - 0.5 * size[along], radius, 0.0);
             add(t_m + 0.5 * size[along], radius, 0.0);
@@ -137,12 +139,13 @@ fn read_shape(
     Ok(())
 }
 
-/// The circles that the outermost of some points describe about the axis; refuses points that are not round about it.
+/// Returns the circles of the outermost points about the axis; rejects points that are not round
+/// about it.
 fn turned(
     axis: &Unit<Vector3<f64>>,
     points: impl Iterator<Item = Vector3<f64>>,
 ) -> Result<Vec<Part>, Fault> {
-    // Any two directions across the axis: their extents must be centred and alike.
+    // The extents in any two directions across the axis must be centred and equal.
     let least_aligned = if axis.x.abs() < 0.7 {
         Vector3::x()
     } else {
@@ -166,7 +169,7 @@ fn turned(
     if !round {
         return Err(Fault::RollerNotRound);
     }
-    // Only the upper convex hull of (t, radius) ever supports.
+    // Only the upper convex hull of (t, radius) can support.
     circles.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let mut hull: Vec<(f64, f64)> = Vec::new();
     for c in circles {

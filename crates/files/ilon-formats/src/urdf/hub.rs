@@ -1,4 +1,4 @@
-//! What wheels with rollers and wheels that are given some have in common: the hub's frame, axis and motor.
+//! Shared parts of wheels with rollers and wheels that get some: the hub's frame, axis and motor.
 
 use nalgebra::{
     Isometry3, Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3,
@@ -8,9 +8,10 @@ use super::source::Source;
 use crate::error::{Fault, RobotError};
 use crate::model::{MotorLimits, Remark};
 
-/// Hub axes may lean this far out of the ground plane: beyond it the model of the wheel does not hold.
+/// Largest angle of hub axes from the ground plane, in radians: beyond it the model of the wheel is
+/// invalid.
 const MOST_LEAN_RAD: f64 = 0.02;
-/// Says which limits of a motor are missing.
+/// Adds a remark on missing limits of a motor.
 pub(super) fn remark_motor(wheel: &str, limits: &MotorLimits, remarks: &mut Vec<Remark>) {
     let missing = match (
         limits.effort_n_m.is_finite(),
@@ -27,7 +28,7 @@ pub(super) fn remark_motor(wheel: &str, limits: &MotorLimits, remarks: &mut Vec<
     ));
 }
 
-/// Refuses a hub axis that leans out of the ground plane.
+/// Rejects a hub axis that is not parallel to the ground.
 pub(super) fn check_level(
     source: &Source,
     joint: &str,
@@ -41,12 +42,13 @@ pub(super) fn check_level(
     Ok(())
 }
 
-/// The hub frame at wheel angle zero: z along the axis, x as straight down as it can be.
+/// Returns the hub frame at wheel angle zero: z along the axis, x as straight down as possible.
 pub(crate) fn hub_frame(origin: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> Isometry3<f64> {
     hub_frame_towards(&origin.coords, axis, &-Vector3::z())
 }
 
-/// A frame with z along a hub axis and x as near to a direction as it can be, which is not that of the axis.
+/// Returns a frame with z along a hub axis and x as close as possible to a direction, which must
+/// differ from the axis.
 pub(super) fn hub_frame_towards(
     origin_m: &Vector3<f64>,
     axis: &Unit<Vector3<f64>>,

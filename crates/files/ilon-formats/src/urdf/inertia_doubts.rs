@@ -1,7 +1,8 @@
-//! Inertias that no body of the mass and the shapes of its link can have, or hardly any.
+//! Finds inertias that are impossible or implausible for the mass and the shapes of their link.
 //!
-//! A radius of gyration never exceeds the reach from the centre of mass. What is beyond that, what is a hundredth of a solid's, and what belongs to
-//! other axes is remarked, and mended from the shapes where a repair is asked for.
+//! A radius of gyration never exceeds the reach from the centre of mass. An inertia beyond that,
+//! below a hundredth of a solid's, or with moments of other axes is remarked, and repaired from the
+//! shapes if requested.
 
 use nalgebra::{Matrix3, SymmetricEigen, Unit, Vector3};
 
@@ -12,18 +13,20 @@ use super::loading::Loading;
 use crate::error::{Fault, RobotError};
 use crate::model::{MassProperties, Remark};
 
-/// Of a solid's moments, the share below which they are doubted: a body whose mass is all within a tenth of its size.
+/// Share of a solid's moments below which an inertia is doubted: a body with all mass within a
+/// tenth of its size.
 const LEAST_SHARE: f64 = 0.01;
-/// What rounding adds to a radius of gyration, as a share.
+/// Relative rounding error of a radius of gyration.
 const ROUNDED: f64 = 1e-3;
 
-/// A wheel's axis and radius in metres, where it carries no rollers of its own in the file.
+/// A wheel's axis and radius in metres, if the file models no rollers on it.
 pub(super) type AsWheel<'a> = Option<(&'a Unit<Vector3<f64>>, f64)>;
 
-/// Doubts the inertias of a body's links. Where a repair is asked for and a link has shapes to repair them by, the doubt is a fault.
+/// Checks the inertias of a body's links. If repairs are requested and a link has shapes for them,
+/// a doubt is a fault.
 ///
 /// # Errors
-/// What is to be repaired.
+/// Inertias to repair.
 pub(super) fn check(
     loading: &mut Loading,
     body: &RigidBody,
@@ -49,7 +52,7 @@ pub(super) fn check(
     faults.into_result()
 }
 
-/// What is to be said of a link whose inertia is doubted.
+/// Returns the remark on a link with a doubtful inertia.
 pub(super) fn doubtful(link: &str, fault: &Fault) -> Remark {
     Remark::new(
         format!("link `{link}`"),
@@ -57,7 +60,8 @@ pub(super) fn doubtful(link: &str, fault: &Fault) -> Remark {
     )
 }
 
-/// What no solid of a link's shapes has; all of it in the body frame.
+/// Returns the fault of an inertia that no solid of the link's shapes can have; everything in the
+/// body frame.
 fn by_shape(mass: &MassProperties, (solid, reach_m): &(MassProperties, f64)) -> Option<Fault> {
     let [_, _, most] = mass.principal_moments_kg_m2();
     let [_, _, of_solid] = solid.principal_moments_kg_m2();
@@ -80,9 +84,9 @@ fn by_shape(mass: &MassProperties, (solid, reach_m): &(MassProperties, f64)) -> 
     are_exchanged(&mass.inertia_kg_m2, &solid.inertia_kg_m2).then_some(Fault::InertiaExchanged)
 }
 
-/// Whether moments are those of a solid about other axes of it, up to their size.
+/// Whether moments are those of a solid about other axes, up to a factor.
 fn are_exchanged(inertia: &Matrix3<f64>, solid: &Matrix3<f64>) -> bool {
-    /// Moments that differ by less than this factor are alike, and by more than that are not.
+    /// Moments that differ by less than this factor count as equal, by more as different.
     const ALIKE: f64 = 1.15;
     const UNLIKE: f64 = 1.3;
     const ORDERS: [[usize; 3]; 5] = [[0, 2, 1], [1, 0, 2], [2, 1, 0], [1, 2, 0], [2, 0, 1]];
@@ -100,12 +104,14 @@ fn are_exchanged(inertia: &Matrix3<f64>, solid: &Matrix3<f64>) -> bool {
     off([0, 1, 2]) > UNLIKE && ORDERS.into_iter().any(|order| off(order) < ALIKE)
 }
 
-/// What a wheel hardly has, whatever it is made of: the moments of a disc about another axis than its own, or next to none.
+/// Returns the fault of an inertia that is implausible for any wheel: a disc's moments about
+/// another axis, or nearly zero.
 fn as_wheel(mass: &MassProperties, (axis, radius_m): (&Unit<Vector3<f64>>, f64)) -> Option<Fault> {
-    /// Moments that differ by less than this share are meant to be the same, and by more than that are not.
+    /// Moments that differ by less than this share are meant to be equal.
     const SAME: f64 = 0.02;
     const OTHER: f64 = 0.1;
-    /// Of the moment across its axle, the least that a wheel has about it: that of a solid cylinder three times as long as its radius.
+    /// Smallest ratio of a wheel's moment about its axle to that across: a solid cylinder three
+    /// times as long as its radius.
     const THIN: f64 = 0.5;
     let axial = axis.dot(&(mass.inertia_kg_m2 * axis.into_inner()));
     let [least, middle, most] = mass.principal_moments_kg_m2();
@@ -129,7 +135,7 @@ fn as_wheel(mass: &MassProperties, (axis, radius_m): (&Unit<Vector3<f64>>, f64))
     if is_disc && (axial - least).abs() < SAME * least {
         return Some(Fault::InertiaExchanged);
     }
-    // A solid cylinder whose length is its diameter has 6 / 7 of its moment across about its axle.
+    // A solid cylinder as long as its diameter has 6 / 7 of its transverse moment about its axle.
     let across_kg_m2 = 0.5 * (mass.inertia_kg_m2.trace() - axial);
     (axial < THIN * across_kg_m2).then_some(Fault::InertiaThinAboutAxle {
         axial_kg_m2: axial,
@@ -138,8 +144,9 @@ fn as_wheel(mass: &MassProperties, (axis, radius_m): (&Unit<Vector3<f64>>, f64))
 }
 
 impl super::tree::Tree {
-    /// The solid of a link's shapes in the body frame, with its mass, and how far these reach from the link's centre of mass, in metres; `None` of a
-    /// link with meshes or without shapes, of which nothing is known.
+    /// Returns the solid of a link's shapes in the body frame, with its mass, and the shapes'
+    /// largest distance from the link's centre of mass, in metres; `None` for a link with meshes or
+    /// without shapes.
     fn solid_of(
         &self,
         link: usize,

@@ -1,4 +1,4 @@
-//! The solid that a link's shapes make, for mass and inertia that its file does not say.
+//! Solids of a link's shapes, for mass and inertia missing in the file.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use super::numbers::number;
 use super::source::child;
 use crate::model::MassProperties;
 
-/// A solid of even density.
+/// A solid of uniform density.
 #[derive(Clone, Debug)]
 pub(super) struct Solid {
     pub(super) volume_m3: f64,
@@ -18,7 +18,7 @@ pub(super) struct Solid {
 }
 
 impl Solid {
-    /// A ball of a volume.
+    /// A ball with a volume.
     pub(super) fn ball(volume_m3: f64) -> Self {
         let radius_m = libm::cbrt(3.0 * volume_m3 / (4.0 * PI));
         let moment = 0.4 * volume_m3 * radius_m * radius_m;
@@ -36,7 +36,7 @@ impl Solid {
         }
     }
 
-    /// Its mass properties with a mass.
+    /// Returns its mass properties for a given mass.
     pub(super) fn weighing(&self, mass_kg: f64) -> MassProperties {
         MassProperties {
             mass_kg,
@@ -46,7 +46,8 @@ impl Solid {
     }
 }
 
-/// The solid of a link's collision shapes, or else of what is shown of it; `None` where there is none but meshes.
+/// Returns the solid of a link's collision shapes, or else of its visual shapes; `None` if there
+/// are only meshes.
 pub(super) fn of_link(link: Node) -> Option<Solid> {
     let of = |tag: &'static str| {
         let shapes = link.children().filter(move |n| n.has_tag_name(tag));
@@ -74,7 +75,7 @@ fn of_shape(shape: Node) -> Option<Solid> {
             Solid::new(volume, moments * (volume / 12.0))
         }
         "sphere" => Solid::ball(4.0 / 3.0 * PI * positive("radius")?.powi(3)),
-        // A capsule is taken as the cylinder of its whole length.
+        // A capsule counts as the cylinder of its whole length.
         kind @ ("cylinder" | "capsule") => {
             let r = positive("radius")?;
             let ends = if kind == "capsule" { 2.0 * r } else { 0.0 };
@@ -92,7 +93,7 @@ fn of_shape(shape: Node) -> Option<Solid> {
     })
 }
 
-/// The pose that an `<origin>` says.
+/// Returns the pose of an `<origin>`.
 pub(super) fn origin(node: Node) -> Isometry3<f64> {
     let [roll, pitch, yaw] = numbers(node, "rpy").unwrap_or_default();
     Isometry3::from_parts(

@@ -1,4 +1,4 @@
-//! The form of `<inertial>`: a mass, and an inertia that a body of that mass can have.
+//! Checks of `<inertial>`: a mass, and an inertia possible for it.
 
 use nalgebra::Matrix3;
 use roxmltree::Node;
@@ -10,7 +10,7 @@ use crate::error::Fault;
 use crate::model::Remark;
 use crate::model::mass::principal_moments;
 
-/// Holds the inertial of a link against its form.
+/// Checks the inertial of a link.
 pub(super) fn check_inertial(
     source: &Source,
     inertial: Node,
@@ -29,7 +29,7 @@ pub(super) fn check_inertial(
     let mass_is_good = check_numbers(source, mass, faults);
     let massless = mass_is_good && number(mass, "value") == 0.0;
     let Some(inertia) = child(inertial, "inertia") else {
-        // A placeholder without substance; that it stands for nothing is said where bodies are merged.
+        // A massless placeholder; the remark on it comes when bodies are merged.
         if !massless {
             faults.push(missing("inertia"));
         }
@@ -66,7 +66,7 @@ pub(super) fn check_inertial(
     }
 }
 
-/// The inertia that an `<inertia>` holds.
+/// Returns the tensor of an `<inertia>`.
 fn tensor(inertia: Node) -> Matrix3<f64> {
     let i = |attribute| number(inertia, attribute);
     Matrix3::new(
@@ -82,13 +82,13 @@ fn tensor(inertia: Node) -> Matrix3<f64> {
     )
 }
 
-/// Why no body with mass has such an inertia, if none has.
+/// Returns why no body with mass has such an inertia, if that is so.
 fn impossible(tensor: Matrix3<f64>) -> Option<Fault> {
     let [least, middle, most] = principal_moments(tensor);
     if least <= 0.0 {
         return Some(Fault::InertiaNotPositive { least });
     }
-    // A mass per mille of slack lets through numbers that were rounded to three digits.
+    // A tolerance of a thousandth accepts numbers rounded to three digits.
     (least + middle < most * (1.0 - 1e-3)).then_some(Fault::InertiaImpossible {
         least,
         middle,

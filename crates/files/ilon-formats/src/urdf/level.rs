@@ -1,33 +1,36 @@
-//! Wheels that are level but for the rounding of their file's numbers.
+//! Corrects wheels that are level except for rounded numbers in their file.
 //!
-//! `rpy="1.57 0 0"` in place of a quarter turn lets an axis lean by 0.8 mrad, and CAD exports put one of four axles some micrometres lower than the
-//! others. Hard rollers on hard ground give way by a third of a micrometre: so rigid a robot would rock on two of its wheels, and the rounding would
-//! decide which of them slip. Any real frame and any real roller give way by more.
+//! `rpy="1.57 0 0"` instead of a quarter turn tilts an axis by 0.8 mrad, and CAD exports put one of
+//! four axles some micrometres lower than the others. Hard rollers on hard ground deflect by a
+//! third of a micrometre: so rigid a robot would rock on two of its wheels, and the rounding would
+//! decide which of them slip. Any real frame and any real roller deflect by more.
 
 use nalgebra::{Unit, Vector3};
 
 use super::hub::hub_frame_towards;
 use crate::model::{Remark, Robot, Wheel};
 
-/// Axes that lean by no more than this are level: pi/2 written as 1.57 is off by 0.8 mrad, pi written as 3.14 by 1.6 mrad, and an axis that is turned by
-/// both by 2.4 mrad. A camber that somebody means is larger: a quarter of a degree is 4.4 mrad.
+/// Axes within this angle count as level: pi/2 written as 1.57 is off by 0.8 mrad, pi written as
+/// 3.14 by 1.6 mrad, and an axis rotated by both by 2.4 mrad. An intended camber is larger: a
+/// quarter of a degree is 4.4 mrad.
 const ROUNDED_RAD: f64 = 2.5e-3;
-/// Wheels whose lowest points lie within this height of each other reach equally low, in metres: what is written in tenths of a millimetre is off by half
-/// of one.
+/// Wheels whose lowest points differ in height by at most this count as equally low, in metres:
+/// numbers in tenths of a millimetre are off by half of one.
 const ROUNDED_M: f64 = 5e-5;
 /// The same as a share of a wheel's radius, for small robots.
 const ROUNDED_SHARE: f64 = 1e-3;
-/// What is off by less is exact, in radians and metres: far below what a contact gives way by.
+/// Smaller deviations count as exact, in radians and metres: far below a contact's deflection.
 const EXACT: f64 = 1e-9;
 
-/// How far apart in height the lowest points of wheels may lie that are meant to reach equally low, in metres.
+/// Returns the largest height difference of the lowest points of wheels meant to be equally low, in
+/// metres.
 fn rounded_m(wheels: &[Wheel]) -> f64 {
     let radii_m = wheels.iter().map(|wheel| wheel.radius_m);
     ROUNDED_M.min(ROUNDED_SHARE * radii_m.fold(f64::INFINITY, f64::min))
 }
 
-/// Turns axes level and brings wheels to one height that are so but for rounding, and says which and by how much. Wheels turn about their middles and take
-/// their rollers along.
+/// Makes axes level and wheels equally high if they deviate only by rounding, and returns a remark
+/// with the amounts. Wheels turn about their middles and take their rollers along.
 pub(super) fn level(robot: &mut Robot) -> Option<Remark> {
     let up = common_ground(robot);
     let mut said = Vec::new();
@@ -61,7 +64,8 @@ pub(super) fn level(robot: &mut Robot) -> Option<Remark> {
     })
 }
 
-/// The direction out of the ground on which wheels stand: the body's own z, unless the robot leans as a whole, with its axes.
+/// Returns the normal of the wheels' ground: the body's own z, unless the whole robot leans, with
+/// its axes.
 fn common_ground(robot: &Robot) -> Unit<Vector3<f64>> {
     let z = Vector3::z_axis();
     if spread(&bottoms_m(robot, &z)) <= rounded_m(&robot.wheels) {
@@ -78,7 +82,7 @@ fn common_ground(robot: &Robot) -> Unit<Vector3<f64>> {
     }
 }
 
-/// How far a hub axis rises out of the ground, in radians.
+/// Returns the angle of a hub axis from the ground, in radians.
 fn lean_rad(wheel: &Wheel, up: &Unit<Vector3<f64>>) -> f64 {
     let axis = wheel.body_from_hub.rotation * Vector3::z();
     libm::asin(axis.dot(up).clamp(-1.0, 1.0)).abs()
@@ -89,7 +93,8 @@ fn most_lean_rad(robot: &Robot, up: &Unit<Vector3<f64>>) -> f64 {
     leans_rad.fold(0.0, f64::max)
 }
 
-/// How high the lowest point of each wheel lies in a frame of the body, in metres, its axis level.
+/// Returns the height of the lowest point of each wheel in the body's frame, in metres, with its
+/// axis level.
 fn bottoms_m(robot: &Robot, up: &Unit<Vector3<f64>>) -> Vec<f64> {
     let wheels = robot.wheels.iter();
     wheels
@@ -97,13 +102,14 @@ fn bottoms_m(robot: &Robot, up: &Unit<Vector3<f64>>) -> Vec<f64> {
         .collect()
 }
 
-/// The largest of some numbers less the smallest.
+/// Returns the range of some numbers.
 fn spread(of: &[f64]) -> f64 {
     let most = of.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     most - of.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// Turns a wheel level about its middle where it leans by no more than a rounding, and gives by how much, in radians.
+/// Makes a wheel level about its middle if it leans only by rounding; returns the angle, in
+/// radians.
 fn turn_level(wheel: &mut Wheel, up: &Unit<Vector3<f64>>) -> f64 {
     let lean_rad = lean_rad(wheel, up);
     if !(EXACT..=ROUNDED_RAD).contains(&lean_rad) {
@@ -115,8 +121,9 @@ fn turn_level(wheel: &mut Wheel, up: &Unit<Vector3<f64>>) -> f64 {
     lean_rad
 }
 
-/// Brings wheels to spare to the height of most of them where their axles are level and differ in height by no more than a rounding, and gives by how
-/// much each was above it, in metres. Of wheels that stand on axles of one height and differ in radius, that is meant: they stay.
+/// Moves redundant wheels to the height of most of them if their axles are level and differ in
+/// height only by rounding; returns the moves, in metres. Wheels of different radius on axles of
+/// equal height are intended: they stay.
 fn bring_to_one_height(robot: &mut Robot, up: &Unit<Vector3<f64>>) -> Vec<(usize, f64)> {
     let bottoms_m = bottoms_m(robot, up);
     let axles_m = robot.wheels.iter().map(|wheel| wheel.position_m().dot(up));

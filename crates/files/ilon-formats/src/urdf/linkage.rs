@@ -1,7 +1,9 @@
-//! Which joints beside wheels and rollers move, and the bodies that they move.
+//! Decides which joints besides wheels and rollers move, and builds their bodies.
 //!
-//! A joint is *free* where it carries wheels that balance on either side of its axis and nothing drives it, as a rocker; *sprung* where the file or a
-//! person says so; *driven* where a person does; and else *held* at zero, a part of what carries it. One that mimics a joint that moves is free and follows it.
+//! A joint is *free* if it carries wheels that balance on either side of its axis and nothing
+//! drives it, like a rocker; *sprung* if the file or the user says so; *driven* if the user says
+//! so; otherwise *held* at zero, as a part of its carrier. A joint that mimics a moving one is free
+//! and follows it.
 
 use std::collections::{HashMap, HashSet};
 
@@ -19,7 +21,7 @@ use ilon_robot::{
     Body, BodyJoint, Coupling, JointKind, JointRole, JointServo, JointSpring, Remark, Robot, Wheel,
 };
 
-/// Joints that may follow one another from the chassis to a wheel's own.
+/// Longest chain of moving joints from the chassis to a wheel's own.
 const DEEPEST: usize = 6;
 
 /// The joints of the file that move bodies, parents before their children.
@@ -29,13 +31,13 @@ pub(super) struct Linkage {
 }
 
 impl Linkage {
-    /// The joints, by their numbers in the tree.
+    /// The joints, by their indices in the tree.
     pub(super) fn joints(&self) -> impl Iterator<Item = usize> {
         self.joints.iter().map(|(joint, _)| *joint)
     }
 
-    /// Gives the servos of a robot their gains: where they are left out, those that swing the most that the joint moves while all others are held at
-    /// [`JointServo::FREQUENCY_HZ`], critically damped.
+    /// Sets the gains of a robot's servos. Missing ones give the largest inertia on the joint, with
+    /// all others held, the natural frequency [`JointServo::FREQUENCY_HZ`] with critical damping.
     pub(super) fn set_gains(&self, robot: &mut Robot) -> Vec<Remark> {
         let mut remarks = Vec::new();
         for (index, (_, role)) in self.joints.iter().enumerate() {
@@ -53,10 +55,10 @@ impl Linkage {
             };
             let chosen = match role.gains {
                 [None, None] => format!(
-                    ", which swing the {inertia:.4} {of} that it moves at most at {} Hz, critically damped",
+                    " ({} Hz, critically damped, for the largest inertia, {inertia:.4} {of})",
                     JointServo::FREQUENCY_HZ
                 ),
-                [Some(_), None] => ", which is critical".to_owned(),
+                [Some(_), None] => " (critical)".to_owned(),
                 _ => String::new(),
             };
             let most = |value: f64, unit: &str| {
@@ -67,7 +69,7 @@ impl Linkage {
                 }
             };
             let words = format!(
-                "driven: a servo of {:.5} {n}/{rad} and {:.5} {n} s/{rad}{chosen}; effort: {}, rate: {}",
+                "driven: a servo of {:.3} {n}/{rad} and {:.3} {n} s/{rad}{chosen}; effort: {}, rate: {}",
                 servo.stiffness,
                 servo.damping,
                 most(servo.effort, n),
@@ -106,9 +108,10 @@ pub(super) fn decide(
     let springs = transmission::springs(loading.source);
     let order = from_the_top(tree);
     let mut roles: Vec<Option<Role>> = vec![None; tree.joints.len()];
-    // Joints of which nobody says anything, and the wheels that they carry.
+    // Joints without a given role, and the wheels that they carry.
     let mut open: Vec<(usize, Vec<usize>)> = Vec::new();
-    // Of each joint whether it is a wheel's or below one. Chains may be long: each joint is looked at once.
+    // For each joint whether it is a wheel's or below one. Chains may be long: each joint is
+    // visited once.
     let mut of_wheel = vec![false; tree.joints.len()];
     for &joint in &order {
         let is_wheel = wheels_and_rollers.contains(&joint);
@@ -129,7 +132,7 @@ pub(super) fn decide(
             below.map(|(hub, _)| *hub).collect()
         };
         let carried = carried_by(joint);
-        // Of a differential bar both rockers are free, one after the other.
+        // Both rockers of a differential bar are free, one following the other.
         let follows_rocker = || {
             master(tree, joint).is_some_and(|master| {
                 let asked = loading.options.joints.get(&tree.joints[master].name);
@@ -166,7 +169,7 @@ pub(super) fn decide(
     in_order(loading, &order, roles)
 }
 
-/// The joints that move, parents before their children, where no more of them follow one another than may.
+/// Returns the moving joints, parents before their children, if their chains are short enough.
 fn in_order(
     loading: &Loading,
     order: &[usize],
@@ -174,7 +177,7 @@ fn in_order(
 ) -> Result<Linkage, RobotError> {
     let tree = loading.tree;
     let mut linkage = Linkage::default();
-    // How many joints move from the chassis to each.
+    // The number of moving joints from the chassis to each.
     let mut movers = vec![0; tree.joints.len()];
     for &joint in order {
         let above = tree.joints_above(joint).next();
@@ -200,7 +203,7 @@ fn in_order(
     Ok(linkage)
 }
 
-/// Lets joints of which nobody says anything follow those that they mimic, where these move.
+/// Lets joints without a given role follow those that they mimic, if these move.
 fn follow(tree: &Tree, open: &[(usize, Vec<usize>)], roles: &mut [Option<Role>]) {
     let mut followers: HashMap<usize, Vec<usize>> = HashMap::new();
     for (joint, _) in open {
@@ -220,7 +223,7 @@ fn follow(tree: &Tree, open: &[(usize, Vec<usize>)], roles: &mut [Option<Role>])
     }
 }
 
-/// The role of a joint that mimics one that moves.
+/// Returns the role of a joint that mimics a moving one.
 fn follower(tree: &Tree, joint: usize) -> Option<Role> {
     let of = &tree.joints[joint];
     let mimic = of.mimic.as_ref()?;
@@ -236,7 +239,7 @@ fn follower(tree: &Tree, joint: usize) -> Option<Role> {
     })
 }
 
-/// Why a joint that mimics one that moves is held all the same; `None` of any other.
+/// Returns why a joint that mimics a moving one is held anyway; `None` for others.
 fn why_it_does_not_follow(tree: &Tree, joint: usize, roles: &[Option<Role>]) -> Option<String> {
     let of = &tree.joints[joint];
     let master = master(tree, joint).filter(|master| roles[*master].is_some())?;
@@ -257,7 +260,7 @@ fn why_it_does_not_follow(tree: &Tree, joint: usize, roles: &[Option<Role>]) -> 
     ))
 }
 
-/// The joints that move: wheels and rollers.
+/// Returns the moving joints: wheels and rollers.
 pub(super) fn moving(candidates: &[Candidate], given: &[BareWheel]) -> HashSet<usize> {
     candidates
         .iter()
@@ -266,7 +269,7 @@ pub(super) fn moving(candidates: &[Candidate], given: &[BareWheel]) -> HashSet<u
         .collect()
 }
 
-/// The bodies and what couples their joints, and on which of them each wheel hangs.
+/// Builds the bodies and couplings, and the carrier of each wheel.
 pub(super) fn assemble(
     loading: &mut Loading,
     linkage: &Linkage,
@@ -329,14 +332,14 @@ pub(super) fn assemble(
     Ok((joints, couplings(tree, linkage)))
 }
 
-/// The joint that a joint of the tree mimics, if there is such another.
+/// Returns the joint that a joint of the tree mimics, if it exists.
 fn master(tree: &Tree, joint: usize) -> Option<usize> {
     let mimic = tree.joints[joint].mimic.as_ref()?;
     let master = tree.joints.iter().position(|of| of.name == mimic.joint)?;
     (master != joint).then_some(master)
 }
 
-/// Mimic joints of which both move.
+/// Returns the couplings of mimic joints that both move.
 fn couplings(tree: &Tree, linkage: &Linkage) -> Vec<Coupling> {
     let coupling = |(place, (joint, _)): (usize, &(usize, Role))| {
         let mimic = tree.joints[*joint].mimic.as_ref()?;
@@ -353,9 +356,9 @@ fn couplings(tree: &Tree, linkage: &Linkage) -> Vec<Coupling> {
     joints.filter_map(coupling).collect()
 }
 
-/// A joint's frame: its z along the axis.
+/// Returns a joint's frame, with its z along the axis.
 pub(crate) fn frame(origin_m: Vector3<f64>, axis: &Vector3<f64>) -> Isometry3<f64> {
-    // The axis of the body frame that is least along it.
+    // The axis of the body frame with the smallest component along it.
     let helper = Vector3::ith(axis.iamin(), 1.0);
     let x = helper.cross(axis).normalize();
     let rotation = Matrix3::from_columns(&[x, axis.cross(&x), *axis]);
@@ -366,7 +369,7 @@ pub(crate) fn frame(origin_m: Vector3<f64>, axis: &Vector3<f64>) -> Isometry3<f6
     )
 }
 
-/// All joints, those above before those below.
+/// Returns all joints, parents before their children.
 fn from_the_top(tree: &Tree) -> Vec<usize> {
     let mut found = Vec::with_capacity(tree.joints.len());
     let mut waiting = vec![tree.root];
@@ -379,7 +382,7 @@ fn from_the_top(tree: &Tree) -> Vec<usize> {
     found
 }
 
-/// What a joint does of which nobody says anything; `None` where it is held.
+/// Returns the default role of a joint; `None` if it is held.
 fn default_role(
     tree: &Tree,
     (joint, bound): (usize, bool),
@@ -410,7 +413,7 @@ fn default_role(
     })
 }
 
-/// Whether loads on the wheels that a joint carries turn it both ways, one against the other.
+/// Whether loads on the wheels of a joint turn it in both directions, against each other.
 fn balance(tree: &Tree, joint: usize, carried: &[usize]) -> bool {
     let of = &tree.joints[joint];
     let turns = |hub: &usize| {
@@ -422,7 +425,7 @@ fn balance(tree: &Tree, joint: usize, carried: &[usize]) -> bool {
     least < -1e-6 && most > 1e-6
 }
 
-/// Why a joint that carries wheels as a rocker does is held all the same; `None` of any other.
+/// Returns why a joint that carries wheels like a rocker is held anyway; `None` for others.
 fn why_no_rocker(tree: &Tree, joint: usize, carried: &[usize]) -> Option<String> {
     let of = &tree.joints[joint];
     if of.motion != Motion::Swinging || of.effort > 0.0 || !balance(tree, joint, carried) {
@@ -460,7 +463,8 @@ fn why_no_rocker(tree: &Tree, joint: usize, carried: &[usize]) -> Option<String>
     })
 }
 
-/// The spring that the file gives a joint; `None` where nothing can swing on it, which is remarked.
+/// Returns the role of a joint with a spring in the file; `None`, with a remark, if nothing can
+/// move on it.
 fn sprung(loading: &mut Loading, joint: usize, spring: &JointSpring) -> Option<Role> {
     let tree = loading.tree;
     let of = &tree.joints[joint];
@@ -504,7 +508,7 @@ fn named(tree: &Tree, joints: &[usize]) -> String {
     names.join(", ")
 }
 
-/// Refuses what is asked of joints that are not there, or that are wheels and rollers.
+/// Rejects options for joints that are missing, or that are wheels and rollers.
 fn refuse_strangers(loading: &Loading, wheels: &HashSet<usize>) -> Result<(), RobotError> {
     let tree = loading.tree;
     for name in loading.options.joints.keys() {
@@ -527,7 +531,7 @@ fn refuse_strangers(loading: &Loading, wheels: &HashSet<usize>) -> Result<(), Ro
     Ok(())
 }
 
-/// Refuses stops the wrong way round.
+/// Rejects stops in the wrong order.
 fn check_joint(loading: &Loading, joint: usize) -> Result<(), RobotError> {
     let of = &loading.tree.joints[joint];
     let [lower, upper] = of.travel;

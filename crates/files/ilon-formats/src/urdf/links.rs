@@ -1,4 +1,5 @@
-//! The links of a URDF as viewers need them: [`link_tree`] is where this is read, for the scene, for frames and for meshes that are seen.
+//! The links of a URDF for viewers: [`link_tree`] is the single reader for the scene, for frames
+//! and for visual meshes.
 
 use std::collections::{HashMap, HashSet};
 
@@ -9,7 +10,7 @@ use super::inertia_from_shapes::origin;
 use super::source::child;
 use crate::model::{CollisionShape, Link, LinkJoint, LinkTree, Visual, VisualShape};
 
-/// The links of a URDF; `None` of a text whose links are no one tree.
+/// Returns the links of a URDF; `None` if they do not form one tree.
 pub fn link_tree(urdf: &str) -> Option<LinkTree> {
     let document = Document::parse(urdf).ok()?;
     let robot = document.root_element();
@@ -57,7 +58,7 @@ pub fn link_tree(urdf: &str) -> Option<LinkTree> {
             body_from_link,
             visuals: visuals(*elements.get(name)?, &colors),
         });
-        // A link with two parents, or a loop, is reached more often than there are links.
+        // A link with two parents, or a loop, is visited more often than there are links.
         if links.len() > elements.len() {
             return None;
         }
@@ -66,7 +67,7 @@ pub fn link_tree(urdf: &str) -> Option<LinkTree> {
         .then_some(LinkTree { links, joints })
 }
 
-/// What a link shows. A shape of which a number is missing shows nothing.
+/// Returns a link's visual shapes. A shape with a missing number is omitted.
 fn visuals(link: Node, colors: &HashMap<&str, [f64; 4]>) -> Vec<Visual> {
     let mut shown = Vec::new();
     for visual in link.children().filter(|node| node.has_tag_name("visual")) {
@@ -118,12 +119,12 @@ fn shape(element: Node) -> Option<VisualShape> {
     Some(VisualShape::Solid(solid))
 }
 
-/// Where an element's `<origin>` puts it.
+/// Returns the pose of an element's `<origin>`.
 fn placed(node: Node) -> Isometry3<f64> {
     child(node, "origin").map_or_else(Isometry3::identity, origin)
 }
 
-/// The colour that a `<material>` gives itself.
+/// Returns the colour of a `<material>` itself.
 fn color(material: Node) -> Option<[f64; 4]> {
     let rgba: [f64; 4] = numbers(child(material, "color")?, "rgba")?
         .try_into()
@@ -131,7 +132,7 @@ fn color(material: Node) -> Option<[f64; 4]> {
     Some(rgba.map(|x| x.clamp(0.0, 1.0)))
 }
 
-/// The numbers of an attribute, all of them finite.
+/// Returns the numbers of an attribute, if all are finite.
 fn numbers(node: Node, attribute: &str) -> Option<Vec<f64>> {
     let numbers = node.attribute(attribute)?.split_whitespace();
     let numbers = numbers.map(|number| number.parse::<f64>().ok());

@@ -1,4 +1,4 @@
-//! What the stages of reading a robot share.
+//! State shared by the stages of reading a robot.
 
 use super::mesh::Meshes;
 use super::outline::WheelOutline;
@@ -7,7 +7,7 @@ use super::tree::Tree;
 use crate::model::Remark;
 use crate::options::LoadOptions;
 
-/// What is needed in every stage, and what the stages gather.
+/// Inputs of every stage, and collected results.
 pub(super) struct Loading<'a> {
     pub(super) source: &'a Source<'a>,
     pub(super) tree: &'a Tree,

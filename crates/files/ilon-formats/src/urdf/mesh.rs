@@ -1,4 +1,4 @@
-//! Mesh files: where they are, and their vertices.
+//! Mesh files: paths and vertices.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -25,7 +25,7 @@ pub(crate) struct Meshes {
 }
 
 impl Meshes {
-    /// For meshes named by a URDF file.
+    /// Reads meshes named by a URDF file.
     pub(crate) fn beside(file: &str, options: &LoadOptions) -> Self {
         let folder = Path::new(file).parent().unwrap_or(Path::new(""));
         Self {
@@ -35,7 +35,7 @@ impl Meshes {
         }
     }
 
-    /// The vertices of a mesh, unscaled.
+    /// Returns the vertices of a mesh, unscaled.
     pub(super) fn vertices(&self, mesh: &str) -> Result<Rc<[Point3<f64>]>, Fault> {
         let path = self.find(mesh)?;
         if let Some(known) = self.read.borrow().get(&path) {
@@ -51,17 +51,18 @@ impl Meshes {
         Ok(vertices)
     }
 
-    /// Which files may be read.
+    /// The accessible files.
     pub(crate) fn files(&self) -> &FileAccess {
         &self.machine.files
     }
 
-    /// The file that a mesh's name stands for.
+    /// Returns the file of a mesh's name.
     pub(crate) fn find(&self, mesh: &str) -> Result<PathBuf, Fault> {
-        // Files of Windows name folders so, and MuJoCo reads them everywhere.
+        // Windows uses backslashes, and MuJoCo accepts them everywhere.
         let mesh = &mesh.replace('\\', "/");
         let bare = mesh.strip_prefix("file://").unwrap_or(mesh);
-        // `model://` is how SDF names packages; `$(find NAME)` is what is left of a package that xacro did not find.
+        // `model://` is SDF's prefix of packages; `$(find NAME)` remains if xacro did not find a
+        // package.
         let in_package = ["package://", "model://", "$(find "]
             .iter()
             .find_map(|prefix| bare.strip_prefix(prefix));
@@ -78,7 +79,7 @@ impl Meshes {
         let path = in_package[end..].trim_start_matches([')', '/']);
         let find = |holds: &dyn Fn(&Path) -> bool| self.machine.find(&self.folder, name, holds);
         let file = find(&|folder| self.files().is_file(&folder.join(path)));
-        // Where the package is there and the mesh is not, that is what is missing.
+        // If the package exists but not the mesh, the mesh is what is missing.
         let folder = || find(&|folder| self.files().is_folder(folder));
         match file.or_else(folder) {
             Some(folder) => Ok(folder.join(path)),
@@ -91,10 +92,10 @@ impl Meshes {
 }
 
 impl Meshes {
-    /// The file of a package that a path of the machine on which the file was written names: `/home/ada/ws/install/base/share/base/m.stl`
-    /// is `m.stl` of the package `base`.
+    /// Returns the file for a path of another machine that contains a package:
+    /// `/home/ada/ws/install/base/share/base/m.stl` is `m.stl` of the package `base`.
     fn of_another_machine(&self, mesh: &str) -> Option<PathBuf> {
-        /// Most folders of a path that are taken for packages.
+        /// Largest number of folders of a path tried as packages.
         const MOST: usize = 8;
         let folders: Vec<usize> = mesh.match_indices('/').map(|(at, _)| at).collect();
         if !mesh.starts_with('/') {
@@ -133,16 +134,16 @@ fn read(path: &Path, files: &FileAccess) -> Result<Vec<Point3<f64>>, String> {
     Ok(vertices)
 }
 
-/// What is said of a file that is not there yet.
+/// The message for a file whose content is missing.
 pub(crate) const LFS_POINTER: &str =
     "it is a pointer of Git LFS to a file that was not fetched: `git lfs pull` fetches it";
 
-/// Whether a file only says where Git LFS keeps its content.
+/// Whether a file is only a Git LFS pointer.
 pub(crate) fn is_lfs_pointer(bytes: &[u8]) -> bool {
     bytes.starts_with(b"version https://git-lfs.github.com/spec/")
 }
 
-/// The kind of a mesh file: how its name ends, in small letters.
+/// Returns the kind of a mesh file: its extension in lower case.
 pub(super) fn kind(path: &Path) -> String {
     path.extension()
         .unwrap_or_default()
@@ -150,7 +151,7 @@ pub(super) fn kind(path: &Path) -> String {
         .to_lowercase()
 }
 
-/// What is said of a mesh of another kind.
+/// Returns the message for a mesh of an unsupported kind.
 pub(super) fn other_kind(kind: &str) -> String {
     format!("meshes of the kind `.{kind}` are not read, but `.stl`, `.obj` and `.dae` are")
 }
@@ -162,11 +163,11 @@ fn stl(mut bytes: Vec<u8>) -> Result<Vec<Point3<f64>>, String> {
     Ok(mesh.vertices.iter().map(point).collect())
 }
 
-/// Refuses an STL file that holds less than it says, and lets a binary one begin as such: some begin with `solid` as the text form
-/// does, and the reader goes by that.
+/// Rejects an STL file that is shorter than it claims, and fixes the header of a binary one that
+/// starts with `solid` like the text form, by which the reader decides.
 pub(super) fn open_stl(bytes: &mut [u8]) -> Result<(), String> {
-    // A binary STL says at byte 80 how many triangles of 50 bytes follow: the size tells the forms apart, and refuses a count that
-    // the file does not hold.
+    // A binary STL has at byte 80 the number of triangles of 50 bytes that follow: the size
+    // distinguishes the forms, and reveals a wrong count.
     let count = bytes
         .get(80..84)
         .and_then(|b| b.try_into().ok())
@@ -180,9 +181,9 @@ pub(super) fn open_stl(bytes: &mut [u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Refuses an OBJ file whose faces name what no file holds: its reader multiplies what they name.
+/// Rejects an OBJ file whose faces have impossible indices, which its reader would multiply.
 pub(super) fn check_obj(bytes: &[u8]) -> Result<(), String> {
-    /// A file of 64 MB holds fewer of anything.
+    /// A file of 64 MB contains fewer of anything.
     const MOST_DIGITS: usize = 9;
     let text = String::from_utf8_lossy(bytes);
     let faces = text.lines().map(str::trim_start);
@@ -196,7 +197,7 @@ pub(super) fn check_obj(bytes: &[u8]) -> Result<(), String> {
 
 fn obj(bytes: &[u8]) -> Result<Vec<Point3<f64>>, String> {
     check_obj(bytes)?;
-    // Materials only colour.
+    // Materials only set colours.
     let no_materials = |_: &Path| Ok(Default::default());
     let (models, _) = tobj::load_obj_buf(
         &mut Cursor::new(bytes),

@@ -1,7 +1,8 @@
-//! Rollers that the mesh of a whole wheel shows: pieces of one form that stand evenly around its axis and reach as far out as the wheel does.
+//! Finds rollers in the mesh of a whole wheel: equal pieces, evenly spread around its axis, that
+//! reach as far out as the wheel.
 //!
-//! CAD programs write a wheel as one mesh, in which each roller is a piece of its own. Such a mesh says what no line of the file does: how many rollers there
-//! are, at which angle, and how thick they are.
+//! CAD programs export a wheel as one mesh, in which each roller is a separate piece. Such a mesh
+//! shows what the file does not state: the number of rollers, their angle and their thickness.
 
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
@@ -14,26 +15,28 @@ use super::mesh::Meshes;
 use super::roller_dimensions::skew;
 use super::visual_meshes::mesh_triangles;
 
-/// Largest mesh that is looked at: wheels that people publish have up to 80,000 triangles.
+/// Largest mesh that is analysed: published wheels have up to 80,000 triangles.
 const MOST_TRIANGLES: usize = 500_000;
-/// Fewest pieces that are taken for rollers.
+/// Smallest number of pieces accepted as rollers.
 const LEAST: usize = 5;
-/// Rollers of a wheel differ by no more than this share of their sizes, in which exporters round.
+/// Largest relative difference in size of the rollers of a wheel, due to rounding in exporters.
 const ALIKE: f64 = 0.02;
-/// And by no more than this in gamma, in radians.
+/// Largest difference in gamma, in radians.
 const SAME_ANGLE_RAD: f64 = 0.02;
-/// A roller's axis is this near to level at least: bolts and spokes lie along the hub's axis, in radians of gamma.
+/// Largest gamma of a roller: bolts and spokes lie along the hub's axis, in radians.
 const MOST_GAMMA_RAD: f64 = 80.0 * PI / 180.0;
-/// Places around the wheel are even within this share of their distance.
+/// Positions around the wheel are even within this share of their spacing.
 const EVEN: f64 = 0.1;
-/// Rollers reach this share of the wheel's radius at least: nothing else touches the ground. Meshes stand some per cent off their joints.
+/// Smallest reach of rollers, as a share of the wheel's radius: nothing else touches the ground.
+/// Meshes may be some percent off their joints.
 const REACHES: f64 = 0.95;
-/// The spreads across the axis of a roller as made differ by less than this share, by which corners that lie unevenly make them differ.
+/// Largest relative difference of the extents across the axis of an undistorted roller, due to
+/// unevenly spread vertices.
 const MADE_ROUND: f64 = 0.06;
-/// For the same reason the rings of a wheel's rollers may differ by this share.
+/// Largest relative difference of the rings of a wheel's rollers, for the same reason.
 const OFF_AXIS: f64 = 0.05;
 
-/// The rollers of a wheel as its mesh shows them.
+/// The rollers of a wheel shown by its mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MeshRollers {
     pub(super) count: usize,
@@ -41,15 +44,15 @@ pub(super) struct MeshRollers {
     pub(super) gamma_rad: f64,
     /// A roller's largest radius, in metres.
     pub(super) roller_radius_m: f64,
-    /// The wheel's radius, in metres: that of its rollers' middles, on which barrels roll, for their ends reach farther where they are drawn thick. Of a
-    /// mesh that was stretched, how far they reach.
+    /// The wheel's radius, in metres, at its rollers' middles, on which barrels roll; the ends of
+    /// thick drawn rollers reach further. For a stretched mesh, the rollers' reach.
     pub(super) wheel_radius_m: f64,
-    /// Whether the rollers are round as made ones are: those of a mesh that was stretched are not, and lie at another angle.
+    /// Whether the rollers are round: those of a stretched mesh are not, and have another angle.
     pub(super) are_round: bool,
 }
 
 impl MeshRollers {
-    /// Whether a wheel is as another, but for its hand.
+    /// Whether two wheels are equal, except for their handedness.
     pub(super) fn is_like(&self, other: &Self) -> bool {
         self.count == other.count
             && (self.gamma_rad.abs() - other.gamma_rad.abs()).abs() < SAME_ANGLE_RAD
@@ -63,7 +66,8 @@ impl MeshRollers {
     }
 }
 
-/// The rollers that a mesh of a wheel shows, whose hub axis is z of the frame; `None` where no mesh shows any.
+/// Returns the rollers shown by a mesh of a wheel, whose hub axis is z of the frame; `None` if no
+/// mesh shows any.
 pub(super) fn of_wheel(
     body: &RigidBody,
     body_from_hub: &Isometry3<f64>,
@@ -79,7 +83,7 @@ pub(super) fn of_wheel(
     })
 }
 
-/// The same of one mesh.
+/// The same for one mesh.
 pub(super) fn of_mesh(
     filename: &str,
     scale: Option<urdf_rs::Vec3>,
@@ -99,12 +103,12 @@ pub(super) fn of_mesh(
     of_pieces(&pieces(&triangles, place))
 }
 
-/// The corners of a mesh by what hangs together.
+/// Returns the vertices of a mesh by connected pieces.
 fn pieces(
     triangles: &[[[f32; 3]; 3]],
     place: impl Fn([f32; 3]) -> Point3<f64>,
 ) -> Vec<Vec<Point3<f64>>> {
-    // Corners of neighbours are written alike.
+    // Neighbours have bitwise equal vertices.
     let mut known: HashMap<[u32; 3], usize> = HashMap::new();
     let mut corners: Vec<[f32; 3]> = Vec::new();
     let mut leader: Vec<usize> = Vec::new();
@@ -146,18 +150,18 @@ fn led_by(leader: &mut [usize], mut of: usize) -> usize {
     of
 }
 
-/// A piece as a roller.
+/// A piece interpreted as a roller.
 #[derive(Clone, Copy, Debug)]
 struct RollerPiece {
     radius_m: f64,
     half_length_m: f64,
     ring_radius_m: f64,
     gamma_rad: f64,
-    /// Its place around the hub, in rad.
+    /// Its angle around the hub, in rad.
     place_rad: f64,
-    /// How far it reaches from the hub axis, in metres.
+    /// Its largest distance from the hub axis, in metres.
     reach_m: f64,
-    /// The share by which its spreads across its axis differ.
+    /// Relative difference of its extents across its axis.
     out_of_round: f64,
 }
 
@@ -178,7 +182,7 @@ fn are_within(share: f64, p: f64, q: f64) -> bool {
     (p - q).abs() <= share * p.max(q)
 }
 
-/// The rollers among the pieces of a wheel, in its hub's frame.
+/// Returns the rollers among the pieces of a wheel, in its hub's frame.
 fn of_pieces(pieces: &[Vec<Point3<f64>>]) -> Option<MeshRollers> {
     let farthest_m = pieces
         .iter()
@@ -194,7 +198,7 @@ fn of_pieces(pieces: &[Vec<Point3<f64>>]) -> Option<MeshRollers> {
             None => kinds.push(vec![form]),
         }
     }
-    // Pins and caps stand as evenly as the rollers that they hold, and reach less far.
+    // Pins and caps are as evenly spread as their rollers, and reach less far.
     let farthest =
         |kind: &Vec<RollerPiece>| kind.iter().map(|form| form.reach_m).fold(0.0, f64::max);
     let rings = kinds.into_iter().filter(|kind| kind.len() >= LEAST);
@@ -215,7 +219,7 @@ fn of_pieces(pieces: &[Vec<Point3<f64>>]) -> Option<MeshRollers> {
     })
 }
 
-/// Whether rollers stand evenly around the wheel.
+/// Whether rollers are evenly spread around the wheel.
 fn are_even(rollers: &[RollerPiece]) -> bool {
     let mut places_rad: Vec<f64> = rollers.iter().map(|form| form.place_rad).collect();
     places_rad.sort_by(f64::total_cmp);
@@ -231,11 +235,11 @@ fn reach_m(piece: &[Point3<f64>]) -> f64 {
     reaches.fold(0.0, f64::max)
 }
 
-/// A piece as a roller, where it is round about an axis of its own that is no spoke's and no bolt's.
+/// Returns a piece as a roller, if it is round about its own axis and neither spoke nor bolt.
 fn form(piece: &[Point3<f64>]) -> Option<RollerPiece> {
-    /// Fewest corners of something round.
+    /// Smallest number of vertices of a round piece.
     const LEAST_CORNERS: usize = 12;
-    /// The spreads across a round piece's axis differ by less than this share.
+    /// Largest relative difference of the extents across a round piece's axis.
     const ROUND: f64 = 0.1;
     if piece.len() < LEAST_CORNERS {
         return None;
@@ -248,7 +252,7 @@ fn form(piece: &[Point3<f64>]) -> Option<RollerPiece> {
     let mut by_size = [0, 1, 2];
     by_size.sort_by(|&p, &q| eigen.eigenvalues[p].total_cmp(&eigen.eigenvalues[q]));
     let [least, between, most] = by_size.map(|i| eigen.eigenvalues[i]);
-    // What stands out of the three lies along the axis.
+    // The distinct one of the three extents is along the axis.
     let (along, low, high) = match most - between > between - least {
         true => (by_size[2], least, between),
         false => (by_size[0], between, most),
@@ -257,7 +261,7 @@ fn form(piece: &[Point3<f64>]) -> Option<RollerPiece> {
         return None;
     }
     let axis = Unit::new_normalize(eigen.eigenvectors.column(along).into_owned());
-    // The middle of what it spans: that of its corners lies off it where they are more on one side.
+    // The middle of its extent: the mean of its vertices is off if they are denser on one side.
     let span = |i: usize| {
         let direction = eigen.eigenvectors.column(i).into_owned();
         let places = piece.iter().map(|p| (p - middle).dot(&direction));
@@ -293,7 +297,7 @@ mod tests {
 
     type Triangle = [[f32; 3]; 3];
 
-    /// A spindle about z: radii at places along it, in facets around.
+    /// A spindle about z: radii at positions along it, in facets around.
     fn spindle(outline: &[(f64, f64)]) -> Vec<[Point3<f64>; 3]> {
         const AROUND: usize = 16;
         let point = |(z, r): (f64, f64), i: usize| {
@@ -314,8 +318,9 @@ mod tests {
         triangle.map(|p| [p.x as f32, p.y as f32, p.z as f32])
     }
 
-    /// A wheel of radius 50 mm about z: rollers of radius 10 mm on a ring of 40 mm, at places in turns, with axes by gamma as in `roller_dimensions`, on
-    /// pins that reach nearly as far; and a hub of some radius, with bolts.
+    /// A wheel of radius 50 mm about z: rollers of radius 10 mm on a ring of 40 mm, at given turns,
+    /// with axes by gamma as in `roller_dimensions`, on pins that reach nearly as far; and a hub of
+    /// given radius, with bolts.
     fn wheel(gamma_deg: f64, places: &[f64], hub_m: f64) -> Vec<Triangle> {
         const LENGTH_M: f64 = 0.04;
         let outline: Vec<(f64, f64)> = (0..=8)
@@ -364,7 +369,8 @@ mod tests {
                 (found.gamma_rad.to_degrees() - gamma_deg).abs() < 1e-3,
                 "{found:?}"
             );
-            // As f32 has it; and the wheel's radius within what facets of 22.5 degrees cut off the roller's.
+            // To f32 precision; the wheel's radius within the error of 22.5 degree facets on the
+            // roller's.
             assert!((found.roller_radius_m - 0.01).abs() < 1e-7, "{found:?}");
             let facet_m = 0.01 * (1.0 - libm::cos(PI / 16.0));
             assert!(
@@ -383,7 +389,8 @@ mod tests {
             .map(|triangle| triangle.map(|[x, y, z]| [x, y, 0.93 * z]))
             .collect();
         let found = drawn(&narrow).expect("rollers");
-        // What is narrower lies at a smaller angle, as a point of the axis does: tan(gamma) = 0.93 at most.
+        // A narrower shape has a smaller angle, like a point of the axis: tan(gamma) = 0.93 at
+        // most.
         let most_deg = 0.93_f64.atan().to_degrees();
         let gamma_deg = found.gamma_rad.to_degrees();
         assert!((38.0..most_deg).contains(&gamma_deg), "{found:?}");
@@ -398,7 +405,8 @@ mod tests {
             .collect();
         let found = drawn(&off).expect("rollers");
         assert_eq!(found.count, 9);
-        // By 0.8 mm of a ring of 40 mm the axes turn by 0.02 rad at most, to both sides alike.
+        // A shift by 0.8 mm on a ring of 40 mm turns the axes by at most 0.02 rad, to both sides
+        // alike.
         assert!(
             (found.gamma_rad.to_degrees() - 45.0).abs() < 0.1,
             "{found:?}"
@@ -408,7 +416,7 @@ mod tests {
 
     #[test]
     fn what_is_no_ring_of_rollers_is_not_taken_for_one() {
-        // A tyre around them; a roller that is missing; too few; none.
+        // A tyre around them; a missing roller; too few; none.
         assert_eq!(drawn(&wheel(45.0, &evenly(9), 0.06)), None);
         assert_eq!(drawn(&wheel(45.0, &evenly(9)[1..], 0.03)), None);
         assert_eq!(drawn(&wheel(45.0, &evenly(4), 0.03)), None);

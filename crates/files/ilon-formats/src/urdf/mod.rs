@@ -1,11 +1,14 @@
-//! Makes a robot of the text of a URDF.
+//! Builds a robot from URDF text.
 //!
-//! In this order: the text is held against the form of URDF ([`source`], [`schema`], [`numbers`]), urdf-rs reads what is read of it
-//! ([`normalise`]), its links and joints become a tree placed in the body frame ([`tree`], [`body`]), wheels and rollers are
-//! recognised ([`recognise`]) and measured ([`wheel_dimensions`], [`from_rollers`] with [`geometry`], [`roller_dimensions`], [`mesh`] and [`dae`], [`roller_gaps`],
-//! [`outline`]), wheels without rollers are looked for ([`candidates`], [`disc`]) and given some ([`from_options`]) where a person or the file
-//! says so ([`infer`]), what rounding makes of level wheels is undone ([`level`]), and the whole is checked ([`check`]). Faults are errors, all of a stage at once ([`faults`]); what is
-//! ignored, assumed or doubted is remarked. [`visual_meshes`] reads what is only seen. [`repair`] changes the text where an error can be repaired.
+//! The stages: check the text against the form of URDF ([`source`], [`schema`], [`numbers`]); parse
+//! it with urdf-rs ([`normalise`]); place its links and joints in a tree in the body frame
+//! ([`tree`], [`body`]); recognise wheels and rollers ([`recognise`]) and measure them
+//! ([`wheel_dimensions`], [`from_rollers`] with [`geometry`], [`roller_dimensions`], [`mesh`] and
+//! [`dae`], [`roller_gaps`], [`outline`]); find wheels without rollers ([`candidates`], [`disc`])
+//! and add some ([`from_options`]) if the user or the file implies them ([`infer`]); undo rounding
+//! of level wheels ([`level`]); check the whole ([`check`]). Faults are errors, all of a stage at
+//! once ([`faults`]); ignored, assumed and doubtful parts give remarks. [`visual_meshes`] reads
+//! visual meshes. [`repair`] changes the text to repair errors.
 
 mod asked_joint;
 mod body;
@@ -77,12 +80,12 @@ pub use visual_meshes::mesh_triangles;
 pub(crate) use visual_meshes::read as read_looks;
 pub(crate) use wheel_size::is_wheel_size;
 
-/// What a URDF says of a robot.
+/// A robot read from URDF.
 #[derive(Clone, Debug)]
 pub(crate) struct Read {
     pub(crate) robot: Robot,
     pub(crate) outlines: Vec<WheelOutline>,
-    /// The rollers that the file's own words were taken for.
+    /// The rollers inferred from the file.
     pub(crate) inferred: Option<WheelOptions>,
 }
 
@@ -111,7 +114,8 @@ pub(crate) fn read(prepared: &UrdfText, options: &LoadOptions) -> Result<Read, R
     })
 }
 
-/// How many wheels with rollers a text shows, and how many level joints that turn and have nothing that turns above or below them.
+/// Returns the number of wheels with rollers in a text, and of level joints that turn and have
+/// nothing that turns above or below them.
 pub(crate) fn wheels_seen(prepared: &UrdfText) -> (usize, usize) {
     let source = Source::parse(prepared).ok();
     let Some(tree) = source.and_then(|source| repair::tree(&source)) else {
@@ -124,7 +128,7 @@ pub(crate) fn wheels_seen(prepared: &UrdfText) -> (usize, usize) {
     (recognise::find(&tree).len(), bare)
 }
 
-/// The file's links and joints, placed.
+/// Places the file's links and joints.
 fn tree(
     source: &Source,
     options: &LoadOptions,
@@ -147,11 +151,11 @@ fn tree(
     Tree::build(source, urdf)
 }
 
-/// The most joints that may be wheels: what is asked of each looks at all others.
+/// Largest number of wheel joints: the checks of each visit all others.
 const MOST_WHEELS: usize = 500;
 
-/// The wheels that are given rollers: by the options, or by what the file itself says of them. With what they are given, and
-/// whether the file said so.
+/// The wheels that get rollers: by the options, or inferred from the file; with these rollers, and
+/// with the inferred ones.
 type Bare = (Vec<BareWheel>, Option<WheelOptions>, Option<WheelOptions>);
 
 fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, RobotError> {
@@ -161,7 +165,7 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
         return Ok((Vec::new(), None, None));
     }
     let survey = match &asked {
-        // Named wheels need no looking around, unless a name is wrong.
+        // Named wheels need no search, unless a name is wrong.
         Some(rollers) if enough && !rollers.joints.is_empty() => Survey::default(),
         _ => candidates::survey(loading.tree, candidates, &loading.meshes),
     };
@@ -172,7 +176,7 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
         }));
     }
     let may_infer = candidates.is_empty() && asked.is_none() && loading.options.infer_rollers;
-    // Rollers that the file models, and leaves fixed, are not put in a second time.
+    // Modelled but fixed rollers are not added a second time.
     let inferred = match may_infer && recognise::fixed_rollers(loading.tree).is_empty() {
         true => infer::infer(loading, &survey),
         false => None,
@@ -205,7 +209,7 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
     Ok((given, rollers, inferred))
 }
 
-/// Which other values a file knows of its arguments, which may bring rollers of its own, in words.
+/// Returns other values of the file's arguments, which may add rollers, as text.
 fn other_values(choices: &[(String, Vec<String>)]) -> String {
     let choice =
         |(name, values): &(String, Vec<String>)| format!("`{name}` ({})", values.join(", "));
@@ -219,7 +223,7 @@ fn other_values(choices: &[(String, Vec<String>)]) -> String {
     }
 }
 
-/// Says which turning joints are no wheels, where it was looked for wheels without names.
+/// Adds remarks on turning joints that are no wheels, after a search without names.
 fn remark_left_alone(loading: &mut Loading, rollers: &Option<WheelOptions>, survey: &Survey) {
     if rollers.is_some() {
         let steered = survey.left_out(loading.tree, &survey.likely());
@@ -234,7 +238,7 @@ fn remark_left_alone(loading: &mut Loading, rollers: &Option<WheelOptions>, surv
     }
 }
 
-/// All wheels, in the order of their joints in the file. The faults of all of them are gathered.
+/// Returns all wheels, in the order of their joints in the file. All faults are collected.
 fn wheels(
     loading: &mut Loading,
     candidates: &[Candidate],
@@ -294,7 +298,7 @@ fn hub_body(loading: &mut Loading, joint: usize, moving: &HashSet<usize>) -> Rig
     body
 }
 
-/// Holds the inertia of a wheel and of its rollers against their sizes.
+/// Checks the inertia of a wheel and of its rollers against their sizes.
 fn check_wheel(
     loading: &mut Loading,
     wheel: &Wheel,
@@ -337,7 +341,7 @@ fn check_wheel(
     faults.into_result()
 }
 
-/// The robot of its parts, with everything that is to be said of them.
+/// Builds the robot from its parts, with all remarks.
 fn assemble(
     mut loading: Loading,
     mut wheels: Vec<Wheel>,
@@ -361,7 +365,7 @@ fn assemble(
     inertia_doubts::check(&mut loading, &body, None)?;
     if let Some(mass) = &body.mass {
         let link = &tree.links[body.link].name;
-        // How far a mesh reaches is not known: half of what is refused is doubted then.
+        // The reach of a mesh is unknown: half of the rejected range is doubted then.
         let is_mesh =
             |shape: &tree::PlacedShape| matches!(shape.geometry, urdf_rs::Geometry::Mesh { .. });
         let has_meshes = body.shapes.iter().chain(&body.visuals).any(is_mesh);
@@ -396,7 +400,7 @@ fn assemble(
     Ok((robot, outlines))
 }
 
-/// Says that hubs touch nothing.
+/// Adds a remark that hubs do not collide.
 fn remark_hubs(loading: &mut Loading, candidates: &[Candidate], moving: &HashSet<usize>) {
     let tree = loading.tree;
     let shapes: usize = candidates

@@ -1,9 +1,9 @@
-//! What a wheel is called: by its joint, link and meshes, and by the macro and the file that make it.
+//! Names of a wheel: of its joint, link and meshes, and of its macro and file.
 
 use super::source::Source;
 use super::tree::{Motion, Tree};
 
-/// All names of a wheel, and of the file that it stands in.
+/// Returns all names of a wheel, and of its file.
 pub(super) fn of_wheel(source: &Source, tree: &Tree, joint: usize) -> Vec<String> {
     let (macros, file) = makers(source, &tree.joints[joint].name);
     own_and_held(tree, joint)
@@ -13,7 +13,7 @@ pub(super) fn of_wheel(source: &Source, tree: &Tree, joint: usize) -> Vec<String
         .collect()
 }
 
-/// The names of a wheel itself.
+/// Returns the names of a wheel itself.
 pub(super) fn of_wheel_itself(source: &Source, tree: &Tree, joint: usize) -> Vec<String> {
     let (macros, _) = makers(source, &tree.joints[joint].name);
     own_and_held(tree, joint)
@@ -22,14 +22,14 @@ pub(super) fn of_wheel_itself(source: &Source, tree: &Tree, joint: usize) -> Vec
         .collect()
 }
 
-/// What a wheel's joint, link and meshes are called.
+/// Returns the names of a wheel's joint, link and meshes.
 pub(super) fn own(tree: &Tree, joint: usize) -> Vec<String> {
     let joint = &tree.joints[joint];
     let name = std::iter::once(joint.name.clone());
     name.chain(of_link(tree, joint.child)).collect()
 }
 
-/// The same, and what the links are called that hang fixed on its link: a hub may hold the wheel proper.
+/// The same, including links fixed to its link: a hub may carry the actual wheel.
 fn own_and_held(tree: &Tree, joint: usize) -> Vec<String> {
     let mut found = own(tree, joint);
     let mut waiting = vec![tree.joints[joint].child];
@@ -43,7 +43,7 @@ fn own_and_held(tree: &Tree, joint: usize) -> Vec<String> {
     found
 }
 
-/// What a link and its meshes are called.
+/// Returns the names of a link and its meshes.
 fn of_link(tree: &Tree, link: usize) -> impl Iterator<Item = String> {
     let link = &tree.links[link];
     let shapes = link.shapes.iter().chain(&link.visuals);
@@ -54,7 +54,7 @@ fn of_link(tree: &Tree, link: usize) -> impl Iterator<Item = String> {
     std::iter::once(link.name.clone()).chain(meshes)
 }
 
-/// Whether a name speaks of mecanum wheels, spelt as people do.
+/// Whether a name contains mecanum, in common spellings.
 pub(super) fn is_mecanum(name: &str) -> bool {
     const SPELT: [&str; 7] = [
         "mecanum", "mechanum", "mecanuum", "macanum", "meccanum", "mecnum", "mcnamu",
@@ -63,39 +63,40 @@ pub(super) fn is_mecanum(name: &str) -> bool {
     SPELT.iter().any(|word| lower.contains(word))
 }
 
-/// Whether a name speaks of mecanum wheels in short, by the word `mec`: enough to propose them, and too little to take them.
+/// Whether a name contains the word `mec`: enough to propose mecanum wheels, not enough to assume
+/// them.
 pub(super) fn is_mec(name: &str) -> bool {
     let lower = name.to_lowercase();
     let mut words = lower.split(|c: char| !c.is_alphanumeric());
     words.any(|word| word == "mec")
 }
 
-/// Whether a name speaks of a wheel.
+/// Whether a name contains a word for wheel.
 pub(super) fn is_of_wheel(name: &str) -> bool {
     name.to_lowercase().contains("wheel") || is_mecanum(name) || is_omni(name)
 }
 
-/// Whether a name speaks of omni wheels. The package in which a mesh lies is called after the robot and not after its wheels: robots whose
-/// wheels are steered are called omnidirectional too.
+/// Whether a name implies omni wheels. The package of a mesh is named after the robot and not after
+/// its wheels: robots with steered wheels are called omnidirectional too.
 pub(super) fn is_omni(name: &str) -> bool {
     let within = in_package(name).map_or(name, |(_, path)| path);
     within.to_lowercase().contains("omni")
 }
 
-/// Whether a name speaks of a robot that moves in all directions.
+/// Whether a name implies a robot that moves in all directions.
 pub(super) fn is_free(name: &str) -> bool {
     let lower = name.to_lowercase();
     lower.contains("omni") || (lower.contains("holonomic") && !lower.contains("nonholonomic"))
 }
 
-/// The package that a mesh's path names, and the path in it.
+/// Splits a mesh's path into its package and the path inside.
 pub(super) fn in_package(name: &str) -> Option<(&str, &str)> {
     let path = name.strip_prefix("package://");
     let path = path.or_else(|| name.strip_prefix("model://"))?;
     path.split_once('/')
 }
 
-/// The macros in which a joint is written, and the file, where an expansion knows them.
+/// Returns the macros around a joint, and its file, if known from an expansion.
 fn makers(source: &Source, joint: &str) -> (Vec<String>, Option<String>) {
     let origin = source
         .named("joint", joint)
@@ -117,7 +118,7 @@ fn makers(source: &Source, joint: &str) -> (Vec<String>, Option<String>) {
     (macros.collect(), file)
 }
 
-/// The comments of the file in which a joint is written, and of what it was expanded to.
+/// Returns the comments of a joint's file, and of its expansion.
 pub(super) fn comments_beside(source: &Source, joint: &str) -> Vec<String> {
     let of = |node: roxmltree::Node| {
         let comments = node.descendants().filter(roxmltree::Node::is_comment);
@@ -131,7 +132,8 @@ pub(super) fn comments_beside(source: &Source, joint: &str) -> Vec<String> {
     [of(source.robot()), written].concat()
 }
 
-/// What a mesh is called in the file: in a package, its path; otherwise its last part, for folders are called as they like.
+/// Returns the name of a mesh in the file: in a package its path, otherwise its last part, because
+/// folders have arbitrary names.
 fn own_name(mesh: &str) -> String {
     if mesh.starts_with("package://") || mesh.starts_with("model://") {
         return mesh.to_owned();

@@ -1,8 +1,8 @@
-//! The text that urdf-rs is given: only what is read, in the order and the form that it takes.
+//! Writes the text for urdf-rs: only what is used, in the order and form that it accepts.
 //!
-//! urdf-rs refuses what the tools of ROS read: visuals apart from one another, a second limit, inertias without their products.
-//! The file was held against the form of URDF before, so that everything here is known to be good; errors are still shown in
-//! the file.
+//! urdf-rs rejects files that ROS tools accept: scattered visuals, a second limit, inertias without
+//! products. The file was checked against the form of URDF before, so everything here is valid;
+//! errors still refer to the file.
 
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
@@ -16,15 +16,16 @@ use crate::model::Remark;
 /// The attributes of `<origin>`.
 const PLACE: [&str; 3] = ["xyz", "rpy", "quat_xyzw"];
 
-/// What is left out of a file whose parts are not all there: joints of links that are missing, and what then hangs by nothing.
+/// The parts left out of an incomplete file: joints of missing links, and everything then
+/// disconnected.
 #[derive(Debug, Default)]
 pub(super) struct LeftOut {
     links: HashSet<String>,
     joints: HashSet<String>,
 }
 
-/// Finds what hangs by nothing when joints of missing links are left out. The tree of the first link with the most links below it
-/// is the robot.
+/// Finds what is disconnected when joints of missing links are left out. The tree of the first link
+/// with the most links below it is the robot.
 pub(super) fn without_missing(source: &Source) -> (LeftOut, Vec<Remark>) {
     let end = |joint: Node, tag| {
         let link = child(joint, tag).and_then(|n| n.attribute("link"));
@@ -97,7 +98,7 @@ pub(super) fn without_missing(source: &Source) -> (LeftOut, Vec<Remark>) {
     (left_out, remarks)
 }
 
-/// The text for urdf-rs.
+/// Returns the text for urdf-rs.
 pub(super) fn normalised(source: &Source, left_out: &LeftOut) -> String {
     let mut out = String::new();
     let robot = source.robot();
@@ -155,7 +156,7 @@ fn write_link(out: &mut String, link: Node) {
     out.push_str("</link>");
 }
 
-/// A shape; a visual that is not well formed is nobody's fault, and left out.
+/// Writes a shape; an invalid visual is no fault, and left out.
 fn write_shape(out: &mut String, tag: &str, shape: Node) {
     let kind = child(shape, "geometry").and_then(|g| g.children().find(Node::is_element));
     let origin = child(shape, "origin");
@@ -173,7 +174,7 @@ fn write_shape(out: &mut String, tag: &str, shape: Node) {
     let _ = write!(out, "</geometry></{tag}>");
 }
 
-/// Whether a visual has a geometry that is read, of numbers that are.
+/// Whether a visual has a supported geometry with valid numbers.
 fn is_good(kind: Node, origin: Option<Node>) -> bool {
     let numbers = |node: Node, attribute: &str, count: usize| {
         let text = node.attribute(attribute);
@@ -206,7 +207,7 @@ fn is_good(kind: Node, origin: Option<Node>) -> bool {
         }
 }
 
-/// Whether a limit that is left out is none: from URDF 1.2 on.
+/// Whether a missing limit means none: from URDF 1.2 on.
 fn limits_may_miss(version: Option<&str>) -> bool {
     let numbers = version.and_then(|version| {
         let (major, minor) = version.trim().split_once('.')?;
@@ -224,8 +225,8 @@ fn write_joint(out: &mut String, joint: Node, limits_may_miss: bool) {
     copy(out, child(joint, "origin"), &PLACE);
     copy(out, child(joint, "parent"), &["link"]);
     copy(out, child(joint, "child"), &["link"]);
-    // Of a joint that does not move nothing else was checked. Its axis is not part of URDF, and yet says how a wheel that it holds
-    // would turn.
+    // Nothing else of a fixed joint was checked. Its axis is not part of URDF, but shows how its
+    // wheel would turn.
     if joint_type == "fixed" {
         copy(out, stated_axis(joint), &["xyz"]);
     } else {
@@ -254,7 +255,7 @@ fn write_joint(out: &mut String, joint: Node, limits_may_miss: bool) {
     out.push_str("</joint>");
 }
 
-/// The axis that a joint states, where it has a direction.
+/// Returns the axis of a joint, if stated and not zero.
 pub(super) fn stated_axis<'a, 'i>(joint: Node<'a, 'i>) -> Option<Node<'a, 'i>> {
     let axis = child(joint, "axis")?;
     let text = axis.attribute("xyz")?;
@@ -264,7 +265,7 @@ pub(super) fn stated_axis<'a, 'i>(joint: Node<'a, 'i>) -> Option<Node<'a, 'i>> {
     (numbers.len() == 3 && length > 1e-6 && length < 1e9).then_some(axis)
 }
 
-/// An element with those of its attributes that are read.
+/// Writes an element with its used attributes.
 fn copy(out: &mut String, node: Option<Node>, attributes: &[&str]) {
     let Some(node) = node else { return };
     out.push('<');

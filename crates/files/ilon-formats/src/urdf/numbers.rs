@@ -1,4 +1,4 @@
-//! Which numbers each element of URDF may hold, and which elements may stand once alone.
+//! Allowed numbers of each URDF element, and elements that may occur only once.
 
 use roxmltree::Node;
 
@@ -7,7 +7,7 @@ use super::source::{Source, describe};
 use crate::error::{Fault, RobotError};
 use crate::model::Remark;
 
-/// What the numbers of an attribute may be.
+/// Range of an attribute's numbers.
 #[derive(Clone, Copy, PartialEq)]
 enum Range {
     Any,
@@ -17,7 +17,7 @@ enum Range {
     Share,
 }
 
-/// The numeric attributes of URDF: element, attribute, how many numbers, whether it must be there, range.
+/// The numeric attributes of URDF: element, attribute, count, whether required, range.
 const NUMBERS: [(&str, &str, usize, bool, Range); 48] = [
     ("origin", "xyz", 3, false, Range::Any),
     ("origin", "rpy", 3, false, Range::Any),
@@ -111,7 +111,7 @@ const NUMBERS: [(&str, &str, usize, bool, Range); 48] = [
     ("roller", "radius_offset", 1, true, Range::Any),
 ];
 
-/// Children that an element may have only once. Of several, the first is read, as the tools of ROS do.
+/// Children that an element may have only once. The first of several is used, as in ROS tools.
 const SINGLE: [(&str, &[&str]); 4] = [
     ("link", &["inertial"]),
     ("inertial", &["origin", "mass", "inertia"]),
@@ -122,10 +122,10 @@ const SINGLE: [(&str, &[&str]); 4] = [
     ("collision", &["origin", "geometry"]),
 ];
 
-/// Largest number that is read but for limits: beyond it products of numbers are no longer finite.
+/// Largest number except limits: beyond it products of numbers overflow.
 const LARGEST: f64 = 1e9;
 
-/// Says which elements stand a second time.
+/// Adds remarks on repeated elements.
 pub(super) fn remark_repeated(source: &Source, node: Node, remarks: &mut Vec<Remark>) {
     let tag = node.tag_name().name();
     let singles = SINGLE.iter().find(|(outer, _)| *outer == tag);
@@ -144,7 +144,7 @@ pub(super) fn remark_repeated(source: &Source, node: Node, remarks: &mut Vec<Rem
     }
 }
 
-/// Adds the faults of an element's numbers; whether there are none.
+/// Collects the faults of an element's numbers; returns whether there are none.
 pub(super) fn check_numbers(source: &Source, node: Node, faults: &mut Faults) -> bool {
     let tag = node.tag_name().name();
     let rows = NUMBERS.iter().filter(|row| row.0 == tag);
@@ -186,7 +186,7 @@ fn check_number(
             value: text,
         });
     }
-    // Limits may be astronomic, which says that there is none; lengths, masses and inertias may not.
+    // Huge limits mean no limit; lengths, masses and inertias must not be huge.
     if tag != "limit" && numbers.iter().any(|n| n.abs() > LARGEST) {
         return fail(Fault::OutOfRange {
             key: name,
@@ -211,7 +211,7 @@ fn check_number(
     })
 }
 
-/// The number of an attribute that was checked; 0 where it is left out.
+/// Returns the number of a checked attribute; 0 if absent.
 pub(super) fn number(node: Node, attribute: &str) -> f64 {
     let text = node.attribute(attribute).unwrap_or_default();
     text.trim().parse().unwrap_or_default()

@@ -1,8 +1,8 @@
-//! The wheel as the file models it: the outline of its collision geometry, as simulators that know no barrels roll on it.
+//! The outline of a wheel's collision geometry, on which simulators without barrels roll.
 //!
-//! The wheel stands on its hub's lower side, so that what it rolls on is the convex hull of its rollers: the hub's height
-//! is the hull's support h(phi) in the direction phi that points down. Between two rollers the hull is a straight bridge,
-//! over which the wheel tips from one to the next; there, and nowhere else, the outline leaves the rollers.
+//! The wheel rolls on the convex hull of its rollers: the hub's height is the hull's support h(phi)
+//! in the direction phi that points down. Between two rollers the hull is a straight bridge, over
+//! which the wheel tips from one to the next; only there the outline leaves the rollers.
 
 use std::f64::consts::TAU;
 
@@ -15,44 +15,46 @@ use crate::options::RollerForms;
 
 /// Directions in which the hull is sampled: a tenth of a degree apart.
 const SAMPLES: usize = 3600;
-/// Directions in which the outline of a single roller is sampled: a degree apart, which for an arc of radius r loses
-/// r (1 - cos 0.5 deg) = 4e-5 r.
+/// Directions in which the outline of a single roller is sampled: a degree apart, which for an arc
+/// of radius r loses r (1 - cos 0.5 deg) = 4e-5 r.
 const ROLLER_SAMPLES: usize = 360;
-/// Rollers whose reaches differ by less than this share of the wheel's radius touch the ground together: files round.
+/// Rollers whose reaches differ by less than this share of the wheel's radius touch the ground
+/// together: files hold rounded numbers.
 const AS_ONE: f64 = 1e-5;
 
-/// A wheel's outline as its collision geometry makes it on flat ground, beside the barrels that were fitted to it.
+/// A wheel's outline by its collision geometry on flat ground, compared with the fitted barrels.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WheelOutline {
     /// The wheel's joint.
     pub wheel: String,
     /// The radius rho of the fitted wheel, in metres.
     pub fitted_radius_m: f64,
-    /// The mean distance of the outline from the hub axis, seen along it, over those directions in which there is any
-    /// roller, in metres.
+    /// The mean distance of the outline from the hub axis, seen along it, over the directions with
+    /// a roller, in metres.
     pub mean_radius_m: f64,
-    /// The mean height of the hub over the ground in a turn: 2 pi times it is the perimeter of the convex hull, the way
-    /// that a turn takes the wheel. In metres.
+    /// The mean height of the hub over the ground in a turn, in metres: 2 pi times it is the
+    /// perimeter of the convex hull, the distance of a turn.
     pub rolling_radius_m: f64,
     /// The greatest height of the hub over the ground, in metres.
     pub peak_radius_m: f64,
-    /// The farthest that the hub's height is from the fitted radius, in metres.
+    /// The largest deviation of the hub's height from the fitted radius, in metres.
     pub outline_error_m: f64,
-    /// Rise and fall of the hub in a turn, in metres.
+    /// Peak-to-peak motion of the hub in a turn, in metres.
     pub ripple_m: f64,
     /// Share of a turn, seen from the hub, that lies on bridges between rollers, in [0, 1].
     pub gap_share: f64,
-    /// How far the rollers' own outline lies below those bridges at the deepest, seen from the hub, in metres; the bridge's whole
-    /// distance from the hub axis where no roller is seen below it.
+    /// The largest depth of the rollers' own outline below these bridges, seen from the hub, in
+    /// metres; the bridge's whole distance from the hub axis where no roller is below it.
     pub gap_depth_m: f64,
     /// Share of a turn with two fitted rollers on the ground, in [0, 1].
     pub overlap_share: f64,
-    /// The deepest that two neighbouring rollers run into each other, in metres; 0 where none do.
+    /// The largest penetration of two neighbouring rollers, in metres; 0 if none.
     pub overlap_depth_m: f64,
 }
 
 impl WheelOutline {
-    /// Says where the geometry rolls otherwise than the wheel that was fitted to it, by more than one per cent.
+    /// Adds a remark if the geometry rolls differently from the fitted wheel by more than one
+    /// percent.
     pub(super) fn remark_rolling(&self, form: RollerForms, remarks: &mut Vec<Remark>) {
         let off_m = (self.rolling_radius_m - self.fitted_radius_m).abs();
         if off_m.max(self.ripple_m) > 0.01 * self.fitted_radius_m {
@@ -82,17 +84,18 @@ pub(super) struct Modelled {
 }
 
 impl Modelled {
-    /// The reach from the hub's centre in a unit direction, in metres.
+    /// Returns the reach from the hub's centre in a unit direction, in metres.
     fn reach_m(&self, outward: &Vector3<f64>) -> f64 {
         let w = self.axis_in_hub.dot(outward);
         self.foot_in_hub_m.dot(outward) + self.profile.support_m(w)
     }
 
-    /// The point that reaches furthest in a unit direction across the hub axis, seen along the hub axis, in metres.
+    /// Returns the furthest point in a unit direction across the hub axis, seen along the hub axis,
+    /// in metres.
     fn point_m(&self, outward: &Vector3<f64>) -> Vector2<f64> {
         let w = self.axis_in_hub.dot(outward);
         let (part, _) = self.profile.furthest(w);
-        // Outward across the roller's axis; on the axis itself any direction is as good.
+        // Outward across the roller's axis; on the axis itself any direction works.
         let across = outward - self.axis_in_hub.into_inner() * w;
         let across = across.try_normalize(1e-12).unwrap_or_default();
         let on_axis = self.foot_in_hub_m + self.axis_in_hub.into_inner() * part.t_m;
@@ -100,13 +103,13 @@ impl Modelled {
     }
 }
 
-/// A unit direction across the hub axis.
+/// Returns a unit direction across the hub axis.
 fn outward(angle_rad: f64) -> Vector3<f64> {
     let (s, c) = libm::sincos(angle_rad);
     Vector3::new(c, s, 0.0)
 }
 
-/// The outline of a wheel, from its rollers ordered by place.
+/// Returns the outline of a wheel, from its rollers ordered by angle.
 pub(super) fn outline(
     wheel: &str,
     fitted_radius_m: f64,
@@ -114,7 +117,8 @@ pub(super) fn outline(
     handover: &Handover,
 ) -> WheelOutline {
     let step_rad = TAU / SAMPLES as f64;
-    // In each direction the ground meets the roller that reaches furthest, or several: neighbours often share a sphere.
+    // In each direction the ground touches the furthest roller, or several: neighbours often share
+    // a sphere.
     let hull: Vec<(f64, Vec<usize>)> = (0..SAMPLES)
         .map(|i| {
             let down = outward(step_rad * i as f64);
@@ -127,8 +131,9 @@ pub(super) fn outline(
     let heights_m = || hull.iter().map(|(height_m, _)| *height_m);
     let peak_radius_m = heights_m().fold(f64::NEG_INFINITY, f64::max);
     let least_m = heights_m().fold(f64::INFINITY, f64::min);
-    // A bridge is passed where rollers touch at once in different places, or where the next sample finds other rollers: from
-    // one sample to the next a smooth outline runs on by a step, and what it runs on more is the bridge.
+    // A bridge is passed if rollers touch at different positions at once, or if the next sample has
+    // other rollers: between samples a smooth outline advances by a step, and any excess is the
+    // bridge.
     let place_rad = |i: usize, roller: usize| {
         let down = outward(step_rad * i as f64);
         let p = rollers[roller].point_m(&down);
@@ -148,7 +153,7 @@ pub(super) fn outline(
             .iter()
             .map(|&roller| place_rad(next, roller))
             .fold(f64::INFINITY, f64::min);
-        // Places are counted from each sample's own direction, which runs on by a step itself.
+        // Positions are relative to each sample's own direction, which advances by a step itself.
         here_rad + f64::max(next_rad - last_rad, 0.0)
     };
     let heights_m: Vec<f64> = heights_m().collect();
@@ -171,7 +176,8 @@ pub(super) fn outline(
     }
 }
 
-/// The distance of the rollers' outline from the hub axis, seen along it, in each sampled direction; 0 where there is no roller.
+/// Returns the distance of the rollers' outline from the hub axis, seen along it, in each sampled
+/// direction; 0 without a roller.
 fn radii_m(rollers: &[Modelled]) -> Vec<f64> {
     let step_rad = TAU / SAMPLES as f64;
     let mut radii_m = vec![0.0f64; SAMPLES];
@@ -185,14 +191,14 @@ fn radii_m(rollers: &[Modelled]) -> Vec<f64> {
         for k in 1..=ROLLER_SAMPLES {
             let q = corner(k);
             let turn_rad = libm::atan2(p.perp(&q), p.dot(&q));
-            // Of the two sides of a roller the outer one is passed counter-clockwise.
+            // Of the two sides of a roller the outer one runs counter-clockwise.
             if turn_rad > 0.0 {
                 let from = (libm::atan2(p.y, p.x) / step_rad).ceil();
                 let count = ((libm::atan2(p.y, p.x) + turn_rad) / step_rad - from).floor();
                 for i in 0..=(count.max(-1.0) as i64) {
                     let angle_rad = step_rad * (from + i as f64);
                     let d = outward(angle_rad).xy();
-                    // Where the ray d r meets the side from p to q: d r x (q - p) = p x q.
+                    // The ray d r crosses the side from p to q where d r x (q - p) = p x q.
                     let across = d.perp(&(q - p));
                     if across > 0.0 {
                         let place = (from as i64 + i).rem_euclid(SAMPLES as i64) as usize;
@@ -206,9 +212,10 @@ fn radii_m(rollers: &[Modelled]) -> Vec<f64> {
     radii_m
 }
 
-/// The deepest that an outline lies below its convex hull, from the hull's supports and the outline's radii.
+/// Returns the largest depth of an outline below its convex hull, from the hull's supports and the
+/// outline's radii.
 fn gap_depth_m(heights_m: &[f64], radii_m: &[f64]) -> f64 {
-    // The hull is where all its tangents allow: r(theta) = min over phi of h(phi) / cos(theta - phi).
+    // The hull is inside all its tangents: r(theta) = min over phi of h(phi) / cos(theta - phi).
     const NEAR: usize = SAMPLES / 6;
     let step_rad = TAU / SAMPLES as f64;
     let cosines: Vec<f64> = (0..=NEAR).map(|k| libm::cos(step_rad * k as f64)).collect();
@@ -216,7 +223,7 @@ fn gap_depth_m(heights_m: &[f64], radii_m: &[f64]) -> f64 {
     let hull_m = |i: usize| {
         let mut hull_m = f64::INFINITY;
         for (k, cosine) in cosines.iter().enumerate() {
-            // No tangent farther round is nearer than the lowest of all would be here.
+            // Further tangents cannot be closer than the lowest of all would be here.
             if lowest_m / cosine > hull_m {
                 break;
             }
@@ -239,22 +246,24 @@ fn mean_of_seen(radii_m: &[f64]) -> f64 {
     sum / count.max(1) as f64
 }
 
-/// How deep neighbours run into each other: the shortest way that parts them.
+/// Returns the penetration depth of neighbours.
 fn overlap_depth_m(rollers: &[Modelled]) -> f64 {
-    // In a wheel of two rows the next roller stands in the other row, and the one after it in the same.
+    // In a wheel of two rows the next roller is in the other row, and the one after it in the same.
     let pairs = |ahead| rollers.iter().zip(rollers.iter().cycle().skip(ahead));
     let all = pairs(1).chain(pairs(2));
     all.map(|(a, b)| -apart_m(a, b)).fold(0.0, f64::max)
 }
 
-/// The gap between two convex bodies: the widest over all directions, negative where none parts them.
+/// Returns the gap between two convex bodies: the largest over all directions, negative if they
+/// overlap.
 ///
-/// Gap in direction u: least reach of b along u less greatest reach of a. The search starts at the best of 128 directions
-/// spread over the sphere and climbs in ever smaller steps.
+/// Gap in direction u: smallest reach of b along u less largest reach of a. The search starts at
+/// the best of 128 directions spread over the sphere and climbs with decreasing steps.
 fn apart_m(a: &Modelled, b: &Modelled) -> f64 {
     const SPREAD: usize = 128;
     const LEAST_STEP: f64 = 1e-4;
-    // A dozen halvings and some steps between them; bodies a thousand kilometres long would have it climb for seconds.
+    // A dozen halvings with some steps between them; for bodies a thousand kilometres long it would
+    // climb for seconds.
     const MOST_STEPS: usize = 100;
     let gap_m = |u: &Vector3<f64>| -b.reach_m(&-u) - a.reach_m(u);
     let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
@@ -331,23 +340,27 @@ mod tests {
     fn six_spheres_roll_on_their_hull() {
         let (n, a, r) = (6, 0.04, 0.01);
         let seen = of(&spheres(n, a, r), a + r);
-        // The hull of n circles on a ring: n straight bridges of 2 a sin(pi/n) and n arcs that make one circle of r.
+        // The hull of n circles on a ring: n straight bridges of 2 a sin(pi/n) and n arcs that make
+        // one circle of r.
         let perimeter = n as f64 * 2.0 * a * (PI / n as f64).sin() + TAU * r;
-        // The sum over 3600 samples of a smooth function with n corners is right to the square of a step.
+        // The sum over 3600 samples of a smooth function with n corners is accurate to the square
+        // of a step.
         assert!((seen.rolling_radius_m - perimeter / TAU).abs() < 1e-8);
         assert!((seen.peak_radius_m - (a + r)).abs() < 1e-12);
-        // Between two spheres the hub stands at a cos(pi/n) + r.
+        // Between two spheres the hub is at a cos(pi/n) + r.
         let dip = a * (1.0 - (PI / n as f64).cos());
         assert!((seen.ripple_m - dip).abs() < 1e-9, "{}", seen.ripple_m);
         assert!((seen.outline_error_m - dip).abs() < 1e-9);
-        // A bridge touches its spheres at r in the direction of its normal, pi/n from the sphere's own.
+        // A bridge touches its spheres at r in the direction of its normal, pi/n from the sphere's
+        // own.
         let half = (a * (PI / n as f64).sin()).atan2(a * (PI / n as f64).cos() + r);
         let share = n as f64 * 2.0 * half / TAU;
         // A sample's step is 1/3600 of the turn, and each bridge has two ends.
         assert!((seen.gap_share - share).abs() < 2.0 * n as f64 / 3600.0);
         assert_eq!(seen.overlap_depth_m, 0.0);
-        // Past asin(r / a) from a sphere's centre no roller is seen below the bridge, which stands at a cos(pi/n) + r from the axis;
-        // there, off its middle, it is the farthest away. A sample more or less changes that by 2e-5 m.
+        // Beyond asin(r / a) from a sphere's centre no roller is below the bridge, which is at a
+        // cos(pi/n) + r from the axis; there, off its middle, it is furthest away. One sample
+        // changes that by 2e-5 m.
         let off = PI / n as f64 - (r / a).asin();
         let through = (a * (PI / n as f64).cos() + r) / off.cos();
         assert!(
@@ -359,8 +372,8 @@ mod tests {
 
     #[test]
     fn the_mean_radius_is_that_of_the_outline_not_of_the_hull() {
-        // Twelve spheres of 12 mm on 40 mm overlap and close the outline: r(theta) = a cos + sqrt(r^2 - a^2 sin^2), of
-        // which the mean follows by the midpoint rule.
+        // Twelve spheres of 12 mm on 40 mm overlap and close the outline: r(theta) = a cos +
+        // sqrt(r^2 - a^2 sin^2), whose mean follows by the midpoint rule.
         let (n, a, r) = (12, 0.04, 0.012);
         let seen = of(&spheres(n, a, r), a + r);
         let half = PI / n as f64;
@@ -370,15 +383,17 @@ mod tests {
             .map(|t| a * t.cos() + (r * r - (a * t.sin()).powi(2)).sqrt())
             .sum::<f64>()
             / f64::from(steps);
-        // Sides of a degree lose 4e-5 r = 5e-7 m, samples of a tenth of a degree a little more at the corners.
+        // Sides of a degree lose 4e-5 r = 5e-7 m, samples of a tenth of a degree a little more at
+        // the corners.
         assert!(
             (seen.mean_radius_m - mean).abs() < 2e-6,
             "{}",
             seen.mean_radius_m
         );
         assert!(seen.mean_radius_m < seen.rolling_radius_m);
-        // The bridge stands at a cos(pi/n) + r over the valley at a cos(pi/n) + sqrt(r^2 - a^2 sin^2(pi/n)). The sides of a degree
-        // lose up to 5e-7 m, and as much again where they cut the valley's slopes.
+        // The bridge is at a cos(pi/n) + r over the valley at a cos(pi/n) + sqrt(r^2 - a^2
+        // sin^2(pi/n)). The sides of a degree lose up to 5e-7 m, and as much again where they cut
+        // the valley's slopes.
         let deep = r - (r * r - (a * half.sin()).powi(2)).sqrt();
         assert!(
             (seen.gap_depth_m - deep).abs() < 5e-6,
@@ -403,7 +418,7 @@ mod tests {
 
     #[test]
     fn rollers_of_any_size_are_measured_in_good_time() {
-        // Capsules as long as a file may write, side by side: 40 m apart at radii of 10 m.
+        // Capsules as long as a file allows, side by side: 40 m apart with radii of 10 m.
         let rod = |x_m: f64| Modelled {
             foot_in_hub_m: Vector3::new(x_m, 0.0, 0.0),
             axis_in_hub: Vector3::z_axis(),
@@ -421,7 +436,7 @@ mod tests {
         let rods: Vec<Modelled> = [0.0, 40.0, 80.0].map(rod).into();
         let start = std::time::Instant::now();
         overlap_depth_m(&rods);
-        // Milliseconds; without an end to the search it takes a second.
+        // Milliseconds; without a step limit the search takes a second.
         assert!(start.elapsed().as_secs_f64() < 0.5);
     }
 }

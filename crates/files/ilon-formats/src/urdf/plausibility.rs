@@ -1,4 +1,4 @@
-//! Robots that can be simulated and can hardly be meant.
+//! Remarks on robots that can be simulated but are implausible.
 
 use std::f64::consts::TAU;
 
@@ -7,18 +7,18 @@ use nalgebra::{Isometry3, Point3};
 use super::sides;
 use crate::model::{Remark, Robot, Wheel};
 
-/// Says what of a robot can hardly be meant.
+/// Adds remarks on implausible properties of a robot.
 pub(super) fn remark(robot: &Robot, remarks: &mut Vec<Remark>) {
     remark_small_gamma(robot, remarks);
     sides::remark(&robot.wheels, remarks);
     remark_overlap(robot, remarks);
 }
 
-/// Says that an angle gamma looks like one in radians where degrees belong.
+/// Adds a remark if an angle gamma looks like radians in place of degrees.
 fn remark_small_gamma(robot: &Robot, remarks: &mut Vec<Remark>) {
-    /// Below it an omni wheel is meant, whose rollers are not quite straight.
+    /// Smaller angles mean an omni wheel whose rollers are not quite straight.
     const LEAST_DEG: f64 = 0.1;
-    /// A quarter of a turn, had it been given in radians.
+    /// A quarter of a turn in radians.
     const MOST_DEG: f64 = 1.58;
     let is_odd =
         |wheel: &&Wheel| (LEAST_DEG..MOST_DEG).contains(&wheel.gamma_rad.to_degrees().abs());
@@ -35,7 +35,7 @@ fn remark_small_gamma(robot: &Robot, remarks: &mut Vec<Remark>) {
     }
 }
 
-/// Says that two wheels are in each other's way.
+/// Adds a remark if two wheels overlap.
 fn remark_overlap(robot: &Robot, remarks: &mut Vec<Remark>) {
     let wheels = &robot.wheels;
     let pairs = (0..wheels.len()).flat_map(|a| (0..wheels.len()).map(move |b| (a, b)));
@@ -51,7 +51,7 @@ fn remark_overlap(robot: &Robot, remarks: &mut Vec<Remark>) {
     }
 }
 
-/// Half of a wheel's width as its rollers take it up, in metres.
+/// Returns half of a wheel's width, as occupied by its rollers, in metres.
 fn half_width_m(wheel: &Wheel) -> f64 {
     let of_roller = wheel.rollers.iter().map(|roller| {
         let along = roller.axis_in_hub.z.abs();
@@ -62,11 +62,11 @@ fn half_width_m(wheel: &Wheel) -> f64 {
 
 /// Whether a wheel reaches into another, seen as discs.
 fn reaches_into(wheel: &Wheel, other: &Wheel) -> bool {
-    /// Places around a circle.
+    /// Number of points on a circle.
     const PLACES: u32 = 72;
-    /// Circles, as shares of the radius: rims of wheels alike may meet in points of both.
+    /// Circles, as shares of the radius: rims of equal wheels may meet in points of both.
     const CIRCLES: [f64; 3] = [1.0, 0.75, 0.5];
-    /// What wheels side by side may share by rounding.
+    /// Tolerated overlap of adjacent wheels, due to rounding.
     const MARGIN_M: f64 = 1e-6;
     let between_m = (wheel.position_m() - other.position_m()).norm();
     let (own_m, other_m) = (half_width_m(wheel), half_width_m(other));

@@ -1,5 +1,5 @@
-//! Which joints are wheels and which are rollers. Structure and geometry decide, never names: a wheel is a turning joint with
-//! turning joints of its own below it, on a ring about its axis.
+//! Recognises wheels and rollers by structure and geometry, never by names: a wheel is a turning
+//! joint with turning joints below it, on a ring about its axis.
 
 use std::collections::{HashMap, HashSet};
 
@@ -7,10 +7,10 @@ use nalgebra::{Matrix3, SymmetricEigen, Unit, Vector3};
 
 use super::tree::{Motion, Tree};
 
-/// Fewest rollers that make a wheel.
+/// Smallest number of rollers of a wheel.
 pub(super) const LEAST_ROLLERS: usize = 3;
 
-/// How far the axis of a ring of rollers may rise: the sine of 30 degrees.
+/// Largest inclination of the axis of a ring of rollers: the sine of 30 degrees.
 const MOST_RISE: f64 = 0.5;
 
 /// A wheel joint and the roller joints below it.
@@ -38,7 +38,8 @@ pub(super) fn find(tree: &Tree) -> Vec<Candidate> {
         (rollers.len() >= LEAST_ROLLERS).then_some(Candidate { hub, rollers })
     });
     let mut found: Vec<Candidate> = of_hubs.collect();
-    // One upright joint above level ones alone turns the robot on its wheels, as the last of a planar base does.
+    // One upright joint above only level ones turns the robot on its wheels, like the last joint of
+    // a planar base.
     if let [only] = &found[..]
         && is_upright(tree, only.hub)
         && only.rollers.iter().all(|&roller| tree.is_level(roller))
@@ -48,14 +49,14 @@ pub(super) fn find(tree: &Tree) -> Vec<Candidate> {
     found
 }
 
-/// Whether a joint's axis stands on the ground.
+/// Whether a joint's axis is vertical.
 fn is_upright(tree: &Tree, joint: usize) -> bool {
     /// The cosine of 8 degrees.
     const UPRIGHT: f64 = 0.99;
     tree.joints[joint].axis.z.abs() > UPRIGHT
 }
 
-/// Those of the joints whose axes pass the hub's axis at the common distance, within a twentieth.
+/// Returns the joints whose axes pass the hub's axis at the common distance, within a twentieth.
 fn on_one_ring(tree: &Tree, hub: usize, joints: &[usize]) -> Vec<usize> {
     let distance_m = |j: usize| {
         let (hub, joint) = (&tree.joints[hub], &tree.joints[j]);
@@ -80,8 +81,9 @@ fn on_one_ring(tree: &Tree, hub: usize, joints: &[usize]) -> Vec<usize> {
         .collect()
 }
 
-/// Joints that do not turn but carry rollers: three or more turning joints of nothing else, some of them on axes that are
-/// not level, as on a ring around a level axis some are. With each, how many there are.
+/// Returns joints that do not turn but carry rollers: three or more turning joints with nothing
+/// else, some of them on inclined axes, as on a ring around a level axis; each with the number of
+/// rollers.
 pub(super) fn fixed_hubs(tree: &Tree) -> Vec<(usize, usize)> {
     let above: HashSet<usize> = tree
         .moving(Motion::Turning)
@@ -99,7 +101,7 @@ pub(super) fn fixed_hubs(tree: &Tree) -> Vec<(usize, usize)> {
         .filter_map(|hub| {
             let joint = &tree.joints[hub];
             let &(count, leaning) = on_link.get(&joint.child)?;
-            // Wheels at the corners of a chassis are on a ring too, but on one that lies flat.
+            // Wheels at the corners of a chassis are on a ring too, but on a horizontal one.
             let is_level = |axis: Vector3<f64>| axis.z.abs() < MOST_RISE;
             let carries =
                 leaning && count >= LEAST_ROLLERS && ring_axis(tree, hub).is_some_and(is_level);
@@ -108,7 +110,8 @@ pub(super) fn fixed_hubs(tree: &Tree) -> Vec<(usize, usize)> {
         .collect()
 }
 
-/// Level turning joints that carry a ring of joints which have axes but do not turn, and bear shapes: rollers that were left fixed.
+/// Returns level turning joints that carry a ring of fixed joints with axes and shapes: rollers
+/// that were left fixed.
 pub(super) fn fixed_rollers(tree: &Tree) -> Vec<Candidate> {
     /// The cosine of the least angle between a roller's axis and its hub's, of 10 degrees.
     const APART: f64 = 0.985;
@@ -133,8 +136,8 @@ pub(super) fn fixed_rollers(tree: &Tree) -> Vec<Candidate> {
     hubs.filter_map(of_hub).collect()
 }
 
-/// The axis of the ring that the rollers on a joint's link make, in the body frame: the one across which their places spread
-/// least.
+/// Returns the axis of the ring of rollers on a joint's link, in the body frame: the direction in
+/// which their positions spread least.
 pub(super) fn ring_axis(tree: &Tree, hub: usize) -> Option<Vector3<f64>> {
     let link = tree.joints[hub].child;
     let on_link: Vec<Vector3<f64>> = tree

@@ -1,6 +1,7 @@
-//! Repairs what can be repaired safely in the text of a URDF, and says what it changed.
+//! Repairs the text of a URDF where it is safe, and reports the changes.
 //!
-//! Each change answers an error that the text made, and replaces or inserts within a line, so that every line keeps its number.
+//! Each change responds to an error of the text, and replaces or inserts within a line, so that
+//! line numbers stay the same.
 
 use std::collections::HashSet;
 
@@ -17,15 +18,17 @@ use crate::error::{Fault, RobotError, is_zero_size};
 use crate::model::{Collision, MassProperties, Remark, Robot};
 use crate::options::LoadOptions;
 
-/// Wheels that end this much above or below the others are levelled, in metres; what is further off is meant so.
+/// Wheels whose lowest points differ by at most this are levelled, in metres; larger differences
+/// are intended.
 const LEVELLED_M: f64 = 0.005;
-/// Wheels that end this little apart are level.
+/// Wheels whose lowest points differ by less than this are level.
 const LEVEL_M: f64 = 1e-6;
-/// A part that weighs no more than this share of the robot is light.
+/// A part of at most this share of the robot's mass is light.
 const LIGHT_SHARE: f64 = 0.05;
 
-/// The text with the inertias of light parts repaired, where an error shows nothing else; `None` where it shows more. How the mass of
-/// a light part of the chassis is spread hardly counts: the robot need not be refused for it.
+/// Returns the text with the inertias of light parts repaired, if an error contains nothing else;
+/// `None` otherwise. The mass distribution of a light part of the chassis hardly matters, so the
+/// robot need not be rejected.
 pub(crate) fn with_light_parts_repaired(
     prepared: &UrdfText,
     error: &RobotError,
@@ -37,7 +40,7 @@ pub(crate) fn with_light_parts_repaired(
         mass.attribute("value")?.trim().parse::<f64>().ok()
     };
     let robot_kg: f64 = source.all("link").filter_map(mass_kg).sum();
-    // Where nothing that turns on and on lies between: no part of a wheel or roller.
+    // If nothing that turns endlessly is in between: no part of a wheel or roller.
     let is_of_chassis = |link: Node| {
         let mut name = link.attribute("name");
         for _ in source.all("joint") {
@@ -76,7 +79,7 @@ pub(crate) fn with_light_parts_repaired(
         .flatten()
 }
 
-/// The text with everything repaired that an error shows and that can be; `None` where nothing can.
+/// Returns the text with all possible repairs for an error; `None` if there are none.
 pub(crate) fn repaired(
     prepared: &UrdfText,
     error: &RobotError,
@@ -104,7 +107,7 @@ pub(crate) fn repaired(
     Some(repaired)
 }
 
-/// The changes that repair a fault of an element, and what they are.
+/// Returns the changes that repair an element's fault, with a description.
 fn repair(
     source: &Source,
     node: Node,
@@ -123,7 +126,7 @@ fn repair(
             let said = format!("left out: it has no size (`{key}=\"{value}\"`)");
             Some((vec![(shape.range(), lines)], said))
         }
-        // What is wrong on purpose, such as a mass below 0, is nobody's to guess.
+        // An intentional error, such as a mass below 0, is not guessed.
         Fault::OutOfRange { value, .. } if value != "0" => None,
         Fault::NoMass
         | Fault::MissingElement { .. }
@@ -147,14 +150,14 @@ fn repair(
     }
 }
 
-/// The number that stands in a `<mass>` instead of in its attribute.
+/// Returns the number that a `<mass>` contains instead of an attribute.
 fn number_in(node: Node) -> Option<f64> {
     let text = node.text().filter(|_| node.has_tag_name("mass"))?;
     let number = text.trim().parse::<f64>().ok();
     number.filter(|kg| kg.is_finite() && *kg > 0.0)
 }
 
-/// Reads `<mass>2.5</mass>` as what it was meant for.
+/// Interprets `<mass>2.5</mass>` as intended.
 fn move_number(source: &Source, node: Node) -> Option<(Vec<Edit>, String)> {
     let kg = number_in(node)?;
     let lines = lines_of(&source.text()[node.range()]);
@@ -163,7 +166,7 @@ fn move_number(source: &Source, node: Node) -> Option<(Vec<Edit>, String)> {
     Some((vec![edit], said))
 }
 
-/// Gives a link a mass and an inertia that a body of its shapes has.
+/// Gives a link a mass and an inertia of a body with its shapes.
 fn weigh(
     source: &Source,
     link: Node,
@@ -230,10 +233,10 @@ fn inertial_text(mass: &MassProperties) -> String {
     )
 }
 
-/// The inertia along the axes of a frame of the link.
+/// Returns the inertia along the axes of a frame of the link.
 fn inertia_text(mass: &MassProperties, frame: &Isometry3<f64>) -> String {
     let i = mass.moved(&frame.inverse()).inertia_kg_m2;
-    // Products that only rounding made are none.
+    // Products caused by rounding become zero.
     let product = |x: f64| if x.abs() < 1e-12 * i.trace() { 0.0 } else { x };
     format!(
         "<inertia ixx=\"{}\" ixy=\"{}\" ixz=\"{}\" iyy=\"{}\" iyz=\"{}\" izz=\"{}\"/>",
@@ -246,7 +249,7 @@ fn inertia_text(mass: &MassProperties, frame: &Isometry3<f64>) -> String {
     )
 }
 
-/// Puts a text into an element, before everything that stands in it.
+/// Inserts a text at the start of an element.
 fn insert_into(source: &Source, node: Node, text: String) -> Edit {
     let tag = crate::xml::opening_tag(source.text(), node);
     let written = &source.text()[tag.clone()];
@@ -259,7 +262,7 @@ fn insert_into(source: &Source, node: Node, text: String) -> Edit {
     }
 }
 
-/// Gives the second element of a name another one, which what follows it means; or takes it out where it says the same as the
+/// Renames the second element of a name, and the references after it; or removes it if equal to the
 /// first.
 fn rename(source: &Source, node: Node, tag: &'static str) -> Option<(Vec<Edit>, String)> {
     let name = node.attribute("name")?;
@@ -268,7 +271,7 @@ fn rename(source: &Source, node: Node, tag: &'static str) -> Option<(Vec<Edit>, 
         let raw = &source.text()[n.range()];
         raw.split_whitespace().collect::<Vec<_>>().join(" ")
     };
-    // Links that look alike are still two where two joints hang them.
+    // Equal links are different if two joints have them as children.
     let hung: HashSet<String> = source
         .all("joint")
         .filter(|_| tag == "link")
@@ -299,7 +302,8 @@ fn rename(source: &Source, node: Node, tag: &'static str) -> Option<(Vec<Edit>, 
     };
     let mut edits = vec![value(node, "name")?];
     if tag == "link" {
-        // Joints behind it mean it, and not the first; where none behind it hangs it, the second that hangs one of the name.
+        // Joints after it refer to it, not to the first; if none after it has it as a child, the
+        // second joint with such a child does.
         let ends: Vec<Node> = source
             .all("joint")
             .flat_map(|joint| [child(joint, "parent"), child(joint, "child")])
@@ -326,7 +330,7 @@ fn escaped(name: &str) -> String {
         .replace('"', "&quot;")
 }
 
-/// Lets a joint that carries rollers turn, about the axis of their ring.
+/// Lets a joint with rollers turn, about the axis of their ring.
 fn turn_hub(source: &Source, joint: Node) -> Option<(Vec<Edit>, String)> {
     let tree = tree(source)?;
     let name = joint.attribute("name")?;
@@ -346,7 +350,7 @@ fn turn_hub(source: &Source, joint: Node) -> Option<(Vec<Edit>, String)> {
         ),
         None => insert_into(source, joint, written),
     });
-    // A limit of a joint that did not turn limits nothing.
+    // A limit of a fixed joint has no meaning.
     if let Some(limit) = child(joint, "limit") {
         edits.push((limit.range(), lines_of(&source.text()[limit.range()])));
     }
@@ -370,10 +374,10 @@ fn turn_rollers(source: &Source) -> Option<(Vec<Edit>, String)> {
     Some((edits.collect::<Option<Vec<Edit>>>()?, said))
 }
 
-/// Leaves out the collision geometry that reaches down to the floor, of all that does not turn: what reaches lowest, and what reaches lower than
-/// that less its depth below the floor.
+/// Removes the collision geometry that reaches the floor, from everything that does not turn: the
+/// lowest shape, and all that reach below the lowest point less its depth below the floor.
 fn leave_out_lowest(source: &Source, deep_m: f64) -> Option<(Vec<Edit>, String)> {
-    /// What ends so little above the floor touches it too, in metres.
+    /// A smaller clearance counts as touching, in metres.
     const NEAR_M: f64 = 1e-4;
     let tree = tree(source)?;
     let mut reaches: Vec<(f64, usize, usize)> = Vec::new();
@@ -418,14 +422,15 @@ fn leave_out_lowest(source: &Source, deep_m: f64) -> Option<(Vec<Edit>, String)>
     Some((edits, said))
 }
 
-/// The tree of a text, where it can be read.
+/// Returns the tree of a text, if readable.
 pub(super) fn tree(source: &Source) -> Option<Tree> {
     let left_out = normalise::LeftOut::default();
     let urdf = urdf_rs::read_from_string(&normalise::normalised(source, &left_out)).ok()?;
     Tree::build(source, urdf).ok()
 }
 
-/// The text with wheels brought to one height that end some millimetres above or below the others; `None` where there are none.
+/// Returns the text with wheels moved to one height if they differ by some millimetres; `None` if
+/// there are none.
 pub(crate) fn levelled(prepared: &UrdfText, robot: &Robot) -> Option<UrdfText> {
     let bottoms_m: Vec<f64> = robot
         .wheels
@@ -482,7 +487,7 @@ pub(crate) fn levelled(prepared: &UrdfText, robot: &Robot) -> Option<UrdfText> {
     Some(levelled)
 }
 
-/// The line breaks of a text, which keep the numbers of the lines that follow.
+/// Returns the line breaks of a text, which keep the numbers of the lines that follow.
 fn lines_of(text: &str) -> String {
     "\n".repeat(text.matches('\n').count())
 }

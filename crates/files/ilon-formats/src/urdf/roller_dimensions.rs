@@ -1,7 +1,8 @@
-//! A roller's size and place from its joint and its collision geometry.
+//! A roller's size and position from its joint and its collision geometry.
 //!
-//! Symbols as in [`ilon_robot::barrel_profile`]: a the distance between hub axis and roller axis, k = sin delta = cos gamma, t a place
-//! along the roller's axis from the point nearest to the hub axis.
+//! Symbols as in [`ilon_robot::barrel_profile`]: a the distance between hub axis and roller axis,
+//! k = sin delta = cos gamma, t a position along the roller's axis from the point closest to the
+//! hub axis.
 
 use nalgebra::{Point3, Unit, Vector3};
 
@@ -9,7 +10,7 @@ use crate::model::{Profile, ProfilePart as Part};
 
 /// The common perpendicular of hub axis and roller axis, in the hub frame.
 pub(super) struct Skew {
-    /// The point of the roller's axis nearest to the hub axis.
+    /// The point of the roller's axis closest to the hub axis.
     pub(super) foot: Point3<f64>,
     /// Distance a between the axes, in metres.
     pub(super) ring_radius_m: f64,
@@ -17,22 +18,25 @@ pub(super) struct Skew {
     pub(super) gamma_rad: f64,
 }
 
-/// How a roller's axis lies to the hub axis, which is z of the hub frame. `None` where they are parallel or meet.
+/// Returns the position of a roller's axis relative to the hub axis, z of the hub frame. `None` if
+/// they are parallel or intersect.
 pub(super) fn skew(through: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> Option<Skew> {
     let across_squared = axis.xy().norm_squared();
     if across_squared < 1e-12 {
         return None;
     }
-    // Seen along the hub axis the roller's axis is a line; its point nearest to the origin is the foot.
+    // Seen along the hub axis the roller's axis is a line; its point closest to the origin is the
+    // foot.
     let t = -through.xy().coords.dot(&axis.xy()) / across_squared;
     let foot = through + axis.into_inner() * t;
     let ring_radius_m = foot.xy().coords.norm();
     if ring_radius_m < 1e-9 {
         return None;
     }
-    // Turned with the wheel until it points down, the foot is on x of the hub frame (down) and the tangent
-    // z x x = y is -u. With u_gamma = n cos gamma + (k x n) sin gamma, the roller's axis k x u_gamma is
-    // cos gamma y - sin gamma z; its sense is chosen so that its y component is positive.
+    // Turned with the wheel until it points down, the foot is on x of the hub frame (down) and the
+    // tangent z x x = y is -u. With u_gamma = n cos gamma + (k x n) sin gamma, the roller's axis k
+    // x u_gamma is cos gamma y - sin gamma z; its sense is chosen so that its y component is
+    // positive.
     let outward = Vector3::new(foot.x, foot.y, 0.0) / ring_radius_m;
     let tangent = Vector3::z().cross(&outward);
     let along_tangent = axis.dot(&tangent);
@@ -45,30 +49,32 @@ pub(super) fn skew(through: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> Option<S
     })
 }
 
-/// Spheres of a roller whose reaches differ from their mean by less than this share of it are meant to make one circle.
+/// Spheres of a roller whose reaches differ from their mean by less than this share of it are meant
+/// to form one circle.
 const ONE_CIRCLE: f64 = 0.005;
 
-/// What the collision geometry says of a roller's outline.
+/// A roller's outline by its collision geometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DrawnOutline {
-    /// The wheel's radius rho that this roller makes, in metres.
+    /// The wheel's radius rho implied by this roller, in metres.
     pub(super) wheel_radius_m: f64,
-    /// Half of the length L between the outermost spheres of its barrel, in metres; `None` for a lone sphere, which
-    /// says nothing of it.
+    /// Half of the length L between the outermost spheres of its barrel, in metres; `None` for a
+    /// single sphere, which does not show it.
     pub(super) half_length_m: Option<f64>,
-    /// Where its middle is along the axis, from the foot, in metres.
+    /// Position of its middle along the axis, from the foot, in metres.
     pub(super) middle_m: f64,
-    /// How far the geometry leaves the circle of the wheel where it was fitted, in metres.
+    /// The largest deviation of the geometry from the fitted circle of the wheel, in metres.
     pub(super) error_m: f64,
 }
 
-/// Fits the barrel of a roller to its profile. `half_pitch_rad` is half of the wheel's turn from roller to roller.
+/// Fits the barrel of a roller to its profile. `half_pitch_rad` is half of the wheel's turn from
+/// roller to roller.
 ///
-/// - A stack of spheres that all reach the same circle is a barrel written down: each reaches sqrt(a^2 + t^2 k^2) + r from the hub
-///   axis, and rho is their mean; L spans their centres.
-/// - A lone sphere, cylinder, capsule or box says how thick the roller is: rho = a + r.
-/// - Anything else, meshes and ellipsoids above all, is rolled over its pitch: rho is the mean of its reach, which is the wheel's
-///   rolling radius.
+/// - A stack of spheres that all reach the same circle is a discretised barrel: each reaches
+///   sqrt(a^2 + t^2 k^2) + r from the hub axis, and rho is their mean; L spans their centres.
+/// - A single sphere, cylinder, capsule or box gives the roller's thickness: rho = a + r.
+/// - Anything else, mainly meshes and ellipsoids, is rolled over its pitch: rho is the mean of its
+///   reach, which is the wheel's rolling radius.
 pub(super) fn outline(skew: &Skew, profile: &Profile, half_pitch_rad: f64) -> DrawnOutline {
     let a = skew.ring_radius_m;
     let k = libm::cos(skew.gamma_rad);
@@ -124,11 +130,11 @@ pub(super) fn outline(skew: &Skew, profile: &Profile, half_pitch_rad: f64) -> Dr
     }
 }
 
-/// Half of L for a roller that is cut flat `half_extent_m` from its middle: the barrel's outermost sphere is the one that
-/// touches the ground at the cut.
+/// Returns half of L for a roller that is cut flat `half_extent_m` from its middle: the barrel's
+/// outermost sphere is the one that touches the ground at the cut.
 ///
-/// At wheel angle phi the sphere at t = a tan(phi) / k touches, at t + s k sin(phi) along the axis; the function grows
-/// with phi, so that halving the interval finds the cut.
+/// At wheel angle phi the sphere at t = a tan(phi) / k touches, at t + s k sin(phi) along the axis;
+/// this grows with phi, so bisection finds the cut.
 pub(super) fn barrel_half_length_m(a: f64, k: f64, rho: f64, half_extent_m: f64) -> f64 {
     let touching_place_m =
         |phi: f64| a * libm::tan(phi) / k + (rho - a / libm::cos(phi)) * k * libm::sin(phi);
@@ -149,8 +155,9 @@ pub(super) fn barrel_half_length_m(a: f64, k: f64, rho: f64, half_extent_m: f64)
 mod tests {
     use super::*;
 
-    /// Fifteen balls within an ellipsoid with the half axes 12 mm across and 30 mm along, on a ring of 38 mm at 45 deg, nine of them on a wheel: they make no
-    /// circle, and the wheel rolls on the mean of a cos(phi) + sqrt(12^2 (1 - w^2) + 30^2 w^2), w = sin(phi) / sqrt(2), over 40 deg.
+    /// Fifteen balls within an ellipsoid with the half axes 12 mm across and 30 mm along, on a ring
+    /// of 38 mm at 45 deg, nine of them on a wheel: they form no circle, and the wheel rolls on the
+    /// mean of a cos(phi) + sqrt(12^2 (1 - w^2) + 30^2 w^2), w = sin(phi) / sqrt(2), over 40 deg.
     #[test]
     fn an_ellipsoid_is_rolled_over_its_pitch() {
         let (a, along, across) = (38.0, 30.0_f64, 12.0_f64);
@@ -177,7 +184,7 @@ mod tests {
         };
         let rolling = (-1000..=1000).map(reach).sum::<f64>() / 2001.0;
         let found = outline(&skew, &profile, half_rad);
-        // Fifteen balls leave the envelope by some micrometres.
+        // Fifteen balls deviate from the envelope by some micrometres.
         assert!(
             (found.wheel_radius_m - rolling).abs() < 0.02,
             "{found:?} {rolling}"

@@ -1,4 +1,4 @@
-//! Where the rollers of a wheel hand over: gaps and overlaps around the rim.
+//! Gaps and overlaps between a wheel's rollers around the rim.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,37 +9,39 @@ use crate::model::{Remark, Roller, wrap_angle};
 /// Gaps below a hundredth of a degree are rounding in the file.
 const GAP_SLACK_RAD: f64 = 1e-2 * PI / 180.0;
 
-/// The widest gap that a wheel with its file's own rollers is proposed with, in radians: into 40 degrees it falls by 6 % of its radius, and
-/// is lifted out at a slope of 20 degrees.
+/// The widest gap for which a wheel with its file's own rollers is proposed, in radians: into 40
+/// degrees it falls by 6 % of its radius, and is lifted out at a slope of 20 degrees.
 const WIDEST_ROLLED_RAD: f64 = 40.0 * PI / 180.0;
-/// Places around a wheel are multiples of one angle within this share of it.
+/// Positions around a wheel are multiples of one angle within this share of it.
 const EVEN: f64 = 0.05;
 
 /// Gaps and overlaps around a wheel.
 pub(super) struct Handover {
-    /// The widest gap between two neighbours, in radians of the wheel's turn; zero or below where there is none.
+    /// The widest gap between two neighbours, in radians of the wheel's turn; zero or negative if
+    /// there is none.
     pub(super) widest_gap_rad: f64,
-    /// All gaps of a turn together, in radians.
+    /// Sum of all gaps in a turn, in radians.
     pub(super) gaps_rad: f64,
-    /// All overlaps of a turn together, in radians.
+    /// Sum of all overlaps in a turn, in radians.
     pub(super) overlaps_rad: f64,
-    /// How many rollers there are, and how many are missing among them where they stand as an even ring does from which some were taken.
+    /// The number of rollers, and of those missing if the others form an incomplete even ring.
     pub(super) rollers: usize,
     pub(super) missing: usize,
 }
 
-/// A roller touches the ground while its place is within phi of straight down, tan(phi) = (L/2) cos(gamma) / a.
+/// A roller touches the ground while its place is within phi of straight down, tan(phi) = (L/2)
+/// cos(gamma) / a.
 fn reach_rad(roller: &Roller, gamma_rad: f64) -> f64 {
     libm::atan(0.5 * roller.length_m * libm::cos(gamma_rad) / roller.ring_radius_m())
 }
 
-/// The angle from one place on the rim on to the next, in [0, 2 pi).
+/// Returns the angle from one position on the rim to the next, in [0, 2 pi).
 fn apart_rad(from: &Roller, to: &Roller) -> f64 {
     wrap_angle(to.place_rad() - from.place_rad() - PI) + PI
 }
 
 impl Handover {
-    /// Between rollers ordered by place.
+    /// Computes the gaps of rollers ordered by angle.
     pub(super) fn between(rollers: &[Roller], gamma_rad: f64) -> Self {
         let mut sum = Self {
             widest_gap_rad: f64::NEG_INFINITY,
@@ -59,7 +61,7 @@ impl Handover {
         sum
     }
 
-    /// The gaps as a fault.
+    /// Returns the gaps as a fault.
     pub(super) fn fault(&self) -> Fault {
         Fault::RollersHaveGaps {
             widest_gap_deg: self.widest_gap_rad.to_degrees(),
@@ -70,17 +72,18 @@ impl Handover {
         }
     }
 
-    /// Whether rollers are missing, by the places of the others.
+    /// Whether rollers are missing, judged by the positions of the others.
     pub(super) fn has_missing(&self) -> bool {
         self.missing > 0
     }
 
-    /// Whether a wheel can be asked to roll over the gaps: none is wider than that, and no roller is missing.
+    /// Whether a wheel may roll over the gaps: none is wider than the limit, and no roller is
+    /// missing.
     pub(super) fn rolls(&self) -> bool {
         self.missing == 0 && self.widest_gap_rad <= WIDEST_ROLLED_RAD
     }
 
-    /// Says of a wheel with its file's own rollers that it cannot roll, and why.
+    /// Adds a remark if a wheel with its file's own rollers cannot roll, with the reason.
     pub(super) fn remark_stuck(&self, wheel: &str, radius_m: f64, remarks: &mut Vec<Remark>) {
         if self.rolls() {
             return;
@@ -105,7 +108,7 @@ impl Handover {
         ));
     }
 
-    /// Says where no roller touches the ground with its barrel, and where two do.
+    /// Adds a remark on where no barrel touches the ground, and where two do.
     pub(super) fn remark(&self, wheel: &str, radius_m: f64, remarks: &mut Vec<Remark>) {
         if self.widest_gap_rad > GAP_SLACK_RAD {
             remarks.push(Remark::new(
@@ -132,8 +135,9 @@ impl Handover {
     }
 }
 
-/// How many rollers are missing of an even ring, by the places of the others, which are in order: all are apart by multiples of the
-/// least, most by that itself. None of rollers that stand otherwise.
+/// Returns the number of rollers missing from an even ring, judged by the ordered positions of the
+/// others: all spacings are multiples of the smallest, and most equal it. Zero for other
+/// arrangements.
 fn missing(rollers: &[Roller]) -> usize {
     let apart: Vec<f64> = (0..rollers.len())
         .map(|i| apart_rad(&rollers[i], &rollers[(i + 1) % rollers.len()]))
@@ -152,7 +156,8 @@ fn missing(rollers: &[Roller]) -> usize {
     places as usize - rollers.len()
 }
 
-/// Lengthens rollers, ordered by place, until each reaches half of the way to its farther neighbour.
+/// Lengthens rollers, ordered by angle, until each reaches half of the way to its further
+/// neighbour.
 pub(super) fn close_gaps(rollers: &mut [Roller], wheel_radius_m: f64, gamma_rad: f64) {
     let count = rollers.len();
     let lengths_m: Vec<f64> = (0..count)
@@ -171,8 +176,8 @@ pub(super) fn close_gaps(rollers: &mut [Roller], wheel_radius_m: f64, gamma_rad:
     }
 }
 
-/// Half of L for a barrel that touches the ground over `half_rad` to each side: a tan(phi) / cos(gamma), but no longer
-/// than where the barrel tapers to nothing, a / cos(phi) = rho.
+/// Returns half of L for a barrel that touches the ground over `half_rad` to each side: a tan(phi)
+/// / cos(gamma), but at most the length at which the barrel tapers to nothing, a / cos(phi) = rho.
 pub(super) fn barrel_half_length_m(a: f64, rho: f64, gamma_rad: f64, half_rad: f64) -> f64 {
     let taper_rad = libm::acos((a / rho).clamp(-1.0, 1.0));
     a * libm::tan(half_rad.min(0.999 * taper_rad)) / libm::cos(gamma_rad)

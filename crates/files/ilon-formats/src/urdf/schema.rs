@@ -1,7 +1,7 @@
-//! The form of URDF, element by element: what must be there, and which numbers it may hold.
+//! The form of URDF, element by element: required parts and allowed numbers.
 //!
-//! urdf-rs says what a file means but hardly where, and stops at the first fault. So all that is read is held against the form
-//! here first, with its place; what is not read may be as it likes.
+//! urdf-rs reports hardly any places of errors, and stops at the first. So everything used is
+//! checked here first, with its place; unused parts are not checked.
 
 use std::collections::{HashMap, HashSet};
 
@@ -24,11 +24,11 @@ const JOINT_TYPES: [&str; 7] = [
     "spherical",
 ];
 
-/// Geometries that are read.
+/// Supported geometries.
 pub(super) const GEOMETRIES: [&str; 5] = ["box", "cylinder", "capsule", "sphere", "mesh"];
 
-/// Holds every link and joint of the file against the form of URDF; with what is to be said of those that pass. Where links may
-/// be missing, joints of missing ones pass too.
+/// Checks every link and joint of the file against the form of URDF; returns remarks on those that
+/// pass. If links may be missing, joints of missing ones pass too.
 pub(super) fn check(source: &Source, links_may_miss: bool) -> Result<Vec<Remark>, RobotError> {
     let mut remarks = Vec::new();
     let mut faults = Faults::default();
@@ -63,7 +63,7 @@ pub(super) fn check(source: &Source, links_may_miss: bool) -> Result<Vec<Remark>
     faults.into_result().map(|()| remarks)
 }
 
-/// What the file says of drives, rollers and springs, in the elements that [`crate::generate`] writes.
+/// Checks the drives, rollers and springs in the elements that [`crate::generate`] writes.
 fn check_additions(source: &Source, faults: &mut Faults) {
     let joints: HashSet<&str> = source
         .all("joint")
@@ -82,7 +82,7 @@ fn check_additions(source: &Source, faults: &mut Faults) {
     }
 }
 
-/// An element that says something of a joint.
+/// Checks an element that refers to a joint.
 fn names_a_joint(source: &Source, node: Node, joints: &HashSet<&str>) -> Result<(), RobotError> {
     match node.attribute("joint") {
         Some(joint) if joints.contains(joint) => Ok(()),
@@ -97,7 +97,7 @@ fn names_a_joint(source: &Source, node: Node, joints: &HashSet<&str>) -> Result<
     }
 }
 
-/// What is wrong with a xacro file of which elements stand without their prefix: nothing of them is read.
+/// Returns the error of a xacro file with elements without prefix, which would be ignored.
 pub(super) fn of_old_xacro(source: &Source) -> Option<RobotError> {
     let mut children = source.robot().children();
     let node =
@@ -106,7 +106,7 @@ pub(super) fn of_old_xacro(source: &Source) -> Option<RobotError> {
     Some(source.error(node, Fault::OldXacro { tag }))
 }
 
-/// What is wrong with a file that has no link.
+/// Returns the error of a file without a link.
 fn of_no_link(source: &Source) -> RobotError {
     if let Some(error) = of_old_xacro(source) {
         return error;
@@ -122,7 +122,7 @@ fn of_no_link(source: &Source) -> RobotError {
     })
 }
 
-/// Refuses names that are missing or given twice among the elements of one tag.
+/// Rejects missing and repeated names among the elements of one tag.
 fn unique_names(source: &Source, tag: &'static str, faults: &mut Faults) {
     let mut first: HashMap<&str, Node> = HashMap::new();
     for node in source.all(tag) {
@@ -194,7 +194,7 @@ fn check_joint(source: &Source, joint: Node, remarks: &mut Vec<Remark>, faults: 
     if let Some(origin) = child(joint, "origin") {
         check_numbers(source, origin, faults);
     }
-    // Of a joint that does not move, nothing else is read.
+    // Nothing else of a fixed joint is used.
     if joint_type == "fixed" {
         return;
     }
@@ -219,7 +219,7 @@ fn check_joint(source: &Source, joint: Node, remarks: &mut Vec<Remark>, faults: 
     }
 }
 
-/// A joint's parent and child must be named, and be there.
+/// Checks that a joint's parent and child are named and exist.
 fn check_ends(source: &Source, joint: Node, links: &HashSet<&str>, faults: &mut Faults) {
     for tag in ["parent", "child"] {
         let Some(end) = child(joint, tag) else {

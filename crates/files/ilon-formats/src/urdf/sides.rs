@@ -1,13 +1,15 @@
-//! Whether wheels stand and roll where their names say: ahead is along x, left along y.
+//! Checks whether wheels are placed and roll as their names say: ahead is along x, left along y.
 
 use nalgebra::Vector2;
 
 use crate::model::{Remark, Wheel};
 
-/// The cosine beyond which two directions agree, of 60 degrees: wheels of a triangle stand 30 degrees beside what they are called.
+/// The cosine above which two directions agree, of 60 degrees: wheels of a triangle are 30 degrees
+/// off their names.
 const AGREE: f64 = 0.5;
 
-/// Says where the names of wheels, the way they roll and the body's x axis do not go together.
+/// Adds a remark if the names of wheels, their rolling direction and the body's x axis are
+/// inconsistent.
 pub(super) fn remark(wheels: &[Wheel], remarks: &mut Vec<Remark>) {
     let said = across(wheels).map(str::to_owned);
     remarks.extend(
@@ -17,7 +19,7 @@ pub(super) fn remark(wheels: &[Wheel], remarks: &mut Vec<Remark>) {
     );
 }
 
-/// Of wheels with hubs along x.
+/// Returns the remark for wheels with hubs along x.
 fn across(wheels: &[Wheel]) -> Option<&'static str> {
     /// The cosine of 8 degrees.
     const ALONG: f64 = 0.99;
@@ -27,7 +29,7 @@ fn across(wheels: &[Wheel]) -> Option<&'static str> {
     )
 }
 
-/// What the names of wheels say otherwise than their places do.
+/// Returns the contradiction between the names of wheels and their places.
 fn by_names(wheels: &[Wheel]) -> Option<String> {
     let front = direction(wheels, |side| side.ahead);
     let left = direction(wheels, |side| side.left);
@@ -48,7 +50,7 @@ fn by_names(wheels: &[Wheel]) -> Option<String> {
     }
 }
 
-/// The axis of the body that a direction lies along, if it lies near one.
+/// Returns the axis of the body along which a direction lies, approximately.
 fn axis_called(direction: &Vector2<f64>) -> Option<&'static str> {
     let axes = [
         ("x", Vector2::x()),
@@ -62,8 +64,9 @@ fn axis_called(direction: &Vector2<f64>) -> Option<&'static str> {
     (nearest.1.dot(direction) > AGREE * direction.norm()).then_some(nearest.0)
 }
 
-/// From where wheels are called the one thing to where they are called the other; from their middle, where none is called the other. `None` where
-/// names do not say, or where they are of no one mind: half of a pair stands beside the other.
+/// Returns the direction from wheels with one name to those with the other; from the centre of all
+/// if the other is missing. `None` if names do not say, or are inconsistent: half of a pair is next
+/// to the other.
 fn direction(wheels: &[Wheel], called: fn(&Side) -> Option<bool>) -> Option<Vector2<f64>> {
     let mean = |of: Option<bool>| {
         let places: Vec<Vector2<f64>> = wheels
@@ -82,7 +85,7 @@ fn direction(wheels: &[Wheel], called: fn(&Side) -> Option<bool>) -> Option<Vect
     (one.unwrap_or(all) - other.unwrap_or(all)).try_normalize(1e-3)
 }
 
-/// What a name says of a place.
+/// The place implied by a name.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Side {
     ahead: Option<bool>,
@@ -90,7 +93,8 @@ struct Side {
 }
 
 impl Side {
-    /// What the words of a name say, or their usual abbreviations: `front_left_wheel`, `wheel_fl_joint`, `WheelRR`.
+    /// Parses the words of a name, or their usual abbreviations: `front_left_wheel`,
+    /// `wheel_fl_joint`, `WheelRR`.
     fn of(name: &str) -> Self {
         let mut side = Self::default();
         for word in words(name) {
@@ -112,7 +116,8 @@ impl Side {
     }
 }
 
-/// The words of a name, in small letters: apart by what is no letter, and where a capital follows a small letter.
+/// Returns the words of a name, in lower case: split at non-letters, and where a capital follows a
+/// small letter.
 fn words(name: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut after_small = false;

@@ -1,7 +1,7 @@
-//! The file as text: where its elements are, and the faults that show in the text alone.
+//! The file as text: the places of its elements, and faults of the text alone.
 //!
-//! urdf-rs says what a file means but hardly where; roxmltree knows every byte. So the text is held against the form of
-//! URDF here first, with line numbers, and urdf-rs then reads what is known to be well formed.
+//! urdf-rs reports hardly any places; roxmltree knows every byte. So the text is checked against
+//! the form of URDF here first, with line numbers, and urdf-rs then reads a valid text.
 
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, HashMap};
@@ -23,11 +23,11 @@ pub(super) struct Source<'a> {
     by_name: OnceCell<HashMap<(&'static str, String), roxmltree::NodeId>>,
 }
 
-/// Why a file that is not XML at all is refused.
+/// The reason why a file that is not XML is rejected.
 const NO_ROBOT_FILE: &str = "it does not begin with `<`, so this is not a robot file";
 
 impl<'a> Source<'a> {
-    /// Parses the text as XML and holds it against the form of URDF.
+    /// Parses the text as XML and checks it against the form of URDF.
     pub(super) fn parse(prepared: &'a UrdfText) -> Result<Self, RobotError> {
         let text = &prepared.text;
         let document = xml::parse(text).map_err(|fault| {
@@ -72,7 +72,7 @@ impl<'a> Source<'a> {
         self.document.root_element()
     }
 
-    /// The links or the joints of the robot.
+    /// Returns the links or the joints of the robot.
     pub(super) fn all(&self, tag: &'static str) -> impl Iterator<Item = Node<'_, 'a>> {
         self.robot().children().filter(move |n| n.has_tag_name(tag))
     }
@@ -90,8 +90,8 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// An error about an element at some bytes of it. Where the text was made from another, it is shown where the element came
-    /// from.
+    /// An error about an element at some of its bytes. If the text was derived from another, the
+    /// element's origin is shown.
     fn error_at(&self, node: Node, bytes: Range<usize>, fault: Fault) -> RobotError {
         let at = node.range().start;
         let error = match self.prepared.origin(at) {
@@ -103,11 +103,11 @@ impl<'a> Source<'a> {
         error.about(describe(node)).loaded_at(at)
     }
 
-    /// The element of an error that this text made.
+    /// Returns the element of an error of this text.
     pub(super) fn node_of(&self, error: &RobotError) -> Option<Node<'_, 'a>> {
         let at = error.loaded()?;
         let mut node = self.robot();
-        // Down to the element that begins there.
+        // Descends to the element that starts there.
         while node.range().start != at {
             node = node
                 .children()
@@ -116,12 +116,12 @@ impl<'a> Source<'a> {
         Some(node)
     }
 
-    /// An error about the joint of that name.
+    /// An error about the joint with that name.
     pub(super) fn joint_error(&self, name: &str, fault: Fault) -> RobotError {
         self.named_error("joint", name, fault)
     }
 
-    /// An error about the link of that name.
+    /// An error about the link with that name.
     pub(super) fn link_error(&self, name: &str, fault: Fault) -> RobotError {
         self.named_error("link", name, fault)
     }
@@ -131,7 +131,8 @@ impl<'a> Source<'a> {
         self.error(self.robot(), fault)
     }
 
-    /// An error about the mass properties of the link of that name: at its `<inertial>`, where it has one.
+    /// An error about the mass properties of the link with that name: at its `<inertial>`, if it
+    /// has one.
     pub(super) fn inertial_error(&self, link: &str, fault: Fault) -> RobotError {
         let inertial = self.named("link", link).and_then(|n| child(n, "inertial"));
         match inertial {
@@ -147,7 +148,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// The first link or joint of a name.
+    /// Returns the first link or joint with a name.
     pub(super) fn named(&self, tag: &'static str, name: &str) -> Option<Node<'_, 'a>> {
         let by_name = self.by_name.get_or_init(|| {
             let mut by_name = HashMap::new();
@@ -167,7 +168,7 @@ impl<'a> Source<'a> {
         xml::opening_tag(self.text(), node)
     }
 
-    /// Line of an element, from 1, in the file that it came from.
+    /// Returns the line of an element, from 1, in its original file.
     pub(super) fn line_of(&self, node: Node) -> usize {
         let at = node.range().start;
         match self.prepared.origin(at) {
@@ -180,7 +181,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Gives a remark the place of an element.
+    /// Sets a remark's place to that of an element.
     pub(super) fn place_at(&self, remark: &mut Remark, node: Node) {
         remark.line = Some(self.line_of(node));
         remark.file = self
@@ -190,10 +191,10 @@ impl<'a> Source<'a> {
             .filter(|file| *file != self.prepared.file);
     }
 
-    /// Gives remarks the places of the links and joints that they are about.
+    /// Sets the places of remarks about links and joints.
     pub(super) fn place(&self, remarks: &mut [Remark]) {
         for remark in remarks.iter_mut().filter(|remark| remark.line.is_none()) {
-            // Of ``link `base`, `<inertial>` `` the link is known.
+            // For ``link `base`, `<inertial>` `` the link is used.
             let outer = remark.subject.split(", `<").next().unwrap_or_default();
             let named = outer.split_once(" `").and_then(|(kind, name)| {
                 let tag = match kind {
@@ -209,7 +210,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// What stands in the file and is not read, counted by tag.
+    /// Returns remarks on ignored elements, counted by tag.
     pub(super) fn ignored_elements(&self) -> Vec<Remark> {
         const READ: [(&str, &[&str]); 3] = [
             (
@@ -279,12 +280,12 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The first child element of that tag.
+/// Returns the first child element with that tag.
 pub(crate) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
     node.children().find(|n| n.has_tag_name(tag))
 }
 
-/// ``joint `arm` ``, or ``link `base`, `<inertia>` `` for what is inside it.
+/// Returns ``joint `arm` ``, or ``link `base`, `<inertia>` `` for an inner element.
 pub(super) fn describe(node: Node) -> String {
     let tag = node.tag_name().name();
     let outer = node

@@ -1,5 +1,5 @@
-//! What a URDF says of the drives behind its wheels: `<transmission>` has the gear's ratio and nothing else; what
-//! [`crate::generate`] writes has all of it. And what it says of the surfaces of rollers, of which URDF knows nothing.
+//! The drives of wheels in a URDF: `<transmission>` has only the gear's ratio; the elements of
+//! [`crate::generate`] have all values. Also the surfaces of rollers, which URDF does not know.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use super::tree::Tree;
 use crate::error::{Fault, RobotError};
 use crate::model::{DriveTrain, JointSpring, RollerSurface, RollersAsMade, Tread, Wheel};
 
-/// The drives of the joints that have one in the file.
+/// Returns the drives of the joints that have one in the file.
 pub(super) fn drives(source: &Source, tree: &Tree) -> BTreeMap<String, DriveTrain> {
     let mut drives = BTreeMap::new();
     let known = |name: &str| tree.joints.iter().any(|joint| joint.name == name);
@@ -37,7 +37,7 @@ pub(super) fn drives(source: &Source, tree: &Tree) -> BTreeMap<String, DriveTrai
             drives.insert(joint.to_owned(), drive);
         }
     }
-    // Its numbers were held against their ranges with all others.
+    // Its numbers were checked with all others.
     for node in of_robot("ilon_drive") {
         let Some(joint) = node.attribute("joint").filter(|name| known(name)) else {
             continue;
@@ -58,7 +58,8 @@ pub(super) fn drives(source: &Source, tree: &Tree) -> BTreeMap<String, DriveTrai
     drives
 }
 
-/// The springs in joints, by the joints' names: those of the file that it was made from, and those that stand in it.
+/// Returns the springs in joints, by the joints' names: those of the original file, and those in
+/// this text.
 pub(super) fn springs(source: &Source) -> BTreeMap<String, JointSpring> {
     let mut springs = source.prepared.springs.clone();
     let elements = source.robot().children();
@@ -77,7 +78,7 @@ pub(super) fn springs(source: &Source) -> BTreeMap<String, JointSpring> {
     springs
 }
 
-/// The surfaces of the rollers of those wheels of which the file says something, by the wheels' joints.
+/// Returns the given surfaces of rollers, by the wheels' joints.
 pub(super) fn surfaces(source: &Source) -> BTreeMap<String, RollerSurface> {
     let elements = source.robot().children();
     let said = elements.filter(|n| n.has_tag_name("ilon_rollers"));
@@ -103,7 +104,7 @@ pub(super) fn surfaces(source: &Source) -> BTreeMap<String, RollerSurface> {
     .collect()
 }
 
-/// What the rollers of those wheels of which the file says so are made of, by the wheels' joints.
+/// Returns the given materials of rollers, by the wheels' joints.
 pub(super) fn materials(source: &Source) -> BTreeMap<String, String> {
     let elements = source.robot().children();
     let said = elements.filter(|n| n.has_tag_name("ilon_rollers"));
@@ -115,7 +116,7 @@ pub(super) fn materials(source: &Source) -> BTreeMap<String, String> {
     .collect()
 }
 
-/// Makes the rollers of a wheel as the file says that they are, where it says something.
+/// Makes the rollers of a wheel as the file specifies, if it does.
 pub(super) fn make_rollers(source: &Source, wheel: &mut Wheel) -> Result<(), RobotError> {
     let mut elements = source.robot().children();
     let of_wheel = |n: &Node| {
@@ -124,7 +125,8 @@ pub(super) fn make_rollers(source: &Source, wheel: &mut Wheel) -> Result<(), Rob
     let Some(node) = elements.find(of_wheel) else {
         return Ok(());
     };
-    // Joints and numbers were checked with all others, but for the profile, which may be of any length.
+    // Joints and numbers were checked with all others, except the profile, which may have any
+    // length.
     let said = |name: &str| node.attribute(name).map(|_| number(node, name));
     let profile_m = node.attribute("profile").map(|text| {
         let numbers: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse).collect();
@@ -143,7 +145,7 @@ pub(super) fn make_rollers(source: &Source, wheel: &mut Wheel) -> Result<(), Rob
         profile_m: profile_m.transpose()?,
         edge_radius_m: said("edge_radius").unwrap_or(default.edge_radius_m),
         radius_spread_m: said("radius_spread").unwrap_or(default.radius_spread_m),
-        // A number of the file is finite and not negative; what it has behind the point is none of a seed.
+        // The file's number is finite and not negative; a seed ignores its decimals.
         radius_seed: said("radius_seed").map_or(default.radius_seed, |seed| seed as u64),
         radius_offsets_m: offsets
             .filter_map(|n| Some((n.attribute("joint")?.to_owned(), number(n, "radius_offset"))))

@@ -12,10 +12,10 @@ use super::source::Source;
 use crate::error::{Fault, RobotError};
 use crate::model::{Joint, MassProperties, MotorLimits};
 
-/// A limited joint whose limits are this little short of a full turn is meant to turn: people write 6.28.
+/// A limited joint whose range is at least this is meant to turn endlessly: some files have 6.28.
 const NEARLY_A_TURN_RAD: f64 = TAU - 0.01;
 
-/// The axis of a joint that steers rises at least this much, as a cosine.
+/// Smallest vertical component of a steering joint's axis, as a cosine.
 const UPRIGHT: f64 = 0.9;
 
 /// All links and joints of a robot, placed in the body frame, which is the frame of the root link.
@@ -23,58 +23,58 @@ pub(super) struct Tree {
     pub(super) links: Vec<TreeLink>,
     pub(super) joints: Vec<TreeJoint>,
     pub(super) root: usize,
-    /// Of each link the joint above it.
+    /// For each link the joint above it.
     above: Vec<Option<usize>>,
-    /// Of each joint the nearest turning joint above it.
+    /// For each joint the nearest turning joint above it.
     turning_above: Vec<Option<usize>>,
-    /// Of each joint the nearest joint above it that turns within limits about an upright axis.
+    /// For each joint the nearest joint above it that turns within limits about an upright axis.
     swivel_above: Vec<Option<usize>>,
-    /// Of each joint a turning joint below it.
+    /// For each joint a turning joint below it.
     turning_below: Vec<Option<usize>>,
 }
 
-/// A link, placed.
+/// A link with its pose.
 pub(super) struct TreeLink {
     pub(super) name: String,
     /// Mass properties in the body frame; `None` for a link without mass.
     pub(super) mass: Option<MassProperties>,
     /// Collision geometry with its pose in the body frame.
     pub(super) shapes: Vec<PlacedShape>,
-    /// What is shown of it, with its pose in the body frame.
+    /// Visual shapes with their poses in the body frame.
     pub(super) visuals: Vec<PlacedShape>,
     /// Pose of its frame in the body frame.
     pub(super) body_from_link: Isometry3<f64>,
-    /// The joints below, in the order of the file.
+    /// The joints below it, in the order of the file.
     pub(super) joints_below: Vec<usize>,
 }
 
-/// A joint, placed.
+/// A joint with its pose.
 pub(super) struct TreeJoint {
     pub(super) name: String,
     pub(super) motion: Motion,
     pub(super) parent: usize,
     pub(super) child: usize,
-    /// Where it turns, in the body frame.
+    /// A point of its axis, in the body frame.
     pub(super) origin: Point3<f64>,
     /// The axis in the body frame.
     pub(super) axis: Unit<Vector3<f64>>,
-    /// Whether the file says which axis that is.
+    /// Whether the file states the axis.
     pub(super) states_axis: bool,
     pub(super) limits: MotorLimits,
     pub(super) losses: Joint,
     /// Whether it follows another joint.
     pub(super) mimics: bool,
-    /// Which, and how.
+    /// That joint, with the relation.
     pub(super) mimic: Option<Mimic>,
     /// Whether it slides along its axis.
     pub(super) slides: bool,
-    /// Its least and largest position, in rad or m; infinite where there is no stop.
+    /// Its smallest and largest position, in rad or m; infinite without a stop.
     pub(super) travel: [f64; 2],
-    /// What drives it can do at most, in N m or N; 0 where nothing does, and where the file says nothing.
+    /// Largest effort of its drive, in N m or N; 0 without a drive or without information.
     pub(super) effort: f64,
 }
 
-/// How a joint follows another: at multiplier times its position, and an offset.
+/// The relation to a mimicked joint: multiplier times its position, plus an offset.
 #[derive(Clone, Debug)]
 pub(super) struct Mimic {
     pub(super) joint: String,
@@ -82,16 +82,16 @@ pub(super) struct Mimic {
     pub(super) offset: f64,
 }
 
-/// How a joint moves, as far as it matters here.
+/// The motion of a joint, as far as relevant here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Motion {
-    /// It does not.
+    /// None.
     Fixed,
-    /// It turns without end.
+    /// Endless rotation.
     Turning,
-    /// It turns within limits.
+    /// Rotation within limits.
     Swinging,
-    /// It moves in another way, which wheels and rollers do not.
+    /// Another motion, which wheels and rollers do not have.
     Other,
 }
 
@@ -102,20 +102,20 @@ pub(super) struct PlacedShape {
     pub(super) geometry: Geometry,
 }
 
-/// Which joints hang where, by the numbers of links and joints.
+/// The connections of joints, by indices of links and joints.
 struct Hanging {
     /// Parent and child of each joint.
     ends: Vec<(usize, usize)>,
-    /// Of each link the joint above it.
+    /// For each link the joint above it.
     above: Vec<Option<usize>>,
-    /// Of each link the joints below it, in the order of the file.
+    /// For each link the joints below it, in the order of the file.
     below: Vec<Vec<usize>>,
 }
 
 impl Tree {
-    /// Builds the tree, refusing links with two parents, several roots and loops.
+    /// Builds the tree; rejects links with two parents, several roots and loops.
     pub(super) fn build(source: &Source, robot: urdf_rs::Robot) -> Result<Self, RobotError> {
-        // Destructured whole: what is not read shows as `_`.
+        // Destructured completely: unused fields appear as `_`.
         let urdf_rs::Robot {
             name: _,
             version: _,
@@ -184,33 +184,33 @@ impl Tree {
         std::iter::successors(above(&joint), above)
     }
 
-    /// The nearest turning joint above a joint.
+    /// Returns the nearest turning joint above a joint.
     pub(super) fn turning_above(&self, joint: usize) -> Option<usize> {
         self.turning_above[joint]
     }
 
-    /// The nearest joint above a joint that turns within limits about an upright axis.
+    /// Returns the nearest joint above a joint that turns within limits about an upright axis.
     pub(super) fn swivel_above(&self, joint: usize) -> Option<usize> {
         self.swivel_above[joint]
     }
 
-    /// A turning joint below a joint.
+    /// Returns a turning joint below a joint.
     pub(super) fn turning_below(&self, joint: usize) -> Option<usize> {
         self.turning_below[joint]
     }
 
-    /// The joints that move in a way.
+    /// Returns the joints with a kind of motion.
     pub(super) fn moving(&self, motion: Motion) -> impl Iterator<Item = usize> {
         (0..self.joints.len()).filter(move |&j| self.joints[j].motion == motion)
     }
 
-    /// Whether a joint's axis is level, within what no wheel leans.
+    /// Whether a joint's axis is level, within the lean of any wheel.
     pub(super) fn is_level(&self, joint: usize) -> bool {
         self.joints[joint].axis.z.abs() < 0.1
     }
 }
 
-/// Finds where each joint hangs, refusing links that hang by two joints.
+/// Finds the parent of each joint; rejects links with two parent joints.
 fn hang(
     source: &Source,
     links: &[urdf_rs::Link],
@@ -251,7 +251,7 @@ fn hang(
     Ok(hanging)
 }
 
-/// The one link that hangs by nothing.
+/// Returns the only link without a parent.
 fn root(source: &Source, links: &[urdf_rs::Link], hanging: &Hanging) -> Result<usize, RobotError> {
     let above = &hanging.above;
     let roots: Vec<usize> = (0..above.len()).filter(|&l| above[l].is_none()).collect();
@@ -266,7 +266,8 @@ fn root(source: &Source, links: &[urdf_rs::Link], hanging: &Hanging) -> Result<u
     }
 }
 
-/// Places the links from the root down, with the joints in that order; what is not reached hangs in a loop.
+/// Places the links from the root down, with the joints in that order; unreached links are in a
+/// loop.
 fn place(
     source: &Source,
     links: &[urdf_rs::Link],
@@ -378,7 +379,7 @@ fn tree_joint(
     let motion = match joint_type {
         JointType::Fixed => Motion::Fixed,
         JointType::Continuous => Motion::Turning,
-        // Some tools know no continuous joints and write revolute ones of many turns, or of one.
+        // Some tools have no continuous joints and write revolute ones of many turns, or of one.
         JointType::Revolute if upper - lower >= NEARLY_A_TURN_RAD => Motion::Turning,
         JointType::Revolute => Motion::Swinging,
         JointType::Prismatic | JointType::Floating | JointType::Planar | JointType::Spherical => {
@@ -386,10 +387,10 @@ fn tree_joint(
         }
     };
     let axis_in_link = Vector3::from(*axis.xyz);
-    // Only a joint that does not turn can still have a zero axis here, and there it means nothing.
+    // Only a joint that does not turn can still have a zero axis here; it has no effect.
     let axis =
         Unit::try_new(body_from_link[child] * axis_in_link, 1e-9).unwrap_or_else(Vector3::x_axis);
-    // URDF writes 0 for a limit that is left out.
+    // URDF writes 0 for a missing limit.
     let or_none = |limit: f64| if limit > 0.0 { limit } else { f64::INFINITY };
     let dynamics = dynamics.unwrap_or_default();
     TreeJoint {
@@ -420,7 +421,8 @@ fn tree_joint(
     }
 }
 
-/// A URDF pose: turned by roll, pitch and yaw about the fixed x, y and z axes, in this order, then shifted.
+/// Converts a URDF pose: rotation by roll, pitch and yaw about the fixed x, y and z axes, in this
+/// order, then translation.
 fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
     let [roll, pitch, yaw] = *pose.rpy;
     Isometry3::from_parts(

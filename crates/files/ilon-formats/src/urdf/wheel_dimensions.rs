@@ -1,4 +1,4 @@
-//! What a wheel and its rollers measure.
+//! Measures a wheel and its rollers.
 
 use std::f64::consts::TAU;
 
@@ -15,7 +15,7 @@ use crate::error::{Fault, RobotError};
 use crate::model::{DriveTrain, Remark, Roller, RollerForm, RollerSurface, RollersAsMade, Wheel};
 use crate::options::RollerForms;
 
-/// What all rollers of a wheel make together.
+/// Common measures of a wheel's rollers.
 struct Ring {
     /// Its middle along the hub axis, from the joint's origin, in metres.
     middle_z_m: f64,
@@ -55,7 +55,7 @@ pub(super) fn measure(
     let (source, tree) = (loading.source, loading.tree);
     let joint = &tree.joints[candidate.hub];
     check_level(source, &joint.name, &joint.axis)?;
-    // First about the joint's own origin; the wheel's middle is known once the rollers are.
+    // First about the joint's own origin; the wheel's middle is known only after the rollers.
     let body_from_joint = hub_frame(&joint.origin, &joint.axis);
     let mut seen = from_rollers::rollers(loading, candidate, &body_from_joint, hub_body)?;
     let ring = Ring::of(&seen, &body_from_joint, &joint.axis);
@@ -88,9 +88,9 @@ pub(super) fn measure(
     })
 }
 
-/// Says where wheels and rollers have stops, which are not read.
+/// Adds a remark on stops of wheels and rollers, which are ignored.
 fn remark_stops(loading: &mut Loading, candidate: &Candidate) {
-    /// Turns between stops that nobody reaches.
+    /// Range between stops, in turns, that is never reached.
     const ENDLESS_TURNS: f64 = 1000.0;
     for &j in std::iter::once(&candidate.hub).chain(&candidate.rollers) {
         let joint = &loading.tree.joints[j];
@@ -106,14 +106,15 @@ fn remark_stops(loading: &mut Loading, candidate: &Candidate) {
     }
 }
 
-/// Gives lone spheres a length, and says how the rollers fit the wheel's circle. Returns how many lone spheres there are.
+/// Gives single spheres a length, and remarks how the rollers fit the wheel's circle. Returns the
+/// number of single spheres.
 fn remark_fit(
     loading: &mut Loading,
     wheel: &str,
     seen: &mut [RollerGeometry],
     ring: &Ring,
 ) -> usize {
-    // What barrels make of the geometry is of no interest where there are none.
+    // The fit of barrels to the geometry is irrelevant without barrels.
     let mut unsaid = Vec::new();
     let bare = seen.iter().filter(|s| s.body.shapes.is_empty()).count();
     if bare > 0 {
@@ -132,7 +133,7 @@ fn remark_fit(
     lone_spheres
 }
 
-/// The rollers of the model, ordered by place.
+/// Returns the rollers of the model, ordered by angle.
 fn rollers(
     loading: &mut Loading,
     seen: &[RollerGeometry],
@@ -161,7 +162,8 @@ fn rollers(
     Ok(rollers)
 }
 
-/// How barrels hand over around the wheel. Where they leave gaps that are too wide, they are made longer, if that may be.
+/// Returns how barrels hand over around the wheel. Barrels with too wide gaps are lengthened, if
+/// allowed.
 fn hand_over(
     loading: &mut Loading,
     wheel: &str,
@@ -185,7 +187,7 @@ fn hand_over(
         close_gaps(rollers, ring.radius_m, ring.gamma_rad);
         handover = Handover::between(rollers, ring.gamma_rad);
     }
-    // Rollers too slender to reach their neighbours stay apart.
+    // Rollers too slender to reach their neighbours keep a gap.
     if handover.widest_gap_rad > WIDEST_GAP_RAD {
         return Err(loading.source.joint_error(wheel, handover.fault()));
     }
@@ -193,7 +195,8 @@ fn hand_over(
     Ok(handover)
 }
 
-/// Keeps the outline of the wheel as its file models it, and says where it rolls otherwise than the wheel that was fitted to it.
+/// Stores the outline of the wheel as modelled in the file, and remarks where it rolls differently
+/// from the fitted wheel.
 fn outline(
     loading: &mut Loading,
     wheel: &str,
@@ -213,7 +216,7 @@ fn outline(
     let place_rad = |m: &outline::Modelled| libm::atan2(m.foot_in_hub_m.y, m.foot_in_hub_m.x);
     modelled.sort_by(|p, q| place_rad(p).total_cmp(&place_rad(q)));
     let outline = outline::outline(wheel, ring.radius_m, &modelled, handover);
-    // Of lone spheres it is said already what barrels make of them.
+    // For single spheres the fitted barrels were remarked before.
     let forms = loading.options.rollers;
     if lone_spheres == 0 || forms == RollerForms::AsModelled {
         outline.remark_rolling(forms, &mut loading.remarks);
@@ -221,7 +224,7 @@ fn outline(
     loading.outlines.push(outline);
 }
 
-/// Says where rollers run into each other at their middles. That their ends do is the rule in one closed row.
+/// Adds a remark if rollers overlap at their middles. Their ends usually do in one closed row.
 fn remark_crowd(wheel: &str, rollers: &[Roller], remarks: &mut Vec<Remark>) {
     let neighbours = rollers.iter().zip(rollers.iter().cycle().skip(1));
     let closest = neighbours

@@ -1,4 +1,5 @@
-//! Gathers what speaks for a wheel's size where its geometry does not show it: [`crate::error::Clues`] weighs it.
+//! Collects evidence for a wheel's size if its geometry does not show it: [`crate::error::Clues`]
+//! weighs it.
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
@@ -13,12 +14,12 @@ use super::source::Source;
 use super::tree::{Motion, Tree};
 use crate::error::{Clue, ClueKind, Clues, Fault};
 
-/// Wheels of robots, in metres: what lies outside is no guess worth making.
+/// Plausible radii of robots' wheels, in metres.
 const PLAUSIBLE_M: std::ops::Range<f64> = 0.005..2.0;
-/// Rollers are thinner than the ring that their axes stand on.
+/// Rollers are thinner than the ring of their axes.
 const MOST_OF_RING: f64 = 2.0;
 
-/// The fault of a wheel without rollers whose geometry does not show its size.
+/// Returns the fault of a wheel without rollers whose geometry does not show its size.
 pub(super) fn unknown(loading: &Loading, like: &WheelLike) -> Fault {
     let tree = loading.tree;
     let body = tree.rigid_body(tree.joints[like.joint].child, |j| {
@@ -36,20 +37,20 @@ pub(super) fn unknown(loading: &Loading, like: &WheelLike) -> Fault {
     .fault(loading, &shown.err().unwrap_or(NoDisc::Bare))
 }
 
-/// A wheel whose size is asked about.
+/// A wheel of unknown size.
 pub(super) struct Unsized<'a> {
     pub(super) joint: usize,
     pub(super) origin: Point3<f64>,
     pub(super) axis: Unit<Vector3<f64>>,
     pub(super) body: &'a RigidBody,
-    /// Distance of its rollers' axes from the hub axis, in metres, where it has some.
+    /// Distance of its rollers' axes from the hub axis, in metres, if it has rollers.
     pub(super) ring_m: Option<f64>,
-    /// The largest radius of those of its rollers that have a shape, in metres.
+    /// The largest radius of its rollers with a shape, in metres.
     pub(super) roller_m: Option<f64>,
 }
 
 impl Unsized<'_> {
-    /// The fault of a wheel whose size is not known, with what speaks for one.
+    /// Returns the fault of a wheel of unknown size, with the evidence.
     pub(super) fn fault(&self, loading: &Loading, why: &NoDisc) -> Fault {
         let package = match why {
             NoDisc::Unreadable(Fault::PackageUnknown { package, .. }) => Some(package.clone()),
@@ -62,7 +63,7 @@ impl Unsized<'_> {
         }
     }
 
-    /// What is to be said of a radius that is taken because it was given.
+    /// Returns the remark on a radius given by the user.
     pub(super) fn words_on(&self, loading: &Loading, radius_m: f64) -> String {
         format!(
             "its geometry does not show its radius: {:.1} mm as given; {}",
@@ -71,7 +72,7 @@ impl Unsized<'_> {
         )
     }
 
-    /// What the file says of its radius.
+    /// Returns the file's evidence for its radius.
     pub(super) fn clues(&self, loading: &Loading) -> Clues {
         let (source, tree) = (loading.source, loading.tree);
         let mut clues = Clues::default();
@@ -83,7 +84,7 @@ impl Unsized<'_> {
         if let (Some(ring_m), Some(roller_m)) = (self.ring_m, self.roller_m) {
             let what =
                 "the ring of its rollers' axes and the radius of those with a shape".to_owned();
-            // What is read of the hub is no clue beside them.
+            // The hub's shape is no independent evidence.
             clues.clues.retain(|clue| clue.kind != ClueKind::Shape);
             clues
                 .clues
@@ -101,7 +102,7 @@ impl Unsized<'_> {
         clues
     }
 
-    /// What can be read of its shapes: those that are round about its axis, and how far the others reach.
+    /// Adds its readable shapes: those round about its axis, and the reach of the others.
     fn add_shapes(&self, loading: &Loading, clues: &mut Clues) {
         let frame: Isometry3<f64> = hub_frame(&self.origin, &self.axis);
         let discs = disc::readable(self.body, &frame, &loading.meshes);
@@ -134,7 +135,7 @@ impl Unsized<'_> {
         }
     }
 
-    /// Sizes in the names of the wheel, its meshes and what makes it.
+    /// Returns sizes in the names of the wheel, its meshes and its macro.
     fn named(&self, source: &Source, tree: &Tree) -> Vec<Clue> {
         let mut clues: Vec<Clue> = Vec::new();
         for name in names::of_wheel(source, tree, self.joint) {
@@ -150,7 +151,8 @@ impl Unsized<'_> {
         clues
     }
 
-    /// The height of its axis above what may lie on the floor: frames that are called so, or else the root.
+    /// Adds the height of its axis above frames that may lie on the floor: those with such names,
+    /// or else the root.
     fn add_heights(&self, tree: &Tree, clues: &mut Clues) {
         const FLOORS: [&str; 4] = ["footprint", "ground", "floor", "projected"];
         let is_floor = |name: &str| FLOORS.iter().any(|word| name.to_lowercase().contains(word));
@@ -168,10 +170,10 @@ impl Unsized<'_> {
         }
     }
 
-    /// Its inertia as that of a solid disc, I = m r^2 / 2; or as that of a solid ball, I = 2/5 m r^2, where it is the same about all
-    /// axes, as that of no wheel narrower than it is high is.
+    /// Returns the radius from its inertia as a solid disc, I = m r^2 / 2; or as a solid ball, I =
+    /// 2/5 m r^2, if it is equal about all axes, which no wheel narrower than high has.
     fn inertia(&self) -> Option<Clue> {
-        /// Moments this near to each other are meant to be the same.
+        /// Moments this close are meant to be equal.
         const SAME: f64 = 1e-3;
         let mass = self.body.mass.as_ref()?;
         let axis = self.axis.into_inner();
@@ -183,7 +185,8 @@ impl Unsized<'_> {
             (0.5, "its inertia about its axis, as that of a solid disc")
         };
         let radius_m = (axial / (share * mass.mass_kg)).sqrt();
-        // Without its rollers it is the hub's, as are the shapes: two clues about one part are one.
+        // Without its rollers inertia and shapes are the hub's: two clues about one part count as
+        // one.
         let kind = match self.ring_m {
             Some(_) => ClueKind::Shape,
             None => ClueKind::Inertia,
@@ -193,9 +196,9 @@ impl Unsized<'_> {
         is_wheel.then(|| Clue::new(kind, what.to_owned(), radius_m))
     }
 
-    /// Half of the way to the nearest wheel in its plane: beyond it they would cut into each other.
+    /// Returns half of the distance to the nearest wheel in its plane: larger wheels would overlap.
     fn neighbour(&self, tree: &Tree) -> Option<(f64, String)> {
-        /// Wheels within this of a plane are in it, in metres.
+        /// Wheels this close to a plane are in it, in metres.
         const IN_PLANE_M: f64 = 0.01;
         let others = tree.moving(Motion::Turning).filter(|&j| {
             let other = &tree.joints[j];
@@ -211,7 +214,7 @@ impl Unsized<'_> {
     }
 }
 
-/// Whether a name speaks of a wheel's radius, and whether as of a diameter.
+/// Returns whether a name means a wheel's radius or diameter, if it does.
 pub(crate) fn is_wheel_size(name: &str) -> Option<bool> {
     let plain: String = name.chars().filter(|c| c.is_alphanumeric()).collect();
     let plain = plain.to_lowercase();
@@ -229,12 +232,13 @@ pub(crate) fn is_wheel_size(name: &str) -> Option<bool> {
     holds("radius").then_some(false)
 }
 
-/// What is called the wheel's radius or diameter: by xacro's properties, arguments and parameters, and by settings of plug-ins.
+/// Returns stated radii or diameters: xacro's properties, arguments and parameters, and plug-ins'
+/// settings.
 fn said(source: &Source) -> Vec<Clue> {
     let mut clues: Vec<Clue> = Vec::new();
     let mut add = |what: String, is_diameter: bool, value: f64| {
         let value_m = if is_diameter { 0.5 * value } else { value };
-        // Whoever writes 50 means millimetres.
+        // A value of 50 means millimetres.
         let radius_m = if value_m > PLAUSIBLE_M.end {
             1e-3 * value_m
         } else {
@@ -273,13 +277,14 @@ fn said(source: &Source) -> Vec<Clue> {
     clues
 }
 
-/// The radii that a size in a name may mean, in metres: `4inch` is a diameter, as wheels are sold, and so is what is left of `4" Omni Wheel`
-/// where names may have no quotes; `_100` and `100mm` are diameters or radii.
+/// Returns the possible radii of a size in a name, in metres: `4inch` is a diameter, as wheels are
+/// sold, and so is the rest of `4" Omni Wheel` where names may have no quotes; `_100` and `100mm`
+/// are diameters or radii.
 fn radii_in_name(name: &str) -> Vec<f64> {
-    /// Numbers of a wheel, a part, a side or a version are smaller.
+    /// Smaller numbers are indices of a wheel, part, side or version.
     const LEAST_MM: f64 = 30.0;
     const INCH_M: f64 = 0.0254;
-    /// Wheels are sold in these sizes, in inches; and what a number before is one of, in them.
+    /// Common wheel sizes, in inches; a number before one of these is in inches.
     const SOLD_INCH: std::ops::RangeInclusive<f64> = 2.0..=12.0;
     const SOLD: [&str; 4] = ["omni", "mecanum", "mechanum", "swedish"];
     let lower = name.to_lowercase();
@@ -302,7 +307,8 @@ fn radii_in_name(name: &str) -> Vec<f64> {
             if is_of_wheel && unit != after && !follows_letter && SOLD_INCH.contains(&value) {
                 return vec![0.5 * INCH_M * value];
             }
-            // A bare number in another name, such as a CAD program's `Revolute-60`, counts something else.
+            // A bare number in another name, such as a CAD program's `Revolute-60`, has another
+            // meaning.
             let stands_alone = names::is_of_wheel(&lower)
                 && !follows_letter
                 && !after.starts_with(char::is_alphanumeric);

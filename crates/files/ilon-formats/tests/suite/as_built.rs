@@ -1,4 +1,5 @@
-//! Robots as people build them: joints to the world above the base, rollers for show, wheels that do not fit the others.
+//! Robots as people build them: joints to the world above the base, rollers for show, wheels that
+//! do not fit the others.
 
 use ilon_formats::{Fault, Handedness, LoadOptions, LoadRobot, Remedy, RobotError};
 use ilon_robot::Robot;
@@ -59,7 +60,8 @@ fn gammas(robot: &Robot) -> Vec<f64> {
         .collect()
 }
 
-/// Slides along x and y and a turn, each with a link of its own, above wheels with and without rollers.
+/// Slides along x and y and a turn, each with a link of its own, above wheels with and without
+/// rollers.
 #[test]
 fn joints_to_the_world_above_the_base_are_no_wheel() {
     let to_world = |last: &str| {
@@ -94,7 +96,8 @@ fn joints_to_the_world_above_the_base_are_no_wheel() {
     assert_eq!(rollers(&found), rollers(&plain));
 }
 
-/// A cylinder on a cross joint in the hub, and two on its rim: they turn nothing on the floor, and are part of the wheel.
+/// A cylinder on a cross joint in the hub, and two on its rim: they turn nothing on the floor, and
+/// are part of the wheel.
 #[test]
 fn rollers_for_show_are_part_of_their_wheels() {
     let small =
@@ -191,7 +194,8 @@ fn a_file_without_wheels_says_what_was_looked_at() {
     assert!(said.len() < 2 * 240);
 }
 
-/// Wheels that weigh nothing and show nothing: a radius alone does not make them wheels, so that it is not asked for alone; what stands in the way is said.
+/// Wheels that weigh nothing and show nothing: a radius alone does not make them wheels, so that it
+/// is not asked for alone; what stands in the way is said.
 #[test]
 fn a_question_that_no_answer_helps_says_what_stands_in_the_way() {
     let folder = tempfile::tempdir().unwrap();
@@ -267,7 +271,8 @@ fn all_arguments_that_are_missing_are_asked_for_at_once() {
     assert_eq!(names, ["half", "other"]);
 }
 
-/// `<insert_block>` without its prefix puts nothing in: all wheels would stand in one place. The repair reads it.
+/// `<insert_block>` without its prefix puts nothing in: all wheels would stand in one place. The
+/// repair reads it.
 #[test]
 fn blocks_of_xacro_without_their_prefix_are_repaired() {
     let folder = tempfile::tempdir().unwrap();
@@ -301,8 +306,8 @@ fn blocks_of_xacro_without_their_prefix_are_repaired() {
     );
 }
 
-/// The axis of the roller on the ground, by the direction of more friction, whichever of the two is named first. In the frame of the wheel it turns with
-/// it, which is said.
+/// The axis of the roller on the ground, by the direction of more friction, whichever of the two is
+/// named first. In the frame of the wheel it turns with it, which is said.
 #[test]
 fn directions_of_friction_are_read_in_either_order() {
     let text = |fdir1: &dyn Fn(f64) -> String| {
@@ -330,7 +335,8 @@ fn directions_of_friction_are_read_in_either_order() {
             [-45.0, 45.0, 45.0, -45.0]
         );
     }
-    // In the wheel's own frame: proposed where it is oblique, and else what a plain wheel may have too.
+    // In the wheel's own frame: proposed where it is oblique, and else what a plain wheel may have
+    // too.
     let turning = |side: f64| format!("<mu1>1</mu1><mu2>0</mu2><fdir1>1 {side} 0</fdir1>");
     let error = robot(&[&text(&turning)]).unwrap_err();
     let help = error.help();
@@ -353,8 +359,9 @@ fn directions_of_friction_are_read_in_either_order() {
     );
 }
 
-/// Rollers whose joints are fixed are one fault, which a repair mends; the chassis is held against the floor of the rollers and not of the hub. Joints that
-/// stop after a turn are taken to turn on, and remarked; stops that nobody reaches are not.
+/// Rollers whose joints are fixed are one fault, which a repair mends; the chassis is held against
+/// the floor of the rollers and not of the hub. Joints that stop after a turn are taken to turn on,
+/// and remarked; stops that nobody reaches are not.
 #[test]
 fn rollers_that_do_not_turn_are_a_fault_and_stops_a_remark() {
     let plain = crate::common::small();
@@ -400,8 +407,8 @@ fn rollers_that_do_not_turn_are_a_fault_and_stops_a_remark() {
     assert_eq!(stopped("1e16"), 0);
 }
 
-/// Three rollers of four have a shape: the ring of their axes, 38 mm, and their radius, 12 mm, are the wheel's, and a hub of 42 mm with the inertia of
-/// such a disc is none.
+/// Three rollers of four have a shape: the ring of their axes, 38 mm, and their radius, 12 mm, are
+/// the wheel's, and a hub of 42 mm with the inertia of such a disc is none.
 #[test]
 fn a_hub_is_no_clue_where_rollers_are_known() {
     let mut text = crate::common::small();

@@ -1,4 +1,5 @@
-//! What is asked of whoever reads a file that leaves something open: all of it at once; and what files say that needs no asking.
+//! What is asked of whoever reads a file that leaves something open: all of it at once; and what
+//! files say that needs no asking.
 
 use std::path::Path;
 
@@ -47,8 +48,9 @@ fn diagnosed(folder: &Path, name: &str, text: &str) -> Diagnosis {
     Robot::diagnose(&path, &LoadOptions::default(), |_| true)
 }
 
-/// What a mecanum file leaves open, and the radius that is proposed for its wheels, in millimetres: a cylinder across the axis is a
-/// clue of its own, and an inertia that is the same about all axes is that of a ball, r = sqrt(5 I / (2 m)) = 50 mm.
+/// What a mecanum file leaves open, and the radius that is proposed for its wheels, in millimetres:
+/// a cylinder across the axis is a clue of its own, and an inertia that is the same about all axes
+/// is that of a ball, r = sqrt(5 I / (2 m)) = 50 mm.
 #[test_case(0.05, AS_DISC, ACROSS, Some(50.0); "a cylinder across the axis, its height and its inertia")]
 #[test_case(0.0, AS_BALL, ACROSS, Some(50.0); "a cylinder across the axis and a ball")]
 #[test_case(0.0, "<inertia ixx=\"1e-3\" ixy=\"0\" ixz=\"0\" iyy=\"1.6e-3\" iyz=\"0\" izz=\"1e-3\"/>", ACROSS, None; "a cylinder across the axis that nothing confirms")]
@@ -65,7 +67,8 @@ fn clues_that_are_turned_or_round(z: f64, inertia: &str, inside: &str, radius_mm
     assert_eq!(proposed.map(|m| (1e4 * m).round() / 10.0), radius_mm);
 }
 
-/// Plain wheels whose mesh is not there on a chassis without an inertia: rollers, radius and repair are one question.
+/// Plain wheels whose mesh is not there on a chassis without an inertia: rollers, radius and repair
+/// are one question.
 #[test]
 fn all_that_is_missing_is_asked_at_once() {
     let folder = tempfile::tempdir().unwrap();
@@ -112,7 +115,8 @@ fn all_that_is_missing_is_asked_at_once() {
     assert_eq!(robot.robot.wheels[0].radius_m, 0.08);
 }
 
-/// Rollers that are known and a radius that is not: the question holds the proposal for the one and asks for the other.
+/// Rollers that are known and a radius that is not: the question holds the proposal for the one and
+/// asks for the other.
 #[test]
 fn what_is_known_stands_in_the_question() {
     let folder = tempfile::tempdir().unwrap();
@@ -124,8 +128,9 @@ fn what_is_known_stands_in_the_question() {
     assert_eq!(rollers.gamma, Handedness::XDeg(45.0));
 }
 
-/// Four parallel wheels in the X that are all called omni wheels: no other rollers than a mecanum wheel's let them move sideways.
-/// Where only two are called so, the others may be driven plain ones.
+/// Four parallel wheels in the X that are all called omni wheels: no other rollers than a mecanum
+/// wheel's let them move sideways. Where only two are called so, the others may be driven plain
+/// ones.
 #[test_case("", Some(45.0))]
 #[test_case("rear", None)]
 fn parallel_wheels_that_are_called_omni_wheels(plain: &str, gamma_deg: Option<f64>) {
@@ -144,7 +149,8 @@ fn parallel_wheels_that_are_called_omni_wheels(plain: &str, gamma_deg: Option<f6
     assert_eq!(gamma, gamma_deg.map(Handedness::XDeg));
 }
 
-/// The settings that a plug-in names for its controllers say what drives the wheels, and how large they are.
+/// The settings that a plug-in names for its controllers say what drives the wheels, and how large
+/// they are.
 #[test_case("mecanum_drive_controller/MecanumDriveController", true)]
 #[test_case("diff_drive_controller/DiffDriveController", false)]
 fn controllers_say_which_wheels_they_drive(kind: &str, is_mecanum: bool) {
@@ -259,7 +265,8 @@ fn wheels_of_nothing_are_asked_about_whole() {
     assert_eq!(question.asked.len(), 2, "{:?}", question.asked);
 }
 
-/// A value that only names things needs no asking: what speaks of a name is given one, and anything else a number.
+/// A value that only names things needs no asking: what speaks of a name is given one, and anything
+/// else a number.
 #[test_case("robot_name", "robot")]
 #[test_case("wheel_count", "0")]
 fn arguments_that_only_name_things(name: &str, value: &str) {
@@ -276,7 +283,8 @@ fn arguments_that_only_name_things(name: &str, value: &str) {
     assert!(diagnosis.question.is_none());
 }
 
-/// Wheels on fixed joints whose meshes are not there: called wheels, with the axis that their joints state, they are asked about.
+/// Wheels on fixed joints whose meshes are not there: called wheels, with the axis that their
+/// joints state, they are asked about.
 #[test]
 fn fixed_wheels_whose_meshes_are_missing_are_asked_about() {
     let folder = tempfile::tempdir().unwrap();

@@ -48,7 +48,8 @@ fn mecanum4_is_read_as_described() {
         assert_relative_eq!(wheel.axis(), Vector2::y(), epsilon = TOLERANCE);
         assert_relative_eq!(wheel.gamma_rad, sign * FRAC_PI_4, epsilon = TOLERANCE);
         assert_relative_eq!(wheel.radius_m, 0.05, epsilon = TOLERANCE);
-        // Solid cylinder along the hub axis, z of the hub frame: m r^2 / 2 and m (3 r^2 + h^2) / 12.
+        // Solid cylinder along the hub axis, z of the hub frame: m r^2 / 2 and m (3 r^2 + h^2)
+        // / 12.
         assert_relative_eq!(wheel.hub.mass_kg, 0.25, epsilon = TOLERANCE);
         assert_relative_eq!(
             wheel.hub.inertia_kg_m2[(2, 2)],
@@ -80,8 +81,9 @@ fn mecanum4_is_read_as_described() {
             );
         }
     }
-    // Equation (8): the row of wheel j is proportional to (n_x, n_y, b x n) with n the axis of the roller that points
-    // down. The front left wheel's is (1, -1, -0.31) / sqrt 2: the sum of both arms turns the robot.
+    // Equation (8): the row of wheel j is proportional to (n_x, n_y, b x n) with n the axis of the
+    // roller that points down. The front left wheel's is (1, -1, -0.31) / sqrt 2: the sum of both
+    // arms turns the robot.
     let wheel = &robot.wheels[0];
     let (n, b) = (wheel.roller_axis(), wheel.position_m());
     let row = Vector3::new(n.x, n.y, b.x * n.y - b.y * n.x);
@@ -122,8 +124,8 @@ fn mecanum6_has_six_wheels_on_one_floor() {
     }
 }
 
-/// The models are the same to the last bit on every machine and after every change of the loader. Where one is meant to
-/// change, the test prints the new figures.
+/// The models are the same to the last bit on every machine and after every change of the loader.
+/// Where one is meant to change, the test prints the new figures.
 #[test]
 fn every_shipped_robot_loads_to_the_same_bits() {
     let expected: [(&str, u64, u64); 7] = [

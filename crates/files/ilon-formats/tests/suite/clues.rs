@@ -1,4 +1,5 @@
-//! What is proposed for files that leave the size of their wheels, or their rollers, open: nothing that only one clue speaks for.
+//! What is proposed for files that leave the size of their wheels, or their rollers, open: nothing
+//! that only one clue speaks for.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -8,7 +9,8 @@ use ilon_robot::Robot;
 use nalgebra::Vector3;
 use test_case::test_case;
 
-/// Four wheels of 50 mm as their inertia has it, solid discs of 0.5 kg: 0.5 * 0.5 kg * (50 mm)^2 = 6.25e-4 kg m^2.
+/// Four wheels of 50 mm as their inertia has it, solid discs of 0.5 kg: 0.5 * 0.5 kg * (50 mm)^2 =
+/// 6.25e-4 kg m^2.
 const MASS: &str = r#"<inertial><mass value="0.5"/><inertia ixx="3.5e-4" ixy="0" ixz="0" iyy="6.25e-4" iyz="0" izz="3.5e-4"/></inertial>"#;
 const BODY: &str = r#"<link name="base_link"><inertial><mass value="8"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.15"/></inertial></link>"#;
 const MESH: &str = r#"<collision><geometry><mesh filename="MESH"/></geometry></collision>"#;
@@ -52,8 +54,8 @@ fn diagnosed(folder: &Path, name: &str, text: &str) -> (std::path::PathBuf, Diag
     (path, diagnosis)
 }
 
-/// A mesh that is not there, at the height of its axis above the base, with something more in the file; the radius that is proposed
-/// for it, in millimetres.
+/// A mesh that is not there, at the height of its axis above the base, with something more in the
+/// file; the radius that is proposed for it, in millimetres.
 #[test_case(0.0, "wheel.stl", "", None; "the inertia alone")]
 #[test_case(0.0965, "wheel.stl", "", None; "a height that the inertia denies")]
 #[test_case(0.05, "wheel.stl", "", Some(50.0); "height and inertia")]
@@ -200,8 +202,9 @@ fn wheels_of_two_kinds_in_one_file_are_given_each_their_own_gamma() {
     );
 }
 
-/// A robot that is called a mecanum one, with each wheel turned by the angle that its rollers have: as omni wheels its four would turn it
-/// by another lever arm than it has. It is asked about, unless its wheels themselves are called omni wheels.
+/// A robot that is called a mecanum one, with each wheel turned by the angle that its rollers have:
+/// as omni wheels its four would turn it by another lever arm than it has. It is asked about,
+/// unless its wheels themselves are called omni wheels.
 #[test_case("mecanum_bot", "", "wheel", false; "the robot's name")]
 #[test_case("r", "<gazebo><plugin filename=\"libmecanum_drive.so\"/></gazebo>", "wheel", false; "a plug-in")]
 #[test_case("mecanum_bot", "", "omni_wheel", true; "wheels that are called omni wheels")]
@@ -237,8 +240,9 @@ fn a_mecanum_robot_whose_hubs_are_not_parallel_is_asked_about(
     }
 }
 
-/// Plain wheels on parallel axes roll as they are. What nothing calls mecanum is asked about, and no rollers are invented for it;
-/// one word in a name, a mesh, the robot's name or a plug-in is enough to propose some.
+/// Plain wheels on parallel axes roll as they are. What nothing calls mecanum is asked about, and
+/// no rollers are invented for it; one word in a name, a mesh, the robot's name or a plug-in is
+/// enough to propose some.
 #[test_case("", None; "nothing said")]
 #[test_case("name", Some(45.0); "a wheel's name")]
 #[test_case("robot", Some(45.0); "the robot's name")]
@@ -535,8 +539,9 @@ fn of_the_bodies_of_an_mjcf_the_one_with_wheels_is_the_robot() {
     );
 }
 
-/// A wheel as one mesh in the frame of its link, whose axis is y: a spindle for each of its rollers, whose ends have a share of its radius, and a hub. Of
-/// every third roller the facets may lie closer together towards one end.
+/// A wheel as one mesh in the frame of its link, whose axis is y: a spindle for each of its
+/// rollers, whose ends have a share of its radius, and a hub. Of every third roller the facets may
+/// lie closer together towards one end.
 fn drawn(wheel: &ilon_robot::Wheel, ends: f64, is_uneven: bool) -> String {
     const AROUND: usize = 24;
     const ALONG: usize = 8;
@@ -592,8 +597,9 @@ fn shipped() -> Robot {
     Robot::load(file).expect("the shipped robot")
 }
 
-/// A wheel rolls on its rollers' middles: the ends of those that are drawn as cylinders reach farther, and count no more than how many facets are drawn
-/// where. Ring and roller of a wheel of 50 mm make 50 mm; coordinates are read in f32.
+/// A wheel rolls on its rollers' middles: the ends of those that are drawn as cylinders reach
+/// farther, and count no more than how many facets are drawn where. Ring and roller of a wheel of
+/// 50 mm make 50 mm; coordinates are read in f32.
 #[test_case(0.6, false; "barrels")]
 #[test_case(1.0, false; "cylinders")]
 #[test_case(1.0, true; "cylinders of other facets")]
@@ -625,8 +631,9 @@ fn a_mesh_of_rollers_is_as_large_as_they_are_in_their_middles(ends: f64, is_unev
     assert!(radii_m.iter().all(|m| *m == radii_m[0]), "{radii_m:?}");
 }
 
-/// Four wheels that nobody calls anything are read as their meshes draw them: so many rollers, so thick, at that angle, and handed as they stand. Where
-/// one mesh is drawn on all of them, that is said.
+/// Four wheels that nobody calls anything are read as their meshes draw them: so many rollers, so
+/// thick, at that angle, and handed as they stand. Where one mesh is drawn on all of them, that is
+/// said.
 #[test_case(|i| i, "", None; "each wheel's own")]
 #[test_case(|i| i, "", Some(0.055); "what touches is larger than what is shown")]
 #[test_case(|_| 0, " (handed otherwise than in the usual X, in which they stand)", None; "one mesh on all")]
@@ -658,7 +665,8 @@ fn rollers_that_a_mesh_shows_are_taken(of: fn(usize) -> usize, but: &str, touche
         (rollers.rollers, rollers.gamma),
         (9, Handedness::XDeg(45.0))
     );
-    // To a tenth of a millimetre, as it is said; as thick in its wheel as it is drawn, whose radius is 50 mm.
+    // To a tenth of a millimetre, as it is said; as thick in its wheel as it is drawn, whose radius
+    // is 50 mm.
     let radius_m = shipped.wheels[0].rollers[0].radius_m * touches_m.unwrap_or(0.05) / 0.05;
     assert!((rollers.roller_radius_m.expect("a radius") - radius_m).abs() < 1e-4);
     for (wheel, drawn) in loaded.robot.wheels.iter().zip(&shipped.wheels) {
@@ -675,7 +683,8 @@ fn rollers_that_a_mesh_shows_are_taken(of: fn(usize) -> usize, but: &str, touche
     assert!(said.iter().any(|line| line.contains(&words)), "{said:?}");
 }
 
-/// Omni wheels beside mecanum wheels on axes of the same direction: what each is called tells them apart.
+/// Omni wheels beside mecanum wheels on axes of the same direction: what each is called tells them
+/// apart.
 #[test]
 fn an_omni_wheel_on_the_axis_of_mecanum_wheels_is_no_mecanum_wheel() {
     let mecanum = wheels(0.0, DISC)
@@ -702,7 +711,8 @@ fn an_omni_wheel_on_the_axis_of_mecanum_wheels_is_no_mecanum_wheel() {
     }
 }
 
-/// Four wheels, each below a joint that turns about an upright axis: without end, or within limits as those of most servos.
+/// Four wheels, each below a joint that turns about an upright axis: without end, or within limits
+/// as those of most servos.
 fn steered(kind: &str) -> String {
     let inertial = MASS;
     let each = PLACES.iter().map(|(name, x, y)| {
@@ -716,7 +726,8 @@ fn steered(kind: &str) -> String {
     each.collect()
 }
 
-/// Wheels that are steered move a robot in all directions without rollers, and such robots are called omnidirectional too.
+/// Wheels that are steered move a robot in all directions without rollers, and such robots are
+/// called omnidirectional too.
 #[test_case("continuous"; "without end")]
 #[test_case("revolute"; "within limits")]
 fn steered_wheels_of_a_robot_that_is_called_omnidirectional_are_given_no_rollers(kind: &str) {
@@ -733,8 +744,8 @@ fn steered_wheels_of_a_robot_that_is_called_omnidirectional_are_given_no_rollers
     assert_eq!(diagnosis.proposal, None);
 }
 
-/// Joints that move a whole base over the plane, as learners write them above robots whose wheels do not turn, steer none of its wheels: those of a fork
-/// for each do.
+/// Joints that move a whole base over the plane, as learners write them above robots whose wheels
+/// do not turn, steer none of its wheels: those of a fork for each do.
 #[test_case(false; "one for the base")]
 #[test_case(true; "one for each wheel")]
 fn a_joint_that_turns_the_whole_base_steers_no_wheel(are_forks: bool) {
@@ -767,8 +778,9 @@ fn a_joint_that_turns_the_whole_base_steers_no_wheel(are_forks: bool) {
     assert_eq!(is_steered, are_forks, "{:?}", diagnosis.faults[0].fault());
 }
 
-/// Of four parallel wheels of a robot that is called omnidirectional mecanum rollers are proposed, for no others let it move sideways: not where it is
-/// driven as one of plain wheels, and never silently.
+/// Of four parallel wheels of a robot that is called omnidirectional mecanum rollers are proposed,
+/// for no others let it move sideways: not where it is driven as one of plain wheels, and never
+/// silently.
 #[test_case("omni_bot", "", Some(45.0); "omni")]
 #[test_case("HolonomicBase", "", Some(45.0); "holonomic")]
 #[test_case("nonholonomic_base", "", None; "its contrary")]
@@ -791,8 +803,8 @@ fn a_robot_that_is_called_omnidirectional(name: &str, plugin: &str, gamma_deg: O
     assert_eq!(help.contains(&words), gamma_deg.is_some(), "{help}");
 }
 
-/// A comment that stands above wheels as their heading says what they are, to be confirmed: not one that tells a story, and not of wheels that are driven as
-/// plain ones.
+/// A comment that stands above wheels as their heading says what they are, to be confirmed: not one
+/// that tells a story, and not of wheels that are driven as plain ones.
 #[test_case("===== MECANUM WHEELS =====", "", true; "a heading")]
 #[test_case("the base once had mecanum wheels, and was slow, so they were replaced", "", false; "a story")]
 #[test_case("<mecanum/>", "", false; "what is commented out")]
@@ -832,7 +844,8 @@ fn what_is_assumed_of_a_proposal_is_said() {
     );
 }
 
-/// A plug-in that moves the base however it likes proves nothing, but is named where rollers are asked about.
+/// A plug-in that moves the base however it likes proves nothing, but is named where rollers are
+/// asked about.
 #[test]
 fn a_hint_that_is_not_enough_is_listed() {
     let folder = tempfile::tempdir().unwrap();
@@ -847,7 +860,8 @@ fn a_hint_that_is_not_enough_is_listed() {
     );
 }
 
-/// Wheels on fixed joints that say about which axis they would turn, with cylinders that lie across it: cylinder and inertia agree on the radius.
+/// Wheels on fixed joints that say about which axis they would turn, with cylinders that lie across
+/// it: cylinder and inertia agree on the radius.
 #[test]
 fn a_fixed_wheel_whose_cylinder_lies_across_its_axis_is_a_wheel() {
     let folder = tempfile::tempdir().unwrap();
@@ -900,7 +914,8 @@ fn rollers_of_a_wheel_of_unknown_size_are_asked_for_without_their_thickness() {
         inside += &link(name, &(shown + across));
         inside += &joint(name, "continuous", [*x, *y, 0.0], 0.0, ABOUT_Y);
     }
-    // An inertia as that of a disc of 60 mm agrees with neither: 0.5 * 0.5 kg * (60 mm)^2 = 9e-4 kg m^2.
+    // An inertia as that of a disc of 60 mm agrees with neither: 0.5 * 0.5 kg * (60 mm)^2 = 9e-4 kg
+    // m^2.
     let text = robot(&inside).replace("iyy=\"6.25e-4\"", "iyy=\"9e-4\"");
     let text = text.replace("3.5e-4", "5e-4");
     let (_, diagnosis) = diagnosed(folder.path(), "base.urdf", &text);

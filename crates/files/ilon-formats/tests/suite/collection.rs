@@ -1,6 +1,6 @@
-//! Every robot file of a folder named by `ILON_ROBOTS`: each must load, or be refused in words that say where and how to repair
-//! it; and what is proposed must work.
-//! `ILON_ROBOTS=~/urdf cargo test -p ilon-robot --test suite collection:: -- --nocapture` prints what was made of them.
+//! Every robot file of a folder named by `ILON_ROBOTS`: each must load, or be refused in words that
+//! say where and how to repair it; and what is proposed must work. `ILON_ROBOTS=~/urdf cargo test
+//! -p ilon-robot --test suite collection:: -- --nocapture` prints what was made of them.
 
 use crate::common;
 

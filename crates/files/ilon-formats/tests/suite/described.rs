@@ -1,4 +1,5 @@
-//! What is overridden of single wheels of a description is read back of those wheels, and of no other; and what is said of drives.
+//! What is overridden of single wheels of a description is read back of those wheels, and of no
+//! other; and what is said of drives.
 
 use crate::common;
 

@@ -1,6 +1,7 @@
 //! Bad robots: each fault is told with its file, line, element and mend.
 //!
-//! Every case is a good robot with one thing changed, so that the fault told is the change. A list of cases, and as long as there are faults.
+//! Every case is a good robot with one thing changed, so that the fault told is the change. A list
+//! of cases, and as long as there are faults.
 
 use crate::common;
 
@@ -219,7 +220,8 @@ fn a_missing_inertia_is_reported_at_its_inertial() {
 
 #[test]
 fn an_inertia_that_no_body_has_is_reported_with_its_moments() {
-    // Of the moments 1, 1 and 3 kg m^2 the last exceeds the sum of the others: it would take negative mass.
+    // Of the moments 1, 1 and 3 kg m^2 the last exceeds the sum of the others: it would take
+    // negative mass.
     let text = with_first_inertia(r#"ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="3""#);
     assert_eq!(
         fault_of(&text).to_string(),
@@ -315,8 +317,9 @@ fn rollers_that_turn_about_the_hub_axis_are_reported_as_gamma_90() {
 
 #[test]
 fn gaps_between_rollers_are_reported_in_degrees() {
-    // Without every outermost sphere the stack ends at 2/3 of the half length, where the roller hands over at
-    // atan(2/3 tan(pi/8)) = 15.435 deg from its middle instead of 22.5 deg: gaps of 14.13 deg in pitches of 45 deg.
+    // Without every outermost sphere the stack ends at 2/3 of the half length, where the roller
+    // hands over at atan(2/3 tan(pi/8)) = 15.435 deg from its middle instead of 22.5 deg: gaps of
+    // 14.13 deg in pitches of 45 deg.
     let whole = small();
     let outermost: Vec<&str> = whole
         .lines()
@@ -378,8 +381,9 @@ fn rollers_that_stand_closer_than_they_are_thick_are_remarked_with_their_line() 
 
 #[test]
 fn wheels_at_different_heights_are_reported() {
-    // Three wheels 200 mm around the middle, the first of them raised: the other two stand 100 mm behind the middle, so that it
-    // leans over the 300 mm between by atan(10 mm / 300 mm) = 1.91 deg, which is taken and remarked, and by 6.7 deg for 35 mm.
+    // Three wheels 200 mm around the middle, the first of them raised: the other two stand 100 mm
+    // behind the middle, so that it leans over the 300 mm between by atan(10 mm / 300 mm) = 1.91
+    // deg, which is taken and remarked, and by 6.7 deg for 35 mm.
     let text = small();
     let raised = |z: &str| text.replacen("xyz=\"0.2 0 0.05\"", &format!("xyz=\"0.2 0 {z}\""), 1);
     let robot = Robot::from_urdf_str(&raised("0.06"), "small.urdf").expect("a little uneven");
@@ -420,7 +424,8 @@ fn millimetres_are_recognised() {
         generate(&spec).expect_err("a wheel of 50 m").to_string(),
         "small: `wheel.radius_m` is 50, but must be a length in metres, below 5: 50 mm are 0.05"
     );
-    // Every length of a URDF a thousand times larger: the wheel measures 50 m. Axes are directions, of whatever length.
+    // Every length of a URDF a thousand times larger: the wheel measures 50 m. Axes are directions,
+    // of whatever length.
     let mut text = small();
     for attribute in ["xyz=\"", "radius=\"", "length=\"", "size=\""] {
         let mut parts = text.split(attribute);
@@ -506,7 +511,8 @@ fn a_description_out_of_range_is_refused(good: &str, bad: &str, message: &str) {
 
 #[test]
 fn inertias_far_beyond_the_size_of_many_rollers_are_reported_at_once() {
-    // A roller of 10 g and 24 mm across, with the inertia of a metre: the radius of gyration is 1 m.
+    // A roller of 10 g and 24 mm across, with the inertia of a metre: the radius of gyration is 1
+    // m.
     let heavy = r#"<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/>"#;
     let mut text = String::new();
     let mut of_roller = false;
@@ -530,7 +536,8 @@ fn inertias_far_beyond_the_size_of_many_rollers_are_reported_at_once() {
     assert!(Robot::from_urdf_str_with(&text, "small.urdf", &options).is_ok());
 }
 
-/// What is asked of each wheel looks at all others: a file of thousands that turn is refused before, and so is one with a DTD, in words of its own.
+/// What is asked of each wheel looks at all others: a file of thousands that turn is refused
+/// before, and so is one with a DTD, in words of its own.
 #[test]
 fn thousands_of_wheels_and_a_dtd_are_refused_in_words() {
     let links: String = (0..2000)
@@ -544,6 +551,9 @@ fn thousands_of_wheels_and_a_dtd_are_refused_in_words() {
     let said = fault_of(&star).to_string();
     assert!(said.contains("2000 joints turn as wheels do"), "{said}");
     let dtd = "<!DOCTYPE robot SYSTEM \"robot.dtd\"><robot name=\"x\"><link name=\"b\"/></robot>";
-    let help = fault_of(dtd).help();
+    let fault = fault_of(dtd);
+    let (said, help) = (fault.to_string(), fault.help());
+    // It is well-formed.
+    assert!(!said.contains("well-formed"), "{said}");
     assert!(help.contains("<!DOCTYPE"), "{help}");
 }

@@ -1,5 +1,5 @@
-//! A robot in SDF or MJCF is the robot that it is in URDF: the same one is written in all three, each in its own way of placing
-//! things, and read back. As long as three formats are.
+//! A robot in SDF or MJCF is the robot that it is in URDF: the same one is written in all three,
+//! each in its own way of placing things, and read back. As long as three formats are.
 
 use crate::common;
 
@@ -312,7 +312,8 @@ fn mjcf(urdf: &str) -> String {
 
 // --- Holding one against the other.
 
-/// Written with all digits and turned by angles and back: some roundings of numbers of at most a few units.
+/// Written with all digits and turned by angles and back: some roundings of numbers of at most a
+/// few units.
 const TOLERANCE: f64 = 1e-11;
 
 fn same_mass(p: &MassProperties, q: &MassProperties) {
@@ -545,7 +546,8 @@ fn what_has_no_counterpart_is_refused(text: &str, words: &str) {
     assert!(!error.help().is_empty());
 }
 
-/// A geom by its ends is that by its place, its turn and half its length: what it weighs by its volume, and what it touches with.
+/// A geom by its ends is that by its place, its turn and half its length: what it weighs by its
+/// volume, and what it touches with.
 #[test_case("capsule", "0.02 0.15")]
 #[test_case("cylinder", "0.02 0.15")]
 #[test_case("box", "0.02 0.02 0.15")]
@@ -581,7 +583,8 @@ fn a_geom_of_an_mjcf_may_be_said_by_its_ends(kind: &str, size: &str) {
     assert!(ends.mass_kg() > without.mass_kg() + 0.1);
 }
 
-/// Three omni wheels of twelve rollers round a disc; `wheels(rollers)` is what stands in the chassis.
+/// Three omni wheels of twelve rollers round a disc; `wheels(rollers)` is what stands in the
+/// chassis.
 fn omni_mjcf(wheels: &str, motors: &str) -> String {
     format!(
         "<mujoco model=\"small\"><compiler angle=\"degree\"/><worldbody><body name=\"base\" pos=\"0 0 0.05\"><freejoint/>\
@@ -607,8 +610,9 @@ fn omni_roller(end: &str) -> String {
     )
 }
 
-/// MuJoCo's own way of writing wheels of rollers, one `<replicate>` in another: the robot is that of a file which writes each body, at
-/// angles by sine and cosine, under the names that MuJoCo gives; a motor that is said once drives each of its copies.
+/// MuJoCo's own way of writing wheels of rollers, one `<replicate>` in another: the robot is that
+/// of a file which writes each body, at angles by sine and cosine, under the names that MuJoCo
+/// gives; a motor that is said once drives each of its copies.
 #[test]
 fn what_an_mjcf_replicates_is_written_out() {
     let turned = |axis: Vector3<f64>, angle: f64, inside: &str| {
@@ -684,7 +688,8 @@ fn what_cannot_be_replicated_is_refused(wheels: &str, words: &str) {
     assert!(error.to_string().contains(words), "{error}");
 }
 
-/// A wheel of four, with an ellipsoid to show, in a file of its own beside the robot's, or within it. Its frame is the model's.
+/// A wheel of four, with an ellipsoid to show, in a file of its own beside the robot's, or within
+/// it. Its frame is the model's.
 fn sdf_wheel() -> String {
     r#"<link name="hub"><inertial><mass>0.5</mass><inertia><ixx>0.0004</ixx><iyy>0.0006</iyy><izz>0.0004</izz></inertia></inertial>
 <collision name="c"><pose>0 0 0 1.5707963267948966 0 0</pose><geometry><cylinder><radius>0.05</radius><length>0.04</length></cylinder></geometry></collision></link>"#
@@ -819,7 +824,8 @@ fn models_within_a_model_included_and_merged_ones_are_read() {
     );
 }
 
-/// An ellipsoid that is round across its longest axis stands for itself by balls: at its middle it is as thick as its half axis.
+/// An ellipsoid that is round across its longest axis stands for itself by balls: at its middle it
+/// is as thick as its half axis.
 #[test]
 fn ellipsoids_of_sdf_are_read() {
     let text = sdf_of_models(

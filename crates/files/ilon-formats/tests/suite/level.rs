@@ -1,4 +1,5 @@
-//! Axes and wheels that are level but for the rounding of their file's numbers, and those that somebody means to be off.
+//! Axes and wheels that are level but for the rounding of their file's numbers, and those that
+//! somebody means to be off.
 
 use std::fmt::Write;
 
@@ -24,7 +25,8 @@ fn exact() -> [Placed; 4] {
     })
 }
 
-/// The file of such a robot, which hangs by a base joint of that `rpy`, with ten rollers at 45 degrees put in.
+/// The file of such a robot, which hangs by a base joint of that `rpy`, with ten rollers at 45
+/// degrees put in.
 fn robot(wheels: &[Placed], base_rpy: &str) -> Robot {
     let mut text = format!(
         "<robot name=\"four\"><link name=\"foot\"/><joint name=\"base\" type=\"fixed\"><origin rpy=\"{base_rpy}\"/><parent link=\"foot\"/>\
@@ -57,7 +59,8 @@ fn said(robot: &Robot) -> Option<&str> {
     of_level.map(|remark| remark.text.as_str())
 }
 
-/// The largest lean of an axis against the body's plane, in radians, and the largest height of a lowest point above another, in metres.
+/// The largest lean of an axis against the body's plane, in radians, and the largest height of a
+/// lowest point above another, in metres.
 fn off(robot: &Robot) -> (f64, f64) {
     let lean = |of: &ilon_robot::Wheel| (of.body_from_hub.rotation * Vector3::z()).z.abs();
     let wheels = || robot.wheels.iter();
@@ -95,7 +98,8 @@ fn what_an_export_of_cad_rounds_is_level_and_said() {
     assert!(figures.iter().all(|of| text.contains(of)), "{text}");
 }
 
-/// Half pi with three digits lets an axis lean by 0.8 mrad, pi with three by 1.6 mrad; the wheel's middle stays where it is, its axis points the same way.
+/// Half pi with three digits lets an axis lean by 0.8 mrad, pi with three by 1.6 mrad; the wheel's
+/// middle stays where it is, its axis points the same way.
 #[test]
 fn axes_of_rounded_turns_are_level() {
     let turns = [
@@ -131,7 +135,8 @@ fn axes_of_rounded_turns_are_level() {
     }
 }
 
-/// A camber of half a degree, an axle a tenth of a millimetre lower, and a worn wheel on an axle of the same height are no rounding.
+/// A camber of half a degree, an axle a tenth of a millimetre lower, and a worn wheel on an axle of
+/// the same height are no rounding.
 #[test]
 fn what_is_meant_stays() {
     let mut cambered = exact();
@@ -157,7 +162,8 @@ fn what_is_meant_stays() {
     }
 }
 
-/// A base joint of half a quarter turn too little leans the whole robot: axes and lowest points stay in one plane.
+/// A base joint of half a quarter turn too little leans the whole robot: axes and lowest points
+/// stay in one plane.
 #[test]
 fn a_robot_that_leans_as_a_whole_stays_in_its_plane() {
     let leans_rad = 0.0008_f64;
@@ -171,7 +177,8 @@ fn a_robot_that_leans_as_a_whole_stays_in_its_plane() {
     wheels[2].at_m[2] -= 6e-6;
     let levelled = robot(&wheels, "0.0008 0 0");
     let pose = levelled.standing_pose().unwrap();
-    // The plane is that of three wheels: with the low one among them it leans by 6 um over 152 mm, 0.04 mrad.
+    // The plane is that of three wheels: with the low one among them it leans by 6 um over 152 mm,
+    // 0.04 mrad.
     assert!(
         (pose.roll_rad.abs() - leans_rad).abs() < 5e-5,
         "{}",
@@ -182,6 +189,7 @@ fn a_robot_that_leans_as_a_whole_stays_in_its_plane() {
         .iter()
         .map(|of| pose.gap_m(of))
         .fold(0.0, f64::max);
-    // Axes that lean by 0.04 mrad against that plane were turned too, which is of second order in the height.
+    // Axes that lean by 0.04 mrad against that plane were turned too, which is of second order in
+    // the height.
     assert!(gap_m < 1e-9, "{gap_m}");
 }

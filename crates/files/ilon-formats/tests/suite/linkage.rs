@@ -1,4 +1,5 @@
-//! Joints that are neither a wheel's nor a roller's: which of them move, what is read of them, and which are refused.
+//! Joints that are neither a wheel's nor a roller's: which of them move, what is read of them, and
+//! which are refused.
 
 use ilon_formats::{JointOptions, LoadOptions, LoadRobot, Loaded, RoleOption};
 use ilon_robot::{JointKind, JointRole, JointServo, JointSpring, Robot};
@@ -9,7 +10,8 @@ const MASS: &str = r#"<inertial><mass value="0.5"/><inertia ixx="3.5e-4" ixy="0"
 const DISC: &str = r#"<collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.05" length="0.04"/></geometry></collision>"#;
 const LIMIT: &str = r#"<limit lower="-0.1" upper="0.1" effort="0" velocity="0"/>"#;
 
-/// Four wheels of which the front ones hang by joint `rock` of a kind, about an axis, with something in it, and a link of a mass.
+/// Four wheels of which the front ones hang by joint `rock` of a kind, about an axis, with
+/// something in it, and a link of a mass.
 fn text((kind, axis): (&str, &str), inside: &str, mass: &str) -> String {
     let mut text = format!(
         r#"<robot name="r"><link name="base_link"><inertial><mass value="8"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.15"/></inertial></link>
@@ -173,7 +175,8 @@ fn a_mimic_joint_is_coupled_to_the_joint_that_it_follows() {
 
 const DRIVEN: &str = r#"<limit lower="-0.1" upper="0.1" effort="5" velocity="2"/>"#;
 
-/// A servo has the limits of the file and the gains of what it moves, so that naming the role is enough.
+/// A servo has the limits of the file and the gains of what it moves, so that naming the role is
+/// enough.
 #[test]
 fn a_driven_joint_has_the_limits_of_its_file_and_gains_of_what_it_moves() {
     let driven = with(|o| o.role = Some(RoleOption::Driven));
@@ -221,7 +224,8 @@ fn what_no_servo_can_be_is_refused_in_words(asked: JointOptions, words: &str) {
     assert!(error.contains(words) && error.contains("rock"), "{error}");
 }
 
-/// Four wheels of which the front ones hang by joint `rock`, in SDF; `dynamics` is what is in that joint.
+/// Four wheels of which the front ones hang by joint `rock`, in SDF; `dynamics` is what is in that
+/// joint.
 fn sdf(dynamics: &str) -> String {
     let inertial = |mass: f64| {
         format!(
@@ -274,7 +278,8 @@ fn a_spring_of_sdf_is_read() {
     assert!(robot.joints.is_empty());
 }
 
-/// The same robot in MJCF, whose joint `rock` is a hinge about x with these attributes, and whose angles are in degrees.
+/// The same robot in MJCF, whose joint `rock` is a hinge about x with these attributes, and whose
+/// angles are in degrees.
 fn mjcf(attributes: &str, default: &str) -> String {
     let wheel = |name: &str, x: f64, y: f64| {
         format!(
@@ -294,7 +299,8 @@ fn mjcf(attributes: &str, default: &str) -> String {
     )
 }
 
-/// MuJoCo acts with -stiffness (q - springref), where the body is drawn at q = ref, angles in degrees; classes hand their values down.
+/// MuJoCo acts with -stiffness (q - springref), where the body is drawn at q = ref, angles in
+/// degrees; classes hand their values down.
 #[test]
 fn a_spring_of_mjcf_is_read_with_its_reference_and_class() {
     let attributes = r#"springref="3" ref="1" range="-9 11" limited="true" frictionloss="0.2""#;
@@ -321,7 +327,8 @@ fn a_spring_of_mjcf_is_read_with_its_reference_and_class() {
     assert!(remarked(&plain, "joint `rock`", "`springdamper`"));
 }
 
-/// A rocker that is held for something that is wrong with it says what, and what would make it free.
+/// A rocker that is held for something that is wrong with it says what, and what would make it
+/// free.
 #[test_case(r#"<limit lower="0.1" upper="-0.1" effort="0" velocity="0"/>"#, MASS, "exchange them"; "limits the wrong way round")]
 #[test_case(LIMIT, "", "which has no mass"; "no mass")]
 #[test_case(r#"<limit lower="-0.1" upper="0.1" effort="0" velocity="0"/><mimic joint="rock"/>"#, MASS, "it mimics itself"; "a mimic of itself")]
@@ -394,7 +401,8 @@ fn a_stiffness_of_mjcf_that_cannot_be_is_remarked() {
     );
 }
 
-/// A lift that a person drives, whose two further stages mimic it: the second by way of the first, and stands before it in the file.
+/// A lift that a person drives, whose two further stages mimic it: the second by way of the first,
+/// and stands before it in the file.
 fn stages(first: &str, second: &str, mass: &str) -> String {
     let stage = |name: &str, parent: &str, limit: &str, mimics: &str| {
         format!(
@@ -427,8 +435,9 @@ fn role(role: RoleOption) -> JointOptions {
     }
 }
 
-/// What mimics a joint that moves follows it, and a servo's gains are of all that moves with it: at 1 m/s of the lift its stage goes at -1 m/s and the next
-/// at -2 m/s, each of 0.5 kg, so that twice the energy is 0.5 (1 + 1 + 4) J.
+/// What mimics a joint that moves follows it, and a servo's gains are of all that moves with it: at
+/// 1 m/s of the lift its stage goes at -1 m/s and the next at -2 m/s, each of 0.5 kg, so that twice
+/// the energy is 0.5 (1 + 1 + 4) J.
 #[test]
 fn joints_that_mimic_one_that_moves_follow_it() {
     let text = stages(WIDE, WIDE, MASS);

@@ -14,7 +14,8 @@ fn joint(parent: &str, child: &str) -> String {
     )
 }
 
-/// `rpy` turns about x, then y, then z of the parent: a yaw of a quarter turn takes x to y, a pitch x to -z, a roll y to z.
+/// `rpy` turns about x, then y, then z of the parent: a yaw of a quarter turn takes x to y, a pitch
+/// x to -z, a roll y to z.
 #[test]
 fn an_origin_turns_by_its_roll_pitch_and_yaw() {
     let quarter = FRAC_PI_2;
@@ -98,7 +99,8 @@ fn what_a_link_shows_is_read_with_its_colour() {
     assert_eq!(mesh.color, Some([0.0, 0.0, 1.0, 1.0]));
 }
 
-/// A description has a joint of each wheel and roller, and its links are those of its text, with the block for a controller manager too.
+/// A description has a joint of each wheel and roller, and its links are those of its text, with
+/// the block for a controller manager too.
 #[test]
 fn a_description_has_all_wheels_and_rollers() {
     let path = concat!(

@@ -1,15 +1,16 @@
 //! Rollers as they are made, against what geometry says of them on paper.
 //!
-//! Symbols as in `ilon_robot::barrel_profile`: rho the wheel's radius, a the ring's, k = cos gamma, phi the angle of a roller from
-//! straight down. The roller's axis then has the component w = k sin(phi) along "down", and a roller reaches
-//! a cos(phi) + h(w), h its own reach along w.
+//! Symbols as in `ilon_robot::barrel_profile`: rho the wheel's radius, a the ring's, k = cos gamma,
+//! phi the angle of a roller from straight down. The roller's axis then has the component w = k
+//! sin(phi) along "down", and a roller reaches a cos(phi) + h(w), h its own reach along w.
 
 use std::f64::consts::{PI, TAU};
 
 use ilon_formats::{LoadRobot, RobotError, Spec, generate};
 use ilon_robot::*;
 
-/// A robot described in a few lines: four mecanum wheels or three omni wheels of radius 50 mm with nine or eight rollers.
+/// A robot described in a few lines: four mecanum wheels or three omni wheels of radius 50 mm with
+/// nine or eight rollers.
 fn robot(gamma_deg: f64, rollers: &str) -> Result<Robot, RobotError> {
     let wheels = if gamma_deg == 0.0 {
         "per_row = 8\n".to_owned()
@@ -36,7 +37,8 @@ const RHO: f64 = 0.05;
 const R: f64 = 0.012;
 const A: f64 = RHO - R;
 
-/// What the file's fifteen digits, and angles that its reader works back from them, leave of a length.
+/// What the file's fifteen digits, and angles that its reader works back from them, leave of a
+/// length.
 const DIGITS_M: f64 = 1e-12;
 
 fn wheel(gamma_deg: f64, rollers: &str) -> Wheel {
@@ -63,7 +65,8 @@ fn the_default_is_the_ideal_barrel_bit_by_bit() {
 fn a_crown_near_one_nears_the_ideal_barrel() {
     let height_m = |crown: f64| wheel(45.0, &format!("crown = {crown}")).hub_height_m(0.3);
     for off in [1e-3, 1e-6, 1e-9] {
-        // A = k^2 ((r + a / k^2) / c - r), so that dA = -(k^2 r + a) dc, and the hub rises by dA (1 - cos phi) at most.
+        // A = k^2 ((r + a / k^2) / c - r), so that dA = -(k^2 r + a) dc, and the hub rises by dA
+        // (1 - cos phi) at most.
         let phi = 0.3;
         let slope_m = (0.5 * R + A) * (1.0 - f64::cos(phi));
         let off_m = height_m(1.0 + off) - RHO;
@@ -76,8 +79,9 @@ fn a_crown_near_one_nears_the_ideal_barrel() {
 
 #[test]
 fn a_crown_moves_the_hub_by_the_difference_of_the_circles() {
-    // Of s(t) = R - sqrt(A^2 + k^2 t^2) the sphere that reaches furthest is that at k t = A tan(phi), and a cos(phi) +
-    // k t sin(phi) + s = R - (A - a) cos(phi) = rho + (A - a) (1 - cos(phi)), as far as tan(phi) <= k L / 2 A.
+    // Of s(t) = R - sqrt(A^2 + k^2 t^2) the sphere that reaches furthest is that at k t = A
+    // tan(phi), and a cos(phi) + k t sin(phi) + s = R - (A - a) cos(phi) = rho + (A - a) (1 -
+    // cos(phi)), as far as tan(phi) <= k L / 2 A.
     for (gamma_deg, count) in [(45.0_f64, 9), (0.0, 8)] {
         for crown in [0.3, 0.8, 1.5] {
             let wheel = wheel(gamma_deg, &format!("crown = {crown}"));
@@ -104,8 +108,9 @@ fn a_crown_moves_the_hub_by_the_difference_of_the_circles() {
 
 #[test]
 fn over_a_gap_the_wheel_stands_on_the_end_of_a_roller() {
-    // The end sphere's middle is H = sqrt(a^2 + (k L / 2)^2) from the hub axis at psi = atan(k L / 2 a) from the roller's, and
-    // its radius is rho - H: at phi the hub is rho - H + H cos(phi - psi) high.
+    // The end sphere's middle is H = sqrt(a^2 + (k L / 2)^2) from the hub axis at psi = atan(k L /
+    // 2 a) from the roller's, and its radius is rho - H: at phi the hub is rho - H + H cos(phi -
+    // psi) high.
     for (gamma_deg, count) in [(45.0_f64, 9), (0.0, 8)] {
         let wheel = wheel(gamma_deg, "length_factor = 0.7");
         let k = gamma_deg.to_radians().cos();
@@ -128,8 +133,8 @@ fn over_a_gap_the_wheel_stands_on_the_end_of_a_roller() {
 
 #[test]
 fn a_wheel_of_cylinders_stands_on_their_edges() {
-    // A cylinder of half length l with edges of radius c: corners at l - c, r - c. At phi the lower one reaches
-    // a cos(phi) + (l - c) w + (r - c) sqrt(1 - w^2) + c.
+    // A cylinder of half length l with edges of radius c: corners at l - c, r - c. At phi the lower
+    // one reaches a cos(phi) + (l - c) w + (r - c) sqrt(1 - w^2) + c.
     let (half_m, c) = (0.012, 0.001);
     for (gamma_deg, count) in [(45.0_f64, 9), (0.0, 8)] {
         let profile =
@@ -183,7 +188,8 @@ fn draws_are_even_over_the_tolerance_and_follow_seed_and_name() {
         .collect();
     let mean = draws.iter().sum::<f64>() / 4000.0;
     let variance = draws.iter().map(|x| x * x).sum::<f64>() / 4000.0;
-    // Even draws have variance 1/3 and fourth moment 1/5: their means are off by 1/sqrt(3 n) and sqrt(4/45 n); four of these.
+    // Even draws have variance 1/3 and fourth moment 1/5: their means are off by 1/sqrt(3 n) and
+    // sqrt(4/45 n); four of these.
     assert!(mean.abs() < 4.0 / (3.0 * 4000.0_f64).sqrt(), "{mean}");
     assert!(
         (variance - 1.0 / 3.0).abs() < 4.0 * (4.0 / 45.0 / 4000.0_f64).sqrt(),

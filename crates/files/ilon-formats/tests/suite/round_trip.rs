@@ -111,8 +111,9 @@ prop_compose! {
     }
 }
 
-/// Relative error that is allowed: fifteen digits in the file, lost to cancellation at steep gamma, where the axes of hub
-/// and roller are nearly parallel, by a factor of up to 1 / cos(75 deg)^2 = 15, and by the chain of frames.
+/// Relative error that is allowed: fifteen digits in the file, lost to cancellation at steep gamma,
+/// where the axes of hub and roller are nearly parallel, by a factor of up to 1 / cos(75 deg)^2 =
+/// 15, and by the chain of frames.
 const TOLERANCE: f64 = 1e-11;
 
 fn close(a: f64, b: f64) -> bool {
@@ -155,7 +156,8 @@ fn alike(built: &Robot, read: &Robot) {
     }
 }
 
-/// The shipped descriptions, with crowned, turned and short rollers among them; and some that are refused, which both ways do.
+/// The shipped descriptions, with crowned, turned and short rollers among them; and some that are
+/// refused, which both ways do.
 #[test]
 fn shipped_descriptions_are_built_as_they_are_read() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
@@ -194,7 +196,8 @@ fn shipped_descriptions_are_built_as_they_are_read() {
     assert!(described(&path, &options).expect("it is read").is_none());
 }
 
-/// Rockers across, along and askew, springs, arms either way, and several at once: under wheels of one radius and, raised, of another.
+/// Rockers across, along and askew, springs, arms either way, and several at once: under wheels of
+/// one radius and, raised, of another.
 #[test]
 fn suspensions_are_built_as_they_are_read() {
     let sprung = "law.sprung = { stiffness_n_m = 4000, damping_n_s_m = 120, friction_n = 0.5, preload_n = 20, travel_m = 0.02 }";
@@ -247,7 +250,8 @@ const CASES: u32 = if cfg!(debug_assertions) { 12 } else { 64 };
 proptest! {
     #![proptest_config(ProptestConfig { cases: CASES, failure_persistence: None, rng_seed: RngSeed::Fixed(1973), ..ProptestConfig::default() })]
 
-    /// What is built at once is what is written and read: the same words, and the same numbers but for rounding.
+    /// What is built at once is what is written and read: the same words, and the same numbers but
+    /// for rounding.
     #[test]
     fn a_robot_that_is_built_is_the_one_that_is_read(spec in spec()) {
         let built = build(&spec).expect("in range");
@@ -375,14 +379,15 @@ fn same_robot(p: &Robot, q: &Robot) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// The same robot with the frame of every link but the root turned: `turn` gets the joint's index and the link's
-/// orientation in the body, and gives the new frame's orientation in the old one.
+/// The same robot with the frame of every link but the root turned: `turn` gets the joint's index
+/// and the link's orientation in the body, and gives the new frame's orientation in the old one.
 fn reframed(
     text: &str,
     turn: impl Fn(usize, UnitQuaternion<f64>) -> UnitQuaternion<f64>,
 ) -> String {
     let mut robot = urdf_rs::read_from_string(text).expect("a generated robot");
-    // The generator writes each joint after its parent link, so that one pass from the top sees parents first.
+    // The generator writes each joint after its parent link, so that one pass from the top sees
+    // parents first.
     let mut body_from_old =
         std::collections::HashMap::from([("base_link".to_owned(), UnitQuaternion::identity())]);
     let mut old_from_new =
@@ -421,7 +426,8 @@ fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
 }
 
 fn set(pose: &mut urdf_rs::Pose, to: &Isometry3<f64>) {
-    // Yaw first and undone: the arc sine of the textbook loses half of the digits near a pitch of 90 degrees.
+    // Yaw first and undone: the arc sine of the textbook loses half of the digits near a pitch of
+    // 90 degrees.
     let m = to.rotation.to_rotation_matrix();
     let yaw = m[(1, 0)].atan2(m[(0, 0)]);
     let (s, c) = yaw.sin_cos();

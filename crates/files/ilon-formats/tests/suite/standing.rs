@@ -1,4 +1,5 @@
-//! How a robot stands on a plane, on wheels of whatever height and size, against what follows on paper.
+//! How a robot stands on a plane, on wheels of whatever height and size, against what follows on
+//! paper.
 
 use crate::common;
 
@@ -9,7 +10,8 @@ use ilon_formats::{Fault, LoadRobot, RollerForms, Spec, generate};
 use ilon_robot::{Robot, StandingPose};
 use proptest::prelude::*;
 
-/// Distance of the wheels of the small robot from its middle, in metres: they stand ahead and 120 degrees to both sides.
+/// Distance of the wheels of the small robot from its middle, in metres: they stand ahead and 120
+/// degrees to both sides.
 const RING_M: f64 = 0.2;
 
 fn trike() -> Robot {
@@ -63,10 +65,11 @@ fn a_level_robot_stands_level_to_the_last_bit() {
     }
 }
 
-/// The wheel ahead is raised by h, or smaller by h. With the nose down by p, and the hub's axis along x, the ring of rollers reaches
-/// (rho - b) cos p + b down from its hub; from the hubs behind, whose axes are turned by 120 degrees, (rho - b) sqrt(1 - sin^2 p / 4) + b.
-/// All three end on the plane where
-/// 1.5 R sin p = h cos p + (rho - b) sqrt(1 - sin^2 p / 4) - (rho_0 - b_0) cos p - (b_0 - b).
+/// The wheel ahead is raised by h, or smaller by h. With the nose down by p, and the hub's axis
+/// along x, the ring of rollers reaches (rho - b) cos p + b down from its hub; from the hubs
+/// behind, whose axes are turned by 120 degrees, (rho - b) sqrt(1 - sin^2 p / 4) + b. All three end
+/// on the plane where 1.5 R sin p = h cos p + (rho - b) sqrt(1 - sin^2 p / 4) - (rho_0 - b_0) cos
+/// p - (b_0 - b).
 #[test]
 fn three_wheels_of_unequal_height_carry_the_robot_all() {
     for (h, smaller) in [
@@ -101,7 +104,8 @@ fn three_wheels_of_unequal_height_carry_the_robot_all() {
         let mut supporting = pose.supporting;
         supporting.sort_unstable();
         assert_eq!(supporting, [0, 1, 2]);
-        // The height of the body above the plane, from the wheel ahead: its lowest point is that of a ring.
+        // The height of the body above the plane, from the wheel ahead: its lowest point is that of
+        // a ring.
         let hub = robot.wheels[0].position_m();
         let height = hub.x * p.sin() - hub.z * p.cos() + (rho_0 - b) * p.cos() + b;
         assert!((pose.height_m - height).abs() < 1e-12);
@@ -111,7 +115,8 @@ fn three_wheels_of_unequal_height_carry_the_robot_all() {
     }
 }
 
-/// A wheel that is too high hangs as high as it is raised, as long as the robot's weight is on the other three.
+/// A wheel that is too high hangs as high as it is raised, as long as the robot's weight is on the
+/// other three.
 #[test]
 fn four_wheels_of_which_one_is_too_high_stand_level_on_the_others() {
     let mut robot = mecanum();
@@ -124,8 +129,9 @@ fn four_wheels_of_which_one_is_too_high_stand_level_on_the_others() {
     assert!((pose.gap_m(&robot.wheels[short]) - 0.006).abs() < 1e-12);
 }
 
-/// With its weight ahead on the left, where the wheel is short, the robot leans on that wheel and its neighbours: of the corners of a
-/// rectangle the one across is lifted as far as the short one is short.
+/// With its weight ahead on the left, where the wheel is short, the robot leans on that wheel and
+/// its neighbours: of the corners of a rectangle the one across is lifted as far as the short one
+/// is short.
 #[test]
 fn four_wheels_with_the_weight_on_the_short_one_lean_on_it() {
     let d = 0.006;
@@ -138,8 +144,8 @@ fn four_wheels_with_the_weight_on_the_short_one_lean_on_it() {
     assert!(pose.supporting.contains(&short));
     // The lowest points move with the lean in its square, d^2 / 0.15 m = 2.4e-4 m at the very most.
     assert!((pose.gap_m(&robot.wheels[across]) - d).abs() < 1e-4);
-    // The diagonal of the neighbours stays; the plane falls by d over the rest: slopes d/0.8 along x and d/0.6 along y, of which
-    // both end at the short wheel: 0.2 d/0.4 + 0.15 d/0.3 = d.
+    // The diagonal of the neighbours stays; the plane falls by d over the rest: slopes d/0.8 along
+    // x and d/0.6 along y, of which both end at the short wheel: 0.2 d/0.4 + 0.15 d/0.3 = d.
     assert!((pose.pitch_rad - d / 0.4).abs() < 1e-3 * d / 0.4 + 1e-4);
     assert!((pose.roll_rad + d / 0.3).abs() < 1e-3 * d / 0.3 + 1e-4);
 }
@@ -190,7 +196,8 @@ fn wheels_as_modelled_stand_on_their_shapes() {
 }
 
 proptest! {
-    /// Nothing reaches below the plane, three wheels reach it, and the centre of mass is over their triangle.
+    /// Nothing reaches below the plane, three wheels reach it, and the centre of mass is over their
+    /// triangle.
     #[test]
     fn no_wheel_is_below_the_plane_and_three_are_on_it(
         raised in prop::collection::vec(-0.01..0.01f64, 4),
@@ -246,7 +253,8 @@ fn a_robot_that_leans_a_little_is_read_with_a_remark() {
         .iter()
         .find(|r| r.text.contains("equally low"));
     let said = said.expect("a remark").text.clone();
-    // 0.005 m over 0.3 m are 0.955 degrees; the ring of the wheels behind, which lean across, adds 4e-6 m.
+    // 0.005 m over 0.3 m are 0.955 degrees; the ring of the wheels behind, which lean across, adds
+    // 4e-6 m.
     assert!(said.contains("0.96 deg"), "{said}");
 }
 

@@ -33,7 +33,8 @@ fn a_confined_robot_is_read_and_one_outside_is_not() {
     );
 }
 
-/// A robot whose rollers are meshes of one triangle, which are read before they are found to be no rollers.
+/// A robot whose rollers are meshes of one triangle, which are read before they are found to be no
+/// rollers.
 fn with_mesh(mesh: &str) -> String {
     let roller = roller_geometry();
     small().replace(&roller, &format!("<mesh filename=\"{mesh}\"/>"))

@@ -1,5 +1,5 @@
-//! The meshes by which a robot is seen: read whatever their kind, made small, remarked where they cannot be drawn, and no part of
-//! the model.
+//! The meshes by which a robot is seen: read whatever their kind, made small, remarked where they
+//! cannot be drawn, and no part of the model.
 
 use crate::common;
 
@@ -151,7 +151,8 @@ fn a_mesh_of_any_kind_is_seen_as_it_is(name: &str, bytes: Vec<u8>) {
     vertices.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
     let mut corners = CORNERS;
     corners.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
-    // Places are kept to half of 1/65535 of the box, 2.3 um of 0.3 m; COLLADA's are sums of f32 numbers around 100 before that.
+    // Places are kept to half of 1/65535 of the box, 2.3 um of 0.3 m; COLLADA's are sums of f32
+    // numbers around 100 before that.
     for (vertex, corner) in vertices.iter().zip(corners) {
         for k in 0..3 {
             assert!(

@@ -1,4 +1,4 @@
-//! Macros and blocks: defined, called, inserted.
+//! Definitions, calls and insertions of macros and blocks.
 
 use std::rc::Rc;
 
@@ -62,7 +62,8 @@ impl Expander<'_> {
         };
         self.called.borrow_mut().insert(found.name.clone());
         let scope = Scope::new(Some(outer_scope), false);
-        // Names are looked up through all scopes around, and parameters are taken over with their defaults.
+        // A call looks up names in all surrounding scopes, and copies parameters with their
+        // defaults.
         let texts = found.parameters.iter().map(Parameter::bytes);
         let bytes = texts.sum::<usize>() + call.name_bytes();
         let lookups = 1 + scope.depth() / 4 + found.parameters.len() as u64;
@@ -88,12 +89,13 @@ impl Expander<'_> {
     }
 
     pub(super) fn macro_body(&self, found: &Macro, within: &Around) -> Result<Inside> {
-        // The attributes of the definition are evaluated once more at each call, though nothing keeps them; its parameters
-        // hold what is only known inside.
+        // The attributes of the definition are evaluated again at each call, though not used; its
+        // parameters contain what is only known inside.
         self.inside(&found.body, within)
     }
 
-    /// The name by which an element without a prefix is one of xacro's, as until 2014, where such are read.
+    /// Returns the xacro name of an element without prefix, as until 2014, if such elements are
+    /// accepted.
     pub(super) fn old_name<'e>(&self, element: &'e Element, around: &Around) -> Option<&'e str> {
         if !self.settings.before_2014 {
             return None;
@@ -102,7 +104,7 @@ impl Expander<'_> {
         let is_old = match name {
             "if" | "unless" => element.attribute("value").is_some(),
             "insert_block" => true,
-            // Elements of other programs have names of macros too: `<sensor type="ray">`.
+            // Elements of other programs may share a macro's name: `<sensor type="ray">`.
             _ => {
                 let called = || around.macros.resolve(name);
                 is_old_definition(element)
@@ -120,7 +122,8 @@ impl Expander<'_> {
         Some(name)
     }
 
-    /// Keeps the first element that defines something and is written as until 2014, for whoever misses what it would define.
+    /// Remembers the first definition in the syntax until 2014, for error messages about missing
+    /// names.
     pub(super) fn look_for_old(&self, element: &Element) {
         let is_old = is_old_definition(element);
         let mut old = self.old.borrow_mut();
@@ -131,7 +134,7 @@ impl Expander<'_> {
 
     pub(super) fn unknown_macro(&self, call: &Element, name: &str, around: &Around) -> Result<()> {
         if !self.missing.borrow().is_empty() {
-            // It may come from what is not there.
+            // It may be defined in a missing file.
             let words = "left out, for nothing that could be read defines this macro".to_owned();
             self.note(&call.origin, &format!("`<{}>`", call.name), words);
             return Ok(());
@@ -152,7 +155,7 @@ impl Expander<'_> {
         Err(self.fault(&call.origin, format!("there is no macro `{name}`: {known}")))
     }
 
-    /// Gives a macro's parameters their values: attributes, blocks, forwarded names, defaults.
+    /// Sets a macro's parameters: attributes, blocks, forwarded names, defaults.
     pub(super) fn pass_parameters(
         &self,
         call: &Element,
@@ -177,7 +180,7 @@ impl Expander<'_> {
                 .parameter(self.settings, &found.name, &a.name, number(&value));
             scope.set(a.name.clone(), value, false);
         }
-        // Blocks are evaluated where they stand, and once more where they are inserted.
+        // Blocks are evaluated at the call, and again where they are inserted.
         let inside = self.inside(call, around)?;
         let mut blocks = inside.nodes.into_iter().filter_map(|node| match node {
             Node::Element(element) => Some(element),
@@ -267,11 +270,11 @@ impl Expander<'_> {
     }
 }
 
-/// Whether an element without a prefix is a definition of xacro as until 2014.
+/// Whether an element without prefix is a xacro definition as until 2014.
 fn is_old_definition(element: &Element) -> bool {
     let has = |attribute| element.attribute(attribute).is_some();
     match element.name.as_str() {
-        // One without a name was as good as none.
+        // A property without a name had no effect.
         "property" => has("name") && !matches!(element.attribute("name"), Some("")),
         "macro" => has("name"),
         "include" => has("filename"),
@@ -279,7 +282,7 @@ fn is_old_definition(element: &Element) -> bool {
     }
 }
 
-/// Whether an element can be a call of a macro: it gives its parameters, and nothing else.
+/// Whether an element can be a call of a macro: it sets its parameters, and nothing else.
 fn fits(element: &Element, called: &Macro) -> bool {
     let is_given = |p: &Parameter| element.attribute(&p.name).is_some();
     let may_be_left_out =
@@ -290,7 +293,7 @@ fn fits(element: &Element, called: &Macro) -> bool {
         && parameters.iter().all(|p| is_given(p) || may_be_left_out(p))
 }
 
-/// The scope of whoever called a macro: around it, namespaces left aside.
+/// Returns the scope of a macro's caller: the surrounding one, without namespaces.
 pub(super) fn outer(scope: &Rc<Scope>) -> Option<Rc<Scope>> {
     let mut outer = scope.parent.clone()?;
     if !scope.is_namespace {

@@ -1,23 +1,23 @@
-//! What is met on the way of what a file says beside what it expands to.
+//! Information collected during an expansion, in addition to the result.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::Settings;
 
-/// Most of anything that is kept.
+/// Largest number of items of each kind.
 pub(super) const MOST: usize = 500;
-/// Longest text that is kept, in bytes.
+/// Longest text, in bytes.
 const LONGEST: usize = 400;
 
-/// What was met on the way.
+/// The collected information.
 #[derive(Default)]
 pub(super) struct Clues {
-    /// Numbers given to macros' parameters that are watched.
+    /// Numbers passed to watched macro parameters.
     pub(super) parameters: RefCell<BTreeMap<String, f64>>,
     /// The texts of conditions.
     pub(super) conditions: RefCell<BTreeSet<String>>,
-    /// Properties and parameters that are given an argument's value, and those arguments.
+    /// Properties and parameters that receive an argument's value, with these arguments.
     pub(super) aliases: RefCell<BTreeMap<String, BTreeSet<String>>>,
 }
 
@@ -29,7 +29,7 @@ impl Clues {
         }
     }
 
-    /// A name was given a text.
+    /// Records that a name was set to a text.
     pub(super) fn named(&self, name: &str, text: &str) {
         let mut aliases = self.aliases.borrow_mut();
         if text.len() > LONGEST || aliases.len() >= MOST {
@@ -46,7 +46,7 @@ impl Clues {
         }
     }
 
-    /// A macro's parameter was given a value.
+    /// Records that a macro's parameter was set.
     pub(super) fn parameter(&self, settings: &Settings, of: &str, name: &str, value: Option<f64>) {
         let mut known = self.parameters.borrow_mut();
         // A wheel's own `radius` is a wheel's radius.

@@ -1,4 +1,4 @@
-//! Elements: those that stay, and which of xacro's own is which.
+//! Evaluation of elements: ordinary ones, and dispatch of xacro's own.
 
 use std::rc::Rc;
 
@@ -8,7 +8,7 @@ use crate::python::{Error, text};
 use crate::scope::Scope;
 
 impl Expander<'_> {
-    /// An element that stays, evaluated.
+    /// Evaluates an ordinary element.
     pub(super) fn element(&self, element: &Element, around: &Around) -> Result<Element> {
         self.budget
             .spend_bytes(element.name_bytes())
@@ -50,8 +50,8 @@ impl Expander<'_> {
         Ok(attributes)
     }
 
-    /// A text that stays in the expansion. Where it names a package that is not known, it is left as it is: meshes and settings
-    /// of other programs matter only where they are needed.
+    /// Evaluates a text of the result. If it names an unknown package, it is left unchanged,
+    /// because meshes and settings of other programs matter only where they are used.
     pub(super) fn kept_text(
         &self,
         whole: &str,
@@ -74,13 +74,13 @@ impl Expander<'_> {
         }
     }
 
-    /// What becomes of all that stands inside an element.
+    /// Evaluates the content of an element.
     pub(super) fn inside(&self, element: &Element, around: &Around) -> Result<Inside> {
         let spent = self.spent(&element.origin);
         let _level = self.budget.enter(LEVELS_OF_ELEMENT).map_err(&spent)?;
         let mut inside = Inside::default();
         for node in &element.children {
-            // What is written stands behind as many spaces as it is deep.
+            // Each line is indented by its depth.
             let indent = self.budget.depth() as u64 / 36;
             self.budget.spend(4 + indent).map_err(&spent)?;
             match node {
@@ -184,7 +184,7 @@ impl Expander<'_> {
     }
 }
 
-/// Whether a text can be the name of an element or an attribute.
+/// Whether a text is a valid name of an element or an attribute.
 fn is_xml_name(name: &str) -> bool {
     let mut chars = name.chars();
     let starts_well = chars.next().is_some_and(|c| c.is_alphabetic() || c == '_');

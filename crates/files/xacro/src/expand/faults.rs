@@ -1,4 +1,4 @@
-//! Faults, and what is said on the way.
+//! Faults and notes of an expansion.
 
 use super::Expander;
 use super::Result;
@@ -31,7 +31,8 @@ impl Expander<'_> {
         Box::new(ExpandError {
             reason,
             place: origin.map(|origin| self.place(origin)),
-            // The outermost calls say where it began, the innermost where it ended; hundreds between them say nothing.
+            // The outermost calls show the start, the innermost the end; hundreds between them are
+            // not useful.
             trail: trail.take(8).collect(),
             missing: Vec::new(),
             of_missing: false,
@@ -78,7 +79,7 @@ impl Expander<'_> {
         failure
     }
 
-    /// Goes without what fails for want of what is missing, if that may be.
+    /// Ignores an error caused by something missing, if allowed.
     pub(super) fn or_without(
         &self,
         origin: &Origin,
@@ -105,7 +106,7 @@ impl Expander<'_> {
         }
     }
 
-    /// How deep in calls and in files the expansion is.
+    /// Returns the depth of the expansion in calls and in files.
     pub(super) fn depths(&self) -> (usize, usize) {
         (self.calls.borrow().len(), self.reading.borrow().len())
     }
@@ -118,7 +119,7 @@ impl Expander<'_> {
 
     pub(super) fn note(&self, origin: &Origin, subject: &str, words: String) {
         let mut notes = self.notes.borrow_mut();
-        // A macro that is called a thousand times says the same a thousand times.
+        // A macro that is called a thousand times repeats its note a thousand times.
         let known = notes
             .iter()
             .any(|note| note.words == words && note.subject == subject);

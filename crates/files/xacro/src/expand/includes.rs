@@ -95,7 +95,7 @@ impl Expander<'_> {
         });
     }
 
-    /// The files that an include names: one, or those that match a pattern in its last part.
+    /// Returns the files of an include: one, or those that match a pattern in its last part.
     pub(super) fn included_files(&self, name: &str, origin: &Origin) -> Vec<std::path::PathBuf> {
         let path = from_folder(&self.folder(), name);
         if !name.contains(['*', '?', '[']) {
@@ -138,7 +138,7 @@ impl Expander<'_> {
         let Parsed { root, namespaces } = self.parse(&file)?;
         self.add_namespaces(namespaces);
         self.reading.borrow_mut().push(file);
-        // Its root's attributes are evaluated, though nothing keeps them.
+        // Its root's attributes are evaluated, though not used.
         let included = self
             .attributes(&root, around)
             .and_then(|_| self.inside(&root, around));
@@ -156,14 +156,16 @@ impl Expander<'_> {
     }
 }
 
-/// Whether a file's name matches a pattern of `*`, `?` and `[...]`. Names that begin with a dot match none that does not.
+/// Whether a file name matches a pattern of `*`, `?` and `[...]`. A leading dot must be matched
+/// explicitly.
 fn matches_pattern(name: &str, pattern: &str) -> bool {
     if name.starts_with('.') && !pattern.starts_with('.') {
         return false;
     }
     let (name, pattern): (Vec<char>, Vec<char>) =
         (name.chars().collect(), pattern.chars().collect());
-    // Where each part of the pattern can end in the name, part by part: no going back, however many stars there are.
+    // Possible end positions of each part of the pattern in the name, part by part: no
+    // backtracking, however many stars there are.
     let mut ends = vec![false; name.len() + 1];
     ends[0] = true;
     let mut at = 0;

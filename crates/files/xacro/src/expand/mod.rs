@@ -1,5 +1,5 @@
-//! Goes through a file's elements once, from the top: takes properties and macros out, puts includes, blocks and called macros
-//! in, and evaluates everything else.
+//! Expands a file in one pass over its elements: removes properties and macros, inserts includes,
+//! blocks and called macros, and evaluates everything else.
 
 mod calls;
 mod clues;
@@ -25,13 +25,13 @@ use crate::xml;
 
 type Result<T> = std::result::Result<T, Box<ExpandError>>;
 
-/// Most files that a pattern in an include may name.
+/// Largest number of files matched by an include's pattern.
 const MOST_FILES: usize = 1000;
-/// Most attributes that `<xacro:attribute>` may set on one element.
+/// Largest number of attributes set by `<xacro:attribute>` on one element.
 const MOST_ATTRIBUTES: usize = 200;
-/// Most XML namespaces that are kept.
+/// Largest number of XML namespaces.
 const MOST_NAMESPACES: usize = 100;
-/// Levels of the limit that an element takes; an expression takes one.
+/// Levels charged for an element; an expression takes one.
 const LEVELS_OF_ELEMENT: usize = 3;
 
 /// Expands a file.
@@ -65,7 +65,7 @@ pub(super) fn expand(
     result
 }
 
-/// What messages call a file, and what is in it.
+/// A file's name in messages, and its text.
 type NameAndText = (Arc<str>, Arc<str>);
 
 struct Expander<'a> {
@@ -73,39 +73,39 @@ struct Expander<'a> {
     host: &'a dyn Host,
     budget: Budget,
     arguments: RefCell<BTreeMap<String, String>>,
-    /// The arguments that the file declares.
+    /// The arguments declared by the file.
     declared: RefCell<BTreeSet<String>>,
-    /// The files that are being read, the innermost last.
+    /// The files being read, the innermost last.
     reading: RefCell<Vec<Rc<SourceFile>>>,
-    /// The macro calls that are being expanded, the innermost last.
+    /// The macro calls being expanded, the innermost last.
     calls: RefCell<Vec<(String, Origin)>>,
     missing: RefCell<Vec<Missing>>,
     notes: RefCell<Vec<Note>>,
-    /// Prefixes and addresses of XML namespaces, of all files.
+    /// Prefixes and addresses of XML namespaces, for all files.
     namespaces: RefCell<Vec<(String, String)>>,
-    /// Scopes that know each other.
+    /// Scopes with references to each other.
     scopes: RefCell<Vec<Rc<Scope>>>,
     defined: RefCell<BTreeSet<String>>,
     called: RefCell<BTreeSet<String>>,
-    /// The text of each file once, to be shared by the places in it.
+    /// The text of each file, shared by all places in it.
     texts: RefCell<BTreeMap<String, NameAndText>>,
     clues: clues::Clues,
-    /// The first element that stands without the prefix that it has since 2014.
+    /// The first element without the prefix required since 2014.
     old: RefCell<Option<(String, Origin)>>,
 }
 
-/// Where names are looked up.
+/// The scopes for lookups.
 #[derive(Clone)]
 struct Around {
     scope: Rc<Scope>,
     macros: Rc<Macros>,
 }
 
-/// What becomes of an element's inside.
+/// The evaluated content of an element.
 #[derive(Default)]
 struct Inside {
     nodes: Vec<Node>,
-    /// What `<xacro:attribute>` sets on the element that holds it.
+    /// Attributes set by `<xacro:attribute>` on the surrounding element.
     attributes: Vec<(String, String)>,
 }
 
@@ -126,7 +126,7 @@ impl Expander<'_> {
             result => {
                 let mut failure = match result {
                     Err(failure) if kept || !matches!(failure.reason, Reason::Other(_)) => failure,
-                    // What is missing is named all at once, and before what may follow from it.
+                    // All missing things are reported at once, before possible consequences.
                     _ => self.failure(Reason::Missing, None),
                 };
                 failure.missing = missing;
@@ -184,7 +184,7 @@ impl Expander<'_> {
         }
     }
 
-    /// The folder from which the file that is read names others.
+    /// The base folder of the file being read.
     fn folder(&self) -> std::path::PathBuf {
         let reading = self.reading.borrow();
         reading.last().map(|f| f.folder.clone()).unwrap_or_default()

@@ -1,4 +1,4 @@
-//! What expressions and substitutions ask of the file around them.
+//! Lookups for expressions and substitutions.
 
 use std::any::Any;
 use std::path::Path;
@@ -12,7 +12,7 @@ use crate::scope::Scope;
 use crate::substitution::Answers;
 use crate::{MAX_FILE_BYTES, from_folder, yaml};
 
-/// What an expression finds around it.
+/// The environment of an expression.
 pub(super) struct View<'a> {
     pub(super) expander: &'a Expander<'a>,
     pub(super) scope: &'a Rc<Scope>,
@@ -115,7 +115,7 @@ impl Expander<'_> {
     }
 }
 
-/// What a substitution finds around it.
+/// The environment of a substitution.
 pub(super) struct Substitutions<'a> {
     pub(super) expander: &'a Expander<'a>,
     pub(super) folder: &'a Path,
@@ -147,7 +147,7 @@ impl Answers for Substitutions<'_> {
     }
 }
 
-/// The scope of namespaces within each other.
+/// Returns the scope of nested namespaces.
 pub(super) fn namespace(
     expander: &Expander,
     scope: &Rc<Scope>,

@@ -1,4 +1,4 @@
-//! Properties and arguments: how they are set, and how they are looked up.
+//! Properties and arguments: setting and lookup.
 
 use std::rc::Rc;
 
@@ -90,7 +90,7 @@ impl Expander<'_> {
             return Ok(());
         }
         if let Some(default) = element.attribute("default") {
-            // A file of a package that is not known matters only where it is read.
+            // A file of an unknown package matters only when it is read.
             let origin = element.origin_of("default");
             let default = self.kept_text(default, &around.scope, &origin)?;
             let mut arguments = self.arguments.borrow_mut();
@@ -99,7 +99,7 @@ impl Expander<'_> {
         Ok(())
     }
 
-    /// The value of a name, evaluated now if it was not before.
+    /// Returns the value of a name, after evaluating it if necessary.
     pub(super) fn resolve(
         &self,
         scope: &Rc<Scope>,
@@ -134,7 +134,7 @@ impl Expander<'_> {
     }
 }
 
-/// Whether a text can be the name of a property: one of Python's.
+/// Whether a text can be a property's name: a Python identifier.
 fn is_name(name: &str) -> bool {
     const TAKEN: [&str; 35] = [
         "False", "None", "True", "and", "as", "assert", "async", "await", "break", "class",

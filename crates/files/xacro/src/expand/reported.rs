@@ -1,4 +1,5 @@
-//! What a file says beside what it expands to: the numbers of names that are watched, and which values its conditions know of its arguments.
+//! Reports of an expansion: numbers of watched names, and the alternative values of arguments in
+//! conditions.
 
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -9,7 +10,8 @@ use crate::python::number;
 use crate::scope::Scope;
 
 impl Expander<'_> {
-    /// The numbers of all that is watched: parameters, properties of the outermost scope, arguments.
+    /// Returns the numbers of all watched parameters, properties of the outermost scope, and
+    /// arguments.
     pub(super) fn watched(&self, scope: &Rc<Scope>) -> Vec<(String, f64)> {
         let mut found = self.clues.parameters.borrow().clone();
         for name in scope.names() {
@@ -29,8 +31,8 @@ impl Expander<'_> {
         found.into_iter().collect()
     }
 
-    /// Of each argument that conditions look at, the values that it could have instead: a truth value the other way round, and the
-    /// texts and numbers that it is compared with.
+    /// Returns the alternative values of each argument used in conditions: the opposite truth
+    /// value, and the texts and numbers that it is compared with.
     pub(super) fn choices(&self) -> Vec<(String, Vec<String>)> {
         let arguments = self.arguments.borrow();
         let aliases = self.clues.aliases.borrow();
@@ -70,7 +72,7 @@ fn opposite(value: &str) -> Option<String> {
     PAIRS.into_iter().find_map(other)
 }
 
-/// The numbers in a condition, but for those that are truth values.
+/// Returns the numbers in a condition, except truth values.
 fn numbers(condition: &str) -> Vec<String> {
     let words = condition.split(|c: char| !c.is_alphanumeric() && !matches!(c, '_' | '.'));
     words
@@ -80,12 +82,12 @@ fn numbers(condition: &str) -> Vec<String> {
         .collect()
 }
 
-/// The texts in quotes, but for names of arguments.
+/// Returns the quoted texts, except names of arguments.
 fn quoted(condition: &str) -> Vec<String> {
     let mut found = Vec::new();
     for quote in ['\'', '"'] {
         let parts: Vec<&str> = condition.split(quote).collect();
-        // Every other part stands between two quotes; one that is not closed is none.
+        // Every other part is between two quotes; an unclosed one does not count.
         for at in (1..parts.len().saturating_sub(1)).step_by(2) {
             if !parts[at].contains("$(") && !parts[at - 1].ends_with("arg(") {
                 found.push(parts[at].to_owned());

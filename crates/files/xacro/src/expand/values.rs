@@ -1,4 +1,4 @@
-//! The values of texts and attributes.
+//! Evaluation of texts and attributes.
 
 use std::rc::Rc;
 
@@ -12,7 +12,7 @@ use crate::substitution;
 use crate::text::{Piece, joined, pieces, truth};
 
 impl Expander<'_> {
-    /// The value of a text with expressions in it.
+    /// Returns the value of a text with expressions.
     pub(super) fn text(&self, whole: &str, scope: &Rc<Scope>) -> std::result::Result<Value, Error> {
         self.budget.spend_bytes(whole.len())?;
         if !whole.contains('$') {
@@ -47,14 +47,14 @@ impl Expander<'_> {
             });
         }
         let value = joined(values, &self.budget)?;
-        // Whoever asks is about to keep it.
+        // The caller will store it.
         if let Value::Text(text) = &value {
             self.budget.spend_bytes(text.len())?;
         }
         Ok(value)
     }
 
-    /// A value as text, for an element.
+    /// Returns a value as text, for an element.
     pub(super) fn words(&self, value: &Value, element: &Element) -> Result<String> {
         text(value, &self.budget).map_err(self.spent(&element.origin))
     }

@@ -1,4 +1,4 @@
-//! The functions that xacro lets through from Python.
+//! The Python functions that xacro allows.
 
 use super::math;
 use super::numbers::{divmod, round, to_float, to_int};
@@ -7,13 +7,13 @@ use super::surroundings::{Arguments, Caller};
 use super::value::{Dict, Error, Module, Value, XacroFunction};
 use super::{brief, repr, text};
 
-/// What may be called without a namespace.
+/// Functions available without a namespace.
 const GLOBAL: [&str; 13] = [
     "list", "dict", "map", "len", "str", "float", "int", "bool", "min", "max", "round", "sorted",
     "range",
 ];
 
-/// What may be called as `python.name`.
+/// Functions available as `python.name`.
 const PYTHON: [&str; 28] = [
     "list",
     "dict",
@@ -45,7 +45,7 @@ const PYTHON: [&str; 28] = [
     "frozenset",
 ];
 
-/// What may be called as `xacro.name`; the second says whether it may be called without it too.
+/// Functions available as `xacro.name`; the flag says whether also without it.
 const XACRO: [(&str, XacroFunction, bool); 10] = [
     ("load_yaml", XacroFunction::LoadYaml, true),
     ("abs_filename", XacroFunction::AbsFilename, true),
@@ -59,7 +59,7 @@ const XACRO: [(&str, XacroFunction, bool); 10] = [
     ("print_location", XacroFunction::PrintLocation, false),
 ];
 
-/// The value of a name that nothing in the file defines.
+/// Returns the value of a name that the file does not define.
 pub(super) fn global(name: &str) -> Option<Value> {
     let function = GLOBAL.iter().find(|known| **known == name);
     let of_xacro = || {
@@ -73,7 +73,7 @@ pub(super) fn global(name: &str) -> Option<Value> {
         .or_else(|| math::value(name))
 }
 
-/// The value of a name in a namespace.
+/// Returns the value of a name in a namespace.
 pub(super) fn of_module(module: Module, name: &str) -> Option<Value> {
     match module {
         Module::Math => math::value(name),
@@ -97,7 +97,7 @@ pub(super) fn call(
     if let Some(value) = math::call(name, &arguments.items, evaluator.around())? {
         return Ok(value);
     }
-    // The named arguments that the functions know are taken out first; what is left is refused.
+    // Known named arguments are removed first; any left is an error.
     let key = arguments.take("key");
     let reverse = arguments.take("reverse").is_some_and(|v| v.truth());
     let default = arguments.take("default");
@@ -249,7 +249,7 @@ fn zip(evaluator: &dyn Caller, sources: &[Value]) -> Result<Vec<Vec<Value>>, Err
     Ok((0..shortest).map(row).collect())
 }
 
-/// What a set holds, in the order in which it came.
+/// Returns the elements of a set, in order of insertion.
 fn distinct(evaluator: &dyn Caller, source: &Value) -> Result<Value, Error> {
     let mut seen = Dict::default();
     evaluator.around().budget().spend_on(source)?;
@@ -311,7 +311,7 @@ fn length(evaluator: &dyn Caller, value: &Value) -> Result<Value, Error> {
     Ok(Value::Int(length as i128))
 }
 
-/// Sorts by merging, which needs no more than "less" and keeps what is equal in its order.
+/// Merge sort, which only needs "less" and is stable.
 fn sorted(
     evaluator: &mut dyn Caller,
     items: Vec<Value>,
@@ -328,7 +328,7 @@ fn sorted(
     }
     evaluator.around().budget().spend(16 * keyed.len() as u64)?;
     for (by, _) in &keyed {
-        // Each is compared with as many as there are levels of merging.
+        // Each element is compared once per level of merging.
         let compared = by.size().bytes().saturating_mul(16);
         evaluator.around().budget().spend_bytes(compared)?;
     }
@@ -436,7 +436,7 @@ fn is_instance(value: &Value, class: &Value) -> Result<Value, Error> {
     }))
 }
 
-/// Whether a name stands for one of the language's namespaces.
+/// Returns the namespace with a name.
 fn module(name: &str) -> Option<Module> {
     match name {
         "math" => Some(Module::Math),

@@ -1,4 +1,4 @@
-//! From a tree of operations to its value.
+//! Evaluation of a syntax tree.
 
 use std::rc::Rc;
 
@@ -10,7 +10,7 @@ use super::surroundings::{Arguments, Caller, Surroundings, elements};
 use super::syntax::{Clause, Expr, Item, Trailer};
 use super::value::{Error, Lambda, Value, check_nesting};
 
-/// The value of an expression.
+/// Returns the value of an expression.
 pub(in super::super) fn evaluate(text: &str, around: &dyn Surroundings) -> Result<Value, Error> {
     around.budget().spend_bytes(text.len())?;
     let expr = parse(text)?;
@@ -233,7 +233,7 @@ impl Evaluator<'_> {
                 .look_up_in(names, name)?
                 .ok_or_else(|| Error::Name(name.to_owned())),
             Value::Dict(dict) => {
-                // Of a dictionary that comes from YAML, the keys are attributes as well.
+                // The keys of a dictionary from YAML are also attributes.
                 if let Some(method) = methods::of_dict(name) {
                     return Ok(Value::Method(Rc::new((value.clone(), method))));
                 }

@@ -1,11 +1,11 @@
-//! Values as text: what Python's `str` and `repr` write, and `%`.
+//! Values as text: Python's `str`, `repr` and `%`.
 
 use super::super::budget::Budget;
 use super::super::spent::Spent;
 use super::surroundings::Surroundings;
 use super::value::{Error, Value};
 
-/// A value as `str` writes it, which is paid for before it is written.
+/// Formats a value like `str`, after charging for it.
 pub(in super::super) fn text(value: &Value, budget: &Budget) -> Result<String, Spent> {
     match value {
         Value::Text(text) => {
@@ -16,7 +16,7 @@ pub(in super::super) fn text(value: &Value, budget: &Budget) -> Result<String, S
     }
 }
 
-/// A value as `repr` writes it, which is paid for before it is written.
+/// Formats a value like `repr`, after charging for it.
 pub(in super::super) fn repr(value: &Value, budget: &Budget) -> Result<String, Spent> {
     budget.spend_on(value)?;
     let mut out = String::new();
@@ -24,7 +24,7 @@ pub(in super::super) fn repr(value: &Value, budget: &Budget) -> Result<String, S
     Ok(out)
 }
 
-/// The beginning of a value as `repr` writes it, for a message.
+/// Returns the start of a value in the format of `repr`, for a message.
 pub(in super::super) fn brief(value: &Value) -> String {
     const MOST_CHARS: usize = 60;
     let mut out = String::new();
@@ -35,7 +35,7 @@ pub(in super::super) fn brief(value: &Value) -> String {
     }
 }
 
-/// Writes a value until there are so many bytes, or a value's worth more.
+/// Writes a value until there are `most` bytes, or one value more.
 fn write(value: &Value, out: &mut String, most: usize) {
     if out.len() > most {
         return;
@@ -108,7 +108,8 @@ fn write_quoted(text: &str, out: &mut String, most: usize) {
     out.push(quote);
 }
 
-/// A number as Python writes it: the fewest digits that read back as the same, and an exponent from 1e16 on and below 1e-4.
+/// Formats a number like Python: the fewest digits that read back as the same value, with an
+/// exponent from 1e16 on and below 1e-4.
 pub(in super::super) fn float_text(x: f64) -> String {
     if x.is_nan() {
         return "nan".to_owned();
@@ -138,7 +139,7 @@ pub(super) fn percent(
     around: &dyn Surroundings,
 ) -> Result<Value, Error> {
     around.budget().spend_bytes(template.len())?;
-    // Lists and dictionaries count as looked into, even where nothing of them is written.
+    // Lists and dictionaries count as used, even if nothing of them is written.
     let container = matches!(values, Value::List(_) | Value::Dict(_));
     let values: Vec<Value> = match values {
         Value::Tuple(items) => {
@@ -175,7 +176,7 @@ pub(super) fn percent(
     Ok(Value::text(out))
 }
 
-/// One `%05.2f`.
+/// A conversion such as `%05.2f`.
 struct Field {
     left: bool,
     zeros: bool,
@@ -187,7 +188,7 @@ struct Field {
 }
 
 impl Field {
-    /// Reads what follows the `%`, and how many bytes it took.
+    /// Parses the text after the `%`; returns the field and its size in bytes.
     fn read(text: &str) -> Result<(Self, usize), Error> {
         let incomplete = || Error::new("incomplete or unknown format after %");
         let flags_end = text.find(|c| !"-+ 0#".contains(c)).ok_or_else(incomplete)?;
@@ -216,7 +217,7 @@ impl Field {
             precision,
             kind,
         };
-        // No number is written with more digits than this, and none is worth the memory.
+        // No number has more digits than this, and none is worth the memory.
         if field.width > 10_000 || field.places() > 1_000 {
             return Err(Error::new("a format is wider than 10000 characters"));
         }
@@ -317,7 +318,7 @@ fn exponential(x: f64, places: usize) -> String {
     format!("{mantissa}e{sign}{:02}", exponent.abs())
 }
 
-/// `%g`: so many digits that count, without trailing zeros.
+/// `%g`: a number of significant digits, without trailing zeros.
 fn general(x: f64, digits: usize) -> String {
     let scientific = exponential(x, digits - 1);
     let exponent: i32 = scientific

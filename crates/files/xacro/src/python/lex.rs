@@ -1,4 +1,4 @@
-//! From the text of an expression to its tokens.
+//! Tokenizes expressions.
 
 use std::rc::Rc;
 
@@ -10,7 +10,7 @@ pub(super) enum Token {
     Int(i128),
     Float(f64),
     Text(Rc<str>),
-    /// A name or a word of the language.
+    /// A name or a keyword.
     Word(Rc<str>),
     /// An operator or a bracket.
     Sign(&'static str),
@@ -57,7 +57,7 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Token>, Error> {
     Ok(tokens)
 }
 
-/// A number, and how many bytes it takes.
+/// Parses a number; returns it with its size in bytes.
 fn number(text: &str) -> Result<(Token, usize), Error> {
     let bytes = text.as_bytes();
     let fault = |end: usize| Error::new(format!("`{}` is not a number", &text[..end]));
@@ -103,7 +103,7 @@ fn number(text: &str) -> Result<(Token, usize), Error> {
     let token = if float {
         Token::Float(plain.parse().map_err(|_| fault(end))?)
     } else if plain.len() > 1 && plain.starts_with('0') && plain.bytes().any(|b| b != b'0') {
-        // Python has no octal numbers of this form, and refuses what looks like one.
+        // Python has no octal numbers of this form, and rejects them.
         return Err(fault(end));
     } else {
         Token::Int(
@@ -115,7 +115,7 @@ fn number(text: &str) -> Result<(Token, usize), Error> {
     Ok((token, end))
 }
 
-/// `1if x else 2` is written nowhere, but is Python.
+/// `1if x else 2` is unusual, but valid Python.
 fn keyword_follows(text: &str) -> bool {
     ["if", "else", "and", "or", "in", "is", "not", "for"]
         .iter()
@@ -125,7 +125,7 @@ fn keyword_follows(text: &str) -> bool {
         })
 }
 
-/// Where a string's quote is, and whether it is raw; `None` where no string begins.
+/// Returns the position of a string's quote, and whether it is raw; `None` if no string starts.
 fn string_start(text: &str) -> Option<(usize, bool)> {
     let bytes = text.as_bytes();
     let is_quote = |at: usize| matches!(bytes.get(at), Some(b'\'' | b'"'));

@@ -1,7 +1,7 @@
 //! Python's `math`.
 //!
-//! The functions are correctly rounded, so that an expansion is the same on every machine. The C library that Python calls is
-//! off by the last bit in one of some hundred to a thousand arguments.
+//! The functions are correctly rounded, so that an expansion is the same on every machine. The C
+//! library used by Python is off by the last bit in one of some hundred to a thousand arguments.
 
 use std::f64::consts::{E, PI, TAU};
 
@@ -61,7 +61,7 @@ const OF_TWO: [(&str, OfTwo); 5] = [
     ("remainder", libm::remainder),
 ];
 
-/// Functions that are neither.
+/// All other functions.
 const OTHERS: [&str; 20] = [
     "floor",
     "ceil",
@@ -89,7 +89,7 @@ fn ulp(x: f64) -> f64 {
     x.abs().next_up() - x.abs()
 }
 
-/// The value of a name of `math`.
+/// Returns the value of a name of `math`.
 pub(super) fn value(name: &str) -> Option<Value> {
     if let Some((_, constant)) = CONSTANTS.iter().find(|(known, _)| *known == name) {
         return Some(Value::Float(*constant));
@@ -119,7 +119,7 @@ fn int(value: &Value) -> Result<i128, Error> {
     })
 }
 
-/// A result that is no number although the arguments are is an error, and so is one without end.
+/// Rejects a NaN result of arguments that are numbers, and an infinite one of finite arguments.
 fn defined(result: f64, arguments: &[f64]) -> Result<Value, Error> {
     if result.is_nan() && !arguments.iter().any(|x| x.is_nan()) {
         return Err(Error::new("math domain error"));
@@ -130,7 +130,7 @@ fn defined(result: f64, arguments: &[f64]) -> Result<Value, Error> {
     Ok(Value::Float(result))
 }
 
-/// Calls a function of `math`; `None` where it has none of that name.
+/// Calls a function of `math`; `None` if it does not exist.
 pub(super) fn call(
     name: &str,
     items: &[Value],
@@ -251,7 +251,7 @@ fn other(name: &str, items: &[Value], around: &dyn Surroundings) -> Result<Value
             if n < 0 {
                 return Err(Error::new("factorial() not defined for negative values"));
             }
-            // 34! is beyond what is kept.
+            // 34! exceeds the supported range.
             product((1..=n.min(40)).map(Some))
         }
         ("comb" | "perm", [n, k]) => {
@@ -327,7 +327,8 @@ fn product(factors: impl Iterator<Item = Option<i128>>) -> Result<Value, Error> 
     Ok(Value::Int(all))
 }
 
-/// The length of a vector, scaled by a power of two so that squares neither overflow nor vanish, and summed without loss.
+/// Returns the length of a vector, scaled by a power of two so that squares neither overflow nor
+/// underflow, and summed exactly.
 fn norm(parts: &[f64]) -> f64 {
     let largest = parts.iter().fold(0f64, |m, x| m.max(x.abs()));
     if parts.iter().any(|x| x.is_infinite()) {
@@ -338,7 +339,7 @@ fn norm(parts: &[f64]) -> f64 {
     }
     let (_, exponent) = libm::frexp(largest);
     let scale = libm::ldexp(1.0, -exponent);
-    // Each square as a sum of two numbers, exactly; then their sum, rounded once.
+    // Each square as an exact sum of two numbers; then their sum, rounded once.
     let mut terms = Vec::with_capacity(2 * parts.len());
     for part in parts {
         let x = part * scale;
@@ -348,14 +349,14 @@ fn norm(parts: &[f64]) -> f64 {
     }
     let sum = exact_sum(&terms);
     let root = sum.sqrt();
-    // One step of Newton's rule with the rest that rounding left, which makes the root right to its last bit.
+    // One Newton step with the exact remainder, which makes the root correct to its last bit.
     terms.push(-root * root);
     terms.push(-libm::fma(root, root, -root * root));
     let rest = exact_sum(&terms);
     libm::ldexp(root + rest / (2.0 * root), exponent)
 }
 
-/// The sum of numbers, rounded once: partial sums that do not overlap (Shewchuk 1997).
+/// Returns the sum of numbers, rounded once, by non-overlapping partial sums (Shewchuk 1997).
 fn exact_sum(numbers: &[f64]) -> f64 {
     let mut partials: Vec<f64> = Vec::new();
     for &number in numbers {
@@ -377,7 +378,7 @@ fn exact_sum(numbers: &[f64]) -> f64 {
         partials.truncate(kept);
         partials.push(x);
     }
-    // The largest partial sums first; where the rest is half of a last place, what is below it decides.
+    // The largest partial sums first; if the rest is half of a last place, the smaller ones decide.
     let mut partials = partials.into_iter().rev();
     let mut sum = partials.next().unwrap_or(0.0);
     let mut low = 0.0;

@@ -1,4 +1,4 @@
-//! What the values can do by themselves: `"front left".split()`, `list.index(x)`, `dict.get(key, default)`.
+//! Methods of values: `"front left".split()`, `list.index(x)`, `dict.get(key, default)`.
 
 use super::surroundings::{Arguments, Surroundings, elements};
 use super::text;
@@ -33,14 +33,14 @@ const OF_TEXT: [&str; 24] = [
 
 const OF_LIST: [&str; 2] = ["index", "count"];
 
-/// The name of a method of a dictionary, where it has it.
+/// Returns the name of a dictionary's method, if it exists.
 pub(super) fn of_dict(name: &str) -> Option<&'static str> {
     ["keys", "values", "items", "get", "copy"]
         .into_iter()
         .find(|known| *known == name)
 }
 
-/// The name of a method of a value, where it has it.
+/// Returns the name of a value's method, if it exists.
 pub(super) fn of(value: &Value, name: &str) -> Option<&'static str> {
     let known: &[&str] = match value {
         Value::Text(_) => &OF_TEXT,

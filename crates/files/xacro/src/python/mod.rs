@@ -1,8 +1,9 @@
-//! The little Python in which xacro's expressions are written: `${2*pi/n if n > 3 else 0}`.
+//! The subset of Python for xacro's expressions: `${2*pi/n if n > 3 else 0}`.
 //!
-//! xacro hands what stands between the braces to Python's `eval`. This is that part of the language which has a meaning there:
-//! numbers, text, lists, dictionaries, operators with Python's precedence, conditionals, comprehensions, lambdas, slices,
-//! and the functions that xacro lets through. Whole numbers stay whole, and numbers are printed as Python prints them.
+//! xacro passes the text between the braces to Python's `eval`. This module supports the useful
+//! part of the language: numbers, text, lists, dictionaries, operators with Python's precedence,
+//! conditionals, comprehensions, lambdas, slices, and the functions that xacro allows. Integers
+//! stay integers, and numbers are printed as in Python.
 
 mod builtins;
 mod eval;
@@ -22,7 +23,7 @@ pub(super) use format::{brief, repr, text};
 pub(super) use surroundings::{Arguments, Surroundings};
 pub(super) use value::{Dict, Error, Value, XacroFunction, check_nesting, literal};
 
-/// The number that a value is or that its text says.
+/// Returns a value, or its text, as a number.
 pub(super) fn number(value: &Value) -> Option<f64> {
     match value {
         Value::Text(text) => value::parse_float(text),
@@ -30,12 +31,12 @@ pub(super) fn number(value: &Value) -> Option<f64> {
     }
 }
 
-/// The whole number that a text says.
+/// Returns a text as an integer.
 pub(super) fn whole(text: &str) -> Option<i128> {
     value::parse_int(text)
 }
 
-/// Whether a name has a value that no file gives it.
+/// Whether a name has a value without a definition in a file.
 pub(super) fn is_global(name: &str) -> bool {
     builtins::global(name).is_some()
 }

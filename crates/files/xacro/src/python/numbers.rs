@@ -1,4 +1,4 @@
-//! Python's functions of numbers.
+//! Python's functions on numbers.
 
 use super::brief;
 use super::operators::{binary, float_divmod, too_large};
@@ -30,7 +30,7 @@ pub(super) fn to_int(value: &Value) -> Result<Value, Error> {
         .ok_or_else(|| Error::new(format!("invalid literal for int(): {}", brief(value))))
 }
 
-/// Halves go to the even neighbour, of the number as it is and not as it is written.
+/// Rounds halves to even, by the binary value and not by the written digits.
 pub(super) fn round(value: &Value, digits: Option<&Value>) -> Result<Value, Error> {
     let digits = match digits {
         None | Some(Value::None) => None,

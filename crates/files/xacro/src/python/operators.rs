@@ -1,4 +1,4 @@
-//! What the operators do with values.
+//! The operators.
 
 use std::cmp::Ordering;
 
@@ -6,7 +6,7 @@ use super::format::percent;
 use super::surroundings::Surroundings;
 use super::value::{Error, Value};
 
-/// A whole number beyond the 38 digits that are kept.
+/// An integer beyond the supported 38 digits.
 pub(super) fn too_large() -> Error {
     Error::new("a whole number of more than 38 digits")
 }
@@ -19,7 +19,7 @@ fn unsupported(sign: &str, p: &Value, q: &Value) -> Error {
     ))
 }
 
-/// An operator between two values.
+/// Applies a binary operator.
 pub(super) fn binary(
     sign: &str,
     p: &Value,
@@ -110,7 +110,7 @@ fn of_ints(sign: &str, i: i128, j: i128, p: &Value, q: &Value) -> Result<Value, 
     }
 }
 
-/// The whole part of i / j towards minus infinity.
+/// Returns i / j rounded towards minus infinity.
 fn floor_div(i: i128, j: i128) -> Option<i128> {
     let quotient = i.checked_div(j)?;
     let inexact = i % j != 0 && (i < 0) != (j < 0);
@@ -133,7 +133,7 @@ fn of_floats(sign: &str, x: f64, y: f64, p: &Value, q: &Value) -> Result<Value, 
     }
 }
 
-/// Floor division and remainder as Python has them: the remainder has the divisor's sign.
+/// Floor division and remainder like Python: the remainder has the divisor's sign.
 pub(super) fn float_divmod(x: f64, y: f64) -> (f64, f64) {
     let mut remainder = x % y;
     let mut quotient = (x - remainder) / y;
@@ -188,7 +188,7 @@ pub(super) fn power(p: &Value, q: &Value) -> Result<Value, Error> {
     Ok(Value::Float(z))
 }
 
-/// A sign before a value.
+/// Applies a unary operator.
 pub(super) fn unary(sign: &str, p: &Value) -> Result<Value, Error> {
     let wrong = || Error::new(format!("bad operand type for unary {sign}: '{}'", p.kind()));
     match (sign, p.as_int()) {
@@ -202,7 +202,7 @@ pub(super) fn unary(sign: &str, p: &Value) -> Result<Value, Error> {
     }
 }
 
-/// A comparison.
+/// Applies a comparison.
 pub(super) fn compare(
     operator: &str,
     p: &Value,
@@ -211,7 +211,7 @@ pub(super) fn compare(
 ) -> Result<bool, Error> {
     let is_looked_for = operator.ends_with("in");
     let gone_through = match q {
-        // A key is found without going through the others.
+        // A key is found without visiting the others.
         Value::Dict(_) | Value::Namespace(_) if is_looked_for => p,
         container if is_looked_for => container,
         // A comparison ends with the shorter of the two.
@@ -248,7 +248,7 @@ fn is_same(p: &Value, q: &Value) -> bool {
     p.kind() == q.kind() && p.equals(q)
 }
 
-/// The order of two values: `None` of a number that is none, an error of values that have no order.
+/// Returns the order of two values: `None` with NaN, an error for values without an order.
 pub(super) fn order(p: &Value, q: &Value) -> Result<Option<Ordering>, ()> {
     match (p, q) {
         (Value::Text(p), Value::Text(q)) => Ok(Some(p.cmp(q))),

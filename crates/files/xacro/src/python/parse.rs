@@ -1,4 +1,4 @@
-//! From tokens to a tree of operations, with Python's precedence.
+//! Parses tokens to a syntax tree, with Python's precedence.
 
 use std::rc::Rc;
 
@@ -6,12 +6,12 @@ use super::lex::{Token, tokens};
 use super::syntax::{Clause, Expr, Literal, Trailer};
 use super::value::Error;
 
-/// Longest expression that is read, in bytes.
+/// Longest expression, in bytes.
 const LONGEST: usize = 16 << 10;
-/// Most brackets, signs, powers and conditionals within one another.
+/// Deepest nesting of brackets, signs, powers and conditionals.
 const DEEPEST: usize = 100;
 
-/// Reads an expression.
+/// Parses an expression.
 pub(super) fn parse(text: &str) -> Result<Expr, Error> {
     if text.len() > LONGEST {
         return Err(Error::new(format!(
@@ -95,7 +95,7 @@ impl Parser {
         Err(unexpected(self.peek()))
     }
 
-    /// One level down, for what can stand within itself without end.
+    /// Enters a level, for recursive constructs.
     fn deeper<T>(&mut self, inner: impl FnOnce(&mut Self) -> Result<T, Error>) -> Result<T, Error> {
         self.depth += 1;
         if self.depth > DEEPEST {
@@ -215,7 +215,7 @@ impl Parser {
         None
     }
 
-    /// The operators from `|` to `*`, each level of precedence from left to right.
+    /// The operators from `|` to `*`, left-associative at each level of precedence.
     fn bits(&mut self, level: usize) -> Result<Expr, Error> {
         const LEVELS: [&[&str]; 6] = [
             &["|"],
@@ -251,7 +251,8 @@ impl Parser {
         self.power()
     }
 
-    /// `**` binds more tightly than a sign on its left, and less tightly than one on its right: -3**2 is -9, 2**-1 is 0.5.
+    /// `**` binds more tightly than a sign on its left, and less tightly than one on its right:
+    /// -3**2 is -9, 2**-1 is 0.5.
     fn power(&mut self) -> Result<Expr, Error> {
         let base = self.postfix()?;
         if !self.takes("**") {
@@ -355,7 +356,7 @@ impl Parser {
         }
     }
 
-    /// Strings that stand side by side are one.
+    /// Adjacent strings are concatenated.
     fn joined(&mut self, first: Rc<str>) -> Rc<str> {
         let mut all = first;
         while let Some(Token::Text(more)) = self.peek() {

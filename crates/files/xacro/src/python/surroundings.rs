@@ -1,4 +1,4 @@
-//! What an expression finds around it, and what the functions of the language need of whoever calls them.
+//! The environment of an expression, and the callbacks for functions.
 
 use std::any::Any;
 use std::rc::Rc;
@@ -6,18 +6,18 @@ use std::rc::Rc;
 use super::super::budget::Budget;
 use super::value::{Error, Value, XacroFunction};
 
-/// What an expression finds around it.
+/// The environment of an expression.
 pub(in super::super) trait Surroundings {
-    /// The value of a name that is not the language's own.
+    /// Returns the value of a name that is not built in.
     fn look_up(&self, name: &str) -> Result<Option<Value>, Error>;
 
-    /// The value of a name in a namespace of properties.
+    /// Returns the value of a name in a namespace of properties.
     fn look_up_in(&self, namespace: &Rc<dyn Any>, name: &str) -> Result<Option<Value>, Error>;
 
-    /// What is left of the limits.
+    /// The remaining limits.
     fn budget(&self) -> &Budget;
 
-    /// Calls a function that xacro adds.
+    /// Calls a function added by xacro.
     fn call(&self, function: XacroFunction, arguments: Arguments) -> Result<Value, Error>;
 }
 
@@ -29,28 +29,28 @@ pub(in super::super) struct Arguments {
 }
 
 impl Arguments {
-    /// Takes an argument that has a name out of those that have one.
+    /// Removes and returns a named argument.
     pub(in super::super) fn take(&mut self, name: &str) -> Option<Value> {
         let at = self.named.iter().position(|(n, _)| &**n == name)?;
         Some(self.named.remove(at).1)
     }
 }
 
-/// Whoever evaluates: some functions call functions that they are given.
+/// The evaluator, for functions that call functions passed to them.
 pub(super) trait Caller {
-    /// What the expression finds around it.
+    /// The environment of the expression.
     fn around(&self) -> &dyn Surroundings;
 
     /// Calls a value.
     fn call(&mut self, function: &Value, arguments: Arguments) -> Result<Value, Error>;
 
-    /// What a value gives when it is gone through.
+    /// Returns the elements of an iterable.
     fn elements(&self, value: &Value) -> Result<Vec<Value>, Error> {
         elements(value, self.around())
     }
 }
 
-/// What a value gives when it is gone through.
+/// Returns the elements of an iterable.
 pub(super) fn elements(value: &Value, around: &dyn Surroundings) -> Result<Vec<Value>, Error> {
     let pay = |count: usize| around.budget().spend(count as u64);
     Ok(match value {
@@ -59,7 +59,7 @@ pub(super) fn elements(value: &Value, around: &dyn Surroundings) -> Result<Vec<V
             items.to_vec()
         }
         Value::Text(text) => {
-            // No more characters than bytes.
+            // At most as many characters as bytes.
             pay(text.len())?;
             text.chars().map(|c| Value::text(c.to_string())).collect()
         }

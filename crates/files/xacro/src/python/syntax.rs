@@ -1,10 +1,11 @@
-//! The tree of operations that an expression is.
+//! The syntax tree of an expression.
 //!
-//! Operations of one precedence are kept as a chain, so that a sum of thousands of terms is as deep as a sum of two.
+//! Operations of one precedence are stored as a chain, so that a sum of thousands of terms is as
+//! deep as a sum of two.
 
 use std::rc::Rc;
 
-/// What stands for itself.
+/// A literal.
 #[derive(Clone, Debug)]
 pub(super) enum Literal {
     None,
@@ -35,13 +36,13 @@ pub(super) enum Expr {
     Logic(&'static str, Vec<Expr>),
     /// `then if condition else other`.
     If(Box<[Expr; 3]>),
-    /// What follows a value: calls, indices, attributes.
+    /// Postfix operations on a value: calls, indices, attributes.
     Postfix(Box<Expr>, Vec<Trailer>),
     /// `lambda parameters: body`.
     Lambda(Rc<[Rc<str>]>, Rc<Expr>),
 }
 
-/// An element of a list, tuple or call, with `*` before it or not.
+/// An element of a list, tuple or call, with or without a leading `*`.
 pub(super) type Item = (bool, Expr);
 
 /// `for names in source if condition if condition`.
@@ -52,7 +53,7 @@ pub(super) struct Clause {
     pub(super) conditions: Vec<Expr>,
 }
 
-/// What follows a value.
+/// A postfix operation.
 #[derive(Clone, Debug)]
 pub(super) enum Trailer {
     Call(Vec<Item>, Vec<(Rc<str>, Expr)>),

@@ -16,13 +16,14 @@ pub(in super::super) enum Value {
     None,
     /// `True` or `False`.
     Bool(bool),
-    /// A whole number. Python's have no end; these end at 38 digits, which is an error and no wrong number.
+    /// An integer. Python's are unlimited; these end at 38 digits, which gives an error and no
+    /// wrong number.
     Int(i128),
     /// A floating-point number.
     Float(f64),
     /// Text.
     Text(Rc<str>),
-    /// A list; what Python gives as an iterator is one as well.
+    /// A list; Python's iterators are lists too.
     List(Rc<Items>),
     /// A tuple.
     Tuple(Rc<Items>),
@@ -32,7 +33,7 @@ pub(in super::super) enum Value {
     Function(&'static str),
     /// A function of xacro.
     Xacro(XacroFunction),
-    /// A method with the value that it belongs to.
+    /// A method bound to its value.
     Method(Rc<(Value, &'static str)>),
     /// `lambda x: ...`.
     Lambda(Rc<Lambda>),
@@ -42,27 +43,27 @@ pub(in super::super) enum Value {
     Namespace(Rc<dyn Any>),
 }
 
-/// A function without a name. What it finds of the names around it is kept with it.
+/// An anonymous function with the values of its surrounding names.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Lambda {
     pub(super) parameters: Rc<[Rc<str>]>,
     pub(super) body: Rc<Expr>,
     pub(super) bound: Vec<(Rc<str>, Value)>,
-    /// Levels of values within values, of those that are bound.
+    /// Nesting depth of the bound values.
     pub(super) depth: usize,
 }
 
 impl Lambda {
-    /// As text it is short, whatever it holds.
+    /// Its text is short, whatever it contains.
     pub(super) fn size(&self) -> Size {
         Size::of_function(self.depth)
     }
 }
 
-/// Deepest nesting of lists and dictionaries within each other.
+/// Deepest nesting of lists and dictionaries.
 const DEEPEST_VALUE: usize = 100;
 
-/// Bytes of a number or of the name of a type, as text, at most but for a few.
+/// Typical largest size of a number or type name as text, in bytes.
 const SHORT: usize = 16;
 
 /// The values of a list or a tuple.
@@ -88,13 +89,14 @@ impl From<Vec<Value>> for Items {
     }
 }
 
-/// What a value comes to when it is gone through whole, for printing or comparing. What is shared, such as the row of
-/// `[row] * 1000`, lies once in memory and counts here each time; so it is known before it is gone through.
+/// Size of a value when visited completely, for printing or comparing. A shared part, such as the
+/// row of `[row] * 1000`, is stored once but counts each time; so the size is known before the
+/// visit.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in super::super) struct Size {
-    /// Bytes as text, roughly.
+    /// Approximate bytes as text.
     bytes: usize,
-    /// Levels of values within values.
+    /// Nesting depth.
     depth: usize,
 }
 
@@ -103,7 +105,7 @@ impl Size {
         Self { bytes, depth: 0 }
     }
 
-    /// Of a function that holds values of that depth.
+    /// The size of a function with bound values of that depth.
     pub(super) fn of_function(depth: usize) -> Self {
         Self {
             bytes: SHORT,
@@ -111,10 +113,10 @@ impl Size {
         }
     }
 
-    /// Takes in a value that is held.
+    /// Adds a contained value.
     fn hold(&mut self, value: &Value) {
         let Self { bytes, depth } = value.size();
-        // With the comma behind it.
+        // Including the comma.
         self.bytes = self.bytes.saturating_add(bytes).saturating_add(2);
         self.depth = self.depth.max(depth + 1);
     }
@@ -143,7 +145,7 @@ pub(in super::super) enum XacroFunction {
     PrintLocation,
 }
 
-/// The namespaces that are always there.
+/// The predefined namespaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in super::super) enum Module {
     Math,
@@ -151,22 +153,22 @@ pub(in super::super) enum Module {
     Xacro,
 }
 
-/// Why an expression has no value.
+/// The reason why an expression has no value.
 #[derive(Clone, Debug, PartialEq)]
 pub(in super::super) enum Error {
-    /// A name that nothing defines.
+    /// An undefined name.
     Name(String),
     /// An argument, `$(arg NAME)`, that has neither value nor default.
     Argument(String),
-    /// A package, `$(find NAME)`, whose folder is not known.
+    /// A package, `$(find NAME)`, whose folder is unknown.
     Package(String),
-    /// A file that cannot be read, and why.
+    /// A file that cannot be read, with the reason.
     File(String, String),
     /// Anything else, in words.
     Other(String),
-    /// A limit was met: the whole expansion ends.
+    /// A limit was reached: the whole expansion ends.
     Spent(Spent),
-    /// An error, and the expression or property that it is in.
+    /// An error with its surrounding expression or property.
     In(String, Box<Error>),
 }
 
@@ -175,7 +177,7 @@ impl Error {
         Self::Other(words.into())
     }
 
-    /// The same, said to be in an expression or property.
+    /// Adds a surrounding expression or property.
     pub(in super::super) fn within(self, what: impl Into<String>) -> Self {
         match self {
             Self::Spent(_) => self,
@@ -183,7 +185,7 @@ impl Error {
         }
     }
 
-    /// What it comes from.
+    /// Returns the innermost error.
     pub(in super::super) fn cause(&self) -> &Self {
         match self {
             Self::In(_, inner) => inner.cause(),
@@ -214,7 +216,7 @@ impl fmt::Display for Error {
     }
 }
 
-/// A dictionary, in the order in which its keys came.
+/// A dictionary, in order of insertion.
 #[derive(Clone, Debug, Default)]
 pub(in super::super) struct Dict {
     entries: Vec<(Value, Value)>,
@@ -222,7 +224,7 @@ pub(in super::super) struct Dict {
     size: Size,
 }
 
-/// What can be a key: numbers that are equal are one key, as in Python.
+/// A key: equal numbers are one key, as in Python.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Key {
     None,
@@ -263,7 +265,7 @@ impl Dict {
 
     pub(in super::super) fn insert(&mut self, key: Value, value: Value) -> Result<(), Error> {
         let place = Key::of(&key)?;
-        // What is replaced stays counted.
+        // A replaced value stays counted.
         self.size.hold(&key);
         self.size.hold(&value);
         match self.places.get(&place) {
@@ -306,7 +308,7 @@ impl Value {
         Self::Tuple(Rc::new(items.into()))
     }
 
-    /// What it comes to when it is gone through whole.
+    /// The size of a complete visit.
     pub(in super::super) fn size(&self) -> Size {
         match self {
             Self::Text(text) => Size::of_lone(text.len() + 2),
@@ -318,7 +320,7 @@ impl Value {
         }
     }
 
-    /// The name of its type, as Python calls it.
+    /// Returns its Python type name.
     pub(in super::super) fn kind(&self) -> &'static str {
         match self {
             Self::None => "NoneType",
@@ -349,7 +351,7 @@ impl Value {
         }
     }
 
-    /// The number that it is, where it is one.
+    /// Returns its number, if it is one.
     pub(super) fn as_float(&self) -> Option<f64> {
         match self {
             Self::Bool(b) => Some(f64::from(u8::from(*b))),
@@ -359,7 +361,7 @@ impl Value {
         }
     }
 
-    /// The whole number that it is, where it is one.
+    /// Returns its integer, if it is one.
     pub(super) fn as_int(&self) -> Option<i128> {
         match self {
             Self::Bool(b) => Some(i128::from(*b)),
@@ -368,7 +370,7 @@ impl Value {
         }
     }
 
-    /// Whether the two are equal, as `==` has it. Goes through both as far as they are: whoever asks pays for that.
+    /// Whether the two are equal, like `==`. It visits both; the caller charges for that.
     pub(super) fn equals(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::None, Self::None) => true,
@@ -395,7 +397,7 @@ impl Value {
     }
 }
 
-/// Refuses a value in which values nest too deep: whatever goes through it goes down them.
+/// Rejects a value that is nested too deep for recursive functions.
 pub(in super::super) fn check_nesting(value: &Value) -> Result<(), Error> {
     if value.size().depth() > DEEPEST_VALUE {
         let words = format!("lists nested more than {DEEPEST_VALUE} deep");
@@ -404,8 +406,8 @@ pub(in super::super) fn check_nesting(value: &Value) -> Result<(), Error> {
     Ok(())
 }
 
-/// The value of a text as xacro takes properties and parameters: a whole number, a number, a truth value, or the text itself.
-/// Quotes around it make it text.
+/// Returns the value of a text by xacro's rules for properties and parameters: an integer, a
+/// number, a truth value, or the text itself. Quotes force text.
 pub(in super::super) fn literal(text: &str) -> Value {
     let quoted = text
         .strip_prefix('\'')
@@ -413,7 +415,7 @@ pub(in super::super) fn literal(text: &str) -> Value {
     if let Some(inner) = quoted {
         return Value::text(inner);
     }
-    // Python reads 1_000 as a number; xacro leaves such names alone.
+    // Python accepts 1_000 as a number; xacro leaves such names alone.
     if text.contains('_') {
         return Value::text(text);
     }
@@ -430,7 +432,7 @@ pub(in super::super) fn literal(text: &str) -> Value {
     }
 }
 
-/// A whole number as Python's `int` reads it from text; `None` for what it is not and for what is beyond 38 digits.
+/// Parses an integer like Python's `int`; `None` for other texts and beyond 38 digits.
 pub(super) fn parse_int(text: &str) -> Option<i128> {
     let text = text.trim();
     let digits = text.strip_prefix(['+', '-']).unwrap_or(text);
@@ -448,7 +450,7 @@ pub(super) fn parse_int(text: &str) -> Option<i128> {
     })
 }
 
-/// A number as Python's `float` reads it from text.
+/// Parses a number like Python's `float`.
 pub(super) fn parse_float(text: &str) -> Option<f64> {
     let text = text.trim();
     let bare = text.strip_prefix(['+', '-']).unwrap_or(text);
@@ -459,7 +461,7 @@ pub(super) fn parse_float(text: &str) -> Option<f64> {
         "nan" => return Some(f64::NAN),
         _ => {}
     }
-    // Rust reads the same numbers, but for the words above and underscores.
+    // Rust accepts the same numbers, except for the words above and underscores.
     if !lower.starts_with(|c: char| c.is_ascii_digit() || c == '.') {
         return None;
     }

@@ -1,5 +1,5 @@
-//! xacro: what is made of the cases in `tests/cases` is what the xacro of ROS makes of them (`tests/real.py` compares the two), and
-//! what has no end is ended.
+//! xacro: what is made of the cases in `tests/cases` is what the xacro of ROS makes of them
+//! (`tests/real.py` compares the two), and what has no end is ended.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -380,7 +380,8 @@ fn endless() -> Vec<(&'static str, String, &'static str)> {
     ]
 }
 
-/// Nothing is expanded for long: each is refused within seconds even without optimization, where an endless one would never be.
+/// Nothing is expanded for long: each is refused within seconds even without optimization, where an
+/// endless one would never be.
 #[test]
 fn what_has_no_end_is_refused_in_words() {
     let folder = tempfile::tempdir().unwrap();
@@ -443,8 +444,9 @@ fn the_same_file_is_expanded_the_same() {
     }
 }
 
-/// Elements without a prefix, as until 2014: as they stand they stay what they are, and it is said of what then fails; read as they were
-/// meant, they come to what the same file with prefixes comes to.
+/// Elements without a prefix, as until 2014: as they stand they stay what they are, and it is said
+/// of what then fails; read as they were meant, they come to what the same file with prefixes comes
+/// to.
 #[test]
 fn elements_without_a_prefix_are_read_as_until_2014_where_that_is_asked_for() {
     let old = r#"<robot><property name="r" value="0.05"/><macro name="ball" params="at"><sphere radius="${r}" at="${at}"/></macro>
@@ -472,7 +474,8 @@ fn elements_without_a_prefix_are_read_as_until_2014_where_that_is_asked_for() {
     let meant = text(new, false).unwrap();
     assert_eq!(shape(&read.text), shape(&meant.text));
     assert!(read.text.contains(r#"at="0.1""#), "{}", read.text);
-    // An element of another program that has the name of a macro is no call of it: it gives something else, or too little.
+    // An element of another program that has the name of a macro is no call of it: it gives
+    // something else, or too little.
     for other in [
         r#"<ball type="ray"/>"#,
         "<ball/>",

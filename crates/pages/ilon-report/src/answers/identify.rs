@@ -1,4 +1,4 @@
-//! What an identification found, first in sentences of a person's words.
+//! The results of an identification in sentences.
 
 pub mod tables;
 
@@ -11,14 +11,15 @@ use ilon_identify::outcome::{
 };
 use ilon_identify::scatter::Scatter;
 
-/// A gain ahead above this is more than wheels of the size that they are known to have roll.
+/// A gain ahead above this exceeds the roll of wheels of their known size.
 const TOO_FAR: f64 = 1.02;
-/// A gain ahead below this is seldom that of smaller wheels alone.
+/// A gain ahead below this is seldom due to smaller wheels alone.
 const TOO_SHORT: f64 = 0.95;
 
-/// What was found, the answer first: what the robot does, what to set, how sure that is, and what to drive to know more.
+/// Returns the results, the answer first: the robot's motion, the settings, their uncertainty, and
+/// further drives for more certainty.
 pub fn answers(found: &Identified) -> Vec<Answer> {
-    // What gains say is what wheels do that stand otherwise.
+    // The gains are explained by wheels at other places than stated.
     let mut plain = match stand_otherwise(found) {
         Some(said) => vec![said],
         None => robot(&found.gains),
@@ -56,7 +57,7 @@ pub fn answers(found: &Identified) -> Vec<Answer> {
     answers
 }
 
-/// Wheels that stand otherwise than stated, and what that takes.
+/// Reports wheels at other places than stated, and the consequence.
 fn stand_otherwise(found: &Identified) -> Option<String> {
     let each = found.parameters.iter().filter_map(|(name, value)| {
         let (what, wheel) = name.split_once('.')?;
@@ -86,7 +87,8 @@ fn stand_otherwise(found: &Identified) -> Option<String> {
     })
 }
 
-/// By how much something falls short of 1, with its interval, in percent: `4.3 % less far` and ` (3.9 to 4.7 %)`.
+/// Returns by how much a value falls short of 1, with its interval, in percent: `4.3 % less far`
+/// and ` (3.9 to 4.7 %)`.
 fn short_of(value: &Value, less: &str, more: &str) -> (String, String) {
     let short = |gain: f64| 100.0 * (1.0 - gain);
     let percent = short(value.value);
@@ -109,17 +111,17 @@ fn short_of(value: &Value, less: &str, more: &str) -> (String, String) {
     (format!("{} % {word}", shown(value.value)), interval)
 }
 
-/// Percents to a tenth, and what is less than one to a hundredth.
+/// Rounds percent to a tenth, and values below one to a hundredth.
 fn rounded(percent: f64) -> String {
     decimals(percent, if percent.abs() < 0.95 { 2 } else { 1 })
 }
 
-/// Whether the interval of a value holds another one.
+/// Whether the interval of a value contains another one.
 fn may_be(value: &Value, other: f64) -> bool {
     matches!(value.ci95, [Some(low), Some(high)] if low <= other && other <= high)
 }
 
-/// Whether a gain is known to less than a tenth.
+/// Whether the uncertainty of a gain exceeds a tenth.
 fn is_vague(value: &Value) -> bool {
     match value.ci95 {
         [Some(low), Some(high)] => high - low > 0.2 * value.value.abs(),
@@ -127,7 +129,7 @@ fn is_vague(value: &Value) -> bool {
     }
 }
 
-/// What of a gain rigid rollers explain, given what they alone would make.
+/// Reports the part of a gain that rigid rollers explain, given their own gain.
 fn explained(gain: &Value, rigid: Option<f64>) -> String {
     let Some(rigid) = rigid else {
         return String::new();
@@ -144,7 +146,7 @@ fn explained(gain: &Value, rigid: Option<f64>) -> String {
     }
 }
 
-/// What the robot does over what its wheels ask for.
+/// Reports the robot's motion over the one commanded by its wheels.
 fn robot(gains: &Gains) -> Vec<String> {
     let rigid = gains.rigid;
     let [sideways, turn] = [
@@ -194,7 +196,8 @@ fn robot(gains: &Gains) -> Vec<String> {
     .collect()
 }
 
-/// In which directions it goes least and most far, of more than the four along its axes.
+/// Reports the directions with the smallest and largest gains, if more than the four along its axes
+/// were driven.
 fn by_direction(directions: &[Direction]) -> Option<String> {
     if directions.len() < 5 {
         return None;
@@ -202,7 +205,7 @@ fn by_direction(directions: &[Direction]) -> Option<String> {
     let by = |a: &&Direction, b: &&Direction| a.measured.total_cmp(&b.measured);
     let (least, most) = (directions.iter().min_by(by)?, directions.iter().max_by(by)?);
     let words = |one: &Direction| {
-        // Of so many stretches the standard error has one degree of freedom less.
+        // The standard error over n windows has n - 1 degrees of freedom.
         let half =
             Scatter::furthest(one.stretches.saturating_sub(1).max(1) as f64) * one.measured_error;
         let [low, high] =
@@ -221,13 +224,13 @@ fn by_direction(directions: &[Direction]) -> Option<String> {
     ))
 }
 
-/// A length in millimetres, with what it was.
+/// Returns a length in millimetres, with its value before the fit.
 fn length(value: &Value) -> String {
     let [own, nominal] = [value.value, value.nominal].map(|metres| number(1e3 * metres));
     format!("{own} mm{} in place of {nominal} mm", between(value, 1e3))
 }
 
-/// To what a length of a controller is to be set.
+/// Returns the setting of a controller's length.
 fn set_to(name: &str, value: &Value) -> String {
     match may_be(value, value.nominal) {
         true => format!(
@@ -239,7 +242,7 @@ fn set_to(name: &str, value: &Value) -> String {
     }
 }
 
-/// The interval of a value in a unit of which so many are one of its own, in brackets.
+/// Returns the interval of a value in brackets, in a unit of which `per_own` make one of its own.
 fn between(value: &Value, per_own: f64) -> String {
     match value.ci95 {
         [Some(low), Some(high)] => {
@@ -249,7 +252,7 @@ fn between(value: &Value, per_own: f64) -> String {
     }
 }
 
-/// What a controller is to be set to.
+/// Returns the settings of a controller.
 pub fn set(controller: &Controller, gains: &Gains) -> Vec<String> {
     let (name, radius_key, lever_key) = match controller.kind {
         Some(ControllerKind::Mecanum) => (
@@ -307,13 +310,13 @@ pub fn set(controller: &Controller, gains: &Gains) -> Vec<String> {
     lines
 }
 
-/// Whether the robot goes further ahead than wheels of the size that they are known to have roll.
+/// Whether the robot drives further ahead than wheels of their known size would roll.
 fn is_too_far(gains: &Gains) -> bool {
     let ahead = gains.ahead.as_ref();
     ahead.is_some_and(|ahead| ahead.ci95[0].unwrap_or(ahead.value) > TOO_FAR)
 }
 
-/// Which model was chosen, and how far off it is on what was not fitted, beside the robot as it was known before.
+/// Reports the chosen model, and its held-out error compared with that of the robot before the fit.
 fn judged(model: &str, judged_by: JudgedBy, [before, after]: [&Errors; 2]) -> Answer {
     let judged = match judged_by {
         JudgedBy::Runs => "on unseen runs",
@@ -333,7 +336,7 @@ fn judged(model: &str, judged_by: JudgedBy, [before, after]: [&Errors; 2]) -> An
     }
 }
 
-/// What is to be known before keys that were found by simulating are believed.
+/// Reports limitations of the keys that were found by simulating.
 fn simulated(simulation: &Simulation) -> Vec<Answer> {
     let mut answers: Vec<Answer> = Vec::new();
     let rms = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.4}"));
@@ -394,7 +397,7 @@ fn simulated(simulation: &Simulation) -> Vec<Answer> {
     answers
 }
 
-/// What to drive or to log to know more, by what is not known.
+/// Returns the drives or logs that would determine the unknown values.
 fn to_know_more(found: &Identified) -> Option<String> {
     let gains = &found.gains;
     let mut wishes: Vec<String> = Vec::new();
@@ -454,7 +457,7 @@ mod tests {
         })
     }
 
-    /// Eight rollers at 45 degrees make sin(pi/8) / (pi/8) = 0.9745 of the way sideways.
+    /// Eight rollers at 45 degrees give sin(pi/8) / (pi/8) = 0.9745 of the distance sideways.
     #[test]
     fn a_gain_is_said_as_what_is_missing_to_1_with_its_interval_and_what_rollers_explain() {
         let gains = Gains {
@@ -474,7 +477,8 @@ mod tests {
         );
     }
 
-    /// A model that misses as much as the robot as it was known has found nothing, and no figure calls that good.
+    /// A model that misses as much as the robot before the fit is no improvement, and must not be
+    /// shown as good.
     #[test]
     fn a_model_is_good_where_it_misses_less_than_the_robot_as_it_was_known() {
         let errors = |over_noise: f64, rms_mm: f64| Errors {

@@ -1,4 +1,4 @@
-//! What many runs, or logs, come to, in sentences and tables: the terminal prints what the page shows.
+//! Results of many runs, or logs, in sentences and tables, for the terminal and the page.
 
 pub mod identify;
 pub mod sweep;

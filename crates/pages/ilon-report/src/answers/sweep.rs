@@ -1,4 +1,4 @@
-//! What a study of many runs found, in sentences.
+//! The findings of a study in sentences.
 
 mod phrases;
 mod tables;
@@ -16,10 +16,10 @@ use ilon_sweep::{Find, Findings, Minimise, Question, Study};
 
 use self::phrases::{MOST_POINTS, at, key_words, level, percent, settings, title, value_of};
 
-/// A minimum that lies in this share of an axis at either end is said to lie at its end.
+/// A minimum within this share of an axis from its end is reported as at the end.
 const AT_THE_END: f64 = 0.01;
 
-/// What came of the study, the bounds that were expected first, then what is not known.
+/// Returns the findings of the study, the expected bounds first, then what is unknown.
 pub fn answers(study: &Study, findings: &Findings) -> Vec<Answer> {
     let mut answers: Vec<Answer> = findings.expectations.iter().map(expected).collect();
     for failures in findings.failures.iter().take(3) {
@@ -69,7 +69,7 @@ fn expected(one: &Expectation) -> Answer {
     }
 }
 
-/// An expectation and what came of it.
+/// Reports an expectation and its result.
 pub fn expectation(one: &Expectation) -> String {
     let verb = if one.held { "held" } else { "failed" };
     let interval = one.interval.map_or(String::new(), |(low, high)| {
@@ -103,8 +103,8 @@ fn missing(gap: &Gap, study: &Study) -> Answer {
     })
 }
 
-/// The least share of the variation that an interaction explains and a sentence names.
-const LEAST_TOGETHER: f64 = 0.01;
+/// The least share of the variation that a sentence names, of an axis or of an interaction.
+const LEAST_SHARE: f64 = 0.01;
 
 fn range(one: &RangeOf, study: &Study) -> String {
     let value = |value: f64| value_of(&one.quantity, value);
@@ -131,6 +131,11 @@ fn range(one: &RangeOf, study: &Study) -> String {
     }
     let mut axes: Vec<_> = one.axes.iter().collect();
     axes.sort_by(|a, b| b.share.unwrap_or(0.0).total_cmp(&a.share.unwrap_or(0.0)));
+    let most = axes.first().and_then(|axis| axis.share);
+    axes.retain(|axis| {
+        axis.share
+            .is_none_or(|share| share >= LEAST_SHARE || Some(share) == most)
+    });
     let effects = axes.iter().filter_map(|axis| {
         let [(least_at, least), (largest_at, largest)] = axis.ends()?;
         let (name, unit) = key_words(&axis.key, study);
@@ -150,7 +155,7 @@ fn range(one: &RangeOf, study: &Study) -> String {
     let shares: Option<Vec<f64>> = one.axes.iter().map(|axis| axis.share).collect();
     if let Some(shares) = shares {
         let together = 1.0 - shares.iter().sum::<f64>();
-        if together > LEAST_TOGETHER {
+        if together > LEAST_SHARE {
             text += &format!("; their interaction explains {}", percent(together));
         }
     }
@@ -188,7 +193,7 @@ fn effects(one: &EffectsOf, study: &Study) -> Option<String> {
     ))
 }
 
-/// What a search along a key found, a sentence a point.
+/// Reports the results of a search along a key, one sentence per point.
 fn found(find: &Find, found: &[FoundAt]) -> Vec<String> {
     let quantity = words(&find.quantity);
     let crosses = value_of(&find.quantity, find.crosses);
@@ -312,7 +317,7 @@ mod tests {
         let minimise: Minimise =
             serde_json::from_value(serde_json::json!({ "quantity": "travelled_m" })).unwrap();
         let said = |place: [f64; 2]| {
-            // The searches are off by nothing, by half a per cent and by 5 %; one found nothing.
+            // The errors of the searches are zero, half a percent and 5 %; one found nothing.
             let found = serde_json::json!({
                 "quantity": "travelled_m", "values": { "a.first": 0.5, "b.second": 0.5 }, "run": 7,
                 "trial": 7, "value": 2.0, "place": place, "by_start": [2.0, 2.01, 2.1, null], "trials": 40,

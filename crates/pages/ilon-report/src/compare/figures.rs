@@ -12,12 +12,12 @@ use crate::figure::{
 use crate::figures::balance::TERM_COLORS;
 use crate::figures::motion::{COMPONENTS, way};
 
-/// The pen of a run: colours and dashes as those of wheels, broader.
+/// The pen of a run: colours and dashes of the wheels, but wider.
 pub(super) fn run_pen(index: usize) -> Pen {
     wheel_pen(index).width(2.0)
 }
 
-/// The paths over the floor, and the references that they should have followed.
+/// The paths on the floor, and their references.
 pub(super) fn path(comparison: &Comparison) -> Figure {
     let mut curves: Vec<Curve> = Vec::new();
     for reference in references(comparison) {
@@ -36,9 +36,9 @@ pub(super) fn path(comparison: &Comparison) -> Figure {
     .height_px(440)
 }
 
-/// The references of the runs, those that differ.
+/// Returns the distinct references of the runs.
 fn references(comparison: &Comparison) -> Vec<Vec<Pose>> {
-    // A millimetre apart is another reference.
+    // References further apart than a millimetre differ.
     const SAME_M: f64 = 1e-3;
     let mut found: Vec<Vec<Pose>> = Vec::new();
     for run in &comparison.runs {
@@ -55,7 +55,7 @@ fn references(comparison: &Comparison) -> Vec<Vec<Pose>> {
     found
 }
 
-/// Position and heading error over time, of the runs that have a reference.
+/// Position and heading error over time, for runs with a reference.
 pub(super) fn errors(comparison: &Comparison) -> Vec<Figure> {
     if comparison
         .runs
@@ -93,7 +93,7 @@ pub(super) fn errors(comparison: &Comparison) -> Vec<Figure> {
     ]
 }
 
-/// The real twist, a panel a component.
+/// The actual twist, one panel per component.
 pub(super) fn twist(comparison: &Comparison) -> Vec<Figure> {
     COMPONENTS
         .into_iter()
@@ -158,7 +158,7 @@ fn ledger(
     bars_of_runs(id, title, caption, axis(unit), comparison, false, bars)
 }
 
-/// Where the motors' work of each run went.
+/// The energy balance of each run.
 pub(super) fn energy(comparison: &Comparison) -> Figure {
     const WENT: [(&str, &str); 6] = [
         ("energy.slip_j", "@slip"),
@@ -189,7 +189,7 @@ pub(super) fn energy(comparison: &Comparison) -> Figure {
     )
 }
 
-/// How far dead reckoning strayed.
+/// The drift of dead reckoning.
 pub(super) fn odometry(comparison: &Comparison) -> Figure {
     type Way = fn(&Summary) -> Option<f64>;
     let ways: [(&str, &str, Way); 2] = [
@@ -237,7 +237,7 @@ pub(super) fn slip_speed(comparison: &Comparison) -> Figure {
     )
 }
 
-/// Energy that each wheel lost to slip.
+/// Energy lost to slip at each wheel.
 pub(super) fn slip_of_wheels(comparison: &Comparison) -> Figure {
     let names: Vec<&str> = comparison
         .runs
@@ -275,7 +275,7 @@ pub(super) fn slip_of_wheels(comparison: &Comparison) -> Figure {
     .height_px(height_px)
 }
 
-/// The largest share of the friction cone that any wheel uses.
+/// The largest used share of the friction cone over all wheels.
 pub(super) fn grip(comparison: &Comparison) -> Figure {
     Figure::over_time(
         "grip",
@@ -291,7 +291,7 @@ pub(super) fn grip(comparison: &Comparison) -> Figure {
     )
 }
 
-/// The largest torque of any wheel.
+/// The largest torque over all wheels.
 pub(super) fn torque(comparison: &Comparison) -> Figure {
     Figure::over_time(
         "torque",
@@ -307,7 +307,7 @@ pub(super) fn torque(comparison: &Comparison) -> Figure {
     )
 }
 
-/// One curve a run.
+/// One curve per run.
 fn each_run(
     comparison: &Comparison,
     points: impl Fn(&ComparedRun) -> Vec<(f64, f64)>,
@@ -317,7 +317,7 @@ fn each_run(
         .collect()
 }
 
-/// One curve a run, of a quantity over its wheels; instants at which it does not apply are left out.
+/// One curve per run, of a quantity over its wheels; instants without a value are left out.
 fn over_wheels(comparison: &Comparison, of: fn(&[WheelSample]) -> Option<f64>) -> Vec<Curve> {
     each_run(comparison, |run| {
         let point = |(record, wheels): (&Record, &[WheelSample])| Some((record.t_s, of(wheels)?));
@@ -325,7 +325,7 @@ fn over_wheels(comparison: &Comparison, of: fn(&[WheelSample]) -> Option<f64>) -
     })
 }
 
-/// Horizontal bars, a row a run, stacked by sign unless they are grouped; the first run on top.
+/// Horizontal bars, one row per run, stacked by sign unless grouped; the first run on top.
 fn bars_of_runs(
     id: &str,
     title: &str,
@@ -409,7 +409,7 @@ mod tests {
             {
                 let expected = 1e3 * wheel.speed_rms_m_s.expect("it touches");
                 let bar = bar.as_f64().expect("a number");
-                // Written to some six digits.
+                // Numbers are written with six digits.
                 assert!((bar / expected - 1.0).abs() < 1e-4, "{bar} {expected}");
             }
         }

@@ -1,11 +1,11 @@
-//! Several runs held beside each other: what was set differently, and what came of it.
+//! Comparison of several runs: their settings and results.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
 use ilon_trace::quantities::GROUPS;
-use ilon_trace::{Quantity, Settings, Summary, Trace, TraceError};
+use ilon_trace::{Header, Quantity, Settings, Summary, Trace, TraceError, number};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -16,10 +16,10 @@ mod ranking;
 pub(crate) use page::settings_row;
 pub use page::{answers, html};
 
-/// One of the runs that are compared.
+/// One of the compared runs.
 #[derive(Clone, Debug)]
 pub struct ComparedRun {
-    /// What it is called beside the others.
+    /// Its name in the comparison.
     pub name: String,
     /// What was recorded.
     pub trace: Trace,
@@ -27,19 +27,19 @@ pub struct ComparedRun {
     pub summary: Summary,
 }
 
-/// Why runs cannot be held beside each other.
+/// Reasons why runs cannot be compared.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CompareError {
-    /// The file or folder of a run cannot be looked at.
+    /// The file or folder of a run is inaccessible.
     #[error("cannot read `{}`: {source}", path.display())]
     Read {
         /// The file or folder.
         path: PathBuf,
-        /// Why, in the system's words.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// A folder that no run was written to.
+    /// A folder without a run.
     #[error("`{}` holds no run: there is no trace.parquet in it", path.display())]
     NoRun {
         /// The folder.
@@ -48,35 +48,36 @@ pub enum CompareError {
     /// The trace cannot be read.
     #[error(transparent)]
     Trace(#[from] TraceError),
-    /// There is nothing to hold a run against.
+    /// Fewer than two runs.
     #[error("a comparison takes two runs or more")]
     TooFew,
 }
 
-/// Runs beside each other, in the order in which they were given.
+/// Compared runs, in the order given.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    /// The runs, each with a name that none other has.
+    /// The runs, with unique names.
     pub runs: Vec<ComparedRun>,
-    /// What was set differently: the keys of the scenarios that not all runs share.
+    /// Differences in settings: the keys of the scenarios that not all runs share.
     pub differences: Vec<SettingRow>,
 }
 
-/// A key of the scenario that the runs do not share.
+/// A key of the scenario with different values in the runs.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct SettingRow {
-    /// The key, from the outermost table in, such as `world.floor.friction`.
+    /// The dotted key, such as `world.floor.friction`.
     pub key: String,
     /// Its value in each run, as TOML; `None` where the run has no such key.
     pub values: Vec<Option<String>>,
 }
 
 impl ComparedRun {
-    /// Reads a run from the folder that `ilon run` wrote, or from a trace file by itself. Figures come from the folder's
-    /// `summary.json` where it is that trace's own, and from the trace otherwise.
+    /// Reads a run from the folder of `ilon run`, or from a trace file alone. The figures are read
+    /// from the folder's `summary.json` if it belongs to that trace, otherwise computed from the
+    /// trace.
     ///
     /// # Errors
-    /// Where there is no trace, or one that cannot be read.
+    /// If there is no readable trace.
     pub fn load(path: &Path) -> Result<Self, CompareError> {
         let is_folder = std::fs::metadata(path)
             .map_err(|source| CompareError::Read {
@@ -110,7 +111,7 @@ impl ComparedRun {
         })
     }
 
-    /// A run that was just made.
+    /// A run from memory.
     pub fn new(name: String, trace: Trace, summary: Summary) -> Self {
         Self {
             name,
@@ -121,7 +122,7 @@ impl ComparedRun {
 }
 
 impl Comparison {
-    /// Holds runs beside each other. `paths` are where they came from, for names that set them apart.
+    /// Compares runs. `paths` are their sources, used for unique names.
     ///
     /// # Errors
     /// Fewer than two runs.
@@ -145,8 +146,8 @@ impl Comparison {
         self.runs.iter().map(of).collect()
     }
 
-    /// The main figures that say something of at least one of the runs, in groups with a heading each; what says
-    /// something of open-loop runs only, where all are.
+    /// Returns the main figures that apply to at least one of the runs, in groups with headings;
+    /// figures for open-loop runs only if all are open-loop.
     pub fn groups(&self) -> Vec<(&'static str, Vec<&'static Quantity>)> {
         let open_loop = self.runs.iter().all(|run| run.trace.header.open_loop);
         let applies = |quantity: &&Quantity| {
@@ -166,8 +167,8 @@ impl Comparison {
     }
 }
 
-/// Names that differ: the scenarios' where they do, else those of the files or folders, else the whole paths, else
-/// numbered ones.
+/// Returns unique names: the scenarios' if they differ, else those of the files or folders, else
+/// the whole paths, else numbered ones.
 fn names(runs: &[ComparedRun], paths: &[PathBuf]) -> Vec<String> {
     let of_scenarios = runs.iter().map(|run| run.name.clone()).collect();
     let last = |path: &PathBuf| {
@@ -195,12 +196,61 @@ fn differences(runs: &[ComparedRun]) -> Vec<SettingRow> {
     let texts = runs
         .iter()
         .map(|run| run.trace.header.scenario_toml.as_str());
-    settings_that_differ(&texts.collect::<Vec<_>>())
+    let settings = settings_that_differ(&texts.collect::<Vec<_>>());
+    let (derived, set): (Vec<_>, Vec<_>) = settings
+        .into_iter()
+        .partition(|row| DERIVED.contains(&row.key.as_str()));
+    let robots: Vec<_> = runs.iter().map(|run| robot(&run.trace.header)).collect();
+    let mut rows = set;
+    rows.extend(rows_that_differ(&robots));
+    rows.extend(derived);
+    rows
 }
 
-/// The keys in which resolved scenarios differ. What is expected of a run does not change it.
+/// Keys whose defaults follow from the robot.
+const DERIVED: [&str; 3] = [
+    "wheel_loop.proportional_n_m_s",
+    "wheel_loop.integral_n_m",
+    "world.solver.contact_stiffness_n_m",
+];
+
+/// What a trace says of its robot, whose file the scenario only names.
+fn robot(header: &Header) -> BTreeMap<String, String> {
+    // Rounded, as places in the body frame carry the rounding of the frames between.
+    let shown = |value: f64, unit: &str| format!("{} {unit}", number((value * 1e9).round() / 1e9));
+    let mut found = BTreeMap::from([("robot: mass".to_owned(), shown(header.mass_kg, "kg"))]);
+    for wheel in &header.wheels {
+        let [x_m, y_m] = wheel.position_m;
+        let [torque, rate] = [
+            (wheel.torque_limit_n_m, "N m"),
+            (wheel.rate_limit_rad_s, "rad/s"),
+        ]
+        .map(|(limit, unit)| limit.map_or_else(|| "none".to_owned(), |limit| shown(limit, unit)));
+        let of_wheel = [
+            ("radius", shown(wheel.radius_m, "m")),
+            ("x", shown(x_m, "m")),
+            ("y", shown(y_m, "m")),
+            ("gamma", shown(wheel.gamma_rad.to_degrees(), "deg")),
+            ("rollers", wheel.roller_count.to_string()),
+            ("torque limit", torque),
+            ("rate limit", rate),
+        ];
+        for (what, value) in of_wheel {
+            found.insert(format!("robot: {} {what}", wheel.name), value);
+        }
+    }
+    found
+}
+
+/// Returns the keys in which resolved scenarios differ, except their expectations, which do not
+/// change a run.
 pub(crate) fn settings_that_differ(scenarios: &[&str]) -> Vec<SettingRow> {
     let keys: Vec<BTreeMap<String, String>> = scenarios.iter().map(|text| leaves(text)).collect();
+    rows_that_differ(&keys)
+}
+
+/// The entries that not all of the lists share, in the order of their keys.
+fn rows_that_differ(keys: &[BTreeMap<String, String>]) -> Vec<SettingRow> {
     let all: BTreeSet<&String> = keys.iter().flat_map(BTreeMap::keys).collect();
     all.into_iter()
         .filter(|key| *key != "expect" && !key.starts_with("expect."))
@@ -217,8 +267,8 @@ pub(crate) fn settings_that_differ(scenarios: &[&str]) -> Vec<SettingRow> {
         .collect()
 }
 
-/// The values of a TOML document by their dotted keys. Of a path only the file's name counts: the same robot is found
-/// by another path from another folder.
+/// Returns the values of a TOML document by their dotted keys. For a path only the file name
+/// counts, because the same robot has different paths from different folders.
 fn leaves(text: &str) -> BTreeMap<String, String> {
     let mut found = BTreeMap::new();
     if let Ok(table) = text.parse::<toml::Table>() {
@@ -259,13 +309,13 @@ fn collect(key: &str, value: &toml::Value, found: &mut BTreeMap<String, String>)
     }
 }
 
-/// The longest summary that is read, in bytes.
+/// Largest size of a summary, in bytes.
 const SUMMARY_BYTES: u64 = 64 << 20;
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ilon_trace::Header;
+    use ilon_trace::WheelHeader;
 
     fn run(name: &str, scenario_toml: &str) -> ComparedRun {
         let header = Header {
@@ -298,6 +348,38 @@ mod tests {
                 row("world.floor.friction", [Some("0.8"), Some("0.2")]),
                 row("world.floor.patches.0.friction", [None, Some("0.02")]),
             ]
+        );
+    }
+
+    #[test]
+    fn robots_are_held_beside_each_other_and_what_follows_from_them_comes_last() {
+        let of = |name: &str, radius_m: f64, further: &str| {
+            let mut run = run(name, further);
+            run.trace.header.wheels.push(WheelHeader {
+                name: "front_left".to_owned(),
+                radius_m,
+                ..WheelHeader::default()
+            });
+            run
+        };
+        let runs = vec![
+            of("a", 0.0762, "wheel_loop.integral_n_m = 1.0\nzeta = 1"),
+            of("b", 0.1, "wheel_loop.integral_n_m = 2.0\nzeta = 2"),
+        ];
+        let comparison = Comparison::of(runs, &[]).expect("two runs");
+        let keys = comparison.differences.iter().map(|row| row.key.as_str());
+        assert_eq!(
+            keys.collect::<Vec<_>>(),
+            [
+                "zeta",
+                "robot: front_left radius",
+                "wheel_loop.integral_n_m"
+            ]
+        );
+        let radii = &comparison.differences[1].values;
+        assert_eq!(
+            radii,
+            &["0.0762 m", "0.1 m"].map(|radius| Some(radius.to_owned()))
         );
     }
 

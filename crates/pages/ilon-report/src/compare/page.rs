@@ -1,4 +1,4 @@
-//! The page that lays several runs over each other, in the style of the report of one.
+//! The page that compares several runs, in the style of the report.
 
 use std::fmt::Write;
 
@@ -13,13 +13,13 @@ use crate::story::plain;
 use crate::text::{angle, length};
 use crate::viewer;
 
-/// What came of each run beside the first, a plain sentence each.
+/// Returns the results of each run relative to the first, one sentence each.
 pub fn answers(comparison: &Comparison) -> Vec<String> {
     let lines = ranking::sentences(comparison);
     lines.iter().map(|line| plain(line)).collect()
 }
 
-/// The comparison as one HTML file that needs nothing else.
+/// Returns the comparison as one self-contained HTML file.
 pub fn html(comparison: &Comparison) -> String {
     let names: Vec<&str> = comparison
         .runs
@@ -94,10 +94,10 @@ pub fn html(comparison: &Comparison) -> String {
     viewer::page(&head, &sections, footer, !scenes.is_empty())
 }
 
-/// The scenes of the runs by their names, as JSON: of the first runs, so that the page stays small, and of those whose robots are
-/// known.
+/// Returns the scenes of the runs by name, as JSON: only of the first runs, so that the page stays
+/// small, and of known robots.
 fn scenes(comparison: &Comparison) -> Vec<(&str, String)> {
-    /// More than these nobody watches at once.
+    /// More scenes than this cannot be watched at once.
     const MOST: usize = 4;
     let shown = comparison.runs.iter().take(MOST).filter_map(|run| {
         let Ok(scene) = viewer::picture_of(&run.trace, None, None);
@@ -106,7 +106,7 @@ fn scenes(comparison: &Comparison) -> Vec<(&str, String)> {
     shown.collect()
 }
 
-/// Which curve is which run, and what each run was.
+/// The legend of the curves, with a description of each run.
 fn legend(comparison: &Comparison) -> String {
     let mut items = String::new();
     for (index, run) in comparison.runs.iter().enumerate() {
@@ -125,7 +125,7 @@ fn legend(comparison: &Comparison) -> String {
     format!("<div class=\"story legend-of-runs\">{items}</div>\n")
 }
 
-/// What was set differently.
+/// The table of different settings.
 fn settings_table(comparison: &Comparison) -> String {
     if comparison.differences.is_empty() {
         return "<p class=\"lead\">All were run from the same scenario.</p>\n".to_owned();
@@ -138,7 +138,7 @@ fn settings_table(comparison: &Comparison) -> String {
     )
 }
 
-/// A setting and its values.
+/// The row of a setting with its values.
 pub(crate) fn settings_row(setting: &SettingRow) -> String {
     let values = setting.values.iter();
     let cells: String = values
@@ -147,9 +147,9 @@ pub(crate) fn settings_row(setting: &SettingRow) -> String {
     row(&format!("<code>{}</code>", escape(&setting.key)), &cells)
 }
 
-/// The figures in which the runs differ most.
+/// The table of the figures that differ most.
 fn ranked_table(comparison: &Comparison) -> String {
-    /// As many as are read at a glance.
+    /// As many as can be read at a glance.
     const MOST: usize = 8;
     let ranked = ranking::most_different(comparison, MOST);
     if ranked.is_empty() {
@@ -182,7 +182,7 @@ fn figures_table(comparison: &Comparison) -> String {
     )
 }
 
-/// A figure of each run, under its heading or with it.
+/// The row of a figure for each run, with an optional heading.
 fn figure_row(comparison: &Comparison, quantity: &Quantity, heading: Option<&str>) -> String {
     let value = |index: usize| quantity.shown(&comparison.runs[index].summary);
     let first = value(0);
@@ -202,7 +202,7 @@ fn figure_row(comparison: &Comparison, quantity: &Quantity, heading: Option<&str
     row(&format!("{heading}{label}, {unit}"), &cells)
 }
 
-/// A figure against the first run's; `None` where that one is too near to zero to be a measure.
+/// Returns a figure relative to the first run's; `None` if that one is too close to zero.
 fn against(x: f64, first: f64, decimals: usize) -> Option<String> {
     let last_digit = 10f64.powi(-(decimals as i32));
     if first.abs() < 10.0 * last_digit {
@@ -216,7 +216,7 @@ fn against(x: f64, first: f64, decimals: usize) -> Option<String> {
     })
 }
 
-/// A table with a column a run.
+/// A table with one column per run.
 fn table(caption: &str, comparison: &Comparison, rows: &str) -> String {
     let runs = comparison.runs.iter().enumerate();
     let heads = html_table::heads(
@@ -341,7 +341,7 @@ mod tests {
         assert_eq!(against(3.0, 0.04, 2), None);
     }
 
-    /// Of a robot that is not known nothing can be drawn in three dimensions, and the page does without what draws it.
+    /// An unknown robot cannot be drawn in three dimensions, and the page omits the script for it.
     #[test]
     fn a_page_without_scenes_carries_no_script_for_them() {
         let comparison = comparison(["one", "two"]);

@@ -1,4 +1,5 @@
-//! In which figures runs differ most, and that in a sentence a run.
+//! Ranks the figures by how much runs differ in them, and reports the largest differences in a
+//! sentence per run.
 
 use ilon_trace::quantities::{self, GROUPS};
 use ilon_trace::{Quantity, Summary};
@@ -7,22 +8,23 @@ use super::{ComparedRun, Comparison};
 use crate::page::escape;
 use crate::text::percent;
 
-/// Figures that differ by less than this, as a logarithm of their ratio, are the same to who reads them: 1 %.
+/// Figures that differ by less than this, as a logarithm of their ratio, count as equal: 1 %.
 const SAME: f64 = 0.01;
 
-/// The figures of a sentence.
+/// Number of figures in a sentence.
 const IN_A_SENTENCE: usize = 3;
 
-/// A figure with a heading above it.
+/// A figure with its heading.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Named {
-    /// The heading that it stands under.
+    /// The heading.
     pub heading: &'static str,
     /// The figure.
     pub quantity: &'static Quantity,
 }
 
-/// The figures in which the runs differ from the first, those that differ most in front; at most so many.
+/// Returns the figures in which the runs differ from the first, the largest differences first; at
+/// most `most`.
 pub(super) fn most_different(comparison: &Comparison, most: usize) -> Vec<Named> {
     let others = 1..comparison.runs.len();
     let weight = |named: &Named| {
@@ -37,7 +39,7 @@ pub(super) fn most_different(comparison: &Comparison, most: usize) -> Vec<Named>
 fn ranked(comparison: &Comparison, weight: impl Fn(&Named) -> f64, most: usize) -> Vec<Named> {
     let open_loop = comparison.runs.iter().all(|run| run.trace.header.open_loop);
     let groups = GROUPS.iter().filter(|group| {
-        // How a run was made is no outcome of it.
+        // Figures about the execution of a run are no results.
         group.heading != "run" && (open_loop || !group.open_loop_only)
     });
     let named = groups.flat_map(|group| {
@@ -62,14 +64,14 @@ fn ranked(comparison: &Comparison, weight: impl Fn(&Named) -> f64, most: usize) 
         .collect()
 }
 
-/// How much a figure of a run differs from that of the first: the logarithm of their ratio, of magnitudes below what is shown of
-/// them none.
+/// Returns how much a figure of a run differs from that of the first: the logarithm of their ratio,
+/// with magnitudes below the displayed precision counted as equal.
 fn weight(comparison: &Comparison, quantity: &Quantity, run: usize) -> f64 {
     let shown = |run: usize| quantity.shown(&comparison.runs[run].summary);
     let (Some(first), Some(other)) = (shown(0), shown(run)) else {
         return 0.0;
     };
-    // Ten steps of the last digit that is shown: below, nobody compares.
+    // Ten steps of the last displayed digit; smaller values are not compared.
     let least = 10.0 * 10f64.powi(-(quantity.decimals as i32));
     let size = |x: f64| x.abs().max(least);
     if first.signum() != other.signum() && first.abs().max(other.abs()) > least {
@@ -78,8 +80,9 @@ fn weight(comparison: &Comparison, quantity: &Quantity, run: usize) -> f64 {
     (size(other) / size(first)).ln().abs()
 }
 
-/// What came of each run beside the first, a sentence each: first what became of the motion that was asked for, then the headline figures that differ most.
-/// Numbers stand between `<b>` and `</b>`.
+/// Returns the results of each run relative to the first, one sentence each: first the motion
+/// achieved of the commanded one, then the headline figures that differ most. Numbers are between
+/// `<b>` and `</b>`.
 pub fn sentences(comparison: &Comparison) -> Vec<String> {
     let Some((first, others)) = comparison.runs.split_first() else {
         return Vec::new();
@@ -118,7 +121,8 @@ pub fn sentences(comparison: &Comparison) -> Vec<String> {
     others.iter().enumerate().map(sentence).collect()
 }
 
-/// How much of the motion that was asked for became real, in each direction in which that differs by more than a thousandth.
+/// Returns the share of the commanded motion that was achieved, for each direction in which it
+/// differs by more than a thousandth.
 fn of_motion(first: &Summary, other: &Summary) -> Vec<String> {
     let [a, b] = [first, other].map(|summary| summary.twist_ratio_asked);
     let axes = [
@@ -139,7 +143,7 @@ fn of_motion(first: &Summary, other: &Summary) -> Vec<String> {
     axes.into_iter().filter_map(differs).collect()
 }
 
-/// A figure beside that of the first run, and by how much per cent it differs, where that says something.
+/// Returns a figure next to that of the first run, with the difference in percent if meaningful.
 fn instead(words: &str, from: f64, to: f64, quantity: &Quantity) -> String {
     let (decimals, symbol) = (quantity.decimals, escape(quantity.unit.symbol));
     let change = 100.0 * (to - from) / from.abs();
@@ -182,7 +186,7 @@ mod tests {
         assert!(said.contains("instead of"), "{said}");
     }
 
-    /// What became of the motion comes first, though another figure differs more.
+    /// The achieved motion comes first, though another figure differs more.
     #[test]
     fn what_was_reached_is_told_first() {
         let compared = comparison(|summary| {

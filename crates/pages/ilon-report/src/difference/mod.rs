@@ -1,4 +1,5 @@
-//! A run that left its baseline, drawn: what it came to, where it began, and every signal that took part.
+//! The page of a run that differs from its baseline: the result, the first difference, and every
+//! differing signal.
 
 mod ranked;
 
@@ -15,14 +16,14 @@ use crate::text::{angle, length, percent, time};
 use crate::viewer;
 use ranked::{Ranked, allowed, of_its_span, ranked, value};
 
-/// Rows before and after the first difference that are drawn one by one.
+/// Number of rows drawn before and after the first difference.
 const ROWS_AROUND: usize = 25;
 
-/// How many signals are drawn over the run, and how many where they began; the table has them all.
+/// Number of signals drawn over the run, and around the first difference; the table has all.
 const DRAWN: usize = 6;
 const DRAWN_AT_FIRST: usize = 2;
 
-/// Paths that are nearer to each other than this are the same to who looks at them, in metres ...
+/// Paths closer than this count as equal, in metres ...
 const SAME_M: f64 = 1e-6;
 /// ... and headings, in radians.
 const SAME_RAD: f64 = 1e-6;
@@ -30,10 +31,10 @@ const SAME_RAD: f64 = 1e-6;
 const RUN: Pen = solid("@real").width(2.2);
 const BASELINE: Pen = dashed("@asked");
 
-/// The differences between a run and its baseline as one HTML file that needs nothing else.
+/// Returns the differences between a run and its baseline as one self-contained HTML file.
 ///
 /// # Errors
-/// Where the rows cannot be read.
+/// If the rows cannot be read.
 pub fn html<R: Rows>(run: &R, baseline: &R, found: &[Difference]) -> Result<String, R::Error> {
     let duration_s = |rows: &R| -> Result<f64, R::Error> {
         let last_s = rows.values("t_s")?.last().copied().flatten();
@@ -118,7 +119,7 @@ pub fn html<R: Rows>(run: &R, baseline: &R, found: &[Difference]) -> Result<Stri
     Ok(viewer::page(&head, &sections, footer, !scenes.is_empty()))
 }
 
-/// What came of it, and where it began, in sentences, as HTML.
+/// Reports the result and the first difference in sentences, as HTML.
 fn story(found: &[Difference], ranked: &[Ranked], apart: &Apart, durations_s: [f64; 2]) -> String {
     let Some(first) = found.first() else {
         return "<p>The run <b>is its baseline</b>, to the tolerance of every signal.</p>"
@@ -163,7 +164,7 @@ fn story(found: &[Difference], ranked: &[Ranked], apart: &Apart, durations_s: [f
     lines.iter().map(|line| format!("<p>{line}</p>")).collect()
 }
 
-/// What was set differently, where anything was.
+/// The table of different settings, if any.
 fn settings_table(settings: &[SettingRow]) -> String {
     if settings.is_empty() {
         return "<p class=\"lead\">Both were run from the same scenario.</p>\n".to_owned();
@@ -176,7 +177,7 @@ fn settings_table(settings: &[SettingRow]) -> String {
     ))
 }
 
-/// How far the robot is from where it was in the baseline, row by row.
+/// Distance of the robot from its place in the baseline, row by row.
 struct Apart {
     /// Time in seconds, distance in metres, angle between the headings in radians.
     rows: Vec<(f64, f64, f64)>,
@@ -249,7 +250,7 @@ impl Apart {
     }
 }
 
-/// A signal over time: time in seconds and value, where there is one.
+/// Returns a signal over time: time in seconds and value, where present.
 fn points<R: Rows>(rows: &R, signal: &str) -> Result<Vec<(f64, f64)>, R::Error> {
     let pairs = rows.values("t_s")?.into_iter().zip(rows.values(signal)?);
     Ok(pairs
@@ -257,7 +258,7 @@ fn points<R: Rows>(rows: &R, signal: &str) -> Result<Vec<(f64, f64)>, R::Error> 
         .collect())
 }
 
-/// Both traces row by row around the first difference.
+/// Draws both traces row by row around the first difference.
 fn around_the_first<R: Rows>(
     index: usize,
     one: &Difference,
@@ -306,7 +307,7 @@ fn around_the_first<R: Rows>(
     .height_px(300))
 }
 
-/// A signal of both over the whole run.
+/// Draws a signal of both over the whole run.
 fn over_the_run<R: Rows>(
     index: usize,
     Ranked { one, share }: &Ranked,
@@ -344,7 +345,7 @@ fn over_the_run<R: Rows>(
     .height_px(300))
 }
 
-/// Both paths from above.
+/// Draws both paths from above.
 fn paths<R: Rows>(run: &R, baseline: &R) -> Result<Figure, R::Error> {
     let way = |rows: &R| -> Result<Vec<(f64, f64)>, R::Error> {
         let (x_m, y_m) = (rows.values("truth_x_m")?, rows.values("truth_y_m")?);

@@ -1,19 +1,19 @@
-//! How much a difference matters: its share of the span of the signal in the baseline.
+//! Ranks differences by their share of the signal's span in the baseline.
 
 use ilon_trace::{Difference, Rows, number};
 
 use crate::short;
 use crate::text::{angle, energy, length, percent, speed};
 
-/// A signal that differs, and how much that matters.
+/// A differing signal with its weight.
 pub(super) struct Ranked<'a> {
     pub one: &'a Difference,
-    /// The largest difference as a part of what the signal goes through in the baseline.
+    /// The largest difference over the signal's span in the baseline.
     pub share: f64,
 }
 
-/// Spans below which a signal only trembles, by how its name ends: a difference of such a span is a whole one all the same, for it may
-/// be the first thing that the signal does.
+/// Smallest spans, by the end of the signal's name: a signal with a smaller span only jitters, and
+/// differences are relative to this span.
 const LEAST_SPANS: [(&str, f64); 8] = [
     ("_rad_s", 1e-2),
     ("_m_s", 1e-2),
@@ -25,20 +25,21 @@ const LEAST_SPANS: [(&str, f64); 8] = [
     ("_w", 1e-1),
 ];
 
-/// Which roller touches, and the like: it changes with every hand-over, one row sooner or later.
+/// Weight of discrete signals, such as the touching roller, which change with every hand-over, one
+/// row sooner or later.
 const OF_WHAT_ONLY_COUNTS: f64 = 0.01;
 
-/// The signals that differ, those that matter most in front.
+/// Returns the differing signals, the most important first.
 ///
 /// # Errors
-/// Where the rows cannot be read.
+/// If the rows cannot be read.
 pub(super) fn ranked<'a, R: Rows>(
     found: &'a [Difference],
     baseline: &R,
 ) -> Result<Vec<Ranked<'a>>, R::Error> {
     let mut all: Vec<Ranked> = Vec::with_capacity(found.len());
     for one in found {
-        // The name of a signal that only the run has gives no value of the baseline.
+        // A signal that only the run has gives no value of the baseline.
         let values = baseline.values(&one.signal)?;
         let finite = values.into_iter().flatten().filter(|x| x.is_finite());
         let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
@@ -69,14 +70,14 @@ fn share(signal: &str, worst: f64, span: f64) -> f64 {
     }
 }
 
-/// A value of a signal with its unit, for reading.
+/// Returns a value of a signal with its unit, as text.
 pub(super) fn value(signal: &str, x: f64) -> String {
     if !x.is_finite() {
         return "no value in one of them".to_owned();
     }
     let with = |unit: &str| format!("{} {unit}", plain(x));
     let ends = |end: &str| signal.ends_with(end);
-    // What is far below reading is written out: a difference of the last bits is one too.
+    // Very small values are written out: a difference in the last bits is one too.
     let small = x != 0.0 && x.abs() < 1e-6;
     match () {
         () if ends("_rad_s") => with("rad/s"),
@@ -96,7 +97,7 @@ pub(super) fn value(signal: &str, x: f64) -> String {
     }
 }
 
-/// A share of the span of a signal, in words.
+/// Returns a share of the span of a signal as text.
 pub(super) fn of_its_span(share: f64) -> String {
     match share < 2.0 {
         true => format!("{} of its span", percent(share)),
@@ -104,7 +105,7 @@ pub(super) fn of_its_span(share: f64) -> String {
     }
 }
 
-/// What is allowed of a signal, in words.
+/// Returns the tolerance of a signal as text.
 pub(super) fn allowed(signal: &str, tolerance: f64) -> String {
     match tolerance > 0.0 {
         true => format!("{} is allowed", value(signal, tolerance)),
@@ -122,10 +123,10 @@ mod tests {
 
     #[test]
     fn a_difference_weighs_by_its_part_of_what_the_signal_does() {
-        // 1 mm of a metre, and 1 mm of what only trembles by a micrometre.
+        // 1 mm of a metre, and 1 mm of a signal that only jitters by a micrometre.
         assert!((share("truth_x_m", 1e-3, 1.0) - 1e-3).abs() < 1e-15);
         assert!((share("truth_z_m", 1e-3, 1e-6) - 0.1).abs() < 1e-15);
-        // Nanoradians of a level robot are nothing, and another roller on the ground hardly more.
+        // Nanoradians of a level robot are negligible, and another touching roller nearly so.
         assert!(share("truth_roll_rad", 1e-9, 1e-9) < 1e-6);
         assert!(share("wheel0_roller", 8.0, 8.0) < share("wheel0_torque_n_m", 0.1, 2.0));
         assert!((share("desired_x_m", f64::INFINITY, 0.0) - 1.0).abs() < 1e-15);

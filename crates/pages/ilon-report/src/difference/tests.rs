@@ -26,7 +26,8 @@ fn the_page_says_what_it_came_to_first_and_lists_all_signals() {
     assert!(html.contains("up to <b>1.00 mm</b> from where it was in the baseline"));
     assert!(html.contains("The first to leave was <code>wheel1_torque_n_m</code> at <b>0.5 s</b>"));
     assert!(html.contains("Both were run from the same scenario."));
-    // What matters most is drawn first: 1 mm of an x that hardly changes is a tenth of the 10 mm below which a span only trembles.
+    // What matters most is drawn first: 1 mm of an x that hardly changes is a tenth of the 10 mm
+    // below which a span only trembles.
     let at = |words: &str| html.find(words).unwrap_or_else(|| panic!("no {words}"));
     assert!(at("At worst 1.00 mm off, 10.0 %") < at("At worst 0.01 N m off"));
     assert_eq!(html.matches("<tr><th scope=\"row\">").count(), 2);
@@ -40,7 +41,8 @@ fn a_run_of_other_signals_is_drawn_too() {
     assert!(html.contains("desired_x_m"));
 }
 
-/// From 1 s on the run is 3 mm further along x, 4 mm back along y and turned by 0.02 rad to the right: 5 mm and 0.02 rad apart.
+/// From 1 s on the run is 3 mm further along x, 4 mm back along y and turned by 0.02 rad to the
+/// right: 5 mm and 0.02 rad apart.
 #[test]
 fn runs_are_as_far_apart_as_their_places_and_as_turned_as_their_headings() {
     let baseline = made_up_run(2.0, true);
@@ -66,8 +68,8 @@ fn runs_are_as_far_apart_as_their_places_and_as_turned_as_their_headings() {
     }
 }
 
-/// Rows 10 ms apart: what is drawn around a difference at 1 s lies within as many rows of it, on both sides, with the edges of the
-/// tolerance where there is one.
+/// Rows 10 ms apart: what is drawn around a difference at 1 s lies within as many rows of it, on
+/// both sides, with the edges of the tolerance where there is one.
 #[test]
 fn a_difference_is_drawn_with_the_rows_around_it_and_its_tolerance() {
     let baseline = made_up_run(2.0, true);
@@ -88,7 +90,8 @@ fn a_difference_is_drawn_with_the_rows_around_it_and_its_tolerance() {
         assert_eq!(named("tolerance").count() + named("").count(), edges);
         let Ok(whole) = over_the_run(0, &Ranked { one, share: 1.0 }, &run, &baseline);
         assert_eq!(whole.plot.matches("\"tolerance\"").count(), edges / 2);
-        // Long columns of times are written as their first and a step of which there are 65535 to the last.
+        // Long columns of times are written as their first and a step of which there are 65535 to
+        // the last.
         let times = &named("run").next().expect("the run")["x"];
         let number = |key: &str| times[key].as_f64().expect("a long column");
         let (first_s, last_s) = (number("from"), number("from") + 65535.0 * number("step"));

@@ -1,7 +1,7 @@
-//! How hard a robot may be driven, by direction: the accelerations without slip as outlines about the robot.
+//! A drawing of a robot's acceleration limits by direction, as outlines around the robot.
 //!
-//! As from above: ahead to the right, left up. The outline from rest is drawn in the colour of the wheel that gives out first and bears its name;
-//! where its motor is what is short, it is dashed. Outlines at speed are thin.
+//! Seen from above: ahead to the right, left up. The outline from rest has the colour and name of
+//! the limiting wheel; where the motor limits, it is dashed. Outlines at speed are thin.
 
 use ilon_sim::inspect::{Inspection, WheelInspection};
 use ilon_sim::simulate::LimitOutline;
@@ -15,7 +15,7 @@ use super::marks::{arrow, dot, line, on_halo, page};
 
 const SIDE_PX: f64 = 640.0;
 const MIDDLE_PX: Vector2<f64> = Vector2::new(320.0, 340.0);
-/// Half of the room for the outlines.
+/// Half size of the area for the outlines, in pixels.
 const ROOM_PX: f64 = 215.0;
 
 /// Colours of wheels, after Okabe and Ito; they repeat.
@@ -23,7 +23,7 @@ const WHEELS: [&str; 7] = [
     "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#000000",
 ];
 
-/// The limits of a robot by direction as an SVG, where it was inspected with them.
+/// Returns the limits of a robot by direction as an SVG, if they were computed.
 pub fn limits(seen: &Inspection) -> Option<String> {
     let limits = seen.limits.as_ref()?;
     let largest = limits.outlines.iter().flat_map(|outline| &outline.points);
@@ -79,7 +79,7 @@ fn words_at(text: &str, place: Vector2<f64>) -> Text {
         .set("text-anchor", "middle")
 }
 
-/// Rings at whole steps of 1, 2 or 5 times a power of ten, with their acceleration.
+/// Draws rings at whole steps of 1, 2 or 5 times a power of ten, labelled with the acceleration.
 fn rings(largest: f64, px_per_m_s2: f64) -> Group {
     let mut group = Group::new();
     if largest <= 0.0 {
@@ -113,7 +113,7 @@ fn rings(largest: f64, px_per_m_s2: f64) -> Group {
     group
 }
 
-/// The places of an outline, closed.
+/// Returns the points of an outline, closed.
 fn places(outline: &LimitOutline, px_per_m_s2: f64) -> Vec<Vector2<f64>> {
     let points = outline.points.iter().chain(outline.points.first());
     points
@@ -140,7 +140,7 @@ fn at_speed(outline: &LimitOutline, px_per_m_s2: f64) -> Path {
         .set("stroke-width", 1)
 }
 
-/// The outline in pieces, each of one wheel and one cause.
+/// Draws the outline in pieces, each of one wheel and one cause.
 fn from_rest(outline: &LimitOutline, wheels: &[WheelInspection], px_per_m_s2: f64) -> Group {
     let places = places(outline, px_per_m_s2);
     let holds = |index: usize| {
@@ -149,7 +149,7 @@ fn from_rest(outline: &LimitOutline, wheels: &[WheelInspection], px_per_m_s2: f6
     };
     let mut group = Group::new();
     let count = outline.points.len();
-    // Pieces begin where another wheel or cause does; all round there may be one alone.
+    // A piece starts where the wheel or the cause changes; there may be only one around.
     let begins = |index: &usize| holds(*index) != holds((*index + count - 1) % count);
     let starts: Vec<usize> = (0..count).filter(begins).collect();
     let starts = if starts.is_empty() { vec![0] } else { starts };

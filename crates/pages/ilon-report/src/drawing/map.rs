@@ -1,11 +1,11 @@
-//! From the body frame to the page, and what the drawing's parts have in common.
+//! The transformation from the body frame to the page, and shared constants of the drawing.
 
 use ilon_trace::{Header, WheelHeader};
 use nalgebra::Vector2;
 
 /// The picture's width and height, in pixels.
 pub(super) const SIZE_PX: Vector2<f64> = Vector2::new(900.0, 720.0);
-/// The middle of the room for the robot, and half of that room, in pixels.
+/// The centre of the robot's area, and half its size, in pixels.
 pub(super) const MIDDLE_PX: Vector2<f64> = Vector2::new(450.0, 318.0);
 pub(super) const HALF_ROOM_PX: Vector2<f64> = Vector2::new(300.0, 190.0);
 
@@ -19,14 +19,14 @@ pub(super) const ROLLER: &str = "#D55E00";
 /// Bluish green: the decoupling point.
 pub(super) const DECOUPLED: &str = "#009E73";
 
-/// From the body frame to the picture.
+/// The transformation from the body frame to the picture.
 pub(super) struct Map {
     pub(super) px_per_m: f64,
     pub(super) middle_m: Vector2<f64>,
 }
 
 impl Map {
-    /// The largest scale at which the whole robot has room.
+    /// Returns the largest scale at which the whole robot fits.
     pub(super) fn of(header: &Header, decoupling_point_m: Option<Vector2<f64>>) -> Self {
         let outlines = header.chassis_outlines_m.iter().flatten();
         let points_m = outlines
@@ -39,7 +39,7 @@ impl Map {
             low_m = low_m.inf(&p);
             high_m = high_m.sup(&p);
         }
-        // A robot without any extent is drawn at some scale all the same.
+        // A robot without extent still needs a finite scale.
         let half_m = (0.5 * (high_m - low_m)).map(|x: f64| x.max(1e-6));
         Self {
             px_per_m: HALF_ROOM_PX.component_div(&half_m).min(),
@@ -51,7 +51,7 @@ impl Map {
         MIDDLE_PX + self.px_per_m * on_page(point_m - self.middle_m)
     }
 
-    /// Points as a polygon lists them.
+    /// Returns points in the format of a polygon.
     pub(super) fn points(&self, points_m: impl IntoIterator<Item = Vector2<f64>>) -> String {
         let pairs = points_m.into_iter().map(|point_m| {
             let [x, y] = self.px(point_m).into();
@@ -61,12 +61,12 @@ impl Map {
     }
 }
 
-/// A direction of the body frame on the page, whose y points down.
+/// Returns a direction of the body frame on the page, whose y points down.
 pub(super) fn on_page(vector: Vector2<f64>) -> Vector2<f64> {
     Vector2::new(vector.x, -vector.y)
 }
 
-/// Rounded to a tenth: a picture needs no more.
+/// Rounds to a tenth, the precision of the picture.
 pub(super) fn tenth(x: f64) -> f64 {
     (10.0 * x).round() / 10.0
 }
@@ -75,12 +75,12 @@ pub(super) fn at(point: Vector2<f64>) -> (f64, f64) {
     (tenth(point.x), tenth(point.y))
 }
 
-/// A name without the control characters that XML cannot hold.
+/// Removes the control characters that XML does not allow from a name.
 pub(super) fn printable(name: &str) -> String {
     name.chars().filter(|c| !c.is_control()).collect()
 }
 
-/// u = n x k: where a positive rate drives the hub.
+/// Returns u = n x k, the direction in which a positive rate drives the hub.
 pub(super) fn driving_direction(wheel: &WheelHeader) -> Vector2<f64> {
     Vector2::new(wheel.axis[1], -wheel.axis[0])
 }

@@ -1,4 +1,4 @@
-//! The marks of a drawing: lines, arrows, axes, the bar of its scale, and what they mean.
+//! Elements of a drawing: lines, arrows, axes, scale bar and legend.
 
 use ilon_trace::Header;
 use nalgebra::Vector2;
@@ -8,7 +8,7 @@ use svg::{Document, Node};
 
 use super::map::*;
 
-/// A white page of a size with a title, and words at its head.
+/// A white page of a size with a title and a heading.
 pub(super) fn page(size_px: Vector2<f64>, title: &str, head: Text) -> Document {
     let [width, height] = size_px.into();
     let background = Rectangle::new().set("width", width).set("height", height);
@@ -17,7 +17,7 @@ pub(super) fn page(size_px: Vector2<f64>, title: &str, head: Text) -> Document {
         .set("width", width)
         .set("height", height)
         .set("role", "img")
-        // In a page it shrinks with what holds it.
+        // Shrinks with its container.
         .set("style", "max-width:100%;height:auto")
         .set("font-family", "system-ui, sans-serif")
         .set("font-size", 13)
@@ -48,7 +48,7 @@ pub(super) fn subscript(number: usize) -> String {
     small.filter_map(|d| char::from_u32(ZERO + d)).collect()
 }
 
-/// Text that stays readable over lines.
+/// Adds a halo so that text stays readable over lines.
 pub(super) fn on_halo(text: Text) -> Text {
     text.set("paint-order", "stroke")
         .set("stroke", "#ffffff")
@@ -56,12 +56,12 @@ pub(super) fn on_halo(text: Text) -> Text {
         .set("stroke-linejoin", "round")
 }
 
-/// A value that rounds to zero at one decimal has no sign.
+/// Removes the sign of a value that rounds to zero at one decimal.
 pub(super) fn signless_zero(value: f64) -> f64 {
     if value.abs() < 0.05 { 0.0 } else { value }
 }
 
-/// An arrow from one place in a direction.
+/// An arrow from a point in a direction.
 pub(super) fn arrow(from: Vector2<f64>, ahead: Vector2<f64>, length_px: f64) -> Group {
     let tip = from + ahead * length_px;
     let aside = Vector2::new(-ahead.y, ahead.x);
@@ -75,7 +75,7 @@ pub(super) fn arrow(from: Vector2<f64>, ahead: Vector2<f64>, length_px: f64) -> 
         .add(Path::new().set("d", head).set("fill", INK))
 }
 
-/// The body's axes, from its origin.
+/// The body's axes, at its origin.
 pub(super) fn axes(map: &Map) -> Group {
     const LENGTH_PX: f64 = 55.0;
     let origin = map.px(Vector2::zeros());
@@ -114,7 +114,7 @@ pub(super) fn diamond(middle: Vector2<f64>) -> Path {
         .set("stroke-width", 1.5)
 }
 
-/// A bar of 1, 2 or 5 times a power of ten.
+/// A scale bar of 1, 2 or 5 times a power of ten.
 pub(super) fn scale_bar(map: &Map) -> Group {
     let at_most_m = 160.0 / map.px_per_m;
     let power_m = 10f64.powf(at_most_m.log10().floor());
@@ -147,7 +147,7 @@ pub(super) fn scale_bar(map: &Map) -> Group {
         .add(Text::new(words).set("x", left).set("y", 586))
 }
 
-/// What the marks mean.
+/// The legend of the marks.
 pub(super) fn legend(header: &Header, decoupling_point_m: Option<Vector2<f64>>) -> Group {
     let chassis = if header.chassis_outlines_m.is_empty() {
         "the chassis has no collision shapes that are read"

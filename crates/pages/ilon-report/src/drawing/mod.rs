@@ -1,8 +1,9 @@
-//! A robot drawn from above: chassis, wheels, the axes of the rollers on the ground, and the vectors b_h.
+//! A drawing of a robot from above: chassis, wheels, the axes of the touching rollers, and the
+//! vectors b_h.
 //!
-//! The body's x axis points right and its y axis up, as on a map. Colours are of the palette of Okabe and Ito, which the
-//! colour-blind can tell apart; what differs in colour differs in form too. The picture refers to nothing outside itself
-//! and names nothing inside itself, so that it can stand in a page among others.
+//! The body's x axis points right and its y axis up, as on a map. Colours are from the palette of
+//! Okabe and Ito for the colour-blind; elements that differ in colour also differ in form. The
+//! picture has no external references and no ids, so that several fit on one page.
 
 use ilon_robot::Robot;
 use ilon_trace::Header;
@@ -22,8 +23,9 @@ use map::*;
 use marks::{axes, diamond, legend, page, scale_bar};
 use wheel::{b_h, b_h_name, common_figures, label, roller_axis, wheel_from_above};
 
-/// A robot as an SVG, its joints where a run begins, with the point of the body frame about which position and heading are decoupled, in metres, where
-/// there is one; an infinitely far one is as good as none.
+/// Returns a robot as an SVG, with its joints at the start of a run, and with the point of the body
+/// frame, in metres, about which position and heading are decoupled; a missing or infinitely far
+/// one is not drawn.
 pub fn svg(robot: &Robot, decoupling_point_m: Option<Vector2<f64>>) -> String {
     let near = |point: &Vector2<f64>| point.iter().all(|x| x.is_finite());
     let standing = robot.posed(&robot.start_positions());
@@ -33,7 +35,7 @@ pub fn svg(robot: &Robot, decoupling_point_m: Option<Vector2<f64>>) -> String {
     )
 }
 
-/// The robot of a trace as an SVG.
+/// Returns the robot of a trace as an SVG.
 pub(crate) fn svg_of_trace(header: &Header) -> String {
     draw(header, None)
 }
@@ -127,8 +129,9 @@ mod tests {
 
     #[test]
     fn a_roller_axis_lies_where_gamma_says() {
-        // n = y, gamma = 45 deg: u_gamma is y turned by 45 deg counter-clockwise, (-1, 1)/sqrt 2, and
-        // n_gamma = k x u_gamma = (-1, -1)/sqrt 2: from the lower left to the upper right of a map.
+        // n = y, gamma = 45 deg: u_gamma is y turned by 45 deg counter-clockwise, (-1, 1)/sqrt 2,
+        // and n_gamma = k x u_gamma = (-1, -1)/sqrt 2: from the lower left to the upper right of a
+        // map.
         let header = header();
         let map = Map::of(&header, None);
         let path = roller_axis(&map, &header.wheels[0]).to_string();
@@ -138,12 +141,13 @@ mod tests {
             .filter_map(|word| word.parse().ok())
             .collect();
         let (dx, dy) = (numbers[2] - numbers[0], numbers[3] - numbers[1]);
-        // The page's y points down; places are rounded to a tenth.
+        // The page's y points down; positions are rounded to a tenth.
         assert!((dx + dy).abs() < 0.3 && dx.abs() > 20.0, "{dx} {dy}");
     }
 
-    /// A wheel's name and figures, two lines of 16 pixels whose letters reach 13 above their line, stand clear of the wheel's outline on the side where its
-    /// axis points outward: above it, below it, or level with its middle beside it.
+    /// A wheel's name and figures, two lines of 16 pixels whose letters reach 13 above their line,
+    /// do not overlap the wheel's outline on the side where its axis points outward: above it,
+    /// below it, or beside its middle.
     #[test]
     fn a_wheels_figures_stand_clear_of_it_on_each_side() {
         let mut header = header();
@@ -185,7 +189,8 @@ mod tests {
         }
     }
 
-    /// A ball 0.3 m ahead on an arm whose servo starts it a quarter turn to the left is drawn 0.3 m to the left.
+    /// A ball 0.3 m ahead on an arm whose servo starts a quarter turn to the left is drawn 0.3 m to
+    /// the left.
     #[test]
     fn bodies_are_drawn_where_their_servos_start() {
         let urdf = include_str!("../../../../../assets/robots/mecanum4.urdf");

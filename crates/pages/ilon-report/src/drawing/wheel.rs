@@ -1,4 +1,4 @@
-//! A wheel as it is drawn: its outline, the axis of the roller that touches, the vector to it, and its figures.
+//! A wheel in the drawing: outline, axis of the touching roller, vector to the wheel, and figures.
 
 use ilon_trace::{Header, WheelHeader};
 use nalgebra::Vector2;
@@ -8,7 +8,7 @@ use svg::node::element::{Group, Path, Polygon, TSpan, Text};
 use super::map::*;
 use super::marks::{dot, line, on_halo, signless_zero, subscript};
 
-/// A wheel, with a triangle before it where a positive rate drives it.
+/// Draws a wheel, with a triangle in the direction of a positive rate.
 pub(super) fn wheel_from_above(map: &Map, wheel: &WheelHeader) -> Group {
     let u = driving_direction(wheel);
     let foot = map.px(Vector2::from(wheel.position_m) + wheel.radius_m * u);
@@ -30,7 +30,7 @@ pub(super) fn wheel_from_above(map: &Map, wheel: &WheelHeader) -> Group {
         .add(Path::new().set("d", triangle).set("fill", INK))
 }
 
-/// The axis of the roller that touches the ground, through the wheel's centre.
+/// Draws the axis of the touching roller, through the wheel's centre.
 pub(super) fn roller_axis(map: &Map, wheel: &WheelHeader) -> Group {
     let b = Vector2::from(wheel.position_m);
     let half = half_axis_m(wheel);
@@ -41,7 +41,7 @@ pub(super) fn roller_axis(map: &Map, wheel: &WheelHeader) -> Group {
         .add(dot(x, y, 3.0).set("fill", INK))
 }
 
-/// Half of the axis as it is drawn: along n_gamma = k x u_gamma, where u_gamma is n turned by gamma.
+/// Returns half of the drawn axis: along n_gamma = k x u_gamma, where u_gamma is n turned by gamma.
 pub(super) fn half_axis_m(wheel: &WheelHeader) -> Vector2<f64> {
     let (s, c) = wheel.gamma_rad.sin_cos();
     let [n_x, n_y] = wheel.axis;
@@ -49,7 +49,7 @@ pub(super) fn half_axis_m(wheel: &WheelHeader) -> Vector2<f64> {
     f64::max(0.85 * wheel.radius_m, 0.6 * wheel.width_m) * n_gamma
 }
 
-/// The vector from the body's origin to a wheel's centre.
+/// Draws the vector from the body's origin to a wheel's centre.
 pub(super) fn b_h(map: &Map, wheel: &WheelHeader) -> Path {
     let (from, to) = (
         map.px(Vector2::zeros()),
@@ -58,7 +58,7 @@ pub(super) fn b_h(map: &Map, wheel: &WheelHeader) -> Path {
     line(from, to, B_H, 1.5).set("stroke-dasharray", "7 4")
 }
 
-/// Its name, beside it.
+/// Draws the vector's name.
 pub(super) fn b_h_name(map: &Map, index: usize, wheel: &WheelHeader) -> Text {
     let b = Vector2::from(wheel.position_m);
     let (x, y) = at(map.px(0.6 * b) + Vector2::new(5.0, -6.0));
@@ -69,7 +69,7 @@ pub(super) fn b_h_name(map: &Map, index: usize, wheel: &WheelHeader) -> Text {
         .set("font-weight", 600)
 }
 
-/// A wheel's name and figures, on the side of it that is turned away from the others.
+/// Draws a wheel's name and figures, on the side that faces away from the others.
 pub(super) fn label(map: &Map, header: &Header, wheel: &WheelHeader) -> Text {
     let count = header.wheels.len().max(1) as f64;
     let positions = header.wheels.iter().map(|w| Vector2::from(w.position_m));
@@ -104,13 +104,13 @@ pub(super) fn label(map: &Map, header: &Header, wheel: &WheelHeader) -> Text {
         )
 }
 
-/// A wheel's radius and number of rollers.
+/// Returns a wheel's radius and number of rollers as text.
 pub(super) fn size(wheel: &WheelHeader) -> String {
     let (radius_mm, count) = (1e3 * wheel.radius_m, wheel.roller_count);
     format!("\u{3c1} {radius_mm:.1} mm, {count} rollers")
 }
 
-/// What [`size`] says of every wheel, where it says the same of all.
+/// Returns the [`size`] of the wheels, if it is the same for all.
 pub(super) fn common_figures(wheels: &[WheelHeader]) -> Option<String> {
     let first = size(wheels.first()?);
     let alike = wheels.iter().all(|wheel| size(wheel) == first);

@@ -1,4 +1,4 @@
-//! Where the difference between asked and real motion went, and where the motors' work went.
+//! Figures of the error ledger (commanded minus actual motion) and of the energy balance.
 
 use ilon_trace::ledger::{Integral, NAMES, TERMS};
 use ilon_trace::{Ledger, Record, Summary};
@@ -12,10 +12,10 @@ use crate::input::RunInput;
 use crate::story::{Budget, PARTS};
 use crate::text::{label, length};
 
-/// A quantity of the ledger, such as its x.
+/// A component of the ledger, such as its x.
 type Quantity = fn(&Integral) -> f64;
 
-/// Colour names of the ledger's terms, in its order.
+/// Colour names of the ledger's terms, in the ledger's order.
 pub(crate) const TERM_COLORS: [&str; TERMS] = [
     "@guidance",
     "@compensation",
@@ -27,7 +27,7 @@ pub(crate) const TERM_COLORS: [&str; TERMS] = [
     "@slip",
 ];
 
-/// The ledger: net bars, and how the terms grew.
+/// The ledger: net bars, and the growth of the terms.
 pub(crate) fn ledger(shown: &RunInput, summary: &Summary) -> Vec<Figure> {
     let mm = |i: &Integral, f: Quantity| 1e3 * f(i);
     let position: [(&str, Quantity); 2] = [("along x", |i| i.x_m), ("along y", |i| i.y_m)];
@@ -68,10 +68,11 @@ pub(crate) fn ledger(shown: &RunInput, summary: &Summary) -> Vec<Figure> {
     ]
 }
 
-/// What carried the robot off its reference up to the worst instant, and what brought it back.
+/// The error budget: what moved the robot off its reference up to the worst instant, and what moved
+/// it back.
 pub(crate) fn budget(budget: &Budget) -> Figure {
     let colors = std::iter::once("@asked").chain(TERM_COLORS);
-    // What is below a hundredth of the error is none that a bar can show.
+    // A part below a hundredth of the error is invisible as a bar.
     let least_m = 0.01 * budget.error_m;
     let mut rows: Vec<(String, f64, &'static str)> = Vec::new();
     if budget.before_m.abs() > least_m {
@@ -116,7 +117,7 @@ pub(crate) fn budget(budget: &Budget) -> Figure {
     .height_px(height_px)
 }
 
-/// The motors' work and where it went.
+/// The motors' work and its sinks.
 pub(crate) fn energy(shown: &RunInput) -> Figure {
     let trace = &*shown.trace;
     let of = |f: fn(&Record, &Record) -> f64| {
@@ -182,7 +183,7 @@ pub(crate) fn energy(shown: &RunInput) -> Figure {
     )
 }
 
-/// Horizontal bars, stacked by sign: one row a quantity, one colour a term.
+/// Horizontal bars, stacked by sign: one row per quantity, one colour per term.
 fn bars_of(
     ledger: &Ledger,
     rows: &[(&str, Quantity)],
@@ -204,7 +205,7 @@ fn bars_of(
     plot(curves, Layout::of(x, axis("").names(names)))
 }
 
-/// Each term's way so far, stacked.
+/// Accumulated displacement of each term, stacked.
 fn growth(
     shown: &RunInput,
     id: &str,
@@ -230,7 +231,8 @@ fn growth(
 mod tests {
     use super::*;
 
-    /// What is below a hundredth of the error makes no bar; all bars are in millimetres, the whole error last.
+    /// Parts below a hundredth of the error get no bar; all bars are in millimetres, the whole
+    /// error last.
     #[test]
     fn an_error_budget_has_a_bar_for_each_part_that_can_be_seen() {
         let said = Budget {

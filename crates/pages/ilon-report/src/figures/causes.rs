@@ -1,4 +1,4 @@
-//! What each cause did to the run: where it put the robot, and the way without it.
+//! The effect of each cause on the run: displacements, and the paths without the cause.
 
 use ilon_robot::Pose;
 use ilon_trace::effects::{Ablation, FLOORS};
@@ -8,11 +8,12 @@ use super::motion::way;
 use crate::figure::{Figure, Layout, axis, bars, dashed, map_layout, plot, solid};
 use crate::input::RunInput;
 
-/// The ways without so many causes are drawn, the largest effects first.
+/// Largest number of paths without a cause; the largest effects first.
 const MOST_WAYS: usize = 4;
 const COLORS: [&str; MOST_WAYS] = ["@asked", "@slip", "@geometry", "@servo"];
 
-/// Where each cause put the robot at the end, by the heading of the run without it; `None` where none did.
+/// Displacement of the robot's end by each cause, in the heading of the run without it; `None` if
+/// there was none.
 pub(crate) fn at_the_end(ablations: &[Ablation]) -> Option<Figure> {
     let mut rows: Vec<(String, f64, &'static str)> = Vec::new();
     for one in ablations {
@@ -51,7 +52,7 @@ pub(crate) fn at_the_end(ablations: &[Ablation]) -> Option<Figure> {
     )
 }
 
-/// The way with all causes and without each; `None` where none moved the robot.
+/// The path with all causes and without each; `None` if none moved the robot.
 pub(crate) fn ways(shown: &RunInput, ablations: &[Ablation]) -> Option<Figure> {
     let trace = &*shown.trace;
     let header = &trace.header;
@@ -84,7 +85,7 @@ pub(crate) fn ways(shown: &RunInput, ablations: &[Ablation]) -> Option<Figure> {
     })
 }
 
-/// The poses of the twin without a cause, by the cause's key.
+/// Returns the poses of the run without a cause, by the cause's key.
 fn poses<'a>(header: &'a Header, key: &'a str) -> impl Iterator<Item = Pose> + 'a {
     let of_cause =
         move |change: &Change| matches!(change, Change::Without(cause) if cause.key == key);

@@ -1,4 +1,4 @@
-//! What happened where the rollers touch the floor.
+//! Figures of the contacts between rollers and floor.
 
 use std::f64::consts::TAU;
 
@@ -48,7 +48,7 @@ pub(crate) fn tangential_force(shown: &RunInput) -> Figure {
     )
 }
 
-/// Share of the friction cone that each wheel uses, over time.
+/// Used share of the friction cone of each wheel over time.
 pub(crate) fn grip_used(shown: &RunInput) -> Figure {
     Figure::over_time(
         "grip-used",
@@ -59,7 +59,7 @@ pub(crate) fn grip_used(shown: &RunInput) -> Figure {
     )
 }
 
-/// Energy that each wheel has lost to slip, over time.
+/// Energy lost to slip at each wheel over time.
 pub(crate) fn slip_energy(shown: &RunInput) -> Figure {
     Figure::over_time(
         "slip-energy",
@@ -104,7 +104,7 @@ pub(crate) fn polar(shown: &RunInput) -> Figure {
         .map(|part| {
             let r = part * ring_mm_s;
             let rim = (0..=90).map(|k| at(f64::from(k) / 90.0, r));
-            // The value stands on the rim, on its right.
+            // The label is on the right of the rim.
             let mut labels = vec![String::new(); 91];
             labels[11] = format!("{r} mm/s");
             exact_curve("", rim, dotted("@rule"))
@@ -134,7 +134,7 @@ pub(crate) fn polar(shown: &RunInput) -> Figure {
     .height_px(400)
 }
 
-/// The next 1, 2 or 5 times a power of ten; 1 of nothing.
+/// Rounds up to 1, 2 or 5 times a power of ten; 1 for zero.
 fn round_up(x: f64) -> f64 {
     if !(x.is_finite() && x > 0.0) {
         return 1.0;
@@ -145,7 +145,7 @@ fn round_up(x: f64) -> f64 {
     short(step.unwrap_or(10.0) * power, 2)
 }
 
-/// Tangential force over the friction limit: inside the circle it grips.
+/// Tangential force over the friction limit: inside the circle the contact sticks.
 pub(crate) fn friction_cone(trace: &Trace) -> Figure {
     const POINTS_A_WHEEL: usize = 700;
     let rim = (0..=90).map(|k| {
@@ -178,7 +178,7 @@ pub(crate) fn friction_cone(trace: &Trace) -> Figure {
     .height_px(400)
 }
 
-/// Where on the floor the contacts slid, and how fast.
+/// Positions and speeds of sliding contacts on the floor.
 pub(crate) fn contact_map(trace: &Trace) -> Figure {
     const POINTS_A_WHEEL: usize = 900;
     // Classes a factor of 5 apart, in m/s, from the slowest to the fastest.
@@ -212,7 +212,7 @@ pub(crate) fn contact_map(trace: &Trace) -> Figure {
     .height_px(420)
 }
 
-/// Spin of the touching roller against that of rolling without sliding.
+/// Spin of the touching roller compared with rolling without sliding.
 pub(crate) fn roller_spin(shown: &RunInput) -> Figure {
     Figure::over_time(
         "roller-spin",
@@ -224,7 +224,7 @@ pub(crate) fn roller_spin(shown: &RunInput) -> Figure {
     )
 }
 
-/// One curve a wheel.
+/// One curve per wheel.
 fn each_wheel(shown: &RunInput, what: OfWheel, scale: fn(f64) -> f64) -> Vec<Curve> {
     let header = &shown.trace.header;
     let wheels = header.wheels.iter().enumerate().map(|(index, wheel)| {
@@ -235,14 +235,14 @@ fn each_wheel(shown: &RunInput, what: OfWheel, scale: fn(f64) -> f64) -> Vec<Cur
     wheels.collect()
 }
 
-/// Tangential force in parts of the friction limit; `None` where nothing presses.
+/// Returns the tangential force over the friction limit; `None` without normal force.
 fn in_cone(sample: &WheelSample) -> Option<(f64, f64)> {
     let limit_n = sample.friction * sample.normal_force_n;
     (sample.touching && limit_n > 0.0)
         .then(|| (sample.force_x_n / limit_n, sample.force_y_n / limit_n))
 }
 
-/// Place of a contact on the floor, in metres.
+/// Returns the position of a contact on the floor, in metres.
 fn contact_in_world_m(record: &Record, sample: &WheelSample) -> (f64, f64) {
     let pose = record.truth.pose;
     let (s, c) = pose.heading_rad.sin_cos();
@@ -257,7 +257,7 @@ mod tests {
     use super::*;
     use ilon_trace::{Header, Record, Trace, WheelHeader, WheelSample};
 
-    /// A contact counts to the class in whose name its speed lies.
+    /// A contact is in the class whose name contains its speed.
     #[test]
     fn contacts_are_sorted_by_their_speeds_into_classes() {
         let header = Header {

@@ -1,4 +1,4 @@
-//! The figures of the report, by what they answer.
+//! The figures of the report, by topic.
 
 pub(super) mod balance;
 pub(super) mod causes;

@@ -1,4 +1,4 @@
-//! How the robot moved: path, tracking errors, twist, dead reckoning.
+//! Figures of the robot's motion: path, tracking errors, twist, dead reckoning.
 
 use ilon_robot::{Pose, Twist};
 use ilon_trace::{Record, Settings};
@@ -12,7 +12,7 @@ use crate::figure::{
 use crate::input::RunInput;
 use crate::story::Budget;
 
-/// The way over the floor, against the reference.
+/// The path on the floor, compared with the reference.
 pub(crate) fn path(shown: &RunInput) -> Figure {
     let trace = &*shown.trace;
     let records = trace.records();
@@ -122,7 +122,7 @@ pub(crate) fn errors(shown: &RunInput, settings: &Settings) -> Vec<Figure> {
     ]
 }
 
-/// How far the simulated robot is from the one that a log measured; none without such a log.
+/// Distance of the simulated robot from a measured log; empty without such a log.
 pub(crate) fn against_the_log(shown: &RunInput) -> Vec<Figure> {
     if shown.all.robot(OfRobot::MeasuredDistance).next().is_none() {
         return Vec::new();
@@ -154,7 +154,7 @@ pub(crate) fn against_the_log(shown: &RunInput) -> Vec<Figure> {
     ]
 }
 
-/// The position error and what happened around the worst instant.
+/// The position error and the events around the worst instant.
 pub(crate) fn error_around(shown: &RunInput, budget: &Budget) -> Figure {
     let around_s = (budget.at_s - budget.from_s).max(0.2);
     let (from_s, to_s) = (budget.from_s - 0.5 * around_s, budget.at_s + 0.7 * around_s);
@@ -185,7 +185,8 @@ pub(crate) fn error_around(shown: &RunInput, budget: &Budget) -> Figure {
 /// A component of a twist.
 pub(crate) type Component = fn(&Twist) -> f64;
 
-/// The components of a twist: for the figure's id, its title, its axis, and the component as it is drawn there.
+/// The components of a twist: the figure's id, title and axis, and the component in the axis's
+/// unit.
 pub(crate) const COMPONENTS: [(&str, &str, &str, Component); 3] = [
     ("vx", "Velocity ahead", "ahead in m/s", |v| v.vx_m_s),
     ("vy", "Velocity to the left", "to the left in m/s", |v| {
@@ -196,7 +197,7 @@ pub(crate) const COMPONENTS: [(&str, &str, &str, Component); 3] = [
     }),
 ];
 
-/// The three components of the twist: asked, ideal, by the contacts, real.
+/// The three components of the twist: commanded, ideal, by the contacts, actual.
 pub(crate) fn twist(shown: &RunInput) -> Vec<Figure> {
     COMPONENTS
         .into_iter()
@@ -233,7 +234,7 @@ pub(crate) fn twist(shown: &RunInput) -> Vec<Figure> {
         .collect()
 }
 
-/// Where dead reckoning believes the robot to be, and how far off that is.
+/// The pose by dead reckoning, and its error.
 pub(crate) fn odometry(shown: &RunInput) -> Vec<Figure> {
     let poses = |pose: fn(&Record) -> Pose| -> Vec<Pose> {
         shown.trace.records().iter().map(pose).collect()
@@ -291,7 +292,7 @@ pub(crate) fn odometry(shown: &RunInput) -> Vec<Figure> {
     ]
 }
 
-/// A way over the floor, evenly thinned: a map has no up and down to keep.
+/// A path on the floor, evenly thinned, because a map has no extremes to preserve.
 pub(crate) fn way(name: &str, poses: &[Pose], pen: Pen) -> Curve {
     let kept = evenly(poses.len(), MAX_POINTS).into_iter();
     exact_curve(name, kept.map(|k| (poses[k].x_m, poses[k].y_m)), pen)
@@ -302,7 +303,7 @@ pub(super) fn level(shown: &RunInput, name: &str, y: f64, pen: Pen) -> Curve {
     exact_curve(name, shown.all.ends_s().map(|t_s| (t_s, y)), pen)
 }
 
-/// Arrows along the robot's x axis at about twenty poses, as one line with gaps.
+/// Returns arrows along the robot's x axis at about twenty poses, as one line with gaps.
 fn heading_arrows(poses: &[Pose]) -> Vec<(f64, f64)> {
     const ARROWS: usize = 20;
     let extent = |f: fn(&Pose) -> f64| {
@@ -313,7 +314,7 @@ fn heading_arrows(poses: &[Pose]) -> Vec<(f64, f64)> {
     let mut line = Vec::with_capacity(6 * ARROWS);
     for k in evenly(poses.len(), ARROWS) {
         let p = poses[k];
-        // A point ahead of the pose, `back_m` behind the tip and `left_m` to the left of the shaft.
+        // A point `back_m` behind the tip of the arrow and `left_m` to the left of its shaft.
         let at = |back_m: f64, left_m: f64| {
             let (s, c) = p.heading_rad.sin_cos();
             let ahead_m = length_m - back_m;
@@ -339,7 +340,8 @@ fn heading_arrows(poses: &[Pose]) -> Vec<(f64, f64)> {
 mod tests {
     use super::*;
 
-    /// Of a way of 1 m arrows are 6 cm long; their barbs end 3/10 of that behind the tip, on either side of the shaft.
+    /// For a path of 1 m arrows are 6 cm long; their barbs end 3/10 of that behind the tip, on
+    /// either side of the shaft.
     #[test]
     fn arrows_point_where_the_robot_looks() {
         let poses = [
@@ -356,7 +358,7 @@ mod tests {
         assert!(near(line[0], (0.0, 0.0)) && near(line[1], (0.06, 0.0)));
         assert!(near(line[2], (0.042, 0.0108)) && near(line[4], (0.042, -0.0108)));
         assert!(near(line[3], line[1]) && line[5].0.is_nan());
-        // Looking along y: left is -x.
+        // Facing along y: left is -x.
         assert!(near(line[6], (1.0, 0.0)) && near(line[7], (1.0, 0.06)));
         assert!(near(line[8], (0.9892, 0.042)) && near(line[10], (1.0108, 0.042)));
     }

@@ -1,4 +1,4 @@
-//! Which roller carries a wheel, and how the load goes from one to the next.
+//! Figures of the carrying roller of each wheel, and of the load transfer between rollers.
 
 use ilon_trace::{Trace, WheelSample};
 
@@ -9,7 +9,7 @@ use crate::figure::{
 };
 use crate::input::RunInput;
 
-/// One panel a wheel: the roller that carries it over time, where it shares the load, and where none touches.
+/// One panel per wheel: the carrying roller over time, with shared loads and lost contact.
 pub(crate) fn touching(trace: &Trace) -> Vec<Figure> {
     const DOTS: usize = 400;
     (0..trace.wheel_count())
@@ -39,7 +39,8 @@ pub(crate) fn touching(trace: &Trace) -> Vec<Figure> {
         .collect()
 }
 
-/// The carrying roller where it changes, with a gap where none touches; the first and the last instant as well.
+/// Returns the carrying roller where it changes, with gaps without contact, and the first and the
+/// last instant.
 fn changes<'t>(samples: impl Iterator<Item = (f64, &'t WheelSample)>) -> Vec<(f64, f64)> {
     let mut points: Vec<(f64, f64)> = Vec::new();
     let mut last = None;
@@ -61,7 +62,7 @@ fn changes<'t>(samples: impl Iterator<Item = (f64, &'t WheelSample)>) -> Vec<(f6
     kept.into_iter().map(|k| points[k]).collect()
 }
 
-/// How the carrying roller shares the load, over the wheel's turn folded into one roller pitch.
+/// Load share of the carrying roller over the wheel's angle, folded into one roller pitch.
 pub(crate) fn hand_over(shown: &RunInput) -> Figure {
     let curves = each_wheel(shown, |all, index| all.load_in_pitch(index));
     Figure::new(
@@ -80,7 +81,7 @@ pub(crate) fn hand_over(shown: &RunInput) -> Figure {
     )
 }
 
-/// Sliding speed over the wheel's turn folded into one roller pitch.
+/// Sliding speed over the wheel's angle, folded into one roller pitch.
 pub(crate) fn slip_within_a_pitch(shown: &RunInput) -> Figure {
     let curves = each_wheel(shown, |all, index| all.slip_in_pitch(index).map(f64::sqrt));
     Figure::new(
@@ -95,8 +96,7 @@ pub(crate) fn slip_within_a_pitch(shown: &RunInput) -> Figure {
     )
 }
 
-/// A curve for each wheel of what was folded into one roller pitch, in degrees; parts of the pitch where nothing came are
-/// left out.
+/// A curve per wheel, folded into one roller pitch, in degrees; empty bins are left out.
 fn each_wheel(
     shown: &RunInput,
     folded: fn(&Accumulated, usize) -> [f64; PITCH_BINS],

@@ -1,11 +1,11 @@
-//! What the wheels did: rates, torques, and the tasks that shared them.
+//! Figures of the wheels: rates, torques, and task shares.
 
 use super::motion::level;
 use crate::accumulate::{OfRobot, OfWheel};
 use crate::figure::{Curve, Figure, Span, axis, curve, dashed, dotted, solid, wheel_pen};
 use crate::input::RunInput;
 
-/// One panel a wheel: commanded and real rate, and the limit. All panels share their scale.
+/// One panel per wheel: commanded and actual rate, and the limit. All panels have the same scale.
 pub(crate) fn rates(shown: &RunInput) -> Vec<Figure> {
     let trace = &*shown.trace;
     let header = &trace.header;
@@ -18,7 +18,7 @@ pub(crate) fn rates(shown: &RunInput) -> Vec<Figure> {
         values.map(|(_, value)| value.abs()).fold(0.0, f64::max)
     };
     let fastest = magnitude(OfWheel::Rate).max(magnitude(OfWheel::Target));
-    // A limit far above what the run used would flatten the curves.
+    // A limit far above the used range would flatten the curves.
     let shown_limit = limits().filter(|&l| l <= 2.0 * fastest).reduce(f64::max);
     let top = 1.08 * shown_limit.unwrap_or(0.0).max(fastest).max(1e-3);
     (0..trace.wheel_count())
@@ -64,7 +64,7 @@ pub(crate) fn torques(shown: &RunInput) -> Figure {
     )
 }
 
-/// What the torques give of the accelerations asked for; `None` where they gave all, always.
+/// Share of the commanded accelerations that the torques give; `None` if always all.
 pub(crate) fn torque_weights(shown: &RunInput) -> Option<Figure> {
     let position = || shown.all.robot(OfRobot::PositionTorqueWeight);
     let heading = || shown.all.robot(OfRobot::HeadingTorqueWeight);
@@ -125,7 +125,7 @@ mod tests {
     use super::*;
     use ilon_trace::{Header, Record, Trace, WheelHeader, WheelSample};
 
-    /// The first of two wheels comes to 10 of 12 rad/s, asked for nothing; the second stands.
+    /// The first of two wheels reaches 10 of 12 rad/s without a command; the second stands.
     #[test]
     fn the_limit_of_both_ways_is_drawn_where_any_wheel_comes_near_it() {
         let header = Header {

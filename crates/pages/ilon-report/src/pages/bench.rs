@@ -1,4 +1,4 @@
-//! The page of `ilon bench`, in the style of the report of a run: error against cost, and every figure beneath.
+//! The page of `ilon bench`, in the style of the report of a run: error over cost, and all figures.
 
 use std::fmt::Write;
 
@@ -12,10 +12,10 @@ use crate::page::{self, Head, Section, card, escape, grid, side_by_side};
 use crate::short;
 use crate::text::capital;
 
-/// Errors below this, in per cent, are drawn at it: a logarithm has no zero.
+/// Smaller errors, in percent, are drawn at this value: a logarithm has no zero.
 const LEAST_ERROR_PCT: f64 = 1e-5;
 
-/// The page as one HTML file that needs nothing else.
+/// Returns the page as one self-contained HTML file.
 pub fn html(bench: &Bench) -> String {
     let names: Vec<&str> = bench.robots.keys().map(String::as_str).collect();
     let head = Head {
@@ -47,7 +47,7 @@ pub fn html(bench: &Bench) -> String {
     page::page(&head, &sections, &footer(bench), &page::Parts::default())
 }
 
-/// Where, when and with what, as HTML.
+/// Returns machine, date and versions, as HTML.
 fn facts(machine: &Machine) -> Vec<String> {
     let mut facts = Vec::new();
     if let Some(processor) = &machine.processor {
@@ -68,7 +68,7 @@ fn facts(machine: &Machine) -> Vec<String> {
     facts
 }
 
-/// The answer over all robots, and in a sentence a robot, the fastest first, as HTML.
+/// Returns the answer for all robots, and a sentence per robot, the fastest first, as HTML.
 fn story(bench: &Bench) -> String {
     let mut lines = verdict(bench);
     let mut robots: Vec<(&String, &RobotBench)> = bench.robots.iter().collect();
@@ -89,7 +89,7 @@ fn story(bench: &Bench) -> String {
     format!("<div class=\"story\">{lines}</div>\n")
 }
 
-/// What holds of all robots.
+/// Returns the statement for all robots.
 fn verdict(bench: &Bench) -> String {
     let worst_pct = bench.robots.values().map(|r| r.worst_error_pct);
     let worst_pct = worst_pct.fold(0.0, f64::max);
@@ -136,7 +136,7 @@ fn tiles(bench: &Bench) -> String {
     if let (Some(one), Some(several)) = (most(1), bench.throughput.last())
         && several.threads > 1
         && one.robots == several.robots
-        // Of threads that had to share their cores with others there is nothing to say.
+        // If threads had to share their cores with other processes, the figure is meaningless.
         && several.cores.is_some_and(|cores| cores > 0.95 * several.threads as f64)
     {
         let gain = several.sim_s_per_wall_s / one.sim_s_per_wall_s;
@@ -160,12 +160,12 @@ fn tiles(bench: &Bench) -> String {
     format!("<dl class=\"tiles\">{tiles}</dl>\n")
 }
 
-/// Three significant digits, without an exponent.
+/// Returns three significant digits, without an exponent.
 fn figure(x: f64) -> String {
     short(x, 3).to_string()
 }
 
-/// The pen of a robot in one of its kinds: colours by robot, dashes by kind.
+/// The pen of a robot and kind: colours by robot, dashes by kind.
 fn pen(robot: usize, roller_bodies: &str) -> Pen {
     const COLORS: [&str; 6] = ["@w0", "@w1", "@w2", "@w3", "@w5", "@w4"];
     let dash = match roller_bodies {
@@ -179,11 +179,11 @@ fn pen(robot: usize, roller_bodies: &str) -> Pen {
     }
 }
 
-/// Error over cost, both as logarithms, a curve for each robot and kind.
+/// Error over cost, both logarithmic, a curve for each robot and kind.
 fn work_precision(bench: &Bench) -> Figure {
     let mut curves: Vec<Curve> = Vec::new();
     for (index, (name, robot)) in bench.robots.iter().enumerate() {
-        // The first two of a robot may lie on each other: the figures at their points do not.
+        // The first two curves of a robot may coincide; the labels of their points do not.
         for (kind, words, below) in [
             ("all", "all rollers", false),
             ("near", "contact window", true),
@@ -217,7 +217,7 @@ fn work_precision(bench: &Bench) -> Figure {
     .spanning(Span::Whole)
 }
 
-/// A curve whose points say their steps a second.
+/// A curve whose points are labelled with their steps per second.
 fn labelled(name: &str, points: &[(&Configuration, f64)], pen: Pen, below: bool) -> Curve {
     let at = points
         .iter()
@@ -269,7 +269,7 @@ fn table_of(name: &str, robot: &RobotBench) -> String {
         + &transients_table(name, robot)
 }
 
-/// Drives in which wheels slide, where they were measured.
+/// The table of drives with sliding wheels, if measured.
 fn transients_table(name: &str, robot: &RobotBench) -> String {
     if robot.transients.is_empty() {
         return String::new();
@@ -293,7 +293,7 @@ fn transients_table(name: &str, robot: &RobotBench) -> String {
     ))
 }
 
-/// What was left out, and what treads cost, where that was timed.
+/// Reports what was left out, and the cost of treads, if timed.
 fn sentences(robot: &RobotBench) -> String {
     let said = robot.tread.as_ref().map(TreadCost::said);
     let sentence = |said: String| format!("<p>{}.</p>", escape(&capital(&said)));
@@ -301,7 +301,7 @@ fn sentences(robot: &RobotBench) -> String {
     remarks.chain(said).map(sentence).collect()
 }
 
-/// Each drive's error heading by heading, where there are several.
+/// Each drive's error by heading, if there are several.
 fn headings_table(name: &str, robot: &RobotBench) -> String {
     let Some(first) = robot
         .configurations
@@ -380,7 +380,7 @@ fn fleet_section(bench: &Bench) -> Section {
     }
 }
 
-/// Speed of all together over their number, a curve a number of threads.
+/// Speed of all robots over their number, a curve per number of threads.
 fn fleet(bench: &Bench) -> Figure {
     let mut threads: Vec<usize> = bench.throughput.iter().map(|t| t.threads).collect();
     threads.dedup();
@@ -456,7 +456,7 @@ mod tests {
     use super::*;
     use crate::bench::Throughput;
 
-    /// Forty robots on one thread and on four, of which each is 0.9 times as fast.
+    /// Forty robots on one thread, and on four of which each is 0.9 times as fast.
     fn fleet(cores: Option<f64>) -> Bench {
         let on = |threads: usize, sim_s_per_wall_s: f64, cores: Option<f64>| Throughput {
             robot: "mecanum4".to_owned(),
@@ -482,8 +482,8 @@ mod tests {
         }
     }
 
-    /// Four threads that had 3.9 cores went 3.6 times as fast as one by their own doing. Of threads that had three, or of which nobody knows
-    /// what they had, the figure would be that of other programs.
+    /// Four threads that had 3.9 cores are 3.6 times as fast as one. With three cores, or an
+    /// unknown number, the figure would depend on other programs.
     #[test]
     fn the_gain_of_threads_is_shown_where_they_had_their_cores() {
         let shows =

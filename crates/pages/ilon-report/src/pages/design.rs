@@ -1,4 +1,5 @@
-//! A page on design: how one choice (an angle, a count, a place) moves what an arrangement of wheels is good for.
+//! A page on design: the effect of one choice (an angle, a count, a place) on the capabilities of a
+//! wheel arrangement.
 //!
 //! ```no_run
 //! # use ilon_report::pages::design::{self, Curve, Merits, Study};
@@ -26,31 +27,32 @@ use ilon_trace::file::write_text;
 use crate::figure::{Figure, Layout, Span, axis, exact_curve, layout, plot, wheel_pen};
 use crate::page::{self, Head, Section, escape, panels, side_by_side};
 
-/// What an arrangement of wheels is good for. A number that does not apply, of a robot that Lemma 1 refuses, is not a
-/// number.
+/// Figures of merit of a wheel arrangement; NaN if not applicable, as for a robot that violates
+/// Lemma 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Merits {
-    /// The singular values of M of Indiveri 2009, eq. (8), about the body's origin, falling; the last column of M is in
-    /// metres.
+    /// The singular values of M of Indiveri 2009, eq. (8), about the body's origin, falling; the
+    /// last column of M is in metres.
     pub singular_values: [f64; 3],
-    /// The condition of M, free of units; infinite where the rank is below 3.
+    /// The condition of M, independent of units; infinite if the rank is below 3.
     pub condition: f64,
-    /// Top speed in the slowest direction, without turning, in m/s.
+    /// Top speed in the slowest direction, without rotation, in m/s.
     pub slowest_m_s: f64,
-    /// Top speed in the fastest direction, without turning, in m/s.
+    /// Top speed in the fastest direction, without rotation, in m/s.
     pub fastest_m_s: f64,
     /// Top yaw rate on the spot, in rad/s.
     pub yaw_rate_rad_s: f64,
-    /// How far from the body's origin the point lies about which position and heading are decoupled, in metres.
+    /// Distance from the body's origin to the point about which position and heading are decoupled,
+    /// in metres.
     pub decoupling_m: f64,
-    /// Mean speed to the left that the touching rollers allow, over the one of eq. (7).
+    /// Mean speed to the left by the touching rollers, over that of eq. (7).
     pub sideways_share: f64,
-    /// How much that speed swings as rollers pass, from its least to its largest, over its mean.
+    /// Peak-to-peak ripple of that speed as rollers pass, over its mean.
     pub sideways_ripple: f64,
 }
 
 impl Merits {
-    /// Looks at a robot whose wheels turn at up to `wheel_rate_rad_s`.
+    /// Computes the merits of a robot whose wheels turn at up to `wheel_rate_rad_s`.
     pub fn of(robot: &Robot, wheel_rate_rad_s: f64) -> Self {
         let mut merits = Self {
             singular_values: [f64::NAN; 3],
@@ -79,13 +81,14 @@ impl Merits {
     }
 }
 
-/// Mean and swing of the speed to the left that the touching rollers allow, for wheel rates that (7) gives for 1 m/s.
+/// Returns mean and ripple of the speed to the left by the touching rollers, for the wheel rates of
+/// (7) for 1 m/s.
 fn sideways(kinematics: &Kinematics, mut contact: ContactKinematics) -> (f64, f64) {
     along(std::f64::consts::FRAC_PI_2, kinematics, &mut contact)
 }
 
-/// Mean speed in a direction of the body that the touching rollers allow, for wheel rates that (7) gives for 1 m/s, and how much it
-/// swings as rollers pass, from its least to its largest, over its mean.
+/// Returns the mean speed in a direction of the body by the touching rollers, for the wheel rates
+/// of (7) for 1 m/s, and its peak-to-peak ripple over its mean.
 pub(super) fn along(
     direction_rad: f64,
     kinematics: &Kinematics,
@@ -98,7 +101,8 @@ pub(super) fn along(
     let fastest = rates
         .iter()
         .fold(0.0_f64, |most, rate| most.max(rate.abs()));
-    // Instants evenly spread over a hundred turns of the fastest wheel, no two at the same place of a roller.
+    // Instants evenly spread over a hundred turns of the fastest wheel, no two at the same place of
+    // a roller.
     const INSTANTS: usize = 1000;
     let (mut sum, mut least, mut most) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
     for k in 0..INSTANTS {
@@ -115,31 +119,31 @@ pub(super) fn along(
     (mean, (most - least) / mean)
 }
 
-/// Merits over a number that is varied.
+/// Merits over a varied number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// What it is the curve of.
+    /// Its name.
     pub name: String,
-    /// The number and what it comes to.
+    /// The number and its merits.
     pub points: Vec<(f64, Merits)>,
 }
 
-/// One choice, varied.
+/// A varied choice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Study {
     /// Identifier for links, of letters, digits and dashes.
     pub id: &'static str,
     /// Heading, as text.
     pub title: &'static str,
-    /// What is varied and what to look for, as text.
+    /// Introduction with reading instructions, as text.
     pub lead: String,
-    /// What the number is, with its unit.
+    /// Name and unit of the number.
     pub x_title: String,
-    /// One curve a robot.
+    /// One curve per robot.
     pub curves: Vec<Curve>,
 }
 
-/// The set of twists that a robot's wheels allow.
+/// The twists that a robot's wheels allow.
 #[derive(Clone, Debug)]
 pub struct Reach {
     /// The robot's name.
@@ -148,10 +152,10 @@ pub struct Reach {
     pub limits: SpeedLimits,
 }
 
-/// Writes reaches and studies as one HTML file that needs nothing else, whole or not at all.
+/// Writes reaches and studies as one self-contained HTML file, atomically.
 ///
 /// # Errors
-/// [`TraceError::Io`] where the file cannot be written.
+/// [`TraceError::Io`] if the file cannot be written.
 pub fn write(
     path: &Path,
     title: &str,
@@ -161,7 +165,7 @@ pub fn write(
     write_text(path, &html(title, reaches, studies))
 }
 
-/// Reaches and studies as one HTML file that needs nothing else.
+/// Returns reaches and studies as one self-contained HTML file.
 pub fn html(title: &str, reaches: &[Reach], studies: &[Study]) -> String {
     let head = Head {
         kind: "design study",
@@ -183,7 +187,7 @@ pub fn html(title: &str, reaches: &[Reach], studies: &[Study]) -> String {
 /// Shares of the top yaw rate at which the set of velocities is drawn.
 const YAW_SHARES: [f64; 4] = [0.0, 0.25, 0.5, 0.75];
 
-/// The velocities that each robot's wheels allow, while it turns at some part of its top yaw rate.
+/// The velocities that each robot's wheels allow at some shares of its top yaw rate.
 pub(super) fn reach_section(reaches: &[Reach]) -> Section {
     let names = YAW_SHARES.map(|share| format!("at {:.0} % of the top yaw rate", 100.0 * share));
     let legend: Vec<_> = names
@@ -226,7 +230,7 @@ fn reach_figure((number, reach): (usize, &Reach)) -> Figure {
     .spanning(Span::Panel)
 }
 
-/// A number of the merits, drawn on a panel: identifier, title, unit, value.
+/// A figure of merit on a panel: identifier, title, unit, value.
 type Panel = (&'static str, &'static str, &'static str, fn(&Merits) -> f64);
 
 const PANELS: [Panel; 10] = [
@@ -256,10 +260,11 @@ const PANELS: [Panel; 10] = [
     }),
 ];
 
-/// Conditions beyond this say no more than that the robot is useless, and would flatten the rest of the curve.
+/// Conditions beyond this only mean that the robot is unusable, and would flatten the rest of the
+/// curve.
 const WORST_CONDITION: f64 = 30.0;
 
-/// Values below this are the rounding of zero; no number here is meant to a millionth.
+/// Values below this are rounding errors of zero.
 const ROUNDING: f64 = 1e-6;
 
 fn section(study: &Study) -> Section {
@@ -320,7 +325,8 @@ mod tests {
         let urdf = include_str!("../../../../../assets/robots/mecanum4.urdf");
         let robot = Robot::from_urdf_str(urdf, "mecanum4").unwrap();
         let merits = Merits::of(&robot, 10.0);
-        // |vx| + |vy| + 0.31 |omega| <= rho q' = 0.5 m/s; M's columns have the norms sqrt 2, sqrt 2 and 0.31 sqrt 2.
+        // |vx| + |vy| + 0.31 |omega| <= rho q' = 0.5 m/s; M's columns have the norms sqrt 2, sqrt 2
+        // and 0.31 sqrt 2.
         assert!((merits.slowest_m_s - 0.5 / 2.0_f64.sqrt()).abs() < 1e-6);
         assert!((merits.fastest_m_s - 0.5).abs() < 1e-6);
         assert!((merits.yaw_rate_rad_s - 0.5 / 0.31).abs() < 1e-6);
@@ -328,8 +334,8 @@ mod tests {
             assert!((value - expected * 2.0_f64.sqrt()).abs() < 1e-6, "{value}");
         }
         assert!(merits.decoupling_m < 1e-6);
-        // Nine rollers at 45 degrees: the mean of cos phi over +-20 degrees. The wheels are not in step, and the mean of
-        // a thousand instants is off by some 1e-4.
+        // Nine rollers at 45 degrees: the mean of cos phi over +-20 degrees. The wheels are not in
+        // phase, and the mean of a thousand instants has an error of some 1e-4.
         let mean = 20.0_f64.to_radians().sin() / 20.0_f64.to_radians();
         assert!((merits.sideways_share - mean).abs() < 2e-3, "{merits:?}");
     }

@@ -1,4 +1,5 @@
-//! A page with several robots side by side: each from above, with what it can do; and why a file is none.
+//! A page with several robots side by side: a drawing from above and the capabilities of each, and
+//! the faults of invalid files.
 
 use ilon_robot::Robot;
 
@@ -7,20 +8,20 @@ use crate::html_table::{cell, row};
 use crate::page::{self, Head, Section, escape, side_by_side};
 use ilon_sim::inspect::Inspection;
 
-/// A robot's file, and what became of it.
+/// A robot's file and its result.
 #[derive(Debug)]
 pub struct Exhibit {
-    /// The file, as it is shown.
+    /// The displayed file name.
     pub file: String,
-    /// The robot, as it was read.
+    /// The robot, if it was read.
     pub robot: Option<(Robot, Inspection)>,
-    /// What is wrong with the file as it is, fault by fault; none where it drives.
+    /// The faults of the file; empty if the robot can drive.
     pub faults: Vec<String>,
-    /// What would do, in words; with it the robot was read, if one was.
+    /// A remedy as text; with it the robot was read, if there is one.
     pub help: Option<String>,
 }
 
-/// How a file is shown.
+/// Display of a file.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum FileKind {
     AsItIs,
@@ -40,7 +41,7 @@ impl FileKind {
     }
 }
 
-/// The robots as one HTML file that needs nothing else.
+/// Returns the robots as one self-contained HTML file.
 pub fn html(title: &str, exhibits: &[Exhibit]) -> String {
     let of = |kind: FileKind| exhibits.iter().filter(move |e| FileKind::of(e) == kind);
     let kinds = [
@@ -121,7 +122,7 @@ fn card(exhibit: &Exhibit) -> String {
     )
 }
 
-/// What a robot is, in figures.
+/// Returns a robot's properties in figures.
 pub(super) fn figures(seen: &Inspection) -> Vec<(&'static str, String)> {
     let wheels = &seen.wheels;
     let mut rows = vec![("mass", format!("{:.2} kg", seen.mass_kg))];

@@ -1,5 +1,5 @@
-//! The page of an identification: what was found, and the robot as measured beside the robot as ideal, as its rollers' geometry has it,
-//! and as fitted.
+//! The page of an identification: the results, and the measured robot compared with the ideal one,
+//! the one by its rollers' geometry, and the fitted one.
 
 mod direction;
 mod simulation;
@@ -13,7 +13,7 @@ use ilon_identify::outcome::Direction;
 use self::direction::{by_direction, turn};
 use crate::answers::identify::{answers, tables};
 
-/// The page as one HTML file that needs nothing else.
+/// Returns the page as one self-contained HTML file.
 pub fn html(found: &Identified) -> String {
     let head = Head {
         kind: "identification",
@@ -82,11 +82,11 @@ fn points(directions: &[Direction], of: impl Fn(&Direction) -> Option<f64>) -> V
         .collect()
 }
 
-/// The way made along the direction that the wheels ask for.
+/// Distance along the direction commanded by the wheels.
 fn along(directions: &[Direction]) -> Figure {
     let of = |f: fn(&Direction) -> Option<f64>| points(directions, f).into_iter();
     let ideal = [(-10.0, 1.0), (360.0, 1.0)].into_iter();
-    // Upright lines with a gap behind each.
+    // Vertical lines with a gap after each.
     let spread = directions.iter().flat_map(|d| {
         let half = 2.0 * d.measured_error;
         [d.measured - half, d.measured + half, f64::NAN].map(|end| (d.direction_deg, end))
@@ -135,7 +135,7 @@ fn across(directions: &[Direction]) -> Figure {
     )
 }
 
-/// What the chosen model leaves, by direction.
+/// Residual of the chosen model, by direction.
 fn left(directions: &[Direction]) -> Figure {
     let names: Vec<String> = directions
         .iter()

@@ -1,4 +1,4 @@
-//! How hard a robot may be driven: the section of its page, and the limits in words.
+//! Acceleration limits of a robot: the section of its page, and the limits as text.
 
 use crate::decimate::short;
 use crate::drawing;
@@ -8,10 +8,10 @@ use ilon_control::AccelerationPolytope;
 use ilon_sim::inspect::Inspection;
 use ilon_sim::simulate::{Limit, Limits};
 
-/// Shares of the largest acceleration in a turn at which the polytope is cut.
+/// Shares of the largest yaw acceleration at which the polytope is cut.
 const TURN_SHARES: [f64; 4] = [0.0, 0.25, 0.5, 0.75];
 
-/// The section, where the robot was inspected with its limits.
+/// The section, if the limits were computed.
 pub(super) fn section(seen: &Inspection) -> Option<Section> {
     let limits = seen.limits.as_ref()?;
     let cuts = limits
@@ -45,7 +45,7 @@ pub(super) fn section(seen: &Inspection) -> Option<Section> {
     })
 }
 
-/// Cuts through the polytope at turns that speed up.
+/// Cuts through the polytope at yaw accelerations.
 fn cuts(polytope: &AccelerationPolytope) -> Figure {
     let top_rad_s2 = polytope
         .corners
@@ -72,7 +72,7 @@ fn cuts(polytope: &AccelerationPolytope) -> Figure {
     .height_px(420)
 }
 
-/// The limits by motion and speed, in words.
+/// The limits by motion and speed, as text.
 pub fn by_motion(limits: &Limits) -> Table {
     let head = [
         "motion", "speed", "up", "by", "wheel", "down", "by", "wheel",
@@ -93,7 +93,7 @@ pub fn by_motion(limits: &Limits) -> Table {
     }
 }
 
-/// To a thousandth, and small numbers to three digits.
+/// Rounds to a thousandth, and small numbers to three digits.
 fn number(x: f64) -> String {
     match x == 0.0 || x.abs() >= 0.1 {
         true => format!("{x:.3}"),

@@ -1,8 +1,8 @@
-//! Pages that show more than a trace: how accurate and fast the simulation is, a robot alone, robots side by side, designs,
-//! identifications.
+//! Pages that show more than a trace: accuracy and speed of the simulation, single robots, robots
+//! side by side, designs, identifications.
 //!
-//! They are built of the sections and figures of a report, from data of the crates that find it: only with the feature `studies`, but for that of
-//! measurements.
+//! They consist of the sections and figures of a report, with data of other crates: only with the
+//! feature `studies`, except for the bench page.
 
 pub mod bench;
 #[cfg(feature = "studies")]

@@ -1,4 +1,4 @@
-//! A page with one robot: in three dimensions with its wheels turning, from above, and what its wheels are good for.
+//! A page of one robot: in three dimensions with turning wheels, from above, and its capabilities.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -16,13 +16,14 @@ use super::design::{self, Reach};
 use super::gallery;
 use super::limits;
 
-/// How long the wheels take to turn once, in seconds.
+/// Time of one turn of the wheels, in seconds.
 const TURN_S: f64 = 8.0;
 
-/// Pictures of one turn of the wheels: thirty a second.
+/// Frames of one turn of the wheels: thirty per second.
 const PICTURES: usize = 240;
 
-/// The page of a robot as one HTML file that needs nothing else. `seen` is [`Inspection::of_loaded`] of it.
+/// Returns the page of a robot as one self-contained HTML file. `seen` is its
+/// [`Inspection::of_loaded`].
 pub fn html(loaded: &Loaded, seen: &Inspection) -> String {
     let robot = &loaded.robot;
     let kinematics = Kinematics::new(robot).ok();
@@ -90,13 +91,13 @@ pub fn html(loaded: &Loaded, seen: &Inspection) -> String {
     viewer::page(&head, &sections, footer, has_scene)
 }
 
-/// One turn of the wheels in their places, with the roller that touches at each instant.
+/// One turn of the wheels in place, with the touching roller at each instant.
 fn turning(robot: &Robot, contact: Option<ContactKinematics>) -> Frames {
     let at_rest = Frame::at_rest(robot);
     let Some(mut contact) = contact else {
         return Frames::of(robot, [at_rest]);
     };
-    // What stands on the wheels, in equal parts: forces are drawn so that this load has a size of its own.
+    // The load per wheel, in equal shares: forces are scaled so that this load has a fixed size.
     let load_n = 9.81 * robot.mass_kg() / robot.wheels.len() as f64;
     let frames = (0..=PICTURES).map(|k| {
         let part = k as f64 / PICTURES as f64;
@@ -123,7 +124,8 @@ fn turning(robot: &Robot, contact: Option<ContactKinematics>) -> Frames {
     Frames::of(robot, frames.collect::<Vec<_>>())
 }
 
-/// What the touching rollers allow of 1 m/s that equation (7) promises: direction in degrees, mean and swing over it.
+/// Returns the speed by the touching rollers over the 1 m/s of equation (7): direction in degrees,
+/// mean and ripple over it.
 fn by_direction(kinematics: &Kinematics, mut contact: ContactKinematics) -> Vec<(f64, f64, f64)> {
     let directions = (0..=36).map(|k| PI * f64::from(k) / 36.0);
     directions
@@ -153,7 +155,7 @@ fn direction_figure(shares: &[(f64, f64, f64)]) -> Figure {
     )
 }
 
-/// What the robot is good for, in sentences, as HTML.
+/// Describes the robot's capabilities in sentences, as HTML.
 fn story(seen: &Inspection, shares: Option<&[(f64, f64, f64)]>) -> String {
     let mut sentences = Vec::new();
     if let Some(singularity) = &seen.singularity {

@@ -1,4 +1,4 @@
-//! The page of a study: its rows and findings as [`crate::sweep`] shows them.
+//! The page of a study: converts its rows and findings for [`crate::sweep`].
 
 use crate::sweep::{self, Quantity, Run, Sensitivity, StudyInput, Varied};
 use ilon_sweep::{
@@ -7,7 +7,7 @@ use ilon_sweep::{
 
 use crate::answers::sweep::{answers, tables, words};
 
-/// The page; `command` says how a run is seen again.
+/// Returns the page; `command` returns the command that repeats a run.
 pub fn html(
     study: &Study,
     rows: &[Row],
@@ -43,7 +43,7 @@ fn shown(study: &Study, rows: &[Row], findings: &Findings) -> StudyInput {
     }
 }
 
-/// What was varied below a column, which is `index` of them.
+/// Returns the values of a varied column with this index.
 fn varied(study: &Study, rows: &[Row], index: usize, column: &Column) -> Varied {
     let find = study.file().find.as_ref();
     let find = find.filter(|find| find.key == column.key);
@@ -69,7 +69,7 @@ fn varied(study: &Study, rows: &[Row], index: usize, column: &Column) -> Varied 
     }
 }
 
-/// With the words of a column as a person tells them apart.
+/// Replaces the texts of a column by short distinct names.
 fn named(study: &Study, mut varied: Varied) -> Varied {
     let axis = study.axes().iter().find(|axis| axis.key == varied.key);
     if let Some(Values::List(values)) = axis.map(|axis| &axis.values) {
@@ -82,7 +82,7 @@ fn named(study: &Study, mut varied: Varied) -> Varied {
     varied
 }
 
-/// A row as it is shown: what is no number by its place among the words of its column.
+/// Returns a row for display: a value that is no number becomes its index among the column's texts.
 fn run(study: &Study, row: &Row, varied: &[Varied]) -> Run {
     let place = |(value, varied): (&toml::Value, &Varied)| {
         let among = || varied.words.iter().position(|word| *word == text_of(value));
@@ -99,7 +99,7 @@ fn run(study: &Study, row: &Row, varied: &[Varied]) -> Run {
     }
 }
 
-/// What a quantity is held against in a study.
+/// Returns the bound of a quantity in a study.
 fn bound(study: &Study, quantity: &str) -> Option<f64> {
     let file = study.file();
     let sought = file

@@ -1,19 +1,22 @@
-//! The error budget at the worst instant: what carried the robot off its reference, and what brought it back.
+//! The error budget at the worst instant: what moved the robot off its reference, and what moved it
+//! back.
 //!
-//! With **e** = desired - real, of the point that follows the reference,
+//! With **e** = desired - actual, of the point that follows the reference,
 //!
 //! d**e**/dt = (desired rate - asked) + (asked - granted) + ... + (contact - real)
 //!
-//! where the first bracket is what the guidance asks beyond the reference's own rate, which is its correction, and the others are
-//! the terms of [`ilon_trace::ledger`], which rows have as sums. From an instant at which the error was small to the worst one, and taken along
-//! the error there, the parts add up to the growth of the error. Unlike the ledger of the whole run it does not count a correction
-//! that feedback renews for ever.
+//! where the first bracket is the guidance's correction, its request beyond the reference's own
+//! rate, and the others are the terms of [`ilon_trace::ledger`], which rows have as sums. From an
+//! instant with a small error to the worst one, and projected on the error there, the parts add up
+//! to the growth of the error. Unlike the ledger of the whole run it does not count a correction
+//! that feedback renews forever.
 
 use ilon_robot::wrap_angle;
 use ilon_trace::ledger::{Integral, NAMES, TERMS};
 use ilon_trace::{Header, Record};
 
-/// Names of the parts: the guidance's correction, then the terms of the ledger in their order. The ledger's `guidance` is what saturation takes of it.
+/// Names of the parts: the guidance's correction, then the terms of the ledger in their order. The
+/// ledger's `guidance` is the part removed by saturation.
 pub(crate) const PARTS: [&str; 1 + TERMS] = {
     let [
         _,
@@ -39,38 +42,38 @@ pub(crate) const PARTS: [&str; 1 + TERMS] = {
     ]
 };
 
-/// How far the parts have come at an instant.
+/// The parts at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Standing {
     pub t_s: f64,
-    /// Desired minus real place of the reference point, in the world, in metres.
+    /// Desired minus actual position of the reference point, in the world frame, in metres.
     pub error_m: [f64; 2],
-    /// The integral of each part since the start, in the world, in metres.
+    /// The integral of each part since the start, in the world frame, in metres.
     pub parts_m: [[f64; 2]; 1 + TERMS],
-    /// How far the wheels fell behind their targets, counted along the way that the robot really went, in metres.
+    /// Lag of the wheels behind their targets, along the actual path, in metres.
     pub behind_m: f64,
 }
 
 /// The error budget of a growth of the error.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Budget {
-    /// When the error was small.
+    /// Time of the small error, in seconds.
     pub from_s: f64,
-    /// When it was largest.
+    /// Time of the largest error, in seconds.
     pub at_s: f64,
-    /// Its size there, in metres.
+    /// The largest error, in metres.
     pub error_m: f64,
-    /// Along the error: what it was at the start, in metres.
+    /// Projection of the initial error on the error, in metres.
     pub before_m: f64,
-    /// Along the error: what each part of [`PARTS`] added, in metres.
+    /// Contribution of each part of [`PARTS`] along the error, in metres.
     pub parts_m: [f64; 1 + TERMS],
-    /// By how much the wheels got ahead of their targets, counted along the way that the robot really went, in metres.
+    /// Lead of the wheels over their targets, along the actual path, in metres.
     pub ahead_m: f64,
-    /// What the parts leave open, in metres: of second order in what the robot turns from row to row.
+    /// Remainder of the sum, in metres: of second order in the rotation from row to row.
     pub rest_m: f64,
 }
 
-/// Adds the parts up row by row.
+/// Integrates the parts row by row.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Integrator {
     parts_m: [[f64; 2]; 1 + TERMS],
@@ -79,7 +82,7 @@ pub(crate) struct Integrator {
 }
 
 impl Integrator {
-    /// Adds a row, and says how things stand at its time; `None` without a reference.
+    /// Adds a row, and returns the parts at its time; `None` without a reference.
     pub fn add(&mut self, header: &Header, record: &Record) -> Option<Standing> {
         let desired = record.desired?.pose;
         if let Some(before) = self.before.replace(*record) {
@@ -94,13 +97,13 @@ impl Integrator {
         })
     }
 
-    /// Adds what came between two rows.
+    /// Adds the interval between two rows.
     fn add_since(&mut self, header: &Header, before: &Record, record: &Record) {
         let heading_rad = before.truth.pose.heading_rad;
         let turned_rad = wrap_angle(record.truth.pose.heading_rad - heading_rad);
         let (sin, cos) = (heading_rad + 0.5 * turned_rad).sin_cos();
         let [arm_x_m, arm_y_m] = header.reference_point_m;
-        // What turns the body moves its reference point too.
+        // A rotation of the body moves its reference point too.
         let of_point = |term: &Integral| {
             let turned_rad = term.heading_rad;
             [
@@ -129,7 +132,7 @@ impl Integrator {
         }
         let correction = [0, 1].map(|axis| {
             let wanted_m = place(record)[axis] - place(before)[axis];
-            // What was asked is what was done and the total of the ledger.
+            // The requested motion is the actual one plus the total of the ledger.
             wanted_m - (went[axis] + total[axis])
         });
         let terms = grown.terms().map(|term| of_point(&term));
@@ -147,13 +150,13 @@ impl Standing {
     }
 }
 
-/// The budget of the largest error after `after_s`; `None` where there are too few instants.
+/// Returns the budget of the largest error after `after_s`; `None` for too few instants.
 pub(crate) fn at_the_worst(standings: &[Standing], after_s: f64) -> Option<Budget> {
-    /// The growth is counted from where the error was last below this part of its peak.
+    /// The growth starts where the error was last below this share of its peak.
     const SMALL: f64 = 0.1;
     let first = standings.iter().position(|s| s.t_s >= after_s)?;
     let considered = &standings[first..];
-    // Of equals the first.
+    // The first of equal ones.
     let later = |a: usize, b: usize| {
         if considered[b].error() > considered[a].error() {
             b
@@ -164,7 +167,7 @@ pub(crate) fn at_the_worst(standings: &[Standing], after_s: f64) -> Option<Budge
     let worst = (0..considered.len()).reduce(later)?;
     let peak = considered[worst];
     let small = |s: &Standing| s.error() <= SMALL * peak.error();
-    // Where the error was never small, the least before the peak is its beginning.
+    // If the error was never small, the smallest before the peak is the start.
     let onset = considered[..worst].iter().rposition(small).or_else(|| {
         (0..worst).min_by(|&a, &b| considered[a].error().total_cmp(&considered[b].error()))
     })?;
@@ -202,7 +205,8 @@ mod tests {
     use ilon_trace::Desired;
     use ilon_trace::ledger::Chain;
 
-    /// A point (0.3, 0.2) off the body's origin goes round as the body turns: what is lost at 1 rad/s is lost at (-0.2, 0.3) m/s there.
+    /// A point (0.3, 0.2) off the body's origin moves with the body's rotation: a loss of 1 rad/s
+    /// is a loss of (-0.2, 0.3) m/s there.
     #[test]
     fn what_turns_the_body_moves_its_reference_point() {
         let header = Header {
@@ -217,21 +221,21 @@ mod tests {
                 t_s: 0.01 * f64::from(row),
                 ledger,
                 desired: Some(Desired::default()),
-                // Asked to turn to make up for nothing: the point is taken away at (-0.2, 0.3) m/s.
+                // A commanded rotation with no purpose: the point moves away at (-0.2, 0.3) m/s.
                 command_twist_in_body: Twist::new(0.0, 0.0, 1.0),
                 ..Record::default()
             };
             sum.add(&header, &record);
             ledger.count(&Chain::held(&record, 0.01), [0.0; 2]);
         }
-        // The correction is what the reference wants, nothing, less what is asked; a second of it.
+        // The correction is the reference's rate, zero, less the command, over a second.
         let [x_m, y_m] = sum.parts_m[0];
         assert!((x_m - 0.2).abs() < 1e-12, "{x_m}");
         assert!((y_m + 0.3).abs() < 1e-12, "{y_m}");
     }
 
-    /// The reference goes ahead at 1 m/s. From 1 to 2 s the robot's contacts slide by 0.4 m/s sideways, and the guidance asks 0.1 m/s
-    /// against it.
+    /// The reference moves ahead at 1 m/s. From 1 to 2 s the robot's contacts slide by 0.4 m/s
+    /// sideways, and the guidance corrects by 0.1 m/s.
     #[test]
     fn a_slide_and_its_correction_are_told_apart_and_add_up() {
         let header = Header {
@@ -279,8 +283,9 @@ mod tests {
             y_m += 0.01 * real_y;
         }
         let budget = at_the_worst(&standings, 0.0).expect("it was off");
-        // 0.3 m/s for a second, counted from a tenth of the peak, 0.03 m at 1.1 s: slip takes 0.4 m/s for 0.9 s, the guidance brings
-        // back 0.1 m/s. Sums of a hundred terms: rounding below 1e-12.
+        // 0.3 m/s for a second, counted from a tenth of the peak, 0.03 m at 1.1 s: slip takes 0.4
+        // m/s for 0.9 s, the guidance restores 0.1 m/s. Sums of a hundred terms: rounding below
+        // 1e-12.
         assert!((budget.error_m - 0.3).abs() < 1e-12, "{budget:?}");
         assert!((budget.before_m - 0.03).abs() < 1e-12, "{budget:?}");
         assert!((budget.parts_m[8] - 0.36).abs() < 1e-12, "{budget:?}");

@@ -1,4 +1,4 @@
-//! What slid and what that cost, how long tasks waited, and how far dead reckoning drifts, in words.
+//! Sentences on slip and its cost, saturated tasks, and the drift of dead reckoning.
 
 use ilon_trace::slip::WheelSlip;
 use ilon_trace::{Fault, FaultKind, Header, JointTravel, Summary};
@@ -8,16 +8,16 @@ use super::phrases::list;
 use crate::page::escape;
 use crate::text::{angle, energy, length, percent, time};
 
-/// Less than this is no cost, in J.
+/// Smaller costs are ignored, in J.
 const LEAST_J: f64 = 5e-4;
 
-/// A wheel is off the ground where it is for more than this part of the time.
+/// A wheel counts as off the ground if it is for more than this share of the time.
 const LEAST_OFF: f64 = 0.01;
 
-/// Less than this is no cost of hub motion, in metres.
+/// Smaller costs of hub motion are ignored, in metres.
 const LEAST_COST_M: f64 = 1e-4;
 
-/// Which wheels were off the ground, and for how much of the run; the two that were longest.
+/// Reports the wheels that were off the ground, and the share of the run; the two longest.
 pub(super) fn off_the_ground(summary: &Summary) -> Option<String> {
     let wheels = summary.wheels.iter();
     let share = |wheel: &WheelSlip| wheel.lost_contact.filter(|share| *share > LEAST_OFF);
@@ -40,21 +40,22 @@ pub(super) fn off_the_ground(summary: &Summary) -> Option<String> {
     Some(said + ".")
 }
 
-/// What sliding under the wheels took, in J.
+/// Returns the energy lost to sliding under the wheels, in J.
 fn under_wheels_j(summary: &Summary) -> f64 {
     summary.wheels.iter().map(|wheel| wheel.energy_j).sum()
 }
 
-/// All that was put in, in J.
+/// Returns the total energy supplied, in J.
 fn put_in_j(summary: &Summary) -> Option<f64> {
     let energy = &summary.energy;
     let motors_j = energy.motor_positive_j.or(energy.motor_j);
     energy.put_in_j.or(motors_j)
 }
 
-/// Of all that was put in and of whom, for a part of it in J; empty of what cannot be a part.
+/// Returns a part in J as a share of the energy supplied, and its suppliers; empty if it cannot be
+/// a part.
 fn of_what_was_put_in(summary: &Summary, header: &Header, part_j: f64) -> String {
-    /// Who put in less than this share is not named.
+    /// A supplier of a smaller share is not named.
     const LEAST: f64 = 0.01;
     let Some(all_j) = put_in_j(summary).filter(|all_j| *all_j >= part_j) else {
         return String::new();
@@ -83,9 +84,10 @@ fn of_what_was_put_in(summary: &Summary, header: &Header, part_j: f64) -> String
     }
 }
 
-/// What hits and landings took, where that is a part of all that was put in.
+/// Reports the energy lost in impacts and landings, if it is a relevant share of the energy
+/// supplied.
 pub(super) fn landings(summary: &Summary, header: &Header) -> Option<String> {
-    /// What is less than this share of it goes without saying.
+    /// Smaller shares are not reported.
     const LEAST: f64 = 0.05;
     let hits_j = summary.energy.impact_j?;
     let is_told = hits_j > LEAST_J && hits_j > LEAST * put_in_j(summary)?;
@@ -93,9 +95,9 @@ pub(super) fn landings(summary: &Summary, header: &Header) -> Option<String> {
     is_told.then(|| format!("Hits and landings cost <b>{}</b>{of_work}.", energy(hits_j)))
 }
 
-/// What of the loss to sliding lay not under the wheels, and where it lay; `None` where it is next to nothing.
+/// Returns the sliding loss that was not under the wheels, and its place; `None` if negligible.
 fn rubbing(summary: &Summary, header: &Header) -> Option<(f64, &'static str)> {
-    /// What is less than this share of all sliding is not told of.
+    /// Smaller shares of all sliding are not reported.
     const LEAST: f64 = 0.02;
     let slip_j = summary.energy.slip_j?;
     let under_wheels_j = under_wheels_j(summary);
@@ -108,10 +110,10 @@ fn rubbing(summary: &Summary, header: &Header) -> Option<(f64, &'static str)> {
     (rubbed_j > LEAST_J.max(LEAST * slip_j)).then_some((rubbed_j, who))
 }
 
-/// What there is to say of sliding where no wheel slid far: short slides and creeping below the limit, where they cost a share of the work, and what
-/// else rubbed.
+/// Reports sliding if no wheel slid far: short slides and creep below the limit, if they cost a
+/// share of the work, and other rubbing.
 fn without_slides(summary: &Summary, rubbing: Option<(f64, &str)>, of_work: &str) -> String {
-    /// What is less than this share of what was put in is not told of.
+    /// Smaller shares of the energy supplied are not reported.
     const LEAST: f64 = 0.01;
     let under_wheels_j = under_wheels_j(summary);
     let all_j = put_in_j(summary).unwrap_or(0.0);
@@ -135,7 +137,7 @@ fn without_slides(summary: &Summary, rubbing: Option<(f64, &str)>, of_work: &str
     format!("{under_wheels}{rubbed}.")
 }
 
-/// What slid, when, and what it cost; and what new rollers cost.
+/// Reports which wheels slid, when, and the cost, with the cost of new rollers.
 pub(super) fn slipping(summary: &Summary, header: &Header, events: &[Event]) -> Option<String> {
     let slip_j = summary.energy.slip_j?;
     let rubbing = rubbing(summary, header);
@@ -157,7 +159,7 @@ pub(super) fn slipping(summary: &Summary, header: &Header, events: &[Event]) -> 
     let Some(worst) = slides.iter().max_by(|a, b| a.lost_j.total_cmp(&b.lost_j)) else {
         return Some(without_slides(summary, rubbing, &of_work) + &hand_over);
     };
-    // What lay in the same time belongs to the same story.
+    // Overlapping slides are reported together.
     let (from_s, until_s) = slides
         .iter()
         .filter(|e| e.overlaps(worst.from_s, worst.until_s))
@@ -207,7 +209,7 @@ pub(super) fn slipping(summary: &Summary, header: &Header, events: &[Event]) -> 
     ))
 }
 
-/// For how long the guidance could not give what its tasks asked.
+/// Reports how long the guidance could not fulfil its tasks.
 pub(super) fn saturation(summary: &Summary, header: &Header, events: &[Event]) -> Option<String> {
     let share = summary.saturated_share.filter(|&s| s > 0.005)?;
     let longest = events
@@ -226,10 +228,10 @@ pub(super) fn saturation(summary: &Summary, header: &Header, events: &[Event]) -
     ))
 }
 
-/// How far joints between bodies moved, the two that went furthest of all that went their own way on the ground or by their servos; and what hubs that
-/// move cost dead reckoning.
+/// Reports the motion of joints between bodies, the two largest of those that followed the ground
+/// or their servos, and the cost of moving hubs for dead reckoning.
 pub(super) fn joints(summary: &Summary) -> Option<String> {
-    // What sags by less than this at the start, and stays, is not told of: m or rad.
+    // A joint that sags by less than this at the start, and stays, is not reported: m or rad.
     const LEAST: f64 = 1e-3;
     let mut moved: Vec<&JointTravel> = summary.joints.iter().collect();
     let way = |of: &JointTravel| of.most - of.least;
@@ -273,7 +275,7 @@ pub(super) fn joints(summary: &Summary) -> Option<String> {
     Some(format!("{text}.{costs}"))
 }
 
-/// How far dead reckoning drifts.
+/// Reports the drift of dead reckoning.
 pub(super) fn reckoning(summary: &Summary) -> Option<String> {
     let ideal = summary.odometry_ideal.m_per_m?;
     let contact = summary.odometry_contact.m_per_m?;
@@ -300,7 +302,8 @@ mod tests {
         joint
     }
 
-    /// The two that went furthest are told of, with their stops; what hub motion costs only where it costs something.
+    /// The two joints that moved furthest are reported, with their stops; the cost of hub motion
+    /// only if it is relevant.
     #[test]
     fn joints_that_moved_are_told_of() {
         let mut summary = Summary::default();
@@ -328,8 +331,8 @@ mod tests {
         assert!(said.contains("<b>3.10 mm</b> off"), "{said}");
     }
 
-    /// Where no wheel slid far, what is said follows from how much grip was used, and what is lost under the wheels and beside them is told from 1 % of
-    /// the work, and from 2 % of all sliding.
+    /// If no wheel slid far, the sentence depends on the used grip; losses under the wheels are
+    /// reported from 1 % of the work, others from 2 % of all sliding.
     #[test]
     fn short_slides_creeping_and_rubbing_are_told_apart() {
         let said = |grip: f64, under_wheels_j: f64, slip_j: f64| {

@@ -1,4 +1,5 @@
-//! What each cause did to the run, and what remedies do, in words: only by runs that were made without it, or with them.
+//! Sentences on the effect of each cause and of remedies, from runs repeated without the cause or
+//! with the remedy.
 
 use ilon_trace::effects::{self, Ablation, Effect, FLOORS};
 use ilon_trace::{Change, Header, Summary, quantities};
@@ -8,18 +9,18 @@ use super::posture::{Posture, Stance, TIPPED_RAD};
 use crate::page::escape;
 use crate::text::{angle_known, capital, energy, length_known, percent, time};
 
-/// So many causes get a sentence of their own.
+/// Number of causes with their own sentence.
 const MOST_TOLD: usize = 4;
-/// What causes do only together is reported from this share of what they do.
+/// Joint effects of causes are reported from this share of their effects.
 const TOLD_TOGETHER: f64 = 0.2;
-/// A passing deviation is reported beside that at the end where it is so many times as large.
+/// A passing deviation is reported in addition to the final one if it is this many times as large.
 const PASSING: f64 = 2.0;
-/// A run that is known no better, in metres, tells nothing of causes that did less.
+/// If a run's accuracy is worse than this, in metres, smaller effects are not reported.
 const ROUGHLY_KNOWN_M: f64 = 5e-3;
-/// A remedy is worth reporting where it improves a figure by this share, and spoils none by as much.
+/// A remedy is reported if it improves a figure by this share, and worsens none by as much.
 const WORTH_TELLING: f64 = 0.05;
 
-/// What each cause did, the largest effect first; nothing of a run that was not repeated.
+/// Reports the effect of each cause, the largest first; nothing for a run that was not repeated.
 pub(super) fn sentences(header: &Header, summary: &Summary, posture: &Posture) -> Vec<String> {
     let ablations = effects::of_causes(summary, header);
     let mut singles: Vec<&Ablation> = ablations.iter().filter(|one| one.cause.is_some()).collect();
@@ -53,7 +54,7 @@ pub(super) fn sentences(header: &Header, summary: &Summary, posture: &Posture) -
     lines
 }
 
-/// What a cause is called.
+/// Returns the name of a cause.
 fn words(one: &Ablation) -> String {
     escape(one.cause.map_or("all of them", |cause| &cause.words))
 }
@@ -101,17 +102,17 @@ fn of_cause(one: &Ablation, posture: &Posture, is_first: bool) -> String {
     }
 }
 
-/// Whether a figure says what a run took, and not where it went.
+/// Whether a figure is a cost of the run, and not part of its path.
 fn is_cost(key: &str) -> bool {
     ["", "J", "N m"].contains(&quantities::si_unit(key))
 }
 
-/// What cannot be told from nothing, in metres.
+/// Returns the smallest distinguishable effect, in metres, as text.
 fn least(floor_m: f64) -> String {
     length_known(FLOORS * floor_m, floor_m)
 }
 
-/// Where a cause put the robot; the first such sentence says against what.
+/// Reports the displacement by a cause; the first such sentence names the comparison.
 fn of_way(one: &Ablation, cause: &str, is_first: bool) -> String {
     let [floor_m, floor_rad] = one.floor;
     let apart = &one.apart;
@@ -141,20 +142,20 @@ fn of_way(one: &Ablation, cause: &str, is_first: bool) -> String {
     let is_far = apart.most_m > FLOORS * floor_m;
     let passing = match is_far && (did.is_empty() || apart.most_m > PASSING * end_m) {
         true => Some(format!(
-            "moved it by up to <b>{}</b>, at {}",
+            "moved the robot by up to <b>{}</b> at {}",
             length_known(apart.most_m, floor_m),
             time(apart.most_at_s)
         )),
         false if did.is_empty() => Some(format!(
-            "turned it by up to <b>{}</b>, at {}",
+            "turned the robot by up to <b>{}</b> at {}",
             angle_known(apart.most_rad, floor_rad),
             time(apart.most_rad_at_s)
         )),
         false => None,
     };
-    let ended = match did.is_empty() {
-        true => "nothing of it is left at the end".to_owned(),
-        false => format!("{} at the end", list(&did)),
+    let (joined, ended) = match did.is_empty() {
+        true => ("; ", "no effect is left at the end".to_owned()),
+        false => (", and ", format!("{} at the end", list(&did))),
     };
     let what = [passing, Some(ended)].into_iter().flatten();
     let against = match is_first {
@@ -165,11 +166,11 @@ fn of_way(one: &Ablation, cause: &str, is_first: bool) -> String {
     format!(
         "{} {}{against}.",
         capital(cause),
-        what.collect::<Vec<_>>().join("; ")
+        what.collect::<Vec<_>>().join(joined)
     )
 }
 
-/// Whether a cause's words are of several things: "the 10 boxes", "the ramps", "the losses of its gears".
+/// Whether a cause's name is plural: "the 10 boxes", "the ramps", "the losses of its gears".
 fn is_plural(cause: &str) -> bool {
     let mut words = cause
         .split(' ')
@@ -178,7 +179,7 @@ fn is_plural(cause: &str) -> bool {
     first.parse::<u32>().is_ok() || (first.ends_with('s') && !first.ends_with("ss"))
 }
 
-/// What causes do only together.
+/// Reports the joint effects of causes.
 fn together(ablations: &[Ablation]) -> Option<String> {
     let all = ablations.iter().find(|one| one.cause.is_none())?;
     let singles = || ablations.iter().filter(|one| one.cause.is_some());
@@ -206,7 +207,7 @@ fn together(ablations: &[Ablation]) -> Option<String> {
     })
 }
 
-/// The causes that made no difference, in one sentence.
+/// Reports the causes without effect in one sentence.
 fn no_difference(idle: &[&Ablation], header: &Header) -> Option<String> {
     let names: Vec<String> = idle.iter().map(|one| words(one)).collect();
     let floor_m = idle.iter().map(|one| one.floor[0]).fold(0.0, f64::max);
@@ -227,7 +228,7 @@ fn no_difference(idle: &[&Ablation], header: &Header) -> Option<String> {
     })
 }
 
-/// By which change a run moves by as much as its floor, in metres.
+/// Returns the change of the run that determined its accuracy, in metres.
 fn with_what(header: &Header, floor_m: f64) -> &'static str {
     let mut twins = header.twins.iter();
     let half = twins.find(|twin| twin.change == Change::HalfStep);
@@ -238,7 +239,7 @@ fn with_what(header: &Header, floor_m: f64) -> &'static str {
     }
 }
 
-/// By how much a figure differs, against its larger value.
+/// Returns the relative difference of a figure, over its larger value.
 fn relative(effect: &Effect) -> f64 {
     let size = |value: Option<f64>| value.map_or(0.0, f64::abs);
     effect.difference.abs()
@@ -247,7 +248,7 @@ fn relative(effect: &Effect) -> f64 {
             .max(f64::MIN_POSITIVE)
 }
 
-/// A figure with a cause and without it.
+/// Returns a figure with and without a cause.
 fn in_words(effect: &Effect) -> Option<String> {
     let quantity = quantities::by_key(&effect.key)?;
     let shown = |value: Option<f64>| {
@@ -264,7 +265,7 @@ fn in_words(effect: &Effect) -> Option<String> {
     ))
 }
 
-/// What could be tried, as HTML: each remedy was tried, and is reported with what it gave.
+/// Returns proposals as HTML: each remedy was simulated, and is reported with its gain.
 pub(super) fn tries(header: &Header, summary: &Summary) -> Vec<String> {
     let tried = effects::of_remedies(summary, header);
     let mut gained: Vec<(f64, String)> =
@@ -273,7 +274,8 @@ pub(super) fn tries(header: &Header, summary: &Summary) -> Vec<String> {
     gained.into_iter().map(|(_, line)| line).collect()
 }
 
-/// What a remedy gave, and by which share it improved the figure that matters most; `None` where it is not worth telling.
+/// Returns the gain of a remedy as text, and the relative improvement of the most important figure;
+/// `None` if not worth reporting.
 fn gain(one: &Ablation, summary: &Summary) -> Option<(f64, String)> {
     let remedy = one.cause?;
     let (mut best, mut spoilt) = (None, None);
@@ -296,7 +298,8 @@ fn gain(one: &Ablation, summary: &Summary) -> Option<(f64, String)> {
     Some((share, line))
 }
 
-/// By which share a remedy improved each figure that matters, the most important first, and what that is in words.
+/// Returns the relative improvement of each relevant figure, the most important first, with its
+/// text.
 fn measures(one: &Ablation, summary: &Summary) -> Vec<(f64, String)> {
     let mut measures = Vec::new();
     let fallen = |from: f64, to: f64| (from - to) / from.abs().max(f64::MIN_POSITIVE);

@@ -1,4 +1,4 @@
-//! What happened, and when: faults, how the robot stood, slides, lost contacts, other ground and saturation.
+//! Events with their times: faults, postures, slides, lost contacts, ground patches and saturation.
 
 use ilon_trace::{Announced, GroundPatch, Header, Record, WheelSample};
 
@@ -9,45 +9,46 @@ use super::spells::{Spell, Spells};
 use super::touches::Touches;
 use crate::text::{length, speed, time};
 
-/// A wheel slides where it uses this share of its friction limit ...
+/// A wheel slides if it uses this share of its friction limit ...
 pub(super) const SLIDING_SHARE: f64 = 0.95;
-/// ... and moves over the ground faster than this. What is slower is the creep of the solver and the spin-up of a new roller.
+/// ... and its contact moves faster than this, in m/s. Slower motion is the creep of the solver and
+/// the spin-up of a new roller.
 const SLIDING_M_S: f64 = 0.005;
-/// A slide that is shorter than this says nothing.
+/// Shorter slides are ignored, in metres.
 pub(super) const LEAST_SLIDE_M: f64 = 0.002;
-/// A wheel that is off the ground for less is handing over from roller to roller.
+/// A wheel off the ground for a shorter time is handing over between rollers, in seconds.
 const LEAST_FLIGHT_S: f64 = 0.02;
-/// Room around a box within which a contact is on its edge.
+/// Distance from a box's outline within which a contact is on its edge, in metres.
 const EDGE_M: f64 = 0.005;
 
-/// Something that happened.
+/// An event.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Event {
     pub from_s: f64,
     pub until_s: f64,
     pub kind: EventKind,
-    /// In words, as text, without its times.
+    /// Description, as text, without times.
     pub text: String,
-    /// Distance slid, in metres; 0 of what is no slide.
+    /// Sliding distance, in metres; 0 if not a slide.
     pub slid_m: f64,
-    /// Energy lost meanwhile, in J.
+    /// Energy lost during it, in J.
     pub lost_j: f64,
 }
 
-/// What happened.
+/// Kinds of event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum EventKind {
-    /// A fault or a push that the scenario sets.
+    /// A fault or a push set by the scenario.
     Fault,
-    /// The robot did not stand free on its wheels.
+    /// The robot did not stand freely on its wheels.
     Stance(Stance),
     /// A wheel was on a patch or a box.
     Ground,
-    /// A task of the guidance did not get what it asked for.
+    /// A task of the guidance was saturated.
     Saturated(usize),
-    /// The motion asked for more than grip or motors give, as was known before the run.
+    /// A motion beyond grip or motors, as predicted before the run.
     Announced,
-    /// The robot pressed on a free body.
+    /// The robot pushed a free body.
     Touch,
     /// A wheel slid.
     Slide(usize),
@@ -55,13 +56,13 @@ pub(crate) enum EventKind {
     Airborne(usize),
 }
 
-/// Watches the rows of a run as they come.
+/// Detects events from the rows of a run.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Watch {
     slides: Vec<Spells>,
     flights: Vec<Spells>,
     saturated: Vec<Spells>,
-    /// Of each patch and each box; of a box how far inside its edges the wheels came.
+    /// For each patch and each box; for a box the distance inside its edges.
     patches: Vec<Spells>,
     boxes: Vec<Spells>,
     energy_before_j: Vec<f64>,
@@ -104,9 +105,10 @@ impl Watch {
             let at_limit = sample
                 .friction_used()
                 .is_some_and(|used| used >= SLIDING_SHARE);
-            // On ice the limit is near zero, and so is all that tells the force from it.
+            // On ice both the limit and the force are near zero.
             if sample.touched() && slip_m_s > SLIDING_M_S && (at_limit || sample.friction == 0.0) {
-                // A row may catch a roller that is spun up within a part of it, whose energy is not that of sliding: friction took what slid.
+                // A row may contain a roller in its spin-up, whose energy is not that of sliding:
+                // the friction force counts.
                 let force_n = sample.force_x_n.hypot(sample.force_y_n);
                 let slid_m_s = match force_n > 0.0 {
                     true => slip_m_s.min((energy_j - before_j) / (force_n * dt_s)),
@@ -137,7 +139,7 @@ impl Watch {
                 spells.add(t_s, dt_s, 1.0, [0.0; 2]);
             }
         }
-        // Of boxes that lie in each other, as the steps of stairs do, a wheel is on the highest.
+        // If boxes overlap, as the steps of stairs do, a wheel is on the highest.
         let mut highest: Option<(usize, f64)> = None;
         for (index, one) in ground.boxes.iter().enumerate() {
             let (sin, cos) = one.heading_rad.sin_cos();
@@ -156,7 +158,7 @@ impl Watch {
         }
     }
 
-    /// All that happened, in the order of time.
+    /// Returns all events, in the order of time.
     pub fn events(&self, header: &Header) -> Vec<Event> {
         let end_s = self.posture.end_s;
         let name_of = |wheel: usize| header.wheels.get(wheel).map(|wheel| wheel.name.as_str());
@@ -240,7 +242,7 @@ impl Watch {
     }
 }
 
-/// What a patch has otherwise than the floor. Its friction is left out where it is the floor's.
+/// Describes how a patch differs from the floor, without its friction if equal.
 fn of_patch(patch: &GroundPatch, floor_friction: f64) -> String {
     let is_own = patch.friction != floor_friction || patch.changes.is_empty();
     let friction = is_own.then(|| format!("friction {}", patch.friction));
@@ -251,10 +253,10 @@ fn of_patch(patch: &GroundPatch, floor_friction: f64) -> String {
     list(&all)
 }
 
-/// Slides that begin within so much of each other begin at once.
+/// Slides that start within this time of each other are simultaneous, in seconds.
 const AT_ONCE_S: f64 = 0.02;
 
-/// What was announced before the run, and what was seen of it.
+/// Compares the prediction before the run with the observed slides.
 fn against_seen(header: &Header, announced: &Announced, events: &[Event]) -> String {
     let name = |wheel: usize| {
         header
@@ -279,7 +281,7 @@ fn against_seen(header: &Header, announced: &Announced, events: &[Event]) -> Str
     let seen = match first {
         None => "no wheel slides after that".to_owned(),
         Some((first_s, first)) => {
-            // Wheels that are alike begin at once.
+            // Identical wheels start to slide together.
             let of = |wheels: &[usize]| {
                 let slides = slides.iter().filter(|slide| slide.0 <= first_s + AT_ONCE_S);
                 slides.copied().find(|slide| wheels.contains(&slide.1))
@@ -301,10 +303,10 @@ fn against_seen(header: &Header, announced: &Announced, events: &[Event]) -> Str
     )
 }
 
-/// What is shorter is told as a moment, in seconds.
+/// A shorter event is reported as a moment, in seconds.
 pub(super) const INSTANT_S: f64 = 0.005;
 
-/// A time, or a span of time, in words.
+/// Returns a time, or a time span, as text.
 pub(super) fn when(from_s: f64, until_s: f64) -> String {
     if until_s - from_s < INSTANT_S {
         format!("at {}", time(from_s))
@@ -314,7 +316,7 @@ pub(super) fn when(from_s: f64, until_s: f64) -> String {
 }
 
 impl Event {
-    /// One that slid nowhere and lost nothing.
+    /// An event without sliding and loss.
     fn of(kind: EventKind, [from_s, until_s]: [f64; 2], text: String) -> Self {
         Self {
             from_s,
@@ -326,17 +328,17 @@ impl Event {
         }
     }
 
-    /// Its times in words.
+    /// Returns its times as text.
     pub fn when(&self) -> String {
         when(self.from_s, self.until_s)
     }
 
-    /// Whether it overlaps a time.
+    /// Whether it overlaps a time span.
     pub fn overlaps(&self, from_s: f64, until_s: f64) -> bool {
         self.from_s <= until_s && self.until_s >= from_s
     }
 
-    /// Whether it comes from outside of the robot.
+    /// Whether its cause is outside the robot.
     pub fn is_outside(&self) -> bool {
         matches!(self.kind, EventKind::Fault | EventKind::Ground)
     }
@@ -371,7 +373,8 @@ mod tests {
         watched_on(&header())
     }
 
-    /// What was announced stands beside what was seen: the wheel, and when, from the row before the first that slides.
+    /// The prediction is reported with the observation: the wheel, and the time, from the row
+    /// before the first slide.
     #[test]
     fn what_was_announced_stands_beside_what_was_seen() {
         let said = |from_s: f64, wheel: usize, first: usize| {
@@ -404,8 +407,8 @@ mod tests {
         );
     }
 
-    /// A roller that comes down at rest is seen at the end of a row, at 0.5 m/s and its friction limit, before it has its spin: what that takes is the
-    /// energy of spinning up. It has not slid.
+    /// A roller that touches down at rest appears at the end of a row, at 0.5 m/s and its friction
+    /// limit, before it has its spin: the loss is that of spinning up. It has not slid.
     #[test]
     fn a_roller_that_is_spun_up_as_a_row_ends_is_no_slide() {
         let header = header();
@@ -435,7 +438,8 @@ mod tests {
         assert_eq!(slides.count(), 0, "{events:?}");
     }
 
-    /// Ten seconds ahead at 0.2 m/s; from 4 to 5 s the wheel slides at 0.1 m/s at its friction limit.
+    /// Ten seconds ahead at 0.2 m/s; from 4 to 5 s the wheel slides at 0.1 m/s at its friction
+    /// limit.
     fn watched_on(header: &Header) -> Vec<Event> {
         let mut watch = Watch::new(header);
         let mut slip_energy_j = 0.0;
@@ -472,7 +476,7 @@ mod tests {
             .filter(|e| e.kind == EventKind::Slide(0))
             .collect();
         assert_eq!(slides.len(), 1);
-        // A hundred rows of 0.1 m/s over 10 ms; the ends to a row.
+        // A hundred rows of 0.1 m/s over 10 ms; the ends to within a row.
         assert!(
             (slides[0].slid_m - 0.1).abs() < 1e-3,
             "{}",
@@ -495,7 +499,8 @@ mod tests {
         );
     }
 
-    /// Steps of which each goes on beneath the next, from 0.8 and 1.2 m on to 1.6 m: a wheel is on one at a time.
+    /// Steps that extend under the next ones, from 0.8 and 1.2 m on to 1.6 m: a wheel is on one at
+    /// a time.
     #[test]
     fn a_wheel_on_stairs_is_on_the_highest_box_under_it() {
         let mut header = header();
@@ -524,7 +529,8 @@ mod tests {
         }
     }
 
-    /// A robot at (1, 2) looks along y: a contact 0.3 m ahead and 0.1 m to the left of it is at (0.9, 2.3).
+    /// A robot at (1, 2) faces along y: a contact 0.3 m ahead and 0.1 m to the left of it is at
+    /// (0.9, 2.3).
     #[test]
     fn a_contact_is_on_a_patch_where_it_is_in_the_world_and_while_the_patch_is_there() {
         let mut header = header();
@@ -537,7 +543,7 @@ mod tests {
             until_s,
         };
         if let Some(ground) = &mut header.ground {
-            // The second is where the contact would be, were the body frame the world's.
+            // The second is where the contact would be if the body frame were the world's.
             ground.patches = vec![patch(0.9, 2.3, Some(2.0)), patch(1.3, 2.1, None)];
         }
         let mut watch = Watch::new(&header);
@@ -569,7 +575,7 @@ mod tests {
             "{}",
             event.text
         );
-        // Of the floor's own friction nothing is said.
+        // The floor's own friction is not reported.
         if let Some(ground) = &mut header.ground {
             ground.friction = 0.2;
         }
@@ -578,11 +584,11 @@ mod tests {
             as_the_floor.ends_with("a patch of creep 0.1"),
             "{as_the_floor}"
         );
-        // To a row.
+        // To within a row.
         assert!((event.from_s - 1.0).abs() < 0.015 && (event.until_s - 2.0).abs() < 0.015);
     }
 
-    /// What asks for nothing cannot be saturated, nor what gets all it asks for.
+    /// A task without a request cannot be saturated, nor one that is fulfilled.
     #[test]
     fn a_task_is_saturated_while_it_gets_less_than_it_asks_for() {
         let header = Header {

@@ -1,11 +1,11 @@
-//! How far the simulated robot is from where a log measured the real one.
+//! Distance of the simulated robot from the one in a measured log.
 
 use ilon_robot::{Pose, wrap_angle};
 use ilon_trace::Record;
 
 use crate::text::{angle, length, time};
 
-/// Sums over the rows in which a log says where the real robot was.
+/// Sums over the rows with a measured pose.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Measured {
     rows: usize,
@@ -16,7 +16,8 @@ pub(crate) struct Measured {
     last_rad: f64,
 }
 
-/// The distance between the simulated and the measured place in metres, and the simulated minus the measured heading in radians.
+/// Returns the distance between the simulated and the measured position in metres, and the
+/// simulated minus the measured heading in radians.
 pub(crate) fn apart(truth: Pose, measured: Pose) -> (f64, f64) {
     (
         (truth.position_m() - measured.position_m()).norm(),
@@ -38,7 +39,7 @@ impl Measured {
         (self.last_m, self.last_rad) = (apart_m, turned_rad);
     }
 
-    /// What it comes to, as HTML; `None` where nothing was measured.
+    /// Returns the result as HTML; `None` if nothing was measured.
     pub fn sentence(&self) -> Option<String> {
         if self.rows == 0 {
             return None;
@@ -76,7 +77,7 @@ mod tests {
                     pose: truth,
                     ..ilon_trace::Truth::default()
                 },
-                // Nothing is known at the second instant but one.
+                // Nothing is measured at the second instant.
                 measured: (t_s != 0.0).then(Pose::default),
                 ..Record::default()
             });

@@ -1,5 +1,5 @@
-//! The run in a few sentences: how the robot stood, what happened to it and what came of that; the largest error, when it was, and
-//! why; then what it cost, and what would help.
+//! The run in a few sentences: posture, events and their consequences; the largest error with its
+//! time and cause; then costs and remedies.
 
 mod budget;
 mod costs;
@@ -25,23 +25,23 @@ use crate::page::escape;
 use crate::text::{angle, capital, length, time};
 use posture::Stance;
 
-/// The answer goes on with what things cost until it has as many sentences.
+/// Number of sentences at which further costs are omitted.
 const MOST_LINES: usize = 5;
-/// The most sentences on how the robot stood, and on what went wrong.
+/// Largest number of sentences on postures, and on faults.
 const MOST_OF_A_KIND: usize = 4;
 
-/// Below this a position error is none that anyone asks about, in metres.
+/// Smaller position errors are not reported, in metres.
 const UNREMARKABLE_M: f64 = 1e-3;
 
-/// What is said of a run.
+/// The report's statements about a run.
 pub(crate) struct Story {
     /// Sentences as HTML, the most important first.
     pub lines: Vec<String>,
-    /// What could be tried, and what it would gain, as HTML.
+    /// Proposals with their gains, as HTML.
     pub tries: Vec<String>,
     /// The error budget at the worst instant.
     pub budget: Option<Budget>,
-    /// All that happened.
+    /// All events.
     pub events: Vec<Event>,
 }
 
@@ -56,7 +56,7 @@ impl Story {
         let budget = budget::at_the_worst(&shown.all.stood, start.settled_s);
         let budget = budget.filter(|b| b.error_m > UNREMARKABLE_M);
 
-        // First what makes all else meaningless.
+        // A fault that makes everything else meaningless comes first.
         let instability = header.guidance.as_ref();
         let instability = instability.and_then(|guidance| unstable(guidance, header.control_dt_s));
         let stood = posture.episodes();
@@ -144,7 +144,7 @@ impl Story {
     }
 }
 
-/// A sentence without its marks.
+/// Removes the markup from a sentence.
 pub(crate) fn plain(html: &str) -> String {
     let mut text = String::with_capacity(html.len());
     let mut inside = false;
@@ -168,12 +168,12 @@ pub(crate) fn plain(html: &str) -> String {
         .fold(text, |text, (entity, c)| text.replace(entity, c))
 }
 
-/// How far off the run began, and when that was over.
+/// Initial error of the run, and the end of its decay.
 struct Start {
     error_m: f64,
-    /// It began away from its reference.
+    /// Whether it started away from its reference.
     is_off: bool,
-    /// From here on an error is one of its own, in seconds.
+    /// Time after which an error is independent of the start, in seconds.
     settled_s: f64,
 }
 
@@ -196,7 +196,7 @@ impl Start {
     }
 }
 
-/// That a guidance cannot settle at its control period.
+/// Reports a guidance that is unstable at its control period.
 fn unstable(guidance: &Guidance, period_s: f64) -> Option<String> {
     let (position, heading) = (guidance.position_gain_per_s, guidance.heading_gain_per_s);
     let products = [
@@ -224,7 +224,7 @@ fn unstable(guidance: &Guidance, period_s: f64) -> Option<String> {
     (!words.is_empty()).then(|| format!("<b>The guidance is unstable</b>: {}.", words.join("; ")))
 }
 
-/// What went wrong on purpose, of a run that was not repeated without it.
+/// Reports the faults set by the scenario, if the run was not repeated without them.
 fn on_purpose(header: &Header) -> Option<String> {
     let name_of = |wheel: usize| header.wheels.get(wheel).map(|wheel| wheel.name.as_str());
     let faults = header.faults.iter().flatten();
@@ -237,7 +237,7 @@ fn on_purpose(header: &Header) -> Option<String> {
     (!told.is_empty()).then(|| format!("On purpose there was {}.", phrases::list(&told)))
 }
 
-/// What the controller takes the robot for, of a run that was not repeated without it.
+/// Reports the controller's wrong parameters, if the run was not repeated without them.
 fn believed(header: &Header) -> Option<String> {
     let belief = escape(header.belief.as_ref()?);
     Some(format!(
@@ -245,7 +245,7 @@ fn believed(header: &Header) -> Option<String> {
     ))
 }
 
-/// The largest error and its parts.
+/// Reports the largest error and its parts.
 fn excursion(budget: &Budget, start: &Start, is_spring: bool) -> String {
     let after = if start.is_off {
         " after it had arrived"
@@ -260,8 +260,8 @@ fn excursion(budget: &Budget, start: &Start, is_spring: bool) -> String {
     )
 }
 
-/// Which parts made the error, the largest first. Under a law that pulls the robot like a spring, and asks no rates of its wheels, the reference is
-/// missed by what stretches the spring.
+/// Returns the parts of the error, the largest first. Under a passive law, which pulls the robot
+/// like a spring and commands no wheel rates, the forces that stretch the spring cause the error.
 fn shares(budget: &Budget, is_spring: bool) -> String {
     let mut grew: Vec<(&str, f64)> = PARTS.into_iter().zip(budget.parts_m).collect();
     grew.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -293,15 +293,13 @@ fn shares(budget: &Budget, is_spring: bool) -> String {
     )
 }
 
-/// A part of the budget in a sentence.
+/// Returns a part of the budget as text.
 fn in_words<'a>(part: &'a str, budget: &Budget, is_spring: bool) -> &'a str {
-    /// Wheels are ahead of their targets, or behind them, where that is so for this share of what the servo term made.
+    /// Wheels count as ahead of their targets, or behind them, for this share of the servo term.
     const CLEARLY: f64 = 0.5;
     let servo_m = budget.parts_m[4];
     match part {
-        "correction by guidance" if is_spring => {
-            "forces that stretch the law's spring to the reference"
-        }
+        "correction by guidance" if is_spring => "forces against the spring of the passive law",
         "slip" => "sliding contacts",
         "geometry" => "the rollers' geometry",
         "lift-off" => "wheels in the air, or with little load,",
@@ -315,7 +313,7 @@ fn in_words<'a>(part: &'a str, budget: &Budget, is_spring: bool) -> &'a str {
     }
 }
 
-/// How near it came to its reference.
+/// Reports the tracking accuracy.
 fn tracking(summary: &Summary, start: &Start) -> Option<String> {
     let (position_m, heading_rad) = (
         summary.position_error_final_m?,
@@ -353,7 +351,7 @@ fn tracking(summary: &Summary, start: &Start) -> Option<String> {
     ))
 }
 
-/// What an open-loop run met on its way.
+/// Reports the obstacles of an open-loop run.
 fn obstacles(events: &[Event]) -> Option<String> {
     let outside: Vec<String> = events
         .iter()

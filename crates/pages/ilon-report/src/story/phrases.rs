@@ -2,7 +2,7 @@
 
 use crate::text::time;
 
-/// A time in a run that ends at some time, with rows of some length, as the beginning of a sentence's rest.
+/// Returns a time in a run with a given end and row period, as the start of a phrase.
 pub(super) fn span(from_s: f64, until_s: f64, end_s: f64, row_s: f64) -> String {
     let to_the_end = until_s >= end_s - 1.5 * row_s;
     if to_the_end && from_s <= 1.5 * row_s {
@@ -14,7 +14,7 @@ pub(super) fn span(from_s: f64, until_s: f64, end_s: f64, row_s: f64) -> String 
     }
 }
 
-/// Things one after the other: a, b and c.
+/// Joins items: a, b and c.
 pub(super) fn list(things: &[String]) -> String {
     match things {
         [] => String::new(),

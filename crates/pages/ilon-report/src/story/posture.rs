@@ -1,7 +1,9 @@
-//! How the robot stands: on its wheels, on its chassis, tipped over, in the air, fallen off the ground, or against an obstacle.
+//! The robot's posture: on its wheels, on its chassis, tipped over, in the air, fallen off the
+//! ground, or against an obstacle.
 //!
-//! Shares of a motion say something of a robot that stands on its wheels and is free to go. So this comes first, from the forces that the
-//! ground puts on wheels and chassis ([`ilon_trace::Support`]) and from the pose.
+//! Shares of a motion are meaningful only for a robot that stands on its wheels and moves freely.
+//! So the posture is found first, from the ground's forces on wheels and chassis
+//! ([`ilon_trace::Support`]) and from the pose.
 
 use ilon_trace::{GroundBox, Header, Record, WheelSample};
 
@@ -10,95 +12,98 @@ use super::spells::GAP_S;
 use crate::page::escape;
 use crate::text::{angle, capital, energy, force, length, percent, speed};
 
-/// A robot that leans more than this against the floor's normal has tipped over, in radians: a right angle's half.
+/// A robot that leans more than this against the floor's normal has tipped over, in radians: 45
+/// degrees.
 pub(super) const TIPPED_RAD: f64 = std::f64::consts::FRAC_PI_4;
-/// The chassis stands on the ground where it carries more than this share; what is less is a touch in passing.
+/// The chassis stands on the ground if it carries more than this share; less is a passing touch.
 const ON_CHASSIS_SHARE: f64 = 1e-3;
-/// What gets less than this share of the motion asked for is held back.
+/// A robot that achieves less than this share of the commanded motion is blocked.
 const BLOCKED_SHARE: f64 = 0.1;
-/// A wall pushes the robot aside where it pushes with more than this share of the weight, and with more than [`ASIDE_SHARE`] of that across the motion
-/// asked for.
+/// A wall pushes the robot aside if it pushes with more than this share of the weight, and with
+/// more than [`ASIDE_SHARE`] of that across the commanded motion.
 const PUSHED_SHARE: f64 = 0.03;
 const ASIDE_SHARE: f64 = 0.2;
-/// A motion asked for that is slower stands, in m/s.
+/// Slower commands count as standing, in m/s.
 const SLOWEST_ASKED_M_S: f64 = 0.01;
-/// Forces below this are none, in N.
+/// Smaller forces count as zero, in N.
 const LEAST_N: f64 = 1e-9;
-/// A posture is told of where it lasts as long as this, in seconds.
+/// A posture is reported from this duration on, in seconds.
 const LEAST_S: f64 = 0.1;
-/// The same of a flight and of a wall.
+/// The same for a flight and for a wall.
 const LEAST_FLIGHT_S: f64 = 0.02;
 const LEAST_BLOCKED_S: f64 = 0.3;
-/// A flight is told of from this height on, in metres.
+/// A flight is reported from this height on, in metres.
 const LEAST_HEIGHT_M: f64 = 1e-3;
-/// What lands has given its energy up after so long, in seconds.
+/// Time after which a landing's energy is dissipated, in seconds.
 const LANDING_S: f64 = 0.2;
-/// A lean below this goes without saying, in radians.
+/// A smaller lean is not reported, in radians.
 const LEAST_LEAN_RAD: f64 = 0.02;
-/// Shares of a motion say nothing where the robot did not stand on its wheels for more than this part of the time.
+/// Shares of a motion are meaningless if the robot did not stand on its wheels for more than this
+/// share of the time.
 const MOST_SPOILT: f64 = 0.1;
 
-/// How a robot stands that does not stand free on its wheels; the worst first.
+/// Postures other than standing freely on the wheels; the worst first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Stance {
-    /// Below the ground, with nothing under it.
+    /// Below the ground, without support.
     Fallen,
     /// Tipped over.
     Tipped,
     /// Off the ground.
     InTheAir,
-    /// Its chassis carries a part of its weight.
+    /// The chassis carries a part of the weight.
     OnChassis,
-    /// Something stands in its way.
+    /// An obstacle is in the way.
     Blocked,
     /// A wall pushes it aside.
     Along,
 }
 
-/// A time through which the robot stood in one way.
+/// A time span with one posture.
 #[derive(Clone, Debug)]
 pub(crate) struct Episode {
     pub stance: Stance,
     pub from_s: f64,
     pub until_s: f64,
     time_s: f64,
-    /// What wheels and chassis carried, and what held the robot back: sums over time, in N s.
+    /// Forces carried by wheels and chassis, and the resisting force: integrals over time, in N s.
     carried_n_s: [f64; 2],
     held_back_n_s: f64,
-    /// What pushed it to the left of the motion asked for, in N s.
+    /// Force to the left of the commanded motion, integrated, in N s.
     aside_n_s: f64,
-    /// The way asked for, and what came of it along that, in metres.
+    /// The commanded distance, and the one achieved along it, in metres.
     asked_m: f64,
     done_m: f64,
-    /// For how long it was asked to move, in seconds.
+    /// Duration of the command, in seconds.
     asked_s: f64,
     lean_rad: f64,
     lies_on: &'static str,
-    /// The height of the body's origin at the start and at most, and that of the highest hub at the end, in metres.
+    /// Height of the body's origin at the start and at most, and of the highest hub at the end, in
+    /// metres.
     height_m: [f64; 2],
     highest_hub_m: f64,
-    /// What hits had taken when it began, and a little after its end, in J.
+    /// Energy lost in impacts at its start, and shortly after its end, in J.
     hits_j: [f64; 2],
     obstacle: Option<GroundBox>,
-    /// The free body that stood in its way, in place of a box of the ground.
+    /// The free body in the way, if it was not a box of the ground.
     body: Option<usize>,
 }
 
-/// Watches how the robot stands.
+/// Detects the robot's posture.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Posture {
     episodes: Vec<Episode>,
     height_before_m: f64,
     hits_before_j: f64,
-    /// When the run ends, in seconds.
+    /// End of the run, in seconds.
     pub end_s: f64,
 }
 
-/// The lean of the body against the floor's normal in radians, and what it lies on.
+/// Returns the body's lean against the floor's normal in radians, and the side on which it lies.
 fn lean(record: &Record) -> (f64, &'static str) {
     let (sin_roll, cos_roll) = record.truth.roll_rad.sin_cos();
     let (sin_pitch, cos_pitch) = record.truth.pitch_rad.sin_cos();
-    // Where the floor is, seen from the body.
+    // The direction of the floor in the body frame.
     let [x, y, z] = [sin_pitch, -cos_pitch * sin_roll, -cos_pitch * cos_roll];
     let on = if z > 0.707 {
         "its top"
@@ -112,7 +117,8 @@ fn lean(record: &Record) -> (f64, &'static str) {
     ((-z).clamp(-1.0, 1.0).acos(), on)
 }
 
-/// The unit vector of the motion asked for, with its speed in m/s; `None` where the robot is to stand.
+/// Returns the unit vector of the commanded motion, and its speed in m/s; `None` for a command to
+/// stand.
 fn asked(record: &Record) -> Option<([f64; 2], f64)> {
     let v = record.command_twist_in_body;
     let speed_m_s = v.vx_m_s.hypot(v.vy_m_s);
@@ -120,7 +126,7 @@ fn asked(record: &Record) -> Option<([f64; 2], f64)> {
     (speed_m_s > SLOWEST_ASKED_M_S).then_some((along, speed_m_s))
 }
 
-/// The progress along the motion asked for in m/s, and what holds it back in N.
+/// Returns the speed along the commanded motion in m/s, and the resisting force in N.
 fn progress(header: &Header, record: &Record) -> Option<(f64, f64)> {
     let ([x, y], _) = asked(record)?;
     let real = record.truth.twist_in_body;
@@ -130,7 +136,8 @@ fn progress(header: &Header, record: &Record) -> Option<(f64, f64)> {
     Some((real.vx_m_s * x + real.vy_m_s * y, held_back_n))
 }
 
-/// The free body on which the robot presses hardest, and with which force in N; what lies on its deck, within its wheels, stands in no way.
+/// Returns the free body on which the robot presses hardest, and the force in N, without bodies on
+/// its deck, within its wheels.
 fn in_the_way(header: &Header, record: &Record) -> Option<(usize, f64)> {
     let pose = record.truth.pose;
     let (sin, cos) = pose.heading_rad.sin_cos();
@@ -156,7 +163,8 @@ fn in_the_way(header: &Header, record: &Record) -> Option<(usize, f64)> {
         .max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// What a robot stands on beside its wheels, and what carries there: a trace does not tell its chassis from bodies on its joints.
+/// Returns what a robot may stand on besides its wheels, and what carries there: a trace does not
+/// distinguish the chassis from bodies on joints.
 fn on_which(header: &Header) -> [&'static str; 2] {
     match header.joints.is_empty() {
         true => ["its chassis", "the chassis"],
@@ -164,7 +172,7 @@ fn on_which(header: &Header) -> [&'static str; 2] {
     }
 }
 
-/// How the robot stands in a row, if not free on its wheels.
+/// Returns the robot's posture in a row, if it does not stand freely on its wheels.
 fn stances(header: &Header, record: &Record, samples: &[WheelSample]) -> [Option<Stance>; 2] {
     let touches = samples.iter().any(WheelSample::touched);
     let (carried_n, chassis_n, pushed_n) = match record.support {
@@ -173,7 +181,7 @@ fn stances(header: &Header, record: &Record, samples: &[WheelSample]) -> [Option
             s.chassis_n,
             s.obstacles_x_n.hypot(s.obstacles_y_n),
         ),
-        // Older traces say no more than which wheels touch.
+        // Older traces only contain which wheels touch.
         None => (f64::from(u8::from(touches)), 0.0, 0.0),
     };
     let in_the_air = carried_n <= LEAST_N && pushed_n <= LEAST_N && !touches;
@@ -185,7 +193,7 @@ fn stances(header: &Header, record: &Record, samples: &[WheelSample]) -> [Option
     } else if in_the_air {
         Some(Stance::InTheAir)
     } else if chassis_n - pushed_n > ON_CHASSIS_SHARE * carried_n {
-        // A chassis that scrapes along a wall is carried by it a little.
+        // A wall carries a small part of a chassis that scrapes along it.
         Some(Stance::OnChassis)
     } else {
         None
@@ -207,7 +215,8 @@ fn stances(header: &Header, record: &Record, samples: &[WheelSample]) -> [Option
     [stands, way]
 }
 
-/// With what obstacles of the ground push the robot to the left of the motion asked for, in N.
+/// Returns the force with which obstacles of the ground push the robot to the left of the commanded
+/// motion, in N.
 fn aside_n(record: &Record) -> Option<f64> {
     let ([x, y], _) = asked(record)?;
     let support = record.support?;
@@ -223,7 +232,7 @@ impl Posture {
                 episode.hits_j[1] = record.impact_energy_j;
             }
         }
-        // At the start no step has been taken yet.
+        // At the start no step has been made yet.
         if t_s > 0.0 && !samples.is_empty() {
             for stance in stances(header, record, samples).into_iter().flatten() {
                 self.extend(stance, header, record, samples);
@@ -299,7 +308,7 @@ impl Posture {
         episode.hits_j[1] = record.impact_energy_j;
     }
 
-    /// What is worth telling, the worst first.
+    /// Returns the reportable episodes, the worst first.
     pub fn episodes(&self) -> Vec<&Episode> {
         let mut told: Vec<&Episode> = self.episodes.iter().filter(|e| e.is_told()).collect();
         told.sort_by(|a, b| {
@@ -309,12 +318,13 @@ impl Posture {
         told
     }
 
-    /// Whether shares of a motion between two times say nothing, as the robot did not stand free on its wheels.
+    /// Whether shares of a motion between two times are meaningless, because the robot did not
+    /// stand freely on its wheels.
     pub fn spoils(&self, from_s: f64, until_s: f64) -> bool {
         let until_s = until_s.min(self.end_s);
         let overlap_s = |e: &Episode| (e.until_s.min(until_s) - e.from_s.max(from_s)).max(0.0);
         let spoilt_s: f64 = self.episodes().into_iter().map(overlap_s).sum();
-        // A run that ends before its means begin has none that could be spoilt.
+        // A run that ends before the window of its means has none that could be meaningless.
         spoilt_s > MOST_SPOILT * (until_s - from_s).max(0.0)
     }
 }
@@ -332,7 +342,7 @@ impl Episode {
         self.height_m[1] - self.height_m[0]
     }
 
-    /// What it is in a few words.
+    /// Returns a short description.
     pub fn text(&self) -> String {
         match self.stance {
             Stance::Fallen => "the robot fell off the ground".to_owned(),
@@ -344,13 +354,13 @@ impl Episode {
         }
     }
 
-    /// The share of what is carried that rests on the chassis.
+    /// Returns the chassis's share of the carried load.
     fn chassis_share(&self) -> f64 {
         let [wheels_n_s, chassis_n_s] = self.carried_n_s;
         chassis_n_s / (wheels_n_s + chassis_n_s)
     }
 
-    /// It with its figures, as HTML.
+    /// Returns a sentence with figures, as HTML.
     pub fn sentence(&self, header: &Header, end_s: f64) -> String {
         let when = capital(&span(self.from_s, self.until_s, end_s, header.row_dt_s()));
         let what = match self.stance {
@@ -456,7 +466,7 @@ impl Episode {
         )
     }
 
-    /// What wheels and chassis carried, in N: means over the time.
+    /// Returns the mean loads carried by wheels and chassis, in N.
     fn carried_n(&self) -> [f64; 2] {
         let over_s = self.time_s.max(f64::MIN_POSITIVE);
         self.carried_n_s.map(|sum| sum / over_s)
@@ -467,7 +477,7 @@ impl Episode {
         self.asked_s.max(f64::MIN_POSITIVE)
     }
 
-    /// The commanded speed and the one reached, as HTML; empty where next to none was commanded.
+    /// Returns the commanded speed and the one reached, as HTML; empty if hardly any was commanded.
     fn of_asked(&self) -> String {
         let asked_s = self.asked_over_s();
         let (asked_m_s, done_m_s) = (self.asked_m / asked_s, self.done_m / asked_s);
@@ -482,18 +492,18 @@ impl Episode {
     }
 }
 
-/// The smallest radius of a wheel, in metres: lower obstacles are kerbs, others walls.
+/// Returns the smallest radius of a wheel, in metres: lower obstacles are kerbs, others walls.
 fn least_radius_m(header: &Header) -> f64 {
     let radii_m = header.wheels.iter().map(|wheel| wheel.radius_m);
     radii_m.fold(f64::INFINITY, f64::min)
 }
 
-/// Whether the box that is nearest to the robot is a wall.
+/// Whether the box nearest to the robot is a wall.
 fn is_at_wall(header: &Header, record: &Record) -> bool {
     nearest_box(header, record).is_some_and(|of| of.sides_m[2] >= least_radius_m(header))
 }
 
-/// The box of the ground that is nearest to the robot's hubs and outlines.
+/// Returns the box of the ground nearest to the robot's hubs and outlines.
 fn nearest_box(header: &Header, record: &Record) -> Option<GroundBox> {
     let pose = record.truth.pose;
     let (sin, cos) = pose.heading_rad.sin_cos();

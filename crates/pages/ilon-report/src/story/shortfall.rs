@@ -1,4 +1,4 @@
-//! What of the motion that an open-loop run asked for is missing, axis by axis, in words.
+//! Sentences on the missing part of an open-loop run's commanded motion, axis by axis.
 
 use ilon_robot::Twist;
 use ilon_trace::ledger::Terms;
@@ -7,56 +7,63 @@ use ilon_trace::{FaultKind, Header, Record, Summary, WheelHeader, WheelSample};
 use crate::text::capital;
 use crate::text::{percent, time};
 
-/// Wheels that turn the robot by less, in m/s or rad/s, stand: a robot that moves all the same was carried.
+/// Wheels whose motion of the robot is below this, in m/s or rad/s, stand still: a robot that moves
+/// anyway was carried.
 const STANDING: f64 = 1e-3;
-/// Wheels that turn for what was asked to this share of it do as they were asked.
+/// Wheels follow their command if they reach it to this share.
 const AS_ASKED: f64 = 1e-3;
-/// A part of the motion below this goes without saying.
+/// A smaller part of the motion is not reported.
 const LEAST_SHARE: f64 = 5e-4;
-/// A motor that gives this share of what it can is at its limit; and so is a wheel that turns at this share of its rate limit.
+/// A motor is at its limit from this share of its torque on; a wheel from this share of its rate
+/// limit on.
 const AT_LIMIT: f64 = 0.95;
-/// What was not asked for is told of from here on: as a share of the speed asked for, and in m/s or rad/s.
+/// Uncommanded motion is reported from here on: as a share of the commanded speed, and in m/s or
+/// rad/s.
 const DRIFT_SHARE: f64 = 0.02;
 const LEAST_DRIFT: f64 = 5e-3;
 
-/// A stretch is reported where it lasts this long, in seconds. Its means begin so long after its command.
+/// A stretch is reported from this duration on, in seconds. Its means start this long after its
+/// command.
 const LEAST_STRETCH_S: f64 = 0.5;
 const SETTLE_S: f64 = 0.3;
-/// The most stretches before the last that are told of.
+/// Largest number of stretches reported before the last.
 const MOST_STRETCHES: usize = 4;
-/// A component of the motion is driven from this share of the whole on, and from this speed on, in m/s.
+/// A component of the motion is driven from this share of the whole on, and from this speed on, in
+/// m/s.
 const DRIVEN_SHARE: f64 = 0.01;
 const DRIVEN_M_S: f64 = 1e-6;
 
-/// A time through which one twist was asked for: sums over it.
+/// A time span with one commanded twist: sums over it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Stretch {
     from_s: f64,
     until_s: f64,
     time_s: f64,
-    /// How the robot moved, and each term of the ledger: displacements in the body frame.
+    /// Displacements in the body frame: of the robot, and of each term of the ledger.
     moved: Twist,
     terms: Terms,
-    /// How far wheels are off their targets, in rad, summed over all; how much of it with their motor at its limit, how much of that at that of its
-    /// rate, and how much where dry friction takes most of the torque.
+    /// Deviation of the wheels from their targets, in rad, summed over all; the part with a motor
+    /// at its limit, the part of that with a wheel at its rate limit, and the part in which dry
+    /// friction takes most of the torque.
     off_rad: f64,
     at_limit_rad: f64,
     at_rate_limit_rad: f64,
     held_rad: f64,
 }
 
-/// What was asked for and what came of it, in the window of the means, and in each stretch of a schedule.
+/// Commanded and actual motion, in the window of the means, and in each stretch of a schedule.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Means {
     window: Stretch,
     stretches: Vec<Stretch>,
     before: Option<Record>,
-    /// The fastest motion asked for, in m/s at the farthest wheel, and the largest torque of a motor, in N m.
+    /// The fastest commanded motion, in m/s at the furthest wheel, and the largest motor torque, in
+    /// N m.
     most_asked_m_s: f64,
     most_torque_n_m: f64,
 }
 
-/// The size of a twist in m/s, its turning at the farthest wheel.
+/// Returns the size of a twist in m/s, with its rotation measured at the furthest wheel.
 fn size_m_s(header: &Header, twist: Twist) -> f64 {
     twist
         .linear_m_s()
@@ -64,7 +71,7 @@ fn size_m_s(header: &Header, twist: Twist) -> f64 {
         .hypot(arm_m(header) * twist.omega_rad_s)
 }
 
-/// The distance of the farthest wheel from the body's origin, in metres.
+/// Returns the distance of the furthest wheel from the body's origin, in metres.
 fn arm_m(header: &Header) -> f64 {
     let positions = header.wheels.iter().map(|wheel| wheel.position_m);
     positions
@@ -108,7 +115,7 @@ impl Stretch {
         self.mean(self.moved + self.terms.total)
     }
 
-    /// That of the wheels' rates by Indiveri 2009, eq. (7).
+    /// Returns the twist of the wheels' rates by Indiveri 2009, eq. (7).
     fn ideal(&self) -> Twist {
         let Terms {
             geometry,
@@ -120,8 +127,8 @@ impl Stretch {
         self.mean(self.moved + slip + conflict + lift_off + geometry)
     }
 
-    /// What kept the wheels from their targets: what motors cannot, where they gave all they can for most of what is missing, dry friction, or the
-    /// wheel loops.
+    /// Returns what kept the wheels from their targets: the motors' limits, if they account for
+    /// most of the deviation, dry friction, or the wheel loops.
     fn behind_targets(&self) -> &'static str {
         match 2.0 * self.at_limit_rad > self.off_rad {
             true if 2.0 * self.at_rate_limit_rad > self.at_limit_rad => "the motors' rate limit",
@@ -140,11 +147,11 @@ impl Means {
         self.most_torque_n_m = torques.fold(self.most_torque_n_m, f64::max);
         let before = self.before.replace(*record);
         if let Some(before) = &before {
-            // The first row of the window has nothing before it.
+            // The first row of the window has no predecessor in it.
             if header.is_measured(before.t_s) && header.is_measured(record.t_s) {
                 self.window.add(header, [before, record], samples);
             }
-            // What was asked for at the row before held until this one.
+            // A row's command holds until the next row.
             if let Some(stretch) = self.stretches.last_mut() {
                 stretch.until_s = record.t_s;
                 if before.t_s >= stretch.from_s + SETTLE_S {
@@ -163,7 +170,7 @@ impl Means {
         }
     }
 
-    /// The stretches before the window of the means in which the robot was asked to move.
+    /// Returns the stretches before the window of the means with a commanded motion.
     fn earlier(&self, header: &Header) -> Vec<&Stretch> {
         let stretches = self.stretches.iter();
         let told = stretches.filter(|stretch| {
@@ -175,11 +182,12 @@ impl Means {
     }
 }
 
-/// Why a robot did not move at all: nothing was asked of it, or its motors gave nothing; `None` where it moved, or for other reasons.
+/// Reports why a robot did not move at all: no command, or no motor torque; `None` if it moved, or
+/// for other reasons.
 pub(super) fn at_rest(header: &Header, summary: &Summary, means: &Means) -> Option<String> {
-    /// A robot that went and turned no further than this did not move, in m and rad.
+    /// A robot that moved and turned less than this did not move, in m and rad.
     const LEAST: f64 = 1e-3;
-    /// A motor that gave less than this gave nothing, in N m.
+    /// A motor with less torque than this gave none, in N m.
     const NO_TORQUE_N_M: f64 = 1e-9;
     if summary.travelled_m > LEAST || summary.turned_rad > LEAST {
         return None;
@@ -213,7 +221,7 @@ pub(super) fn at_rest(header: &Header, summary: &Summary, means: &Means) -> Opti
     Some(format!("The robot <b>did not move</b>: {why}."))
 }
 
-/// What is left of the battery's voltage at a time in seconds, from 0 to 1.
+/// Returns the remaining share of the battery's voltage at a time in seconds, from 0 to 1.
 fn supply_share(header: &Header, t_s: f64) -> f64 {
     let faults = header.faults.iter().flatten();
     let on = faults.filter(|f| t_s >= f.from_s && f.until_s.is_none_or(|until_s| t_s < until_s));
@@ -224,7 +232,8 @@ fn supply_share(header: &Header, t_s: f64) -> f64 {
     .product()
 }
 
-/// Whether a wheel is slower than it should be while its motor gives all it can on a share of its supply, and while it turns as fast as it may.
+/// Whether a wheel is too slow while its motor is at the torque limit for a share of its supply,
+/// and while the wheel is at its rate limit.
 fn limits_met(header: &Header, wheel: &WheelHeader, sample: &WheelSample, share: f64) -> [bool; 2] {
     let rate_rad_s = sample.rate_rad_s.abs();
     let line = header.motor_line;
@@ -251,21 +260,22 @@ fn limits_met(header: &Header, wheel: &WheelHeader, sample: &WheelSample, share:
     [gives_all, turns_fastest].map(|is_met| is_met && too_slow)
 }
 
-/// Whether dry friction of bearing and gear takes most of the torque of a wheel that is slower than it should be, or holds it.
+/// Whether dry friction of bearing and gear takes most of the torque of a wheel that is too slow,
+/// or holds it.
 fn is_held(wheel: &WheelHeader, sample: &WheelSample) -> bool {
     let too_slow = sample.target_rad_s.abs() > sample.rate_rad_s.abs();
     let takes_most = |n_m: f64| 2.0 * n_m >= sample.torque_n_m.abs();
     too_slow && wheel.dry_friction_n_m.is_some_and(takes_most)
 }
 
-/// A component of the mean twists, with what it is called and its unit.
+/// A component of the mean twists, with its name and unit.
 struct Axis {
     of: fn(Twist) -> f64,
     plus: &'static str,
     minus: &'static str,
     unit: fn(f64) -> String,
     is_turn: bool,
-    /// Below this a value is shown as zero.
+    /// Smaller values are shown as zero.
     shown: f64,
 }
 
@@ -309,7 +319,7 @@ impl Axis {
         if value < 0.0 { self.minus } else { self.plus }
     }
 
-    /// What the robot did along it where something else was asked for.
+    /// Returns the robot's motion along it compared with the command.
     fn did(&self, real: f64, asked: f64) -> String {
         let is_shown = real.abs() >= self.shown;
         let way = match is_shown && real * asked < 0.0 {
@@ -320,8 +330,9 @@ impl Axis {
     }
 }
 
-/// What of the motion asked for is missing, and why, for each axis of an open-loop run: in each stretch of its schedule, and in the window of the
-/// means. Without `with_shares` the robot did not stand free on its wheels, and shares would say nothing.
+/// Reports the missing part of the commanded motion, with causes, for each axis of an open-loop
+/// run: in each stretch of its schedule, and in the window of the means. Without `with_shares` the
+/// robot did not stand freely on its wheels, and shares are meaningless.
 pub(super) fn sentences(header: &Header, means: &Means, with_shares: bool) -> Vec<String> {
     if !header.open_loop || means.most_asked_m_s <= STANDING && means.window.time_s <= 0.0 {
         return Vec::new();
@@ -353,7 +364,7 @@ pub(super) fn sentences(header: &Header, means: &Means, with_shares: bool) -> Ve
     lines
 }
 
-/// What is missing in a stretch, for each axis, with its time where there are others.
+/// Reports the missing part in a stretch, for each axis, with its time if there are others.
 fn of_stretch(
     header: &Header,
     stretch: &Stretch,
@@ -383,7 +394,7 @@ fn of_stretch(
             false => format!("<b>{direction}</b>"),
         };
         let follows = (asked - ideal).abs() <= AS_ASKED * asked.abs();
-        // Of wheels that do as they were asked it is enough to tell what they did.
+        // If the wheels follow their commands, their motion is enough.
         let base = match follows && with_shares {
             true => ideal,
             false => asked,
@@ -436,7 +447,7 @@ fn of_stretch(
     lines
 }
 
-/// What each of some terms takes, where it can be shown, each with a comma.
+/// Returns the loss by each term that is large enough to show, each preceded by a comma.
 fn taken<const N: usize>(terms: [(&str, Twist); N], mean: impl Fn(Twist) -> f64) -> String {
     let shares = terms.map(|(name, term)| (name, mean(term)));
     let shown = shares
@@ -447,17 +458,14 @@ fn taken<const N: usize>(terms: [(&str, Twist); N], mean: impl Fn(Twist) -> f64)
         .collect()
 }
 
-/// What is missing between the wheels' rates and the robot's motion.
+/// Reports the difference between the wheels' rates and the robot's motion.
 fn of_contacts(terms: &Terms, mean: impl Fn(Twist) -> f64 + Copy) -> String {
     let rare = [
         (
-            "lift-off, as wheels are in the air or carry little,",
+            "lift-off (wheels in the air or with little load)",
             terms.lift_off,
         ),
-        (
-            "the contradiction between the wheels' rates",
-            terms.conflict,
-        ),
+        ("the conflict between the wheels' rates", terms.conflict),
     ];
     format!(
         "roller geometry {}, {}slip {}",
@@ -467,7 +475,8 @@ fn of_contacts(terms: &Terms, mean: impl Fn(Twist) -> f64 + Copy) -> String {
     )
 }
 
-/// What a cause takes of the motion, as a verb: a floor that slopes or a push can make slip add to it.
+/// Returns the effect of a cause on the motion, as a verb: on a slope or under a push slip can add
+/// to it.
 fn takes(share: f64) -> String {
     if share == 0.0 {
         return "takes nothing".to_owned();
@@ -490,12 +499,13 @@ mod tests {
     fn slip_that_carries_the_robot_on_adds_to_its_motion() {
         assert_eq!(takes(0.0204), "takes 2.0 %");
         assert_eq!(takes(-0.52), "adds 52.0 %");
-        // Too little to be shown has no direction, and nothing is nothing.
+        // A value too small to show has no direction, and zero is nothing.
         assert_eq!(takes(-1e-5), "takes less than 0.05 %");
         assert_eq!(takes(0.0), "takes nothing");
     }
 
-    /// What is said of an open-loop run that was asked for one speed ahead, whose wheels turned for another, and that did a third.
+    /// Sentences for an open-loop run with one commanded speed ahead, another by its wheels, and a
+    /// third of the robot.
     fn said(asked: f64, ideal: f64, real: f64, with_shares: bool) -> Vec<String> {
         let header = Header {
             open_loop: true,
@@ -531,7 +541,7 @@ mod tests {
               Roller geometry takes nothing, slip takes 2.0 %."
             ]
         );
-        // 0.4 of 0.5 m/s are the motors', 0.001 of it slip.
+        // 0.4 of 0.5 m/s are lost by the motors, 0.001 by slip.
         assert_eq!(
             said(0.5, 0.1, 0.0995, true),
             [
@@ -567,7 +577,7 @@ mod tests {
         );
     }
 
-    /// A motor that gives all it can is no reason for what is missing where its wheel turns faster than it should: then it brakes.
+    /// A motor at its limit is no cause if its wheel turns too fast: then it brakes.
     #[test]
     fn a_motor_is_at_its_limit_only_where_its_wheel_is_too_slow() {
         let wheel = WheelHeader {
@@ -589,8 +599,9 @@ mod tests {
         assert!(!at_limit(6.0, 1.0));
     }
 
-    /// One weak motor of two at its limit misses 3 of 3.2 rad/s: that is the motors', though most samples of wheels are at none. A wheel of 0.1 N m of dry
-    /// friction that stands under 0.05 N m is held by it, and one that turns under 0.15 N m gives most of that to it.
+    /// One weak motor of two at its limit misses 3 of 3.2 rad/s: the motors are the cause, though
+    /// most samples of wheels are at no limit. A wheel with 0.1 N m of dry friction that stands
+    /// under 0.05 N m is held by it, and one that turns under 0.15 N m loses most of that to it.
     #[test]
     fn what_keeps_wheels_from_their_targets_is_weighed_by_what_they_miss() {
         let wheel = |strength: f64, dry_n_m: f64| WheelHeader {
@@ -630,7 +641,7 @@ mod tests {
         assert_eq!(said(held, &seen), "the dry friction of bearings and gears");
     }
 
-    /// From 1 to 3 s 2 m/s are asked for, of which motors that turn no faster than for 1 m/s give the half; then 0.
+    /// From 1 to 3 s 2 m/s are commanded, of which motors limited to 1 m/s give half; then 0.
     #[test]
     fn each_stretch_of_a_schedule_is_told_of_and_a_robot_that_rests_says_why() {
         let header = Header {

@@ -1,24 +1,26 @@
-//! Whether the slope of the ground carried the robot downhill: by sliding, by creeping contacts, or by wheels that gave way.
+//! Whether the slope moved the robot downhill: by sliding, by creeping contacts, or by yielding
+//! wheels.
 
 use ilon_trace::{Header, Summary};
 
 use super::events::{Event, EventKind};
 use crate::text::{length, speed};
 
-/// Slopes below this are level to every wheel, in radians.
+/// Smaller slopes count as level, in radians.
 const LEAST_SLOPE_RAD: f64 = 1e-3;
-/// A slope that uses this part of the friction is what makes a robot slide that it carries downhill.
+/// A slope that uses this share of the friction is the cause of sliding downhill.
 const LARGE_PART: f64 = 0.5;
-/// Sliding downhill below this is none that anyone asks about, in metres.
+/// Less sliding downhill is not reported, in metres.
 const LEAST_SLID_M: f64 = 5e-3;
-/// The same of creep, and of wheels that give way.
+/// The same for creep and yielding wheels, in metres.
 const LEAST_CREPT_M: f64 = 5e-5;
-/// A robot that ends slower than this is at rest, in m/s: what creeps is no faster.
+/// A robot that ends slower than this is at rest, in m/s; creep is not faster.
 const AT_REST_M_S: f64 = 1e-3;
-/// A cause that carried the robot downhill for this part of the way that it made in all.
+/// A cause of at least this share of the total path is the main cause.
 const MOSTLY: f64 = 0.8;
 
-/// What the slope did, as HTML, and whether it explains the run before all else; the robot ends the run at this speed.
+/// Reports the effect of the slope as HTML, and whether it is the run's main explanation; the robot
+/// ends the run at this speed.
 pub(super) fn sentence(
     header: &Header,
     summary: &Summary,
@@ -30,7 +32,7 @@ pub(super) fn sentence(
     if slope_rad.abs() < LEAST_SLOPE_RAD {
         return None;
     }
-    // The floor falls towards +x. The terms of the ledger are asked minus real.
+    // The floor falls towards +x. The terms of the ledger are commanded minus actual.
     let downhill = slope_rad.signum();
     let ledger = &summary.ledger;
     let (slid_m, gave_m) = (-downhill * ledger.slip.x_m, -downhill * ledger.servo.x_m);
@@ -64,7 +66,8 @@ pub(super) fn sentence(
             true,
         ));
     }
-    // What a controller takes back at once, and what slides for other reasons, is not the slope's.
+    // Motion that a controller corrects at once, and slides for other reasons, are not due to the
+    // slope.
     let slides = events.iter().any(|e| matches!(e.kind, EventKind::Slide(_)));
     if !header.open_loop || slides {
         return None;
@@ -73,11 +76,11 @@ pub(super) fn sentence(
     if slid_m > LEAST_CREPT_M && slid_m > MOSTLY * ledger.slip.path_m {
         let rate_mm_s = 1e3 * slid_m / summary.duration_s.max(1e-9);
         causes.push(format!(
-            "its contacts crept <b>{}</b> downhill, {rate_mm_s:.3} mm/s",
+            "the contacts crept <b>{}</b> downhill, at {rate_mm_s:.3} mm/s",
             length(slid_m)
         ));
     }
-    // Wheels that turn lag for other reasons.
+    // Turning wheels lag for other reasons.
     if gave_m > LEAST_CREPT_M && summary.travelled_m < 2.0 * (gave_m + slid_m.max(0.0)) {
         causes.push(match ends_at_m_s < AT_REST_M_S {
             true => format!(
@@ -94,17 +97,18 @@ pub(super) fn sentence(
     (!causes.is_empty()).then(|| (format!("{falls}: {}.", causes.join("; ")), false))
 }
 
-/// The share of friction that the rollers can use downhill, of a robot that stands level on all wheels alike at a heading: each contact holds along its
-/// roller's axis d alone.
+/// Returns the share of friction that the rollers can use downhill, for a robot that stands level
+/// and equally on all wheels at a heading: each contact holds only along its roller's axis d.
 ///
-/// Forces of up to 1 / n along n axes reach the edge of a polygon; its sides are perpendicular to normals n_k of the axes, at the distance
-/// sum |n_k . d| / n, so that along e it reaches the least of these over |n_k . e|.
+/// Forces of up to 1 / n along n axes reach the boundary of a polygon; its sides are perpendicular
+/// to normals n_k of the axes, at the distance sum |n_k . d| / n, so along e it reaches the
+/// smallest of these over |n_k . e|.
 fn held_at_best(header: &Header, downhill: f64, heading_rad: Option<f64>) -> f64 {
     let axes: Vec<[f64; 2]> = header
         .wheels
         .iter()
         .map(|wheel| {
-            // The roller rolls at gamma from the hub axis, and its own axis is across that.
+            // The roller rolls at gamma from the hub axis; its own axis is perpendicular to that.
             let (sin, cos) = wheel.gamma_rad.sin_cos();
             let [x, y] = wheel.axis;
             [-(sin * x + cos * y), cos * x - sin * y]
@@ -127,7 +131,8 @@ mod tests {
 
     use super::*;
 
-    /// An open-loop run on a slope of friction 0.6 that went so far by slip and by servo, along x.
+    /// An open-loop run on a slope with friction 0.6 and given displacements by slip and by servo,
+    /// along x.
     fn said(slope_deg: f64, slip_m: f64, servo_m: f64) -> Option<(String, bool)> {
         ended(slope_deg, slip_m, servo_m, 0.0)
     }
@@ -160,7 +165,8 @@ mod tests {
         sentence(&header, &summary, &[], ends_at_m_s)
     }
 
-    /// Four rollers at 45 degrees hold cos 45 degrees of the friction ahead and sideways, and half of it along two of their axes.
+    /// Four rollers at 45 degrees hold cos 45 degrees of the friction ahead and sideways, and half
+    /// of it along two of their axes.
     #[test]
     fn rollers_hold_along_their_axes_alone() {
         let quarter = std::f64::consts::FRAC_PI_4;
@@ -198,7 +204,7 @@ mod tests {
         );
         let (creeping, first) = said(6.0, 2e-4, 1e-3).unwrap_or_default();
         assert!(
-            !first && creeping.contains("crept <b>0.200 mm</b> downhill, 0.020 mm/s"),
+            !first && creeping.contains("crept <b>0.200 mm</b> downhill, at 0.020 mm/s"),
             "{creeping}"
         );
         assert!(
@@ -210,7 +216,7 @@ mod tests {
             away.contains("do not hold the weight: at the end the robot goes at <b>4.300 m/s</b>"),
             "{away}"
         );
-        // Towards -x it falls where the slope is negative.
+        // With a negative slope the floor falls towards -x.
         let (other, _) = said(-6.0, -2e-4, 0.0).unwrap_or_default();
         assert!(other.contains("towards −x"), "{other}");
         for level in [

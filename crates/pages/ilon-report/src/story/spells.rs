@@ -1,28 +1,28 @@
-//! Unbroken times in which something held.
+//! Uninterrupted time spans of a condition.
 
-/// Spells of the same kind that are nearer to each other than this are one.
+/// Spans of the same kind closer than this are joined, in seconds.
 pub(super) const GAP_S: f64 = 0.2;
 
-/// An unbroken time in which something held.
+/// An uninterrupted time span of a condition.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Spell {
     pub from_s: f64,
     pub until_s: f64,
-    /// Sum over the rows of what was given.
+    /// Integral of the given value over time.
     pub sum: f64,
     pub largest: f64,
-    /// A counter of energy where it began, and now.
+    /// An energy counter at its start, and now.
     pub energy_j: [f64; 2],
 }
 
-/// Joins rows into spells.
+/// Joins rows into spans.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Spells {
     pub found: Vec<Spell>,
 }
 
 impl Spells {
-    /// Adds a row in which it held, with a value that stands for a period.
+    /// Adds a row that fulfils the condition, with a value that holds for a period.
     pub fn add(&mut self, t_s: f64, period_s: f64, value: f64, energy_j: [f64; 2]) {
         match self.found.last_mut() {
             Some(last) if t_s - last.until_s <= GAP_S => {

@@ -1,4 +1,4 @@
-//! Which free bodies the robot touched, when, and what pushing them took.
+//! Sentences on the free bodies that the robot touched: when, and the work of pushing them.
 
 use ilon_trace::{Header, Record};
 
@@ -7,12 +7,12 @@ use super::spells::{Spell, Spells};
 use crate::page::escape;
 use crate::text::{energy, length, percent, time};
 
-/// Watches the free bodies of a run.
+/// Observes the free bodies of a run.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Touches {
-    /// Of each body: while the robot pressed on it.
+    /// For each body: spans in which the robot pressed on it.
     bodies: Vec<Spells>,
-    /// What robots had done on each in the row before, in J.
+    /// Work of robots on each body up to the previous row, in J.
     work_before_j: Vec<f64>,
     falls: Vec<Fall>,
 }
@@ -20,14 +20,14 @@ pub(crate) struct Touches {
 /// The deepest free fall of a body.
 #[derive(Clone, Copy, Debug, Default)]
 struct Fall {
-    /// Where the fall that goes on began, if one does, in metres.
+    /// Start height of the current fall, in metres, if any.
     from_m: Option<f64>,
     most_m: f64,
     at_s: f64,
 }
 
 impl Fall {
-    /// A body that goes down faster than this falls, in m/s: what rolls down a slope of a robot's world is slower.
+    /// A body that moves down faster than this falls, in m/s: rolling down a slope is slower.
     const FALLS_M_S: f64 = 0.7;
 
     fn add(&mut self, t_s: f64, height_m: f64, rate_m_s: f64) {
@@ -35,7 +35,7 @@ impl Fall {
             self.from_m = None;
             return;
         }
-        // Before it was so fast it had fallen by v^2 / 2 g already.
+        // Before it reached this speed it had fallen by v^2 / 2 g already.
         let from_m = *(self.from_m).get_or_insert(height_m + rate_m_s * rate_m_s / (2.0 * 9.81));
         if from_m - height_m > self.most_m {
             (self.most_m, self.at_s) = (from_m - height_m, t_s);
@@ -66,7 +66,7 @@ impl Touches {
         }
     }
 
-    /// Each time that the robot pressed on a body, with what is said of it.
+    /// Returns each span in which the robot pressed on a body, with its description.
     pub(super) fn episodes(&self, header: &Header) -> Vec<(Spell, String)> {
         let of_all = self.bodies.iter().zip(&header.bodies);
         let of_body = of_all.flat_map(|(spells, body)| {
@@ -84,9 +84,9 @@ impl Touches {
         of_body.collect()
     }
 
-    /// Which bodies fell, from the deck or onto it, and how far.
+    /// Reports which bodies fell, from the deck or onto it, and how far.
     pub fn falls(&self, header: &Header) -> Option<String> {
-        /// A fall of less goes without saying, in metres.
+        /// Smaller falls are not reported, in metres.
         const LEAST_M: f64 = 0.03;
         let of_all = self.falls.iter().zip(&header.bodies);
         let fell = of_all.filter(|(fall, _)| fall.most_m > LEAST_M);
@@ -102,7 +102,8 @@ impl Touches {
         (!fell.is_empty()).then(|| format!("{}.", list(&fell)))
     }
 
-    /// Which body the robot touched first, and what pushing all of them took of what was put in, in J; `None` where it touched none.
+    /// Reports the first touched body, and the work of pushing all of them as a share of the energy
+    /// supplied, in J; `None` if it touched none.
     pub fn sentence(&self, header: &Header, put_in_j: Option<f64>) -> Option<String> {
         let of_all = self.bodies.iter().zip(&header.bodies);
         let firsts = of_all.filter_map(|(spells, body)| Some((spells.found.first()?, &body.name)));
@@ -117,9 +118,9 @@ impl Touches {
     }
 }
 
-/// What work on bodies took in J, in words, and of how much, if that is known.
+/// Returns work on bodies in J as text, with its share, if known.
 fn took(work_j: f64, put_in_j: Option<f64>) -> String {
-    /// Less than this is nothing, in J.
+    /// Less work counts as zero, in J.
     const LEAST_J: f64 = 5e-4;
     if work_j.abs() < LEAST_J {
         return "cost less than 1 mJ".to_owned();
@@ -129,7 +130,7 @@ fn took(work_j: f64, put_in_j: Option<f64>) -> String {
     }
     let of_all = put_in_j.filter(|all_j| *all_j >= work_j);
     let of_all = of_all.map_or_else(String::new, |all_j| {
-        format!(", {} of what was put in", percent(work_j / all_j))
+        format!(", {} of the energy put in", percent(work_j / all_j))
     });
     format!("cost {}{of_all}", energy(work_j))
 }
@@ -139,7 +140,7 @@ mod tests {
     use super::*;
     use ilon_trace::{BodyHeader, BodyShape};
 
-    /// A box is pushed from 1 to 2 s with 5 N at 0.2 m/s, which takes 1 J of the 4 J that the motors give.
+    /// A box is pushed from 1 to 2 s with 5 N at 0.2 m/s, which takes 1 J of the motors' 4 J.
     #[test]
     fn the_first_touch_and_its_share_are_said() {
         let header = Header {
@@ -174,7 +175,8 @@ mod tests {
         assert!(episodes[0].1.contains("up to 5.0 N"), "{}", episodes[0].1);
     }
 
-    /// A body that falls freely from 1 s on by 0.3 m, and lies then: v = g t, and rows of 10 ms at 2.4 m/s.
+    /// A body that falls freely from 1 s on by 0.3 m, and then lies: v = g t, and rows of 10 ms at
+    /// 2.4 m/s.
     #[test]
     fn a_body_that_falls_is_told_of() {
         let header = Header {

@@ -1,4 +1,4 @@
-//! Figures of a study, drawn as SVG, and all of its runs as parallel coordinates, drawn in the browser.
+//! Figures of a study as SVG, and its runs as parallel coordinates, drawn in the browser.
 
 use std::fmt::Write;
 
@@ -7,12 +7,12 @@ use super::shape::{Content, Figure, Scale, ascending};
 use crate::page::escape;
 use crate::short;
 
-/// Width and height of a figure.
+/// Width and height of a figure, in pixels.
 const SIZE: (f64, f64) = (560.0, 300.0);
-/// Where the figure's own area begins and ends: left, right, top, bottom.
+/// The plot area: left, right, top, bottom, in pixels.
 const AREA: (f64, f64, f64, f64) = (64.0, 548.0, 10.0, 256.0);
 
-/// From a value to its place along a figure.
+/// A map from values to positions along a figure.
 pub(super) struct Placement {
     pub(super) low: f64,
     pub(super) high: f64,
@@ -22,7 +22,7 @@ pub(super) struct Placement {
 }
 
 impl Placement {
-    /// Over values, with a margin where they have a spread.
+    /// Spans values, with a margin if they have a spread.
     pub(super) fn of(
         values: impl Iterator<Item = f64>,
         is_log: bool,
@@ -67,7 +67,7 @@ impl Placement {
         self.from + (value - self.low) / (self.high - self.low) * (self.to - self.from)
     }
 
-    /// Round values along it.
+    /// Returns round values along it.
     fn ticks(&self) -> Vec<f64> {
         if self.is_log {
             let decades: Vec<f64> = (self.low.floor() as i32..=self.high.ceil() as i32)
@@ -99,7 +99,7 @@ impl Placement {
     }
 }
 
-/// A figure on a card of its own.
+/// A figure on its own card.
 pub(super) fn card(drawn: &Figure) -> String {
     let (svg, legend) = match &drawn.content {
         Content::Heat(fields) => (heat(drawn, fields), String::new()),
@@ -152,7 +152,7 @@ fn x_axis(scale: &Scale, place: &Placement, svg: &mut String) {
     *svg += &x_title(scale);
 }
 
-/// Words in a figure, at their "start", "middle" or "end".
+/// Text in a figure, anchored at its "start", "middle" or "end".
 fn text(x: f64, y: f64, anchor: &str, words: &str) -> String {
     format!(
         "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{}</text>",
@@ -160,7 +160,7 @@ fn text(x: f64, y: f64, anchor: &str, words: &str) -> String {
     )
 }
 
-/// What stands below a figure: the name of what it is over.
+/// Returns the title of the x axis.
 fn x_title(scale: &Scale) -> String {
     let (left, right, _, bottom) = AREA;
     text((left + right) / 2.0, bottom + 34.0, "middle", &scale.name)
@@ -178,7 +178,7 @@ fn y_axis(place: &Placement, svg: &mut String) {
     }
 }
 
-/// Curves or a cloud, over one axis.
+/// Draws curves or a cloud over one axis.
 fn lines(drawn: &Figure) -> String {
     let (left, right, top, bottom) = AREA;
     let xs: Vec<f64> = match &drawn.content {
@@ -247,7 +247,7 @@ fn lines(drawn: &Figure) -> String {
             }
         }
         Content::Cloud(points) => {
-            // One path of dots: a tenth of what as many circles take.
+            // One path of dots: a tenth of the size of as many circles.
             let mut dots = String::new();
             for (a, b) in points {
                 let _ = write!(dots, "M{:.0} {:.0}h0", x.at(*a), y.at(*b));
@@ -273,7 +273,7 @@ fn legend(drawn: &Figure) -> String {
     legend_of(curves.iter().map(|curve| curve.name.as_str()))
 }
 
-/// Names in the colours of wheels, in their order.
+/// Draws a legend of names in the wheels' colours.
 fn legend_of<'a>(names: impl Iterator<Item = &'a str>) -> String {
     let item = |(index, name)| {
         format!(
@@ -286,7 +286,7 @@ fn legend_of<'a>(names: impl Iterator<Item = &'a str>) -> String {
     format!("<ul class=\"legend\">{items}</ul>")
 }
 
-/// A field for each pair of values, the larger the stronger in colour.
+/// Draws a heat map: a field for each pair of values, stronger in colour the larger.
 fn heat(drawn: &Figure, fields: &[(f64, f64, Option<f64>)]) -> String {
     let (left, right, top, bottom) = AREA;
     let values = || fields.iter().filter_map(|field| field.2);
@@ -351,7 +351,7 @@ fn heat(drawn: &Figure, fields: &[(f64, f64, Option<f64>)]) -> String {
     svg(&drawn.title, &content)
 }
 
-/// What each axis does to a quantity, as bars with their intervals.
+/// Draws the effect of each axis on a quantity as bars with intervals.
 pub(super) fn bars(sensitivity: &Sensitivity) -> String {
     let left = 190.0;
     let right = 548.0;
@@ -413,7 +413,8 @@ mod tests {
         assert_eq!([1.0, 4.0, 7.0].map(|x| placed.at(x)), [0.0, 0.5, 1.0]);
     }
 
-    /// Bars of 2 to the right and 1 to the left: the zero is where both end, and one is twice as long as the other.
+    /// Bars of 2 to the right and 1 to the left: both end at zero, and one is twice as long as the
+    /// other.
     #[test]
     fn bars_reach_from_zero_to_their_value_on_either_side() {
         let drawn = bars(&Sensitivity {
@@ -436,7 +437,7 @@ mod tests {
         let [[zero, right], [start, left]] = found[..] else {
             panic!("{drawn}");
         };
-        // Written to a tenth of a pixel: each number is off by half of that at most.
+        // Written to a tenth of a pixel: each number is off by at most half of that.
         assert!((start + left - zero).abs() < 0.16, "{found:?}");
         assert!(left > 0.0 && (right - 2.0 * left).abs() < 0.16, "{found:?}");
     }

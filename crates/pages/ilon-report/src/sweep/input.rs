@@ -1,30 +1,30 @@
-//! What the page of a study shows.
+//! The content of a study's page.
 
 use ilon_trace::number;
 
 use crate::page::{Answer, Table};
 use crate::short;
 
-/// A study as it is shown.
+/// A study for display.
 #[derive(Clone, Debug, Default)]
 pub struct StudyInput {
     /// Its name.
     pub name: String,
-    /// What it was, as plain text: its scenarios, how points were chosen, how many.
+    /// Facts, as plain text: its scenarios, the choice of points, their number.
     pub facts: Vec<String>,
-    /// What was found, the most important first.
+    /// Findings, the most important first.
     pub answers: Vec<Answer>,
-    /// What was varied.
+    /// The varied keys.
     pub varied: Vec<Varied>,
-    /// The quantities that it looks at, the most important first.
+    /// The quantities of interest, the most important first.
     pub quantities: Vec<Quantity>,
     /// Its runs, in the order of their numbers.
     pub runs: Vec<Run>,
-    /// What each axis does to each quantity, where the study asks that.
+    /// Effects of each axis on each quantity, if computed.
     pub sensitivity: Vec<Sensitivity>,
     /// Tables of figures, such as quantiles.
     pub tables: Vec<Table>,
-    /// Whether the points are drawn, so that they are shown as a cloud and not as curves.
+    /// Whether the points are random draws, which are shown as a cloud instead of curves.
     pub is_sample: bool,
 }
 
@@ -33,9 +33,9 @@ pub struct StudyInput {
 pub struct Varied {
     /// The key, with dots.
     pub key: String,
-    /// The words that it takes, of one whose values are not all numbers: values are places in this list.
+    /// The texts of a key whose values are not all numbers; values are indices in this list.
     pub words: Vec<String>,
-    /// Whether it is spaced by its logarithm.
+    /// Whether its scale is logarithmic.
     pub is_log: bool,
 }
 
@@ -44,7 +44,7 @@ pub struct Varied {
 pub struct Quantity {
     /// Its name in `summary.json`.
     pub name: String,
-    /// A value that it is held against: a bound of the study, or the one whose crossing is sought.
+    /// A reference value: a bound of the study, or the value of a crossing.
     pub bound: Option<f64>,
 }
 
@@ -53,39 +53,39 @@ pub struct Quantity {
 pub struct Run {
     /// Its number.
     pub run: u64,
-    /// Which of several scenarios it is of; 0 where there is one.
+    /// Index of its scenario; 0 if there is one.
     pub scenario: usize,
-    /// The value of each varied key, of words their place in [`Varied::words`].
+    /// The value of each varied key; for texts the index in [`Varied::words`].
     pub values: Vec<f64>,
-    /// Each of the quantities; `None` where it failed or they do not apply.
+    /// Each of the quantities; `None` if it failed or they do not apply.
     pub figures: Vec<Option<f64>>,
     /// Whether it failed.
     pub has_failed: bool,
 }
 
-/// What each axis does to one quantity.
+/// Effects of each axis on one quantity.
 #[derive(Clone, Debug)]
 pub struct Sensitivity {
-    /// The quantity, and what the bars are.
+    /// The quantity and the kind of bars.
     pub title: String,
-    /// What is to be read from it, as plain text.
+    /// Reading instructions, as plain text.
     pub caption: String,
-    /// What the two bars of each axis are.
+    /// Names of the two bars of each axis.
     pub names: [String; 2],
-    /// Each axis with its two bars, and where each lies with 95 % where that is known.
+    /// Each axis with its two bars, with 95 % intervals if known.
     pub bars: Vec<(String, [Bar; 2])>,
 }
 
-/// A bar, and where its end lies with 95 %.
+/// A bar with the 95 % interval of its end.
 pub type Bar = (f64, Option<(f64, f64)>);
 
-/// A number for reading, of four digits.
+/// Returns a number with four digits as text.
 pub fn figure(x: f64) -> String {
     number(short(x, 4))
 }
 
 impl StudyInput {
-    /// The value of a key as it is read.
+    /// Returns the value of a key as text.
     pub(super) fn value(&self, key: usize, value: f64) -> String {
         match self.varied[key].words.get(value as usize) {
             Some(word) => word.clone(),

@@ -1,7 +1,7 @@
-//! The page of a study: what was found first, then how each quantity follows from what was varied.
+//! The page of a study: the findings first, then each quantity over the varied keys.
 //!
-//! A page of ten thousand runs stays below two megabytes: figures are drawn here, from as many points as can be told apart, and
-//! what is chosen from in the browser is thinned.
+//! A page of ten thousand runs stays below two megabytes: figures are drawn here, from as many
+//! points as are distinguishable, and interactive data is thinned.
 
 mod chart;
 mod input;
@@ -13,13 +13,13 @@ use std::fmt::Write;
 pub use self::input::{Bar, Quantity, Run, Sensitivity, StudyInput, Varied, figure};
 use crate::page::{self, Head, Section, answers, escape, side_by_side, table};
 
-/// Runs that are listed at each end of a quantity.
+/// Number of runs listed at each end of a quantity.
 const LISTED: usize = 5;
 
-/// Quantities that figures are drawn of.
+/// Number of quantities with figures.
 const DRAWN: usize = 6;
 
-/// The page. `command` says how a run is seen again.
+/// Returns the page. `command` returns the command that repeats a run.
 pub fn html(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
     let head = Head {
         kind: "study",
@@ -80,7 +80,7 @@ pub fn html(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
     page::page(&head, &sections, footer, &parts)
 }
 
-/// The runs at both ends of each quantity, and those that failed first.
+/// The runs at both ends of each quantity, after failed ones.
 fn listed(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
     let mut html = String::new();
     let mut list = |title: String, runs: &[&Run], quantity: Option<usize>| {

@@ -6,15 +6,15 @@ use super::shape::varying;
 use crate::page::json_in_script;
 use crate::short;
 
-/// What draws the parallel coordinates.
+/// The script that draws the parallel coordinates.
 pub(super) const SCRIPT: &str = include_str!("parallel.js");
 
-/// Steps in which values of the parallel coordinates are handed to the browser.
+/// Number of steps of the values for the browser.
 const STEPS: f64 = 4095.0;
-/// Most numbers that are handed to the browser, which keeps the page below two megabytes.
+/// Largest number of values for the browser, which keeps the page below two megabytes.
 const MOST_NUMBERS: usize = 200_000;
 
-/// All runs as parallel coordinates: the place of the drawing, and its data.
+/// All runs as parallel coordinates: the drawing's element and its data.
 pub(super) fn parallel(shown: &StudyInput) -> String {
     let keys = varying(shown);
     let quantities: Vec<usize> = (0..shown.quantities.len())
@@ -32,7 +32,7 @@ pub(super) fn parallel(shown: &StudyInput) -> String {
     let column = |name: &str, is_log: bool, words: &[String], of: &dyn Fn(&Run) -> Option<f64>| {
         let values: Vec<Option<f64>> = runs.iter().map(|run| of(run)).collect();
         let place = Placement::of(values.iter().flatten().copied(), is_log, 0.0, STEPS, 0.0);
-        // -1 where there is none.
+        // -1 for a missing value.
         let steps: Vec<i64> = values
             .iter()
             .map(|x| x.map_or(-1, |x| place.at(x).round() as i64))

@@ -1,12 +1,12 @@
-//! Which figures a study is shown by, and the points in them.
+//! Chooses the figures of a study, and their points.
 
 use super::input::{Run, StudyInput, figure};
 
-/// Most curves in one figure.
+/// Largest number of curves in one figure.
 const MOST_CURVES: usize = 8;
-/// Most points of a cloud: more cannot be told apart.
+/// Largest number of points of a cloud: more cannot be distinguished.
 const MOST_POINTS: usize = 1500;
-/// Most values of an axis that a heat map has fields for.
+/// Largest number of values of an axis of a heat map.
 const MOST_FIELDS: usize = 60;
 
 /// The key under which runs are repeated.
@@ -21,7 +21,7 @@ pub(super) struct Figure {
     /// The second axis of a heat map.
     pub y: Option<Scale>,
     pub content: Content,
-    /// A value of the quantity that it is held against.
+    /// Reference value of the quantity.
     pub bound: Option<f64>,
 }
 
@@ -30,16 +30,17 @@ pub(super) struct Figure {
 pub(super) struct Scale {
     pub name: String,
     pub is_log: bool,
-    /// The words of an axis without numbers, at 0, 1, 2 and so on.
+    /// The texts of an axis without numbers, at 0, 1, 2 and so on.
     pub words: Vec<String>,
 }
 
-/// What is drawn.
+/// Content of a figure.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Content {
-    /// Means over repetitions with their least and largest, in the order of x, a curve for each of the other values.
+    /// Means over repetitions with minimum and maximum, in the order of x, a curve for each of the
+    /// other values.
     Curves(Vec<Curve>),
-    /// A point a run.
+    /// One point per run.
     Cloud(Vec<(f64, f64)>),
     /// A field for each pair of values: x, y and the mean.
     Heat(Vec<(f64, f64, Option<f64>)>),
@@ -62,7 +63,7 @@ pub(super) struct Point {
 }
 
 impl Content {
-    /// What is drawn along the quantity's own axis; nothing where it is drawn in colours.
+    /// Returns the values along the quantity's own axis; empty if drawn in colours.
     pub fn values(&self) -> Vec<f64> {
         match self {
             Self::Curves(curves) => {
@@ -75,7 +76,8 @@ impl Content {
     }
 }
 
-/// Whether values can still be told apart beside a bound on one axis: they then take a quarter of it at least.
+/// Whether values are distinguishable next to a bound on one axis: they must take at least a
+/// quarter of it.
 fn is_in_sight(values: &[f64], bound: f64) -> bool {
     let Some(&first) = values.first() else {
         return true;
@@ -87,7 +89,7 @@ fn is_in_sight(values: &[f64], bound: f64) -> bool {
     range(first) == 0.0 || range(first) >= 0.25 * range(bound)
 }
 
-/// The figures of a study.
+/// Returns the figures of a study.
 pub(super) fn figures(shown: &StudyInput, most_quantities: usize) -> Vec<Figure> {
     let mut figures = Vec::new();
     let keys = varying(shown);
@@ -96,7 +98,7 @@ pub(super) fn figures(shown: &StudyInput, most_quantities: usize) -> Vec<Figure>
             continue;
         }
         if shown.is_sample {
-            // Of a sample with many keys, the first quantities are enough.
+            // For a sample with many keys, the first quantities are enough.
             let most = if quantity == 0 { 12 } else { 4 };
             figures.extend(
                 keys.iter()
@@ -131,19 +133,19 @@ pub(super) fn figures(shown: &StudyInput, most_quantities: usize) -> Vec<Figure>
     figures
 }
 
-/// The keys of which several values were run. A seed is none: it orders nothing.
+/// Returns the keys with several values, except the seed, which has no order.
 pub(super) fn varying(shown: &StudyInput) -> Vec<usize> {
     let varies = |key: &usize| shown.varied[*key].key != SEED && distinct(shown, *key).len() > 1;
     (0..shown.varied.len()).filter(varies).collect()
 }
 
-/// The values of a key, in ascending order.
+/// Returns the values of a key, in ascending order.
 pub(super) fn distinct(shown: &StudyInput, key: usize) -> Vec<f64> {
     let runs = shown.runs.iter();
     ascending(runs.filter_map(|run| run.values.get(key).copied()))
 }
 
-/// Values in ascending order, each once.
+/// Returns distinct values in ascending order.
 pub(super) fn ascending(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
@@ -151,7 +153,7 @@ pub(super) fn ascending(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-/// Whether two keys make a table of fields, of which enough were run.
+/// Whether two keys form a grid of which enough points were run.
 fn is_fields(shown: &StudyInput, a: usize, b: usize) -> bool {
     let (a, b) = (distinct(shown, a).len(), distinct(shown, b).len());
     a >= 3 && b >= 3 && a <= MOST_FIELDS && b <= MOST_FIELDS && a * b <= 2 * shown.runs.len()
@@ -258,7 +260,7 @@ fn curves(shown: &StudyInput, quantity: usize, key: usize) -> Figure {
     over(shown, quantity, key, caption.to_owned(), content)
 }
 
-/// Points of one x as one, in the order of x.
+/// Merges points of equal x, in the order of x.
 fn gathered(mut points: Vec<(f64, f64)>) -> Vec<Point> {
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut gathered: Vec<Point> = Vec::new();
@@ -327,7 +329,8 @@ mod tests {
     use super::super::input::{Quantity, Varied};
     use super::*;
 
-    /// A study over keys with these numbers of values, with the quantity a + 10 b and so on of their places.
+    /// A study over keys with these numbers of values, with the quantity a + 10 b and so on of
+    /// their indices.
     fn study(counts: &[usize], repetitions: usize) -> StudyInput {
         let varied = |index: usize| Varied {
             key: format!("k{index}"),
@@ -392,7 +395,8 @@ mod tests {
         );
     }
 
-    /// Values from 0 to 1 take a quarter of what reaches from 0 to a bound of 4; a bound of 4.1 would flatten them, and of equal values there is nothing to see.
+    /// Values from 0 to 1 take a quarter of the span from 0 to a bound of 4; a bound of 4.1 would
+    /// flatten them, and equal values have no spread to show.
     #[test]
     fn a_bound_that_would_flatten_what_is_drawn_is_told_and_not_drawn() {
         let values = [0.5, 0.0, 1.0];
@@ -447,12 +451,13 @@ mod tests {
         assert!(figures(&shown, 1).is_empty());
     }
 
-    /// Three by three fields are few enough for nine runs and for five, and not for four; a key with two values makes no table.
+    /// Nine runs or five are enough for a grid of three by three, four are not; a key with two
+    /// values makes no grid.
     #[test]
     fn a_table_of_fields_is_drawn_where_at_least_half_of_it_was_run() {
         let mut shown = study(&[3, 3], 1);
         assert!(is_fields(&shown, 0, 1));
-        // The two keys keep three values each with runs along one diagonal and beside it.
+        // The two keys keep three values each with runs along one diagonal and next to it.
         let keep = |shown: &mut StudyInput, kept: &[usize]| {
             shown.runs.retain(|run| kept.contains(&(run.run as usize)));
         };

@@ -1,4 +1,5 @@
-//! What is wrong with a log that can be read, by its rows alone: gaps, counters that begin anew, trackers that jump or freeze.
+//! Anomalies of a readable log, from its rows alone: gaps, counter resets, trackers that jump or
+//! freeze.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,7 +8,7 @@ use ilon_robot::Robot;
 use super::series::Log;
 use crate::motion::GAP;
 
-/// What kind of fault it is.
+/// Kinds of anomaly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AnomalyKind {
@@ -15,34 +16,34 @@ pub enum AnomalyKind {
     Gap,
     /// The unit of time cannot be right.
     TimeUnit,
-    /// A wheel's counter begins anew.
+    /// A wheel's counter was reset.
     Reset,
-    /// The tracker lost the robot, or saw another.
+    /// The tracker lost the robot, or tracked another object.
     Jump,
-    /// The tracker gave the same pose while the wheels turned.
+    /// The tracker repeated a pose while the wheels turned.
     Frozen,
     /// The robot does not move.
     Still,
     /// A unit or a gear ratio cannot be right.
     Unit,
-    /// Wheels are swapped or count the other way, or the tracker's axes do.
+    /// Wheels are swapped or reversed, or the tracker's axes are.
     Wiring,
-    /// Wheels are handed otherwise than it is stated.
+    /// Wheels have another handedness than stated.
     Hands,
-    /// The poses are of other times than the wheels.
+    /// Poses and wheels have different times.
     Delay,
-    /// What was seen is no motion that any wiring of the wheels explains.
+    /// No wiring of the wheels explains the tracked motion.
     Unexplained,
 }
 
-/// Something that is wrong with a log, and its likely cause.
+/// An anomaly of a log, with its likely cause.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Anomaly {
-    /// What kind of fault it is.
+    /// Its kind.
     pub kind: AnomalyKind,
-    /// Whether nothing can be fitted to the log as it is.
+    /// Whether nothing can be fitted to the log in this state.
     pub is_fatal: bool,
-    /// What is wrong.
+    /// A description of the anomaly.
     pub message: String,
     /// The likely cause, and how to repair it.
     pub help: String,
@@ -62,10 +63,10 @@ pub(crate) fn anomaly(
     }
 }
 
-/// The fastest that a wheel is believed to turn, in rad/s.
+/// Highest plausible wheel rate, in rad/s.
 const FASTEST_RAD_S: f64 = 500.0;
 
-/// What its rows alone show.
+/// Returns the anomalies in the rows of a log.
 pub fn of_rows(log: &Log, robot: &Robot) -> Vec<Anomaly> {
     let mut anomalies = Vec::new();
     let period_s = log.period_s();
@@ -253,7 +254,7 @@ fn tracker(log: &Log, robot: &Robot, anomalies: &mut Vec<Anomaly>) {
             "the tracker lost the robot, or took another for it; such stretches are left out",
         ));
     }
-    // The longest time with the same pose to the last digit, while a wheel turned by more than half a turn.
+    // The longest time with exactly the same pose while a wheel turned by more than half a turn.
     let mut first = 0;
     let mut frozen: Option<(f64, f64)> = None;
     for row in 1..=log.len() {
@@ -284,7 +285,7 @@ fn tracker(log: &Log, robot: &Robot, anomalies: &mut Vec<Anomaly>) {
     }
 }
 
-/// A number of four digits.
+/// Formats a number with four digits.
 pub(crate) fn shown(x: f64) -> String {
     ilon_trace::number(format!("{x:.3e}").parse().unwrap_or(x))
 }

@@ -1,4 +1,4 @@
-//! Logs as bags of ROS 2 and MCAP files.
+//! Reads logs from ROS 2 bags and MCAP files.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use ilon_sim::foreign::MOST_ROWS;
 use super::format::{Bag, Format};
 use super::series::Log;
 
-/// Wheel angles as they were recorded, and the pose at those times on the line between the poses around them.
+/// Reads wheel angles as recorded, and interpolates the poses linearly at their times.
 pub(super) fn read(
     path: &Path,
     format: &Format,
@@ -48,11 +48,11 @@ pub(super) fn read(
     }
 }
 
-/// What a bag has of a robot, as its messages come.
+/// The recorded data of a robot while messages arrive.
 struct Recorded<'a> {
     path: &'a Path,
     topics: &'a Bag,
-    /// What the robot's wheels are called in the bag.
+    /// Names of the robot's wheels in the bag.
     names: Vec<&'a str>,
     log: Log,
     poses: Vec<(f64, [f64; 3])>,
@@ -92,7 +92,7 @@ impl<'a> Recorded<'a> {
         Ok(())
     }
 
-    /// Takes the angles of all wheels; a message about other joints is passed over.
+    /// Takes the angles of all wheels; ignores messages about other joints.
     fn take_joints(&mut self, t_s: f64, joints: &JointState) -> Result<(), Error> {
         let is_wheel = |name: &String| self.names.contains(&name.as_str());
         if !joints.name.iter().any(is_wheel) {
@@ -129,7 +129,7 @@ impl<'a> Recorded<'a> {
         }
     }
 
-    /// The log, once all messages are taken: the pose at each of its times.
+    /// Builds the log after all messages: interpolates the pose at each of its times.
     fn into_log(mut self) -> Result<Log, Error> {
         for (key, topic, count) in [
             ("joints", &self.topics.joints, self.log.times_s.len()),
@@ -158,7 +158,7 @@ impl<'a> Recorded<'a> {
     }
 }
 
-/// The pose on the line between its neighbours, their headings the short way round; nothing beyond them.
+/// Interpolates the pose between its neighbours, headings by the shorter way; NaN beyond them.
 fn between(poses: &[(f64, [f64; 3])], t_s: f64) -> [f64; 3] {
     let after = poses.partition_point(|(time_s, _)| *time_s <= t_s);
     let (Some((from_s, from)), to) = (
@@ -191,7 +191,8 @@ mod tests {
 
     use super::*;
 
-    /// From (0, 4) to (2, 0) in two seconds, and over the back: from 0.1 rad short of half a turn to 0.3 rad beyond it.
+    /// From (0, 4) to (2, 0) in two seconds, with the heading across pi: from 0.1 rad short of half
+    /// a turn to 0.3 rad beyond it.
     #[test]
     fn a_pose_between_two_lies_on_the_line_and_turns_the_short_way() {
         let poses = [(1.0, [0.0, 4.0, PI - 0.1]), (3.0, [2.0, 0.0, 0.3 - PI])];

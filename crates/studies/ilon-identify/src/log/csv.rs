@@ -1,4 +1,4 @@
-//! Logs as tables of text.
+//! Reads logs from text tables.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,14 +11,14 @@ use ilon_sim::foreign::{self, Table, TableFormat};
 use super::format::{Column, ColumnPlace, Format};
 use super::series::Log;
 
-/// The longest log that is read, in bytes.
+/// Largest file size of a log, in bytes.
 const MAX_BYTES: u64 = 1 << 30;
-/// The largest number, in SI units: seconds since 1970 are beyond what a scenario may hold.
+/// The largest number, in SI units: seconds since 1970 exceed what a scenario allows.
 const LARGEST: f64 = 1e12;
 
-/// The columns that are read.
+/// The columns to read.
 struct Columns {
-    /// When a row was; rows at a fixed distance have none.
+    /// Time of the row; absent for rows at a fixed period.
     time: Option<foreign::Column>,
     /// x, y and heading.
     pose: [foreign::Column; 3],
@@ -32,12 +32,12 @@ struct WheelColumn {
     holds: Holds,
 }
 
-/// What a wheel's column holds.
+/// Content of a wheel's column.
 enum Holds {
     Rates,
-    /// What was turned since the row before.
+    /// Angle since the row before.
     Increments,
-    /// Angles, of which this one is that of the robot's file, in radians.
+    /// Angles, relative to this angle of the robot's file, in radians.
     AnglesFrom(f64),
 }
 
@@ -83,7 +83,7 @@ pub(super) fn read(
 }
 
 impl WheelColumn {
-    /// Takes the angle of a wheel on to that of the next row.
+    /// Advances the angle of a wheel to that of the next row.
     fn turn(&self, angle_rad: &mut f64, table: &Table<'_>, dt_s: f64) -> Result<(), Error> {
         let value = table.needed(&self.column)?;
         match self.holds {
@@ -151,7 +151,7 @@ impl Columns {
     }
 }
 
-/// A column of the table that the format states as `log.{what}`.
+/// Returns the column of the table that the format names in `log.{what}`.
 fn found(table: &Table<'_>, what: &str, stated: &Column) -> Result<foreign::Column, Error> {
     let Some((_, factor)) = stated.si() else {
         return Err(Error::invalid(
@@ -190,7 +190,7 @@ mod tests {
 
     use super::*;
 
-    /// A log of the Volksbot whose three wheels are in a column each, as the format says of them.
+    /// A log of the Volksbot with one column per wheel, in the given format.
     fn read_wheels(columns: &str, row: impl Fn(f64) -> f64) -> Log {
         let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
         let robot = Robot::load(assets.join("volksbot.urdf")).expect("a shipped robot");
@@ -212,7 +212,7 @@ mod tests {
         Log::read(&path, &format, &robot, &FileAccess::anywhere()).expect("a log")
     }
 
-    /// A wheel that turns steadily by its rates has turned by rate times time, whatever the unit.
+    /// A wheel with a steady rate turns by rate times time, whatever the unit.
     #[test]
     fn rates_are_summed_to_angles() {
         for (unit, of_rad_s) in [("rad/s", 1.0), ("rpm", TAU / 60.0)] {
@@ -227,11 +227,12 @@ mod tests {
         }
     }
 
-    /// An absolute encoder that reads `zero` where the wheel stands as in the robot's file begins at what it reads less that.
+    /// An absolute encoder that reads `zero` at the wheel's angle in the robot's file starts at its
+    /// reading less `zero`.
     #[test]
     fn an_absolute_encoder_begins_at_its_reading_less_its_zero() {
         let log = read_wheels("unit = \"deg\", zero = 30", |t_s| 75.0 + 10.0 * t_s);
-        // 45 degrees at first, and what it turns is counted from there.
+        // 45 degrees at first; rotation is counted from there.
         assert!((log.begun_rad[0] - 45_f64.to_radians()).abs() < 1e-12);
         let (t_s, angles) = (log.times_s[39], &log.angles_rad[39]);
         assert!((angles[0] - (10.0 * t_s).to_radians()).abs() < 1e-12);

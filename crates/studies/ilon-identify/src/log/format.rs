@@ -1,4 +1,4 @@
-//! How a log is written: which column holds what, and in which unit.
+//! The format of a log: columns and units.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};

@@ -4,24 +4,25 @@ use nalgebra::Matrix3xX;
 
 use crate::motion::Window;
 
-/// The least share of a motion that the stated robot must explain.
+/// The smallest share of a motion that the stated robot must explain.
 pub(super) const EXPLAINED: f64 = 0.9;
-/// A tracker's heading may be off by so much, in radians, before the wheels are doubted.
+/// Largest error of a tracker's heading before the wheels are doubted, in radians.
 pub(super) const OFF_RAD: f64 = 0.4;
-/// Less of the motion than this in turns does not show their unit.
+/// If rotation is a smaller part of the motion than this, it does not show its unit.
 pub(super) const TURNS: f64 = 0.05;
 
-/// How well a map from wheel rates to twists explains a motion, up to its scale, the tracker's direction and its place.
+/// How well a map from wheel rates to twists explains a motion, up to its scale, the tracker's
+/// direction and its position.
 pub(super) struct Guess {
-    /// The share of the motion that it explains.
+    /// The explained share of the motion.
     pub(super) explained: f64,
-    /// By what the displacements of the wheels are multiplied.
+    /// Fitted factor on the displacements by the wheels.
     pub(super) scale: f64,
-    /// How far the tracker's direction is turned against the body's.
+    /// Fitted angle of the tracker's direction against the body's.
     pub(super) turned_rad: f64,
-    /// By what the turns of the wheels are multiplied.
+    /// Fitted factor on the rotations by the wheels.
     pub(super) turn_scale: f64,
-    /// What turns are of the motion, each over its own scale.
+    /// Share of rotation in the motion, each over its own scale.
     pub(super) turns: f64,
 }
 
@@ -32,14 +33,16 @@ impl Guess {
         lever_m: f64,
         mirrored: bool,
     ) -> Self {
-        // Displacements as complex numbers: seen = c wheels + i l o, with c the scale and the direction, o the tracked point and l twice the
-        // sine of half the turn. Normal equations of c and o, both complex.
+        // Displacements as complex numbers: seen = c wheels + i l o, with c the scale and the
+        // direction, o the tracked point and l twice the sine of half the rotation. Normal
+        // equations of c and o, both complex.
         let flip = if mirrored { -1.0 } else { 1.0 };
         let (mut ww, mut ll, mut wl) = (0.0, 0.0, [0.0; 2]);
         let (mut ws, mut ls) = ([0.0; 2], [0.0; 2]);
         let (mut ss, mut tt, mut ts, mut turned) = (0.0, 0.0, 0.0, 0.0);
         for window in windows {
-            // A mirrored tracker mirrors headings too, with which the steps of the wheels were turned.
+            // A mirrored tracker also mirrors headings, with which the steps of the wheels were
+            // rotated.
             let moved = mirror(window, flip).of_wheels(matrix);
             let seen = [window.seen[0], flip * window.seen[1], flip * window.seen[2]];
             let l = 2.0 * libm::sin(0.5 * seen[2]);
@@ -80,14 +83,14 @@ impl Guess {
         let scale = libm::hypot(c[0], c[1]);
         let turn_scale = if tt > 0.0 { ts / tt } else { 0.0 };
         let turns = tt * lever_m * lever_m / (ww + tt * lever_m * lever_m);
-        // Where the wheels ask for no turns, what there is of them is drift, and shows no scale of its own.
+        // If the wheels demand no rotation, the measured one is drift and has no scale of its own.
         let turn_size = if turns > TURNS && turn_scale.abs() > 0.0 {
             turn_scale.abs()
         } else {
             scale
         };
         let left_planar = (ss - explained_planar).max(0.0) / (scale * scale);
-        // Turns in the wrong direction explain nothing.
+        // Rotations in the wrong direction explain nothing.
         let explained_turn = if turn_scale > 0.0 {
             ts * turn_scale
         } else {
@@ -107,7 +110,7 @@ impl Guess {
     }
 }
 
-/// The steps of the wheels as a tracker of the other hand would have turned them.
+/// Returns the steps of the wheels rotated by a tracker of the other handedness.
 fn mirror(window: &Window, flip: f64) -> Window {
     let mut mirrored = window.clone();
     mirrored.sin_rad.iter_mut().for_each(|sin| *sin *= flip);

@@ -1,7 +1,9 @@
-//! Whether a motion is that of a robot whose wheels are handed otherwise than it is stated: exchanged on the robot, or in its file.
+//! Detects a motion of a robot whose wheels have another handedness than stated: swapped on the
+//! robot, or in its file.
 //!
-//! Handed otherwise, mecanum wheels drive ahead alike and turn with another lever, the difference of the arms instead of their sum. A lever that was
-//! fitted to such a motion would be that of no robot.
+//! With the other handedness, mecanum wheels drive ahead alike and rotate with another lever, the
+//! difference of the arms instead of their sum. A lever fitted to such a motion would be wrong for
+//! any robot.
 
 use ilon_control::{handed, other_hands};
 use ilon_robot::Robot;
@@ -12,24 +14,25 @@ use super::guess::{EXPLAINED, Guess, OFF_RAD};
 use crate::model::{Model, Parameter};
 use crate::motion::Window;
 
-/// Turns and ways that are multiplied by factors this near to each other are of one robot.
+/// Factors on rotations and translations this close belong to one robot.
 const ALIKE: f64 = 0.1;
-/// A robot as stated is doubted where these factors are further apart than this.
+/// The stated robot is doubted if these factors differ by more than this.
 const APART: f64 = 0.2;
-/// Less than this turned in all shows no lever, in radians.
+/// Less total rotation than this shows no lever, in radians.
 const LEAST_TURN_RAD: f64 = 0.5;
 
-/// Whether a guess multiplies turns as it does ways.
+/// Whether a guess has the same factor on rotations and translations.
 pub(super) fn turns_alike(guess: &Guess) -> bool {
     off(guess) < ALIKE
 }
 
-/// How far a guess multiplies turns otherwise than ways.
+/// Returns the relative difference of a guess's factors on rotations and translations.
 fn off(guess: &Guess) -> f64 {
     (guess.turn_scale / guess.scale - 1.0).abs()
 }
 
-/// Other hands that explain a motion, where those that are stated do not: in ways, or in how far it turns.
+/// Returns another handedness that explains a motion if the stated one does not: in translation, or
+/// in the amount of rotation.
 pub(super) fn of_motion(windows: &[&Window], robot: &Robot, stated: &Guess) -> Option<Anomaly> {
     let fits = stated.explained >= EXPLAINED && stated.turned_rad.abs() <= OFF_RAD;
     let turned_rad: f64 = windows.iter().map(|window| window.seen[2].abs()).sum();

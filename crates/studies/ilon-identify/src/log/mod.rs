@@ -1,4 +1,4 @@
-//! Logs of drives: what the wheels did, and where something outside saw the robot.
+//! Logs of drives: the wheels' angles, and the robot's pose from an external tracker.
 
 pub mod anomalies;
 mod bag;
@@ -27,7 +27,7 @@ impl Log {
     /// Reads a log in a format, for a robot.
     ///
     /// # Errors
-    /// [`Error::Contents`] where it cannot be read as the format says, with the likely cause.
+    /// [`Error::Contents`] if it does not have the format, with the likely cause.
     pub fn read(
         path: &Path,
         format: &Format,

@@ -1,31 +1,32 @@
-//! A log that was read: what it says over time.
+//! The time series of a log.
 
 use std::path::Path;
 
 use ilon_sim::Error;
 
-/// The fewest rows of a log that say anything.
+/// Smallest number of rows of a usable log.
 pub(super) const FEWEST_ROWS: usize = 10;
 
-/// A log that was read: rows of times that grow, the angle of each wheel, and the robot's pose as it was seen.
+/// A log: rows with increasing times, the angle of each wheel, and the robot's tracked pose.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Log {
-    /// When each row was, in seconds from the first.
+    /// Time of each row, in seconds from the first.
     pub times_s: Vec<f64>,
-    /// The angle of each wheel in the robot's order at each row, counted from the first row, in radians.
+    /// Angle of each wheel (in the robot's order) at each row, relative to the first row, in
+    /// radians.
     pub angles_rad: Vec<Vec<f64>>,
-    /// The angle of each wheel at the first row as the log itself counts, in radians.
+    /// Angle of each wheel at the first row in the log's own count, in radians.
     pub begun_rad: Vec<f64>,
-    /// x and y in metres and the heading in radians, unwrapped, at each row, as seen from outside.
+    /// x and y in metres and the heading in radians, unwrapped, at each row, from the tracker.
     pub poses: Vec<[f64; 3]>,
-    /// The current of each wheel's motor at each row, in A; no rows where the log does not say.
+    /// Current of each wheel's motor at each row, in A; empty if not logged.
     pub currents_a: Vec<Vec<f64>>,
-    /// Rows at which the tracker saw nothing: their poses lie on the line between their neighbours.
+    /// Rows without a tracked pose: their poses are interpolated.
     pub unseen: Vec<bool>,
 }
 
 impl Log {
-    /// How many rows it has.
+    /// The number of its rows.
     pub fn len(&self) -> usize {
         self.times_s.len()
     }
@@ -35,12 +36,12 @@ impl Log {
         self.times_s.is_empty()
     }
 
-    /// How long it is, in seconds.
+    /// Its duration, in seconds.
     pub fn duration_s(&self) -> f64 {
         self.times_s.last().copied().unwrap_or(0.0)
     }
 
-    /// The time between rows in the middle of all, in seconds.
+    /// The median time between rows, in seconds.
     pub fn period_s(&self) -> f64 {
         let mut steps: Vec<f64> = self
             .times_s
@@ -50,7 +51,8 @@ impl Log {
         middle(&mut steps)
     }
 
-    /// The rows from one time to another, both in seconds, counted anew from the first of them.
+    /// Returns the rows between two times in seconds, with times and angles relative to the first
+    /// of them.
     pub fn part(&self, from_s: f64, to_s: f64) -> Self {
         let first = self.times_s.partition_point(|t_s| *t_s < from_s);
         let end = self.times_s.partition_point(|t_s| *t_s <= to_s).max(first);
@@ -69,7 +71,7 @@ impl Log {
         part
     }
 
-    /// Counts times and wheel angles from the first row.
+    /// Makes times and wheel angles relative to the first row.
     pub(super) fn count_from_zero(&mut self) {
         let Some(first_s) = self.times_s.first().copied() else {
             return;
@@ -88,7 +90,7 @@ impl Log {
         }
     }
 
-    /// Unwraps headings, and puts poses that are missing onto the line between their neighbours.
+    /// Unwraps headings, and interpolates missing poses linearly.
     pub(super) fn fill_unseen(&mut self, path: &Path) -> Result<(), Error> {
         let seen: Vec<usize> = (0..self.len())
             .filter(|row| self.poses[*row].iter().all(|value| value.is_finite()))
@@ -124,7 +126,7 @@ impl Log {
                 self.unseen[row] = true;
             }
         }
-        // Before it was first seen and after it was last seen nothing is known.
+        // Before the first and after the last pose nothing is known.
         let (first, last) = (seen[0], seen[seen.len() - 1]);
         if first > 0 || last + 1 < self.len() {
             *self = self.part(self.times_s[first], self.times_s[last]);
@@ -133,7 +135,7 @@ impl Log {
     }
 }
 
-/// The value in the middle, which is reordered for it; 0 of none.
+/// Returns the median of values, which are reordered; 0 for none.
 pub(crate) fn middle(values: &mut [f64]) -> f64 {
     if values.is_empty() {
         return 0.0;

@@ -1,4 +1,5 @@
-//! What is wrong with a log that can be read, by the motion that it shows: units, wheels and axes that cannot be as they are stated.
+//! Anomalies of a readable log that its motion shows: wrong units, swapped or reversed wheels, and
+//! wrong axes.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,7 +13,8 @@ use super::series::Log;
 use crate::model::{Model, Parameter};
 use crate::motion::{Window, windows};
 
-/// What the motion of all runs shows: whether the wheels as stated explain it, and if not, what would.
+/// Checks whether the wheels as stated explain the motion of all runs; if not, returns the likely
+/// cause.
 pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
     let model = Model::new(robot, &[]).ok()?;
     let matrix = model.twist_matrix(&[])?;
@@ -22,7 +24,7 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
     if !stated.scale.is_finite() {
         return None;
     }
-    // The unit of a heading shows in turns alone, and spoils all else.
+    // The unit of a heading shows only in rotations, and distorts everything else.
     if stated.turns > TURNS {
         for (factor, unit, other) in [
             (180.0 / PI, "deg", "rad"),
@@ -55,11 +57,12 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
         }
         return scale_doubt(&stated);
     }
-    // Where something else explains much more, that is what is wrong; the least change first.
+    // If another hypothesis explains much more, it is the cause; the smallest change comes first.
     let mut best: Option<(usize, Guess, String)> = None;
     for (changes, words, changed, mirrored) in wirings(robot, &matrix) {
         let guess = Guess::of(windows, &changed, lever_m, mirrored);
-        // Wheels that are handed otherwise look like swapped ones that turn the robot by another lever.
+        // Wheels of another handedness look like swapped ones that rotate the robot with another
+        // lever.
         let turns_otherwise = of_hands.is_some() && !hands::turns_alike(&guess);
         if guess.explained < EXPLAINED || guess.turned_rad.abs() > OFF_RAD || turns_otherwise {
             continue;
@@ -76,7 +79,7 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
     }
     let turned_deg = stated.turned_rad.to_degrees();
     if let Some((changes, guess, words)) = best {
-        // A tracker that is only turned is a smaller change than several wheels.
+        // A rotated tracker is a smaller change than several wheels.
         let is_turned = stated.explained >= EXPLAINED && changes > 1;
         if !is_turned {
             return Some(anomaly(
@@ -115,8 +118,9 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
     ))
 }
 
-/// One axis of the tracker that points otherwise than it is stated, where the wheels as stated explain the motion with that alone
-/// changed. Whoever looks at displacements in the body frame cannot see it, for these were turned by the heading.
+/// Returns a single tracker axis that differs from its statement, if this alone makes the stated
+/// wheels explain the motion. Displacements in the body frame cannot show it, because they were
+/// rotated by the heading.
 pub fn of_axes(logs: &[&Log], robot: &Robot, window_s: f64) -> Option<Anomaly> {
     type Change = fn([f64; 3]) -> [f64; 3];
     let changes: [(&str, Change); 4] = [
@@ -150,7 +154,7 @@ pub fn of_axes(logs: &[&Log], robot: &Robot, window_s: f64) -> Option<Anomaly> {
         }
         let all: Vec<&Window> = all.iter().collect();
         let guess = Guess::of(&usual(&all, &matrix), &matrix, lever_m, false);
-        // The tracker's frame may be turned, for which a heading is as good as any other.
+        // The tracker's frame may be rotated, so any heading offset is allowed.
         (guess.explained, guess.turned_rad)
     };
     let (as_stated, _) = explained(|pose| pose);
@@ -173,7 +177,8 @@ pub fn of_axes(logs: &[&Log], robot: &Robot, window_s: f64) -> Option<Anomaly> {
     })
 }
 
-/// All but the tenth whose ways fit those of the wheels least: there the tracker may have jumped or frozen.
+/// Returns all windows but the tenth that fits the wheels worst, where the tracker may have jumped
+/// or frozen.
 fn usual<'w>(windows: &[&'w Window], matrix: &Matrix3xX<f64>) -> Vec<&'w Window> {
     let size = |way: [f64; 3]| libm::hypot(way[0], way[1]);
     let ways: Vec<[f64; 2]> = windows
@@ -192,7 +197,7 @@ fn usual<'w>(windows: &[&'w Window], matrix: &Matrix3xX<f64>) -> Vec<&'w Window>
     order.iter().map(|index| windows[*index]).collect()
 }
 
-/// Factors between units that are easily taken for each other.
+/// Factors between units that are easily confused.
 const FACTORS: [(f64, &str); 12] = [
     (1000.0, "lengths in mm that are stated in m"),
     (100.0, "lengths in cm that are stated in m"),
@@ -227,7 +232,7 @@ fn scale_doubt(stated: &Guess) -> Option<Anomaly> {
     }
     let is_turn_too = stated.turns > TURNS && near(stated.turn_scale.abs(), ratio);
     let known = FACTORS.iter().find(|(factor, words)| {
-        // A wrong unit of wheels shows in turns as well, one of lengths does not.
+        // A wrong unit of wheels also shows in rotations, one of lengths does not.
         let fits = stated.turns <= TURNS || words.starts_with("wheel") == is_turn_too;
         (ratio / factor - 1.0).abs() < 0.2 && fits
     });
@@ -255,7 +260,8 @@ fn near(a: f64, b: f64) -> bool {
     (a / b - 1.0).abs() < 0.25
 }
 
-/// Maps of the same robot with wheels swapped or counting the other way, each with how much is changed and in words.
+/// Returns maps of the same robot with wheels swapped or reversed, each with the number of changes
+/// and a description.
 fn wirings(robot: &Robot, matrix: &Matrix3xX<f64>) -> Vec<(usize, String, Matrix3xX<f64>, bool)> {
     let wheels = robot.wheels.len();
     let name = |wheel: usize| format!("`{}`", robot.wheels[wheel].name);
@@ -269,7 +275,7 @@ fn wirings(robot: &Robot, matrix: &Matrix3xX<f64>) -> Vec<(usize, String, Matrix
             let flipped: Vec<usize> = (0..wheels.min(6))
                 .filter(|wheel| signs >> wheel & 1 == 1)
                 .collect();
-            // One switch turns all wheels about.
+            // One switch reverses all wheels.
             let flips = if flipped.len() == wheels {
                 1
             } else {
@@ -331,7 +337,7 @@ fn wirings(robot: &Robot, matrix: &Matrix3xX<f64>) -> Vec<(usize, String, Matrix
     all
 }
 
-/// All orders of up to four things; of more, those with two swapped.
+/// Returns all orders of up to four items; for more, those with two swapped.
 fn orders(count: usize) -> Vec<Vec<usize>> {
     let plain: Vec<usize> = (0..count).collect();
     if count > 4 {

@@ -1,4 +1,4 @@
-//! What of a study's section on simulating is refused.
+//! Checks of a study's section on simulating.
 
 use ilon_robot::Robot;
 use ilon_sim::Error;
@@ -7,13 +7,13 @@ use super::config::{Logged, Phases, Simulate};
 use crate::log::{Column, wheel_names};
 use crate::study_file::StudyFile;
 
-/// The longest drive that is simulated, in seconds.
+/// Longest simulated drive, in seconds.
 const MOST_DRIVE_S: f64 = 600.0;
 
-/// The most wheel angles from which a drive is simulated.
+/// Largest number of sets of wheel angles per drive.
 const MOST_PHASES: u32 = 1000;
 
-/// What is compared beside the ways must have numbers that can be.
+/// Rejects invalid numbers of the quantities compared besides distances.
 fn check_beside(section: &Simulate, file: &StudyFile) -> Result<(), Error> {
     let mut numbers = Vec::new();
     if let Some(heading) = &section.heading {
@@ -62,10 +62,10 @@ fn check_beside(section: &Simulate, file: &StudyFile) -> Result<(), Error> {
     Ok(())
 }
 
-/// Refuses a section that cannot be simulated.
+/// Rejects a section that cannot be simulated.
 ///
 /// # Errors
-/// Where a number of it cannot be, or it asks for what logs or robot do not have.
+/// If a number is invalid, or the logs or the robot lack what the section needs.
 pub(crate) fn check(section: &Simulate, file: &StudyFile, robot: &Robot) -> Result<(), Error> {
     let invalid = |message: String, help: String| Err(Error::invalid(message, help));
     if !(section.drive_s > 0.0 && section.drive_s <= MOST_DRIVE_S) {

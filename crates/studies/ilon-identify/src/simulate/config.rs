@@ -1,4 +1,4 @@
-//! What a study says about fitting by simulation.
+//! The study's settings of the fit by simulation.
 
 use std::collections::BTreeMap;
 

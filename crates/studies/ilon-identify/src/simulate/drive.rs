@@ -17,10 +17,11 @@ use crate::motion::window;
 use crate::ripple::{Stretches, ripple};
 use crate::study::{Study, flat};
 
-/// How long the simulated wheels turn before what they do counts, in seconds.
+/// Settling time before the motion of a simulated drive counts, in seconds.
 const SETTLE_S: f64 = 0.7;
 
-/// The keys of a simulation: those of the study, with free ones at some values, and with others in their place.
+/// Returns the keys of a simulation: those of the study, the free ones at given values, and
+/// replacements.
 pub(super) fn keys(
     study: &Study,
     free: &[Free],
@@ -35,7 +36,8 @@ pub(super) fn keys(
     keys
 }
 
-/// A robot in its scenario at some values of the keys, read once for all drives: measuring its rollers takes longer than a drive.
+/// A robot in its scenario at some values of the keys, read once for all drives, because measuring
+/// its rollers takes longer than a drive.
 pub(super) struct Ready {
     scenario: Scenario,
     robot: Robot,
@@ -45,7 +47,7 @@ impl Ready {
     /// Reads scenario and robot.
     ///
     /// # Errors
-    /// Where there is no such robot or scenario.
+    /// If robot or scenario are invalid.
     pub fn new(study: &Study, keys: &[(String, Toml)]) -> Result<Self, Error> {
         let settings: Vec<Setting> = keys
             .iter()
@@ -59,7 +61,7 @@ impl Ready {
         Ok(ready)
     }
 
-    /// What is simulated, with the rollers of each wheel turned about its hub, in radians.
+    /// Builds the simulation, with the rollers of each wheel turned about its hub, in radians.
     fn plant(&self, turned_rad: &[f64]) -> Result<Plant, Error> {
         let robot = phases::turned(self.robot.clone(), turned_rad);
         let resolved = resolve_for(&self.scenario, &robot, Driver::Own)?;
@@ -67,17 +69,17 @@ impl Ready {
     }
 }
 
-/// One simulation of a drive: its place among the drives, and which of the sets of wheel angles it begins from.
+/// One simulation of a drive: the index of the drive, and its set of initial wheel angles.
 #[derive(Clone, Copy)]
 pub(super) struct Task {
     pub drive: usize,
-    /// Of the sets.
+    /// Seed of the sets.
     pub seed: u32,
     pub starts: Starts,
     pub set: u32,
 }
 
-/// Drives the simulated robot at wheel rates; `None` where it leaves all numbers.
+/// Simulates the robot at wheel rates; `None` if it diverges.
 pub(super) fn made(
     section: &Simulate,
     ready: &Ready,
@@ -92,9 +94,10 @@ pub(super) fn made(
     let turned_rad = match (task.starts, &course.begun_rad) {
         (Starts::Sets(_), _) => phases::set(section, robot, task.seed, task.drive, task.set),
         (Starts::Log, Some(begun_rad)) => {
-            // Where wheels stand that settled from the angles of the file says from where they come to those of the log.
+            // The wheel angles after settling from the file's angles give the start from which
+            // settling leads to the log's angles.
             let mut plant = ready.plant(&[])?;
-            // The first row that counts is that after a period more.
+            // The first row that counts comes one period later.
             for _ in 0..=settle {
                 match plant.advance(WheelCommand::Rates(rates), period_s) {
                     Ok(_) => {}
@@ -145,7 +148,7 @@ pub(super) fn made(
     let seen = whole.seen;
     let (mut wheels_rad_s, mut body_m) = (0.0, 0.0);
     if let Some(compared) = &section.ripple {
-        // The loops of the simulated wheels let them turn slower than they are told to.
+        // The loops of the simulated wheels let them turn slower than commanded.
         let own: Vec<f64> = whole
             .turned_rad
             .iter()
@@ -166,7 +169,7 @@ pub(super) fn made(
             ));
         }
         let rollers = robot.wheels.iter().map(|wheel| wheel.rollers.len()).max();
-        // Wheels that do not turn steadily leave nothing that could be compared.
+        // Wheels that do not turn steadily have no ripple to compare.
         let Some(found) = ripple(&log, rollers.unwrap_or(0), nominal, &stretches) else {
             return Ok(None);
         };

@@ -1,32 +1,34 @@
-//! What simulated drives made.
+//! Results of simulated drives.
 
-/// What a simulated drive made.
+/// The result of a simulated drive.
 #[derive(Clone, Debug)]
 pub(super) struct DriveResult {
-    /// The way along the direction that the wheels ask for, over the way that they ask for by the study's robot.
+    /// Distance along the direction commanded by the wheels, over the distance commanded by the
+    /// study's robot.
     pub along: f64,
     /// The same across it, to the left.
     pub across: f64,
-    /// By how much it turned beyond what the wheels ask for, over the way that they ask for, in rad/m.
+    /// Rotation beyond the one commanded by the wheels, over the commanded distance, in rad/m.
     pub drift_rad_per_m: f64,
     /// The mean torque of each wheel's motor, in N m at the wheel.
     pub torques_n_m: Vec<f64>,
-    /// The ripple of the wheels' rates in rad/s and of the body's way in metres, root mean square; 0 where none is compared.
+    /// Ripple of the wheels' rates in rad/s and of the body's position in metres, root mean square;
+    /// 0 if not compared.
     pub wheels_rad_s: f64,
     pub body_m: f64,
 }
 
-/// What drives from several wheel angles made.
+/// Results of a drive from several sets of initial wheel angles.
 #[derive(Clone, Debug)]
 pub(super) struct MeanOverPhases {
     /// Their mean.
     pub mean: DriveResult,
-    /// Each of them.
+    /// The result of each set.
     pub each: Vec<DriveResult>,
 }
 
 impl MeanOverPhases {
-    /// All drives; `None` where one of them came to nothing.
+    /// Combines all drives; `None` if one of them failed.
     pub fn new(all: &[Option<DriveResult>]) -> Option<Self> {
         let each: Vec<DriveResult> = all.iter().cloned().collect::<Option<_>>()?;
         let wheels = each.first()?.torques_n_m.len();
@@ -45,7 +47,7 @@ impl MeanOverPhases {
         Some(Self { mean, each })
     }
 
-    /// The standard deviation of the ways along over the wheel angles; 0 of one.
+    /// Returns the standard deviation of the distances along over the sets; 0 for one.
     pub fn scatter(&self) -> f64 {
         let squares = self
             .each

@@ -1,9 +1,10 @@
-//! Values of the free keys at which simulated drives are nearest to those of the logs, and how sure they are.
+//! Fits the free keys so that simulated drives match those of the logs, with uncertainties.
 //!
-//! A drive begins at angles phi of its rollers that no log says. What it makes is y = f(v, phi) + e of the values v, so that its mean over phi
-//! is what is compared, and the variance over phi is an error of the drive beside e: both are taken from drives that are simulated from several
-//! sets of angles. The variance follows v; it is held while values are searched and taken anew where they were found, as a search that could
-//! make it larger would.
+//! A drive starts at roller angles phi that no log contains. Its result is y = f(v, phi) + e for
+//! the values v, so its mean over phi is compared, and the variance over phi is an error of the
+//! drive in addition to e: both are estimated by simulating drives from several sets of angles. The
+//! variance depends on v; it is held during a search and updated at the result, because a search
+//! could otherwise gain by increasing it.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -24,20 +25,21 @@ use crate::least_squares::{Minimum, Search, least_squares};
 use crate::scatter::{Cluster, Interval, Scatter};
 use crate::study::{Simulate, Study};
 
-/// How often the variance over wheel angles is taken anew at most.
+/// Largest number of updates of the variance over wheel angles.
 const ROUNDS: usize = 2;
-/// Values that move by less than this many standard errors end that.
+/// Updates end when values move by less than this many standard errors.
 const SETTLED: f64 = 0.2;
-/// How often a search begins again where less is left along the range of a key.
+/// Largest number of restarts of a search with a smaller residual along the range of a key.
 const RESTARTS: usize = 2;
-/// It does where so much less is left there.
+/// A restart needs a residual below this share.
 const LESS: f64 = 0.95;
-/// From so many sets of wheel angles it is tried whether they matter.
+/// Number of sets of wheel angles used to test whether they matter.
 const TRIED: u32 = 2;
-/// They do where they move a value by this share of its standard error: an interval of 95 % that is off by as much holds the truth in 94 %.
+/// They matter if they move a value by this share of its standard error: a 95 % interval that is
+/// off by as much holds the truth in 94 %.
 const MATTERS: f64 = 0.3;
 
-/// What drives are simulated with.
+/// The setup for simulating drives.
 pub(super) struct Rig<'a> {
     pub study: &'a Study,
     pub section: &'a Simulate,
@@ -48,7 +50,7 @@ pub(super) struct Rig<'a> {
 }
 
 impl Rig<'_> {
-    /// What some drives make of a robot; `None` of one that leaves all numbers.
+    /// Returns the results of some drives of a robot; `None` if it diverges.
     pub fn drives(
         &self,
         ready: &Ready,
@@ -78,34 +80,35 @@ impl Rig<'_> {
     }
 }
 
-/// What is fitted: values as the search sees them are those of the free keys, and the scale of each series last.
+/// The problem to fit. In the search, values are those of the free keys, followed by the scale of
+/// each series.
 pub(super) struct Problem<'a> {
     pub rig: &'a Rig<'a>,
     pub free: &'a [Free],
     pub scales: &'a Scales,
     pub fitted: &'a [&'a Leg],
-    /// The drives that stand for them, in order.
+    /// Indices of the simulated drives that are needed, in order.
     pub wanted: &'a [usize],
     pub starts: Starts,
-    /// What was simulated is kept: where only a scale or an error changes, nothing moves otherwise.
+    /// Cache of simulations: scales and errors do not affect the motion.
     kept: Mutex<Vec<Simulated>>,
 }
 
-/// What drives made at some values of the keys.
+/// Results of drives at some values of the keys.
 type Simulated = (Vec<f64>, Vec<Option<MeanOverPhases>>);
 
-/// Values that were found, and what follows from them.
+/// Fitted values and derived quantities.
 pub(super) struct Fitted {
     pub found: Minimum,
     pub intervals: Vec<Interval>,
-    /// Of each free key, a value in another valley that the drives do not refuse.
+    /// For each free key, a second value, in another minimum, that the drives do not reject.
     pub elsewhere: Vec<Option<f64>>,
 }
 
-/// How runs scatter about what was found.
+/// Scatter of runs about the fit.
 struct Runs {
     scatter: Scatter,
-    /// What is left of each equation, by [`Scatter::adjusted`].
+    /// Residual of each equation, by [`Scatter::adjusted`].
     adjusted: DVector<f64>,
 }
 
@@ -128,7 +131,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// What the drives make at some values; `None` where one of them cannot be.
+    /// Returns the results of the drives at some values; `None` if one of them fails.
     fn made(&self, seen: &[f64]) -> Result<Option<Vec<MeanOverPhases>>, Error> {
         let own = &seen[..self.free.len()];
         let known = {
@@ -139,7 +142,8 @@ impl<'a> Problem<'a> {
         let made = match known {
             Some(made) => made,
             None => {
-                // Each key by itself can have what its range holds; together they may ask for a robot that cannot be.
+                // Each key alone can take any value of its range; some combinations give an
+                // impossible robot.
                 let Ok(ready) = self.ready(own) else {
                     return Ok(None);
                 };
@@ -152,13 +156,14 @@ impl<'a> Problem<'a> {
         Ok(made.into_iter().collect())
     }
 
-    /// The robot at some values of the keys.
+    /// Returns the robot at some values of the keys.
     fn ready(&self, own: &[f64]) -> Result<Ready, Error> {
         let keys = drive::keys(self.rig.study, self.free, &shown(self.free, own), &[]);
         Ready::new(self.rig.study, &keys)
     }
 
-    /// Differences of measured and simulated with the errors of the log, a row an equation, by what `of` takes of each drive.
+    /// Returns differences of measured and simulated values with the errors of the log, one row per
+    /// equation; `of` selects the result of each drive.
     fn rows(
         &self,
         seen: &[f64],
@@ -175,7 +180,8 @@ impl<'a> Problem<'a> {
         rows
     }
 
-    /// By how much each equation is off from its mean in each of the sets of wheel angles; none of one set.
+    /// Returns the deviation of each equation from its mean for each set of wheel angles; empty for
+    /// one set.
     fn deviations(&self, seen: &[f64], made: &[MeanOverPhases]) -> Vec<Vec<f64>> {
         let sets = self.starts.count() as usize;
         if sets < 2 {
@@ -192,7 +198,7 @@ impl<'a> Problem<'a> {
         (0..of_set[0].len()).map(one).collect()
     }
 
-    /// The error of each equation: that of the log, and what it scatters by over wheel angles.
+    /// Returns the error of each equation: that of the log, plus the scatter over wheel angles.
     fn errors(&self, seen: &[f64]) -> Result<Option<Vec<f64>>, Error> {
         let Some(made) = self.made(seen)? else {
             return Ok(None);
@@ -206,7 +212,8 @@ impl<'a> Problem<'a> {
         Ok(Some(rows.iter().enumerate().map(one).collect()))
     }
 
-    /// Searches values, weighing equations by their errors, and looks along the range of each key for others that are better or as good.
+    /// Fits values with equations weighted by their errors, and searches the range of each key for
+    /// better or equally good values.
     pub fn fit(&self, start: &[f64], search: &Search) -> Result<Fitted, Error> {
         let (mut found, mut errors) = self.settled(start, search)?;
         let mut all = self.along(&found, &errors, search)?;
@@ -215,7 +222,8 @@ impl<'a> Problem<'a> {
                 break;
             };
             let (other, of_other) = self.settled(&better, search)?;
-            // By the same errors: what is left of two sets of values is not compared otherwise.
+            // With the same errors: otherwise the residuals of two sets of values cannot be
+            // compared.
             let left = self.left(&other.values, &errors)?;
             if left.is_none_or(|left| left.norm_squared() >= found.residuals.norm_squared()) {
                 break;
@@ -233,12 +241,12 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// Where a search ends, and the errors by which it weighed equations.
+    /// Returns the end of a search, and the errors that weighted the equations.
     fn settled(&self, start: &[f64], search: &Search) -> Result<(Minimum, Vec<f64>), Error> {
         let mut values = start.to_vec();
         let mut round = 0;
         loop {
-            // A start that cannot be simulated is named by the search.
+            // The search itself reports a start that cannot be simulated.
             let errors = self.errors(&values)?.unwrap_or_default();
             let residuals = |seen: &[f64]| -> Result<Option<Vec<f64>>, Error> {
                 Ok(self
@@ -259,7 +267,8 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// What is left at some values, over errors of the equations; over those of the log where there are none.
+    /// Returns the residuals at some values, over the errors of the equations; by default over
+    /// those of the log.
     fn left(&self, seen: &[f64], errors: &[f64]) -> Result<Option<DVector<f64>>, Error> {
         Ok(self.made(seen)?.map(|made| {
             let rows = self.rows(seen, &made, |together| &together.mean);
@@ -269,7 +278,7 @@ impl<'a> Problem<'a> {
         }))
     }
 
-    /// What is left along the range of each key.
+    /// Returns the residuals along the range of each key.
     fn along(
         &self,
         found: &Minimum,
@@ -282,7 +291,7 @@ impl<'a> Problem<'a> {
             let part = |part: u32| low + (high - low) * f64::from(part) / f64::from(PARTS);
             let mut values: Vec<f64> = (0..=PARTS).map(part).collect();
             let by = search.differences[axis];
-            // Those at which the derivatives were taken are known.
+            // The values used for derivatives are already simulated.
             values.extend([here - by, here, here + by].map(|value| value.clamp(low, high)));
             values.sort_by(f64::total_cmp);
             values.dedup();
@@ -325,7 +334,8 @@ impl<'a> Problem<'a> {
         }))
     }
 
-    /// Intervals that hold all values that drives do not refuse, and which of those lie in another valley.
+    /// Returns intervals with all values that drives do not reject, and those that lie in another
+    /// minimum.
     fn whole(
         &self,
         found: &Minimum,
@@ -342,7 +352,7 @@ impl<'a> Problem<'a> {
         let mut elsewhere = vec![None; all.len()];
         for (axis, along) in all.iter().enumerate() {
             let interval = &mut intervals[axis];
-            // Where the scatter of runs is not known, no number stays none.
+            // If the scatter of runs is unknown, the interval stays NaN.
             let Some((runs, [_, freedoms])) =
                 runs.and_then(|runs| Some((runs, runs.scatter.error_of(axis)?)))
             else {
@@ -362,8 +372,8 @@ impl<'a> Problem<'a> {
         (intervals, elsewhere)
     }
 
-    /// The fit of a problem in which wheels begin at known angles; `None` where it matters at which, where the search begins or where it ends, or where
-    /// values far from there are not refused.
+    /// Fits the problem with known initial wheel angles; `None` if they matter at the start or the
+    /// end of the search, or if values far from there are not rejected.
     pub fn fit_unless_angles_matter(
         &self,
         start: &[f64],
@@ -384,13 +394,13 @@ impl<'a> Problem<'a> {
             return Ok(None);
         }
         let fit = self.fit(start, search)?;
-        // Where they do not matter here, they may at other values that are not refused.
+        // They may matter at other values that are not rejected.
         let do_matter = fit.elsewhere.iter().any(Option::is_some)
             || self.matter(&fit.found, Some(&fit.intervals))?;
         Ok((!do_matter).then_some(fit))
     }
 
-    /// How runs scatter about what was found; `None` of one run.
+    /// Returns the scatter of runs about the result; `None` for one run.
     fn runs(&self, found: &Minimum) -> Option<Runs> {
         let mut of_run: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         let mut row = 0;
@@ -427,8 +437,9 @@ impl<'a> Problem<'a> {
         Some(Runs { scatter, adjusted })
     }
 
-    /// Where values lie with 95 %: by how runs scatter, or by what wheel angles alone make of it where that is more, and by what so few sets of
-    /// angles leave of the mean. No numbers of what only one run tells.
+    /// Returns 95 % intervals of the values: from the scatter of runs, or from the wheel angles
+    /// alone if that is larger, plus the error of the mean over few sets of angles. NaN for values
+    /// that only one run determines.
     fn intervals(
         &self,
         found: &Minimum,
@@ -456,7 +467,8 @@ impl<'a> Problem<'a> {
         Ok(found.values.iter().enumerate().map(one).collect())
     }
 
-    /// The variance of each value by the wheel angles at which the log's drives began, and by how few sets of them were simulated.
+    /// Returns the variance of each value due to the unknown initial wheel angles of the log's
+    /// drives, and to the small number of simulated sets.
     fn of_angles(
         &self,
         found: &Minimum,
@@ -493,8 +505,9 @@ impl<'a> Problem<'a> {
         Ok(Some([of_runs, of_mean / sets as f64]))
     }
 
-    /// Whether it matters for some value at which angles wheels begin, of a problem in which they begin at known ones: whether drives from other
-    /// angles move it by more than a small part of what it is known to. `intervals` are those found, where they are.
+    /// Whether initial wheel angles matter, for a problem that assumes known ones: whether other
+    /// angles move some value by more than a small part of its uncertainty. `intervals` are those
+    /// found, if known.
     fn matter(&self, found: &Minimum, intervals: Option<&[Interval]>) -> Result<bool, Error> {
         let Some(here) = self.made(&found.values)? else {
             return Ok(true);
@@ -515,7 +528,7 @@ impl<'a> Problem<'a> {
                 here.len(),
                 apart.map(|([here, error], [there, _])| (there - here) / error),
             );
-            // Where values are not determined, all that changes matters.
+            // If values are not determined, every change matters.
             let Some(inverse) = &inverse else {
                 if apart.norm() > MATTERS {
                     return Ok(true);
@@ -536,22 +549,22 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Values at which clearly less is left than where a search ended, along the range of one key with the others following; `None` where there
-/// are none.
+/// Returns values with a clearly smaller residual than the end of a search, along the range of one
+/// key with the others adapted; `None` if there are none.
 fn better(found: &Minimum, all: &[LikelihoodProfile], search: &Search) -> Option<Vec<f64>> {
     let least = all.iter().enumerate();
     let least = least.filter_map(|(axis, along)| Some((axis, along.least()?)));
     let (axis, [value, squares]) = least.min_by(|(_, a), (_, b)| a[1].total_cmp(&b[1]))?;
     let is_far = (value - found.values[axis]).abs() > search.differences[axis];
     (is_far && squares < LESS * found.residuals.norm_squared()).then(|| {
-        // The others follow in the search.
+        // The search adapts the others.
         let mut values = found.values.clone();
         values[axis] = value;
         values
     })
 }
 
-/// Values of keys as a scenario has them.
+/// Returns values of keys in the scenario's units.
 pub(super) fn shown(free: &[Free], seen: &[f64]) -> Vec<f64> {
     let one = |(free, value): (&Free, &f64)| match free.is_log {
         true => libm::exp(*value),
@@ -560,12 +573,12 @@ pub(super) fn shown(free: &[Free], seen: &[f64]) -> Vec<f64> {
     free.iter().zip(seen).map(one).collect()
 }
 
-/// The variance of deviations from their mean.
+/// Returns the variance of deviations about their mean.
 fn variance(deviations: &[f64]) -> f64 {
     deviations.iter().map(|by| by * by).sum::<f64>() / (deviations.len() - 1).max(1) as f64
 }
 
-/// The variance of each row, whose mean is 0.
+/// Returns the variance of each row, whose mean is 0.
 fn variances(rows: &DMatrix<f64>) -> DVector<f64> {
     let count = (rows.ncols() - 1).max(1) as f64;
     DVector::from_iterator(
@@ -574,7 +587,7 @@ fn variances(rows: &DMatrix<f64>) -> DVector<f64> {
     )
 }
 
-/// The inverse of the normal equations; `None` where they do not determine all values.
+/// Returns the inverse of the normal equations; `None` if they do not determine all values.
 fn inverse(jacobian: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let inverse = (jacobian.transpose() * jacobian).cholesky()?.inverse();
     inverse
@@ -583,7 +596,7 @@ fn inverse(jacobian: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         .then_some(inverse)
 }
 
-/// The standard error of each value by the errors of its equations.
+/// Returns the standard error of each value by the errors of its equations.
 fn standard_errors(jacobian: &DMatrix<f64>) -> Option<Vec<f64>> {
     let inverse = inverse(jacobian)?;
     Some(inverse.diagonal().iter().map(|own| own.sqrt()).collect())

@@ -1,5 +1,5 @@
-//! Keys of the scenario that are fitted by simulating: each direction in which a log drives steadily is driven by the simulated robot
-//! at the same wheel rates, and the ways made are compared.
+//! Fits keys of the scenario by simulation: for each direction of steady drive in a log, the
+//! simulated robot drives at the same wheel rates, and the distances are compared.
 
 mod check;
 mod config;
@@ -33,16 +33,17 @@ use crate::least_squares::{Minimum, Search};
 use crate::outcome::{Beside, Elsewhere, Simulation, Value};
 use crate::study::{Study, flat};
 
-/// What simulating found.
+/// Results of the fit by simulation.
 pub(crate) struct SimulationFit {
     pub parameters: Vec<(String, Value)>,
     pub simulation: Simulation,
 }
 
-/// From so many sets of wheel angles drives are simulated where the log does not say at which they began.
+/// Number of sets of initial wheel angles if the log does not contain them.
 const SETS: u32 = 8;
 
-/// Fits the keys that a study leaves free to the ways that its runs made, and to their ripple where the study says so.
+/// Fits the free keys of a study to the distances of its runs, and to their ripple if the study
+/// asks for it.
 pub(crate) fn simulate(
     study: &Study,
     section: &Simulate,
@@ -141,7 +142,7 @@ pub(crate) fn simulate(
     })
 }
 
-/// Refuses fewer directions of motion than keys, and a ripple of which there is none.
+/// Rejects fewer directions of motion than keys, and a missing ripple.
 fn refuse_what_nothing_determines(
     section: &Simulate,
     free: &[Free],
@@ -173,14 +174,15 @@ fn refuse_what_nothing_determines(
     Ok(())
 }
 
-/// A fit, the wheel angles from which its drives begin, and whether they matter, where that was asked.
+/// A fit, the initial wheel angles of its drives, and whether they matter, if tested.
 struct FromStarts {
     starts: Starts,
     fit: Fitted,
     do_matter: Option<bool>,
 }
 
-/// Fits from the wheel angles that a study states; where it states none, from those of the robot's file, unless angles matter.
+/// Fits with the initial wheel angles that a study states; by default with those of the robot's
+/// file, unless angles matter.
 fn fit_from_starts<'a>(
     phases: Option<Phases>,
     problem: impl Fn(Starts) -> Problem<'a>,
@@ -209,7 +211,8 @@ fn fit_from_starts<'a>(
     }
 }
 
-/// The keys that were fitted with their intervals, and those of whose interval an end or both lie at the ends of what was searched.
+/// The fitted keys with their intervals, and those whose interval reaches one or both ends of the
+/// searched range.
 struct Ranges {
     parameters: Vec<(String, Value)>,
     open: Vec<String>,
@@ -238,13 +241,13 @@ fn ranges(
         ];
         match reaches {
             [true, true] => ranges.open.push(free.key.clone()),
-            // Of a value at the end of its range that is said already.
+            // For a value at the end of its range this was reported already.
             [true, false] | [false, true] if !at_bounds.contains(&free.key) => {
                 ranges.cut_off.push(free.key.clone());
             }
             _ => {}
         }
-        // Beyond its ends nothing was tried, and nothing may be there: no number stays none.
+        // Nothing was tried beyond the ends, where a robot may be impossible; NaN stays NaN.
         interval.low = interval.low.clamp(low, high);
         interval.high = interval.high.clamp(low, high);
         if free.is_log {
@@ -257,7 +260,7 @@ fn ranges(
     ranges
 }
 
-/// The keys that change nothing by more than the noise over all of their range.
+/// Returns the keys whose effect over their whole range is below the noise.
 fn insensitive(free: &[Free], found: &Minimum, search: &Search) -> Vec<String> {
     let is_insensitive = |axis: usize| {
         let (low, high) = search.bounds[axis];
@@ -266,7 +269,7 @@ fn insensitive(free: &[Free], found: &Minimum, search: &Search) -> Vec<String> {
     keys_where(free, is_insensitive)
 }
 
-/// The keys whose value lies at an end of their range.
+/// Returns the keys whose value is at an end of their range.
 fn at_bounds(free: &[Free], found: &Minimum, search: &Search) -> Vec<String> {
     let is_at_bounds = |axis: usize| {
         let (low, high) = search.bounds[axis];
@@ -281,7 +284,8 @@ fn keys_where(free: &[Free], of: impl Fn(usize) -> bool) -> Vec<String> {
     keys.map(|(_, free)| free.key.clone()).collect()
 }
 
-/// Where the search begins, and what it may do: values of the keys, and the scale of each series last.
+/// Returns the start and the settings of the search: values of the keys, followed by the scale of
+/// each series.
 fn search_of(section: &Simulate, free: &[Free], means: &[f64]) -> (Vec<f64>, Search) {
     let end = |value: f64, is_log: bool| if is_log { libm::log(value) } else { value };
     let mut bounds: Vec<(f64, f64)> = free
@@ -312,7 +316,7 @@ fn search_of(section: &Simulate, free: &[Free], means: &[f64]) -> (Vec<f64>, Sea
     (start, search)
 }
 
-/// Refuses ranges at whose ends there is no robot or scenario that could be simulated, before anything is simulated.
+/// Rejects ranges whose ends give an impossible robot or scenario, before any simulation.
 fn refuse_what_cannot_be(study: &Study, free: &[Free]) -> Result<(), Error> {
     let start: Vec<f64> = free.iter().map(start_of).collect();
     for (axis, key) in free.iter().enumerate() {
@@ -333,7 +337,8 @@ fn refuse_what_cannot_be(study: &Study, free: &[Free]) -> Result<(), Error> {
     Ready::new(study, &drive::keys(study, free, &start, &[])).map(|_| ())
 }
 
-/// Pairs of keys whose changes look the same to nine parts in ten or more: the log hardly tells them apart.
+/// Returns pairs of keys whose effects have a correlation of at least 0.9: the log hardly
+/// distinguishes them.
 fn alike(jacobian: &DMatrix<f64>, free: &[Free]) -> Vec<[String; 2]> {
     let mut pairs = Vec::new();
     let dot = |a: usize, b: usize| jacobian.row_iter().map(|row| row[a] * row[b]).sum::<f64>();

@@ -1,18 +1,18 @@
-//! Which keys of the scenario are free, and between which values.
+//! Free keys of the scenario, with their ranges.
 
 use ilon_sim::Error;
 use toml::Value as Toml;
 
 use crate::study::{Simulate, flat};
 
-/// What is varied, from where to where.
+/// A free key with its range.
 pub(super) struct Free {
     pub key: String,
     pub low: f64,
     pub high: f64,
     pub is_log: bool,
 }
-/// Where the search begins.
+/// Returns the start of the search.
 pub(super) fn start_of(free: &Free) -> f64 {
     match free.is_log {
         true => libm::exp(libm::log(free.low) + 0.4 * (libm::log(free.high) - libm::log(free.low))),
@@ -20,7 +20,7 @@ pub(super) fn start_of(free: &Free) -> f64 {
     }
 }
 
-/// The keys that are free, each `{ from = ..., to = ..., scale = "log" }`.
+/// Returns the free keys, each `{ from = ..., to = ..., scale = "log" }`.
 pub(super) fn free_of(section: &Simulate) -> Result<Vec<Free>, Error> {
     let mut found: Vec<Free> = Vec::new();
     for (key, value) in flat(&section.free) {

@@ -1,4 +1,4 @@
-//! The angles of their rollers at which simulated wheels begin.
+//! Initial roller angles of the simulated wheels.
 
 use std::f64::consts::TAU;
 
@@ -7,22 +7,23 @@ use nalgebra::Rotation3;
 
 use super::config::Simulate;
 
-/// Sets of angles for one drive are this far from those for the next along the same sequence, so that drives do not share what a set does.
+/// Offset between the sets of one drive and of the next in the same sequence, so that drives do not
+/// share the effects of a set.
 const SETS_OF_A_DRIVE: u32 = 97;
 
-/// From which wheel angles each drive is simulated.
+/// Initial wheel angles of the simulated drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Starts {
-    /// As the robot's file has them.
+    /// Those of the robot's file.
     File,
-    /// As the log has them.
+    /// Those of the log.
     Log,
-    /// From so many sets that fill all combinations evenly.
+    /// This many sets that fill all combinations evenly.
     Sets(u32),
 }
 
 impl Starts {
-    /// How often each drive is simulated.
+    /// The number of simulations per drive.
     pub fn count(self) -> u32 {
         match self {
             Self::File | Self::Log => 1,
@@ -31,8 +32,9 @@ impl Starts {
     }
 }
 
-/// The angle by which each wheel's rollers are ahead of the robot's file when a drive begins, in radians, of one of many sets. Wheels that are
-/// in phase by the study begin alike. Other seeds have other sets, that fill all combinations as evenly.
+/// Returns the angle of each wheel's rollers ahead of the robot's file at the start of a drive, in
+/// radians, for one of many sets. Wheels that are in phase by the study start alike. Other seeds
+/// give other sets, which fill all combinations equally evenly.
 pub(super) fn set(
     section: &Simulate,
     robot: &Robot,
@@ -47,7 +49,7 @@ pub(super) fn set(
         let group = groups.iter().position(|names| names.contains(name));
         group.unwrap_or(groups.len() + wheel)
     };
-    // The first of the sequence has all wheels in step, as no chance has them.
+    // The first element of the sequence has all wheels in phase, which is not random.
     let place = f64::from(1 + index) + drive as f64 * f64::from(SETS_OF_A_DRIVE);
     (0..robot.wheels.len())
         .map(|wheel| {
@@ -59,7 +61,8 @@ pub(super) fn set(
             let root = prime.sqrt();
             let begun = (f64::from(seed) * libm::cbrt(prime)).fract();
             let rollers = robot.wheels[wheel].rollers.len().max(1) as f64;
-            // Evenly within a roller, and on any of them: rollers may differ, and those of two rows do.
+            // Evenly within a roller, and on any of them: rollers may differ, and those of two rows
+            // do.
             let within = (place * root + begun).fract();
             let roller = ((place * root.sqrt() + begun).fract() * rollers).floor();
             (within + roller) * TAU / rollers
@@ -67,7 +70,7 @@ pub(super) fn set(
         .collect()
 }
 
-/// The same robot with each wheel's rollers turned about its hub, in radians.
+/// Returns the robot with each wheel's rollers turned about its hub, in radians.
 pub(super) fn turned(mut robot: Robot, by_rad: &[f64]) -> Robot {
     for (wheel, by_rad) in robot.wheels.iter_mut().zip(by_rad) {
         let turn = Rotation3::from_axis_angle(&nalgebra::Vector3::z_axis(), *by_rad);

@@ -1,68 +1,75 @@
-//! What drives leave along the whole range of one key, and which values of it they do not refuse.
+//! Profile likelihood: the residuals of drives along the whole range of one key, and the values of
+//! it that the drives do not reject.
 //!
-//! An interval out of the equations as they are at the best fit says nothing of values far from it. Where a way grows with a key and falls again,
-//! two values explain it, and which of them a search ends at is chance. So each key is moved along its range, with the others following by their
-//! derivatives at the best fit. A value v is refused in favour of another, v', if the drives lean towards what v' makes, d = f(v') - f(v), by more
-//! than chance has it: r(v) . d, whose mean is 0 where v is true, is held against what chance makes of it. That comes from how runs scatter about
-//! the best fit, or from what wheel angles make of it at v where that is more, and from what so few sets of angles leave of f(v). Where f is a
-//! line, the values that are left are those of the usual interval.
+//! An interval from equations linearised at the best fit says nothing about values far from it. If
+//! a distance rises with a key and falls again, two values explain it, and chance decides which of
+//! them a search finds. So each key is moved along its range, with the others adapted by their
+//! derivatives at the best fit. A value v is rejected in favour of another, v', if the residuals
+//! correlate with the difference d = f(v') - f(v) more than by chance: r(v) . d, whose mean is 0 if
+//! v is true, is compared with its standard error. This comes from the scatter of runs about the
+//! best fit, or from the wheel angles' effect at v if that is larger, plus the error of f(v) from
+//! few sets of angles. If f is linear, the remaining values are those of the usual interval.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Into so many parts a range is cut, each of which is simulated.
+/// Number of parts of a range; each end is simulated.
 pub(super) const PARTS: u32 = 12;
-/// Into so many each of these is cut again, between which all is taken to change evenly.
+/// Subdivisions of each part, by linear interpolation.
 const FINER: u32 = 8;
-/// How often what lies between a value that is held and one that is not is halved.
+/// Number of bisections between an accepted and a rejected value.
 const HALVED: i32 = 6;
-/// A column of which less than this share is its own follows from those before it.
+/// A column whose independent part is below this share depends on those before it.
 const OWN: f64 = 1e-4;
 
-/// Half of the interval of 95 % of a normal distribution, over its standard deviation.
+/// Half of the 95 % interval of a normal distribution, over its standard deviation.
 pub(super) const NORMAL: f64 = 1.96;
 
 /// The equations of one drive of a log, in order.
 pub(super) struct Share {
     pub run: usize,
-    /// Its place among the simulated drives.
+    /// Index of the simulated drive.
     pub drive: usize,
     pub rows: usize,
 }
 
-/// What is left at one value.
+/// The residuals at one value.
 pub(super) struct Point {
     pub value: f64,
-    /// A row an equation, over its error.
+    /// One row per equation, over its error.
     pub left: DVector<f64>,
-    /// By how much each of the sets of wheel angles is off from their mean, a column a set, over the error too.
+    /// Deviations of each set of wheel angles from their mean, one column per set, over the error
+    /// too.
     pub deviations: DMatrix<f64>,
-    /// Whether the value before can be simulated too: what lies between is taken to lie between them.
+    /// Whether the value before can be simulated too: values between are then interpolated.
     pub follows: bool,
 }
 
-/// How runs scatter about the best fit.
+/// Scatter of runs about the best fit.
 pub(super) struct Scattered {
-    /// What is left there, by [`Scatter::adjusted`](crate::scatter::Scatter::adjusted) of each run.
+    /// The residuals there, by [`Scatter::adjusted`](crate::scatter::Scatter::adjusted) of each
+    /// run.
     pub left: DVector<f64>,
-    /// So many standard errors off is further than chance has it.
+    /// Largest deviation by chance, in standard errors.
     pub furthest: f64,
 }
 
-/// What is left along the range of one key, by rising values, of what the other values cannot make up for.
+/// Residuals along the range of one key, by increasing values, without the part that the other
+/// values can compensate.
 pub(super) struct LikelihoodProfile {
     points: Vec<Point>,
 }
 
-/// The values that are not refused.
+/// The values that are not rejected.
 pub(super) struct AcceptedValues {
-    /// The least and the largest.
+    /// The smallest and the largest.
     pub ends: [f64; 2],
-    /// The best of those in another valley.
+    /// The best value in another minimum.
     pub elsewhere: Option<f64>,
 }
 
 impl LikelihoodProfile {
-    /// Takes off what the other values can make up for: `others` is how what is left follows them, a column a value.
+    /// Removes the part that the other values can compensate: `others` is the derivative of the
+    /// residuals, one column per value.
     pub fn new(mut points: Vec<Point>, others: &DMatrix<f64>) -> Self {
         let made_up = basis(others);
         for point in &mut points {
@@ -82,7 +89,7 @@ impl LikelihoodProfile {
         Self { points: all }
     }
 
-    /// The value at which least is left, and the sum of squares there.
+    /// Returns the value with the smallest residual, and the sum of squares there.
     pub fn least(&self) -> Option<[f64; 2]> {
         let squares = self
             .points
@@ -91,7 +98,7 @@ impl LikelihoodProfile {
         squares.min_by(|a, b| a[1].total_cmp(&b[1]))
     }
 
-    /// The values that drives do not refuse, of which that found is always one.
+    /// Returns the values that drives do not reject; the one found is always among them.
     pub fn held(
         &self,
         found: f64,
@@ -105,7 +112,7 @@ impl LikelihoodProfile {
         let held: Vec<bool> = self.points.iter().map(is_held).collect();
         let first = held.iter().position(|held| *held)?;
         let last = held.iter().rposition(|held| *held)?;
-        // Between a value that is held and one that is refused lies the end.
+        // The end lies between an accepted and a rejected value.
         let end = |held: usize, refused: Option<&Point>| {
             let (from, mut share) = (&self.points[held], 0.0);
             for part in 1..=HALVED {
@@ -133,7 +140,8 @@ impl LikelihoodProfile {
         Some(AcceptedValues { ends, elsewhere })
     }
 
-    /// From where to where no value is better than one nearer to `value`: the valley in which it lies.
+    /// Returns the range around `value` in which the residual rises monotonically with the distance
+    /// from it.
     fn valley(&self, value: f64) -> [f64; 2] {
         let squares: Vec<f64> = self
             .points
@@ -152,7 +160,7 @@ impl LikelihoodProfile {
     }
 }
 
-/// Whether what is left at a value leans towards another by more than chance has it.
+/// Whether the residuals at a value favour another by more than chance.
 fn leans(point: &Point, other: &Point, shares: &[Share], scattered: &Scattered) -> bool {
     let towards = &point.left - &other.left;
     let sum = point.left.dot(&towards);
@@ -180,12 +188,12 @@ fn leans(point: &Point, other: &Point, shares: &[Share], scattered: &Scattered) 
     sum > libm::hypot(by_runs.max(by_angles), NORMAL * by_few.sqrt())
 }
 
-/// The variance of numbers whose mean is 0; 0 of less than two.
+/// Returns the variance of numbers whose mean is 0; 0 for fewer than two.
 fn variance(of_sets: &DVector<f64>) -> f64 {
     of_sets.norm_squared() / of_sets.len().saturating_sub(1).max(1) as f64
 }
 
-/// What is taken to be left between two points.
+/// Interpolates the residuals between two points.
 fn between(before: &Point, after: &Point, place: f64) -> Point {
     Point {
         value: before.value + place * (after.value - before.value),
@@ -195,20 +203,20 @@ fn between(before: &Point, after: &Point, place: f64) -> Point {
     }
 }
 
-/// Takes what unit vectors span off a vector.
+/// Removes the projection on the span of unit vectors from a vector.
 fn take_off(left: &mut DVector<f64>, spanned: &[DVector<f64>]) {
     for own in spanned {
         left.axpy(-own.dot(left), own, 1.0);
     }
 }
 
-/// What columns span, at right angles to one another and of length 1.
+/// Returns an orthonormal basis of the span of columns.
 fn basis(columns: &DMatrix<f64>) -> Vec<DVector<f64>> {
     let mut found: Vec<DVector<f64>> = Vec::with_capacity(columns.ncols());
     for column in columns.column_iter() {
         let mut own = column.clone_owned();
         let size = own.norm();
-        // Twice, as what is small after the first time is not at right angles yet.
+        // Twice, because a small remainder is not orthogonal after the first pass.
         take_off(&mut own, &found);
         take_off(&mut own, &found);
         let left = own.norm();
@@ -232,10 +240,10 @@ mod tests {
     /// Standard deviation of the noise of an equation.
     const NOISE: f64 = 0.1;
 
-    /// Of one equation a run, how it follows a key from 0 to 1.
+    /// Result of a run's one equation as a function of a key from 0 to 1.
     type Ways<'a> = &'a dyn Fn(f64) -> f64;
 
-    /// How eight runs of one equation each scatter about the best fit of a way.
+    /// Scatter of eight runs of one equation each about the best fit.
     fn scattered(way: Ways<'_>, seen: &[f64], found: f64) -> Scattered {
         let slope = (way(found + 1e-6) - way(found - 1e-6)) / 2e-6;
         let row = |seen: &f64| {
@@ -258,7 +266,8 @@ mod tests {
         }
     }
 
-    /// Eight runs of one drive, one equation each. With sets, each drive begins at angles by chance that matter as much as v does.
+    /// Eight runs of one drive, one equation each. With sets, each drive starts at random angles
+    /// that matter as much as v.
     fn along(way: Ways<'_>, seen: &[f64], sets: &[f64]) -> (LikelihoodProfile, Vec<Share>) {
         let point = |part: u32| {
             let value = f64::from(part) / f64::from(PARTS);
@@ -290,7 +299,8 @@ mod tests {
         (0..RUNS).map(|_| way(truth) + noise(rng)).collect()
     }
 
-    /// LikelihoodProfile a line the values held are those of Student's interval, to the part into which a range is cut.
+    /// For a linear function the accepted values are those of Student's interval, to the resolution
+    /// of the range.
     #[test]
     fn of_a_line_the_interval_is_that_of_the_mean() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
@@ -320,7 +330,8 @@ mod tests {
         }
     }
 
-    /// A way that rises and falls is as long at two values: whichever is the truth, the interval holds it in 95 of 100 draws, and the other is named.
+    /// A function that rises and falls has the same result at two values: whichever is true, the
+    /// interval holds it in 95 of 100 draws, and the other is reported.
     #[test]
     fn of_a_way_that_rises_and_falls_both_values_are_held() {
         let mut rng = ChaCha8Rng::seed_from_u64(2);
@@ -341,12 +352,14 @@ mod tests {
                     .is_some_and(|other| (other - truth).abs() < 0.1),
             );
         }
-        // Two standard deviations of a binomial about 950; where the search ended is the truth in half of the draws, the other in the rest.
+        // Two standard deviations of a binomial about 950; the search ends at the truth in half of
+        // the draws, at the other value in the rest.
         assert!((936..=990).contains(&held), "{held}");
         assert!((400..=600).contains(&named), "{named}");
     }
 
-    /// Where few sets of wheel angles stand for all, and runs begin at any, the interval holds the truth as often.
+    /// If few sets of wheel angles represent all, and runs start at random ones, the interval still
+    /// holds the truth as often.
     #[test]
     fn wheel_angles_and_how_few_sets_there_are_is_counted() {
         let mut rng = ChaCha8Rng::seed_from_u64(3);
@@ -355,7 +368,8 @@ mod tests {
             let sets: Vec<f64> = (0..8).map(|_| 3.0 * noise(&mut rng)).collect();
             let mean = sets.iter().sum::<f64>() / 8.0;
             let about: Vec<f64> = sets.iter().map(|set| set - mean).collect();
-            // What is simulated is the mean over the sets, which is off from that of all.
+            // The simulated result is the mean over the sets, which differs from that over all
+            // angles.
             let simulated = |value: f64| value * (1.0 + mean);
             let truth = 0.5;
             let of_run = |_| truth * (1.0 + 3.0 * noise(&mut rng)) + noise(&mut rng);
@@ -370,7 +384,8 @@ mod tests {
         assert!((936..=990).contains(&held), "{held}");
     }
 
-    /// What another value can make up for says nothing of the first: of two keys that do the same, all of the range is held.
+    /// An effect that another value can compensate says nothing about the first: for two keys with
+    /// the same effect the whole range is accepted.
     #[test]
     fn what_another_value_makes_up_for_refuses_nothing() {
         let mut rng = ChaCha8Rng::seed_from_u64(4);
@@ -387,7 +402,7 @@ mod tests {
         );
     }
 
-    /// A quarter of the way from one point to the next all of it is a quarter further.
+    /// A quarter of the way between two points all quantities are a quarter further.
     #[test]
     fn between_two_points_all_goes_along_straight_lines() {
         let point = |value: f64, left: [f64; 2], deviation: f64| Point {

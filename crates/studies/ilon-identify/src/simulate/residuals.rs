@@ -1,4 +1,4 @@
-//! Measured drives beside simulated ones.
+//! Compares measured and simulated drives.
 
 use nalgebra::Matrix3xX;
 
@@ -11,10 +11,10 @@ use crate::outcome::{
 use crate::scatter::Interval;
 use crate::study::{Simulate, Study};
 
-/// Directions this close to ahead or sideways count as that, in degrees.
+/// Directions this close to ahead or sideways count as such, in degrees.
 const CLOSE_DEG: f64 = 20.0;
 
-/// The common factors on measured ways, one a series that is fitted; none where they are not free.
+/// Common factors on measured distances, one per fitted series; empty if they are not free.
 pub(super) struct Scales {
     pub series: Vec<String>,
     /// The series of each run.
@@ -43,14 +43,14 @@ impl Scales {
         }
     }
 
-    /// The factor of a leg that was fitted.
+    /// Returns the factor of a fitted leg.
     pub fn of(&self, leg: &Leg, scales: &[f64]) -> f64 {
         let name = &self.of_run[leg.run];
         let place = self.series.iter().position(|series| series == name);
         place.map_or(1.0, |place| scales[place])
     }
 
-    /// What each series made on average, from where the search begins.
+    /// Returns the mean result of each series, the start of the search.
     pub fn means(&self, fitted: &[&Leg]) -> Vec<f64> {
         let mean = |name: &String| {
             let own = fitted.iter().filter(|leg| self.of_run[leg.run] == *name);
@@ -61,7 +61,7 @@ impl Scales {
     }
 }
 
-/// All legs with what was simulated of them.
+/// All legs with their simulated results.
 pub(super) struct SimulatedLegs<'a> {
     rows: Vec<Row<'a>>,
     pub first_scale: f64,
@@ -93,7 +93,7 @@ impl<'a> SimulatedLegs<'a> {
                 })
             })
             .collect();
-        // The factor of a series of which nothing was fitted is its own too: least squares on its ways.
+        // A series without fitted runs has its own factor too: least squares on its distances.
         if scales.is_free {
             for run in 0..scales.of_run.len() {
                 let name = &scales.of_run[run];
@@ -122,7 +122,7 @@ impl<'a> SimulatedLegs<'a> {
         }
     }
 
-    /// What is left, root mean square over drives that were fitted or not.
+    /// Returns root mean square residuals over fitted or held-out drives.
     pub fn misses(&self, held_out: bool) -> Misses {
         let rows = || self.rows.iter().filter(|row| row.is_held_out == held_out);
         let ways = rows().map(|row| row.leg.along / row.scale - row.made.mean.along);
@@ -138,7 +138,7 @@ impl<'a> SimulatedLegs<'a> {
         }
     }
 
-    /// Each drive.
+    /// Returns the comparison of each drive.
     pub fn drives(
         &self,
         study: &Study,
@@ -175,7 +175,7 @@ impl<'a> SimulatedLegs<'a> {
             .collect()
     }
 
-    /// The torques of the wheels that turn in a drive.
+    /// Returns the torques of the wheels that turn in a drive.
     fn torques(&self, study: &Study, row: &Row<'_>) -> Vec<DriveTorque> {
         let wheels = study.robot.wheels.iter().zip(&row.leg.torques_n_m);
         wheels
@@ -192,7 +192,7 @@ impl<'a> SimulatedLegs<'a> {
             .collect()
     }
 
-    /// What other values of keys come to in each drive.
+    /// Returns the result of each drive with other values of keys.
     pub fn others(&self) -> Vec<OtherDrive> {
         self.rows
             .iter()
@@ -205,7 +205,7 @@ impl<'a> SimulatedLegs<'a> {
             .collect()
     }
 
-    /// What each series comes to sideways over ahead, where it drove both ways.
+    /// Returns the ratio of sideways to ahead motion of each series that drove both ways.
     pub fn series(
         &self,
         study: &Study,
@@ -256,14 +256,14 @@ impl<'a> SimulatedLegs<'a> {
     }
 }
 
-/// The root mean square of some values; `None` where there are none.
+/// Returns the root mean square; `None` for no values.
 fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
     let squares: Vec<f64> = values.map(|value| value * value).collect();
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
     (!squares.is_empty()).then(|| mean.sqrt())
 }
 
-/// The direction in the body frame in which wheel rates drive the robot, in degrees.
+/// Returns the direction in the body frame in which wheel rates drive the robot, in degrees.
 fn direction_deg(nominal: &Matrix3xX<f64>, rates: &[f64]) -> f64 {
     let asked = twist_of(nominal, rates);
     libm::atan2(asked[1], asked[0])

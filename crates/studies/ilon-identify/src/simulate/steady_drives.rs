@@ -1,4 +1,4 @@
-//! The steady drives of the logs.
+//! Extracts the steady drives of the logs.
 
 use nalgebra::Matrix3xX;
 
@@ -10,49 +10,51 @@ use crate::motion::{Window, largest_size, twist_of};
 use crate::ripple::{Ripple, Stretches, ripple};
 use crate::study::{Logged, Phases, Simulate, Study};
 
-/// Wheel rates that differ by less than this share of the fastest are one drive.
+/// Wheel rates that differ by less than this share of the fastest belong to one drive.
 const ALIKE: f64 = 0.06;
-/// Ripple is believed to no better than this share of it: it is not the same of all wheels, nor of all runs.
+/// Smallest relative error of a ripple: it varies between wheels and runs.
 const LEAST_RIPPLE_ERROR: f64 = 0.1;
 
-/// What counts in the fit beside the ways.
+/// Quantities in the fit besides the distances.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fits {
     pub heading: bool,
     pub currents: bool,
 }
 
-/// A drive that is simulated.
+/// A drive to simulate.
 #[derive(Clone, Debug)]
 pub(super) struct Course {
     /// The mean rate of each wheel, in rad/s.
     pub rates_rad_s: Vec<f64>,
-    /// The angle of each wheel where it begins, in radians from where the robot's file has it, where the log says so.
+    /// Initial angle of each wheel, in radians relative to the robot's file, if the log contains
+    /// it.
     pub begun_rad: Option<Vec<f64>>,
 }
 
-/// A drive at constant wheel rates, as several stretches of one run made it.
+/// A drive at constant wheel rates, from several windows of one run.
 #[derive(Clone, Debug)]
 pub(super) struct Leg {
     pub run: usize,
-    /// Which simulated drive stands for it.
+    /// Index of the simulated drive that represents it.
     pub drive: usize,
     pub along: f64,
     pub across: f64,
     pub error: f64,
-    /// By how much the robot turned beyond what its wheels asked for, over the way that they asked for, and its standard error, in rad/m.
+    /// Rotation beyond the one commanded by the wheels, over the commanded distance, and its
+    /// standard error, in rad/m.
     pub drift_rad_per_m: [f64; 2],
-    /// The torque of each wheel by its motor's current and its standard error, in N m at the wheel; `None` of wheels that hardly turn, and
-    /// where the log has no currents.
+    /// Torque of each wheel by its motor's current and its standard error, in N m at the wheel;
+    /// `None` for wheels that hardly turn, and if the log has no currents.
     pub torques_n_m: Vec<Option<[f64; 2]>>,
-    /// Whether drift and torques count in the fit.
+    /// Whether drift and torques enter the fit.
     pub fits: Fits,
-    /// The ripple of the log, where it is compared.
+    /// The ripple of the log, if compared.
     pub ripple: Option<Ripple>,
 }
 
 impl Leg {
-    /// How many numbers of it are compared.
+    /// The number of compared values.
     pub fn equations(&self) -> usize {
         let torques = self.torques_n_m.iter().flatten().count();
         2 + if self.ripple.is_some() { 2 } else { 0 }
@@ -60,7 +62,8 @@ impl Leg {
             + if self.fits.currents { torques } else { 0 }
     }
 
-    /// What is left of it beside what a simulated drive made, each with its own error; `scale` is the common factor on its ways.
+    /// Returns the residuals relative to a simulated drive, each with its error; `scale` is the
+    /// common factor on its distances.
     pub fn differences(&self, made: &DriveResult, scale: f64) -> Vec<[f64; 2]> {
         let mut left = Vec::with_capacity(self.equations());
         left.push([self.along - scale * made.along, self.error]);
@@ -83,7 +86,7 @@ impl Leg {
     }
 }
 
-/// How well the ripple of wheels and body is believed to be known.
+/// Returns the assumed errors of the ripple of wheels and body.
 fn sure(ripple: &Ripple) -> [f64; 2] {
     let of = |[amplitude, error]: [f64; 2], least: f64| {
         libm::hypot(error, LEAST_RIPPLE_ERROR * amplitude).max(least)
@@ -93,8 +96,8 @@ fn sure(ripple: &Ripple) -> [f64; 2] {
         of(ripple.body_m, f64::MIN_POSITIVE),
     ]
 }
-/// The steady drives of all runs, and the drives that are simulated for them: one of each kind, or of each run where logs say at which angles
-/// wheels began.
+/// Returns the steady drives of all runs, and the drives to simulate for them: one per kind, or per
+/// run if the logs contain the initial wheel angles.
 pub(super) fn legs(
     study: &Study,
     section: &Simulate,
@@ -141,7 +144,7 @@ pub(super) fn legs(
                 ratios.push(here / size);
                 drifts.push((seen[2] - asked[2]) / size);
             }
-            // Turns in place make no way.
+            // Rotations on the spot have no distance.
             let asked = twist_of(nominal, &mean);
             if libm::hypot(asked[0], asked[1]) < 0.02 * asked[2].abs() || way <= 0.0 {
                 continue;
@@ -182,19 +185,19 @@ pub(super) fn legs(
     (legs, drives)
 }
 
-/// The mean rates of the wheels in a stretch, in rad/s.
+/// Returns the mean rates of the wheels in a window, in rad/s.
 fn rates(window: &Window, window_s: f64) -> Vec<f64> {
     let turned = window.turned_rad.iter();
     turned.map(|turned| turned / window_s).collect()
 }
 
-/// Whether wheel rates are those of another kind of motion.
+/// Whether wheel rates belong to another kind of motion.
 fn apart(a: &[f64], b: &[f64]) -> bool {
     let size = largest_size(b);
     a.iter().zip(b).any(|(a, b)| (a - b).abs() > ALIKE * size)
 }
 
-/// The kinds of motion in a run, each with its stretches; none that is rare.
+/// Returns the kinds of motion in a run, each with its windows, without rare ones.
 fn kinds<'w>(windows: impl Iterator<Item = &'w Window>, window_s: f64) -> Vec<Vec<&'w Window>> {
     let mut kinds: Vec<Vec<&Window>> = Vec::new();
     for window in windows {
@@ -210,7 +213,7 @@ fn kinds<'w>(windows: impl Iterator<Item = &'w Window>, window_s: f64) -> Vec<Ve
     kinds
 }
 
-/// The angle of each wheel at a time of a log, as its encoders count, in radians.
+/// Returns the angle of each wheel at a time of a log, in its encoders' count, in radians.
 fn begun(log: &Log, at_s: f64) -> Vec<f64> {
     let row = log
         .times_s
@@ -220,7 +223,8 @@ fn begun(log: &Log, at_s: f64) -> Vec<f64> {
     angles.map(|(angle, begun)| angle + begun).collect()
 }
 
-/// The mean of some values and its standard error, to which that is added in squares below which nothing is believed.
+/// Returns the mean of values and its standard error, to which the smallest credible error is added
+/// in squares.
 fn mean_of(values: &[f64], least_error: f64) -> [f64; 2] {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
@@ -229,10 +233,10 @@ fn mean_of(values: &[f64], least_error: f64) -> [f64; 2] {
     [mean, libm::hypot(error, least_error)]
 }
 
-/// Wheels that turn slower than this share of the fastest do not say in which way their motors push.
+/// Wheels slower than this share of the fastest do not show the direction of their motors' torque.
 const TURNS: f64 = 0.1;
 
-/// The torques of the wheels over some stretches of a log, by the currents of their motors.
+/// Returns the torques of the wheels over some windows of a log, from the currents of their motors.
 fn torques(
     study: &Study,
     section: &Simulate,

@@ -1,4 +1,5 @@
-//! What is said of the rows of a log, by its numbers: how many, how long, where, and from where on nothing can be fitted.
+//! What is said of the rows of a log, by its numbers: how many, how long, where, and from where on
+//! nothing can be fitted.
 
 use crate::support;
 
@@ -120,7 +121,8 @@ fn jumps_of_an_angle_are_measured_and_counted() {
         said,
         "the angle of `rear_left` jumps by -20 rad at 3 s, and 2 times more"
     );
-    // Half a radian within a row is no jump, nor is what is little beside what the wheel does usually.
+    // Half a radian within a row is no jump, nor is what is little beside what the wheel does
+    // usually.
     assert_eq!(doubts(&jumping(&[300], 0.4)), []);
     // Over a gap the wheel has turned on: 1 s at 2 rad/s.
     assert_eq!(doubt(&without(steady(), 300, 400)).0, AnomalyKind::Gap);
@@ -202,7 +204,8 @@ fn a_pose_that_jumps_or_stands_is_measured_and_placed() {
     assert!(doubt(&frozen(100, 601)).1);
 }
 
-/// Beside each pose stands what the wheels did when it was taken, also between rows; what the log does not know of then is unseen.
+/// Beside each pose stands what the wheels did when it was taken, also between rows; what the log
+/// does not know of then is unseen.
 #[test]
 fn a_shift_takes_each_value_from_a_delay_earlier() {
     for tau_s in [0.037, -0.024, 0.05, -0.05] {
@@ -215,7 +218,8 @@ fn a_shift_takes_each_value_from_a_delay_earlier() {
             assert!((angle - 2.0 * within_s).abs() < 1e-12, "{row}: {angle}");
             assert!((current - 0.3 * within_s).abs() < 1e-12, "{row}: {current}");
         }
-        // Where the rows' own times are whole multiples of the delay rounding decides at the very ends: one row each.
+        // Where the rows' own times are whole multiples of the delay rounding decides at the very
+        // ends: one row each.
         let unseen = shifted.unseen.iter().filter(|unseen| **unseen).count();
         let expected = log.times_s.iter().filter(|t_s| !known(**t_s)).count();
         assert!(
@@ -227,7 +231,8 @@ fn a_shift_takes_each_value_from_a_delay_earlier() {
             (&log.poses, &log.times_s)
         );
     }
-    // Rows 200 and 300 have a gap of 1 s between them: of the rows 0.5 s later none is known by its neighbours.
+    // Rows 200 and 300 have a gap of 1 s between them: of the rows 0.5 s later none is known by its
+    // neighbours.
     let gap = without(steady(), 200, 300);
     let shifted = shifted(&gap, 0.5);
     for (row, t_s) in gap.times_s.iter().enumerate() {

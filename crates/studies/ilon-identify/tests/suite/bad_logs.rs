@@ -61,14 +61,16 @@ fn holds(said: &str, parts: &[&str]) {
     }
 }
 
-/// Wheels that go to and fro by a thousandth of a turn ask for next to no turns: what the robot turns all the same is drift, and it shows no scale.
+/// Wheels that go to and fro by a thousandth of a turn ask for next to no turns: what the robot
+/// turns all the same is drift, and it shows no scale.
 #[test]
 fn a_straight_drive_that_drifts_is_not_doubted() {
     let robot = robot("mecanum4.toml");
     let mut log = Log::default();
     for row in 0..=60 {
         let time_s = 0.1 * f64::from(row);
-        // Stretches of 1 s, in turn to the left and back: over all of them it goes with the drift as often as against it.
+        // Stretches of 1 s, in turn to the left and back: over all of them it goes with the drift
+        // as often as against it.
         let within_s = time_s % 2.0;
         let turned_rad = 0.01 * within_s.min(2.0 - within_s);
         let (heading_rad, rolled_rad) = (0.03 * time_s, 4.0 * time_s);
@@ -112,8 +114,9 @@ fn wheels_that_are_swapped_are_named() {
     );
 }
 
-/// Arms of 0.15 and 0.16 m make a lever of 0.31 m in the X and of 0.01 m in the O; with one axle exchanged, the wheels of that axle have the one and
-/// the others the other. What drives is the robot of the other hands.
+/// Arms of 0.15 and 0.16 m make a lever of 0.31 m in the X and of 0.01 m in the O; with one axle
+/// exchanged, the wheels of that axle have the one and the others the other. What drives is the
+/// robot of the other hands.
 #[test]
 fn wheels_that_are_handed_otherwise_are_named_and_no_lever_is_advised() {
     let stated = robot("mecanum4.toml");
@@ -477,7 +480,8 @@ fn decimals_with_commas_are_read_where_that_is_said() {
     holds(&help, &["`log.decimal_comma = true`"]);
 }
 
-/// A study of a stranger may name any file as its log: of what is no log, no line, no name and no cell is shown.
+/// A study of a stranger may name any file as its log: of what is no log, no line, no name and no
+/// cell is shown.
 #[test]
 fn of_files_that_are_no_logs_nothing_is_shown() {
     let robot = robot("mecanum4.toml");

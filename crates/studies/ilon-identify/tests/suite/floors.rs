@@ -1,4 +1,5 @@
-//! Logs that the simulated robot itself made on a floor of a known pair of materials, with the currents that its motors took.
+//! Logs that the simulated robot itself made on a floor of a known pair of materials, with the
+//! currents that its motors took.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -31,8 +32,9 @@ impl Noise {
     }
 }
 
-/// A drive at steady wheel rates, as a table of text: rows every 0.1 s, with the sizes of the mean currents since the row before. With a seed
-/// it begins at any wheel angles, the tracker errs by 0.3 mm and 0.5 mrad, currents by 2 %, and encoders count 4096 ticks a turn.
+/// A drive at steady wheel rates, as a table of text: rows every 0.1 s, with the sizes of the mean
+/// currents since the row before. With a seed it begins at any wheel angles, the tracker errs by
+/// 0.3 mm and 0.5 mrad, currents by 2 %, and encoders count 4096 ticks a turn.
 fn drive(robot_file: &Path, rates_rad_s: [f64; 3], seed: u64) -> String {
     let keys = format!(
         "robot.file = {robot_file:?}\ntwist.vx_m_s = 0.1\nrun.duration_s = 100.0\n{FLOOR}\
@@ -156,7 +158,8 @@ fn found(seed: u64) -> Identified {
     identify(&Study::load(&path).unwrap(), &|_| ()).unwrap()
 }
 
-/// Ways alone hold the product of pull and creep; with the currents each of the two is found, by the names of the pair.
+/// Ways alone hold the product of pull and creep; with the currents each of the two is found, by
+/// the names of the pair.
 #[test]
 fn a_pair_of_materials_is_found_from_ways_heading_and_currents() {
     let found = found(0);
@@ -164,7 +167,8 @@ fn a_pair_of_materials_is_found_from_ways_heading_and_currents() {
     println!("{:?} {:?}", found.parameters, simulation.fit);
     for (key, truth) in [("creep", CREEP), ("rolling_resistance", DRAG)] {
         let value = found.parameters[&format!("materials.rubber.mat.{key}")].value;
-        // Drives count from other wheel angles than their simulation: a hundredth or two of what slips.
+        // Drives count from other wheel angles than their simulation: a hundredth or two of what
+        // slips.
         assert!((value / truth - 1.0).abs() < 0.03, "{key}: {value}");
     }
     assert!(simulation.open.is_empty(), "{:?}", simulation.open);
@@ -185,8 +189,9 @@ fn a_pair_of_materials_is_found_from_ways_heading_and_currents() {
     }
 }
 
-/// Of 100 logs with noise and whole ticks, begun at any wheel angles, the interval of 95 % of each value holds the truth in 90 or more. That of the
-/// drag holds it oftener than it says: torques are believed to no better than 0.02 N m, and the noise of these logs is less.
+/// Of 100 logs with noise and whole ticks, begun at any wheel angles, the interval of 95 % of each
+/// value holds the truth in 90 or more. That of the drag holds it oftener than it says: torques are
+/// believed to no better than 0.02 N m, and the noise of these logs is less.
 #[test]
 #[ignore = "minutes: cargo test --release -p ilon-identify --test suite floors:: -- --ignored --nocapture"]
 fn intervals_of_a_floor_hold_the_truth_as_often_as_they_say() {

@@ -103,7 +103,8 @@ fn windows_further_off_than_eight_deviations_are_left_out() {
     }
 }
 
-/// Where a floor creeps, all windows of a run are off alike: that is the map's fault, and no reason to leave a run out.
+/// Where a floor creeps, all windows of a run are off alike: that is the map's fault, and no reason
+/// to leave a run out.
 #[test]
 fn what_all_windows_of_a_run_miss_is_kept() {
     let mut evidence = evidence(6, 60, [1e-4, 1e-4, 1e-4]);

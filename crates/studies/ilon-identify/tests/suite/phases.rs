@@ -1,4 +1,5 @@
-//! Logs whose wheels begin at any angles of their rollers, as those of a robot do that was switched on wherever it stood.
+//! Logs whose wheels begin at any angles of their rollers, as those of a robot do that was switched
+//! on wherever it stood.
 
 use std::f64::consts::TAU;
 use std::fmt::Write;
@@ -91,7 +92,8 @@ fn drive(case: &Case, rates_rad_s: &[f64], rng: &mut ChaCha8Rng) -> String {
         plant.advance(WheelCommand::Rates(rates), time_s).unwrap();
         (plant.truth().pose, plant.observe().wheel_angles_rad.clone())
     };
-    // A second in which each wheel turns on by any part of a roller, and half of one for what that stirs.
+    // A second in which each wheel turns on by any part of a roller, and half of one for what that
+    // stirs.
     let pitch_rad = TAU / robot.wheels[0].rollers.len() as f64;
     let begun: Vec<f64> = rates_rad_s
         .iter()
@@ -182,8 +184,9 @@ const SHORT: Case = Case {
     ..OMNI
 };
 
-/// The mean over wheel angles and its interval hold a crown of which a simulation whose wheels begin in step is sure that it is another. Three sets of
-/// angles are few: they are in the interval. The same to the bit with one thread and with two.
+/// The mean over wheel angles and its interval hold a crown of which a simulation whose wheels
+/// begin in step is sure that it is another. Three sets of angles are few: they are in the
+/// interval. The same to the bit with one thread and with two.
 #[test]
 fn a_crown_is_found_from_wheels_that_begin_at_any_angle() {
     let with = |threads: usize, simulate: &str| {
@@ -231,7 +234,8 @@ fn how_sure_a_key_of_one_run_is_cannot_be_said() {
     assert!(simulation.open.is_empty(), "{:?}", simulation.open);
 }
 
-/// Beyond the ends of a range nothing was simulated, and there may be no such robot: an interval ends there, and that is said.
+/// Beyond the ends of a range nothing was simulated, and there may be no such robot: an interval
+/// ends there, and that is said.
 #[test]
 fn an_interval_ends_where_the_range_does() {
     let ends = |range: (f64, f64)| {
@@ -252,7 +256,8 @@ fn an_interval_ends_where_the_range_does() {
 
 const LOGGED: &str = "drive_s = 4.0\nphases = \"log\"";
 
-/// A log of absolute encoders says at which angles its wheels began: each drive is simulated from there, and what is left is the noise.
+/// A log of absolute encoders says at which angles its wheels began: each drive is simulated from
+/// there, and what is left is the noise.
 #[test]
 fn absolute_encoders_tell_at_which_angles_wheels_began() {
     // As long as the drives of the log: a part of a roller more or less is a part of the way.
@@ -287,7 +292,8 @@ fn absolute_encoders_tell_at_which_angles_wheels_began() {
     assert!(error.contains("phases"), "{error}");
 }
 
-/// Where it does not matter at which angles wheels begin, what is found is to the bit what wheels that begin as the robot's file has them give.
+/// Where it does not matter at which angles wheels begin, what is found is to the bit what wheels
+/// that begin as the robot's file has them give.
 #[test]
 fn ideal_barrels_on_level_ground_are_simulated_from_one_set_of_angles() {
     let rolling = Case {
@@ -310,7 +316,8 @@ fn ideal_barrels_on_level_ground_are_simulated_from_one_set_of_angles() {
     );
 }
 
-/// A crown that is 1 where the search begins has no wheel angles that matter there; where the search ends they do.
+/// A crown that is 1 where the search begins has no wheel angles that matter there; where the
+/// search ends they do.
 #[test]
 fn that_wheel_angles_matter_is_seen_where_the_search_ends_too() {
     let around_ideal = Case {
@@ -327,7 +334,8 @@ fn that_wheel_angles_matter_is_seen_where_the_search_ends_too() {
     );
 }
 
-/// One run leaves open how runs differ, and has no interval; wheels that stand, and wheels with other numbers of rollers, begin at any angles too.
+/// One run leaves open how runs differ, and has no interval; wheels that stand, and wheels with
+/// other numbers of rollers, begin at any angles too.
 #[test]
 fn one_run_with_wheels_that_stand_has_a_value_and_no_interval() {
     let one = Case {
@@ -342,8 +350,8 @@ fn one_run_with_wheels_that_stand_has_a_value_and_no_interval() {
     assert!(found.simulation.unwrap().drives[0].simulated_scatter > 1e-3);
 }
 
-/// Ways are about as long with a play of 0.06 mm as with one of 0.5 mm: wherever the search ends, the interval holds both; where it sees two valleys, the
-/// other is named.
+/// Ways are about as long with a play of 0.06 mm as with one of 0.5 mm: wherever the search ends,
+/// the interval holds both; where it sees two valleys, the other is named.
 #[test]
 fn a_play_that_two_values_explain_has_an_interval_that_holds_both() {
     let case = Case {
@@ -361,7 +369,8 @@ fn a_play_that_two_values_explain_has_an_interval_that_holds_both() {
     }
 }
 
-/// Where no stretch is there whose ripple could be compared, of the log or of what is simulated, that is said: none is not a ripple of 0.
+/// Where no stretch is there whose ripple could be compared, of the log or of what is simulated,
+/// that is said: none is not a ripple of 0.
 #[test]
 fn a_ripple_that_nothing_is_long_enough_for_is_refused() {
     for (drive_s, stretch_s, named) in [
@@ -390,8 +399,9 @@ fn a_ripple_that_nothing_is_long_enough_for_is_refused() {
     try_found(&SHORT, "phases = 1\n[simulate.ripple]", "", 1).unwrap();
 }
 
-/// Of how many logs the interval holds the truth; what is found of each is printed. A right interval of 95 % holds it in 17 or more of 20 logs with a
-/// probability of 0.98, in 34 or more of 40 with 0.99.
+/// Of how many logs the interval holds the truth; what is found of each is printed. A right
+/// interval of 95 % holds it in 17 or more of 20 logs with a probability of 0.98, in 34 or more of
+/// 40 with 0.99.
 fn coverage(case: &Case, simulate: &str, logs: u64) {
     let (mut held, mut values, mut halves) = (0, Vec::new(), Vec::new());
     for seed in 1..=logs {
@@ -428,7 +438,8 @@ fn intervals_of_the_play_of_omni_wheels_by_ways_alone_hold_the_truth() {
     coverage(&PLAY, "drive_s = 1.0", 40);
 }
 
-/// Ways are as long with a play of 0.06 mm as with one of 0.5 mm; what happens once a roller tells them apart.
+/// Ways are as long with a play of 0.06 mm as with one of 0.5 mm; what happens once a roller tells
+/// them apart.
 #[test]
 #[ignore = "most of an hour, as above"]
 fn intervals_of_the_play_of_omni_wheels_hold_the_truth() {

@@ -1,4 +1,5 @@
-//! Logs that the simulated robot itself made on rollers of a known form, with noise and whole ticks.
+//! Logs that the simulated robot itself made on rollers of a known form, with noise and whole
+//! ticks.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -14,7 +15,8 @@ const STEPS: &str =
 const TICK_RAD: f64 = std::f64::consts::TAU / 4096.0;
 const NOISE_M: f64 = 1e-4;
 
-/// A drive at steady wheel rates on rollers as some keys have them, as a table of text with rows every 0.1 s.
+/// A drive at steady wheel rates on rollers as some keys have them, as a table of text with rows
+/// every 0.1 s.
 fn drive(robot: &Path, keys: &str, rates_rad_s: [f64; 4], seed: u64) -> String {
     let text = format!(
         "robot.file = {robot:?}\ntwist.vx_m_s = 0.1\nrun.duration_s = 100.0\n{STEPS}{keys}\n"
@@ -56,7 +58,8 @@ fn drive(robot: &Path, keys: &str, rates_rad_s: [f64; 4], seed: u64) -> String {
     table
 }
 
-/// A study of drives ahead, sideways and diagonally on rollers with some keys, that leaves others free.
+/// A study of drives ahead, sideways and diagonally on rollers with some keys, that leaves others
+/// free.
 fn studied(truth: &str, free: &str) -> Result<Identified, ilon_sim::Error> {
     let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots/mecanum4.urdf");
     let folder = tempfile::tempdir().unwrap();
@@ -97,8 +100,9 @@ fn studied(truth: &str, free: &str) -> Result<Identified, ilon_sim::Error> {
     identify(&Study::load(&path)?, &|_| ())
 }
 
-/// How much flatter than the ideal barrel rollers are shows in the ways that the robot makes: found with its interval around it, where drives begin at the
-/// wheel angles at which the simulation's do, and the study says so (`phases = 1`). Drives that begin at any: `tests/phases.rs`.
+/// How much flatter than the ideal barrel rollers are shows in the ways that the robot makes: found
+/// with its interval around it, where drives begin at the wheel angles at which the simulation's
+/// do, and the study says so (`phases = 1`). Drives that begin at any: `tests/phases.rs`.
 #[test]
 #[ignore = "minutes: .ci/nightly"]
 fn the_crown_of_rollers_is_found_from_the_ways() {

@@ -10,7 +10,8 @@ fn found(study: &str) -> Identified {
     identify(&study, &|_| ()).unwrap()
 }
 
-/// Root mean square over directions of measured less fitted; `of` chooses by the place of the direction among 24.
+/// Root mean square over directions of measured less fitted; `of` chooses by the place of the
+/// direction among 24.
 fn left(found: &Identified, of: impl Fn(i64) -> bool) -> f64 {
     let left: Vec<f64> = found
         .residual
@@ -64,8 +65,9 @@ fn the_omni_robot_gains_the_same_ahead_and_sideways_and_ends_nearer_once_calibra
             .unwrap();
         model.held_out.end_position_rms_m
     };
-    // Dead reckoning with what the authors published for the set of 12 squares of which these are four ends 0.050 m off. Their criterion, positions
-    // along the whole run, ends 0.061 m off the run that is left out, fitted to the other three of these.
+    // Dead reckoning with what the authors published for the set of 12 squares of which these are
+    // four ends 0.050 m off. Their criterion, positions along the whole run, ends 0.061 m off the
+    // run that is left out, fitted to the other three of these.
     let own = end("each wheel's radius and lever");
     assert!(own < 0.050, "{own}");
     assert!((found.nominal.end_position_rms_m - 0.175).abs() < 0.001);
@@ -95,7 +97,8 @@ fn half_of_the_directions_predict_the_others_on_mats() {
         let mean = found.residual.iter().map(|one| one.measured).sum::<f64>()
             / found.residual.len() as f64;
         assert!((mean - published).abs() < 0.006, "{study}: {mean}");
-        // Directions lie at multiples of 15 degrees, the odd ones kept back; slip turns some by a few degrees.
+        // Directions lie at multiples of 15 degrees, the odd ones kept back; slip turns some by a
+        // few degrees.
         let missed = left(&found, |place| place % 2 == 1);
         assert!(missed < within, "{study}: {missed}");
     }

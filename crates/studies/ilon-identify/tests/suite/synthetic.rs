@@ -1,4 +1,5 @@
-//! Logs of robots that are known: what is found must be what they are, as often as the intervals promise.
+//! Logs of robots that are known: what is found must be what they are, as often as the intervals
+//! promise.
 
 use crate::support;
 
@@ -21,8 +22,9 @@ fn fitted(robot: &ilon_robot::Robot, free: &[&str], logs: &[ilon_identify::Log])
     fit(&model, &evidence, &all, noise).unwrap()
 }
 
-/// In how many of 100 logs each parameter lies in its 95 % interval. Of a true coverage of 95 % a count below 90 has a chance of 1 %
-/// for one parameter; intervals that are too narrow by a third would give 82, and too wide by a half 99.7.
+/// In how many of 100 logs each parameter lies in its 95 % interval. Of a true coverage of 95 % a
+/// count below 90 has a chance of 1 % for one parameter; intervals that are too narrow by a third
+/// would give 82, and too wide by a half 99.7.
 fn coverage(
     robot: &ilon_robot::Robot,
     truth: &[(&str, f64)],
@@ -67,8 +69,9 @@ fn eight(model: &Model, values: &[f64], seed: u64) -> Vec<ilon_identify::Log> {
 
 #[test]
 fn intervals_of_a_single_log_are_not_too_narrow() {
-    // Neighbouring stretches share the pose between them, so that what one misses the next makes up for: taken as if each were by
-    // itself they give intervals that are too wide, and the truth lies in more than 95 % of them.
+    // Neighbouring stretches share the pose between them, so that what one misses the next makes up
+    // for: taken as if each were by itself they give intervals that are too wide, and the truth
+    // lies in more than 95 % of them.
     let robot = robot("mecanum4.toml");
     let model = Model::new(&robot, &["radius_m".to_owned()]).unwrap();
     let inside = (0..40).filter(|seed| {
@@ -157,8 +160,9 @@ fn gains_lie_in_their_intervals_where_each_run_goes_in_one_direction() {
     println!("{widths:?}");
 }
 
-/// Only the stretches in which the robot changes its speed tell a delay, here ten of eighty. Of a true coverage of 95 % a count below 34 of 40
-/// has a chance of 1 %; intervals half as wide would hold it in 27.
+/// Only the stretches in which the robot changes its speed tell a delay, here ten of eighty. Of a
+/// true coverage of 95 % a count below 34 of 40 has a chance of 1 %; intervals half as wide would
+/// hold it in 27.
 #[test]
 #[ignore = "minutes: .ci/nightly"]
 fn delays_lie_in_their_intervals_where_few_stretches_tell_them() {
@@ -250,7 +254,8 @@ fn the_tracked_point_and_its_heading_are_found() {
     let expected = [0.08, -0.05, 0.03_f64.to_degrees()];
     let intervals = found.intervals();
     for ((value, expected), interval) in found.values.iter().zip(expected).zip(intervals) {
-        // Three of three intervals of 95 %, widened by a half: missed by chance once in a hundred seeds, and the seed is fixed.
+        // Three of three intervals of 95 %, widened by a half: missed by chance once in a hundred
+        // seeds, and the seed is fixed.
         let half = 0.75 * (interval.high - interval.low);
         assert!(
             (value - expected).abs() < half,

@@ -22,7 +22,8 @@ const DRIVES: [[f64; 3]; 4] = [
 const ERROR_M: f64 = 2e-3;
 const ERROR_DEG: f64 = 0.5;
 
-/// A file of runs of a robot whose parameters have these values; the wheels turn as the robot that is known would have to.
+/// A file of runs of a robot whose parameters have these values; the wheels turn as the robot that
+/// is known would have to.
 fn tape(file: &str, robot: &Robot, free: &[&str], values: &[f64], seed: u64) -> String {
     let free: Vec<String> = free.iter().map(|name| (*name).to_owned()).collect();
     let model = Model::new(robot, &free).unwrap();
@@ -70,8 +71,9 @@ fn fitted(text: &str) -> TapeFit {
     tape.expect("runs by tape").fit().unwrap()
 }
 
-/// 2 m ahead, seen to 2 mm three times, tell the radius to 2e-3 / 2 / sqrt(3) of it: 0.03 mm of 50; three turns, seen to half a degree three times, the
-/// lever to 0.5 / 1080 / sqrt(3) of 310 mm: 0.08 mm; the radius adds 6e-4 of it, 0.18 mm.
+/// 2 m ahead, seen to 2 mm three times, tell the radius to 2e-3 / 2 / sqrt(3) of it: 0.03 mm of 50;
+/// three turns, seen to half a degree three times, the lever to 0.5 / 1080 / sqrt(3) of 310 mm:
+/// 0.08 mm; the radius adds 6e-4 of it, 0.18 mm.
 #[test]
 fn radius_and_lever_are_found_within_their_intervals() {
     let robot = robot("mecanum4.urdf");
@@ -102,7 +104,8 @@ fn radius_and_lever_are_found_within_their_intervals() {
     assert!(covered.iter().all(|count| *count >= 34), "{covered:?}");
 }
 
-/// Two wheels whose axes stand otherwise than known, by 6 and -4 degrees: three runs of each drive tell each axis to some tenths of a degree.
+/// Two wheels whose axes stand otherwise than known, by 6 and -4 degrees: three runs of each drive
+/// tell each axis to some tenths of a degree.
 #[test]
 fn axes_that_stand_otherwise_are_found() {
     let robot = robot("volksbot.urdf");
@@ -133,7 +136,8 @@ fn axes_that_stand_otherwise_are_found() {
     assert_eq!(found.controller.kind, None);
 }
 
-/// A run that ended behind the robot, though its wheels drove ahead, asks for a radius below 0: its sign is wrong.
+/// A run that ended behind the robot, though its wheels drove ahead, asks for a radius below 0: its
+/// sign is wrong.
 #[test]
 fn a_run_with_the_wrong_sign_is_refused_and_makes_no_negative_radius() {
     let path = assets().join("robots/mecanum4.urdf");
@@ -172,7 +176,8 @@ fn what_the_runs_do_not_tell_is_held_and_the_drive_that_would_is_named() {
             .unwrap()
             .errors["lever_m"]
     };
-    // 2 m seen once to 2 mm leave 1e-3 of the radius, 0.31 mm of the lever; half a degree of three times three turns leaves 0.083 mm.
+    // 2 m seen once to 2 mm leave 1e-3 of the radius, 0.31 mm of the lever; half a degree of three
+    // times three turns leaves 0.083 mm.
     assert!((lever_m("turns") - 3.2e-4).abs() < 1e-5, "{:?}", found.next);
     assert!(
         lever_m("2 m ahead") > 0.9 * lever_m("none"),

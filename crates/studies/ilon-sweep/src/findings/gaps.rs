@@ -1,10 +1,10 @@
-//! What the runs of a study do not say, and what would make them say it.
+//! Missing findings of a study, with the reason and a remedy.
 
 use serde::{Deserialize, Serialize};
 
 use crate::row::{Row, Status};
 
-/// A quantity of which the study says less than was asked.
+/// A quantity whose findings are incomplete.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Gap {
@@ -12,15 +12,16 @@ pub struct Gap {
     pub quantity: String,
     /// The scenario.
     pub scenario: String,
-    /// How many runs that came to their end do not have it.
+    /// Number of finished runs without it.
     pub absent: u64,
-    /// Of how many that came to their end.
+    /// Number of finished runs.
     pub runs: u64,
-    /// Why, and how to repair it.
+    /// The reason, and a remedy.
     pub why: String,
 }
 
-/// The gap of a quantity that some runs do not have; `None` where all have it, and where no run came to its end, which is said anyway.
+/// Returns the gap of a quantity that some runs lack; `None` if all have it, or if no run finished,
+/// which is reported separately.
 pub(super) fn absent(
     quantity: &str,
     scenario: &str,
@@ -40,7 +41,7 @@ pub(super) fn absent(
 }
 
 impl Gap {
-    /// One of a quantity that no run lacks.
+    /// A gap of a quantity that no run lacks.
     fn of(quantity: &str, scenario: &str, runs: u64, why: String) -> Self {
         Self {
             quantity: quantity.to_owned(),
@@ -52,7 +53,8 @@ impl Gap {
     }
 }
 
-/// The quantities that a run has under a condition, by how their names begin, the longer beginning first; and that condition.
+/// Quantities that exist under a condition, by the start of their names (longer ones first), with
+/// that condition.
 const NEEDS: &[(&str, &str)] = &[
     (
         "ledger.belief",
@@ -145,7 +147,7 @@ fn needs(quantity: &str) -> Option<&'static str> {
     known.map(|(_, needs)| *needs)
 }
 
-/// The gap of a quantity that no axis changes, of which there are no shares.
+/// Returns the gap of a quantity that no axis changes, so that there are no shares.
 pub(super) fn constant(quantity: &str, scenario: &str, runs: u64, value: f64) -> Gap {
     let why = format!(
         "it is {} in all runs, so that there is nothing to share out; vary something that changes it",
@@ -154,7 +156,7 @@ pub(super) fn constant(quantity: &str, scenario: &str, runs: u64, value: f64) ->
     Gap::of(quantity, scenario, runs, why)
 }
 
-/// The gap of a quantity of which too few base points, or moves, are whole.
+/// Returns the gap of a quantity with too few complete base points, or moves.
 pub(super) fn broken(quantity: &str, scenario: &str, runs: u64, whole: u64, each: usize) -> Gap {
     let why = format!(
         "of {whole} points alone all {each} runs came to their end and have it, where two are needed; see why the others failed, or \
@@ -170,7 +172,8 @@ mod tests {
 
     use super::*;
 
-    /// What a run may lack is said with what it takes, but for quantities that every finished run has.
+    /// Every quantity that may be absent has an explanation; quantities that every finished run has
+    /// need none.
     #[test]
     fn of_every_quantity_that_may_be_absent_it_is_said_what_it_takes() {
         let empty = Summary::default();

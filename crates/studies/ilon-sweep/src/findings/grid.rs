@@ -1,4 +1,4 @@
-//! What a grid says of a quantity: where it is least and largest, and what each axis does to it.
+//! Range and main effects of a quantity over a grid.
 
 use std::collections::BTreeMap;
 
@@ -17,15 +17,15 @@ pub struct RangeOf {
     pub quantity: String,
     /// The scenario.
     pub scenario: String,
-    /// How many runs have it.
+    /// Number of runs with it.
     pub runs: u64,
-    /// Its mean over them.
+    /// Its mean over these runs.
     pub mean: f64,
-    /// Where it is least.
+    /// Its minimum.
     pub least: Extreme,
-    /// Where it is largest.
+    /// Its maximum.
     pub largest: Extreme,
-    /// What each axis does to it.
+    /// The main effect of each axis.
     pub axes: Vec<MainEffect>,
 }
 
@@ -33,24 +33,26 @@ pub struct RangeOf {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Extreme {
-    /// The quantity there.
+    /// Value of the quantity.
     pub value: f64,
-    /// The run.
+    /// Number of the run.
     pub run: u64,
     /// The value on each axis.
     pub values: BTreeMap<String, Value>,
 }
 
-/// The main effect of an axis: the quantity at each of its values, over all values of the other axes.
+/// The main effect of an axis: the quantity at each of its values, over all values of the other
+/// axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct MainEffect {
     /// The key of the axis.
     pub key: String,
-    /// Its values, in their order.
+    /// Its values, in order.
     pub levels: Vec<Level>,
-    /// The share of the quantity's variance over the grid that the axis causes by itself; what the shares of all axes leave to 1 is what
-    /// they cause together. `None` where the quantity does not vary, and where a run of the grid has none: its neighbours would count more.
+    /// The share of the quantity's variance over the grid caused by this axis alone; what the
+    /// shares of all axes leave to 1 are interactions. `None` if the quantity does not vary, or if
+    /// a run of the grid lacks it, because its neighbours would then count more.
     pub share: Option<f64>,
 }
 
@@ -60,12 +62,13 @@ pub struct MainEffect {
 pub struct Level {
     /// The value.
     pub value: Value,
-    /// The mean of the quantity over all runs there; `None` where none has it.
+    /// Mean of the quantity over all runs at this value; `None` if none has it.
     pub mean: Option<f64>,
 }
 
 impl MainEffect {
-    /// The values at which the mean is least and largest, with these means; `None` where no run has the quantity.
+    /// Returns the values with the smallest and the largest mean, with these means; `None` if no
+    /// run has the quantity.
     pub fn ends(&self) -> Option<[(&Value, f64); 2]> {
         let known = || {
             let levels = self.levels.iter();
@@ -77,7 +80,7 @@ impl MainEffect {
     }
 }
 
-/// What the rows of one scenario say of a quantity; `None` where no run has it.
+/// Returns the range of a quantity over the rows of one scenario; `None` if no run has it.
 pub(super) fn range(
     study: &Study,
     quantity: &str,
@@ -109,7 +112,7 @@ pub(super) fn range(
     let least = known.iter().reduce(|a, b| if b.1 < a.1 { b } else { a })?;
     let largest = known.iter().reduce(|a, b| if b.1 > a.1 { b } else { a })?;
     let is_whole = known.len() == rows.len();
-    // Repetitions of a point differ by what no axis causes: the variance is that of the points.
+    // Differences between repetitions are not caused by axes: the variance is that of the points.
     let mut points: BTreeMap<u64, (f64, f64)> = BTreeMap::new();
     for (row, value) in &known {
         let (sum, count) = points.entry(row.point).or_default();
@@ -140,7 +143,7 @@ pub(super) fn range(
             }
         };
         let levels: Vec<Level> = levels.iter().map(level).collect();
-        // On a grid each value of an axis has as many points.
+        // On a grid each value of an axis has equally many points.
         let each = points.len() as f64 / levels.len() as f64;
         let between: f64 = levels
             .iter()

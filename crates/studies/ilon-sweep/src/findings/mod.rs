@@ -1,4 +1,4 @@
-//! What a study's rows say: the answer to its question, and how sure it is.
+//! The findings of a study: the answer to its question, with uncertainties.
 
 pub mod gaps;
 pub mod grid;
@@ -20,10 +20,10 @@ use crate::row::{Row, Status, figure_index};
 use crate::study::{Question, Study};
 use crate::threshold::SearchOutcome;
 
-/// The quantiles that are given of a sample.
+/// The reported quantiles of a sample.
 const SHARES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
-/// What a study found.
+/// The findings of a study.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Findings {
@@ -31,51 +31,51 @@ pub struct Findings {
     pub study: String,
     /// The version of ilon.
     pub ilon: String,
-    /// How many runs there are.
+    /// Number of runs.
     pub runs: u64,
-    /// How many of them failed.
+    /// Number of failed runs.
     pub failed: u64,
-    /// Why they failed, the most frequent reason first.
+    /// Reasons of failure, the most frequent first.
     pub failures: Vec<Failures>,
-    /// Quantities of which the study says less than was asked.
+    /// Quantities with incomplete findings.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub gaps: Vec<Gap>,
-    /// Of a grid: where the quantities are least and largest, and what each axis does to them.
+    /// For a grid: ranges of the quantities and effects of the axes.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub ranges: Vec<RangeOf>,
-    /// Of `[find]`: where the quantity crosses its value, at each point of the axes.
+    /// For `[find]`: the crossings of the quantity at each point of the axes.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub found: Vec<FoundAt>,
-    /// Of `[minimise]`: where the quantity is least.
+    /// For `[minimise]`: the minimum.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub minimum: Option<MinimumAt>,
-    /// Of a sample: how its quantities are distributed.
+    /// For a sample: distributions of the quantities.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub distributions: Vec<Distribution>,
-    /// Of `"sobol_indices"`: which share of the variance of each quantity each axis causes.
+    /// For `"sobol_indices"`: the share of each quantity's variance caused by each axis.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub indices: Vec<IndicesOf>,
-    /// Of `"morris"`: how much each axis changes each quantity.
+    /// For `"morris"`: the effect of each axis on each quantity.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub effects: Vec<EffectsOf>,
-    /// Whether the runs keep the study's `[expect]`.
+    /// Results of the study's `[expect]`.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub expectations: Vec<Expectation>,
 }
 
-/// Runs that failed for one reason.
+/// Runs that failed for the same reason.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Failures {
     /// The reason.
     pub error: String,
-    /// How many.
+    /// Number of runs.
     pub count: u64,
-    /// The first of them.
+    /// Number of the first of them.
     pub first_run: u64,
 }
 
-/// What `[find]` found at one point of the axes.
+/// Result of `[find]` at one point of the axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FoundAt {
@@ -83,27 +83,27 @@ pub struct FoundAt {
     pub scenario: String,
     /// The value on each axis.
     pub values: BTreeMap<String, Value>,
-    /// What was found there.
+    /// Result of the search.
     #[serde(flatten)]
     pub found: SearchOutcome,
 }
 
-/// What `[minimise]` found.
+/// Result of `[minimise]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct MinimumAt {
     /// The quantity.
     pub quantity: String,
-    /// The value on each axis; empty where no run kept the bounds.
+    /// The value on each axis; empty if no run kept the bounds.
     pub values: BTreeMap<String, Value>,
-    /// The run that is best, the first of its repetitions.
+    /// Number of the best run, the first of its repetitions.
     pub run: Option<u64>,
-    /// What was found.
+    /// Result of the search.
     #[serde(flatten)]
     pub minimum: Minimum,
 }
 
-/// How a quantity is distributed over the runs.
+/// Distribution of a quantity over the runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Distribution {
@@ -111,19 +111,19 @@ pub struct Distribution {
     pub quantity: String,
     /// The scenario.
     pub scenario: String,
-    /// How many runs have it.
+    /// Number of runs with it.
     pub count: u64,
-    /// How many points these are of: repetitions of a point are no independent draws of what is varied.
+    /// Number of their points: repetitions of a point are not independent draws.
     pub draws: u64,
     /// Its mean.
     pub mean: f64,
     /// Its standard deviation.
     pub deviation: f64,
-    /// The least.
+    /// The smallest value.
     pub least: f64,
-    /// The largest.
+    /// The largest value.
     pub largest: f64,
-    /// Quantiles with their intervals.
+    /// Quantiles with confidence intervals.
     pub quantiles: Vec<Quantile>,
 }
 
@@ -135,13 +135,14 @@ pub struct IndicesOf {
     pub quantity: String,
     /// The scenario.
     pub scenario: String,
-    /// Base points that are whole: none of their runs failed.
+    /// Number of complete base points: none of their runs failed.
     pub base_points: u64,
-    /// The quantity's mean over them.
+    /// Mean of the quantity over them.
     pub mean: f64,
-    /// Its standard deviation: what the shares are of. Where it is small, none of the axes matters much.
+    /// Its standard deviation, the whole of the shares. If it is small, none of the axes matters
+    /// much.
     pub deviation: f64,
-    /// Those of each axis.
+    /// Indices of each axis.
     pub axes: Vec<Indices>,
 }
 
@@ -153,36 +154,36 @@ pub struct EffectsOf {
     pub quantity: String,
     /// The scenario.
     pub scenario: String,
-    /// Those of each axis.
+    /// Effects of each axis.
     pub axes: Vec<Effects>,
 }
 
-/// What came of a bound of the study's `[expect]`.
+/// Result of a bound of the study's `[expect]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Expectation {
     /// The quantity.
     pub quantity: String,
-    /// The bound in words, such as `<= 0.02`.
+    /// The bound as text, such as `<= 0.02`.
     pub bound: String,
     /// The share of runs that must keep it.
     pub share_expected: f64,
-    /// The share that does.
+    /// The share that keeps it.
     pub share: f64,
-    /// Where the share of all such runs lies with a confidence of 95 %, if the runs are a sample; repetitions of a point, and its runs
-    /// in several scenarios, count as one draw.
+    /// The 95 % confidence interval of the share of all such runs, if the runs are a sample;
+    /// repetitions of a point, and its runs in several scenarios, count as one draw.
     pub interval: Option<(f64, f64)>,
-    /// How many runs keep it.
+    /// Number of runs that keep it.
     pub kept: u64,
-    /// Of how many.
+    /// Number of all runs.
     pub runs: u64,
-    /// Whether enough do.
+    /// Whether enough runs keep it.
     pub held: bool,
-    /// The run that is farthest beyond it, or that failed; `None` where all keep it.
+    /// The run furthest beyond it, or that failed; `None` if all keep it.
     pub worst_run: Option<u64>,
 }
 
 impl Findings {
-    /// What rows say by themselves; what searches found is added by them.
+    /// Returns the findings from rows alone; searches add their own.
     pub(super) fn of(study: &Study, rows: &[Row]) -> Self {
         let mut findings = Self {
             study: study.name().to_owned(),
@@ -210,12 +211,12 @@ impl Findings {
         findings
     }
 
-    /// Adds what the rows of a scenario say of a quantity, which stands at a place among their figures.
+    /// Adds the findings of a quantity, at an index among the figures, from the rows of a scenario.
     fn add(&mut self, study: &Study, scenario: &str, rows: &[&Row], quantity: &str, index: usize) {
         let figure = |row: &Row| row.figure(index);
         let values: Vec<f64> = rows.iter().filter_map(|row| figure(row)).collect();
         let absent = gaps::absent(quantity, scenario, rows, figure);
-        // What is absent everywhere is no constant, and has been said.
+        // A quantity that is absent everywhere is not constant, and was reported before.
         let is_known = !values.is_empty();
         self.gaps.extend(absent);
         let keys = || -> Vec<String> { study.axes().iter().map(|axis| axis.key.clone()).collect() };
@@ -250,7 +251,7 @@ impl Findings {
                     None => {}
                 }
             }
-            // Of what is absent everywhere there is nothing to say beyond that.
+            // A quantity that is absent everywhere needs no further report.
             Method::Morris if is_known => {
                 let axes = sensitivity::morris_effects(&keys(), &moves(study, rows, index));
                 if axes.iter().all(|axis| axis.moves == 0) {
@@ -271,7 +272,7 @@ impl Findings {
                 self.distributions
                     .extend(distribution(named, of_scenario, values, draws(has_it)));
             }
-            // Where noise alone varies, each repetition is a draw of it.
+            // If only noise varies, each repetition is a draw.
             _ if is_table && study.axes().is_empty() => {
                 let draws = values.len() as u64;
                 self.distributions
@@ -310,7 +311,7 @@ fn failures(rows: &[Row]) -> Vec<Failures> {
     failures
 }
 
-/// How many points rows are of.
+/// Returns the number of points of rows.
 fn draws<'r>(rows: impl Iterator<Item = &'r Row>) -> u64 {
     rows.map(|row| row.point).collect::<BTreeSet<u64>>().len() as u64
 }
@@ -340,7 +341,7 @@ fn distribution(
     })
 }
 
-/// Mean and standard deviation of a sample.
+/// Returns mean and standard deviation of a sample.
 fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -373,7 +374,7 @@ fn expectations(study: &Study, rows: &[Row]) -> Vec<Expectation> {
             interval: is_sample.then(|| share_interval(share, draws(rows.iter()))),
             kept,
             runs,
-            // Whole runs are counted: 0.99 of 100 are 99, whatever the rounding of 0.99.
+            // Runs are counted: 0.99 of 100 are 99, whatever the rounding of 0.99.
             held: runs > 0 && kept as f64 >= bound.share * runs as f64 - 1e-9,
             worst_run: worst.map(|row| row.run),
         }
@@ -381,7 +382,7 @@ fn expectations(study: &Study, rows: &[Row]) -> Vec<Expectation> {
     study.expect().map(of).collect()
 }
 
-/// The quantity at the runs of each base point of which none failed; the mean of their repetitions.
+/// Returns the quantity at the runs of each complete base point, as the mean of the repetitions.
 fn whole_base_points(study: &Study, rows: &[&Row], quantity: usize) -> Vec<Vec<f64>> {
     let means = means(study, rows, quantity);
     let runs = study.axes().len() + 2;
@@ -392,7 +393,7 @@ fn whole_base_points(study: &Study, rows: &[&Row], quantity: usize) -> Vec<Vec<f
         .collect()
 }
 
-/// The moves of all trajectories of which neither end failed.
+/// Returns the moves of all trajectories without failed ends.
 fn moves(study: &Study, rows: &[&Row], quantity: usize) -> Vec<(usize, f64, f64)> {
     let means = means(study, rows, quantity);
     let axes = study.axes().len() as u64;
@@ -412,7 +413,8 @@ fn moves(study: &Study, rows: &[&Row], quantity: usize) -> Vec<(usize, f64, f64)
     moves
 }
 
-/// The quantity at each point: the mean of its repetitions; `None` where one of them failed or is missing.
+/// Returns the quantity at each point, as the mean of its repetitions; `None` if one of them failed
+/// or is missing.
 fn means(study: &Study, rows: &[&Row], quantity: usize) -> Vec<Option<f64>> {
     let repetitions = f64::from(study.file().repetitions);
     let mut sums = vec![(0.0, 0.0); study.points() as usize];

@@ -1,53 +1,56 @@
-//! Which axis causes which share of a quantity's variance.
+//! Variance-based and elementary-effect sensitivity analysis.
 
 use serde::{Deserialize, Serialize};
 
 use crate::sample::{below, generator};
 
-/// Times that the base points are drawn anew for the intervals.
+/// Number of bootstrap samples of the base points, for the intervals.
 const RESAMPLES: u64 = 500;
 
-/// What one axis does to a quantity, as Sobol indices: shares of its variance, each with its interval of 95 %.
+/// Sobol indices of one axis: shares of a quantity's variance, each with its 95 % interval.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Indices {
     /// The key of the axis.
     pub key: String,
-    /// By itself.
+    /// First-order index: the axis alone.
     pub first: Interval,
-    /// By itself and together with others.
+    /// Total index: the axis alone and with others.
     pub total: Interval,
 }
 
-/// An estimate, and where it lies with a confidence of 95 %.
+/// An estimate with its 95 % confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
     /// The estimate.
     pub value: f64,
-    /// Where the interval begins.
+    /// Lower end of the interval.
     pub low: f64,
-    /// Where it ends.
+    /// Upper end of the interval.
     pub high: f64,
 }
 
-/// What one axis does to a quantity, as elementary effects: by how much it changes over the whole axis.
+/// Elementary effects of one axis: the change of a quantity over the whole axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Effects {
     /// The key of the axis.
     pub key: String,
-    /// How many effects were seen: moves of the axis of which neither end failed.
+    /// Number of effects: moves of the axis without failed ends.
     pub moves: u64,
-    /// Mean of the effects' magnitudes, Morris' mu*: how much the axis matters; `None` where none was seen.
+    /// Mean absolute effect, Morris' mu*: how much the axis matters; `None` without effects.
     pub mean_magnitude: Option<f64>,
-    /// Mean of the effects: whether the quantity rises with the axis; `None` where none was seen.
+    /// Mean effect: whether the quantity rises with the axis; `None` without effects.
     pub mean: Option<f64>,
-    /// Standard deviation of the effects: how much what the axis does depends on the others, or bends; `None` of fewer than two.
+    /// Standard deviation of the effects: interaction with other axes, or curvature; `None` for
+    /// fewer than two.
     pub deviation: Option<f64>,
 }
 
-/// Sobol indices of each axis, of base points that are whole: the quantity at A, at B, and at A with one coordinate of B, for each
-/// axis. `None` where the quantity does not vary, or there are fewer than two base points.
+/// Returns the Sobol indices of each axis from complete base points: the quantity at A, at B, and
+/// at A with one coordinate of B, for each axis. `None` if the quantity does not vary, or for fewer
+/// than two base points.
 ///
-/// First order after Saltelli et al., Computer Physics Communications 181 (2010), Table 2 (b); total after Jansen, (f) there.
+/// First order after Saltelli et al., Computer Physics Communications 181 (2010), Table 2 (b);
+/// total after Jansen, (f) there.
 pub fn sobol_indices(keys: &[String], base: &[Vec<f64>], seed: u32) -> Option<Vec<Indices>> {
     let estimate = |rows: &[&Vec<f64>]| -> Option<Vec<(f64, f64)>> {
         let n = rows.len() as f64;
@@ -104,8 +107,9 @@ pub fn sobol_indices(keys: &[String], base: &[Vec<f64>], seed: u32) -> Option<Ve
     Some(keys.iter().enumerate().map(of_axis).collect())
 }
 
-/// The effects of each axis, of moves of one axis each: which, by which share of it, and by how much the quantity changed.
-/// Campolongo et al., Environmental Modelling and Software 22 (2007), for the magnitudes.
+/// Returns the effects of each axis from moves of one axis each: its index, the share of the axis,
+/// and the change of the quantity. Campolongo et al., Environmental Modelling and Software 22
+/// (2007), for the absolute effects.
 pub fn morris_effects(keys: &[String], moves: &[(usize, f64, f64)]) -> Vec<Effects> {
     let of_axis = |(axis, key): (usize, &String)| {
         let effects = moves
@@ -143,7 +147,7 @@ mod tests {
     const A: f64 = 7.0;
     const B: f64 = 0.1;
 
-    /// Ishigami and Homma (1990), over [-pi, pi]^3, of shares of that.
+    /// The function of Ishigami and Homma (1990), over [-pi, pi]^3, by shares of that.
     fn ishigami(place: &[f64]) -> f64 {
         let x: Vec<f64> = place.iter().map(|share| PI * (2.0 * share - 1.0)).collect();
         x[0].sin() + A * x[1].sin().powi(2) + B * x[2].powi(4) * x[0].sin()
@@ -163,7 +167,8 @@ mod tests {
 
     #[test]
     fn the_indices_of_ishigami_are_those_of_its_integrals() {
-        // By integration: V1 = (1 + b pi^4 / 5)^2 / 2, V2 = a^2 / 8, V13 = 8 b^2 pi^8 / 225, V3 = 0.
+        // By integration: V1 = (1 + b pi^4 / 5)^2 / 2, V2 = a^2 / 8, V13 = 8 b^2 pi^8 / 225,
+        // V3 = 0.
         let v1 = (1.0 + B * PI.powi(4) / 5.0).powi(2) / 2.0;
         let v2 = A * A / 8.0;
         let v13 = 8.0 * B * B * PI.powi(8) / 225.0;
@@ -171,7 +176,8 @@ mod tests {
         let expected = [(v1 / v, (v1 + v13) / v), (v2 / v, v2 / v), (0.0, v13 / v)];
         let found = sobol_indices(&keys(), &base(8192, ishigami), 1).unwrap();
         for (found, (first, total)) in found.iter().zip(expected) {
-            // 8192 points of a Sobol sequence: an error well below that of as many random ones, 1 / sqrt(8192) = 0.011.
+            // 8192 points of a Sobol sequence: the error is well below that of as many random ones,
+            // 1 / sqrt(8192) = 0.011.
             assert!(
                 (found.first.value - first).abs() < 0.01,
                 "{found:?} {first}"
@@ -221,7 +227,8 @@ mod tests {
         }
         let product = effects(|x| x[0] * x[1]);
         assert!(product[0].deviation.unwrap() > 0.1 && product[2].mean_magnitude == Some(0.0));
-        // Of Ishigami the third axis has no effect of its own, and a large one with the first.
+        // In Ishigami's function the third axis has no effect of its own, and a large one with the
+        // first.
         let ishigami = effects(ishigami);
         assert!(ishigami[2].deviation.unwrap() > ishigami[2].mean.unwrap().abs());
     }

@@ -1,4 +1,4 @@
-//! What may be said of all from a sample.
+//! Inference from a sample to the population.
 
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{Beta, Binomial, ContinuousCDF, DiscreteCDF};
@@ -6,24 +6,25 @@ use statrs::distribution::{Beta, Binomial, ContinuousCDF, DiscreteCDF};
 /// The confidence of all intervals.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// A quantile of a quantity, with the interval in which it lies with [`CONFIDENCE`].
+/// A quantile of a quantity with its interval of confidence [`CONFIDENCE`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Quantile {
-    /// Which, in (0, 1).
+    /// Its probability, in (0, 1).
     pub share: f64,
-    /// Its estimate: between the two values of the sample around it.
+    /// Its estimate, interpolated between two values of the sample.
     pub value: f64,
-    /// Where the interval begins; `None` where the sample is too small to say.
+    /// Lower end of the interval; `None` if the sample is too small.
     pub low: Option<f64>,
-    /// Where the interval ends; `None` where the sample is too small to say.
+    /// Upper end of the interval; `None` if the sample is too small.
     pub high: Option<f64>,
 }
 
-/// A quantile of a sample in ascending order, which is not empty, of `draws` independent draws: each of them has as many of the values,
-/// which may all be equal.
+/// Returns a quantile of a non-empty sample in ascending order, from `draws` independent draws;
+/// each of them has equally many values, which may all be equal.
 ///
-/// The interval is between two values of the sample, whichever the distribution: how many of `n` draws lie below the
-/// quantile is binomial. It holds whatever the values of one draw have in common, and is the wider the less that is.
+/// The interval is between two values of the sample, for any distribution: the number of `n` draws
+/// below the quantile is binomial. It holds for any correlation of the values in one draw, and is
+/// wider the lower the correlation.
 pub fn quantile(sorted: &[f64], share: f64, draws: u64) -> Quantile {
     let last = sorted.len() - 1;
     let place = share * last as f64;
@@ -35,7 +36,8 @@ pub fn quantile(sorted: &[f64], share: f64, draws: u64) -> Quantile {
         let (lower, upper) = (below.inverse_cdf(tail), below.inverse_cdf(1.0 - tail) + 1);
         let values_a_draw = sorted.len() as f64 / draws as f64;
         let values = |draws: u64| draws as f64 * values_a_draw;
-        // The value of rank r, from 1, is not above the quantile with the probability that at least r lie below it.
+        // The value of rank r, from 1, is at most the quantile with the probability that at least r
+        // lie below it.
         low = lower
             .checked_sub(1)
             .and_then(|before| sorted.get(values(before).floor() as usize))
@@ -50,12 +52,13 @@ pub fn quantile(sorted: &[f64], share: f64, draws: u64) -> Quantile {
     }
 }
 
-/// The interval in which a share lies with [`CONFIDENCE`], which is that of `draws` independent draws: after Clopper and Pearson.
-/// A share between two counts of draws, of values of which each draw has several, has the interval around both.
+/// Returns the interval of confidence [`CONFIDENCE`] of a share from `draws` independent draws,
+/// after Clopper and Pearson. A share between two counts of draws, from draws with several values
+/// each, has the interval around both.
 pub fn share_interval(share: f64, draws: u64) -> (f64, f64) {
     let tail = (1.0 - CONFIDENCE) / 2.0;
     let n = draws as f64;
-    // Whole draws are counted, whatever the rounding of their share.
+    // Draws are counted, whatever the rounding of their share.
     let (fewest, most) = ((share * n + 1e-9).floor(), (share * n - 1e-9).ceil());
     let quantile = |a: f64, b: f64, share: f64| Beta::new(a, b).map(|beta| beta.inverse_cdf(share));
     let low = if fewest == 0.0 {
@@ -100,7 +103,7 @@ mod tests {
             let (few, many) = (quantile(&once, share, 100), quantile(&often, share, 100));
             assert_eq!((few.low, few.high), (many.low, many.high), "{share}");
         }
-        // Of five draws even the median is not known, however often each was repeated.
+        // With five draws even the median is unknown, however often each was repeated.
         let five: Vec<f64> = (0..250).map(|value| f64::from(value / 50)).collect();
         let median = quantile(&five, 0.5, 5);
         assert_eq!((median.low, median.high), (None, None));
@@ -115,7 +118,7 @@ mod tests {
             assert!((at_least - 0.025).abs() < 1e-6, "{at_least}");
             assert!((at_most - 0.025).abs() < 1e-6, "{at_most}");
         }
-        // Of n draws that are all kept, the share is above 0.025^(1/n).
+        // If all of n draws keep the bound, the share is above 0.025^(1/n).
         let (low, high) = share_interval(1.0, 50);
         assert!((low - 0.025_f64.powf(1.0 / 50.0)).abs() < 1e-6);
         assert_eq!((high, share_interval(0.0, 50).0), (1.0, 0.0));

@@ -1,4 +1,4 @@
-//! Rows one after another in a file that only grows.
+//! An append-only file of rows.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
@@ -11,7 +11,8 @@ use crate::hash::Hash;
 use crate::row::Row;
 use ilon_sim::Error;
 
-/// Time between syncs to the disk: what the power's end may cost. Of a killed process nothing is lost.
+/// Time between syncs to the disk, the possible loss at a power failure. Killing the process loses
+/// nothing.
 const BETWEEN_SYNCS: Duration = Duration::from_secs(2);
 
 /// Hexadecimal digits of a line's checksum.
@@ -22,18 +23,18 @@ const DIGITS: usize = 16;
 pub(super) struct Log {
     path: PathBuf,
     file: File,
-    /// Bytes of whole lines.
+    /// Bytes of complete lines.
     length: u64,
     /// Whether a line could not be written: none is written after it.
     is_broken: bool,
-    /// How many lines could not be read.
+    /// Number of damaged lines.
     pub damaged: usize,
     synced: Instant,
 }
 
 impl Log {
-    /// Opens a log, or begins one, and reads its rows. A last line that is not whole is cut off; lines that are damaged are left out
-    /// from now on, so that they are found once.
+    /// Opens or creates a log, and reads its rows. An incomplete last line is cut off; damaged
+    /// lines are removed, so that they are found once.
     pub fn open(path: &Path) -> Result<(Self, Vec<Row>), Error> {
         let open = || {
             let mut options = OpenOptions::new();
@@ -79,7 +80,8 @@ impl Log {
         }
         if let Err(error) = self.file.write_all(line.as_bytes()) {
             self.is_broken = true;
-            // What of it was written goes again, where that can be; else it is cut off when the log is read.
+            // The partly written line is removed if possible; otherwise it is cut off at the next
+            // reading.
             let _ = self.file.set_len(self.length);
             return Err(Error::io("write", &self.path)(error));
         }
@@ -90,7 +92,7 @@ impl Log {
         Ok(())
     }
 
-    /// Brings all rows to the disk.
+    /// Syncs all rows to the disk.
     pub fn sync(&mut self) -> Result<(), Error> {
         self.synced = Instant::now();
         self.file
@@ -99,7 +101,7 @@ impl Log {
     }
 }
 
-/// Reads the rows of a log, and how many of its lines are damaged; one that is not there has none.
+/// Reads the rows of a log, and the number of its damaged lines; a missing log has none.
 pub(super) fn read(path: &Path) -> Result<(Vec<Row>, usize), Error> {
     let bytes = match std::fs::read(path) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok((Vec::new(), 0)),
@@ -112,7 +114,7 @@ pub(super) fn read(path: &Path) -> Result<(Vec<Row>, usize), Error> {
 struct Lines {
     rows: Vec<Row>,
     damaged: usize,
-    /// Bytes up to the end of the last whole line.
+    /// Bytes up to the end of the last complete line.
     whole: u64,
 }
 
@@ -139,7 +141,7 @@ fn lines(bytes: &[u8]) -> Lines {
     }
 }
 
-/// A row as a line of the log.
+/// Returns a row as a line of the log.
 fn line(row: &Row) -> Result<String, Error> {
     let json = serde_json::to_string(row).map_err(|error| Error::encode("a row", &error))?;
     Ok(format!("{} {json}\n", checksum(&json)))
@@ -171,7 +173,7 @@ mod tests {
             scenario: "s".to_owned(),
             point: run,
             repetition: 0,
-            // What has no short decimal, and what looks like another type.
+            // Values without a short decimal, and values that look like another type.
             values: vec![
                 Value::Float(0.1 + 0.2),
                 Value::Integer(9),

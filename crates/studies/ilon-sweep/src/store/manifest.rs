@@ -1,4 +1,4 @@
-//! Of which study a folder's rows are.
+//! The study to which the rows in a folder belong.
 
 use std::path::{Path, PathBuf};
 
@@ -12,10 +12,10 @@ use ilon_sim::Error;
 
 const NAME: &str = "study.json";
 
-/// The longest manifest that is read, in bytes: a study and its scenarios, each of which is limited.
+/// Largest size of a manifest, in bytes: a study and its scenarios, each of which is limited.
 const MOST_BYTES: u64 = 256 << 20;
 
-/// The study that a folder was begun with, whole: what is merged needs none of its files.
+/// The complete study of a folder: merging needs none of its files.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Manifest {
     /// The version of ilon.
@@ -39,7 +39,7 @@ impl Manifest {
         }
     }
 
-    /// The manifest of a folder, if it has one.
+    /// Returns the manifest of a folder, if it has one.
     pub fn read(folder: &Path) -> Result<Option<Self>, Error> {
         let path = folder.join(NAME);
         if !path.exists() {
@@ -62,7 +62,7 @@ impl Manifest {
         Ok(write_text(&folder.join(NAME), &(json + "\n"))?)
     }
 
-    /// The study as it was.
+    /// Returns the study as stored.
     pub fn study(&self) -> Result<Study, Error> {
         let Self {
             study,
@@ -79,7 +79,7 @@ impl Manifest {
         )
     }
 
-    /// Refuses rows that cannot stand among those of a study.
+    /// Rejects rows that cannot belong to a study.
     pub fn must_be(&self, study: &Study, folder: &Path) -> Result<(), Error> {
         let folder = folder.display();
         let running = env!("CARGO_PKG_VERSION");

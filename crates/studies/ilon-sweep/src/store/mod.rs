@@ -1,8 +1,9 @@
-//! The folder of a study's results: what was run, so that nothing is run twice and nothing is lost.
+//! The folder of a study's results: finished runs are never repeated or lost.
 //!
-//! Each finished run is a line of `rows.log`, with a checksum, written in one piece: a study that is killed at any moment, or
-//! whose disk is full, has lost no finished run, and a half-written line is cut off when the study goes on. `study.json` says
-//! of which study and of which version the rows are. `runs.parquet` is made of them at the end.
+//! Each finished run is a line of `rows.log`, with a checksum, written in one piece: a study that
+//! is killed at any moment, or whose disk is full, loses no finished run, and a partial line is cut
+//! off when the study continues. `study.json` holds the study and version of the rows.
+//! `runs.parquet` is made from them at the end.
 
 mod log;
 mod manifest;
@@ -21,22 +22,23 @@ use crate::shard::{self, Shard};
 use crate::study::{Question, Study};
 use ilon_sim::Error;
 
-/// What a study writes into its folder besides `study.json`: without that, somebody else has put it there.
+/// The files that a study writes besides `study.json`; in a folder without `study.json` they are
+/// someone else's.
 const RESULTS: [&str; 4] = [LOG, "runs.parquet", "findings.json", "report.html"];
 
-/// The rows of a study, in memory and, unless nothing shall be kept, in a folder.
+/// The rows of a study, in memory and, unless nothing is kept, in a folder.
 #[derive(Debug)]
 pub struct Store {
     folder: Option<PathBuf>,
     rows: Mutex<BTreeMap<u64, Row>>,
     log: Option<Mutex<Log>>,
-    /// Rows that could not be read again, and are run anew.
+    /// Number of rows that could not be read and are run again.
     damaged: usize,
     _lock: Option<OutputLock>,
 }
 
 impl Store {
-    /// Rows that are gone with the process.
+    /// A store whose rows are lost with the process.
     pub fn in_memory() -> Self {
         Self {
             folder: None,
@@ -47,12 +49,13 @@ impl Store {
         }
     }
 
-    /// The folder of a study's results, for this process alone, with all rows that are there already; those of a shard stand
-    /// in a folder of their own within it. It is made where it is not there.
+    /// Opens the folder of a study's results for this process alone, with all existing rows; those
+    /// of a shard are in a subfolder. A missing folder is created.
     ///
     /// # Errors
-    /// Where the folder holds the results of another study, of this one before it or its scenarios were changed, or of another
-    /// version of ilon; where another process writes there, and where it cannot be written to.
+    /// If the folder holds the results of another study, of this one before a change of it or its
+    /// scenarios, or of another version of ilon; if another process writes there; and if it cannot
+    /// be written.
     pub fn open(folder: &Path, study: &Study, shard: Option<Shard>) -> Result<Self, Error> {
         let own = match shard {
             Some(shard) => folder.join(shard.folder()),
@@ -103,11 +106,12 @@ impl Store {
         })
     }
 
-    /// Gathers the rows of one study from several folders, and from the shards in them, into one.
+    /// Merges the rows of one study from several folders, and from the shards in them, into one.
     ///
     /// # Errors
-    /// Where a folder holds no rows of a study, or of another one than the first, or of one that searches; where two hold different rows of one run;
-    /// where runs are missing; and like [`Self::open`].
+    /// If a folder holds no rows of a study, or of another one than the first, or of one that
+    /// searches; if two hold different rows of one run; if runs are missing; and those of
+    /// [`Self::open`].
     pub fn merge(folders: &[PathBuf], out: &Path) -> Result<(Study, Self), Error> {
         let mut sources = Vec::new();
         for folder in folders {
@@ -183,56 +187,56 @@ impl Store {
         Ok((study, store))
     }
 
-    /// Whether a folder is one of this study's results.
+    /// Whether a folder holds this study's results.
     pub(crate) fn holds_rows_of(folder: &Path, study: &Study) -> bool {
         let known = Manifest::read(folder).ok().flatten();
         known.is_some_and(|known| known.must_be(study, folder).is_ok())
     }
 
-    /// Its folder; `None` of one in memory.
+    /// Its folder; `None` if in memory.
     pub fn folder(&self) -> Option<&Path> {
         self.folder.as_deref()
     }
 
-    /// How many rows could not be read again, and are run anew.
+    /// The number of rows that could not be read and are run again.
     pub fn damaged(&self) -> usize {
         self.damaged
     }
 
-    /// The row of a run, if it was run.
+    /// Returns the row of a run, if finished.
     pub fn row(&self, run: u64) -> Option<Row> {
         self.locked().get(&run).cloned()
     }
 
-    /// The row of a task, if just this was run.
+    /// Returns the row of a task, if exactly this task was run.
     pub(crate) fn row_of(&self, task: &Task) -> Option<Row> {
         self.row(task.run).filter(|row| row.values == task.values)
     }
 
-    /// Whether a run was run.
+    /// Whether a run is finished.
     pub fn holds(&self, run: u64) -> bool {
         self.locked().contains_key(&run)
     }
 
-    /// How many runs were run.
+    /// The number of finished runs.
     pub fn len(&self) -> usize {
         self.locked().len()
     }
 
-    /// Whether none was.
+    /// Whether no run is finished.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// All rows, in the order of their runs.
+    /// Returns all rows, in the order of their runs.
     pub fn rows(&self) -> Vec<Row> {
         self.locked().values().cloned().collect()
     }
 
-    /// Adds the row of a run that has ended. When this returns, the row outlives the process.
+    /// Adds the row of a finished run. When this returns, the row outlives the process.
     ///
     /// # Errors
-    /// Where it cannot be written; rows that were written before are kept.
+    /// If it cannot be written; earlier rows are kept.
     pub fn put(&self, row: Row) -> Result<(), Error> {
         if let Some(log) = &self.log {
             log.lock()
@@ -243,7 +247,7 @@ impl Store {
         Ok(())
     }
 
-    /// Brings all rows to the disk.
+    /// Syncs all rows to the disk.
     pub(crate) fn sync(&self) -> Result<(), Error> {
         match &self.log {
             Some(log) => log.lock().unwrap_or_else(PoisonError::into_inner).sync(),

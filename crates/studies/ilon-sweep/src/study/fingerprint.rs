@@ -1,4 +1,5 @@
-//! What of a study its rows depend on, as a hash: rows of another are not taken for its own.
+//! A hash of everything that a study's rows depend on, so that rows of another study are not
+//! mistaken for its own.
 
 use std::path::{Path, PathBuf};
 
@@ -69,11 +70,11 @@ pub(super) fn of(study: &Draft, fixed: &[Setting], files: &FileAccess) -> Result
     Ok(hash.to_string())
 }
 
-/// Feeds the robot of a scenario, as it is read, and all files that it is read from: those that it includes, and meshes. One that cannot be read
-/// makes failed rows.
+/// Feeds the robot of a scenario as loaded, with all its files: included ones, and meshes. A robot
+/// that cannot be read gives failed rows.
 fn feed_robot(files: &FileAccess, hash: &mut Hash, scenario: &mut Scenario) {
     scenario.files = files.noting();
-    // Something of ROS may have expanded it, which opens files by itself.
+    // A ROS tool may have expanded it, which opens files by itself.
     hash.feed(&load_file(scenario).map_or(String::new(), |loaded| loaded.urdf.to_string()));
     let one = |path: &PathBuf| {
         let mut hash = Hash::new();
@@ -81,16 +82,16 @@ fn feed_robot(files: &FileAccess, hash: &mut Hash, scenario: &mut Scenario) {
         hash.to_string()
     };
     let mut each: Vec<String> = scenario.files.opened().iter().map(one).collect();
-    // Wherever packages lie on a machine.
+    // Independent of where packages are installed.
     each.sort_unstable();
     each.iter().for_each(|own| hash.feed(own));
 }
 
-/// The most files of a folder that count for a fingerprint: a bag has few.
+/// Largest number of files of a folder in a fingerprint; a bag has few.
 const MOST_FILES: usize = 10_000;
 
-/// Feeds a file, or the files of a folder such as a bag, to a hash. One that cannot be read makes a failed row, not the end of the
-/// study.
+/// Feeds a file, or the files of a folder such as a bag, to a hash. An unreadable one gives a
+/// failed row and does not end the study.
 fn feed(files: &FileAccess, hash: &mut Hash, path: &Path) {
     let names = match files.is_folder(path) {
         true => files.names_in(path, MOST_FILES),

@@ -1,4 +1,5 @@
-//! What a study says of its quantities: the range and the main effects of a grid, and what it does not say, with the reason.
+//! What a study says of its quantities: the range and the main effects of a grid, and what it does
+//! not say, with the reason.
 
 use crate::support;
 
@@ -37,14 +38,16 @@ fn a_grid_says_where_a_quantity_is_least_and_largest_and_what_each_axis_does_to_
     for (axis, means) in range.axes.iter().zip([[150.0, 300.0], [300.0, 150.0]]) {
         let own: Vec<Option<f64>> = axis.levels.iter().map(|level| level.mean).collect();
         assert_eq!(own, means.map(Some), "{}", axis.key);
-        // 2 (75^2 + 75^2) of 25^2 + 175^2 + 125^2 + 25^2; the two leave 2500 of 47500 to what they do together.
+        // 2 (75^2 + 75^2) of 25^2 + 175^2 + 125^2 + 25^2; the two leave 2500 of 47500 to what they
+        // do together.
         let share = axis.share.unwrap();
         assert!((share - 22500.0 / 47500.0).abs() < 1e-12, "{share}");
     }
     assert_eq!(found.gaps, []);
 }
 
-/// An axis that a quantity does not depend on causes nothing of it; where runs fail the shares are not known, and the rest is.
+/// An axis that a quantity does not depend on causes nothing of it; where runs fail the shares are
+/// not known, and the rest is.
 #[test]
 fn an_axis_that_does_nothing_has_no_share_and_failed_runs_leave_none() {
     let text = |frictions: &str| {
@@ -123,8 +126,8 @@ fn of_points_of_which_none_is_whole_it_is_said() {
     }
 }
 
-/// Each trajectory moves the duration once, from any of 0.2, 0.3, 0.4 and 0.5 s: over its whole axis it changes itself by 0.3 s, and the
-/// friction does nothing to it.
+/// Each trajectory moves the duration once, from any of 0.2, 0.3, 0.4 and 0.5 s: over its whole
+/// axis it changes itself by 0.3 s, and the friction does nothing to it.
 #[test]
 fn morris_books_each_change_under_the_axis_that_was_moved() {
     let found = found(
@@ -141,7 +144,8 @@ fn morris_books_each_change_under_the_axis_that_was_moved() {
     assert!(duration.deviation.unwrap() < 1e-12, "{duration:?}");
 }
 
-/// Runs of a sample are told apart by a seed of their own, but where the study varies the seed itself.
+/// Runs of a sample are told apart by a seed of their own, but where the study varies the seed
+/// itself.
 #[test]
 fn a_sample_has_one_column_of_seeds_whoever_draws_them() {
     for (axes, columns) in [

@@ -1,4 +1,5 @@
-//! Studies made in parts, as the workers of a cluster make them, and studies that are stopped from outside.
+//! Studies made in parts, as the workers of a cluster make them, and studies that are stopped from
+//! outside.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -1,4 +1,5 @@
-//! What a study keeps in its folder, what it says of few draws, and what it refuses before anything is run.
+//! What a study keeps in its folder, what it says of few draws, and what it refuses before anything
+//! is run.
 
 use crate::support;
 
@@ -19,7 +20,8 @@ fn kept(folder: &Path) -> Vec<String> {
     names
 }
 
-/// The start of 3 m/s^2 is fifteen times what a friction of 0.02 gives, and about what 0.3 gives: in run 0 wheels slide fastest.
+/// The start of 3 m/s^2 is fifteen times what a friction of 0.02 gives, and about what 0.3 gives:
+/// in run 0 wheels slide fastest.
 const THREE: &str =
     "quantities = [\"slip_speed_rms_m_s\"]\naxes.world.floor.friction = [0.02, 0.3, 0.6]\n";
 
@@ -139,7 +141,8 @@ fn rows_under_another_log_are_not_taken_for_those_of_this_one() {
     assert!(refused.contains("were changed"), "{refused}");
 }
 
-/// A robot's file includes others and names meshes: rows of a robot whose included file or mesh was another are not those of this one.
+/// A robot's file includes others and names meshes: rows of a robot whose included file or mesh was
+/// another are not those of this one.
 #[test]
 fn rows_of_a_robot_whose_parts_were_changed_are_not_taken_for_those_of_this_one() {
     let folder = Folder::new();

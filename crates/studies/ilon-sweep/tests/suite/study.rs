@@ -1,4 +1,5 @@
-//! Studies: the same rows whoever makes them and however often they are stopped, and faults in words.
+//! Studies: the same rows whoever makes them and however often they are stopped, and faults in
+//! words.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -388,7 +389,8 @@ fn a_fault_points_at_its_place_in_the_study() {
 #[test]
 fn a_crossing_is_found_on_the_robot_and_found_again_without_a_run() {
     let folder = Folder::new();
-    // At 3 m/s^2 sideways a robot of friction mu slides where mu is too small: what it loses falls with the friction.
+    // At 3 m/s^2 sideways a robot of friction mu slides where mu is too small: what it loses falls
+    // with the friction.
     let text = "[find]\nkey = \"world.floor.friction\"\nfrom = 0.01\nto = 0.8\nscale = \"log\"\nquantity = \"slip_energy_j\"\n\
                 crosses = 0.1\ntolerance = 0.02\nscan = 5\n";
     let study = folder.study(text).unwrap();
@@ -426,7 +428,8 @@ fn a_crossing_is_found_on_the_robot_and_found_again_without_a_run() {
 #[test]
 fn a_minimum_is_found_on_the_robot_within_its_bound() {
     let folder = Folder::new();
-    // The largest torque grows with the ramp's steepness: the least error of the wheel rates within a bound on torque.
+    // The largest torque grows with the ramp's steepness: the least error of the wheel rates within
+    // a bound on torque.
     let text = "[axes]\nwheel_loop.bandwidth_rad_s = { from = 5, to = 200, scale = \"log\" }\n[minimise]\n\
                 quantity = \"wheel_rate_error_rms_rad_s\"\nstarts = 2\nevaluations = 12\ntolerance = 0.01\n";
     let store = Store::in_memory();
@@ -496,8 +499,9 @@ fn traces_are_kept_of_the_worst_and_the_failed_alone() {
     }
 }
 
-/// Of designs without a run: wheels on a ring with rollers at gamma are held by the one that turns fastest, at rho q'max cos(gamma) in the direction along
-/// its roller's axis, whatever the count; and on the spot by |b| cos(gamma) / cos(gamma).
+/// Of designs without a run: wheels on a ring with rollers at gamma are held by the one that turns
+/// fastest, at rho q'max cos(gamma) in the direction along its roller's axis, whatever the count;
+/// and on the spot by |b| cos(gamma) / cos(gamma).
 #[test]
 fn a_study_without_physics_says_what_designs_can_do() {
     let folder = Folder::new();

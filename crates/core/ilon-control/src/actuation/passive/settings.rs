@@ -1,4 +1,4 @@
-//! How stiff and how damped a robot is, and what cannot be.
+//! Stiffness and damping settings of the passive law, and their checks.
 
 use ilon_robot::Robot;
 use nalgebra::{Vector2, Vector3};
@@ -7,14 +7,16 @@ use super::stability::{Loop, TiltLoop, air_swing, masses, mean_lever_m, unstable
 use crate::error::{not_negative, positive};
 use crate::{ControlError, DynamicModel, Kinematics, Priority};
 
-/// How stiff and how damped a robot is about its reference, and how its control is timed.
+/// Stiffness and damping of a robot about its reference, and the timing of its control.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PassiveTorqueSettings {
-    /// Stiffness K of the reference point's position, in N/m. The guidance makes it: see [`Self::position_gain_per_s`].
+    /// Stiffness K of the reference point's position, in N/m. The guidance provides it: see
+    /// [`Self::position_gain_per_s`].
     pub stiffness_n_m: f64,
-    /// Damping D of its velocity, in N s/m.
+    /// Damping D of the reference point's velocity, in N s/m.
     pub damping_n_s_m: f64,
-    /// Stiffness of the heading, in N m/rad. The guidance makes it: see [`Self::heading_gain_per_s`].
+    /// Stiffness of the heading, in N m/rad. The guidance provides it: see
+    /// [`Self::heading_gain_per_s`].
     pub heading_stiffness_n_m_rad: f64,
     /// Damping of the yaw rate, in N m s/rad.
     pub heading_damping_n_m_s_rad: f64,
@@ -22,33 +24,37 @@ pub struct PassiveTorqueSettings {
     pub wheel_stiffness_n_m_rad: f64,
     /// Damping D_n between the wheels, in N m s/rad; 0 for none.
     pub wheel_damping_n_m_s_rad: f64,
-    /// Torque at which a spring between the wheels gives way, in N m.
+    /// Torque at which a spring between the wheels yields, in N m.
     pub wheel_limit_n_m: f64,
-    /// Which task keeps its force where motors, or grip, cannot give both.
+    /// The task that keeps its force if motors or grip cannot give both.
     pub priority: Priority,
-    /// The point of the body that the spring holds, in the body frame, in metres: that of the guidance.
+    /// The point of the body that the spring holds, in the body frame, in metres: the guidance's
+    /// reference point.
     pub reference_point_m: Vector2<f64>,
-    /// Friction coefficient to count on; infinite where none is known.
+    /// Assumed friction coefficient; infinite if unknown.
     pub friction: f64,
     /// Gravity in m/s^2.
     pub gravity_m_s2: f64,
-    /// The longest period at which the law will be updated, in seconds.
+    /// The longest update period, in seconds.
     pub dt_s: f64,
-    /// The period at which targets, and with them the spring, are renewed, in seconds.
+    /// The period at which the targets, and with them the spring, are updated, in seconds.
     pub pose_period_s: f64,
-    /// How old the pose is that they are made from, in seconds.
+    /// Age of the pose from which the targets are computed, in seconds.
     pub pose_delay_s: f64,
-    /// What gives the tilt, where something does.
+    /// The tilt filter, if there is one.
     pub tilt: Option<TiltLoop>,
 }
 
 impl PassiveTorqueSettings {
-    /// Settings that follow from a robot's mass and the control's timing: the damper stops the robot within ten times the pose's period and
-    /// delay, unless a wheel in the air allows less; the spring's damping ratio is 0.7. Between the wheels damping is the same as towards the ground,
-    /// and stiffness four times as much; they give way at what a wheel pushes with a friction of 1. Priority is the position's.
+    /// Returns settings derived from a robot's mass and the control's timing. The damper stops the
+    /// robot within ten times the pose's period and delay, unless a wheel in the air allows less;
+    /// the spring's damping ratio is 0.7. Between the wheels the damping is the same as towards the
+    /// ground and the stiffness four times as much; these springs yield at the push of a wheel with
+    /// a friction of 1. The position has priority.
     ///
     /// # Errors
-    /// Those of [`DynamicModel::new`]; [`ControlError::NotPositive`], [`ControlError::Negative`] for times.
+    /// Those of [`DynamicModel::new`]; [`ControlError::NotPositive`], [`ControlError::Negative`]
+    /// for times.
     pub fn for_robot(
         robot: &Robot,
         gravity_m_s2: f64,
@@ -82,7 +88,7 @@ impl PassiveTorqueSettings {
             pose_delay_s,
             tilt: None,
         };
-        // A quarter of what swings a wheel in the air from step to step.
+        // A quarter of the gain at which a wheel in the air oscillates from step to step.
         let swings = this.air_swing(&model, model.kinematics());
         let held = (0.5 / swings).min(1.0);
         this.damping_n_s_m *= held;
@@ -95,17 +101,18 @@ impl PassiveTorqueSettings {
         Ok(this)
     }
 
-    /// The guidance's gain K_r with which the targets hold the spring: stiffness over damping, in 1/s.
+    /// Returns the guidance gain K_r that makes the targets act as the spring: stiffness over
+    /// damping, in 1/s.
     pub fn position_gain_per_s(&self) -> f64 {
         self.stiffness_n_m / self.damping_n_s_m
     }
 
-    /// The guidance's gain K_phi: the heading's stiffness over its damping, in 1/s.
+    /// Returns the guidance gain K_phi: heading stiffness over heading damping, in 1/s.
     pub fn heading_gain_per_s(&self) -> f64 {
         self.heading_stiffness_n_m_rad / self.heading_damping_n_m_s_rad
     }
 
-    /// Refuses numbers out of range.
+    /// Rejects numbers out of range.
     pub(super) fn check_numbers(&self) -> Result<(), ControlError> {
         positive("the stiffness in N/m", self.stiffness_n_m)?;
         positive("the damping in N s/m", self.damping_n_s_m)?;
@@ -139,13 +146,13 @@ impl PassiveTorqueSettings {
         Ok(())
     }
 
-    /// D about the reference point.
+    /// The damping D about the reference point.
     pub(super) fn damping(&self) -> Vector3<f64> {
         let along = self.damping_n_s_m;
         Vector3::new(along, along, self.heading_damping_n_m_s_rad)
     }
 
-    /// Refuses what swings up.
+    /// Rejects unstable gains.
     pub(super) fn check_stability(
         &self,
         model: &DynamicModel,
@@ -161,7 +168,7 @@ impl PassiveTorqueSettings {
             ));
         }
         let most = 2.0 * self.wheel_damping_n_m_s_rad / self.dt_s;
-        // Three wheels have nothing between them.
+        // With three wheels there are no springs between wheels.
         if about.wheel_count() > 3 && self.wheel_stiffness_n_m_rad > most {
             return Err(unstable(
                 "the stiffness between wheels in N m/rad",

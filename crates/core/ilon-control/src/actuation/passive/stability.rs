@@ -1,38 +1,44 @@
-//! What gains a passive law can have: by its period, the pose's period and delay, and the filter that gives the tilt.
+//! Which gains of a passive law are stable, given its period, the pose's period and delay, and the
+//! tilt filter.
 //!
-//! **Wheels in the air**, or on ice, feel only their own inertia J. Held over dt, damping A = T^T D T + D_n N and stiffness K_n N swing them
-//! from step to step from A dt / J = 2 on, and the springs drive them up unless D_n > K_n dt / 2 (T = M^+ L, N = L P L / l^2).
+//! **Wheels in the air**, or on ice, feel only their own inertia J. Held over dt, the damping A =
+//! T^T D T + D_n N and stiffness K_n N make them oscillate from step to step from A dt / J = 2 on,
+//! and the springs are unstable unless D_n > K_n dt / 2 (T = M^+ L, N = L P L / l^2).
 //!
-//! **The robot.** For a mass m, with the spring late by tau and the tilt's filter H(s) = (k_p s + k_i) / (s^2 + k_p s + k_i),
+//! **The robot.** For a mass m, a spring delayed by tau, and the tilt filter H(s) = (k_p s + k_i) /
+//! (s^2 + k_p s + k_i),
 //!
 //!   f(s) = m s^2 + D s + K e^(-tau s) - m s^2 H(s) e^(-tau_i s),
 //!
-//! whose last term is the robot's own acceleration, which an accelerometer takes for tilt. A pose held over T counts as late by all of T: 1.57
-//! against 2 for K T / D where the mass does not matter, so that what is let through is stable. f has no pole on the right; by Mikhailov all
-//! roots lie on the left if and only if its argument grows by pi as s = j omega goes from 0 to infinity.
+//! whose last term is the robot's own acceleration, which an accelerometer mistakes for tilt. A
+//! pose held over T counts as delayed by all of T: the limit of K T / D is then 1.57 instead of 2
+//! where the mass does not matter, so accepted gains are stable. f has no pole on the right; by
+//! Mikhailov all roots lie on the left if and only if its argument grows by pi as s = j omega goes
+//! from 0 to infinity.
 
 use nalgebra::{Complex, DMatrix, Matrix3, Vector3};
 
 use crate::{ControlError, DynamicModel, Kinematics};
 
-/// The filter and the sensor that give the tilt: see [`TiltFilter`](crate::TiltFilter).
+/// Timing of the tilt filter and its sensor: see [`TiltFilter`](crate::TiltFilter).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TiltLoop {
     /// The filter's time constant, in seconds.
     pub time_constant_s: f64,
-    /// How old what the IMU says is, in seconds.
+    /// Age of the IMU's samples, in seconds.
     pub delay_s: f64,
 }
 
-/// The smallest mass of the body with all that turns with it, along any direction, in kg, and its inertia about the vertical, in kg m^2.
+/// Returns the smallest mass of the body with all rotating parts, over all directions, in kg, and
+/// its inertia about the vertical, in kg m^2.
 pub(super) fn masses(model: &DynamicModel, about: &Kinematics) -> (f64, f64) {
     let inertia = body_inertia(model, about);
     let along = inertia.fixed_view::<2, 2>(0, 0).into_owned();
     (along.symmetric_eigenvalues().min(), inertia[(2, 2)])
 }
 
-/// A dt / J of wheels in the air, the largest: they swing up from 2 on. Of a damping along, along and about, and one between the wheels, both
-/// held over `dt_s` seconds.
+/// Returns the largest A dt / J of wheels in the air, which are unstable from 2 on: for a damping
+/// along x, along y and about z, and one between the wheels, both held over `dt_s` seconds.
 pub(super) fn air_swing(
     model: &DynamicModel,
     about: &Kinematics,
@@ -50,7 +56,7 @@ pub(super) fn air_swing(
     most * dt_s / model.air_inertia_kg_m2()
 }
 
-/// The refusal of a gain.
+/// The error for an unstable gain.
 pub(super) fn unstable(what: &str, value: f64, most: f64, because: String) -> ControlError {
     ControlError::Unstable {
         what: what.to_owned(),
@@ -60,12 +66,13 @@ pub(super) fn unstable(what: &str, value: f64, most: f64, because: String) -> Co
     }
 }
 
-/// l: the mean size of rho cos gamma.
+/// Returns l: the mean of |rho cos gamma|, in metres.
 pub(super) fn mean_lever_m(levers_m: &[f64]) -> f64 {
     levers_m.iter().map(|lever| lever.abs()).sum::<f64>() / levers_m.len() as f64
 }
 
-/// The inertia of the body with all that turns with it, R^T I R, about the reference point of `about`.
+/// Returns the inertia of the body with all rotating parts, R^T I R, about the reference point of
+/// `about`.
 fn body_inertia(model: &DynamicModel, about: &Kinematics) -> Matrix3<f64> {
     let r = about.rate_matrix();
     (r.transpose() * model.inertia() * r)
@@ -73,7 +80,7 @@ fn body_inertia(model: &DynamicModel, about: &Kinematics) -> Matrix3<f64> {
         .into()
 }
 
-/// One direction of motion: inertia in kg or kg m^2, damping, and what is late.
+/// One direction of motion: inertia in kg or kg m^2, damping, and delays.
 #[derive(Clone, Copy)]
 pub(super) struct Loop {
     pub inertia: f64,
@@ -82,13 +89,14 @@ pub(super) struct Loop {
     pub tilt: Option<TiltLoop>,
 }
 
-/// How far the argument may turn between two looks at it, in rad.
+/// Largest turn of the argument between two samples of the curve, in rad.
 const FINE: f64 = 0.1;
-/// The most looks: beyond, a spring turns so often within its delay that no gain would do.
+/// Largest number of samples: beyond it a spring oscillates so often within its delay that no gain
+/// is stable.
 const MOST_LOOKS: f64 = 4e5;
 
 impl Loop {
-    /// Refuses a stiffness, which `what` names, that is not stable; `said` is said of the pose.
+    /// Rejects an unstable stiffness, named by `what`; `said` describes the pose's timing.
     pub fn check(&self, what: &str, stiffness: f64, said: &str) -> Result<(), ControlError> {
         if self.is_stable(stiffness) {
             return Ok(());
@@ -108,7 +116,8 @@ impl Loop {
         Err(unstable(what, stiffness, most, because))
     }
 
-    /// Of a filter that no stiffness goes with: how fast it may be.
+    /// The error for a filter with which no stiffness is stable; it names the fastest stable
+    /// filter.
     fn too_fast(&self, tilt: TiltLoop, stiffness: f64) -> ControlError {
         let with = |pace: f64| Self {
             tilt: Some(TiltLoop {
@@ -137,7 +146,7 @@ impl Loop {
         )
     }
 
-    /// The largest stable stiffness below one that is not.
+    /// Returns the largest stable stiffness below an unstable one.
     pub fn stiffness_limit(&self, unstable: f64) -> f64 {
         let (mut low, mut high) = (0.0, unstable);
         for _ in 0..40 {
@@ -151,11 +160,11 @@ impl Loop {
         low
     }
 
-    /// By Mikhailov's criterion.
+    /// Whether the loop is stable, by Mikhailov's criterion.
     pub fn is_stable(&self, stiffness: f64) -> bool {
         let (m, d) = (self.inertia, self.damping);
         let filter_rad_s = self.tilt.map_or(0.0, |tilt| 2.0 / tilt.time_constant_s);
-        // Above this the mass alone counts, to a hundredth of a radian or so.
+        // Above this frequency only the mass counts, to about a hundredth of a radian.
         let end_rad_s = 100.0 * (d / m + filter_rad_s) + 10.0 * libm::sqrt(stiffness / m);
         let late_s = self.tilt.map_or(0.0, |tilt| tilt.delay_s).max(self.delay_s);
         let step = FINE / late_s.max(1.0 / end_rad_s);
@@ -170,7 +179,7 @@ impl Loop {
         let (mut omega, mut turned) = (0.0, 0.0);
         let mut last = Complex::new(stiffness, 0.0);
         while omega < end_rad_s {
-            // Finer where the argument moves with its own logarithm.
+            // Finer steps where the argument changes with the logarithm of omega.
             omega += step.min(FINE * (omega + 0.1 * slowest));
             let now = self.at(stiffness, omega);
             turned += (now * last.conj()).arg();
@@ -211,7 +220,8 @@ mod tests {
         }
     }
 
-    /// m s^2 + D s + K e^(-tau s) has roots +-j omega where tan(omega tau) = D / (m omega); there K = D omega / sin(omega tau).
+    /// m s^2 + D s + K e^(-tau s) has roots +-j omega where tan(omega tau) = D / (m omega); there
+    /// K = D omega / sin(omega tau).
     #[test]
     fn the_stiffness_limit_of_a_late_spring_is_that_of_the_characteristic_equation() {
         for (m, d, tau) in [(12.0, 120.0, 0.01), (12.0, 30.0, 0.1), (0.3, 5.0, 0.05)] {
@@ -226,12 +236,14 @@ mod tests {
             }
             let exact = d * low / (low * tau).sin();
             let found = of(m, d, tau).stiffness_limit(4.0 * exact);
-            // A curve that passes the origin nearer than the looks are fine counts as either: a tenth of a radian at a ten-thousandth.
+            // A curve that passes the origin closer than the sampling resolves counts as either: a
+            // tenth of a radian at a ten-thousandth.
             assert!((found / exact - 1.0).abs() < 1e-3, "{found} {exact}");
         }
     }
 
-    /// Without delays m s^4 + D s^3 + (K + D k_p) s^2 + (K k_p + D k_i) s + K k_i: Routh's criterion says the same.
+    /// Without delays m s^4 + D s^3 + (K + D k_p) s^2 + (K k_p + D k_i) s + K k_i: Routh's
+    /// criterion says the same.
     #[test]
     fn an_accelerometer_that_takes_acceleration_for_tilt_is_stable_where_routh_says_so() {
         let mut found = [0, 0];
@@ -270,7 +282,8 @@ mod tests {
         assert!(found[0] > 5 && found[1] > 5, "{found:?}");
     }
 
-    /// A mass on a spring that is held over a period and a whole period old, step by step: what is let through does not grow.
+    /// A mass on a spring whose force is held over a period and is a whole period old, simulated
+    /// step by step: with accepted gains the motion does not grow.
     #[test]
     fn what_is_let_through_is_stable_sampled_and_three_times_it_is_not() {
         for (m, d, period, old) in [
@@ -300,8 +313,9 @@ mod tests {
         }
     }
 
-    /// A damping between wheels of one lever is felt by each wheel as it is said, in N m s, whatever the lever: the motion that turns no
-    /// body is a unit vector of wheel rates, and slides = (1 - P) l with the projector P on what turns the body.
+    /// Damping between wheels of equal lever acts on each wheel with the value set, in N m s,
+    /// whatever the lever: the wheel rates that move no body form a unit vector, and slides = (1 -
+    /// P) l with the projector P on the rates that move the body.
     #[test]
     fn a_damping_between_the_wheels_is_one_of_wheel_rates() {
         let model = DynamicModel::new(&crate::fixtures::mecanum4()).unwrap();

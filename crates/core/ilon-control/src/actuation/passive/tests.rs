@@ -76,7 +76,7 @@ fn a_wheel_that_slides_against_the_others_is_held_and_the_body_feels_nothing_of_
         assert!(torques[0] < -1e-3, "{torques:?}");
         assert!(wrench(&kinematics, &torques).norm() < 1e-12);
     }
-    // Three wheels roll any rates: nothing holds one.
+    // Three wheels can roll at any rates: no spring acts between them.
     let robot = volksbot();
     let mut law = PassiveTorque::new(&robot, &settings(&robot)).unwrap();
     for turned in [0.0, 0.02] {
@@ -89,7 +89,8 @@ fn a_wheel_that_slides_against_the_others_is_held_and_the_body_feels_nothing_of_
     assert!(law.torques_n_m.iter().all(|torque| torque.abs() < 1e-12));
 }
 
-/// Whatever the wheels do, with targets at rest the law gives no more than its springs held.
+/// Whatever the wheels do, with targets at rest the law releases no more energy than its springs
+/// stored.
 #[test]
 fn what_the_wheels_get_comes_out_of_the_springs_between_them() {
     let robot = six_wheels();
@@ -124,8 +125,8 @@ fn what_the_wheels_get_comes_out_of_the_springs_between_them() {
         given_j += power * fine_s;
         worst = f64::max(worst, given_j + law.stored_j);
     }
-    // Gone into dampers and slides at every moment; what a spring gives over a step counts at the
-    // step's end.
+    // Energy goes into dampers and slides at every moment; a spring's energy over a step counts at
+    // the step's end.
     assert!(worst < 1e-6 && given_j < -1.0, "{worst} {given_j}");
 }
 
@@ -150,7 +151,7 @@ fn a_weak_motor_takes_from_the_lower_task_alone() {
         assert_eq!(upper, 1.0);
         assert!(lower < 0.99, "{shares:?}");
         let got = wrench(&kinematics, &law.torques_n_m);
-        // Forty halvings of loads a thousand times the wheels'.
+        // Forty bisections with loads a thousand times the wheels'.
         assert!((got - law.wrench).norm() < 1e-6, "{got}");
         assert!(law.torques_n_m.iter().all(|torque| torque.abs() <= 0.35));
     }
@@ -192,8 +193,7 @@ fn gains_that_swing_up_are_refused_with_the_limit_that_holds() {
         wheel_stiffness_n_m_rad: 2.1 * good.wheel_damping_n_m_s_rad / DT_S,
         ..good
     });
-    // A filter that takes the robot's own swing for tilt: m / D - D / K is 12 ms at the first
-    // order.
+    // A filter that takes the robot's own motion for tilt: m / D - D / K is 12 ms to first order.
     refused(PassiveTorqueSettings {
         damping_n_s_m: 0.2 * good.damping_n_s_m,
         tilt: Some(TiltLoop {
@@ -204,14 +204,15 @@ fn gains_that_swing_up_are_refused_with_the_limit_that_holds() {
     });
 }
 
-/// Slow control, late poses, light and heavy robots: what follows from mass and timing is stable.
+/// Slow control, late poses, light and heavy robots: settings derived from mass and timing are
+/// stable.
 #[test]
 fn what_follows_from_mass_and_timing_is_accepted() {
     for robot in [mecanum4(), volksbot(), six_wheels()] {
         for (dt_s, period_s, delay_s) in [(1e-4, 1e-3, 0.0), (5e-3, 0.02, 0.1), (0.02, 0.02, 0.5)] {
             let own =
                 PassiveTorqueSettings::for_robot(&robot, 9.81, dt_s, period_s, delay_s).unwrap();
-            // A filter slower than the robot stops.
+            // A filter slower than the robot's stop.
             let stops_s = 1.2 * robot.mass_kg() / own.damping_n_s_m;
             let tilts = [None, Some((2.0 * stops_s, 0.0)), Some((20.0, 0.05))];
             for tilt in tilts {

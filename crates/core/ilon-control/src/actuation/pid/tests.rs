@@ -4,7 +4,8 @@ const LIMIT: TorqueRange = TorqueRange {
     max_n_m: 1.0,
 };
 
-/// A wheel of inertia `j` under its loop, the torque held over each step: rates after each.
+/// Simulates a wheel of inertia `j` under its loop, with the torque held over each step; returns
+/// the rate after each step.
 fn run(gains: WheelGains, j: f64, damping: f64, dt_s: f64, steps: usize) -> Vec<f64> {
     let mut wheel_loop = WheelLoop::new(1, WheelLoopSettings::new(gains)).unwrap();
     let mut rate = 0.0;
@@ -37,7 +38,7 @@ fn is_stable(gains: &WheelGains, inertia_kg_m2: f64, dt_s: f64) -> bool {
 
 #[test]
 fn proposed_gains_reach_the_target_in_about_one_over_the_bandwidth() {
-    let gains = WheelGains::propose(7e-3, 2.4e-4, 1e-3, 30.0).unwrap();
+    let gains = WheelGains::propose(7e-3, 2.4e-4, (1e-3, 0.0), 30.0).unwrap();
     assert!((bandwidth_rad_s(&gains, 7e-3) - 30.0).abs() < 1e-12);
     let rates = run(gains, 7e-3, 1e-3, 1e-3, 1000);
     // Critically damped with both poles at 15 rad/s and a zero at 7.5: e(t) = (1 - 15 t) exp(-15 t)
@@ -50,11 +51,11 @@ fn proposed_gains_reach_the_target_in_about_one_over_the_bandwidth() {
 #[test]
 fn proposed_gains_hold_a_wheel_in_the_air_without_swinging() {
     for dt_s in [1.0 / 1000.0, 1.0 / 240.0, 1.0 / 60.0] {
-        let gains = WheelGains::propose(7e-3, 2.4e-4, dt_s, 50.0).unwrap();
+        let gains = WheelGains::propose(7e-3, 2.4e-4, (dt_s, 0.0), 50.0).unwrap();
         assert!(is_stable(&gains, 2.4e-4, dt_s) && is_stable(&gains, 7e-3, dt_s));
         let rates = run(gains, 2.4e-4, 0.0, dt_s, 2000);
-        // The integral overshoots by a few per cent; beyond that a swing from step to step would
-        // show.
+        // The integral overshoots by a few percent; an oscillation from step to step would exceed
+        // that.
         assert!(rates.iter().all(|r| *r > 0.0 && *r < 5.0 * 1.2));
         assert!((rates[1999] / 5.0 - 1.0).abs() < 0.02);
     }
@@ -115,12 +116,12 @@ fn a_continuous_loop_is_stable_at_any_step_and_ends_where_a_finely_sampled_one_d
             ..WheelLoopSettings::new(gains)
         };
         for dt_s in [1e-3, 1e-2, 0.1] {
-            // A sampled loop of these gains swings itself to pieces at 1 ms already: 60 J_ground /
-            // J_air dt > 1.
+            // A sampled loop with these gains is already unstable at 1 ms: 60 J_ground / J_air
+            // dt > 1.
             let rates = run_continuous(settings, j_air, dt_s, 2000);
-            // Closing in on the target at 5 rad/s. A wheel in the air, for which theta is too
-            // small, swings over it by (1 - theta) / theta of what was missing at most, and by the
-            // integral's overshoot.
+            // Approach to the target of 5 rad/s. A wheel in the air, for which theta is too small,
+            // overshoots by at most (1 - theta) / theta of the remaining error, plus the integral's
+            // overshoot.
             let theta = mean_of_gain(60.0 * dt_s);
             let over = 1.2 + (1.0 - theta) / theta;
             let lies_within = |r: &f64| *r > 5.0 * (2.0 - over) && *r < 5.0 * over;
@@ -173,12 +174,13 @@ fn the_integral_does_not_wind_up_while_the_motor_is_at_its_limit() {
         derivative_n_m_s2: 0.0,
     };
     let mut wheel_loop = WheelLoop::new(1, WheelLoopSettings::new(gains)).unwrap();
-    // Stalled for 100 s at an error of 50 rad/s: an integral that went on would hold 5000 N m.
+    // Stalled for 100 s at an error of 50 rad/s: without the limit the integral would hold 5000 N
+    // m.
     for _ in 0..10_000 {
         let torque = wheel_loop.update(&Demand::new(&[50.0], &[0.0], &[LIMIT], 0.01))[0];
         assert_eq!(torque, 1.0);
     }
-    // Let go and a little beyond the target: the torque comes off the limit at once.
+    // Released and slightly beyond the target: the torque leaves the limit at once.
     let torque = wheel_loop.update(&Demand::new(&[50.0], &[50.1], &[LIMIT], 0.01))[0];
     assert!(torque < 1.0, "{torque}");
 }
@@ -235,18 +237,19 @@ fn feedforward_makes_up_for_damping_and_dry_friction() {
 
 #[test]
 fn settings_that_are_negative_or_not_numbers_are_refused() {
-    let mut settings = WheelLoopSettings::new(WheelGains::propose(1e-2, 1e-3, 1e-3, 10.0).unwrap());
+    let mut settings =
+        WheelLoopSettings::new(WheelGains::propose(1e-2, 1e-3, (1e-3, 0.0), 10.0).unwrap());
     settings.derivative_filter_s = -1.0;
     assert_eq!(
         WheelLoop::new(3, settings).unwrap_err().to_string(),
         "the derivative filter's time constant in s is -1; it must be finite and not below zero"
     );
-    assert!(WheelGains::propose(1e-2, 1e-3, f64::NAN, 10.0).is_err());
+    assert!(WheelGains::propose(1e-2, 1e-3, (f64::NAN, 0.0), 10.0).is_err());
 }
 
 /// With a filtered derivative the loop is J x' = k_p e + k_i integral(e) - k_d a, T a' = x' - a.
-/// The step comes to that as it gets shorter: the difference from Runge and Kutta's answer halves
-/// with the step at least.
+/// The step converges to that as it gets shorter: the difference from a Runge-Kutta solution at
+/// least halves with the step.
 #[test]
 fn a_continuous_loop_with_a_derivative_comes_to_the_equation_it_stands_for() {
     let (j, filter_s, k_d) = (7e-3, 0.01, 3e-3);

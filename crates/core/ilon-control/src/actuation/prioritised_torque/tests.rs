@@ -42,8 +42,8 @@ fn acceleration(
     model.twist_rate(&rates, &torques, &mut vec![0.0; n])
 }
 
-/// Off-centre robots with damped wheels. Without dry friction: the law makes up for it in the
-/// targets' direction, which here differs from the rates'.
+/// Off-centre robots with damped wheels. Without dry friction, because the law compensates it in
+/// the targets' direction, which here differs from the rates'.
 fn robots() -> Vec<Robot> {
     let mut robots = vec![mecanum4(), volksbot(), six_wheels()];
     for robot in &mut robots {
@@ -113,7 +113,7 @@ fn a_saturating_motor_slows_the_lower_task_and_not_the_higher_one() {
         );
         assert!(with_heading.omega_rad_s > alone.omega_rad_s + 0.1);
 
-        // Plain clipping of eq. (12) lets the turn spoil the linear acceleration.
+        // Plain clipping of eq. (12) lets the rotation spoil the linear acceleration.
         let clipped = |target: Twist| {
             let model = DynamicModel::new(&robot).unwrap();
             let settings = ComputedTorqueSettings {
@@ -135,8 +135,8 @@ fn a_saturating_motor_slows_the_lower_task_and_not_the_higher_one() {
 
 #[test]
 fn position_first_keeps_the_acceleration_of_the_reference_point() {
-    // A point 0.3 m ahead of the origin: a turn that is cut short must not show there, though it
-    // does at the origin.
+    // A point 0.3 m ahead of the origin: a reduced rotation must not affect it, though it affects
+    // the origin.
     let c = Vector2::new(0.3, -0.1);
     let at_c = |twist: Twist| {
         let omega = twist.omega_rad_s;
@@ -151,7 +151,7 @@ fn position_first_keeps_the_acceleration_of_the_reference_point() {
                 ..law.settings
             };
             law = PrioritisedTorque::new(&robot, &settings).unwrap();
-            // The same velocity of c, whatever the turn.
+            // The same velocity of c, whatever the rotation.
             let linear = Vector2::new(0.3, 0.1);
             let target = Twist::new(
                 linear.x + omega_rad_s * c.y,
@@ -217,8 +217,8 @@ fn on_a_slippery_floor_no_wheel_is_asked_for_more_than_its_grip() {
 
 #[test]
 fn free_torques_spare_the_wheel_with_little_load() {
-    // Robot A with a payload over one corner: eq. (12) spreads the pushes by inertia, which knows
-    // of no load.
+    // Robot A with a payload over one corner: eq. (12) spreads the pushes by inertia, regardless of
+    // the loads.
     let mut robot = mecanum4();
     robot.chassis.mass.center_of_mass_m += Vector3::new(0.08, 0.08, 0.0);
     let mut law = law(&robot, Priority::Position, 0.3);
@@ -255,7 +255,7 @@ fn free_torques_spare_the_wheel_with_little_load() {
 
 #[test]
 fn a_wheel_in_the_air_does_not_run_away() {
-    // Every wheel by itself, as if the robot hung in the air: rates stay near their targets.
+    // Every wheel alone, as if the robot hung in the air: rates stay near their targets.
     let robot = mecanum4();
     let mut law = law(&robot, Priority::Position, 0.5);
     let j = law.capacity.model.wheel_inertias_kg_m2().to_vec();
@@ -276,7 +276,7 @@ fn a_wheel_in_the_air_does_not_run_away() {
 }
 
 /// y = k_p e + k_i sum(e dt), k_i = k_p^2 / 4: after n steps of the same error the sum is n of it.
-/// What the motors cannot give does not add to it.
+/// Errors while the motors are saturated are not added.
 #[test]
 fn an_error_that_stays_is_summed_in_both_tasks_and_only_where_it_can_be_given() {
     for robot in robots() {
@@ -300,7 +300,7 @@ fn an_error_that_stays_is_summed_in_both_tasks_and_only_where_it_can_be_given() 
                 let off = got - wanted;
                 off.linear_m_s().norm() + off.omega_rad_s.abs()
             };
-            // Five steps, then fifty in which next to nothing can be given, then one more.
+            // Five steps, then fifty in which almost no torque is available, then one more.
             assert!(off(after(5, 50.0), asked_for(5.0)) < 1e-8);
             after(50, 1e-6);
             let got = after(1, 50.0);

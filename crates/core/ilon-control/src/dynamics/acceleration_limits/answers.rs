@@ -1,81 +1,81 @@
-//! What limits of acceleration are asked by, and what they answer.
+//! Settings and results of the acceleration limits.
 
-/// How wheels share what the body needs.
+/// How the wheels share the body's force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PushSharing {
-    /// One rate loop a wheel, all of the same gains: [`WheelLoop`](crate::WheelLoop). Of wheels that are alike
-    /// [`ComputedTorque`](crate::ComputedTorque) shares in the same way.
+    /// One rate loop per wheel, all with the same gains: [`WheelLoop`](crate::WheelLoop). For
+    /// identical wheels [`ComputedTorque`](crate::ComputedTorque) shares in the same way.
     EqualLoops,
-    /// With the least worst use of grip: [`PrioritisedTorque`](crate::PrioritisedTorque).
+    /// Minimises the worst use of grip: [`PrioritisedTorque`](crate::PrioritisedTorque).
     ByGrip,
 }
 
-/// What the accelerations of a robot are limited by.
+/// Settings that limit a robot's accelerations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimitSettings {
     /// Coulomb's coefficient of friction between rollers and ground.
     pub friction: f64,
     /// Gravity in m/s^2.
     pub gravity_m_s2: f64,
-    /// Slope of the ground in radians, below a right angle; 0 where it is level.
+    /// Slope of the ground in radians, below 90 degrees; 0 if level.
     pub slope_rad: f64,
-    /// Direction in which it falls, in the body frame, in radians from the x axis.
+    /// Downhill direction in the body frame, in radians from the x axis.
     pub downhill_rad: f64,
-    /// How the wheels share what the body needs.
+    /// How the wheels share the body's force.
     pub sharing: PushSharing,
-    /// The share of grip and of the motors' torques that may be used, in (0, 1]; 1 for all.
+    /// The share of grip and motor torque that may be used, in (0, 1].
     pub share: f64,
 }
 
-/// What holds an acceleration where it is.
+/// What limits an acceleration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LimitCause {
     /// The wheel would slide.
     Grip,
-    /// Its motor has no more torque.
+    /// The motor has no more torque.
     Motor,
 }
 
-/// The wheel that holds an acceleration where it is, and why.
+/// The wheel that limits an acceleration, and the cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LimitedBy {
-    /// The wheel, by its place in the robot. Of wheels that are used alike the first.
+    /// Index of the wheel in the robot; the first of equally loaded ones.
     pub wheel: usize,
-    /// What it lacks.
+    /// The cause.
     pub cause: LimitCause,
 }
 
 /// The largest acceleration along a direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccelerationLimit {
-    /// It, in the direction's units: m/s^2 for a direction (cos, sin, 0), rad/s^2 for (0, 0, 1). Zero where even standing, or going on
-    /// as it goes, takes more than there is.
+    /// The acceleration in the direction's units: m/s^2 for a direction (cos, sin, 0), rad/s^2 for
+    /// (0, 0, 1). Zero if even the current motion exceeds the limits.
     pub largest: f64,
-    /// The wheel that holds it there, by its place in the robot.
+    /// Index of the limiting wheel in the robot.
     pub wheel: usize,
-    /// Why.
+    /// The cause.
     pub cause: LimitCause,
 }
 
-/// How much of what there is an acceleration takes.
+/// The share of the limits that an acceleration needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccelerationUse {
-    /// The largest share of its grip, or of its motor's torque, that a wheel needs: above 1 where it cannot be had. Infinite where a wheel
-    /// has nothing, and where wheels that share by grip lack torque.
+    /// The largest share of its grip or motor torque that a wheel needs; above 1 if impossible.
+    /// Infinite if a wheel has none, or if wheels that share by grip lack torque.
     pub share: f64,
-    /// Of which wheel, and of what.
+    /// The wheel and its cause.
     pub by: LimitedBy,
 }
 
-/// The accelerations along a line that can be had.
+/// The possible accelerations along a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccelerationRange {
-    /// The least, in the line's units.
+    /// The smallest, in the line's units.
     pub least: f64,
-    /// The largest.
+    /// The largest, in the line's units.
     pub largest: f64,
-    /// What holds the least.
+    /// Limit at the smallest.
     pub least_by: LimitedBy,
-    /// What holds the largest.
+    /// Limit at the largest.
     pub largest_by: LimitedBy,
 }

@@ -1,14 +1,18 @@
-//! A polytope within the accelerations that can be had: their convex hull, found from inside.
+//! An inner polytope of the set of possible accelerations: the convex hull of points on its
+//! boundary.
 //!
-//! What can be had is convex: any of its points may be corners. It begins with the octahedron of the limits along the axes. Then, again and again,
-//! the face whose middle lies furthest within the edge, as seen from zero, is replaced by faces to the point on the edge beyond its middle:
-//! those faces that the point sees go, and their rim is joined to it. Turns count by the way of the outermost wheel, so that all three
-//! axes are in m/s^2.
+//! The set is convex, so any of its points may be corners. The polytope starts as the octahedron of
+//! the limits along the axes. Then, repeatedly, the face whose centroid lies furthest inside the
+//! boundary, as seen from zero, is refined: the boundary point beyond the centroid becomes a
+//! corner, all faces visible from it are removed, and their rim is joined to it. Rotations are
+//! scaled by the distance of the outermost wheel, so that all three axes are in m/s^2.
 //!
-//! **What is missing at most.** Let the edge beyond the middle of a face be at l = 1 + e, where l is linear and 1 on the face, and let a place q
-//! of what can be had lie beyond the same face at l = 1 + h. As seen from zero, the middle lies between q and a place on the face's rim, at
-//! least a third of the way to q. The line between the two can be had too, and passes over the middle at l = 1 + h s / (1 + h (1 - s)) with
-//! s >= 1/3, which is at most 1 + e: h <= 3 e / (1 - 2 e). In the direction of q the share h / (1 + h) is missing.
+//! **Bound of the missing part.** Let the boundary beyond the centroid of a face be at l = 1 + e,
+//! where l is linear and 1 on the face, and let a possible point q lie beyond the same face at l =
+//! 1 + h. As seen from zero, the centroid lies between q and a point on the face's rim, at least a
+//! third of the way to q. The line between the two is possible too, and passes over the centroid at
+//! l = 1 + h s / (1 + h (1 - s)) with s >= 1/3, which is at most 1 + e: h <= 3 e / (1 - 2 e). In
+//! the direction of q the share h / (1 + h) is missing.
 
 use ilon_robot::Twist;
 use nalgebra::{Vector2, Vector3};
@@ -16,22 +20,24 @@ use nalgebra::{Vector2, Vector3};
 use super::{AccelerationLimits, LimitedBy};
 use crate::{ControlError, Motor};
 
-/// A convex polytope of accelerations, all of which can be had.
+/// A convex polytope of possible accelerations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AccelerationPolytope {
-    /// Its corners, on the edge of what can be had: rates of change of the twist (d/dt of its components in the body frame).
+    /// The corners, on the boundary of the possible set: rates of change of the twist (d/dt of its
+    /// components in the body frame).
     pub corners: Vec<Twist>,
-    /// What holds each corner where it is.
+    /// The limit at each corner.
     pub held_by: Vec<LimitedBy>,
-    /// Its faces: an acceleration (a, b, c) lies in it where x a + y b + z c is at most 1 for each; in s^2/m, and for z in s^2/rad.
+    /// The faces: an acceleration (a, b, c) lies inside if x a + y b + z c <= 1 for each; in s^2/m,
+    /// and for z in s^2/rad.
     pub half_spaces: Vec<[f64; 3]>,
-    /// No direction misses more than this share of what can be had in it.
+    /// Upper bound of the share of the possible acceleration that is missing, over all directions.
     pub missing_at_most: f64,
     edges: Vec<[usize; 2]>,
 }
 
 impl AccelerationPolytope {
-    /// Shrinks it to a share about the origin; it then misses what it leaves.
+    /// Scales the polytope by a share about the origin; the missing share grows accordingly.
     pub fn scale(&mut self, share: f64) {
         for corner in &mut self.corners {
             *corner = corner.scaled(share);
@@ -42,7 +48,7 @@ impl AccelerationPolytope {
         self.missing_at_most = 1.0 - share * (1.0 - self.missing_at_most);
     }
 
-    /// How much of it an acceleration takes: at most 1 within.
+    /// Returns the share of the polytope that an acceleration uses: at most 1 inside.
     pub fn share(&self, twist_rate: Twist) -> f64 {
         let products = self.half_spaces.iter().map(|[x, y, z]| {
             x * twist_rate.vx_m_s + y * twist_rate.vy_m_s + z * twist_rate.omega_rad_s
@@ -50,8 +56,8 @@ impl AccelerationPolytope {
         products.fold(0.0, f64::max)
     }
 
-    /// The cut through it at a rate of change of the yaw rate in rad/s^2: the corners of a convex polygon in m/s^2, counter-clockwise; empty
-    /// beyond it.
+    /// Returns the cut at a yaw acceleration in rad/s^2: the corners of a convex polygon in m/s^2,
+    /// counter-clockwise; empty beyond the polytope.
     pub fn at_yaw_acceleration(&self, alpha_rad_s2: f64) -> Vec<Vector2<f64>> {
         let cuts = self.edges.iter().filter_map(|edge| {
             let [a, b] = edge.map(|corner| self.corners[corner]);
@@ -72,8 +78,10 @@ impl AccelerationPolytope {
 }
 
 impl AccelerationLimits {
-    /// A polytope within the accelerations that can be had while the robot moves with `twist`: along the middle of each of its faces at
-    /// most the share `shortfall` is missing, unless it has [`MOST_CORNERS`](Self::MOST_CORNERS). `None` where some acceleration along an axis cannot be had at all.
+    /// Returns an inner polytope of the accelerations that are possible while the robot moves with
+    /// `twist`. Along each face's centroid at most the share `shortfall` is missing, unless it has
+    /// [`MOST_CORNERS`](Self::MOST_CORNERS). `None` if some acceleration along an axis is
+    /// impossible.
     ///
     /// # Errors
     /// Those of [`Self::along`]; [`ControlError::NotPositive`] for `shortfall`.
@@ -132,11 +140,11 @@ impl AccelerationLimits {
         Ok(Some(hull.into_polytope(arm_m)))
     }
 
-    /// Corners that a polytope has at most.
+    /// Largest number of corners.
     pub const MOST_CORNERS: usize = 100;
 }
 
-/// A place on the edge, in m/s^2.
+/// A point on the boundary, in m/s^2.
 #[derive(Clone, Copy, Debug)]
 struct Corner {
     at: Vector3<f64>,
@@ -149,22 +157,22 @@ struct Face {
     corners: [usize; 3],
     /// Unit normal, outward.
     normal: Vector3<f64>,
-    /// How far from zero it lies.
+    /// Distance from zero.
     distance: f64,
-    /// The edge beyond its middle, and by which share it is further than the middle.
+    /// The boundary point beyond the centroid, and its distance relative to the centroid's.
     beyond: Corner,
     missing: f64,
-    /// Whether it cannot be replaced by others.
+    /// Whether the face cannot be refined.
     is_last: bool,
 }
 
 impl Face {
-    /// Whether a place lies beyond its plane, by more than rounding.
+    /// Whether a point lies beyond the face's plane, by more than rounding.
     fn sees(&self, at: &Vector3<f64>) -> bool {
         self.normal.dot(at) > self.distance + 1e-9 * at.norm()
     }
 
-    /// The share that no direction beyond it misses more than.
+    /// Returns the upper bound of the share missing beyond this face.
     fn missing_at_most(&self) -> f64 {
         // e and h of the module's derivation.
         let e = self.missing / (1.0 - self.missing);
@@ -189,11 +197,11 @@ struct Hull {
     faces: Vec<Face>,
 }
 
-/// A triangle whose height is below this share of its base is none.
+/// A triangle whose height is below this share of its base is discarded.
 const SLIVER: f64 = 1e-6;
 
 impl Hull {
-    /// The normal of a triangle, not of unit length; `None` of a sliver.
+    /// Returns the normal of a triangle, not of unit length; `None` for a sliver.
     fn normal(&self, corners: [usize; 3]) -> Option<Vector3<f64>> {
         let [a, b, c] = corners.map(|corner| self.corners[corner].at);
         let normal = (b - a).cross(&(c - a));
@@ -201,7 +209,7 @@ impl Hull {
         (normal.norm() > SLIVER * longest * longest).then_some(normal)
     }
 
-    /// Adds a triangle, with the edge beyond its middle.
+    /// Adds a triangle, with the boundary point beyond its centroid.
     fn add<E>(
         &mut self,
         corners: [usize; 3],
@@ -222,7 +230,8 @@ impl Hull {
         Ok(())
     }
 
-    /// Takes in the edge beyond a face's middle; `false` where it would leave a sliver.
+    /// Adds the boundary point beyond a face's centroid as a corner; `false` if this would create a
+    /// sliver.
     fn grow<E>(
         &mut self,
         face: usize,
@@ -236,7 +245,7 @@ impl Hull {
             .filter(|f| seen(f))
             .flat_map(Face::edges)
             .collect();
-        // An edge between two faces that are seen is there in both senses.
+        // An edge between two visible faces occurs in both directions.
         let rim = inner.iter().filter(|[a, b]| !inner.contains(&[*b, *a]));
         let at = self.corners.len();
         self.corners.push(new);
@@ -256,7 +265,8 @@ impl Hull {
         let mut half_spaces: Vec<Vector3<f64>> = Vec::new();
         for face in &self.faces {
             let side = face.normal / face.distance;
-            // What rounding makes of a triangle without area holds nothing: its neighbours do.
+            // Triangles without area, from rounding, are skipped: their neighbours bound the
+            // polytope.
             let is_side = face.distance > 0.0
                 && self
                     .corners
@@ -265,7 +275,7 @@ impl Hull {
             if !is_side {
                 continue;
             }
-            // Triangles of one plane are one face.
+            // Triangles in one plane form one face.
             if half_spaces
                 .iter()
                 .all(|known| (known - side).norm() > 1e-6 * side.norm())
@@ -273,7 +283,7 @@ impl Hull {
                 half_spaces.push(side);
             }
         }
-        // A corner that later ones took in is none any more.
+        // A corner inside the hull of later ones is no longer a corner.
         let mut places = vec![None; self.corners.len()];
         let (mut corners, mut held_by, mut edges) = (Vec::new(), Vec::new(), Vec::new());
         let mut place = |corner: usize| {
@@ -286,7 +296,7 @@ impl Hull {
         };
         for [a, b] in self.faces.iter().flat_map(Face::edges) {
             let edge = [place(a), place(b)];
-            // Each is there in both senses.
+            // Each edge occurs in both directions.
             if a < b {
                 edges.push(edge);
             }

@@ -1,4 +1,4 @@
-//! What is left of a line of accelerations: by roots, or by halving.
+//! The possible part of a line of accelerations, by roots or by bisection.
 
 use nalgebra::Vector3;
 
@@ -6,11 +6,11 @@ use super::{AccelerationLimits, Course, LimitCause, LimitedBy, NOTHING, PushShar
 use crate::dynamics::interval::{Interval, Line};
 use crate::dynamics::wheel_force::{Moving, SLACK_N, WheelForce};
 
-/// Largest acceleration that is looked for, in m/s^2 and rad/s^2.
+/// Largest acceleration considered, in m/s^2 and rad/s^2.
 const MOST: f64 = 1e4;
 
 impl AccelerationLimits {
-    /// What is left of a course by roots; `None` where a wheel lifts on it.
+    /// Returns the possible part of a line by roots; `None` if a wheel lifts on it.
     pub(super) fn by_roots(
         &mut self,
         moving: &Moving,
@@ -44,7 +44,7 @@ impl AccelerationLimits {
         Some(left)
     }
 
-    /// What is left of a course by halving: what can be given is convex.
+    /// Returns the possible part of a line by bisection; the possible set is convex.
     pub(super) fn by_halving(
         &mut self,
         moving: &Moving,
@@ -67,7 +67,7 @@ impl AccelerationLimits {
             {
                 (near, far) = (far, 2.0 * far);
             }
-            // Forty halvings leave 1e-12 of it.
+            // Forty bisections leave 1e-12 of the interval.
             for _ in 0..40 {
                 let middle = 0.5 * (near + far);
                 if self.outside_n(moving, course.at(inside + way * middle)) <= SLACK_N {
@@ -88,7 +88,7 @@ impl AccelerationLimits {
         })
     }
 
-    /// By how much an acceleration takes more than there is, in N: at most 0 where it can be had.
+    /// Returns by how much an acceleration exceeds the limits, in N: at most 0 if possible.
     pub(super) fn outside_n(&mut self, moving: &Moving, nu_rate: Vector3<f64>) -> f64 {
         let force = self.weigh(moving, nu_rate);
         match self.sharing {
@@ -101,7 +101,8 @@ impl AccelerationLimits {
     }
 }
 
-/// Where a convex function is least, or a place where it is below zero: down from 0 in growing steps, then by the golden section.
+/// Returns the minimum of a convex function, or a point where it is below zero: first growing steps
+/// downhill from 0, then golden-section search.
 fn least_of(first_step: f64, most: f64, mut of: impl FnMut(f64) -> f64) -> f64 {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let way = match of(first_step) <= of(-first_step) {
@@ -125,7 +126,7 @@ fn least_of(first_step: f64, most: f64, mut of: impl FnMut(f64) -> f64) -> f64 {
     let inner = |low: f64, high: f64| (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
     let (mut x, mut y) = inner(low, high);
     let (mut at_x, mut at_y) = (of(way * x), of(way * y));
-    // Sixty leave 3e-13 of it.
+    // Sixty steps leave 3e-13 of the interval.
     for _ in 0..60 {
         if at_x <= 0.0 || at_y <= 0.0 {
             break;
@@ -147,14 +148,15 @@ fn least_of(first_step: f64, most: f64, mut of: impl FnMut(f64) -> f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A parabola's least value lies where it was put, on either side, within its flat bottom: 1e-8 of a step in x changes it by 1e-16.
+    /// The minimum of a parabola is found on either side, within its flat bottom: 1e-8 of a step in
+    /// x changes the value by 1e-16.
     #[test]
     fn the_least_of_a_parabola_is_found_on_either_side() {
         for least in [0.3, -0.7, 12.5, -1e-3] {
             let found = least_of(0.1, 1e3, |x| (x - least) * (x - least) + 1.0);
             assert!((found - least).abs() < 1e-7, "{found} for {least}");
         }
-        // It ends where nothing is left to be lessened: at the first value that is not above zero.
+        // The search ends at the first value that is not above zero.
         let crossed = least_of(0.1, 1e3, |x| 1.0 - x);
         assert!((1.0..=3.2).contains(&crossed), "{crossed}");
     }

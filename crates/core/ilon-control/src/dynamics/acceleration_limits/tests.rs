@@ -37,13 +37,13 @@ fn limit(robot: &Robot, settings: &LimitSettings, direction: Twist) -> Accelerat
     limits.along(direction, Twist::default(), &motors).unwrap()
 }
 
-/// What turns the rollers of robot A takes up to this share of a wheel's grip, from one side or the other: of 10 mg each, J / r^2 = 2.8 mg
-/// at 45 degrees, of 2.8 kg a wheel.
+/// Effect of the rollers of robot A, up to this share of a wheel's grip: at 10 mg each, J / r^2 =
+/// 2.8 mg at 45 degrees, of 2.8 kg per wheel.
 const SPUN: f64 = 1.5e-3;
 
-/// Ahead, with the centre of mass at height h and axles L apart, equal loops push f = m a / (2 sqrt 2) on each wheel, and the front wheels
-/// bear m g / 4 - m a h / (2 L): they slide at a = mu g / 4 / (1 / (2 sqrt 2) + mu h / (2 L)).
-/// Sideways the track takes the place of L.
+/// Ahead, with the centre of mass at height h and axles L apart, equal loops push f = m a / (2
+/// sqrt 2) on each wheel, and the front wheels bear m g / 4 - m a h / (2 L): they slide at a = mu g
+/// / 4 / (1 / (2 sqrt 2) + mu h / (2 L)). Sideways the track replaces L.
 #[test]
 fn with_equal_loops_the_wheels_that_are_relieved_slide_first() {
     let robot = mecanum4();
@@ -70,8 +70,9 @@ fn with_equal_loops_the_wheels_that_are_relieved_slide_first() {
     }
 }
 
-/// Bushings hold a mecanum robot sideways with sqrt(2) mu a / r of its weight, whatever the loads, and ahead with nothing: motors that are short lose so
-/// much of the acceleration, and where a floor cannot turn the rollers any more there is none.
+/// Bushings resist a mecanum robot sideways with sqrt(2) mu a / r of its weight, whatever the
+/// loads, and ahead not at all: with limiting motors the acceleration is reduced by this, and if
+/// the floor cannot turn the rollers any more none is possible.
 #[test]
 fn friction_on_axles_takes_its_share_of_the_load() {
     let plain = mecanum4();
@@ -103,7 +104,7 @@ fn friction_on_axles_takes_its_share_of_the_load() {
         let bushed = on_axles(0.2);
         let lost = largest(&plain, FRAC_PI_2) - largest(&bushed, FRAC_PI_2);
         let expected = SQRT_2 * 0.2 * 2e-3 / radius_m * plain.mass_kg() * 9.81 / moving_kg;
-        // Halving ends at a billionth of what there is.
+        // Bisection ends at 1e-9 of the limit.
         assert!(
             (lost / expected - 1.0).abs() < 1e-6,
             "{sharing:?}: {lost} {expected}"
@@ -111,7 +112,7 @@ fn friction_on_axles_takes_its_share_of_the_load() {
         let ahead = largest(&plain, 0.0) - largest(&bushed, 0.0);
         assert!(ahead.abs() < 1e-6 * expected, "{sharing:?}: {ahead}");
     }
-    // mu a = 0.6 r: the floor's friction of 0.6 is just taken by the rollers.
+    // mu a = 0.6 r: the rollers just take the floor's friction of 0.6.
     let stuck = on_axles(1.01 * FRICTION * radius_m / 2e-3);
     let mut limits = AccelerationLimits::new(&stuck, &settings(PushSharing::EqualLoops)).unwrap();
     let left = towards(FRAC_PI_2);
@@ -121,7 +122,8 @@ fn friction_on_axles_takes_its_share_of_the_load() {
     assert_eq!((found.largest, found.cause), (0.0, LimitCause::Grip));
 }
 
-/// By grip the rear wheels push what the front ones cannot: sqrt 2 mu times half the weight in all, whatever the height.
+/// By grip the rear wheels push what the front ones cannot: sqrt 2 mu times half the weight in all,
+/// whatever the height.
 #[test]
 fn by_grip_the_wheels_with_load_make_up_for_those_without() {
     let mut robot = mecanum4();
@@ -135,7 +137,8 @@ fn by_grip_the_wheels_with_load_make_up_for_those_without() {
     }
 }
 
-/// Three wheels leave nothing to share: both ways are the same, in any direction and turning.
+/// Three wheels have a unique distribution: both ways are the same, in any direction and with
+/// rotation.
 #[test]
 fn three_wheels_have_one_way_to_push() {
     let robot = volksbot();
@@ -150,7 +153,7 @@ fn three_wheels_have_one_way_to_push() {
     }
 }
 
-/// 4 tau / rho = (m + 4 J / rho^2) a with the wheels' spin J, where motors are what is short.
+/// 4 tau / rho = (m + 4 J / rho^2) a with the wheels' spin J, if the motors limit.
 #[test]
 fn a_weak_motor_limits_before_grip_does() {
     let robot = mecanum4();
@@ -167,7 +170,8 @@ fn a_weak_motor_limits_before_grip_does() {
         "{found:?} {expected}"
     );
     assert_eq!(found.cause, LimitCause::Motor);
-    // At half its no-load rate a DC motor has half its torque; at the no-load rate nothing is left to accelerate with, all of it to brake.
+    // At half its no-load rate a DC motor has half its torque; at the no-load rate none is left to
+    // accelerate, and all of it to brake.
     let curve = MotorCurve::dc_line(effort_n_m, 20.0).unwrap();
     let dc = vec![Motor::new(&MotorLimits::default(), curve).unwrap(); 4];
     let mut at = |speed_m_s: f64, angle_rad: f64| {
@@ -182,8 +186,9 @@ fn a_weak_motor_limits_before_grip_does() {
     assert!((at(0.5, 2.0 * FRAC_PI_2) / expected - 1.5).abs() < 1e-3);
 }
 
-/// On a slope the robot has what is left beside its weight: downhill and uphill the limits are a level robot's of gravity g cos, moved by
-/// g sin (the load that the slope shifts is the one that the same acceleration would). Where the slope is too steep nothing is left.
+/// On a slope the robot has the rest beside its weight: downhill and uphill the limits are a level
+/// robot's with gravity g cos, shifted by g sin (the slope shifts the load as the same acceleration
+/// would). If the slope is too steep nothing is left.
 #[test]
 fn a_slope_takes_its_share() {
     let robot = volksbot();
@@ -197,7 +202,8 @@ fn a_slope_takes_its_share() {
         ..settings(PushSharing::EqualLoops)
     };
     let along_m_s2 = 9.81 * slope_rad.sin();
-    // The frame's x axis points downhill; beside the body, wheels and rollers take 2 % of what accelerates, which weight does not.
+    // The frame's x axis points downhill; wheels and rollers need 2 % of the accelerating force,
+    // but not of the weight's.
     for (angle_rad, sign) in [(0.0, 1.0), (2.0 * FRAC_PI_2, -1.0)] {
         let on_level = limit(&robot, &level, towards(angle_rad)).largest;
         let found = limit(&robot, &slope, towards(angle_rad)).largest;
@@ -211,7 +217,7 @@ fn a_slope_takes_its_share() {
     assert_eq!(limit(&robot, &steep, towards(1.0)).largest, 0.0);
 }
 
-/// What a torque law by grip asks for at the limit is all the grip there is, and at half of it less.
+/// A torque law by grip uses all the grip at the limit, and less at half of it.
 #[test]
 fn the_distribution_by_grip_is_used_up_at_the_limit() {
     for robot in [mecanum4(), six_wheels()] {
@@ -256,8 +262,9 @@ fn a_symmetric_robot_has_symmetric_limits() {
     }
 }
 
-/// Newton: what the ground does to the wheels is the mass times the acceleration, and on a slope less what pulls downhill, whatever rollers
-/// and hubs take to be turned, and whatever their bearings do inside the robot. And Euler: its moment about the common centre of mass.
+/// Newton: the ground's force on the wheels is mass times acceleration, and on a slope less the
+/// downhill gravity, whatever turns rollers and hubs, and whatever their bearings do inside the
+/// robot. Euler: the same for its moment about the common centre of mass.
 #[test]
 fn what_the_ground_does_is_mass_times_acceleration() {
     for (mut robot, sharing) in [
@@ -302,12 +309,13 @@ fn what_the_ground_does_is_mass_times_acceleration() {
         let pull = 9.81 * 0.1_f64.sin() * Vector2::new(0.7_f64.cos(), 0.7_f64.sin());
         let expected = robot.mass_kg() * (Vector2::new(0.9, 0.7) - pull);
         assert!((force - expected).norm() < 1e-9, "{force} {expected}");
-        // Hubs and rollers lie in the plane: what turns them has no share about the vertical.
+        // Hubs and rollers lie in the plane: their spin has no component about the vertical.
         assert!(moment.abs() < 1e-9, "{moment}");
     }
 }
 
-/// Beyond its no-load rate a motor on full voltage brakes: a robot that rolls so fast can brake, and not go on.
+/// Beyond its no-load rate a motor at full voltage brakes: a robot that rolls so fast can brake,
+/// but not keep its speed.
 #[test]
 fn a_range_need_not_hold_zero() {
     let robot = mecanum4();
@@ -319,11 +327,12 @@ fn a_range_need_not_hold_zero() {
     let range = limits.range(none, ahead, fast, &dc).unwrap().unwrap();
     assert!(range.least < -1.0 && range.largest < -0.1, "{range:?}");
     assert_eq!(limits.along(ahead, fast, &dc).unwrap().largest, 0.0);
-    // The same by halving.
+    // The same by bisection.
     limits.sharing = PushSharing::ByGrip;
     let halved = limits.range(none, ahead, fast, &dc).unwrap().unwrap();
     assert!((halved.largest - range.largest).abs() < 1e-6, "{halved:?}");
-    // Too steep to stand on: the wheels give mu g cos / sqrt 2 = 3.6 m/s^2 to 4.2 where the slope pulls with 5.2; downhill there is room.
+    // Too steep to stand on: the wheels give mu g cos / sqrt 2 = 3.6 m/s^2 to 4.2 while the slope
+    // pulls with 5.2; downhill accelerations are possible.
     let steep = LimitSettings {
         slope_rad: 0.56,
         ..settings(PushSharing::ByGrip)
@@ -340,7 +349,7 @@ fn a_range_need_not_hold_zero() {
     );
 }
 
-/// Roots and halving find the same ends, for robots and motions that look random.
+/// Roots and bisection find the same ends, for pseudo-random robots and motions.
 #[test]
 fn roots_and_halving_agree() {
     let mut compared = 0;
@@ -390,7 +399,7 @@ fn roots_and_halving_agree() {
     assert!(compared > 30, "{compared}");
 }
 
-/// A gear of 80 % hands on 0.8 of what drives; of what brakes 1 / (2 - 1 / 0.8).
+/// A gear of 80 % passes on 0.8 when driving; when braking 1 / (2 - 1 / 0.8).
 #[test]
 fn a_gear_takes_its_share() {
     let mut robot = mecanum4();

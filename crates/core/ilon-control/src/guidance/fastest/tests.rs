@@ -20,7 +20,8 @@ fn motors(count: usize, curve: MotorCurve) -> Vec<Motor> {
     vec![Motor::new(&MotorLimits::default(), curve).unwrap(); count]
 }
 
-/// The fastest along a path at a share of the limits, and when the last lap or the path is done.
+/// Returns the fastest traversal of a path at a share of the limits, and the end of the last lap or
+/// of the path.
 fn fastest(
     path: &Reference,
     limits: &mut AccelerationLimits,
@@ -41,7 +42,7 @@ fn facing(heading_rad: f64) -> Heading {
     Heading::Constant { heading_rad }
 }
 
-/// When a reference has come to an end that it rests at, in seconds.
+/// Returns the time at which a reference reaches its final rest, in seconds.
 fn done_s(reference: &Reference) -> f64 {
     let end = reference.at(1e6).pose;
     let is_done = |t_s: f64| (reference.at(t_s).pose.position_m() - end.position_m()).norm() < 1e-9;
@@ -72,7 +73,7 @@ fn a_line_takes_the_time_of_constant_acceleration() {
     let path = Reference::line(Vector2::zeros(), to, 0.1, facing(0.3)).unwrap();
     let free = fastest(&path, &mut limits, &motors, f64::INFINITY).unwrap();
     let expected_s = 2.0 * (2.0 / a).sqrt();
-    // The end is seen within a nanometre, which takes sqrt(2e-9 / a) less.
+    // The end is detected within a nanometre, which takes sqrt(2e-9 / a) less.
     assert!(
         (done_s(&free) / expected_s - 1.0).abs() < 1e-4,
         "{} {expected_s}",
@@ -91,8 +92,8 @@ fn a_line_takes_the_time_of_constant_acceleration() {
     assert!((middle.pose.position_m() - 0.5 * to).norm() < 1e-2);
 }
 
-/// The paths of the tests below.
-/// However long a path is, it begins and ends as a short one does: lines of 2 m to 1000 km, and a lap of as much, whose own grid has steps of up to 8 km.
+/// The paths of the tests below. However long a path is, it starts and ends like a short one: lines
+/// of 2 m to 1000 km, and a lap of as much, whose own grid has steps of up to 8 km.
 #[test]
 fn long_paths_begin_and_end_as_short_ones_do() {
     let robot = mecanum4();
@@ -111,14 +112,14 @@ fn long_paths_begin_and_end_as_short_ones_do() {
         let long = line(length_m);
         for t_s in [0.1, 0.3, 0.6] {
             let (short_m, long_m) = (gone_m(&short, t_s), gone_m(&long, t_s));
-            // Half of a step of 50 mm, as fast as it is there.
+            // Half of a step of 50 mm, at the speed there.
             assert!(
                 (long_m / short_m - 1.0).abs() < 0.03,
                 "{length_m} m: {long_m} {short_m} at {t_s} s"
             );
         }
     }
-    // It stops within what it starts in, and takes the time of its top speed between.
+    // It stops within the same distance as it starts, and moves at its top speed in between.
     let (top_m_s, long) = (30.0 * 0.05, line(120.0));
     let (own_s, short_s) = (done_s(&long), done_s(&short));
     let expected_s = short_s + 118.0 / top_m_s;
@@ -175,7 +176,7 @@ fn paths() -> Vec<Reference> {
     ]
 }
 
-/// What a reference asks of a robot at a time, as a share of what there is.
+/// Returns the share of the limits that a reference needs at a time.
 fn share_at(
     reference: &Reference,
     t_s: f64,
@@ -191,8 +192,8 @@ fn share_at(
     limits.used(rate, twist, motors).unwrap().share
 }
 
-/// At a share of 0.9 nothing takes much more than 0.9 at any time, and something takes it nearly always: what is between is the grid, which
-/// matters most where curvature jumps, at inner waypoints.
+/// At a share of 0.9 no moment needs much more than 0.9, and nearly every moment needs it: the
+/// difference is the grid, which matters most where curvature jumps, at inner waypoints.
 #[test]
 fn the_share_is_kept_and_used_up() {
     for (robot, slope_rad) in [(mecanum4(), 0.0), (mecanum4(), 0.08), (volksbot(), 0.0)] {
@@ -220,8 +221,9 @@ fn the_share_is_kept_and_used_up() {
     }
 }
 
-/// The least time by looking at all profiles of speed on a grid: for each place and square of the speed the least time there from rest, over
-/// all that lead there with an acceleration that can be had. Gives the times at which places are passed on the way that is fastest to the last.
+/// Computes the minimal time by dynamic programming over all speed profiles on a grid: for each
+/// position and squared speed the smallest time from rest over all predecessors with a possible
+/// acceleration. Returns the times at the positions of the fastest profile.
 fn brute_force_s(
     path: &Reference,
     own_s: &[f64],
@@ -240,7 +242,7 @@ fn brute_force_s(
         let [from, to] = [pair[0], pair[1]];
         let middle = point(0.5 * (from + to));
         let phi = middle.pose.heading_rad;
-        // Tangents at both ends, and the length between, by a fine polygon.
+        // Tangents at both ends, and the length between, from a fine polygon.
         let fine: Vec<Vector2<f64>> = (0..=20)
             .map(|k| {
                 point(from + (to - from) * f64::from(k) / 20.0)
@@ -279,7 +281,7 @@ fn brute_force_s(
         came_from.push(best);
         times.push(time_s.clone());
     }
-    // Back from the best at the end.
+    // Backtracking from the best end.
     let mut level = (0..LEVELS)
         .min_by(|a, b| time_s[*a].total_cmp(&time_s[*b]))
         .unwrap();
@@ -293,14 +295,16 @@ fn brute_force_s(
     passed
 }
 
-/// Within 3 % of what a search over all profiles of speed finds; its grid makes that slower than need be by as much.
+/// Within 3 % of the search over all speed profiles; its grid makes that slower than necessary by
+/// as much.
 #[test]
 fn an_eight_and_a_square_take_what_a_search_over_all_profiles_finds() {
     let robot = mecanum4();
     let mut limits = limits(&robot, 1.0, 0.0);
     let motors = motors(4, MotorCurve::Flat);
     let all = paths();
-    // The side of the square, from rest to rest, is half of a symmetric way: from rest to its middle, twice, four times.
+    // The side of the square, from rest to rest, is half of a symmetric path: from rest to its
+    // middle, twice, four times.
     let square = fastest(&all[0], &mut limits, &motors, f64::INFINITY).unwrap();
     let side = Reference::line(Vector2::zeros(), Vector2::new(0.0, 0.5), 1.0, facing(0.5)).unwrap();
     let other =
@@ -322,7 +326,7 @@ fn an_eight_and_a_square_take_what_a_search_over_all_profiles_finds() {
     let own_s: Vec<f64> = (0..=100).map(|k| f64::from(k) * 7.0 / 40.0).collect();
     let passed = brute_force_s(&all[2], &own_s, &mut limits, &motors, 4.0);
     let expected_s = passed[80] - passed[40];
-    // It comes round when it is where it was, on the same way.
+    // A lap is complete when the robot is at the same place in the same direction.
     let at = |t_s: f64| eight.at(t_s).pose.position_m();
     let lap_s = (1..40_000)
         .map(|k| 1.0 + 1e-4 * f64::from(k))
@@ -336,7 +340,7 @@ fn an_eight_and_a_square_take_what_a_search_over_all_profiles_finds() {
     assert!((lap_s / expected_s - 1.0).abs() < 0.03);
 }
 
-/// Where a robot cannot stand there is no way, and a pose that is held is none.
+/// If a robot cannot stand there is no solution, and a held pose is no path.
 #[test]
 fn what_cannot_be_driven_is_refused() {
     let robot = mecanum4();

@@ -3,8 +3,9 @@ use crate::fixtures::{WheelSpec, mecanum4, mecanum4_specs, robot, six_wheels, vo
 use ilon_robot::{ModelledRoller, ProfilePart};
 use std::f64::consts::{PI, TAU};
 
-/// Mean twist while every wheel turns at its ideal rate for `ideal`, over a whole number of roller pitches of
-/// each wheel where the rates are equal in amount: sampled at `count` equal steps of the first wheel's turn.
+/// Mean twist while every wheel turns at its ideal rate for `ideal`, over a whole number of roller
+/// pitches of each wheel where the rates are equal in amount: sampled at `count` equal steps of the
+/// first wheel's turn.
 fn mean_twist(contact: &mut ContactKinematics, kinematics: &Kinematics, ideal: Twist) -> Twist {
     let n = kinematics.wheel_count();
     let mut rates = vec![0.0; n];
@@ -31,8 +32,8 @@ fn sideways_a_mecanum_robot_gets_sinc_of_what_the_ideal_says() {
         let kinematics = Kinematics::new(&robot).unwrap();
         let mut contact = ContactKinematics::new(&robot).unwrap();
         let mean = mean_twist(&mut contact, &kinematics, Twist::new(0.0, 0.3, 0.0));
-        // The mean of cos(phi) over phi in [-pi/n, pi/n]. The midpoint rule over 3600/n steps a pitch errs by
-        // less than (pi/n)^2 (n/3600)^2, below 1e-6.
+        // The mean of cos(phi) over phi in [-pi/n, pi/n]. The midpoint rule over 3600/n steps a
+        // pitch errs by less than (pi/n)^2 (n/3600)^2, below 1e-6.
         let sinc = (PI / n as f64).sin() / (PI / n as f64);
         assert!((mean.vy_m_s / 0.3 - sinc).abs() < 1e-6, "{n}: {mean:?}");
         assert!(
@@ -47,7 +48,8 @@ fn the_mecanum_robot_of_nine_rollers_has_the_known_factors() {
     let robot = mecanum4();
     let kinematics = Kinematics::new(&robot).unwrap();
     let mut contact = ContactKinematics::new(&robot).unwrap();
-    // Figures of an independent implementation in another language, sampled alike, given to six digits.
+    // Figures of an independent implementation in another language, sampled in the same way, given
+    // to six digits.
     let lateral = mean_twist(&mut contact, &kinematics, Twist::new(0.0, 0.3, 0.0));
     assert!(
         (lateral.vy_m_s / 0.3 - 0.979816).abs() < 1e-6,
@@ -145,8 +147,9 @@ fn wheel_rates_and_twist_are_each_others_inverse() {
     }
 }
 
-/// The constraint checked without the derivation: move the body and the wheel by a small step, the contact point
-/// riding on a roller that spins as told, and see whether its material stays where it was on the ground.
+/// Checks the constraint without the derivation: moves the body and the wheel by a small step, with
+/// the contact point on a roller that spins as computed, and checks that its material stays in
+/// place on the ground.
 #[test]
 fn with_the_ideal_spin_the_rollers_contact_point_does_not_move() {
     let robot = mecanum4();
@@ -186,7 +189,7 @@ fn with_the_ideal_spin_the_rollers_contact_point_does_not_move() {
     }
 }
 
-/// What the search leaves out cannot touch: against all rollers, turned one by one.
+/// The rollers skipped by the search cannot touch: compares with all rollers, turned one by one.
 #[test]
 fn no_roller_reaches_lower_than_the_one_that_is_found() {
     for robot in [mecanum4(), volksbot(), six_wheels()] {
@@ -207,7 +210,7 @@ fn no_roller_reaches_lower_than_the_one_that_is_found() {
                 };
                 let deepest_m = wheel.rollers.iter().map(depth_m).reduce(f64::max).unwrap();
                 let found_m = wheel.position_m().z - found.point_in_body_m.z;
-                // The tie, a billionth of the radius, and rounding.
+                // The tie, 1e-9 of the radius, plus rounding.
                 assert!((found_m - deepest_m).abs() < 2e-9 * wheel.radius_m);
                 assert!((found_m - depth_m(&wheel.rollers[found.roller])).abs() < 1e-15);
             }
@@ -241,7 +244,7 @@ fn two_rows_touch_by_turns() {
     assert!(seen.iter().all(|s| *s));
 }
 
-/// The robot with the rollers' outlines as given, by their barrel.
+/// The robot with given outlines of its rollers, from their barrel.
 fn modelled(mut robot: Robot, profile: impl Fn(&Barrel) -> Vec<ProfilePart>) -> Robot {
     for wheel in &mut robot.wheels {
         let barrels: Vec<Barrel> = wheel.rollers.iter().map(|r| wheel.barrel(r)).collect();
@@ -277,7 +280,8 @@ fn a_barrel_written_down_as_spheres_touches_where_the_barrel_does() {
         written.update(&angles);
         for (p, q) in exact.contacts().iter().zip(written.contacts()) {
             assert_eq!(p.roller, q.roller);
-            // The spheres are 0.1 mm apart, and the nearest to the one that touches is half of that away.
+            // The spheres are 0.1 mm apart, and the nearest to the one that touches is half of that
+            // away.
             assert!((p.point_in_body_m - q.point_in_body_m).norm() < 6e-5);
             assert!((p.radius_m - q.radius_m).abs() < 6e-5);
         }
@@ -286,8 +290,8 @@ fn a_barrel_written_down_as_spheres_touches_where_the_barrel_does() {
 
 #[test]
 fn a_cylinder_touches_at_its_lower_edge() {
-    // At gamma = 0 and phi from down the axis is tilted by phi: the lower edge is r straight across the axis, and the
-    // axis r / cos phi above it.
+    // At gamma = 0 and phi from down the axis is tilted by phi: the lower edge is r straight across
+    // the axis, and the axis r / cos phi above it.
     let (r, l) = (0.012, 0.01);
     let ends = |_: &Barrel| {
         let end = |t_m| ProfilePart {
@@ -305,11 +309,11 @@ fn a_cylinder_touches_at_its_lower_edge() {
         contact.update(&[phi; 3]);
         let height_m = a * phi.cos() + l * phi.sin() + r * phi.cos();
         for touching in contact.contacts() {
-            // A handful of roundings.
+            // A few roundings.
             assert!((hub_z_m - touching.point_in_body_m.z - height_m).abs() < 1e-15);
             assert!((touching.radius_m - r / phi.cos()).abs() < 1e-15);
         }
-        // A wheel that turns rolls on its height: q' h = |b| omega for each.
+        // A turning wheel rolls on its height: q' h = |b| omega for each.
         let twist = contact.twist_here(&[1.0; 3]);
         let arm_m = robot.wheels[0].position_m().xy().norm();
         assert!((twist.omega_rad_s.abs() - height_m / arm_m).abs() < 1e-12);
@@ -327,8 +331,9 @@ fn a_wheel_without_rollers_is_refused() {
 
 #[test]
 fn rollers_as_they_are_made_roll_on_the_height_of_their_hub() {
-    // The part ahead of omega n x (p - p_hub) is omega h, and along d_g of a roller that stands at phi the wheel asks for
-    // d_g . v = omega h d_g . x: ahead v = omega h, sideways at gamma = 45 deg v = omega h cos(phi).
+    // The forward part of omega n x (p - p_hub) is omega h, and along d_g of a roller at phi the
+    // wheel requires d_g . v = omega h d_g . x: ahead v = omega h, sideways at gamma = 45 deg v =
+    // omega h cos(phi).
     let made = |change: &dyn Fn(&mut ilon_robot::RollersAsMade), factor| {
         let mut robot = mecanum4();
         let mut made = ilon_robot::RollersAsMade::default();
@@ -359,7 +364,8 @@ fn rollers_as_they_are_made_roll_on_the_height_of_their_hub() {
                     sideways * robot.wheels[wheel].hub_height_m(angles[wheel])
                         / robot.wheels[wheel].radius_m
                 };
-                // All wheels stand alike, mirrored at most: their shares are equal, and so is that of the robot, to rounding.
+                // All wheels are equal or mirrored: their shares are equal, and so is the robot's,
+                // up to rounding.
                 let got = twist.linear_m_s().norm() / 0.3;
                 assert!((share(0) - share(3)).abs() < 1e-12);
                 assert!(

@@ -122,8 +122,9 @@ fn eq_11_inertia_gives_the_kinetic_energy_of_all_bodies() {
                 model.kinetic_energy_j(&rates),
                 energy_by_bodies_j(&robot, twist, &rates),
             );
-            // The two differ by what cancels out of the mean over a wheel's turn: the products of the touching
-            // roller's spin with the body's own yaw vanish because roller axes are level there. Rounding remains.
+            // The two differ by what cancels out of the mean over a wheel's turn: the products of
+            // the touching roller's spin with the body's own yaw vanish because roller axes are
+            // level there. Rounding remains.
             assert!(
                 (by_model / by_bodies - 1.0).abs() < 1e-12,
                 "{twist:?}: {by_model} against {by_bodies}"
@@ -187,8 +188,8 @@ fn eq_11_accelerations_keep_the_wheels_rolling_and_undo_the_torques() {
 
 #[test]
 fn eq_11_a_point_mass_pushed_ahead_accelerates_by_newton() {
-    // Robot A without wheel and roller inertia is a rigid body: torque tau on every wheel pushes with
-    // 4 tau / rho straight ahead, and a = F / m.
+    // Robot A without wheel and roller inertia is a rigid body: torque tau on every wheel pushes
+    // with 4 tau / rho straight ahead, and a = F / m.
     let mut robot = mecanum4();
     for wheel in &mut robot.wheels {
         wheel.hub.inertia_kg_m2 *= 0.0;
@@ -206,8 +207,9 @@ fn eq_11_a_point_mass_pushed_ahead_accelerates_by_newton() {
 
 #[test]
 fn eq_11_coriolis_holds_a_free_bodys_momentum_straight_in_the_world() {
-    // Without torques and losses the robot coasts: wheels and rollers aside, a turning body whose centre of mass
-    // is its origin keeps its velocity in the world, so in the body frame v' = -omega k x v.
+    // Without torques and losses the robot coasts: wheels and rollers aside, a turning body whose
+    // centre of mass is its origin keeps its velocity in the world, so in the body frame v' =
+    // -omega k x v.
     let mut robot = volksbot();
     for wheel in &mut robot.wheels {
         wheel.hub.inertia_kg_m2 *= 0.0;
@@ -230,7 +232,8 @@ fn eq_11_coriolis_holds_a_free_bodys_momentum_straight_in_the_world() {
 fn torques_that_only_strain_the_floor_accelerate_nothing() {
     let robot = mecanum4();
     let model = model(&robot);
-    // The columns of R are along (1, 1, 1, 1), (-1, 1, 1, -1) and (-1, 1, -1, 1); the second torque is across all.
+    // The columns of R are along (1, 1, 1, 1), (-1, 1, 1, -1) and (-1, 1, -1, 1); the second torque
+    // is across all.
     let turning = model.twist_rate(&[0.0; 4], &[-0.3, 0.3, -0.3, 0.3], &mut [0.0; 4]);
     let still = model.twist_rate(&[0.0; 4], &[1.0, 1.0, -1.0, -1.0], &mut [0.0; 4]);
     assert!(turning.omega_rad_s > 1.0);

@@ -155,7 +155,8 @@ proptest! {
     fn lemma_1_axes_through_one_point_are_found_with_their_point(
         mut wheels in any_wheels(), x in -1.0..1.0, y in -1.0..1.0,
     ) {
-        // Turn every hub so that its roller axis passes the point: roller axis = axis + gamma + 90 deg.
+        // Turn every hub so that its roller axis passes the point: roller axis = axis + gamma + 90
+        // deg.
         let point = Vector2::new(x, y);
         let mut directions = Vec::new();
         for w in &mut wheels {
@@ -163,7 +164,8 @@ proptest! {
             w.axis_rad = to.y.atan2(to.x) - w.gamma_rad - FRAC_PI_2;
             directions.push(to.normalize());
         }
-        // Nearly parallel directions would make their point uncertain, and nearly the same as parallel axes.
+        // Nearly parallel directions would make their point uncertain, and nearly the same as
+        // parallel axes.
         let spread = directions.iter().map(|d| d.perp(&directions[0]).abs()).fold(0.0, f64::max);
         prop_assume!(spread > 0.05);
         match Kinematics::new(&robot(10.0, &wheels)) {

@@ -1,4 +1,5 @@
-//! Indiveri 2009, equation by equation. Each test is named after the equation it holds the crate to.
+//! Indiveri 2009, equation by equation. Each test is named after the equation it holds the crate
+//! to.
 
 use crate::fixtures;
 

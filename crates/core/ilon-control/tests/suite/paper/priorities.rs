@@ -99,8 +99,8 @@ proptest! {
     }
 }
 
-/// A robot, gains, a start and a feasible reference that moves straight and turns steadily, so that one Euler step of
-/// the kinematic model is exact.
+/// A robot, gains, a start and a feasible reference that moves straight and turns steadily, so that
+/// one Euler step of the kinematic model is exact.
 #[derive(Clone, Debug)]
 struct Course {
     kinematics: Kinematics,
@@ -199,13 +199,15 @@ proptest! {
         let trail = run(&course, 0.02, 6000);
         let v_1 = |e: &Vector2<f64>| 0.5 * e.dot(&(course.k_r * e));
         for pair in trail.windows(2) {
-            // Exact steps but for rounding of positions that reach hundreds of metres: 1e-13 m on errors up to 10 m.
+            // Exact steps but for rounding of positions that reach hundreds of metres: 1e-13 m on
+            // errors up to 10 m.
             let (before, after) = (v_1(&pair[0].1), v_1(&pair[1].1));
             prop_assert!(after <= before + 1e-10 * before.sqrt().max(1e-3), "{before} {after}");
         }
         let star = t_star(&trail);
-        // 120 s are many time constants of every gain and robot drawn, saturated phases included, but a slow robot
-        // far away may still be on its way; then there is nothing to say of V2 yet.
+        // 120 s are many time constants of every gain and robot drawn, saturated phases included,
+        // but a slow robot far away may still be on its way; then there is nothing to say of V2
+        // yet.
         for pair in trail[star.min(trail.len() - 1)..].windows(2) {
             let (before, after) = (pair[0].2.powi(2), pair[1].2.powi(2));
             prop_assert!(after <= before + 1e-10 * before.sqrt().max(1e-3), "{before} {after}");
@@ -231,8 +233,9 @@ proptest! {
     }
 }
 
-/// The experiment of section IV under the kinematic model: a circle of 1 m, constant heading, limited to 8.7 rad/s.
-/// Returns when position error and heading error get below 5 cm and 3 deg for good, in seconds.
+/// The experiment of section IV under the kinematic model: a circle of 1 m, constant heading,
+/// limited to 8.7 rad/s. Returns when position error and heading error get below 5 cm and 3 deg for
+/// good, in seconds.
 fn converged_s(robot: &Robot, saturation: Saturation) -> (f64, f64) {
     let settings = GuidanceSettings {
         position_gain: Gain::Scalar(1.0),
@@ -276,7 +279,8 @@ fn section_4_the_task_of_high_priority_converges_first() {
 
 #[test]
 fn eq_46_before_t_star_the_low_task_may_lose_ground() {
-    // Position first, far away, with a turning heading reference: the position takes all, the heading falls behind.
+    // Position first, far away, with a turning heading reference: the position takes all, the
+    // heading falls behind.
     let kinematics = Kinematics::new(&volksbot()).unwrap();
     let mut guidance = guidance(kinematics, POSITION_FIRST, 8.7);
     let turning = Heading::Rate {
@@ -303,8 +307,8 @@ fn eq_46_before_t_star_the_low_task_may_lose_ground() {
 
 #[test]
 fn an_infeasible_feedforward_starves_the_feedback() {
-    // Assumption (36) broken for good: 0.6 m/s asks for up to 12 rad/s of 8.7. Task 1 takes everything, the feedback
-    // gets no capacity, and the position error grows without end.
+    // Assumption (36) broken for good: 0.6 m/s asks for up to 12 rad/s of 8.7. Task 1 takes
+    // everything, the feedback gets no capacity, and the position error grows without end.
     let kinematics = Kinematics::new(&volksbot()).unwrap();
     let mut guidance = guidance(kinematics, POSITION_FIRST, 8.7);
     assert!(!guidance.feasibility(0.6, 0.0).holds());
@@ -325,8 +329,8 @@ fn an_infeasible_feedforward_starves_the_feedback() {
 
 #[test]
 fn a_heading_rate_that_is_infeasible_costs_the_heading_and_not_the_position() {
-    // Assumption (37) broken for good: 2 rad/s ask for 10 rad/s of 8.7. Position first, all the same, converges as if
-    // nothing were; the heading falls behind by what the wheels lack.
+    // Assumption (37) broken for good: 2 rad/s ask for 10 rad/s of 8.7. Position first, all the
+    // same, converges as if nothing were; the heading falls behind by what the wheels lack.
     let kinematics = Kinematics::new(&volksbot()).unwrap();
     let run_with = |rate_rad_s: f64| {
         let mut guidance = guidance(kinematics.clone(), POSITION_FIRST, 8.7);

@@ -18,8 +18,8 @@ pub fn cases(cases: u32) -> ProptestConfig {
     }
 }
 
-/// Three to eight wheels anywhere within half a metre, hub axes any way, |gamma| up to 75 deg of either sign, each
-/// wheel with its own radius and gamma; the arrangement may be singular.
+/// Three to eight wheels anywhere within half a metre, hub axes any way, |gamma| up to 75 deg of
+/// either sign, each wheel with its own radius and gamma; the arrangement may be singular.
 pub fn any_wheels() -> impl Strategy<Value = Vec<WheelSpec>> {
     let wheel = (
         -0.5..0.5,
@@ -38,8 +38,8 @@ pub fn any_wheels() -> impl Strategy<Value = Vec<WheelSpec>> {
     prop::collection::vec(wheel, 3..=8)
 }
 
-/// A robot with such wheels that can be driven: the ratio of M's extreme singular values stays below 100, so that
-/// rounding errors of 1e-16 stay below 1e-13 in what is solved for.
+/// A robot with such wheels that can be driven: the ratio of M's extreme singular values stays
+/// below 100, so that rounding errors of 1e-16 stay below 1e-13 in what is solved for.
 pub fn any_robot() -> impl Strategy<Value = (Robot, Kinematics)> {
     any_wheels().prop_filter_map("badly conditioned", |wheels| {
         let robot = robot(10.0, &wheels);

@@ -47,7 +47,8 @@ fn eq_13_velocities_are_the_derivatives_of_positions_and_headings() {
             let d = reference.at(t_s).velocity_in_world;
             let (a, b) = (reference.at(t_s - h).pose, reference.at(t_s + h).pose);
             let slope = (b.position_m() - a.position_m()) / (2.0 * h);
-            // Third derivatives stay below 1e3, so the quotient errs by less than 1e3 h^2; rounding adds 1e-10.
+            // Third derivatives stay below 1e3, so the quotient errs by less than 1e3 h^2; rounding
+            // adds 1e-10.
             assert!(
                 (slope - d.linear_m_s()).norm() < 1e-6,
                 "{reference:?} {t_s}"
@@ -103,7 +104,8 @@ fn eq_15_tangent_is_the_unit_direction_of_motion() {
 
 #[test]
 fn the_lemniscate_has_its_defining_property() {
-    // The product of the distances from the foci, at a/sqrt(2) from the crossing, is a^2/2 everywhere.
+    // The product of the distances from the foci, at a/sqrt(2) from the crossing, is a^2/2
+    // everywhere.
     let reference = Reference::figure_eight(Vector2::zeros(), 0.8, 0.0, 20.0, STILL).unwrap();
     let f = 0.8 / 2.0_f64.sqrt();
     for k in 0..200 {
@@ -137,7 +139,8 @@ fn headings_at_waypoints_turn_the_shorter_way() {
     });
     for k in 0..200 {
         let heading_rad = reference.at(0.1 * f64::from(k)).pose.heading_rad;
-        // From 3.0 through pi to TAU - 3.0; a C1 curve may overshoot its ends a little, never turn round.
+        // From 3.0 through pi to TAU - 3.0; a C1 curve may overshoot its ends a little, never turn
+        // round.
         assert!((2.9..=TAU - 2.9).contains(&heading_rad), "{heading_rad}");
     }
 }

@@ -48,8 +48,8 @@ fn any_saturation() -> impl Strategy<Value = Saturation> {
 proptest! {
     #![proptest_config(cases(2000))]
 
-    /// What follows (36) and (37): the rates of a robot that is where it shall be. They are those that the plain law commands there, and within the
-    /// limit where both conditions hold.
+    /// What follows (36) and (37): the rates of a robot that is where it shall be. They are those
+    /// that the plain law commands there, and within the limit where both conditions hold.
     #[test]
     fn eq_36_37_keep_the_feedforward_within_the_limit(
         (_, kinematics) in any_robot(), limit in 0.1..200.0_f64, desired in any_desired(),
@@ -125,7 +125,8 @@ proptest! {
             name: "any", asked_rad_s: *asked_rad_s, capacity_rad_s: 0.0, weight: 0.0,
         }).collect();
         share_capacity(limit, &mut shares);
-        // Eq. (51), then eq. (52): c_1 = c_n + the sum of the first n - 1, and at least the sum of all.
+        // Eq. (51), then eq. (52): c_1 = c_n + the sum of the first n - 1, and at least the sum of
+        // all.
         let q_bar: Vec<f64> = shares.iter().map(|s| s.asked_rad_s * sigma(s.asked_rad_s, s.capacity_rad_s)).collect();
         let n = shares.len();
         let before_last: f64 = q_bar[..n - 1].iter().sum();
@@ -178,7 +179,8 @@ fn eq_29_the_plain_law_does_exceed_it() {
 
 #[test]
 fn eq_36_37_are_sufficient_but_not_necessary() {
-    // The paper calls them necessary. Forward at 0.6 of the limit breaks (36), yet leaves room for 0.1 of turning.
+    // The paper calls them necessary. Forward at 0.6 of the limit breaks (36), yet leaves room for
+    // 0.1 of turning.
     let kinematics = Kinematics::new(&volksbot()).unwrap();
     let mut guidance = guidance(kinematics, Saturation::Prioritised(Priority::Position), 8.7);
     let (speed, rate) = (0.6 * 8.7 * 0.05, 0.1 * 8.7 * 0.05 / 0.25);
@@ -224,8 +226,9 @@ fn clipping_bends_the_motion_and_scaling_does_not() {
     let angle = |t: Twist| Vector2::new(t.vx_m_s, t.vy_m_s).angle(&wanted.linear_m_s());
     let mut clip = guidance(kinematics.clone(), Saturation::Clip, 8.7);
     let clipped = clip.command(&task).saturated_twist_in_body;
-    // rho times the rates is (-0.5, 0.19282, -1.19282) m/s, clipped to (-0.435, 0.19282, -0.435). By hand from (7):
-    // omega = 0.67718 / 0.75, vx = (0.19282 + 0.435) / sqrt 3, vy = 0.435 - 0.25 omega.
+    // rho times the rates is (-0.5, 0.19282, -1.19282) m/s, clipped to (-0.435, 0.19282, -0.435).
+    // By hand from (7): omega = 0.67718 / 0.75, vx = (0.19282 + 0.435) / sqrt 3, vy = 0.435 - 0.25
+    // omega.
     let expected = Twist::new(0.362_472, 0.209_273, 0.902_907);
     let off = clipped - expected;
     assert!(

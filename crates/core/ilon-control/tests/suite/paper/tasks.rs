@@ -61,7 +61,8 @@ fn the_papers_orders_are_two_of_them() {
     }
 }
 
-/// In every order of the four, what stands before is served before, the capacities fall by what is taken, and no wheel is beyond its limit.
+/// In every order of the four, what stands before is served before, the capacities fall by what is
+/// taken, and no wheel is beyond its limit.
 #[test]
 fn each_order_serves_what_stands_first() {
     let seen = pose(-0.1, 0.3, -0.2);
@@ -98,7 +99,8 @@ fn each_order_serves_what_stands_first() {
     }
 }
 
-/// A robot that follows a path and looks at a point ends up looking at it; what the heading's own tasks ask for is not served.
+/// A robot that follows a path and looks at a point ends up looking at it; what the heading's own
+/// tasks ask for is not served.
 #[test]
 fn a_robot_that_faces_a_point_turns_to_it() {
     let point_m = Vector2::new(2.0, 1.0);

@@ -1,4 +1,5 @@
-//! Section V's first step: the priorities of (33), (34) under rate limits and torque limits at once.
+//! Section V's first step: the priorities of (33), (34) under rate limits and torque limits at
+//! once.
 
 use ilon_control::{
     Demand, Desired, DynamicModel, PrioritisedTorque, PrioritisedTorqueSettings, Priority,
@@ -12,7 +13,8 @@ use crate::paper::random::{any_robot, cases};
 use crate::paper::saturation::guidance;
 use crate::paper::tracking::{any_desired, any_pose};
 
-/// What the two layers make of a moment: the acceleration of the rolling robot, and the weight of the higher task.
+/// What the two layers make of a moment: the acceleration of the rolling robot, and the weight of
+/// the higher task.
 struct Outcome {
     rates_rad_s: Vec<f64>,
     torques_n_m: Vec<f64>,
@@ -117,7 +119,8 @@ proptest! {
                 let within = |torque: &f64| (range.min_n_m..=range.max_n_m).contains(torque);
                 prop_assert!(outcome.torques_n_m.iter().all(within));
             }
-            // Targets go through q' and back: rounding of a poorly conditioned M, below 1e-9 of the weight.
+            // Targets go through q' and back: rounding of a poorly conditioned M, below 1e-9 of the
+            // weight.
             prop_assert!((one.weight - two.weight).abs() < 1e-6, "{} {}", one.weight, two.weight);
             // Where not even the motion can be kept up, nothing is promised of the acceleration.
             if one.weight > 0.0 {

@@ -97,8 +97,9 @@ proptest! {
     fn eq_18_linear_and_angular_commands_do_not_interfere_and_need_no_orthogonality(
         (_, kinematics) in any_robot(), x in -1.0..1.0, y in -1.0..1.0, omega in -3.0..3.0,
     ) {
-        // The paper rests this on M_a being orthogonal to span(M_l). Rank 3 is enough: q'_dl = M_l v / (rho cos gamma)
-        // lies in the range of M, where the twist is unique, and that twist is (v, 0).
+        // The paper rests this on M_a being orthogonal to span(M_l). Rank 3 is enough: q'_dl = M_l
+        // v / (rho cos gamma) lies in the range of M, where the twist is unique, and that twist is
+        // (v, 0).
         let mut rates = vec![0.0; kinematics.wheel_count()];
         kinematics.wheel_rates(Twist::new(x, y, 0.0), &mut rates);
         prop_assert!(kinematics.twist(&rates).omega_rad_s.abs() < 1e-9);
@@ -111,8 +112,8 @@ proptest! {
         (_, kinematics) in any_robot(), k_r in any_gain(), k_phi in 0.3..3.0_f64,
         seen in any_pose(), desired in any_desired(),
     ) {
-        // V of eq. (21) along the kinematic model, differentiated numerically: the robot moves with the commanded
-        // twist, the reference with its velocity.
+        // V of eq. (21) along the kinematic model, differentiated numerically: the robot moves with
+        // the commanded twist, the reference with its velocity.
         let mut guidance = plain(kinematics, k_r, k_phi);
         let rates = guidance.update(&seen, &desired).wheel_rates_rad_s.clone();
         let twist = guidance.kinematics().twist(&rates).rotated(seen.heading_rad);
@@ -133,7 +134,8 @@ proptest! {
     fn eq_16_the_reference_point_follows_wherever_it_sits(
         (_, kinematics) in any_robot(), x in -0.5..0.5, y in -0.5..0.5, seen in any_pose(), desired in any_desired(),
     ) {
-        // The robot driven about a point of its body must move that point with the velocity of eq. (23).
+        // The robot driven about a point of its body must move that point with the velocity of eq.
+        // (23).
         let arm = Vector2::new(x, y);
         let mut guidance = plain(kinematics.about(arm).unwrap(), Matrix2::identity(), 1.0);
         let rates = guidance.update(&seen, &desired).wheel_rates_rad_s.clone();
@@ -178,7 +180,8 @@ fn eq_17_the_heading_error_wraps_to_the_shorter_way() {
 
 #[test]
 fn eq_25_pose_regulation_converges_exponentially() {
-    // Constant reference: e_r(t) = exp(-K_r t) e_r(0) and e_phi(t) = exp(-K_phi t) e_phi(0), at any heading.
+    // Constant reference: e_r(t) = exp(-K_r t) e_r(0) and e_phi(t) = exp(-K_phi t) e_phi(0), at any
+    // heading.
     let kinematics = Kinematics::new(&mecanum4()).unwrap();
     let mut guidance = plain(kinematics, Matrix2::identity() * 0.8, 1.5);
     let desired = Desired {
@@ -202,7 +205,8 @@ fn eq_25_pose_regulation_converges_exponentially() {
         seen.heading_rad += twist.omega_rad_s * dt_s;
     }
     let (e_r, e_phi) = errors(&seen, &desired);
-    // Euler's steps: (1 - K dt)^(t/dt) against exp(-K t) differ by K^2 t dt / 2 = 2.3e-4 of the value at most.
+    // Euler's steps: (1 - K dt)^(t/dt) against exp(-K t) differ by K^2 t dt / 2 = 2.3e-4 of the
+    // value at most.
     let expected = 5.0_f64.sqrt() * (-1.6_f64).exp();
     assert!((e_r.norm() / expected - 1.0).abs() < 3e-4);
     assert!((e_phi / (2.0 * (-3.0_f64).exp()) - 1.0).abs() < 3e-4);

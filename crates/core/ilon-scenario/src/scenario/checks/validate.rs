@@ -66,6 +66,13 @@ impl Scenario {
             ));
         }
         let law = self.wheel_loop.law;
+        if law == WheelLaw::Passive && self.wheel_loop.latency_s() > 0.0 {
+            return Err(Objection::to(
+                "wheel_loop.latency_s",
+                "the passive law has no `wheel_loop.latency_s`: its springs and dampers are for torques that come at once",
+                "leave it out, or choose another `wheel_loop.law`",
+            ));
+        }
         if self.wheel_loop.passive.is_some() && law != WheelLaw::Passive {
             return Err(Objection::to(
                 "wheel_loop.passive",

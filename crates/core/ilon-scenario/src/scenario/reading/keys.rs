@@ -331,11 +331,38 @@ impl<'s> Checker<'s> {
         names.sort_unstable();
         names.dedup();
         let help = match nearest(name, names.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`?"),
+            Some(near) => {
+                // `heading_deg` may be meant for `heading.constant_deg`.
+                let begins = |known: &&&str| {
+                    let rest = name.strip_prefix(**known);
+                    **known != near && rest.is_some_and(|rest| rest.starts_with('_'))
+                };
+                match names.iter().find(begins) {
+                    Some(begun) => {
+                        format!(
+                            "did you mean `{near}`, or a key of `{begun}`{}?",
+                            self.first_of(begun, known)
+                        )
+                    }
+                    None => format!("did you mean `{near}`?"),
+                }
+            }
             None if names.is_empty() => "nothing can stand here".to_owned(),
             None => format!("the keys here are {}", quoted(&names)),
         };
         self.fault(FaultKind::Key, key.span(), message, help)
+    }
+
+    /// An example of the keys that a table takes, in words.
+    fn first_of(&self, table: &str, known: &[(&'s str, &'s Json)]) -> String {
+        let schemas = known.iter().filter(|(name, _)| *name == table);
+        let mut inner = schemas
+            .flat_map(|(_, schema)| self.alternatives(schema))
+            .filter_map(|schema| schema.get("properties").and_then(Json::as_object))
+            .flat_map(|keys| keys.keys());
+        inner
+            .next()
+            .map_or_else(String::new, |key| format!(", such as `{table}.{key}`"))
     }
 
     fn word(

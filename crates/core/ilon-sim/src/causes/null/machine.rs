@@ -168,6 +168,14 @@ pub(super) fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
             }
         });
     }
+    let latency_s = scenario.wheel_loop.latency_s();
+    if latency_s > 0.0 {
+        list.add(
+            "wheel_loop.latency_s",
+            format!("the wheel loops' latency of {latency_s} s"),
+            |scenario, _| scenario.wheel_loop.latency_s = None,
+        );
+    }
     let words = match scenario.wheel_loop.law {
         WheelLaw::Pid => {
             return list.add(
@@ -176,6 +184,7 @@ pub(super) fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
                 |scenario, _| {
                     let section = &mut scenario.wheel_loop;
                     section.timing = LoopTiming::Continuous;
+                    (section.latency_s, section.period_s) = (None, None);
                     section.proportional_n_m_s =
                         section.proportional_n_m_s.map(|gain| AT_ONCE * gain);
                 },
@@ -212,10 +221,7 @@ pub(super) fn of_control(scenario: &Scenario, physics_dt_s: f64, list: &mut List
     );
     list.add("run.control_dt_s", words, move |scenario, _| {
         let run = &mut scenario.run;
-        // Both end with a row at the same time.
-        let last_row_s = run.last_row_s();
         run.control_dt_s /= f64::from(parts);
         run.record_every = run.record_every.saturating_mul(parts);
-        run.duration_s = last_row_s + run.control_dt_s;
     });
 }

@@ -15,7 +15,8 @@ pub struct Codec {
     pub description: &'static Description,
     pub decode: fn(&[u8]) -> Result<Value, CdrError>,
     pub encode: fn(Value) -> Vec<u8>,
-    /// By another implementation of CDR, which comes through serde: little-endian or big-endian, behind its header.
+    /// By another implementation of CDR, which comes through serde: little-endian or big-endian,
+    /// behind its header.
     pub encode_by_serde: fn(Value, bool) -> Vec<u8>,
     /// Decodes, and encodes what that gave.
     pub again: fn(&[u8]) -> Result<Vec<u8>, CdrError>,
@@ -113,8 +114,8 @@ pub fn witness() -> Said {
     serde_json::from_str(include_str!("../../fixtures/messages.json")).unwrap()
 }
 
-/// A Python that has what `witness.py` judges by (`requirements.txt`): that under `ILON_PYTHON`, or `python3`. Without one it says
-/// that the test is skipped.
+/// A Python that has what `witness.py` judges by (`requirements.txt`): that under `ILON_PYTHON`, or
+/// `python3`. Without one it says that the test is skipped.
 pub fn python() -> Option<String> {
     let named = std::env::var("ILON_PYTHON").ok();
     let python = named.clone().unwrap_or("python3".into());

@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use ilon_trace::{Convergence, Summary, quantities};
+use ilon_trace::{Convergence, Summary, quantities, to_microseconds};
 
 use super::update::Update;
 use crate::cli::converge;
 use crate::cli::escape::one_line;
 use crate::cli::failure::Failure;
+use crate::cli::flags::shell;
 use crate::cli::json::pretty;
 use crate::cli::table::Table;
 use crate::judge::{Difference, Verdict};
@@ -79,31 +80,47 @@ const WORDS: [(Count, &str); 6] = [
 pub(super) const NOTHING_EXPECTED: &str = "nothing is expected of it: it can only fail to run";
 
 impl Judged {
-    /// What `--update` changes, a line each.
-    fn changes(&self) -> &str {
-        self.update.as_ref().map_or("", |update| &update.changes)
+    /// What `--update` changes, and which failed bounds it leaves, a line each.
+    fn changes(&self) -> String {
+        let update = self.update.as_ref();
+        update.map_or_else(String::new, |update| {
+            format!("{}{}", update.changes, update.left)
+        })
     }
 
     /// Whether all that did not hold is rewritten.
     fn is_updated(&self) -> bool {
-        let mut failed = self.verdicts.iter().filter(|verdict| !verdict.held);
-        let is_rewritten = |verdict: &Verdict| verdict.at_s.is_none() && verdict.measured.is_some();
-        !self.changes().is_empty()
-            && failed.all(is_rewritten)
+        let update = self.update.as_ref();
+        update.is_some_and(|update| !update.changes.is_empty() && update.left.is_empty())
             && self.differences.as_ref().is_none_or(Vec::is_empty)
     }
 
-    /// What did not hold, a line each. Of many differences from a baseline the first few tell where it began.
+    /// What did not hold, a line each. Of many differences from a baseline the largest are listed, as shares of their signals' sizes, and no
+    /// rounding beside them.
     pub fn failures(&self) -> Vec<String> {
         const DIFFERENCES_SHOWN: usize = 3;
+        /// Of the largest difference.
+        const ROUNDING: f64 = 1e-6;
         let failed = self.verdicts.iter().filter(|verdict| !verdict.held);
         let mut lines: Vec<String> = failed.map(|verdict| shown(&verdict.to_string())).collect();
         let differences = self.differences.as_deref().unwrap_or_default();
-        let first = differences.iter().take(DIFFERENCES_SHOWN);
-        lines.extend(first.map(|difference| shown(&difference.to_string())));
-        if differences.len() > DIFFERENCES_SHOWN {
-            let more = differences.len() - DIFFERENCES_SHOWN;
-            lines.push(format!("{more} more signals leave their baseline"));
+        let mut by_size: Vec<&Difference> = differences.iter().collect();
+        by_size.sort_by(|a, b| b.share.total_cmp(&a.share));
+        let most = by_size.first().map_or(0.0, |one| one.share);
+        by_size.retain(|one| one.share > ROUNDING * most.min(1.0));
+        by_size.truncate(DIFFERENCES_SHOWN);
+        lines.extend(by_size.iter().map(|one| shown(&one.to_string())));
+        match differences.len() - by_size.len() {
+            0 => {}
+            more => {
+                let times_s = differences.iter().map(|one| one.first_s);
+                let first_s = to_microseconds(times_s.fold(f64::INFINITY, f64::min));
+                let what = match more {
+                    1 => "1 more signal leaves its baseline".to_owned(),
+                    more => format!("{more} more signals leave their baseline"),
+                };
+                lines.push(format!("{what}; the first of all is apart at {first_s} s"));
+            }
         }
         if let Some(drawn) = &self.drawn {
             lines.push(shown(&format!("drawn in {}", drawn.display())));
@@ -210,9 +227,10 @@ impl Checked {
                     text.push_str(&format!("         {line}\n"));
                 }
                 let verb = if judged.is_study { "sweep" } else { "run" };
-                let command = format!("ilon {verb} {}{settings}", self.path.display());
+                let path = shell(&self.path.display().to_string());
+                let command = format!("ilon {verb} {path}{settings}");
                 text.push_str(&format!("         to see it: {}\n", shown(&command)));
-                text.push_str(judged.changes());
+                text.push_str(&judged.changes());
                 text
             }
             _ => {
@@ -245,6 +263,21 @@ pub(super) fn totals(checked: &[Checked]) -> Table {
         if of_kind > 0 {
             table.row(name, Some(of_kind as f64), 0, "");
         }
+    }
+    let rewritten = |one: &&Checked| {
+        let judged = match &one.result {
+            Ended::Judged(judged) => judged,
+            _ => return false,
+        };
+        one.count() == Count::Failed
+            && judged
+                .update
+                .as_ref()
+                .is_some_and(|update| !update.changes.is_empty())
+    };
+    let also = checked.iter().filter(rewritten).count();
+    if also > 0 {
+        table.row("failed, with bounds updated", Some(also as f64), 0, "");
     }
     table
 }
@@ -289,19 +322,24 @@ fn in_cell(text: &str) -> String {
     cell
 }
 
-/// The headline figures of a run that are others than its baseline's, and by how many per cent.
+/// The headline figures of a run that are others than its baseline's, and by how many per cent; first, where they differ, how long the runs
+/// take. What is below the last digit shown, or less than 0.05 %, is no change.
 pub(super) fn moved(summary: &Summary, baseline: &Summary) -> Vec<String> {
     let figures = quantities::headlines(summary).into_iter();
     let lines = figures.filter_map(|quantity| {
         let (now, before) = (quantity.shown(summary)?, quantity.shown(baseline)?);
-        let digits = quantity.decimals;
-        let [new, old] = [now, before].map(|value| format!("{value:.digits$}"));
-        if new == old {
+        let change = (now - before).abs();
+        let digit = 10f64.powi(-i32::try_from(quantity.decimals).unwrap_or(0));
+        let percent = 100.0 * (now - before) / before.abs();
+        if !(change >= digit && percent.abs() >= 0.05) {
             return None;
         }
+        // So many digits that the change has two.
+        let digits = quantity.decimals + usize::from(change < 10.0 * digit);
+        let [new, old] = [now, before].map(|value| format!("{value:.digits$}"));
         let share = match before == 0.0 {
             true => String::new(),
-            false => format!(" ({:+.1} %)", 100.0 * (now - before) / before.abs()),
+            false => format!(" ({percent:+.1} %)"),
         };
         let words = quantity.words();
         Some(format!(
@@ -309,7 +347,10 @@ pub(super) fn moved(summary: &Summary, baseline: &Summary) -> Vec<String> {
             quantity.unit.symbol
         ))
     });
-    lines.collect()
+    let [lasts_s, lasted_s] = [summary, baseline].map(|of| to_microseconds(of.duration_s));
+    let length = (lasts_s != lasted_s)
+        .then(|| format!("the run takes {lasts_s} s, its baseline {lasted_s} s"));
+    length.into_iter().chain(lines).collect()
 }
 
 fn bounds(count: usize) -> String {

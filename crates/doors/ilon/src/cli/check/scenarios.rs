@@ -173,7 +173,7 @@ impl Search {
                         "`{}` is a link that leads out of its folder",
                         path.display()
                     ),
-                    "name what it leads to by itself, if it is meant",
+                    "give the target of the link as a path, if it shall be checked",
                 );
                 self.refuse(path, name, refused);
             } else if !is_folder {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
 use ilon_trace::Summary;
-use ilon_trace::quantities::{Quantity, headlines};
+use ilon_trace::quantities::{Quantity, by_key, headlines, limits};
 use toml_edit::{DocumentMut, InlineTable, Item, TableLike, value};
 
 use crate::cli::failure::Failure;
@@ -17,11 +17,13 @@ pub(super) struct Update {
     text: String,
     /// What changes, a line each; empty where nothing does.
     pub changes: String,
+    /// Which bounds that failed stay as they are, and why, a line each.
+    pub left: String,
 }
 
 impl Update {
     /// Sets every bound of the summary that does not hold to what was measured, with a margin as a share of it. Comments and layout stay;
-    /// bounds on signals, and on what does not apply, are left alone. Nothing is written yet.
+    /// bounds on signals, and on what does not apply, are left alone, and named. Nothing is written yet.
     ///
     /// # Errors
     /// Where the file cannot be read.
@@ -29,8 +31,8 @@ impl Update {
         Self::by(path, |text| updated(text, verdicts, margin))
     }
 
-    /// Writes bounds into a scenario that has none: around what was measured of the figures that a person looks at first, with a margin as a share of it. Ratios get
-    /// both bounds, what a run costs the upper one. Nothing is written yet.
+    /// Writes bounds into a scenario that has none: on the figures that a person looks at first, and on the wheels' rates, with a margin as a share of what was measured.
+    /// Ratios and rates get both bounds, what a run costs the upper one. Nothing is written yet.
     ///
     /// # Errors
     /// Where the file cannot be read.
@@ -40,14 +42,14 @@ impl Update {
 
     fn by(
         path: &Path,
-        rewrite: impl FnOnce(&str) -> Result<(String, String), Failure>,
+        rewrite: impl FnOnce(&str) -> Result<[String; 3], Failure>,
     ) -> Result<Self, Failure> {
         // Of a link the file that it leads to is rewritten.
         let file = path.canonicalize();
         let file = file.map_err(|source| Failure::read(path, source))?;
         let text = FileAccess::anywhere().read_text(&file, MAX_BYTES);
         let text = text.map_err(|fault| ilon_sim::Error::read(path, &fault))?;
-        let (mut rewritten, changes) = rewrite(&text)?;
+        let [mut rewritten, changes, left] = rewrite(&text)?;
         // The TOML library ends lines by LF alone.
         if text.contains("\r\n") {
             rewritten = rewritten.replace('\n', "\r\n");
@@ -56,6 +58,7 @@ impl Update {
             path: file,
             text: rewritten,
             changes,
+            left,
         })
     }
 
@@ -78,18 +81,30 @@ fn document(text: &str) -> Result<DocumentMut, Failure> {
     Ok(document?)
 }
 
-fn begun(text: &str, summary: &Summary, margin: f64) -> Result<(String, String), Failure> {
+/// What a changed radius of a wheel or a changed gear shows in, where it shows in no ratio.
+const RATE: &str = "wheel_rate_command_max_rad_s";
+
+/// The file with first bounds, what they are, and an empty text: nothing is left.
+fn begun(text: &str, summary: &Summary, margin: f64) -> Result<[String; 3], Failure> {
     let mut document = document(text)?;
     let mut changes = String::new();
-    for quantity in headlines(summary) {
+    for quantity in headlines(summary).into_iter().chain(by_key(RATE)) {
         let Some(measured) = quantity.value(summary) else {
             continue;
         };
         let Some(bound) = first_bound(quantity, measured, margin) else {
             continue;
         };
+        let widened = match least_room(quantity) > margin * measured.abs() {
+            true => format!(
+                "; widened to the least useful room, {} {}",
+                least_room(quantity) * quantity.unit.per_si,
+                quantity.unit.symbol
+            ),
+            false => String::new(),
+        };
         changes.push_str(&format!(
-            "         {}: {bound} (measured {measured})\n",
+            "         {}: {bound} (measured {measured}{widened})\n",
             quantity.key
         ));
         let mut table = document.as_table_mut() as &mut dyn TableLike;
@@ -112,38 +127,63 @@ fn begun(text: &str, summary: &Summary, margin: f64) -> Result<(String, String),
         }
         table.insert(last, value(bound));
     }
-    Ok((document.to_string(), changes))
+    Ok([document.to_string(), changes, String::new()])
 }
 
-/// Room for a share of what was measured, and for ten of the last digit that is shown of it; `None` of a share that no run could take beyond its bound.
+/// Ten of the last digit that is shown of a quantity, in SI units: less room makes a bound brittle.
+fn least_room(quantity: &Quantity) -> f64 {
+    let digits = i32::try_from(quantity.decimals).unwrap_or(0);
+    10f64.powi(1 - digits) / quantity.unit.per_si
+}
+
+/// Room for a share of what was measured, and the least that is useful; `None` of a share that no run could take beyond its bound.
 fn first_bound(quantity: &Quantity, measured: f64, margin: f64) -> Option<InlineTable> {
-    let digit = 10f64.powi(-i32::try_from(quantity.decimals).unwrap_or(0)) / quantity.unit.per_si;
-    let room = (margin * measured.abs()).max(10.0 * digit);
-    let is_ratio = quantity.key.contains("ratio");
-    if quantity.unit.symbol == "%" && !is_ratio && measured + room >= 1.0 {
+    let room = (margin * measured.abs()).max(least_room(quantity));
+    let [least, most] = [
+        rounded(measured - room, f64::floor),
+        rounded(measured + room, f64::ceil),
+    ];
+    let is_two_sided = quantity.key.contains("ratio") || quantity.key == RATE;
+    let limits = limits(quantity.key);
+    if limits.is_some_and(|limits| most >= limits.most) {
         return None;
     }
     let mut bound = InlineTable::new();
-    if is_ratio {
-        bound.insert("min", rounded(measured - room, f64::floor).into());
+    if is_two_sided && limits.is_none_or(|limits| least > limits.least) {
+        bound.insert("min", least.into());
     }
-    bound.insert("max", rounded(measured + room, f64::ceil).into());
+    bound.insert("max", most.into());
     bound.fmt();
     Some(bound)
 }
 
-fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<(String, String), Failure> {
+/// The file with other bounds, what changes, and what is left.
+fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<[String; 3], Failure> {
     let mut document = document(text)?;
-    let mut changes = String::new();
-    for verdict in verdicts
-        .iter()
-        .filter(|verdict| !verdict.held && verdict.at_s.is_none())
-    {
-        let Some(measured) = verdict.measured else {
+    let (mut changes, mut left) = (String::new(), String::new());
+    for verdict in verdicts.iter().filter(|verdict| !verdict.held) {
+        let name = &verdict.quantity;
+        let (Some(quantity), Some(measured)) = (by_key(name), verdict.measured) else {
+            let what = match (by_key(name), verdict.measured) {
+                (Some(_), _) => "does not apply to this run",
+                _ => "bounds on signals are left",
+            };
+            left.push_str(&format!("         {name}: {what}: change it by hand\n"));
             continue;
         };
-        let room = margin * measured.abs();
-        if let Some(bound) = bound_of(&mut document, &verdict.quantity) {
+        let room = (margin * measured.abs()).max(least_room(quantity));
+        if let Some(bound) = bound_of(&mut document, name) {
+            if let Some(limits) = limits(name)
+                && limits.is_certain
+                && (bound.get("min").is_none() || measured - room <= limits.least)
+                && (bound.get("max").is_none() || measured + room >= limits.most)
+                && bound.get("equal").is_none()
+            {
+                left.push_str(&format!(
+                    "         {name}: no bound around {measured} could fail: change it by hand, or leave it out\n"
+                ));
+                continue;
+            }
             let wanted = [
                 ("min", rounded(measured - room, f64::floor)),
                 ("max", rounded(measured + room, f64::ceil)),
@@ -167,7 +207,7 @@ fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<(String, Str
             }
         }
     }
-    Ok((document.to_string(), changes))
+    Ok([document.to_string(), changes, left])
 }
 
 /// The table of a bound, by the quantity's dotted name.
@@ -200,6 +240,7 @@ mod tests {
             bound: String::new(),
             measured: Some(measured),
             at_s: None,
+            share_beyond: None,
             held: false,
         }
     }
@@ -211,8 +252,12 @@ mod tests {
         let verdicts = [
             verdict("slip_energy_j", 0.012_34),
             verdict("twist_ratio_contact.vx", 1.0),
+            Verdict {
+                at_s: Some(0.5),
+                ..verdict("truth_x_m", 1.0)
+            },
         ];
-        let (updated, changes) = updated(text, &verdicts, 0.1).expect("it is TOML");
+        let [updated, changes, left] = updated(text, &verdicts, 0.1).expect("it is TOML");
         // 0.01234 * 1.1 = 0.013574, to three digits upwards; 1 -+ 0.1.
         assert_eq!(
             updated,
@@ -223,6 +268,28 @@ mod tests {
             changes.contains("slip_energy_j.max: 9.0 -> 0.0136 (measured 0.01234)"),
             "{changes}"
         );
+        assert!(
+            left.contains("truth_x_m: bounds on signals are left"),
+            "{left}"
+        );
+    }
+
+    #[test]
+    fn bounds_keep_the_least_useful_room_and_none_is_written_that_cannot_fail() {
+        let text = "expect.slip_energy_j = { max = 0 }\nexpect.friction_used_max = { max = 0.5 }\nexpect.hub_ripple_m = { min = 1 }\n";
+        let verdicts = [
+            verdict("slip_energy_j", 1.6e-7),
+            verdict("friction_used_max", 0.95),
+            verdict("hub_ripple_m", 0.0),
+        ];
+        let [updated, _, left] = updated(text, &verdicts, 0.1).expect("it is TOML");
+        // Ten of the digit shown, 0.0001 J, above what was measured; three digits upwards.
+        assert!(
+            updated.contains("slip_energy_j = { max = 0.00101 }"),
+            "{updated}"
+        );
+        assert!(updated.contains("{ max = 0.5 }") && updated.contains("{ min = 1 }"));
+        assert_eq!(left.matches("could fail").count(), 2, "{left}");
     }
 
     #[test]

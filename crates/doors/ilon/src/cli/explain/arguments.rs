@@ -24,8 +24,8 @@ pub struct Arguments {
     /// Open the page of a scenario in the browser.
     #[arg(long)]
     pub open: bool,
-    /// The drift of your real robot: "left 20 mm/m, turn 1 deg/m" when driving ahead, or "turn: left 5 mm/turn" for another
-    /// motion (ahead, left, diagonal, arc, turn; once each). Ranks the causes that look like it.
+    /// The drift of your real robot: "left 20 mm/m, turn 1 deg/m" of a drive of 1 m ahead, "left 60 mm over 3 m" of a longer
+    /// one, "turn: left 5 mm/turn" for another motion (ahead, left, diagonal, arc, turn; once each). Ranks the causes that look like it.
     #[arg(long, value_name = "DRIFT")]
     pub(super) seen: Vec<Seen>,
     #[command(flatten)]

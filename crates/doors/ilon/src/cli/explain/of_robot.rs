@@ -1,12 +1,14 @@
 //! What the usual suspects do to a robot, and which of them would look like what was seen.
 
 use ilon_files::FileAccess;
-use ilon_sim::causes::{Drift, Suspect, suspects};
+use ilon_robot::Robot;
+use ilon_sim::causes::{Drift, Lineup, Suspect};
 use ilon_sim::standard_motions::MOTIONS;
+use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::arguments::Arguments;
-use super::seen::{Fit, fit};
+use super::seen::{Fit, Seen, each, fit};
 use crate::cli::console;
 use crate::cli::failure::Failure;
 use crate::cli::json::pretty;
@@ -17,6 +19,10 @@ use crate::inspect::conditions;
 
 /// Of a robot so many suspects that fit are shown.
 const MOST_SHOWN: usize = 8;
+/// A share of what was seen: where none explains as much, no single cause does.
+const MOST_OF_IT: f64 = 0.7;
+/// A share of what was seen: what explains less is not shown.
+const LEAST_OF_IT: f64 = 0.05;
 
 pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, Failure> {
     let mut options = arguments.reading.options();
@@ -29,51 +35,153 @@ pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, 
     )?;
     let settings = &arguments.settings.settings;
     let (_, robot) = conditions(settings, &loaded.robot, files)?;
-    let found = suspects(&robot, settings, files)?;
-    let places = robot
-        .wheels
-        .iter()
-        .map(|wheel| wheel.position_m().xy().norm());
-    let arm_m = places.fold(0.0, f64::max);
-    let fit_of = |suspect: &Suspect| fit(&arguments.seen, &suspect.drifts, arm_m);
-    let mut ranked: Vec<(&Suspect, Option<Fit>)> = found
-        .iter()
-        .map(|suspect| (suspect, fit_of(suspect)))
-        .collect();
-    let worth = |fit: &Option<Fit>| fit.map_or(-1.0, |fit| fit.share - 0.1 * fit.times.ln().abs());
-    ranked.sort_by(|(_, a), (_, b)| worth(b).total_cmp(&worth(a)));
+    let none = arguments.seen.is_empty();
+    let mut lengths = [none.then_some(1.0); MOTIONS.len()];
+    for seen in &arguments.seen {
+        lengths[seen.motion] = Some(seen.length);
+    }
+    let lineup = Lineup::of(&robot, settings, files, lengths)?;
+    let healthy = lineup.healthy();
+    let beyond = |seen: &Seen| seen.beyond(&healthy[seen.motion].unwrap_or_default());
+    let seen: Vec<Seen> = arguments.seen.iter().map(beyond).collect();
+    let ranked = ranked(&lineup, &seen, arm_m(&robot));
     if arguments.json {
         let suspects: Vec<Value> = ranked.iter().map(as_json).collect();
-        let all = json!({ "robot": robot.name, "motions": MOTIONS, "suspects": suspects });
+        let all = json!({ "robot": robot.name, "motions": MOTIONS, "healthy": healthy, "suspects": suspects });
         console::data(&pretty("the suspects", &all)?)?;
         return Ok(Outcome::Done);
     }
-    let table = match arguments.seen.is_empty() {
+    let tables = match arguments.seen.is_empty() {
         true => {
             // Of suspects that are about one wheel, those of the first stand for all.
             let first = robot.wheels.first().map(|wheel| &wheel.name);
-            let shown = found
+            let shown = ranked
                 .iter()
+                .map(|(suspect, _)| suspect)
                 .filter(|one| one.wheel.is_none() || one.wheel.as_ref() == first);
-            drifts(&robot.name, shown)
+            drifts(&robot.name, &healthy, shown).to_string()
         }
         false => {
-            let fitting = ranked.iter().filter_map(|(one, fit)| Some((*one, (*fit)?)));
-            fits(fitting.take(MOST_SHOWN))
+            let anyway: String = seen.iter().map(|one| anyway(one, &healthy)).collect();
+            format!("{anyway}{}", fits(&ranked))
         }
     };
-    console::lines(&table.to_string())?;
+    console::lines(&tables)?;
     Ok(Outcome::Done)
 }
 
-/// What each suspect does in each motion.
-fn drifts<'s>(robot: &str, suspects: impl Iterator<Item = &'s Suspect>) -> Table {
+/// How far out the farthest wheel is, in metres: there angles count as lengths do.
+fn arm_m(robot: &Robot) -> f64 {
+    let places = robot.wheels.iter();
+    let places = places.map(|wheel| wheel.position_m().xy().norm());
+    places.fold(0.0, f64::max)
+}
+
+/// The suspects, those first that explain most of what was seen, in the amounts in which they explain it; each such run was made. Without anything seen, all
+/// in their usual amounts.
+fn ranked(lineup: &Lineup, seen: &[Seen], arm_m: f64) -> Vec<(Suspect, Option<Fit>)> {
+    let usual = lineup.at_usual_amounts();
+    let mut ranked: Vec<(usize, Suspect, Option<Fit>)> = usual
+        .into_iter()
+        .enumerate()
+        .map(|(index, suspect)| {
+            let fit = fit(seen, &suspect.drifts, suspect.times, arm_m);
+            (index, suspect, fit)
+        })
+        .collect();
+    // An unusual amount is less likely.
+    let worth =
+        |fit: &Option<Fit>| fit.map_or(-1.0, |fit| fit.share - 0.1 * fit.times.abs().ln().abs());
+    ranked.sort_by(|(.., a), (.., b)| worth(b).total_cmp(&worth(a)));
+    ranked
+        .par_iter_mut()
+        .take(MOST_SHOWN)
+        .for_each(|(index, suspect, fitted)| {
+            if let Some(first) = *fitted {
+                (*suspect, *fitted) = settled((lineup, *index), seen, first, arm_m);
+            }
+        });
+    ranked.sort_by(|(.., a), (.., b)| worth(b).total_cmp(&worth(a)));
+    ranked
+        .into_iter()
+        .map(|(_, suspect, fit)| (suspect, fit))
+        .collect()
+}
+
+/// A suspect in the amount in which its own runs explain most of what was seen: drifts do not quite grow with it.
+fn settled(
+    (lineup, index): (&Lineup, usize),
+    seen: &[Seen],
+    first: Fit,
+    arm_m: f64,
+) -> (Suspect, Option<Fit>) {
+    const ROUNDS: usize = 3;
+    let mut times = first.times;
+    let mut suspect = lineup.in_amount(index, times);
+    for _ in 0..ROUNDS {
+        let bounds = (suspect.times.0 / times, suspect.times.1 / times);
+        let bounds = (bounds.0.min(bounds.1), bounds.0.max(bounds.1));
+        match fit(seen, &suspect.drifts, bounds, arm_m) {
+            Some(more) if (more.times - 1.0).abs() > 0.01 => {
+                times *= more.times;
+                suspect = lineup.in_amount(index, times);
+            }
+            _ => break,
+        }
+    }
+    let fit = fit(seen, &suspect.drifts, (1.0, 1.0), arm_m);
+    let fit = fit.map(|fit| Fit { times, ..fit });
+    (suspect, fit)
+}
+
+/// What the robot does with nothing amiss in a motion in which something was seen; nothing where that is too small to tell.
+fn anyway(seen: &Seen, healthy: &[Option<Drift>]) -> String {
+    let drift = healthy[seen.motion].unwrap_or_default();
+    let each = each(seen.motion);
+    let mut parts = Vec::new();
+    let mut say = |x: f64, floor: f64, per_si: f64, unit: &str, words: [&str; 2]| {
+        if x.abs() > floor {
+            let way = words[usize::from(x < 0.0)];
+            parts.push(format!("{:.1} {unit}/{each} {way}", (per_si * x).abs()));
+        }
+    };
+    let [floor_m, floor_rad] = drift.floor;
+    let (left, turned) = (
+        ["to the left", "to the right"],
+        ["turned to the left", "turned to the right"],
+    );
+    say(drift.ahead_m, floor_m, 1e3, "mm", ["ahead", "back"]);
+    say(drift.left_m, floor_m, 1e3, "mm", left);
+    say(
+        drift.turned_rad,
+        floor_rad,
+        1f64.to_degrees(),
+        "deg",
+        turned,
+    );
+    if parts.is_empty() {
+        return String::new();
+    }
+    format!(
+        "in the motion `{}` the robot with nothing amiss drifts by {}: the causes are ranked by the rest\n",
+        MOTIONS[seen.motion],
+        parts.join(", ")
+    )
+}
+
+/// What each suspect does in each motion, below what the robot does without any.
+fn drifts<'s>(
+    robot: &str,
+    healthy: &[Option<Drift>],
+    suspects: impl Iterator<Item = &'s Suspect>,
+) -> Table {
     let mut table = Table::new();
     table.heading(&format!(
-        "{robot}: what the usual suspects do, for each metre or for each turn on the spot: mm ahead, mm to the left, degrees to the left. A dot is less \
-         than can be told"
+        "{robot}: what each usual cause adds, per metre or per turn on the spot: mm ahead, mm to the left, degrees to the left (· = too small to tell)"
     ));
     table.words("", &MOTIONS.map(str::to_owned));
+    let cells: Vec<String> = healthy.iter().map(in_words).collect();
+    table.words("with nothing amiss, from the command", &cells);
     for suspect in suspects {
         let cells: Vec<String> = suspect.drifts.iter().map(in_words).collect();
         table.words(&suspect.words, &cells);
@@ -98,26 +206,31 @@ fn in_words(drift: &Option<Drift>) -> String {
 }
 
 /// The suspects that would look like what was seen, the best first.
-fn fits<'s>(suspects: impl Iterator<Item = (&'s Suspect, Fit)>) -> Table {
+fn fits(ranked: &[(Suspect, Option<Fit>)]) -> Table {
     let mut table = Table::new();
-    table.heading("what would look like it: share of what was seen that it explains, and how many times its usual amount that takes");
-    let rows: Vec<(&Suspect, Fit)> = suspects.collect();
-    table.columns::<&(&Suspect, Fit)>(
-        &[
-            ("explains", &|(_, fit)| {
+    let fitting = ranked.iter().filter_map(|(one, fit)| Some((one, (*fit)?)));
+    let fitting = fitting.filter(|(_, fit)| fit.share >= LEAST_OF_IT);
+    let rows: Vec<(&Suspect, Fit)> = fitting.take(MOST_SHOWN).collect();
+    let best = rows.iter().map(|(_, fit)| fit.share).fold(0.0, f64::max);
+    table.heading(match best {
+        0.0 => "no usual cause looks like it, or there is nothing to explain",
+        best if best < MOST_OF_IT => {
+            "no single cause explains most of it: there may be several. How much of the drift each explains, in the amount that fits best"
+        }
+        _ => "causes that look like it, each in the amount that fits best: how much of the drift each explains, usual amounts first",
+    });
+    if !rows.is_empty() {
+        table.columns::<&(&Suspect, Fit)>(
+            &[("explains", &|(_, fit)| {
                 format!("{:.0} %", 100.0 * fit.share)
-            }),
-            ("times", &|(_, fit)| format!("{:.2}", fit.times)),
-        ],
-        rows.iter().map(|row| (row.0.words.as_str(), row)),
-    );
-    if rows.is_empty() {
-        table.heading("none of the usual suspects would look like it");
+            })],
+            rows.iter().map(|row| (row.0.words.as_str(), row)),
+        );
     }
     table
 }
 
-fn as_json((suspect, fit): &(&Suspect, Option<Fit>)) -> Value {
+fn as_json((suspect, fit): &(Suspect, Option<Fit>)) -> Value {
     json!({
         "words": suspect.words,
         "wheel": suspect.wheel,

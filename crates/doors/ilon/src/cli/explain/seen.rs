@@ -10,11 +10,13 @@ use ilon_sim::standard_motions::MOTIONS;
 pub(super) struct Seen {
     /// Its place among the motions.
     pub motion: usize,
+    /// How many metres were driven, or how often it turned.
+    pub length: f64,
     /// In m/m or m/turn.
-    ahead_m: Option<f64>,
-    left_m: Option<f64>,
+    pub ahead_m: Option<f64>,
+    pub left_m: Option<f64>,
     /// In rad/m or rad/turn.
-    turned_rad: Option<f64>,
+    pub turned_rad: Option<f64>,
 }
 
 /// How well a suspect explains what was seen.
@@ -22,13 +24,18 @@ pub(super) struct Seen {
 pub(super) struct Fit {
     /// The share of what was seen that it explains, up to 1.
     pub share: f64,
-    /// By how much it would be larger than its usual amount.
+    /// By how much it would be larger than its usual amount; below 0 the other way round.
     pub times: f64,
 }
 
-/// How well a suspect's drifts, in any amount, explain what was seen. Angles count at an arm, in metres. `None` where it would have to be the other way
-/// round.
-pub(super) fn fit(seen: &[Seen], drifts: &[Option<Drift>], arm_m: f64) -> Option<Fit> {
+/// How well a suspect's drifts explain what was seen: in the amount that fits best within `times`, the smallest and the largest, if drifts grew with it. Angles
+/// count at an arm, in metres. `None` where no such amount explains any of it.
+pub(super) fn fit(
+    seen: &[Seen],
+    drifts: &[Option<Drift>],
+    times: (f64, f64),
+    arm_m: f64,
+) -> Option<Fit> {
     let mut pairs: Vec<(f64, f64)> = Vec::new();
     for one in seen {
         let drift = drifts
@@ -53,15 +60,17 @@ pub(super) fn fit(seen: &[Seen], drifts: &[Option<Drift>], arm_m: f64) -> Option
     }
     let sum = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>();
     let (seen2, drift2) = (sum(|(s, _)| s * s), sum(|(_, d)| d * d));
-    let times = sum(|(s, d)| s * d) / drift2;
+    let best = sum(|(s, d)| s * d) / drift2;
+    if !(best.is_finite() && seen2 > 0.0) {
+        return None;
+    }
+    let times = best.clamp(times.0, times.1);
     let rest = pairs
         .iter()
         .map(|(s, d)| (s - times * d).powi(2))
         .sum::<f64>();
-    (times > 0.0 && seen2 > 0.0).then(|| Fit {
-        share: 1.0 - (rest / seen2).sqrt(),
-        times,
-    })
+    let share = 1.0 - (rest / seen2).sqrt();
+    (times != 0.0 && share > 0.0).then_some(Fit { share, times })
 }
 
 impl FromStr for Seen {
@@ -77,29 +86,102 @@ impl FromStr for Seen {
                 MOTIONS.join(", ")
             )
         })?;
+        let (parts, over) = match parts.rsplit_once(" over ") {
+            Some((parts, over)) => (parts, Some(length(over, motion)?)),
+            None => (parts, None),
+        };
         let mut seen = Self {
             motion,
+            length: over.unwrap_or(1.0),
             ahead_m: None,
             left_m: None,
             turned_rad: None,
         };
         for part in parts.split(',') {
-            seen.take(part.trim())?;
+            seen.take(part.trim(), over)?;
         }
         Ok(seen)
     }
 }
 
+/// Whether a motion is a turn on the spot.
+fn is_turn(motion: usize) -> bool {
+    MOTIONS[motion] == "turn"
+}
+
+/// What a drift is counted for in a motion.
+pub(super) fn each(motion: usize) -> &'static str {
+    if is_turn(motion) { "turn" } else { "m" }
+}
+
+/// The length of a drive, such as `3 m` or `2 turns`.
+fn length(text: &str, motion: usize) -> Result<f64, String> {
+    let each = each(motion);
+    let words = apart(text);
+    let words: Vec<&str> = words.split_whitespace().collect();
+    match words.as_slice() {
+        [number, unit] if unit.trim_end_matches('s') == each => number.parse().ok(),
+        _ => None,
+    }
+    .filter(|length| (0.1..=20.0).contains(length))
+    .ok_or_else(|| {
+        format!(
+            "`over {text}` is no length of this drive: write 0.1 to 20 {each}{}, such as \"over 3 {each}{}\"",
+            if is_turn(motion) { "s" } else { "" },
+            if is_turn(motion) { "s" } else { "" },
+        )
+    })
+}
+
+/// A text with a space between each number and its unit.
+fn apart(text: &str) -> String {
+    let mut spaced = String::new();
+    let mut chars = text.chars().peekable();
+    let mut before = ' ';
+    while let Some(c) = chars.next() {
+        let is_exponent = matches!(c, 'e' | 'E')
+            && chars
+                .peek()
+                .is_some_and(|next| next.is_ascii_digit() || "+-".contains(*next));
+        if before.is_ascii_digit() && (c.is_alphabetic() || "°%".contains(c)) && !is_exponent {
+            spaced.push(' ');
+        }
+        spaced.push(c);
+        before = c;
+    }
+    spaced
+}
+
 impl Seen {
-    /// Takes one part, such as `left 20 mm/m`.
-    fn take(&mut self, part: &str) -> Result<(), String> {
+    /// What is left of it without what the robot does with nothing amiss: 0 where that is less than what a tape measure and a protractor tell of a metre.
+    pub fn beyond(self, healthy: &Drift) -> Self {
+        const TAPE: [f64; 2] = [0.5e-3, 0.5e-3];
+        let [floor_m, floor_rad] = std::array::from_fn(|of| healthy.floor[of].max(TAPE[of]));
+        let less = |seen: Option<f64>, anyway: f64, floor: f64| {
+            let rest = seen.map(|seen| seen - anyway);
+            rest.map(|rest| if rest.abs() > floor { rest } else { 0.0 })
+        };
+        Self {
+            ahead_m: less(self.ahead_m, healthy.ahead_m, floor_m),
+            left_m: less(self.left_m, healthy.left_m, floor_m),
+            turned_rad: less(self.turned_rad, healthy.turned_rad, floor_rad),
+            ..self
+        }
+    }
+
+    /// Takes one part, such as `left 20 mm/m`; of a drive whose length is given also `left 60 mm`.
+    fn take(&mut self, part: &str, over: Option<f64>) -> Result<(), String> {
+        let each = each(self.motion);
         let help = || {
             format!(
-                "`{part}` is no drift: write a direction (ahead, back, left, right, turn), a number and a unit (mm/m, deg/m, mm/turn, deg/turn), such \
-                 as \"left 20 mm/m\" or \"turn -1 deg/m\""
+                "`{part}` is no drift of the motion `{}`: write a direction (ahead, back, left, right, short, turn), a number and a unit (mm/{each}, \
+                 deg/{each}), such as \"left 20 mm/{each}\" or \"turn -1 deg/{each}\"; or what a longer drive came to, such as \"left 60 mm over 3 {each}{}\"",
+                MOTIONS[self.motion],
+                if is_turn(self.motion) { "s" } else { "" },
             )
         };
-        let words: Vec<&str> = part.split_whitespace().collect();
+        let spaced = apart(part);
+        let words: Vec<&str> = spaced.split_whitespace().collect();
         let (direction, number, unit) = match words.as_slice() {
             [direction, number, unit] => (*direction, *number, *unit),
             // "turn left 1 deg/m"
@@ -111,21 +193,33 @@ impl Seen {
         if !number.is_finite() {
             return Err(help());
         }
+        let (unit, counted) = match unit.split_once('/') {
+            Some((unit, counted)) => (unit, Some(counted)),
+            None => (unit, None),
+        };
         let (per_si, is_angle) = match unit {
-            "mm/m" | "mm/turn" => (1e-3, false),
-            "cm/m" | "cm/turn" => (1e-2, false),
-            "m/m" | "m/turn" => (1.0, false),
-            "%" => (1e-2, false),
-            "deg/m" | "deg/turn" | "°/m" | "°/turn" => (1f64.to_radians(), true),
-            "rad/m" | "rad/turn" => (1.0, true),
+            "mm" => (1e-3, false),
+            "cm" => (1e-2, false),
+            "m" => (1.0, false),
+            "%" if counted.is_none() && each == "m" => (1e-2, false),
+            "deg" | "°" => (1f64.to_radians(), true),
+            "rad" => (1.0, true),
             _ => return Err(help()),
         };
-        let value = per_si * number;
+        let divided_by = match counted {
+            None if unit == "%" => 1.0,
+            None => over.ok_or_else(help)?,
+            Some(counted) if counted == each => 1.0,
+            Some(_) => return Err(help()),
+        };
+        let value = per_si * number / divided_by;
         let (place, value) = match (direction, is_angle) {
             ("ahead", false) => (&mut self.ahead_m, value),
             ("back", false) => (&mut self.ahead_m, -value),
             ("left", false) => (&mut self.left_m, value),
             ("right", false) => (&mut self.left_m, -value),
+            ("short", false) if MOTIONS[self.motion] == "ahead" => (&mut self.ahead_m, -value),
+            ("short", false) if MOTIONS[self.motion] == "left" => (&mut self.left_m, -value),
             ("turn", true) => (&mut self.turned_rad, value),
             ("turn right", true) => (&mut self.turned_rad, -value),
             _ => return Err(help()),
@@ -149,6 +243,11 @@ mod tests {
         assert_eq!(seen.turned_rad, Some(-1f64.to_radians()));
         let seen: Seen = "turn: back 0.5 cm/turn".parse().expect("a drift");
         assert_eq!((seen.motion, seen.ahead_m), (4, Some(-0.005)));
+        let seen: Seen = "left 60mm, turn 3deg over 3m".parse().expect("a drift");
+        assert_eq!((seen.length, seen.left_m), (3.0, Some(0.02)));
+        assert_eq!(seen.turned_rad, Some(1f64.to_radians()));
+        let seen: Seen = "left: short 7 %".parse().expect("a drift");
+        assert_eq!((seen.motion, seen.left_m), (1, Some(-0.07)));
         for wrong in [
             "",
             "left",
@@ -158,6 +257,14 @@ mod tests {
             "sideways: left 1 mm/m",
             "up 1 mm/m",
             "left NaN mm/m",
+            // Counted for what this motion is not counted for, or for nothing.
+            "turn 4 deg/turn",
+            "turn: turn 3 deg/m",
+            "turn: left 3 %",
+            "left 35 mm",
+            "left 35 mm over 0 m",
+            "left 35 mm over 3 turns",
+            "turn: short 3 mm/turn",
         ] {
             assert!(wrong.parse::<Seen>().is_err(), "{wrong}");
         }
@@ -171,11 +278,19 @@ mod tests {
             (drift.left_m, drift.turned_rad) = (left_m, turned_rad);
             [Some(drift)]
         };
-        let half = fit(&[seen], &drift(0.01, 0.5f64.to_radians()), 0.3).expect("it fits");
+        let any = (0.0, f64::INFINITY);
+        let half = fit(&[seen], &drift(0.01, 0.5f64.to_radians()), any, 0.3).expect("it fits");
         assert!((half.share - 1.0).abs() < 1e-12 && (half.times - 2.0).abs() < 1e-12);
-        assert_eq!(fit(&[seen], &drift(-0.01, 0.0), 0.3), None);
-        assert_eq!(fit(&[seen], &drift(0.0, 0.0), 0.3), None);
-        let aside = fit(&[seen], &drift(0.01, 0.0), 0.3).expect("it fits in part");
+        assert_eq!(fit(&[seen], &drift(-0.01, 0.0), any, 0.3), None);
+        assert_eq!(fit(&[seen], &drift(0.0, 0.0), any, 0.3), None);
+        let aside = fit(&[seen], &drift(0.01, 0.0), any, 0.3).expect("it fits in part");
         assert!(aside.share < 0.8, "{aside:?}");
+        // The other way round where that makes sense, and no more of it than does.
+        let drifts = drift(-0.01, -0.5f64.to_radians());
+        let other = fit(&[seen], &drifts, (-1.0, 1.0), 0.3).expect("it fits in part");
+        assert!(
+            (other.share - 0.5).abs() < 1e-12 && other.times == -1.0,
+            "{other:?}"
+        );
     }
 }

@@ -26,7 +26,7 @@ pub struct Arguments {
     /// Scenario files, run one after the other; or a robot's file, driven in five standard motions.
     #[arg(required = true, value_name = "SCENARIO")]
     pub scenarios: Vec<PathBuf>,
-    /// Folder of the results; of several scenarios the folder above them [default: out/SCENARIO].
+    /// Folder of the results; of several scenarios the folder above them.
     #[arg(long, value_name = "DIR", default_value = "out/<scenario>")]
     pub out: PathBuf,
     #[command(flatten)]

@@ -1,7 +1,7 @@
 use approx::assert_relative_eq;
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Law, Servos, carried, error, poses, taken};
+use super::{Law, carried, error, poses, taken};
 use crate::planar::drives::PlanarDrive;
 
 fn law() -> Law {
@@ -64,21 +64,6 @@ fn what_is_taken_is_one_at_the_edge() {
     let both = Vector3::new(2.0, 1.5, 0.0);
     assert_relative_eq!(taken(both, most, 1.0), 1.0, epsilon = 1e-12);
     assert_relative_eq!(taken(both, most, 2.0), 0.5_f64.sqrt(), epsilon = 1e-12);
-}
-
-/// A filter and a servo are two poles one after the other.
-#[test]
-fn servos_follow_a_filter() {
-    let servos = Servos {
-        gain: Vector3::repeat(0.9),
-        lag_s: 0.05,
-        most: Vector3::repeat(1e3),
-    };
-    let came = servos.follow(&[Vector3::new(0.1, 0.0, 0.0); 100], 1e-3);
-    let [slow, quick] = [0.05_f64, 0.005].map(|tau| tau * (-0.1 / tau).exp());
-    let share = 1.0 - (slow - quick) / (0.05 - 0.005);
-    // Steps of a quarter of a servo's time at most, of which a hundredth of the rest is missing at this moment.
-    assert_relative_eq!(came[99].x, 0.09 * share, epsilon = 0.09 * 2e-2);
 }
 
 #[test]

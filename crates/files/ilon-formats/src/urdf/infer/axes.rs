@@ -1,4 +1,4 @@
-//! How wheels stand, and which way their rollers lie by joints and by directions of friction.
+//! The arrangement of wheels, and their rollers' directions from joints and friction directions.
 
 use nalgebra::{Unit, Vector3};
 use roxmltree::Node;
@@ -18,7 +18,7 @@ pub(super) fn are_aligned(p: &Unit<Vector3<f64>>, q: &Unit<Vector3<f64>>) -> boo
     p.dot(q).abs() > 0.99
 }
 
-/// Whether parallel wheels stand on both sides of the middle, and ahead of it and behind.
+/// Whether parallel wheels are on both sides of the middle, and both ahead of it and behind.
 pub(super) fn stand_in_x(wheels: &[WheelLike]) -> bool {
     let Some(first) = wheels.first().filter(|_| are_parallel(wheels)) else {
         return false;
@@ -41,7 +41,8 @@ pub(super) fn stand_in_x(wheels: &[WheelLike]) -> bool {
     wheels.len() >= 4 && both(&left) && both(&ahead)
 }
 
-/// gamma of each wheel in degrees, where below each one joint turns in place of its rollers, about the axis of the one on the ground.
+/// Returns gamma of each wheel in degrees, if below each one joint turns in place of its rollers,
+/// about the axis of the one on the ground.
 pub(super) fn by_joints(tree: &Tree, wheels: &[WheelLike]) -> Option<Vec<f64>> {
     let of_wheel = |wheel: &WheelLike| {
         let roller = in_place_of_rollers(tree, wheel.joint)?;
@@ -52,20 +53,21 @@ pub(super) fn by_joints(tree: &Tree, wheels: &[WheelLike]) -> Option<Vec<f64>> {
     Some(each.iter().map(|deg| (10.0 * deg).round() / 10.0).collect())
 }
 
-/// gamma of each wheel in degrees, where the file gives each a direction in which it grips and one in which it does not: that
-/// direction is the axis of the roller on the ground.
+/// Returns gamma of each wheel in degrees, if the file gives each a direction with grip and one
+/// without: the first is the axis of the roller on the ground.
 pub(super) fn by_friction(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Vec<f64>> {
     by_directions(source, tree, wheels, false)
 }
 
-/// The same of directions that turn with their wheels, as they lie where these stand in the file; only of rollers that lean, for along and across
-/// are what plain wheels have as well. In words what speaks for them.
+/// The same for directions that turn with their wheels, as placed in the file; only for inclined
+/// rollers, because plain wheels also have directions along and across. Also returns the evidence
+/// as text.
 pub(super) fn by_turning_friction(
     source: &Source,
     tree: &Tree,
     wheels: &[WheelLike],
 ) -> Option<(Vec<f64>, String)> {
-    /// Rollers of mecanum wheels lean by no less than this and no more, in degrees.
+    /// Range of the angle of mecanum rollers, in degrees.
     const LEANS_DEG: std::ops::RangeInclusive<f64> = 20.0..=70.0;
     let gammas_deg = by_directions(source, tree, wheels, true)?;
     let do_lean = gammas_deg.iter().all(|deg| LEANS_DEG.contains(&deg.abs()));
@@ -92,7 +94,8 @@ fn by_directions(
     wheels.iter().map(of_wheel).collect()
 }
 
-/// A direction of friction that turns with its wheel, in words: in a frame that does not, it would say how rollers lie.
+/// Returns a friction direction that turns with its wheel, as text: in a fixed frame it would show
+/// the rollers' direction.
 pub(super) fn turning_friction(
     source: &Source,
     tree: &Tree,
@@ -113,7 +116,7 @@ pub(super) fn turning_friction(
     ))
 }
 
-/// What the file says of a link's friction that has a direction.
+/// Returns the element with a link's directional friction.
 fn friction_settings<'a, 'i>(source: &'a Source<'i>, link: &str) -> Option<Node<'a, 'i>> {
     let settings = source
         .robot()
@@ -124,15 +127,16 @@ fn friction_settings<'a, 'i>(source: &'a Source<'i>, link: &str) -> Option<Node<
         .find(|n| child(*n, "fdir1").is_some())
 }
 
-/// The frame that a direction is expressed in.
+/// Returns the frame of a direction.
 fn frame_of<'a>(fdir1: &Node<'a, '_>) -> Option<&'a str> {
     let mut attributes = fdir1.attributes();
     let of = attributes.find(|a| a.name() == "expressed_in")?;
     Some(of.value()).filter(|frame| !frame.is_empty())
 }
 
-/// The direction in which a link grips, in the body frame: the first, or that across it on the ground, whichever has the more friction.
-/// In the wheel's own frame, which turns with it, the direction means nothing, unless it `may_turn`.
+/// Returns the direction in which a link grips, in the body frame: the first direction or the one
+/// across it on the ground, whichever has more friction. In the wheel's own frame, which turns with
+/// it, the direction is meaningless, unless it `may_turn`.
 fn friction_direction(
     source: &Source,
     tree: &Tree,
@@ -165,21 +169,21 @@ fn friction_direction(
     })
 }
 
-/// gamma of a wheel whose roller on the ground has its axis along `grip`: the rolling direction is across it, and gamma the angle
-/// to it from the hub axis.
+/// Returns gamma of a wheel whose roller on the ground has its axis along `grip`: the rolling
+/// direction is across it, and gamma its angle from the hub axis.
 fn gamma_deg(hub: &Unit<Vector3<f64>>, grip: &Vector3<f64>) -> Option<f64> {
     let rolling = grip.xy();
     let rolling = nalgebra::Vector2::new(rolling.y, -rolling.x).try_normalize(1e-6)?;
     let n = hub.xy().try_normalize(1e-6)?;
     let (sin, cos) = (n.perp(&rolling), n.dot(&rolling));
-    // A direction and its opposite are one.
+    // A direction and its opposite are equivalent.
     let gamma_rad = if cos < 0.0 {
         libm::atan2(-sin, -cos)
     } else {
         libm::atan2(sin, cos)
     };
     let gamma_deg = gamma_rad.to_degrees();
-    // Nearer to 90 degrees the roller would turn with the hub: that is a plain wheel's direction.
+    // Closer to 90 degrees the roller would turn with the hub: that is a plain wheel's direction.
     (gamma_deg.abs() < 80.0).then_some(gamma_deg)
 }
 
@@ -189,13 +193,14 @@ mod tests {
 
     #[test]
     fn the_axis_of_the_roller_on_the_ground_gives_gamma() {
-        // At the front left of the usual X the roller on the ground lies along (1, -1): gamma = -45 deg (see `from_options`).
+        // At the front left of the usual X the roller on the ground lies along (1, -1): gamma = -45
+        // deg (see `from_options`).
         let left = Vector3::y_axis();
         for (grip, gamma) in [
             ([1.0, -1.0], Some(-45.0)),
             ([-1.0, 1.0], Some(-45.0)),
             ([1.0, 1.0], Some(45.0)),
-            // A wheel that grips where it drives and slides sideways is an omni wheel.
+            // A wheel that grips in its driving direction and slides sideways is an omni wheel.
             ([1.0, 0.0], Some(0.0)),
             // One that grips along its axis is none at all.
             ([0.0, 1.0], None),

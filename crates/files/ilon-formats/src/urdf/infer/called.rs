@@ -1,4 +1,4 @@
-//! What a file calls a robot and its wheels, and what drives it: plug-ins, controllers, comments.
+//! Names of a robot and its wheels, and of what drives it: plug-ins, controllers, comments.
 
 use roxmltree::Node;
 
@@ -7,7 +7,7 @@ use crate::urdf::names::{self, is_mec, is_mecanum, is_omni};
 use crate::urdf::source::Source;
 use crate::urdf::tree::Tree;
 
-/// What speaks of mecanum wheels, in words: a name or a plug-in.
+/// Returns the evidence for mecanum wheels, as text: a name or a plug-in.
 pub(super) fn speaks_of_mecanum(
     source: &Source,
     tree: &Tree,
@@ -26,8 +26,9 @@ pub(super) fn speaks_of_mecanum(
     name.or_else(|| plugin(source).map(|plugin| format!("the plug-in `{plugin}`")))
 }
 
-/// A comment that speaks of mecanum wheels as a heading does, without the lines that are drawn around it: enough to propose them, and too little to
-/// take them. Longer ones tell what the robot was or may become.
+/// Returns a comment that names mecanum wheels in the form of a heading, without its decoration:
+/// enough to propose them, not enough to assume them. Longer comments often describe the past or
+/// future.
 pub(super) fn heading(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> {
     /// Longest heading, in bytes.
     const LONGEST: usize = 60;
@@ -40,8 +41,8 @@ pub(super) fn heading(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Opt
     headings.find(|words| is_mecanum(words))
 }
 
-/// A plug-in that moves the base in all directions, where a name that is too little alone speaks for it as well: its own, or one that begins
-/// as mecanum does.
+/// Returns a plug-in that moves the base in all directions, if a weak name supports it: its own, or
+/// one that starts like mecanum.
 pub(super) fn mover(source: &Source) -> Option<String> {
     let plugin = planar_mover(source)?;
     let own = plugin.attribute("name").unwrap_or_default();
@@ -54,7 +55,7 @@ pub(super) fn mover(source: &Source) -> Option<String> {
     ))
 }
 
-/// The plug-in that moves a base in all directions, whatever carries it.
+/// Returns the plug-in that moves a base in all directions, on any kind of wheel.
 fn planar_mover<'a, 'i>(source: &'a Source<'i>) -> Option<Node<'a, 'i>> {
     let moves = |n: &Node| {
         let named = [n.attribute("filename"), n.attribute("name")];
@@ -66,7 +67,8 @@ fn planar_mover<'a, 'i>(source: &'a Source<'i>) -> Option<Node<'a, 'i>> {
     plugin_elements(source).find(moves)
 }
 
-/// What hints at a robot that moves in all directions, but is not enough to propose rollers by, in words.
+/// Returns hints at a robot that moves in all directions, which are not enough to propose rollers,
+/// as text.
 pub(super) fn hint(source: &Source) -> Option<String> {
     let mover = planar_mover(source)?;
     let named = [mover.attribute("filename"), mover.attribute("name")];
@@ -76,7 +78,7 @@ pub(super) fn hint(source: &Source) -> Option<String> {
     ))
 }
 
-/// What a wheel itself is called.
+/// The kind of wheel by its own name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Mecanum,
@@ -92,15 +94,15 @@ pub(super) fn kind(source: &Source, tree: &Tree, wheel: &WheelLike) -> Option<Ki
     is_omni.then_some(Kind::Omni)
 }
 
-/// Whether some of the wheels are called mecanum wheels, and others omni wheels.
+/// Whether some of the wheels are named mecanum wheels, and others omni wheels.
 pub(super) fn are_of_two_kinds(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> bool {
     let mut kinds = wheels.iter().filter_map(|like| kind(source, tree, like));
     let first = kinds.next();
     kinds.any(|kind| Some(kind) != first)
 }
 
-/// A name that speaks of moving in all directions: one of each wheel, where all are called omni wheels; or that of the robot, of its file or of the
-/// package of a mesh.
+/// Returns a name that implies motion in all directions: of each wheel, if all are named omni
+/// wheels; or of the robot, of its file or of a mesh's package.
 pub(super) fn free_name(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> {
     let of_wheel = |wheel: &WheelLike| {
         let names = names::of_wheel_itself(source, tree, wheel.joint);
@@ -122,7 +124,7 @@ pub(super) fn free_name(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> O
     own.find(|name| names::is_free(name))
 }
 
-/// Whether a plug-in or a controller drives the robot as one of plain wheels.
+/// Whether a plug-in or a controller drives the robot with plain wheels.
 pub(super) fn is_driven_as_plain(source: &Source) -> bool {
     const PLAIN: [&str; 4] = ["diff_drive", "diffdrive", "skid_steer", "ackermann"];
     let is_plain = |name: &str| {
@@ -134,13 +136,14 @@ pub(super) fn is_driven_as_plain(source: &Source) -> bool {
     types.any(|(_, kind)| is_plain(kind)) || plugins(source).any(is_plain)
 }
 
-/// Whether a wheel itself is called an omni wheel.
+/// Whether a wheel itself is named an omni wheel.
 pub(super) fn is_called_omni(source: &Source, tree: &Tree, wheel: &WheelLike) -> bool {
     let names = names::of_wheel_itself(source, tree, wheel.joint);
     names.iter().any(|name| is_omni(name))
 }
 
-/// What drives mecanum wheels: a plug-in, by its name or file, or a controller that the settings of one name.
+/// Returns what drives mecanum wheels: a plug-in, by its name or file, or a controller in its
+/// settings.
 pub(super) fn plugin(source: &Source) -> Option<String> {
     let types = source.prepared.settings.iter();
     let mut types = types.filter(|(key, _)| key == "type").map(|(_, kind)| kind);
@@ -156,14 +159,14 @@ pub(super) fn plugin(source: &Source) -> Option<String> {
         .map(str::to_owned)
 }
 
-/// The files and the names of a simulator's plug-ins.
+/// Returns the files and the names of a simulator's plug-ins.
 fn plugins<'a>(source: &'a Source) -> impl Iterator<Item = &'a str> {
     plugin_elements(source)
         .flat_map(|n| [n.attribute("filename"), n.attribute("name")])
         .flatten()
 }
 
-/// The elements of a simulator's plug-ins.
+/// Returns the elements of a simulator's plug-ins.
 fn plugin_elements<'a, 'i>(source: &'a Source<'i>) -> impl Iterator<Item = Node<'a, 'i>> {
     let gazebo = source
         .robot()
@@ -173,8 +176,8 @@ fn plugin_elements<'a, 'i>(source: &'a Source<'i>) -> impl Iterator<Item = Node<
     elements.filter(|n| n.has_tag_name("plugin"))
 }
 
-/// Where the file calls the wheels mecanum wheels: by their joints, links or meshes, by the macro that makes them or the file that
-/// they come from, by the robot's name or the file's own.
+/// Returns where the file names the wheels mecanum wheels: in their joints, links or meshes, in
+/// their macro or its file, in the robot's name or the file's own.
 pub(super) fn called(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> {
     let of_wheel = |wheel: &WheelLike| {
         let names = names::of_wheel(source, tree, wheel.joint);
@@ -186,14 +189,14 @@ pub(super) fn called(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Opti
         .or_else(|| robot_called(source))
 }
 
-/// The name of the robot, or else of its file, where it speaks of mecanum wheels.
+/// Returns the name of the robot, or else of its file, if it names mecanum wheels.
 pub(super) fn robot_called(source: &Source) -> Option<String> {
     names_of_robot(source)
         .into_iter()
         .find(|name| is_mecanum(name))
 }
 
-/// The name of the robot, and that of its file.
+/// Returns the name of the robot, and that of its file.
 fn names_of_robot(source: &Source) -> Vec<String> {
     let robot = source.robot().attribute("name").map(str::to_owned);
     let file = std::path::Path::new(&source.prepared.file)

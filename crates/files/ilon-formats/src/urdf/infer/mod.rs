@@ -1,9 +1,11 @@
-//! Which rollers wheels without rollers are meant to have, where the file says so.
+//! Infers the rollers of wheels modelled without any, from information in the file.
 //!
-//! Most published bases model their wheels as plain discs and leave the rollers to a plug-in of a simulator. What such files say
-//! of them is taken, in this order: a joint that turns in place of rollers, directions of friction, rollers that the wheels' meshes show, a plug-in that drives mecanum wheels,
-//! axes on which plain wheels could not roll at all, and what they call them. That a plug-in moves the base in all directions says
-//! nothing: steered wheels do so as well. How many rollers there are only meshes show: else that is a guess, and remarked.
+//! Most published bases model their wheels as plain discs and leave the rollers to a simulator's
+//! plug-in. The information in such files is used in this order: a joint that turns in place of
+//! rollers, friction directions, rollers in the wheels' meshes, a plug-in that drives mecanum
+//! wheels, axes on which plain wheels could not roll at all, and names. A plug-in that moves the
+//! base in all directions is no evidence: steered wheels do so as well. Only meshes show the number
+//! of rollers; otherwise it is a guess, and remarked.
 
 mod axes;
 mod called;
@@ -27,36 +29,36 @@ use called::{
     kind, mover, plugin, robot_called, speaks_of_mecanum,
 };
 
-/// Rollers that are put on a wheel of which nobody says how many it has: mecanum wheels carry nine to fifteen.
+/// Assumed number of rollers of a wheel: mecanum wheels have nine to fifteen.
 pub(super) const ROLLERS: usize = 12;
 
 /// The usual angle of mecanum wheels, in degrees.
 const MECANUM_DEG: f64 = 45.0;
 
-/// What the axes of wheels say, where something speaks of a robot that moves in all directions.
+/// The evidence of the wheels' axes, if something implies a robot that moves in all directions.
 const BY_AXES: &str =
     "and by their axes: on parallel ones only mecanum rollers let a robot move sideways";
 
-/// What speaks for rollers where one joint below each wheel turns in their place.
+/// The evidence of one joint below each wheel that turns in place of rollers.
 const ONE_JOINT: &str = "the joint below each of them that turns in place of rollers";
 
-/// Fewest wheels that hold all three freedoms of the plane.
+/// Smallest number of wheels that control all three degrees of freedom of the plane.
 const LEAST_WHEELS: usize = 3;
 
-/// Rollers, and what speaks for them.
+/// Rollers with their evidence.
 #[derive(Clone, Debug)]
 pub(super) struct Inferred {
     pub(super) rollers: WheelOptions,
     pub(super) why: String,
-    /// Whether meshes show how many there are.
+    /// Whether meshes show their number.
     pub(super) are_drawn: bool,
 }
 
-/// What a file says of its wheels' rollers.
+/// Returns the rollers that a file implies for its wheels.
 pub(super) fn infer(loading: &Loading, survey: &Survey) -> Option<Inferred> {
     let (source, tree) = (loading.source, loading.tree);
     let wheels = wheels(survey)?;
-    // A wheel whose size is not known could only be given rollers by a guess at that too.
+    // For a wheel of unknown size the rollers would need a second guess.
     if wheels.iter().any(|wheel| wheel.disc.is_none()) {
         return None;
     }
@@ -109,9 +111,10 @@ pub(super) fn infer(loading: &Loading, survey: &Survey) -> Option<Inferred> {
     )
 }
 
-/// Rollers that would fit how the wheels stand and what the file says of them, for a person to confirm; and what speaks for them, in words. Parallel
-/// wheels of which nothing says that they are Swedish ones are plain wheels to all appearance, and are given none; and that a robot of
-/// steered wheels is called omnidirectional says nothing of rollers. `left_out` are joints that are no wheels beside these, and why.
+/// Returns rollers that match the wheels' arrangement and the file's information, for the user to
+/// confirm, with the evidence as text. Parallel wheels without evidence of Swedish wheels count as
+/// plain wheels, and get none; and a robot of steered wheels named omnidirectional is no evidence.
+/// `left_out` are joints that are no wheels, with reasons.
 pub(super) fn fitting(
     loading: &Loading,
     wheels: &[&WheelLike],
@@ -144,7 +147,8 @@ pub(super) fn fitting(
     } else if let Some(name) = free_name(source, tree, &wheels)
         .filter(|_| !are_steered && stand_in_x(&wheels) && !is_driven_as_plain(source))
     {
-        // Four parallel wheels that are not steered move sideways by mecanum rollers alone, whatever they are called.
+        // Four parallel unsteered wheels move sideways only with mecanum rollers, whatever their
+        // names.
         (in_x(), format!("the name `{name}`, {BY_AXES}"))
     } else if let Some(mover) =
         mover(source).filter(|_| !are_steered && stand_in_x(&wheels) && are_turning(tree, &wheels))
@@ -169,7 +173,8 @@ pub(super) fn fitting(
     (Proposed::Rollers(Box::new(rollers)), Some(why))
 }
 
-/// Why mecanum wheels cannot stand as these do, in words, with the joints that may be missing among them.
+/// Returns why mecanum wheels cannot have this arrangement, as text, with the joints that may be
+/// missing among them.
 fn out_of_x(what: &str, left_out: &[CandidateJoint]) -> String {
     let beside = left_out.iter().filter(|of| of.is_too_high);
     let beside: Vec<String> = beside
@@ -187,7 +192,7 @@ fn are_turning(tree: &Tree, wheels: &[WheelLike]) -> bool {
     joints.all(|joint| joint.motion == Motion::Turning)
 }
 
-/// Rollers at an angle, as many and as thick as meshes show, or else a guess.
+/// Returns rollers at an angle, with the number and thickness shown by meshes, or else guessed.
 fn rollers(
     tree: &Tree,
     wheels: &[WheelLike],
@@ -199,7 +204,7 @@ fn rollers(
     let count = drawn.map_or(ROLLERS, |drawn| drawn.count);
     let mut rollers = WheelOptions::new(count, gamma).on(joints.collect());
     rollers.roller_radius_m = drawn.filter(MeshRollers::hands_over).map(|drawn| {
-        // What touches may be of another size than what is shown.
+        // Collision and visual shapes may differ in size.
         let disc_m = wheels[0].disc.map(|disc| disc.radius_m);
         let scale = disc_m.map_or(1.0, |disc_m| disc_m / drawn.wheel_radius_m);
         (1e4 * scale * drawn.roller_radius_m).round() / 1e4
@@ -207,7 +212,8 @@ fn rollers(
     rollers
 }
 
-/// The rollers that the meshes of all wheels show; `None` where one shows none, or others than the first does.
+/// Returns the rollers shown by the meshes of all wheels; `None` if one shows none, or others than
+/// the first.
 fn drawn(loading: &Loading, wheels: &[WheelLike]) -> Option<Vec<MeshRollers>> {
     let tree = loading.tree;
     let of_wheel = |like: &WheelLike| {
@@ -220,8 +226,9 @@ fn drawn(loading: &Loading, wheels: &[WheelLike]) -> Option<Vec<MeshRollers>> {
     are_equal.then_some(drawn)
 }
 
-/// gamma as the wheels' meshes show it, with what is said of that. Where wheels stand in an X they are handed by that: many files draw one mesh on all
-/// of them, with which they could not drive. `None` of rollers with which wheels that stand so could not drive at all.
+/// Returns gamma shown by the wheels' meshes, with the remark. Wheels in an X get the handedness of
+/// their place: many files use one mesh for all of them, with which they could not drive. `None`
+/// for rollers with which wheels in this arrangement could not drive at all.
 fn by_drawing(drawn: &[MeshRollers], wheels: &[WheelLike]) -> Option<(Handedness, String)> {
     let mean_rad = drawn.iter().map(|of| of.gamma_rad.abs()).sum::<f64>() / drawn.len() as f64;
     let shown_deg = (10.0 * mean_rad.to_degrees()).round() / 10.0;
@@ -254,10 +261,11 @@ fn by_drawing(drawn: &[MeshRollers], wheels: &[WheelLike]) -> Option<(Handedness
     Some((Handedness::XDeg(mean_deg), format!("{why}{but}")))
 }
 
-/// The angle that is meant by one that meshes show, in degrees: a usual one where that is near, for meshes have facets; and where their rollers
-/// are not round, for then they were stretched, if it is near enough for that, else none.
+/// Returns the intended angle for one shown by meshes, in degrees: a usual one if close, because
+/// meshes have facets; for rollers that are not round, because they were stretched, a usual one if
+/// close enough for that, otherwise none.
 fn usual_deg(shown_deg: f64, are_round: bool) -> Option<f64> {
-    /// By this much meshes lie beside what they show, in degrees, and stretched ones by this.
+    /// Tolerance of angles shown by meshes, in degrees, and of stretched ones.
     const FACETS_DEG: f64 = 1.0;
     const STRETCHED_DEG: f64 = 10.0;
     let near_deg = if are_round { FACETS_DEG } else { STRETCHED_DEG };
@@ -266,12 +274,13 @@ fn usual_deg(shown_deg: f64, are_round: bool) -> Option<f64> {
     usual.or_else(|| are_round.then_some(shown_deg))
 }
 
-/// gamma of wheels of which not all are parallel, by groups that are: those that stand in the X of mecanum wheels, and are not called
-/// otherwise, are such; the others are omni wheels. `None` where wheels are called mecanum wheels and do not stand as such, and where
-/// the robot is called so, none of its wheels stand as such and none are called omni wheels.
+/// Returns gamma of wheels that are not all parallel, by groups of parallel ones: those arranged in
+/// the X of mecanum wheels, without another name, are mecanum wheels; the others are omni wheels.
+/// `None` if wheels named mecanum wheels are not arranged like them, or if the robot is named so,
+/// none of its wheels are arranged so, and none are named omni wheels.
 fn by_groups(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Handedness> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
-    // Beside wheels that are called mecanum wheels, those that are called omni wheels are a group of their own.
+    // Next to wheels named mecanum wheels, those named omni wheels form their own group.
     let are_mixed = are_of_two_kinds(source, tree, wheels);
     let is_apart = |wheel: &WheelLike| are_mixed && kind(source, tree, wheel) == Some(Kind::Omni);
     for (i, wheel) in wheels.iter().enumerate() {
@@ -312,7 +321,7 @@ fn by_groups(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Hande
     (are_omni || !is_called_mecanum).then_some(Handedness::AllDeg(0.0))
 }
 
-/// The wheels in question: those that turn, or else all that could be.
+/// Returns the wheels in question: those that turn, or else all possible ones.
 fn wheels(survey: &Survey) -> Option<Vec<WheelLike>> {
     if survey.turning.len() >= LEAST_WHEELS {
         return Some(survey.turning.clone());

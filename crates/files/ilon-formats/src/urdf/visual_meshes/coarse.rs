@@ -1,7 +1,9 @@
-//! A mesh of few triangles for one of many, by clustering its vertices: those within a cell of a grid become one, in their mean.
-//! What loses its area that way is left out. It takes any triangles, closed or not: those of CAD often are no surface.
+//! Reduces a mesh to few triangles by clustering its vertices: those within a cell of a grid are
+//! merged to their mean. Triangles that lose their area are removed. It accepts any triangles,
+//! closed or not: CAD meshes are often no surface.
 //!
-//! J. Rossignac, P. Borrel, *Multi-resolution 3D approximations for rendering complex scenes*, 1993.
+//! J. Rossignac, P. Borrel, *Multi-resolution 3D approximations for rendering complex
+//! scenes*, 1993.
 
 use std::collections::{HashMap, HashSet};
 
@@ -14,17 +16,19 @@ pub(super) struct Indexed {
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// Cells along the longest side of the finest grid: finer than a pixel of any screen, and coarser than the grid that places are
-/// rounded to.
+/// Cells along the longest side of the finest grid: finer than a pixel of any screen, and coarser
+/// than the grid to which positions are rounded.
 const FINEST: u32 = 1 << 14;
 
-/// The triangles as they are, if they are at most `most`; else the finest clustering that has no more.
+/// Returns the triangles unchanged, if they are at most `most`; otherwise the finest clustering
+/// within the limit.
 pub(super) fn of(soup: &[Triangle], most: usize) -> Indexed {
     let whole = clustered(soup, FINEST);
     if whole.triangles.len() <= most {
         return whole;
     }
-    // How many are left falls with the cells, but for a few: halving the interval finds a place where it crosses the limit.
+    // The number of triangles nearly always grows with the cells: bisection finds a crossing of the
+    // limit.
     let (mut coarse, mut fine) = (1, FINEST);
     let mut best = Indexed::default();
     while fine - coarse > 1 && fine > coarse + coarse / 32 {
@@ -40,7 +44,7 @@ pub(super) fn of(soup: &[Triangle], most: usize) -> Indexed {
     best
 }
 
-/// Clusters with so many cells along the longest side.
+/// Clusters with a number of cells along the longest side.
 fn clustered(soup: &[Triangle], cells: u32) -> Indexed {
     let corners = || soup.iter().flatten();
     let mut low = [f32::INFINITY; 3];
@@ -85,7 +89,7 @@ fn clustered(soup: &[Triangle], cells: u32) -> Indexed {
     used(&sums.into_iter().map(mean).collect::<Vec<_>>(), &triangles)
 }
 
-/// Without the vertices that no triangle has.
+/// Removes unused vertices.
 fn used(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Indexed {
     let mut kept: HashMap<u32, u32> = HashMap::new();
     let mut indexed = Indexed::default();
@@ -105,7 +109,7 @@ fn used(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Indexed {
 mod tests {
     use super::*;
 
-    /// A ball of radius 1 as a globe of so many meridians, with their triangles.
+    /// A ball of radius 1 as a globe with a number of meridians.
     fn globe(meridians: usize) -> Vec<Triangle> {
         let at = |i: usize, j: usize| {
             let angle = |k: usize| std::f64::consts::PI * k as f64 / meridians as f64;
@@ -142,10 +146,11 @@ mod tests {
         assert_eq!(ball.len(), 80_000);
         let indexed = of(&ball, 2_000);
         let count = indexed.triangles.len();
-        // No more than asked for, and not much less: a grid of 32nds steps the count of a surface by a sixteenth.
+        // At most the limit, and not much less: on a grid of 32nds the count of a surface changes
+        // in steps of a sixteenth.
         assert!((1_500..=2_000).contains(&count), "{count}");
-        // A cell of n along the diameter holds means that lie no deeper than the sagitta of its diagonal, (sqrt(3)/n)^2 / 2 of the radius;
-        // 2000 triangles take more than 15 cells.
+        // A cell of n along the diameter has means no deeper than the sagitta of its diagonal,
+        // (sqrt(3)/n)^2 / 2 of the radius; 2000 triangles need more than 15 cells.
         for vertex in &indexed.vertices {
             let radius = vertex.iter().map(|x| x * x).sum::<f32>().sqrt();
             assert!((0.97..=1.0001).contains(&radius), "{radius}");

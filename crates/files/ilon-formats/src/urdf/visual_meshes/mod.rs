@@ -1,6 +1,6 @@
-//! The meshes by which a robot is **seen**: those of its `<visual>` elements, made small enough for a page.
+//! The visual meshes of a robot, from its `<visual>` elements, reduced for a page.
 //!
-//! Nothing touches the world there, so they are no part of the model, and what cannot be read is remarked and left out.
+//! They do not collide and are no part of the model; unreadable ones are left out with a remark.
 
 mod coarse;
 mod soup;
@@ -16,25 +16,26 @@ use super::mesh::Meshes;
 use crate::files::FileAccess;
 use crate::model::{Link, LinkTree, Mesh, Visual, VisualMeshes, VisualShape};
 
-/// The most triangles of all meshes of a robot together: about 200 kB of a page.
+/// Largest number of triangles of all meshes of a robot: about 200 kB of a page.
 const MOST_TRIANGLES: usize = 16_000;
-/// The most files that are read.
+/// Largest number of files read.
 const MOST_FILES: usize = 200;
-/// The most triangles that are read of all files together, before they are made fewer.
+/// Largest number of triangles read from all files, before the reduction.
 const MOST_READ: usize = 3_000_000;
 
-/// The triangles of a mesh file, `.stl`, `.obj` or `.dae`: three corners each, as the file counts, all finite.
+/// Returns the triangles of a mesh file, `.stl`, `.obj` or `.dae`: three vertices each, unscaled,
+/// all finite.
 ///
 /// # Errors
-/// Why it cannot be read, in words.
+/// The reason why it cannot be read, as text.
 pub fn mesh_triangles(path: &Path, files: &FileAccess) -> Result<Vec<[[f32; 3]; 3]>, String> {
     soup::read(path, files)
 }
 
-/// Reads the meshes of a URDF. Rollers are left out: they are drawn by their exact outlines.
+/// Reads the meshes of a URDF, except those of rollers, which are drawn by their exact outlines.
 pub(crate) fn read(text: &str, meshes: &Meshes, rollers: &BTreeSet<&str>) -> VisualMeshes {
     let mut looks = VisualMeshes::default();
-    // Most robots are seen without any.
+    // Most robots have none.
     if !text.contains("<mesh") {
         return looks;
     }
@@ -107,13 +108,13 @@ fn mesh_of(name: &str, indexed: &coarse::Indexed) -> Option<Mesh> {
     let step = [0, 1, 2].map(|k| (high[k] - low[k]) / f32::from(u16::MAX));
     let steps = |vertex: &[f32; 3]| -> [u16; 3] {
         [0, 1, 2].map(|k| match step[k] > 0.0 {
-            // Of a number between 0 and 65535.
+            // The number is between 0 and 65535.
             true => ((vertex[k] - low[k]) / step[k]).round() as u16,
             false => 0,
         })
     };
     let vertices = indexed.vertices.iter().flat_map(steps);
-    // No more vertices than three for each of the triangles, of which there are at most 16,000.
+    // At most three vertices per triangle, of which there are at most 16,000.
     let triangles = indexed
         .triangles
         .iter()
@@ -132,7 +133,8 @@ fn base64(numbers: impl Iterator<Item = u16>) -> String {
     BASE64_STANDARD.encode(numbers.flat_map(u16::to_le_bytes).collect::<Vec<u8>>())
 }
 
-/// How many triangles each may have so that all have at most `most`: the small ones keep theirs, the others share what is left.
+/// Returns the number of triangles per mesh so that the sum is at most `most`: small meshes keep
+/// theirs, the others share the rest.
 fn share(counts: &[usize], most: usize) -> usize {
     let mut sorted = counts.to_vec();
     sorted.sort_unstable();
@@ -147,7 +149,7 @@ fn share(counts: &[usize], most: usize) -> usize {
     usize::MAX
 }
 
-/// The meshes that the links of a robot show, but for its rollers: what joints of these names carry.
+/// Returns the meshes in the links of a robot, except those below the given rollers' joints.
 fn names<'a>(tree: &'a LinkTree, rollers: &BTreeSet<&str>) -> BTreeSet<&'a str> {
     let is_shown = |link: &&Link| {
         let above = link.above.map(|joint| tree.joints[joint].name.as_str());

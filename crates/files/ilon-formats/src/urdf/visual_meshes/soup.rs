@@ -1,4 +1,4 @@
-//! The triangles of a mesh file, corner by corner.
+//! Reads the triangles of a mesh file, vertex by vertex.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -6,10 +6,10 @@ use std::path::Path;
 use super::super::{dae, mesh};
 use crate::files::FileAccess;
 
-/// Largest file of a mesh that is only to be seen, in bytes.
+/// Largest file of a visual mesh, in bytes.
 pub(super) const MAX_BYTES: u64 = 64 << 20;
 
-/// Three corners, unscaled.
+/// Three vertices, unscaled.
 pub(super) type Triangle = [[f32; 3]; 3];
 
 /// Reads the triangles of a file.
@@ -46,7 +46,7 @@ fn stl(mut bytes: Vec<u8>) -> Result<Vec<Triangle>, String> {
 
 fn obj(bytes: &[u8]) -> Result<Vec<Triangle>, String> {
     mesh::check_obj(bytes)?;
-    // Materials of the file only colour it, and URDF has its own.
+    // The file's materials only set colours, and URDF has its own.
     let no_materials = |_: &Path| Ok(Default::default());
     let options = tobj::LoadOptions {
         triangulate: true,

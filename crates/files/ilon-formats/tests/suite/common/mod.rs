@@ -49,7 +49,8 @@ pub fn line_of(text: &str, needle: &str) -> usize {
     text[..at].matches('\n').count() + 1
 }
 
-/// Every number of a robot's model in one figure: equal where all of them are equal to the last bit. FNV-1a over the bits.
+/// Every number of a robot's model in one figure: equal where all of them are equal to the last
+/// bit. FNV-1a over the bits.
 pub fn fingerprint(robot: &Robot) -> u64 {
     let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
     hash.text(&robot.name);

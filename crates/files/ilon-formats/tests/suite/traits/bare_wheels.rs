@@ -44,6 +44,21 @@ fn wheels_without_rollers_are_told_by_name() {
     );
 }
 
+/// A negative angle is the O: each gamma is that of the X with its sign turned.
+#[test]
+fn a_negative_angle_in_the_x_is_the_o() {
+    let gammas = |deg: f64| -> Vec<f64> {
+        let options = options(|o| {
+            o.wheels = Some(WheelOptions::new(9, Handedness::XDeg(deg)));
+        });
+        let loaded = Robot::from_urdf_str_with(&plain_wheels(), "plain.urdf", &options);
+        let wheels = loaded.unwrap_or_else(|e| panic!("{e}")).robot.wheels;
+        wheels.iter().map(|wheel| wheel.gamma_rad).collect()
+    };
+    let turned: Vec<f64> = gammas(45.0).into_iter().map(|gamma| -gamma).collect();
+    assert_eq!(gammas(-45.0), turned);
+}
+
 #[test]
 fn rollers_put_into_bare_wheels_make_the_robot_that_has_them() {
     let options = options(|o| {
@@ -82,8 +97,8 @@ fn rollers_put_into_bare_wheels_make_the_robot_that_has_them() {
     }
 }
 
-/// A robot whose wheels stand at (+-0.2, +-0.18) m, each on a joint whose origin lies at `joint_y_m` on its own side of the middle, which a number
-/// below zero puts across it.
+/// A robot whose wheels stand at (+-0.2, +-0.18) m, each on a joint whose origin lies at
+/// `joint_y_m` on its own side of the middle, which a number below zero puts across it.
 fn wheels_on_long_axles(joint_y_m: f64) -> String {
     let mut text = "<robot name='axles'><link name='base_link'><inertial><mass value='10'/>\
         <inertia ixx='0.1' ixy='0' ixz='0' iyy='0.2' iyz='0' izz='0.3'/></inertial></link>"
@@ -107,8 +122,8 @@ fn wheels_on_long_axles(joint_y_m: f64) -> String {
     text + "</robot>"
 }
 
-/// Which way rollers lie follows from where the wheels stand, not from where along their axes the joints have their origins: on the wheels' side,
-/// on the middle line, or across it.
+/// Which way rollers lie follows from where the wheels stand, not from where along their axes the
+/// joints have their origins: on the wheels' side, on the middle line, or across it.
 #[test]
 fn an_x_is_made_by_where_the_wheels_stand() {
     for joint_y_m in [0.18, 0.02, 0.0, -0.02] {
@@ -148,7 +163,8 @@ fn a_heavy_wheel_keeps_its_mass_and_inertia_when_rollers_are_put_in() {
     for wheel in &robot.wheels {
         let rollers_kg: f64 = wheel.rollers.iter().map(|r| r.mass_kg).sum();
         assert!((wheel.hub.mass_kg + rollers_kg - 0.2).abs() < 1e-15);
-        // About the hub axis a roller adds m a^2, and of its own inertia J cos^2 + K sin^2 with the angle of 45 deg.
+        // About the hub axis a roller adds m a^2, and of its own inertia J cos^2 + K sin^2 with the
+        // angle of 45 deg.
         let of_rollers: f64 = wheel
             .rollers
             .iter()

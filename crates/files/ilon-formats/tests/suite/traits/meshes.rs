@@ -16,8 +16,9 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// Vertices of the barrel of the small robot in millimetres, turned about z: rings of 24 points at 41 places. The surface
-/// that touches the ground at wheel angle phi is at rho sin(phi) along the axis, rho cos(phi) - a from it.
+/// Vertices of the barrel of the small robot in millimetres, turned about z: rings of 24 points at
+/// 41 places. The surface that touches the ground at wheel angle phi is at rho sin(phi) along the
+/// axis, rho cos(phi) - a from it.
 fn barrel_rings_mm() -> Vec<Vec<[f64; 3]>> {
     (-20..=20)
         .map(|i| {
@@ -123,12 +124,13 @@ fn the_barrel_of_a_mesh_is_fitted(file: &str, write: fn(&[[[f64; 3]; 3]]) -> Vec
     let loaded = Robot::load_with(folder.join(format!("{file}.urdf")), &LoadOptions::default())
         .unwrap_or_else(|e| panic!("{e}"));
     let wheel = &loaded.robot.wheels[0];
-    // Between rings 22.5 / 20 deg apart the hull's chord lies rho (1 - cos(0.56 deg)) = 2.4 um below the circle, and its
-    // mean two thirds of that.
+    // Between rings 22.5 / 20 deg apart the hull's chord lies rho (1 - cos(0.56 deg)) = 2.4 um
+    // below the circle, and its mean two thirds of that.
     assert!((wheel.radius_m - 0.05).abs() < 3e-6, "{}", wheel.radius_m);
     for roller in &wheel.rollers {
         assert!((roller.radius_m - 0.012).abs() < 3e-6);
-        // The last ring is where neighbours hand over; 3 um of rho move the end by rho tan / a of that at most.
+        // The last ring is where neighbours hand over; 3 um of rho move the end by rho tan / a of
+        // that at most.
         assert!(
             (roller.length_m - 2.0 * 0.038 * (PI / 8.0).tan()).abs() < 2e-5,
             "{}",
@@ -142,7 +144,8 @@ fn the_barrel_of_a_mesh_is_fitted(file: &str, write: fn(&[[[f64; 3]; 3]]) -> Vec
     );
 }
 
-/// One of three equal wheels is drawn by other facets, and comes out half a percent smaller: the robot stands level all the same.
+/// One of three equal wheels is drawn by other facets, and comes out half a percent smaller: the
+/// robot stands level all the same.
 #[test]
 fn equal_wheels_of_meshes_of_other_facets_have_one_radius() {
     let folder = folder("facets");
@@ -192,7 +195,8 @@ fn equal_wheels_of_meshes_of_other_facets_have_one_radius() {
     }
 }
 
-/// The small robot as xacro: its first wheel's place is computed, its links of rollers come from a macro of another file.
+/// The small robot as xacro: its first wheel's place is computed, its links of rollers come from a
+/// macro of another file.
 fn as_xacro(include: &str) -> (String, String) {
     let text = small()
         .replacen(
@@ -275,7 +279,8 @@ fn xacro_is_expanded_without_ros() {
     }
 }
 
-/// A folder that is given from where the command is called, and not from the file that includes by it.
+/// A folder that is given from where the command is called, and not from the file that includes by
+/// it.
 #[cfg(unix)]
 #[test]
 fn the_folder_of_a_package_may_be_given_from_here() {
@@ -300,7 +305,8 @@ fn the_folder_of_a_package_may_be_given_from_here() {
     Robot::load_with(&file, &options).expect("expanded");
 }
 
-/// A variable of the environment that decides what the file makes: what it is compared with is said.
+/// A variable of the environment that decides what the file makes: what it is compared with is
+/// said.
 #[test]
 fn what_a_variable_that_is_not_set_is_compared_with_is_said() {
     // What is long, or goes on on another line, is no name of a machine.

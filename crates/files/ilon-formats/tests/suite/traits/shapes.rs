@@ -38,7 +38,8 @@ fn a_capsule_spans_the_centres_of_its_ends() {
 
 #[test]
 fn taken_as_modelled_rollers_keep_the_shapes_of_their_file_gaps_and_all() {
-    // Short cylinders with gaps between them, and a ball off the middle of each: as barrels they would be refused.
+    // Short cylinders with gaps between them, and a ball off the middle of each: as barrels they
+    // would be refused.
     let text = with_roller_collision(
         &small(),
         r#"<collision><geometry><cylinder radius="0.012" length="0.01"/></geometry></collision>
@@ -93,8 +94,8 @@ fn a_roller_that_is_cut_flat_ends_where_its_last_sphere_touches(geometry: &str) 
     ));
     assert!((robot.wheels[0].radius_m - 0.05).abs() < 1e-15);
     for roller in &robot.wheels[0].rollers {
-        // With gamma = 0 the sphere at t = a tan(phi) touches at t + s sin(phi) = rho sin(phi): the cut at 19.15 mm is
-        // touched at phi = asin(19.15 / 50).
+        // With gamma = 0 the sphere at t = a tan(phi) touches at t + s sin(phi) = rho sin(phi): the
+        // cut at 19.15 mm is touched at phi = asin(19.15 / 50).
         let phi = (0.01915f64 / 0.05).asin();
         assert!((roller.length_m - 2.0 * 0.038 * phi.tan()).abs() < 1e-12);
     }
@@ -122,8 +123,8 @@ fn a_stack_of_cylinders_is_fitted_as_the_barrel_that_it_stands_for() {
         })
         .collect();
     let robot = load(&with_roller_collision(&small(), &discs));
-    // A disc of half-width 50 um leans over by that times the slope of the surface, 0.4 at most, and the chords between
-    // discs fall short by 1.3 um.
+    // A disc of half-width 50 um leans over by that times the slope of the surface, 0.4 at most,
+    // and the chords between discs fall short by 1.3 um.
     assert!(
         (robot.wheels[0].radius_m - 0.05).abs() < 2e-5,
         "{}",
@@ -133,9 +134,9 @@ fn a_stack_of_cylinders_is_fitted_as_the_barrel_that_it_stands_for() {
 
 #[test]
 fn rollers_of_the_common_length_overlap_by_what_geometry_says() {
-    // Nine rollers at 45 deg, rho 50 mm, a 38 mm. The common L = 2 rho sin(pi/n) / sin(delta) reaches
-    // atan(L/2 sin(delta) / a) = atan(50 sin(20 deg) / 38) = 24.23 deg to each side of pitches of 40 deg: 8.46 deg of
-    // each, 76.1 deg of a turn.
+    // Nine rollers at 45 deg, rho 50 mm, a 38 mm. The common L = 2 rho sin(pi/n) / sin(delta)
+    // reaches atan(L/2 sin(delta) / a) = atan(50 sin(20 deg) / 38) = 24.23 deg to each side of
+    // pitches of 40 deg: 8.46 deg of each, 76.1 deg of a turn.
     let spec = SPEC
         .split("[wheels.ring]")
         .next()
@@ -160,8 +161,9 @@ fn rollers_of_the_common_length_overlap_by_what_geometry_says() {
         "over 76.1 deg of each turn (21.1 %) two rollers touch"
     ));
     assert!((loaded.outlines[0].overlap_share - 76.1 / 360.0).abs() < 1e-3);
-    // A capsule sticks out where the barrel tapers: the centre of its end is hypot(a, L/2 cos(45 deg)) from the hub axis.
-    // Samples a tenth of a degree apart miss the peak by 54 mm (0.05 deg)^2 / 2 = 2e-8 m at most.
+    // A capsule sticks out where the barrel tapers: the centre of its end is hypot(a, L/2 cos(45
+    // deg)) from the hub axis. Samples a tenth of a degree apart miss the peak by 54 mm (0.05
+    // deg)^2 / 2 = 2e-8 m at most.
     let peak_m = 0.038f64.hypot(0.5 * length_m * FRAC_PI_4.cos()) + 0.012;
     assert!((loaded.outlines[0].peak_radius_m - peak_m).abs() < 3e-8);
     assert!(remarked(

@@ -27,7 +27,8 @@ fn names_say_nothing() {
 
 #[test]
 fn a_fixed_link_between_hub_and_rollers_is_part_of_the_hub() {
-    // The rim hangs by a fixed joint below the hub, turned about the hub axis, and the first wheel's rollers by the rim.
+    // The rim hangs by a fixed joint below the hub, turned about the hub axis, and the first
+    // wheel's rollers by the rim.
     let rim = r#"<link name="rim"><inertial><mass value="0.1"/>
         <inertia ixx="1e-4" ixy="0" ixz="0" iyy="2e-4" iyz="0" izz="1e-4"/></inertial></link>
         <joint name="rim" type="fixed"><parent link="wheel_1_link"/><child link="rim"/><origin rpy="0 0.3 0"/></joint></robot>"#;
@@ -95,8 +96,8 @@ fn a_light_part_of_the_chassis_is_no_reason_to_refuse_a_robot_for_how_its_mass_i
         assert!(remarked(&robot, &subject, "repaired: its inertia"));
         let mass = &robot.chassis.mass;
         assert!((mass.mass_kg - plain.mass_kg - 0.01).abs() < 1e-15);
-        // About the common centre of mass the camera counts by its place alone, but for what it could have of its own: as a ball of
-        // 1500 kg/m^3.
+        // About the common centre of mass the camera counts by its place alone, but for what it
+        // could have of its own: as a ball of 1500 kg/m^3.
         let reduced_kg = 0.01 * plain.mass_kg / (0.01 + plain.mass_kg);
         let apart_m = 0.1 - plain.center_of_mass_m.z;
         let by_place = plain.inertia_kg_m2[(0, 0)] + reduced_kg * apart_m * apart_m;
@@ -105,7 +106,8 @@ fn a_light_part_of_the_chassis_is_no_reason_to_refuse_a_robot_for_how_its_mass_i
         let ball_kg_m2 = 0.4 * 0.01 * radius_m * radius_m;
         assert!((own - ball_kg_m2).abs() < 1e-15, "{own}");
     }
-    // A heavy part, a part of something that turns, and a mass that is missing are refused as before.
+    // A heavy part, a part of something that turns, and a mass that is missing are refused as
+    // before.
     for text in [
         with_camera(1.0, wrong, "fixed"),
         with_camera(0.01, wrong, "continuous"),
@@ -126,7 +128,8 @@ fn an_arm_is_held_at_zero_and_weighs_on_the_chassis() {
     assert!((robot.chassis.mass.mass_kg - 10.0).abs() < 1e-15);
     // Half of the mass at 0.06 m, half at 1.1 m.
     assert!((robot.chassis.mass.center_of_mass_m.z - 0.58).abs() < 1e-15);
-    // About x: the box 5 (0.3^2 + 0.1^2) / 12 and the arm 0.1, and both 0.52 m off the common centre.
+    // About x: the box 5 (0.3^2 + 0.1^2) / 12 and the arm 0.1, and both 0.52 m off the common
+    // centre.
     let about_x = 5.0 * (0.3 * 0.3 + 0.1 * 0.1) / 12.0 + 0.1 + 10.0 * 0.52 * 0.52;
     assert!((robot.chassis.mass.inertia_kg_m2[(0, 0)] - about_x).abs() < 1e-13);
     assert!(remarked(&robot, "joint `shoulder`", "held at zero"));
@@ -199,8 +202,9 @@ fn a_chassis_below_the_floor_is_told() {
     assert!((deep_mm - 20.0).abs() < 1e-9);
 }
 
-/// The box's lower side at a clearance. On the floor the chassis carries the robot in the wheels' place, so that it does not move: between a thousandth of
-/// the radius above it, 0.05 mm, and any depth below it is refused, and the remedy leaves it out.
+/// The box's lower side at a clearance. On the floor the chassis carries the robot in the wheels'
+/// place, so that it does not move: between a thousandth of the radius above it, 0.05 mm, and any
+/// depth below it is refused, and the remedy leaves it out.
 #[test_case(-1e-3, "reaches 1.0 mm below"; "below it")]
 #[test_case(-0.2e-3, "reaches 0.2 mm below"; "within what a file is rounded by")]
 #[test_case(0.0, "it is 0.000 mm above"; "on it")]
@@ -227,8 +231,9 @@ fn a_chassis_that_touches_the_floor_at_rest_is_refused_and_repaired(clearance_m:
     assert!(repaired.chassis.collisions.is_empty());
 }
 
-/// A chain of links as files that are made by programs have it: twice as many links take about twice as long, where each joint was held against
-/// all above it. In steps of one link a minute is what that took.
+/// A chain of links as files that are made by programs have it: twice as many links take about
+/// twice as long, where each joint was held against all above it. In steps of one link a minute is
+/// what that took.
 #[test]
 fn a_long_chain_of_fixed_links_ends_soon() {
     const LINKS: usize = 60_000;
@@ -279,7 +284,8 @@ fn steered_wheels_are_told_apart_from_swedish_ones() {
     assert_eq!(wheels, names);
 }
 
-/// Degrees are what descriptions and options take: 0.7854 of them are no mecanum wheel, 0 and 45 are nothing odd.
+/// Degrees are what descriptions and options take: 0.7854 of them are no mecanum wheel, 0 and 45
+/// are nothing odd.
 #[test_case("0.7854", Some("an angle of 45 deg given in radians"))]
 #[test_case("45.0", None)]
 #[test_case("0.05", None)]
@@ -304,8 +310,8 @@ fn an_angle_gamma_in_radians_is_remarked(gamma_deg: &str, said: Option<&str>) {
     }
 }
 
-/// Hub axes point outward on a ring, so that a wheel reaches by its radius to both sides of its place: neighbours of five meet within
-/// rho / tan(36 deg) of the middle, plus half of their width.
+/// Hub axes point outward on a ring, so that a wheel reaches by its radius to both sides of its
+/// place: neighbours of five meet within rho / tan(36 deg) of the middle, plus half of their width.
 #[test_case(0.5, true)]
 #[test_case(3.0, false)]
 fn wheels_that_pass_through_each_other_are_remarked(radii: f64, meet: bool) {

@@ -1,4 +1,4 @@
-//! The figures behind the sentences.
+//! Tables with the figures behind the sentences.
 
 use crate::page::Table;
 use crate::sweep::figure as number;
@@ -8,10 +8,10 @@ use ilon_identify::outcome::{
     SteadyDrive, Value,
 };
 
-/// A column of a table: its heading, and what stands under it for one row.
+/// A column of a table: its heading, and its cell for one row.
 type Column<'c, T> = (&'c str, &'c dyn Fn(&T) -> String);
 
-/// A table with a row for each of some things.
+/// Returns a table with one row per item.
 fn table_of<T>(
     title: &str,
     columns: &[Column<'_, T>],
@@ -28,7 +28,7 @@ fn table_of<T>(
     }
 }
 
-/// A number to four places.
+/// Returns a number with four decimals.
 fn fine(value: f64) -> String {
     format!("{value:.4}")
 }
@@ -37,17 +37,17 @@ fn known(value: Option<f64>) -> String {
     value.map_or("-".to_owned(), fine)
 }
 
-/// A number in thousandths of its unit.
+/// Returns a number in thousandths of its unit.
 fn milli(value: f64) -> String {
     number(1e3 * value)
 }
 
-/// Whether a run was kept back from the fit.
+/// Returns whether a run was held out.
 fn whether(held_out: bool) -> String {
     if held_out { "unseen" } else { "fitted" }.to_owned()
 }
 
-/// All tables, in the order of the page.
+/// Returns all tables, in the order of the page.
 pub fn tables(found: &Identified) -> Vec<Table> {
     let mut tables = vec![
         parameters(found),
@@ -62,7 +62,7 @@ pub fn tables(found: &Identified) -> Vec<Table> {
     tables
 }
 
-/// Those of what simulating found.
+/// Returns the tables of the fit by simulation.
 pub fn of_simulation(simulation: &Simulation) -> Vec<Table> {
     vec![
         misses(simulation),
@@ -73,7 +73,7 @@ pub fn of_simulation(simulation: &Simulation) -> Vec<Table> {
     ]
 }
 
-/// Values by their names.
+/// Returns a table of values by name.
 fn values<'v>(title: &str, values: impl Iterator<Item = (String, &'v Value)>) -> Table {
     let end = |end: Option<f64>| end.map_or("?".to_owned(), number);
     table_of::<(String, &Value)>(
@@ -92,13 +92,13 @@ fn values<'v>(title: &str, values: impl Iterator<Item = (String, &'v Value)>) ->
     )
 }
 
-/// The values that were found.
+/// Returns the table of fitted values.
 pub fn parameters(found: &Identified) -> Table {
     let all = found.parameters.iter().chain(&found.derived);
     values("Parameters", all.map(|(name, value)| (name.clone(), value)))
 }
 
-/// What each of several series gives by itself.
+/// Returns the table of results for each of several series.
 pub fn series(found: &Identified) -> Table {
     let several = found.series.iter().filter(|_| found.series.len() > 1);
     let gains = several.flat_map(|series| {
@@ -108,7 +108,7 @@ pub fn series(found: &Identified) -> Table {
     values("Each series by itself", gains)
 }
 
-/// Each direction of motion.
+/// Returns the table of directions of motion.
 pub fn directions(directions: &[Direction]) -> Table {
     table_of::<&Direction>(
         "By direction",
@@ -129,7 +129,7 @@ pub fn directions(directions: &[Direction]) -> Table {
     )
 }
 
-/// The errors of each model.
+/// Returns the table of errors of each model.
 pub fn errors(found: &Identified) -> Table {
     table_of::<&Judged>(
         "Errors",
@@ -151,7 +151,7 @@ pub fn errors(found: &Identified) -> Table {
     )
 }
 
-/// The values of each model.
+/// Returns the tables of values of each model.
 pub fn of_models(found: &Identified) -> Vec<Table> {
     let of = |model: &Judged| {
         let own = model.parameters.iter();
@@ -160,7 +160,7 @@ pub fn of_models(found: &Identified) -> Vec<Table> {
     found.models.iter().map(of).collect()
 }
 
-/// Where dead reckoning ends.
+/// Returns the table of final errors of dead reckoning.
 pub fn runs(found: &Identified) -> Table {
     table_of::<&Run>(
         "Ends of runs",
@@ -179,7 +179,7 @@ pub fn runs(found: &Identified) -> Table {
     )
 }
 
-/// What is left, of the fitted keys and of others beside them.
+/// Returns the table of residuals of the fitted keys and of other values.
 fn misses(simulation: &Simulation) -> Table {
     let found = (
         "with the values found",

@@ -1,4 +1,4 @@
-//! Keys, values and quantities of a study, in words.
+//! Keys, values and quantities of a study as text.
 
 use std::collections::BTreeMap;
 
@@ -8,15 +8,15 @@ use toml::Value;
 
 use crate::sweep::figure as number;
 
-/// Points of a search of which a sentence says what was found; a table has all.
+/// Largest number of a search's points reported in sentences; the table has all.
 pub(super) const MOST_POINTS: usize = 12;
 
-/// A quantity of the summary in words; its own name where it has no others.
+/// Returns the text for a quantity of the summary; by default its name.
 pub fn words(quantity: &str) -> String {
     quantities::by_key(quantity).map_or_else(|| quantity.to_owned(), Quantity::words)
 }
 
-/// A value of a quantity as a person reads it, with its unit.
+/// Returns a value of a quantity as text, with its unit.
 pub(super) fn value_of(quantity: &str, value: f64) -> String {
     match quantities::by_key(quantity) {
         Some(known) if !known.unit.symbol.is_empty() => {
@@ -30,13 +30,14 @@ pub(super) fn value_of(quantity: &str, value: f64) -> String {
     }
 }
 
-/// A value of a key as a person reads it.
+/// Returns a value of a key as text.
 pub(super) fn shown(key: &str, value: &Value, study: &Study) -> String {
     number_of(value).map_or_else(|| study.name_of(key, value), number)
 }
 
-/// A key in words by its last part, or all of it where another of the study ends so, and the unit that it is in: `period` and `s` of
-/// `reference.figure_eight.period_s`, `center[0]` and `m` of `robot.spec.chassis.center_m.0`.
+/// Returns the text for a key and its unit: its last part, or all of it if another key of the study
+/// has the same last part: `period` and `s` for `reference.figure_eight.period_s`, `center[0]` and
+/// `m` for `robot.spec.chassis.center_m.0`.
 pub(super) fn key_words(key: &str, study: &Study) -> (String, &'static str) {
     let split = |key: &str| -> (String, String) {
         let (path, index) = match key.rsplit_once('.') {
@@ -76,7 +77,7 @@ pub(super) fn settings(values: &BTreeMap<String, Value>, study: &Study) -> Strin
     values.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// Values of keys, `key = value` each, as a scenario has them.
+/// Returns values of keys, `key = value` each, in the scenario's format.
 pub(super) fn at(values: &BTreeMap<String, Value>) -> String {
     let one = |(key, value): (&String, &Value)| {
         let value = number_of(value).map_or_else(|| text_of(value), number);
@@ -85,7 +86,7 @@ pub(super) fn at(values: &BTreeMap<String, Value>) -> String {
     values.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// A quantity in words, of a study of several scenarios with the scenario.
+/// Returns the text for a quantity, with the scenario if the study has several.
 pub(super) fn title(quantity: &str, scenario: &str, study: &Study) -> String {
     match study.scenario_names().count() {
         0 | 1 => words(quantity),
@@ -93,7 +94,7 @@ pub(super) fn title(quantity: &str, scenario: &str, study: &Study) -> String {
     }
 }
 
-/// A share in percent, to two digits.
+/// Returns a share in percent, with two digits.
 pub(super) fn percent(share: f64) -> String {
     format!("{} %", ilon_trace::number(crate::short(100.0 * share, 2)))
 }

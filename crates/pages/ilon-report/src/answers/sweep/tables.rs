@@ -1,4 +1,4 @@
-//! The figures behind the sentences.
+//! Tables with the figures behind the sentences.
 
 use crate::page::Table;
 use crate::sweep::figure as number;
@@ -10,7 +10,7 @@ use ilon_sweep::{Findings, Study};
 use super::phrases::{MOST_POINTS, at, percent, shown, title, value_of};
 use crate::text::capital;
 
-/// What the sentences leave out.
+/// Returns the details that the sentences omit.
 pub fn tables(study: &Study, findings: &Findings) -> Vec<Table> {
     let mut tables = Vec::new();
     if findings.found.len() > MOST_POINTS {
@@ -44,7 +44,7 @@ fn strings(words: &[&str]) -> Vec<String> {
     words.iter().map(|word| (*word).to_owned()).collect()
 }
 
-/// Where a quantity crosses its bound at each point.
+/// Returns the table of crossings at each point.
 fn crossings(found: &[FoundAt]) -> Table {
     let end = |value: Option<f64>| value.map_or("-".to_owned(), number);
     let row = |one: &FoundAt| {
@@ -65,7 +65,7 @@ fn crossings(found: &[FoundAt]) -> Table {
     }
 }
 
-/// For each axis of a grid the mean of each quantity at each of its values.
+/// Returns a table for each axis of a grid: the mean of each quantity at each of its values.
 fn means(study: &Study, scenario: &str, ranges: &[&RangeOf]) -> Vec<Table> {
     let axes = ranges.first().map_or(&[][..], |one| &one.axes);
     let table = |(place, axis): (usize, &MainEffect)| {

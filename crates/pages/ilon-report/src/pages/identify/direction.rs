@@ -2,7 +2,8 @@
 
 use crate::figure::{Axis, Curve, Figure, Layout, axis, plot};
 
-/// The axis of directions of motion in the body frame: a whole turn, so that none lies between two of the others without having been driven.
+/// The axis of directions of motion in the body frame: a whole turn, so that undriven directions
+/// are visible.
 pub(super) fn turn() -> Axis {
     axis("direction of motion in degrees: 0 ahead, 90 to the left, 180 back, 270 to the right")
         .range(-10.0, 360.0)

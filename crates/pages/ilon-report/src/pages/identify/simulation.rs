@@ -1,4 +1,4 @@
-//! What simulating found, on the page of an identification.
+//! Results of the fit by simulation, on the page of an identification.
 
 use crate::figure::{Figure, Layout, Span, axis, dots, plot};
 use crate::page::{self, Section, grid};
@@ -22,7 +22,7 @@ pub(super) fn section(simulation: &Simulation) -> Section {
     }
 }
 
-/// Measured less simulated, of each drive.
+/// Measured less simulated values, for each drive.
 fn left(drives: &[SteadyDrive]) -> Figure {
     let of = |held_out: bool| {
         let own = drives
@@ -74,7 +74,8 @@ fn drift(simulation: &Simulation) -> Figure {
     )
 }
 
-/// The torques of the wheels in each drive, measured and simulated; `None` where the log has no currents.
+/// The torques of the wheels in each drive, measured and simulated; `None` if the log has no
+/// currents.
 fn pull(simulation: &Simulation) -> Option<Figure> {
     let of = |value: fn(&DriveTorque) -> f64| {
         let drives = simulation.drives.iter();

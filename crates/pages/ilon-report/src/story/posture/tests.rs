@@ -135,7 +135,8 @@ fn what_stands_in_the_way_is_told_with_its_force_and_what_was_asked_for() {
     assert!(lines[0].starts_with("From 0.99 s to the end"), "{lines:?}");
 }
 
-/// 0.4 m/s asked for and 0.1 m/s done, over one and a half seconds: what is said are rates, whatever the time.
+/// 0.4 m/s asked for and 0.1 m/s done, over one and a half seconds: what is said are rates,
+/// whatever the time.
 #[test]
 fn what_is_said_of_an_obstacle_are_means_over_its_time() {
     let lines = said(|t_s| {
@@ -153,8 +154,8 @@ fn what_is_said_of_an_obstacle_are_means_over_its_time() {
     assert!(lines[0].contains(expected), "{lines:?}");
 }
 
-/// A robot at (1, 2) looks along y; its hub is 0.3 m ahead of its middle, at (1, 2.3). Of two boxes the one whose side is nearer counts, not
-/// the one whose middle is: a long wall and a small block.
+/// A robot at (1, 2) looks along y; its hub is 0.3 m ahead of its middle, at (1, 2.3). Of two boxes
+/// the one whose side is nearer counts, not the one whose middle is: a long wall and a small block.
 #[test]
 fn the_box_that_is_nearest_stands_in_the_way() {
     let wall = GroundBox {
@@ -183,7 +184,8 @@ fn the_box_that_is_nearest_stands_in_the_way() {
     record.truth.pose.heading_rad = std::f64::consts::FRAC_PI_2;
     // 0.1 m to the wall, from (1, 2.3) to y = 2.4; 0.6 m to the block.
     assert_eq!(nearest_box(&header, &record), Some(wall));
-    // The same seen from the other end: turned to the block, which is 0.1 m away where the wall has been moved off.
+    // The same seen from the other end: turned to the block, which is 0.1 m away where the wall has
+    // been moved off.
     let far = GroundBox {
         center_m: [5.0, -2.5],
         ..wall
@@ -202,7 +204,8 @@ fn the_box_that_is_nearest_stands_in_the_way() {
     assert_eq!(nearest_box(&header, &record), Some(near_block));
 }
 
-/// A box of 40 kg ahead that does not move, and one on the deck that presses on the robot by its weight.
+/// A box of 40 kg ahead that does not move, and one on the deck that presses on the robot by its
+/// weight.
 #[test]
 fn a_robot_that_a_body_holds_stands_against_it() {
     let body = |name: &str| ilon_trace::BodyHeader {
@@ -246,8 +249,8 @@ fn a_robot_that_a_body_holds_stands_against_it() {
     assert_eq!(said(0.0), Vec::<String>::new());
 }
 
-/// A wall to the robot's right pushes it to the left, with 20 N across and 5 N against its way; a kerb that does so is driven over, and what is pushed
-/// straight back is not slid along.
+/// A wall to the robot's right pushes it to the left, with 20 N across and 5 N against its way; a
+/// kerb that does so is driven over, and what is pushed straight back is not slid along.
 #[test]
 fn a_wall_that_pushes_aside_is_slid_along() {
     let lines = |height_m: f64, x_n: f64, y_n: f64| {

@@ -27,11 +27,13 @@ pub fn assets() -> PathBuf {
 
 /// What is driven, and how it is seen.
 pub struct Drive {
-    /// Twists that the nominal robot's wheels are driven by, each as long as the others: m/s and rad/s.
+    /// Twists that the nominal robot's wheels are driven by, each as long as the others: m/s and
+    /// rad/s.
     pub directions: Vec<[f64; 3]>,
     pub for_s: f64,
     pub row_s: f64,
-    /// The tracked point in the body frame, in metres, and by how much the tracker's heading is ahead, in radians.
+    /// The tracked point in the body frame, in metres, and by how much the tracker's heading is
+    /// ahead, in radians.
     pub tracker: [f64; 3],
     pub position_noise_m: f64,
     pub heading_noise_rad: f64,
@@ -61,7 +63,8 @@ impl Default for Drive {
     }
 }
 
-/// The log of a robot of a model with these values: its wheels turn as the robot of the model would have to without them.
+/// The log of a robot of a model with these values: its wheels turn as the robot of the model would
+/// have to without them.
 pub fn drive(model: &Model, values: &[f64], drive: &Drive) -> Log {
     let truth = model.twist_matrix(values).unwrap();
     let nominal = Kinematics::new(&model.robot(&model.nominal())).unwrap();

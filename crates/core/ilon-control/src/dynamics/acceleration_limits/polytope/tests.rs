@@ -30,7 +30,8 @@ fn limits(
     AccelerationLimits::new(robot, &settings).unwrap()
 }
 
-/// Where motors alone are short, four equal wheels push with |a_x| / A + |a_y| / A + |alpha| / B <= 1: an octahedron, found at once.
+/// If only motors limit, four equal wheels push with |a_x| / A + |a_y| / A + |alpha| / B <= 1: an
+/// octahedron, found at once.
 #[test]
 fn motors_of_a_mecanum_robot_make_an_octahedron() {
     let robot = mecanum4();
@@ -52,7 +53,7 @@ fn motors_of_a_mecanum_robot_make_an_octahedron() {
         let cut = found.at_yaw_acceleration(share * turning);
         assert_eq!(cut.len(), corners, "{cut:?}");
         for corner in cut {
-            // What the rollers take is alike in all wheels, but not along all axes.
+            // The torque for the rollers is equal in all wheels, but not along all axes.
             let sum = corner.x.abs() / ahead + corner.y.abs() / left;
             assert!((sum - (1.0 - share)).abs() < 1e-3, "{corner} at {share}");
         }
@@ -60,7 +61,7 @@ fn motors_of_a_mecanum_robot_make_an_octahedron() {
     assert!(found.at_yaw_acceleration(1.01 * turning).is_empty());
 }
 
-/// Numbers in [-1, 1) that look random, always the same.
+/// Pseudo-random numbers in [-1, 1), always the same.
 fn noise(seed: &mut u64) -> f64 {
     *seed = seed
         .wrapping_mul(6_364_136_223_846_793_005)
@@ -68,7 +69,8 @@ fn noise(seed: &mut u64) -> f64 {
     (*seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
 }
 
-/// Everything in the polytope can be had, and along any direction it misses little of what can.
+/// Every acceleration in the polytope is possible, and along any direction it misses little of the
+/// possible set.
 #[test]
 fn a_polytope_lies_within_what_can_be_had_and_fills_it() {
     let mut seed = 3;
@@ -87,7 +89,7 @@ fn a_polytope_lies_within_what_can_be_had_and_fills_it() {
                 let found = found.expect("it can move");
                 for corner in &found.corners {
                     let share = found.share(*corner);
-                    // A corner lies on its faces, but for what joins triangles of nearly one plane.
+                    // A corner lies on its faces, up to the merging of nearly coplanar triangles.
                     assert!((share - 1.0).abs() < 1e-5, "{share}");
                 }
                 let arm_m = limits.arm_m();
@@ -110,12 +112,13 @@ fn a_polytope_lies_within_what_can_be_had_and_fills_it() {
                     1.0 - 1.0 / worst,
                     sum / RAYS as f64
                 );
-                // The middles miss 3 % at most, and most of a face misses less than its middle.
+                // The centroids miss 3 % at most, and most of a face misses less than its centroid.
                 assert!(sum / (RAYS as f64) < MISSES);
-                // Where zero is near the edge, as on a slope, the corners may run out before.
+                // If zero is near the boundary, as on a slope, the limit of corners may be reached
+                // first.
                 let is_done = found.corners.len() < AccelerationLimits::MOST_CORNERS;
                 assert!(!is_done || 1.0 - 1.0 / worst < 2.0 * MISSES);
-                // What is said of it holds, and of 3 % in the middles it is a tenth.
+                // Its stated bound holds; for 3 % at the centroids it is a tenth.
                 assert!(
                     1.0 - 1.0 / worst <= found.missing_at_most + 1e-9,
                     "{found:?}"
@@ -126,7 +129,7 @@ fn a_polytope_lies_within_what_can_be_had_and_fills_it() {
     }
 }
 
-/// On a slope that is too steep to stand on nothing can be had along an axis.
+/// On a slope that is too steep to stand on no acceleration along an axis is possible.
 #[test]
 fn there_is_none_where_the_robot_slides() {
     let robot = mecanum4();

@@ -57,6 +57,16 @@ fn a_setting_changes_any_key_and_needs_no_quotes() {
 }
 
 #[test]
+fn a_key_that_begins_like_a_table_names_both() {
+    let text = "[robot]\nfile = \"r.urdf\"\n[reference.waypoints]\nspeed_m_s = 0.3\nheading_deg = 90\n[run]\nduration_s = 1\n";
+    let (_, help, _) = told(text, &[]);
+    assert_eq!(
+        help,
+        "did you mean `headings_deg`, or a key of `heading`, such as `heading.constant_deg`?"
+    );
+}
+
+#[test]
 fn an_unknown_key_is_refused_with_the_nearest_known_one_and_its_place() {
     let text = format!("{CIRCLE}\n[world.floor]\nfrction = 0.2\n");
     let (message, help, at) = told(&text, &[]);

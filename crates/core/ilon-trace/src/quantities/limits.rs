@@ -1,0 +1,120 @@
+//! Which values a figure can have at all, so that bounds that say nothing are known before a run.
+
+use super::by_key;
+
+/// The values that a figure can have, in SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Limits {
+    /// The least.
+    pub least: f64,
+    /// The largest.
+    pub most: f64,
+    /// Whether every run has the figure, and within the limits even where its step resolves too little: losses then come out below zero, and
+    /// an error may never have settled.
+    pub is_certain: bool,
+}
+
+/// Shares, in [0, 1].
+const SHARES: [&str; 5] = [
+    "saturated_share",
+    "airborne_share",
+    "chassis_load_share",
+    "rate_conflict_share",
+    "friction_used_max",
+];
+
+/// Losses, and times that may not exist.
+const UNCERTAIN: [&str; 8] = [
+    "slip_energy_j",
+    "wheel_slip_energy_j",
+    "energy.slip_j",
+    "energy.spin_up_j",
+    "energy.bearing_j",
+    "energy.impact_j",
+    "position_converged_s",
+    "heading_converged_s",
+];
+
+/// Distances, sizes, times, sums of what only grows. `position_error_m` and `heading_error_rad` are signals.
+const SIZES: [&str; 32] = [
+    "duration_s",
+    "steps",
+    "physics_dt_s",
+    "control_dt_s",
+    "sim_seconds_per_cpu_second",
+    "position_error_m",
+    "position_error_rms_m",
+    "position_error_max_m",
+    "position_error_max_at_s",
+    "position_error_final_m",
+    "heading_error_rad",
+    "heading_error_rms_rad",
+    "heading_error_max_rad",
+    "heading_error_max_at_s",
+    "heading_error_final_rad",
+    "seen_position_error_rms_m",
+    "seen_heading_error_rms_rad",
+    "wheel_rate_command_max_rad_s",
+    "wheel_rate_error_rms_rad_s",
+    "wheel_torque_max_n_m",
+    "hub_ripple_m",
+    "slip_speed_rms_m_s",
+    "slip_speed_max_m_s",
+    "contact_residual_max_m_s",
+    "energy.motor_positive_j",
+    "energy.outside_positive_j",
+    "energy.fall_j",
+    "energy.put_in_j",
+    "travelled_m",
+    "turned_rad",
+    "odometry_drift_m_per_m",
+    "odometry_joints_m",
+];
+
+/// What a figure of a run, or one of the two signals above, can be; `None` where it may have either sign.
+pub fn limits(key: &str) -> Option<Limits> {
+    let ends = |ends: &[&str]| ends.iter().any(|end| key.ends_with(end));
+    let in_group = by_key(key).is_some()
+        && (key.starts_with("twist_ripple.")
+            || (key.starts_with("ledger.") && ends(&[".path_m", ".turned_rad"]))
+            || (key.starts_with("odometry_") && ends(&[".final_m", ".worst_m", ".m_per_m"])));
+    let is_share = SHARES.contains(&key);
+    let is_uncertain = UNCERTAIN.contains(&key);
+    (is_share || is_uncertain || in_group || SIZES.contains(&key)).then_some(Limits {
+        least: 0.0,
+        most: if is_share { 1.0 } else { f64::INFINITY },
+        is_certain: !is_uncertain,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_figure_with_limits_exists_and_signed_ones_have_none() {
+        const SIGNALS: [&str; 2] = ["position_error_m", "heading_error_rad"];
+        for key in SHARES.iter().chain(&UNCERTAIN).chain(&SIZES) {
+            assert!(by_key(key).is_some() || SIGNALS.contains(key), "{key}");
+        }
+        for signed in [
+            "end_x_m",
+            "end_heading_rad",
+            "odometry_drift_rad_per_m",
+            "odometry_ideal.rad_per_turn",
+            "energy.unexplained_share",
+            "energy.motor_j",
+            "ledger.slip.x_m",
+            "twist_mean.vx_m_s",
+            "twist_ratio_ideal.vx",
+        ] {
+            assert!(by_key(signed).is_some(), "{signed}");
+            assert_eq!(limits(signed), None, "{signed}");
+        }
+        let most = |key| limits(key).map(|limits| (limits.most, limits.is_certain));
+        assert_eq!(most("friction_used_max"), Some((1.0, true)));
+        assert_eq!(most("slip_energy_j"), Some((f64::INFINITY, false)));
+        assert_eq!(most("ledger.slip.path_m"), Some((f64::INFINITY, true)));
+    }
+}
