@@ -22,8 +22,11 @@ mod embed;
 mod escape;
 #[cfg(feature = "command")]
 mod explain;
+#[cfg(feature = "command")]
 mod export;
+#[cfg(feature = "command")]
 mod export_arguments;
+#[cfg(feature = "command")]
 mod export_wheels;
 mod failure;
 mod fault;
