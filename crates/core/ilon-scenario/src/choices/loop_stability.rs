@@ -121,8 +121,7 @@ fn plus(one: &[f64], other: &[f64]) -> Vec<f64> {
 fn vanishes(mut polynomial: Vec<f64>) -> bool {
     while let [first, .., last] = polynomial[..] {
         let k = last / first;
-        // Of what is no number neither.
-        if !(k.abs() < 1.0) {
+        if k.is_nan() || k.abs() >= 1.0 {
             return false;
         }
         let pairs = polynomial.iter().zip(polynomial.iter().rev());
