@@ -181,7 +181,7 @@ class TrackEnv(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]], 
         return observations[0], float(rewards[0]), bool(failed[0]), bool(time_is_up[0]), errors
 
 
-    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> npt.NDArray[np.uint8] | None:
         return None if self.render_mode is None else from_above(*self._track.above(0))
 
 
@@ -265,7 +265,7 @@ class TrackVectorEnv(gymnasium.vector.VectorEnv[npt.NDArray[np.float32], npt.NDA
             self._observations = observations.copy()
         return observations, rewards, failed, time_is_up, info
 
-    def render(self) -> tuple[npt.NDArray[np.uint8], ...] | None:  # type: ignore[override]
+    def render(self) -> tuple[npt.NDArray[np.uint8], ...] | None:
         if self.render_mode is None:
             return None
         return tuple(from_above(*self._track.above(index)) for index in range(self.num_envs))
