@@ -81,7 +81,8 @@ def test_none_in_a_dict_leaves_a_key_out(circle):
 
 def test_columns_are_numpy_arrays_of_their_kind(lateral_run):
     trace = lateral_run.trace
-    rows = round(lateral_run.summary["duration_s"] / lateral_run.scenario["run"]["control_dt_s"])
+    # One at the beginning of each control period, and one at the end.
+    rows = round(lateral_run.summary["duration_s"] / lateral_run.scenario["run"]["control_dt_s"]) + 1
     assert trace["truth_x_m"].dtype == np.float64
     assert trace["truth_x_m"].shape == (rows,) == (trace.rows,)
     assert trace["wheel0_touching"].dtype == np.bool_
@@ -152,7 +153,8 @@ def test_a_controller_of_ones_own_drives_the_wheels(circle):
         return [5.0, 5.0, 5.0, 5.0]
 
     run = ilon.run(circle, controller=controller)
-    assert len(seen) == run.trace.rows
+    # At the end of the run nothing more is decided.
+    assert len(seen) == run.trace.rows - 1
     assert seen[0][0] == 0.0
     np.testing.assert_allclose(seen[0][1], [1.0, 0.0, 0.0])
     np.testing.assert_allclose(seen[0][2], [1.0, 0.0, 0.0], atol=1e-12)
