@@ -325,6 +325,10 @@ fn a_spring_of_mjcf_is_read_with_its_reference_and_class() {
     let plain = load(&mjcf(r#"springdamper="0.1 1" range="-9 11""#, ""), &[]);
     let plain = plain.unwrap().robot;
     assert!(remarked(&plain, "joint `rock`", "`springdamper`"));
+    // A rest that no joint reaches would pull without end.
+    let far = r#"stiffness="40" springref="-9223372036854775808" range="-9 11""#;
+    let far = load(&mjcf(far, ""), &[]).unwrap().robot;
+    assert!(remarked(&far, "joint `rock`", "which no joint reaches"));
 }
 
 /// A rocker that is held for something that is wrong with it says what, and what would make it

@@ -186,6 +186,8 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
 
     /// Keeps the spring of a joint: MuJoCo acts with -stiffness (q - springref), q counted so that the body stands at `ref` as it is drawn.
     fn spring(&mut self, joint: &mj::Joint, name: &str) {
+        /// No joint comes near such a rest, in rad or m, and its force would leave no step short enough.
+        const FARTHEST_REST: f64 = 1e4;
         if joint
             .springdamper
             .is_some_and(|of| of.iter().all(|of| *of > 0.0))
@@ -204,9 +206,18 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
             self.prepared.remarks.push(Remark::new(subject, words));
         }
         if moves && joint.stiffness > 0.0 && joint.stiffness.is_finite() {
+            let rest = joint.springref - joint.ref_;
+            if rest.is_nan() || rest.abs() > FARTHEST_REST {
+                let words = format!(
+                    "its spring rests at {rest}, which no joint reaches, and is not simulated: correct `springref`"
+                );
+                let subject = format!("joint `{name}`");
+                self.prepared.remarks.push(Remark::new(subject, words));
+                return;
+            }
             let spring = JointSpring {
                 stiffness: joint.stiffness,
-                rest: joint.springref - joint.ref_,
+                rest,
                 preload: 0.0,
             };
             self.prepared.springs.insert(name.to_owned(), spring);
