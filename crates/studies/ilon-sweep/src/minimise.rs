@@ -42,7 +42,7 @@ struct Descent {
 impl Minimise {
     /// Searches over `axes` axes. `trial` returns the result of a numbered trial at a point, given
     /// as a share of each axis. `spare` receives the number of unused trials of
-    /// [`Self::most_trials`], as soon as it is known.
+    /// [`Self::most_trials`], once that is known.
     pub(crate) fn search<E: Send>(
         &self,
         axes: usize,

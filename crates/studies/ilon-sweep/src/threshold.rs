@@ -77,8 +77,8 @@ impl Find {
     }
 
     /// Searches. `quantity` returns the result of a numbered trial at a value of the key; `None` if
-    /// it failed. `spare` receives the difference to [`Self::likely_trials`], as soon as it is
-    /// known.
+    /// it failed. `spare` receives the difference to [`Self::likely_trials`] once that
+    /// is known.
     pub(crate) fn search<E: Send>(
         &self,
         spare: &(dyn Fn(i64) + Sync),

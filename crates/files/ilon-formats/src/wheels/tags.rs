@@ -10,7 +10,7 @@ use super::frame::{Ground, about_comment};
 use super::parts::{Part, PartJoint, Role, Shape};
 
 use crate::generate::elements::{attribute, num, nums};
-use crate::model::{CollisionShape, JointKind, JointRole, Robot};
+use crate::model::{CollisionShape, JointKind, JointRole, MassProperties, Robot};
 
 /// The step of SDF's world, in seconds.
 const SDF_STEP_S: f64 = 0.001;
@@ -63,20 +63,17 @@ pub(super) fn sdf(
         format!("<pose>{} {}</pose>", nums(&at), nums(&turned))
     };
     for part in parts {
-        let (mass, i) = (&part.mass, &part.mass.inertia_kg_m2);
+        let mass = &part.mass;
         let _ = writeln!(
             out,
-            "<link name=\"{}\">{}\n<inertial><pose>{} 0 0 0</pose><mass>{}</mass><inertia><ixx>{}</ixx><ixy>{}</ixy><ixz>{}</ixz><iyy>{}</iyy><iyz>{}</iyz><izz>{}</izz></inertia></inertial>",
+            "<link name=\"{}\">{}\n<inertial><pose>{} 0 0 0</pose><mass>{}</mass><inertia>{}</inertia></inertial>",
             attribute(&part.name),
             pose(&part.body_from_part),
             nums(mass.center_of_mass_m.as_slice()),
             num(mass.mass_kg.max(1e-6)),
-            num(i.m11),
-            num(i.m12),
-            num(i.m13),
-            num(i.m22),
-            num(i.m23),
-            num(i.m33)
+            moments(mass)
+                .map(|(name, value)| format!("<{name}>{value}</{name}>"))
+                .concat()
         );
         for (number, (at, shape)) in part.shapes.iter().enumerate() {
             let (at, geometry) = sdf_geometry(at, shape, meshes);
@@ -191,6 +188,20 @@ fn limits(joint: &PartJoint) -> (Option<f64>, Option<f64>) {
     }
 }
 
+/// The moments and products of inertia, in kg m^2, under the names that both formats have.
+fn moments(mass: &MassProperties) -> [(&'static str, String); 6] {
+    let i = &mass.inertia_kg_m2;
+    [
+        ("ixx", i.m11),
+        ("ixy", i.m12),
+        ("ixz", i.m13),
+        ("iyy", i.m22),
+        ("iyz", i.m23),
+        ("izz", i.m33),
+    ]
+    .map(|(name, value)| (name, num(value)))
+}
+
 /// The model in URDF.
 pub(super) fn urdf(robot: &Robot, parts: &[Part], meshes: &[String], about: &str) -> String {
     let mut out = format!(
@@ -203,19 +214,16 @@ pub(super) fn urdf(robot: &Robot, parts: &[Part], meshes: &[String], about: &str
         format!("<origin xyz=\"{}\" rpy=\"{}\"/>", nums(&at), nums(&turned))
     };
     for part in parts {
-        let (mass, i) = (&part.mass, &part.mass.inertia_kg_m2);
+        let mass = &part.mass;
         let _ = writeln!(
             out,
-            "  <link name=\"{}\">\n    <inertial><origin xyz=\"{}\"/><mass value=\"{}\"/><inertia ixx=\"{}\" ixy=\"{}\" ixz=\"{}\" iyy=\"{}\" iyz=\"{}\" izz=\"{}\"/></inertial>",
+            "  <link name=\"{}\">\n    <inertial><origin xyz=\"{}\"/><mass value=\"{}\"/><inertia{}/></inertial>",
             attribute(&part.name),
             nums(mass.center_of_mass_m.as_slice()),
             num(mass.mass_kg),
-            num(i.m11),
-            num(i.m12),
-            num(i.m13),
-            num(i.m22),
-            num(i.m23),
-            num(i.m33)
+            moments(mass)
+                .map(|(name, value)| format!(" {name}=\"{value}\""))
+                .concat()
         );
         for (at, shape) in &part.shapes {
             for (at, geometry) in urdf_geometries(at, shape, meshes) {

@@ -1,4 +1,4 @@
-//! What is asked of whoever reads a file that leaves something open: all of it at once; and what
+//! The questions about a file that leaves something open: all at once; and what
 //! files say that needs no asking.
 
 use std::path::Path;

@@ -665,7 +665,7 @@ fn rollers_that_a_mesh_shows_are_taken(of: fn(usize) -> usize, but: &str, touche
         (rollers.rollers, rollers.gamma),
         (9, Handedness::XDeg(45.0))
     );
-    // To a tenth of a millimetre, as it is said; as thick in its wheel as it is drawn, whose radius
+    // To a tenth of a millimetre, as the message says; as thick in its wheel as in the drawing, whose radius
     // is 50 mm.
     let radius_m = shipped.wheels[0].rollers[0].radius_m * touches_m.unwrap_or(0.05) / 0.05;
     assert!((rollers.roller_radius_m.expect("a radius") - radius_m).abs() < 1e-4);

@@ -115,7 +115,7 @@ fn three_wheels_of_unequal_height_carry_the_robot_all() {
     }
 }
 
-/// A wheel that is too high hangs as high as it is raised, as long as the robot's weight is on the
+/// A wheel that is raised hangs at that height, as long as the robot's weight is on the
 /// other three.
 #[test]
 fn four_wheels_of_which_one_is_too_high_stand_level_on_the_others() {

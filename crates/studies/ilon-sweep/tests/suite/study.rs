@@ -1,4 +1,4 @@
-//! Studies: the same rows whoever makes them and however often they are stopped, and faults in
+//! Studies: the same rows for any number of workers and stops, and faults in
 //! words.
 
 use std::collections::BTreeSet;
