@@ -173,6 +173,8 @@ struct Start {
     error_m: f64,
     /// Whether it started away from its reference.
     is_off: bool,
+    /// Whether it came within 1 % of its initial error.
+    has_arrived: bool,
     /// Time after which an error is independent of the start, in seconds.
     settled_s: f64,
 }
@@ -181,8 +183,8 @@ impl Start {
     fn of(errors: &[(f64, f64)], settings: &Settings) -> Self {
         let error_m = errors.first().map_or(0.0, |&(_, e)| e);
         let is_off = error_m > settings.position_threshold_m;
+        let near = errors.iter().find(|&&(_, e)| e <= 0.01 * error_m);
         let settled_s = if is_off {
-            let near = errors.iter().find(|&&(_, e)| e <= 0.01 * error_m);
             let nearest = || errors.iter().min_by(|a, b| a.1.total_cmp(&b.1));
             near.or_else(nearest).map_or(0.0, |&(t_s, _)| t_s)
         } else {
@@ -191,6 +193,7 @@ impl Start {
         Self {
             error_m,
             is_off,
+            has_arrived: near.is_some(),
             settled_s,
         }
     }
@@ -247,10 +250,10 @@ fn believed(header: &Header) -> Option<String> {
 
 /// Reports the largest error and its parts.
 fn excursion(budget: &Budget, start: &Start, is_spring: bool) -> String {
-    let after = if start.is_off {
-        " after it had arrived"
-    } else {
-        ""
+    let after = match (start.is_off, start.has_arrived) {
+        (false, _) => "",
+        (true, true) => " after it had arrived",
+        (true, false) => " after it came nearest",
     };
     format!(
         "The largest position error{after} was <b>{}</b> at <b>{}</b>. {}",
@@ -403,7 +406,11 @@ mod tests {
         assert!(!start.is_off && start.settled_s == 0.0);
         let errors = [(0.0, 1.5), (1.0, 0.5), (2.0, 0.01), (3.0, 0.2)];
         let start = Start::of(&errors, &Settings::default());
-        assert!(start.is_off);
+        assert!(start.is_off && start.has_arrived);
         assert_eq!(start.settled_s, 2.0);
+        // It comes no nearer than half way.
+        let start = Start::of(&[(0.0, 1.5), (1.0, 0.7), (2.0, 0.9)], &Settings::default());
+        assert!(!start.has_arrived);
+        assert_eq!(start.settled_s, 1.0);
     }
 }
