@@ -446,15 +446,19 @@ impl Stability {
         };
         let (key, product) = (&gain.key, gain.per_s * period_s);
         let (unstable, hopeless) = (bounds.unstable_from, bounds.hopeless_from);
-        let is = format!("{key} times the period of {period_s} s is {product:.3}");
+        let (unstable_from, hopeless_from) = (digits(unstable), digits(hopeless));
+        let is = format!(
+            "{key} times the period of {period_s} s is {}",
+            digits(product)
+        );
         let help = format!(
-            "choose a gain below {:.3} /s, or a shorter `run.control_dt_s`",
-            bounds.overshoots_from / period_s
+            "choose a gain below {} /s, or a shorter `run.control_dt_s`",
+            digits(bounds.overshoots_from / period_s)
         );
         if product >= hopeless * ALMOST {
             return Err(Error::invalid(
                 format!(
-                    "the guidance cannot settle: {is}, and from {hopeless:.3} on{poses} an error grows from period to period, with these wheel \
+                    "the guidance cannot settle: {is}, and from {hopeless_from} on{poses} an error grows from period to period, with these wheel \
                      loops and with wheels that follow at once"
                 ),
                 help,
@@ -462,14 +466,24 @@ impl Stability {
         }
         Ok(Some(match product >= unstable * ALMOST {
             true => format!(
-                "the guidance is unstable: {is}, and from {unstable:.3} on{poses} and with these wheel loops an error grows from period to period; {help}"
+                "the guidance is unstable: {is}, and from {unstable_from} on{poses} and with these wheel loops an error grows from period to period; {help}"
             ),
             false => format!(
-                "the guidance overshoots: {is}, and from {:.3} on{poses} the robot swings past its target (from {unstable:.3} on the error \
+                "the guidance overshoots: {is}, and from {} on{poses} the robot swings past its target (from {unstable_from} on the error \
                  grows, with these wheel loops); {help}",
-                bounds.overshoots_from
+                digits(bounds.overshoots_from)
             ),
         }))
+    }
+}
+
+/// A number with three decimals, or of a small one three digits.
+fn digits(x: f64) -> String {
+    match x < 0.1 {
+        true => format!("{x:.2e}")
+            .parse()
+            .map_or(String::new(), ilon_trace::number),
+        false => format!("{x:.3}"),
     }
 }
 

@@ -44,6 +44,9 @@ impl std::fmt::Display for Verdict {
             write!(f, " at {} s", number(to_microseconds(*at_s)))?;
         }
         match share_beyond.map(|share| 100.0 * share) {
+            Some(percent) if percent >= 1000.0 => {
+                write!(f, " (beyond by more than ten times the bound)")
+            }
             Some(percent) if percent >= 10.0 => write!(f, " ({percent:.0} % beyond)"),
             Some(percent) if percent >= 0.01 => write!(f, " ({percent:.2} % beyond)"),
             Some(_) => write!(f, " (less than 0.01 % beyond)"),

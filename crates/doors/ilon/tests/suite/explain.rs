@@ -132,6 +132,16 @@ fn what_cannot_be_seen_is_refused() {
         env!("CARGO_MANIFEST_DIR"),
         "/../../../assets/robots/mecanum4.urdf"
     );
+    let twice = [
+        "explain",
+        robot,
+        "--seen",
+        "left 3 mm/m",
+        "--seen",
+        "turn 1 deg/m",
+    ];
+    let printed = ended_with(2, &folder.ilon(&twice));
+    assert!(printed.contains("`ahead` was given twice"), "{printed}");
     for (arguments, said) in [
         (["explain", robot, "--seen", "up 3 mm/m"], "is no drift"),
         (

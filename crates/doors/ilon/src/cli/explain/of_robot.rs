@@ -38,6 +38,12 @@ pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, 
     let none = arguments.seen.is_empty();
     let mut lengths = [none.then_some(1.0); MOTIONS.len()];
     for seen in &arguments.seen {
+        if lengths[seen.motion].is_some() {
+            return Err(Failure::usage(
+                format!("the motion `{}` was given twice", MOTIONS[seen.motion]),
+                "write all of a motion in one --seen, such as \"left 20 mm/m, turn 1 deg/m\"",
+            ));
+        }
         lengths[seen.motion] = Some(seen.length);
     }
     let lineup = Lineup::of(&robot, settings, files, lengths)?;
