@@ -115,13 +115,17 @@ pub(crate) fn of_guidance_in_open_loop(scenario: &Scenario) -> Option<String> {
             "reference_point",
             guidance.reference_point != ReferencePoint::default(),
         ),
+        (
+            "priority",
+            guidance.priority.is_some() && guidance.saturation != Saturation::Prioritised,
+        ),
     ];
     let set = keys.into_iter().filter(|(_, is_set)| *is_set);
     let set: Vec<String> = set.map(|(key, _)| format!("`guidance.{key}`")).collect();
     (!set.is_empty()).then(|| {
         let verb = if set.len() == 1 { "has" } else { "have" };
         format!(
-            "{} {verb} no effect without a reference; to keep one part of a twist first where wheels saturate, set `guidance.priority`",
+            "{} {verb} no effect without a reference; of a twist, `guidance.priority` under `saturation = \"prioritised\"` says which part gives way last",
             set.join(" and ")
         )
     })
@@ -247,6 +251,11 @@ mod tests {
         };
         assert_eq!(of("saturation = 'clip'"), None);
         assert_eq!(of("priority = 'heading'"), None);
+        let said = of("priority = 'heading'\nsaturation = 'clip'").unwrap_or_default();
+        assert!(
+            said.starts_with("`guidance.priority` has no effect"),
+            "{said}"
+        );
         let said = of("tasks = ['heading_feedback']").unwrap_or_default();
         assert!(said.starts_with("`guidance.tasks` has no effect"), "{said}");
     }

@@ -89,21 +89,28 @@ impl ErrorLoop {
     fn limit(&self) -> f64 {
         /// No loop bears more.
         const MOST: f64 = 8.0;
-        self.largest(MOST, Self::decays)
+        self.largest((MOST, 40), Self::decays)
     }
 
     /// The product K T from which on the error passes zero, at most that from which on it does not decay.
     fn overshoots_from(&self) -> f64 {
-        self.largest(self.limit(), |of, product| !of.overshoots(product))
+        self.largest((self.limit(), 24), |of, product| !of.overshoots(product))
     }
 
-    /// The largest product up to `most` that is good, of poses that are not too old to look at.
-    fn largest(&self, most: f64, is_good: fn(&Self, f64) -> bool) -> f64 {
+    /// Whether the error passes zero under a product K T.
+    fn overshoots_under(&self, product: f64) -> bool {
+        let timing = self.timing.coarsened();
+        let coarsened = Self { timing, ..*self };
+        coarsened.overshoots(product * timing.period_s / self.timing.period_s)
+    }
+
+    /// The largest product up to `most` that is good, by so many halvings, of poses that are not too old to look at.
+    fn largest(&self, (most, halvings): (f64, u32), is_good: fn(&Self, f64) -> bool) -> f64 {
         let timing = self.timing.coarsened();
         let coarsened = Self { timing, ..*self };
         let periods = timing.period_s / self.timing.period_s;
         let (mut low, mut high) = (0.0, most * periods);
-        for _ in 0..40 {
+        for _ in 0..halvings {
             let middle = 0.5 * (low + high);
             match is_good(&coarsened, middle) {
                 true => low = middle,
@@ -123,7 +130,7 @@ impl ErrorLoop {
         let over = self.over_a_period(product);
         let e = self.rates().nrows() - 2;
         let mut state = DVector::zeros(over.nrows());
-        // As it is, and as it was seen in the periods before.
+        // The error now, and as it was seen in the periods before.
         state.rows_range_mut(e..).fill(1.0);
         for _ in 0..MOST_PERIODS {
             state = &over * state;
@@ -343,10 +350,17 @@ fn gains(scenario: &Scenario) -> Vec<UsedGain> {
         .collect()
 }
 
+/// The largest gain on the heading, or on the position, that a scenario's guidance uses; 0 without one.
+fn most_per_s(scenario: &Scenario, of_heading: bool) -> f64 {
+    let gains = gains(scenario).into_iter();
+    let of_kind = gains.filter(|gain| gain.of_heading == of_heading);
+    of_kind.map(|gain| gain.per_s).fold(0.0, f64::max)
+}
+
 /// The products of a gain and the period at which an error stops to settle.
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
-    /// From which on it passes zero, with wheels that follow at once or with the scenario's own loops.
+    /// From which on it passes zero, with wheels that follow at once or with the scenario's own loops; infinite where it does not under the scenario's gains.
     overshoots_from: f64,
     /// Under the wheel loops of the scenario.
     unstable_from: f64,
@@ -371,22 +385,28 @@ impl Stability {
         }
         let (timing, is_certain) = timing(scenario);
         let limit = |answer| ErrorLoop { timing, answer }.limit();
-        let overshoots_from = |answer| ErrorLoop { timing, answer }.overshoots_from();
         let at_once = limit(None);
-        let bounds = answers(scenario, model, physics_dt_s).map(|answers| {
-            let own = answers.iter().map(|own| overshoots_from(Some(*own)));
-            let overshoots_from = own.fold(overshoots_from(None), f64::min);
-            let known = answers.into_iter().map(|own| limit(Some(own)));
-            let (least, most) = known.fold((f64::INFINITY, at_once), |(least, most), own| {
-                (least.min(own), most.max(own))
+        let most = |of_heading| most_per_s(scenario, of_heading);
+        let known = answers(scenario, model, physics_dt_s);
+        let [position, heading] =
+            [(false, &known[0]), (true, &known[1])].map(|(of_heading, answers)| {
+                let product = most(of_heading) * timing.period_s;
+                let all = answers.iter().copied().map(Some).chain([None]);
+                let loops = all.map(|answer| ErrorLoop { timing, answer });
+                let overshoots_from = loops
+                    .filter(|of| of.overshoots_under(product))
+                    .map(|of| of.overshoots_from())
+                    .fold(f64::INFINITY, f64::min);
+                let known = answers.iter().map(|own| limit(Some(*own)));
+                let (least, most) = known.fold((f64::INFINITY, at_once), |(least, most), own| {
+                    (least.min(own), most.max(own))
+                });
+                Bounds {
+                    overshoots_from,
+                    unstable_from: least,
+                    hopeless_from: if is_certain { most } else { f64::INFINITY },
+                }
             });
-            Bounds {
-                overshoots_from,
-                unstable_from: least,
-                hopeless_from: if is_certain { most } else { f64::INFINITY },
-            }
-        });
-        let [position, heading] = bounds;
         Some(Self {
             timing,
             position,
@@ -396,11 +416,7 @@ impl Stability {
 
     /// It as a trace keeps it; the gain on an error that no task serves is 0.
     pub fn recorded(&self, scenario: &Scenario) -> Guidance {
-        let gains = gains(scenario);
-        let most = |of_heading: bool| {
-            let of_kind = gains.iter().filter(|gain| gain.of_heading == of_heading);
-            of_kind.map(|gain| gain.per_s).fold(0.0, f64::max)
-        };
+        let most = |of_heading| most_per_s(scenario, of_heading);
         let periods = scenario.run.control_dt_s / self.timing.period_s;
         Guidance {
             position_gain_per_s: most(false),

@@ -112,7 +112,7 @@ impl Lineup {
         }
     }
 
-    /// How far the robot with nothing amiss ends from where the command leads, in each motion: what its rollers' geometry, its bearings and its
+    /// How far the robot without faults ends from where the command leads, in each motion: what its rollers' geometry, its bearings and its
     /// conditions do anyway.
     pub fn healthy(&self) -> Vec<Option<Drift>> {
         let motions = self.motions.iter();
@@ -130,7 +130,7 @@ struct Motion {
     floor: [f64; 2],
     /// How many metres it goes, or how often it turns.
     amount: f64,
-    /// The robot's drift from the command with nothing amiss.
+    /// The robot's drift from the command without faults.
     healthy: Drift,
 }
 
@@ -348,9 +348,9 @@ fn usual(robot: &Robot) -> Vec<Usual> {
             (-5.0, 5.0),
             |times| {
                 let way = either(times, "falls", "rises");
-                format!("a floor that {way} by {}° ahead", digits(2.0 * times))
+                format!("a floor that {way} by {}° more ahead", digits(2.0 * times))
             },
-            |times, scenario, _| scenario.world.floor.slope_deg = 2.0 * times,
+            |times, scenario, _| scenario.world.floor.slope_deg += 2.0 * times,
         ),
         Usual::new(
             (-6.0, 6.0),
@@ -400,7 +400,7 @@ fn smaller(wheel: &str, percent: f64) -> Fault {
 
 /// What is often amiss with one wheel.
 fn of_wheel(name: &str) -> [Usual; 5] {
-    /// What is there or is not.
+    /// Causes without an amount.
     const ONCE: (f64, f64) = (1.0, 1.0);
     let name = || name.to_owned();
     let [n0, n1, n2, n3, n4] = std::array::from_fn(|_| name());
@@ -462,31 +462,42 @@ fn of_wheel(name: &str) -> [Usual; 5] {
     suspects.map(|suspect| suspect.about(&name()))
 }
 
-/// One wheel of a material of its own, that has a tenth of the floor's grip.
+/// Leaves one wheel a tenth of the floor's grip, by a material for it.
 fn dust(scenario: &mut Scenario, robot: &mut Robot, dusty: &str) {
     const FLOOR: &str = "floor";
-    let floor = &mut scenario.world.floor;
-    let friction = floor.friction.take().unwrap_or(0.6);
-    floor.material = Some(FLOOR.to_owned());
-    for (name, share) in [("clean", 1.0), ("dusty", 0.1)] {
+    const CLEAN: &str = "clean";
+    const DUSTY: &str = "dusty";
+    if scenario.world.floor.material.is_none() {
+        let floor = &mut scenario.world.floor;
         let pair = MaterialPair {
-            friction: share * friction,
-            rolling_resistance: 0.0,
-            radius_exponent: 0.0,
-            creep: 0.0,
-            sliding: None,
-            across: None,
-            against: None,
+            friction: floor.friction.take().unwrap_or(0.6),
+            rolling_resistance: floor.rolling_resistance.take().unwrap_or(0.0),
+            radius_exponent: floor.radius_exponent.take().unwrap_or(0.0),
+            creep: floor.creep.take().unwrap_or(0.0),
+            sliding: floor.sliding.take(),
+            across: floor.across.take(),
+            against: floor.against.take(),
         };
+        floor.material = Some(FLOOR.to_owned());
         let on_floor = [(FLOOR.to_owned(), pair)].into();
-        scenario.materials.insert(name.to_owned(), on_floor);
+        scenario.materials.insert(CLEAN.to_owned(), on_floor);
+        for wheel in &mut robot.wheels {
+            wheel.material = Some(CLEAN.to_owned());
+        }
     }
-    for wheel in &mut robot.wheels {
-        let name = if wheel.name == dusty {
-            "dusty"
-        } else {
-            "clean"
-        };
-        wheel.material = Some(name.to_owned());
+    let Some(wheel) = robot.wheels.iter_mut().find(|wheel| wheel.name == dusty) else {
+        return;
+    };
+    let material = wheel.material.as_ref();
+    let pairs = material.and_then(|material| scenario.materials.get(material));
+    if let Some(mut pairs) = pairs.cloned() {
+        for pair in pairs.values_mut() {
+            pair.friction *= 0.1;
+            if let Some(friction) = pair.across.as_mut().and_then(|of| of.friction.as_mut()) {
+                *friction *= 0.1;
+            }
+        }
+        scenario.materials.insert(DUSTY.to_owned(), pairs);
+        wheel.material = Some(DUSTY.to_owned());
     }
 }

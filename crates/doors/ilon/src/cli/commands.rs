@@ -115,7 +115,10 @@ fn file_for_command(error: &clap::Error) -> Option<Failure> {
     Path::new(given).is_file().then(|| {
         Failure::usage(
             format!("`{file}` is a file, and a command belongs in its place"),
-            format!("run it with `ilon run {}`", flags::shell(given)),
+            format!(
+                "write a command first, such as `ilon run {}`; `ilon --help` lists them",
+                flags::shell(given)
+            ),
         )
     })
 }

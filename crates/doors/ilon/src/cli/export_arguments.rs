@@ -1,4 +1,4 @@
-//! What `ilon export` is asked.
+//! Arguments of `ilon export`.
 
 use std::path::{Path, PathBuf};
 
@@ -24,7 +24,7 @@ pub(super) struct Arguments {
     #[arg(long, group = "what")]
     pub(super) usd_notes: bool,
     /// Run the exported wheels in MuJoCo (the Python under ILON_PYTHON, or python3), and print their speeds beside ilon's.
-    #[arg(long, conflicts_with_all = ["fmu", "planar"])]
+    #[arg(long, requires = "mjcf")]
     pub(super) verify: bool,
     /// Export the robot of a scenario, and its drive: with --verify MuJoCo runs it, and the difference is split into geometry, softness and step.
     #[arg(long, value_name = "SCENARIO", conflicts_with_all = ["robot", "fmu", "planar"])]
@@ -42,7 +42,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "PATH")]
     pub(super) out: Option<PathBuf>,
     /// Shared library of ilon-c for the FMU [default: the one that came with this command].
-    #[arg(long, value_name = "FILE", conflicts_with = "planar")]
+    #[arg(long, value_name = "FILE", requires = "fmu")]
     pub(super) library: Option<PathBuf>,
     #[command(flatten)]
     pub(super) settings: Settings,
@@ -52,7 +52,7 @@ pub(super) struct Arguments {
     pub(super) sandbox: Sandbox,
 }
 
-/// A path's name with an ending of its own.
+/// A path's name with another ending.
 pub(super) fn named_after(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.file_stem().unwrap_or_default().to_owned();
     name.push(ending);

@@ -17,17 +17,17 @@ use crate::inspect::conditions;
 use crate::scenario::Scenario;
 use crate::simulate::{Simulation, load_robot};
 
-/// What Isaac Sim and other tools of USD need to be told.
+/// Settings for Isaac Sim and other tools of USD.
 const USD_NOTES: &str = "\
 The wheels of this robot in USD (Isaac Sim, Isaac Lab)
 
 1. Import the MJCF or the URDF beside these notes with the importer of Isaac Sim. Let it keep all joints of rollers, without drives.
-2. PhysX has no ellipsoid. Give each roller the spheres of the URDF, or a convex hull of its mesh; a cylinder or a capsule only where the table
+2. PhysX has no ellipsoid. Give each roller the spheres of the URDF, or a convex hull of its mesh; a cylinder or a capsule only where the text
    below says that the roller is one. A hull needs 64 corners around: PhysX cuts hulls to 64 vertices, so take spheres where you can.
 3. Turn self collision of the articulation off; otherwise rollers of neighbours collide.
 4. Physics scene: TGS solver, 500 steps a second or more, 8 or more position iterations and 1 velocity iteration, stabilisation off.
 5. Friction of rollers and floor as below, combine mode `min`, restitution 0, contact offset 1 mm, rest offset 0.
-6. Drives of wheels: stiffness 0, damping as `kv` of the MJCF, largest force as `forcerange`. Drives of rollers: stiffness 0, damping 0.
+6. Drives of wheels: stiffness 0, damping and largest force as `kv` and `forcerange` of an export with --mjcf. Drives of rollers: stiffness 0, damping 0.
 7. Sleeping off (sleep threshold 0): rollers are light.
 
 Isaac Sim was not run with these notes. What the shapes themselves do is known by contact kinematics:
@@ -88,7 +88,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let is_mjcf = format == Format::Mjcf;
         let about = export.about();
         for (name, bytes) in write_fitted(&export.fitted, format, &stem, &export.ground, &about) {
-            ilon_trace::file::write_bytes(&out.join(name), &bytes)?;
+            let place = out.join(name);
+            reserve::not_an_input(&place, "--out", std::slice::from_ref(path))?;
+            ilon_trace::file::write_bytes(&place, &bytes)?;
         }
         let mut scenario_table = Value::Null;
         if is_mjcf {
@@ -162,7 +164,7 @@ fn table(name: &str, export: &Export, scenario: &Value) -> String {
             shown(drive.travel_mm)
         );
     }
-    for words in ["difference", "geometry", "softness", "step"] {
+    for words in ["difference", "geometry", "softness", "step", "remainder"] {
         if let Some(of) = scenario[words].as_array() {
             let [x, y, heading] = [0, 1, 2].map(|axis| of[axis].as_f64().unwrap_or(f64::NAN));
             text += &format!(
@@ -188,7 +190,8 @@ fn python(script: &Path, argument: &Path) -> Result<Value, Failure> {
     let output = Command::new(&python).arg(script).arg(argument).output();
     let output = output.map_err(|error| refused(format!("{python}: {error}")))?;
     let said = String::from_utf8_lossy(&output.stderr);
-    let last = said.lines().last().unwrap_or_default().to_owned();
+    let last = said.lines().rev().find(|line| !line.trim().is_empty());
+    let last = last.unwrap_or_default().to_owned();
     if !output.status.success() {
         return Err(refused(last));
     }

@@ -4,8 +4,8 @@
 //! simulator runs. [`Export::drive`] describes three drives for a simulator, whose measured ratios stand beside these and ilon's own.
 
 use ilon_control::{ContactKinematics, Kinematics};
-use ilon_formats::{FittedRobot, Format, Ground, fit};
-use ilon_robot::{Pose, Robot, Twist};
+use ilon_formats::{FittedRobot, Format, Ground, RollerShape, fit};
+use ilon_robot::{CollisionShape, JointRole, Pose, Robot, Twist};
 use ilon_sim::standard_motions::standard_motions;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -33,6 +33,9 @@ pub struct Export {
     pub ground: Ground,
     /// What it does ahead, sideways and on the spot.
     pub drives: Vec<Drive>,
+    format: Format,
+    /// Whether the scenario's floor is more than a level plane.
+    has_relief: bool,
     kinematics: Kinematics,
 }
 
@@ -82,11 +85,23 @@ impl Export {
     /// A robot, which has the motors and rollers of a scenario, on the shapes of a format.
     ///
     /// # Errors
-    /// A robot that is not omnidirectional, and what cannot be simulated.
+    /// A robot that is not omnidirectional, rollers that the format has no shape for, and what cannot be simulated.
     pub fn new(scenario: &Scenario, robot: &Robot, format: Format) -> Result<Self, Error> {
         let plant = Plant::new(&resolve_for(scenario, robot, Driver::Own)?, robot)?;
         let kinematics = Kinematics::new(robot)?;
         let fitted = fit(robot, format.shapes());
+        if format != Format::Mjcf && fitted.shapes.iter().flatten().any(is_hull) {
+            return Err(Error::invalid(
+                "its rollers are convex hulls, which SDF and URDF have no shape for",
+                "export --mjcf, or leave --as-modelled out",
+            ));
+        }
+        let floor = &scenario.world.floor;
+        let has_relief = floor.slope_deg != 0.0
+            || !(floor.boxes.is_empty() && floor.ramps.is_empty() && floor.stairs.is_empty())
+            || !floor.patches.is_empty()
+            || floor.rough.is_some()
+            || floor.height_map.is_some();
         let mut made = ContactKinematics::new(robot)?;
         let mut shown = ContactKinematics::new(&fitted.robot)?;
         let mut drives = Vec::new();
@@ -120,6 +135,8 @@ impl Export {
                 gravity_m_s2: scenario.world.gravity_m_s2,
             },
             drives,
+            format,
+            has_relief,
             kinematics,
         })
     }
@@ -275,8 +292,10 @@ impl Export {
 
     /// What of the robot is not in the files.
     pub fn left_out(&self) -> Vec<&'static str> {
-        let any =
-            |has: &dyn Fn(&ilon_robot::Wheel) -> bool| self.fitted.robot.wheels.iter().any(has);
+        let robot = &self.fitted.robot;
+        let any = |has: &dyn Fn(&ilon_robot::Wheel) -> bool| robot.wheels.iter().any(has);
+        let in_joints = |has: fn(&JointRole) -> bool| robot.joints.iter().any(|of| has(&of.role));
+        let is_mjcf = self.format == Format::Mjcf;
         let mut out = Vec::new();
         for (words, is_there) in [
             ("treads of rollers", any(&|w| w.surface.tread.is_some())),
@@ -296,6 +315,19 @@ impl Export {
                 "efficiency of gears",
                 any(&|w| w.drive.gear_efficiency != 1.0),
             ),
+            (
+                "springs of joints",
+                self.format == Format::Urdf && in_joints(|of| matches!(of, JointRole::Sprung(_))),
+            ),
+            (
+                "servos of joints",
+                !is_mjcf && in_joints(|of| matches!(of, JointRole::Driven(_))),
+            ),
+            (
+                "joints that follow others",
+                !is_mjcf && !robot.couplings.is_empty(),
+            ),
+            ("all of the floor but a level plane", self.has_relief),
         ] {
             if is_there {
                 out.push(words);
@@ -303,6 +335,15 @@ impl Export {
         }
         out
     }
+}
+
+/// Whether a roller is a convex hull in its file.
+fn is_hull(shape: &RollerShape) -> bool {
+    let RollerShape::Solids(solids) = shape else {
+        return false;
+    };
+    let mut shapes = solids.iter().map(|solid| &solid.shape);
+    shapes.any(|shape| matches!(shape, CollisionShape::ConvexHull { .. }))
 }
 
 impl Drive {

@@ -138,10 +138,7 @@ fn a_file_where_the_command_belongs() {
         .expect("the command runs");
     assert_eq!(output.status.code(), Some(2));
     let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(
-        stderr.contains("run it with `ilon run robot.urdf`"),
-        "{stderr}"
-    );
+    assert!(stderr.contains("such as `ilon run robot.urdf`"), "{stderr}");
 }
 
 #[test]

@@ -113,6 +113,13 @@ fn causes_explain_what_is_beyond_the_robot_in_order_and_both_ways() {
     let all = says("left: short 20.3 mm/m");
     assert!(all.contains("nothing to explain"), "{all}");
     assert!(all.contains("20.0 mm/m to the right"), "{all}");
+    // A floor that creeps keeps its creep under the dust.
+    let creeping = ["explain", robot, "--set", "world.floor.creep=0.1"];
+    let all = ended_with(0, &folder.ilon(&creeping));
+    assert!(
+        all.contains("dust under front_left") && !all.contains("refused"),
+        "{all}"
+    );
     let all = says("ahead 50 mm/m");
     assert!(
         all.contains("all wheels 5 % larger than the controller takes them for"),

@@ -108,5 +108,6 @@ pub(crate) fn attribute(text: &str) -> String {
 
 /// A text inside an XML comment, which must not hold two hyphens in a row.
 pub(crate) fn comment_text(text: &str) -> String {
-    text.replace("--", "- -")
+    // Each second hyphen of a run too.
+    text.replace("--", "- -").replace("--", "- -")
 }

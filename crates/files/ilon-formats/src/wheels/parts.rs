@@ -66,7 +66,8 @@ pub(super) fn parts(fitted: &FittedRobot) -> Vec<Part<'_>> {
     const SERVO_S: f64 = 0.02;
     let robot = &fitted.robot;
     let meshes = meshes(fitted);
-    let mut names = std::collections::HashSet::new();
+    // MuJoCo's own body.
+    let mut names = std::collections::HashSet::from(["world".to_owned()]);
     let mut unique = |name: String| {
         let mut name = name;
         while !names.insert(name.clone()) {
@@ -148,7 +149,7 @@ pub(super) fn parts(fitted: &FittedRobot) -> Vec<Part<'_>> {
             shapes: Vec::new(),
             hub_m: Some([(ring_m - thick_m).max(0.3 * ring_m), thick_m]),
         });
-        for ((index, roller), shape) in wheel.rollers.iter().enumerate().zip(shapes) {
+        for (roller, shape) in wheel.rollers.iter().zip(shapes) {
             let identity = Isometry3::identity();
             let shapes = match shape {
                 RollerShape::Ellipsoid {
@@ -164,7 +165,7 @@ pub(super) fn parts(fitted: &FittedRobot) -> Vec<Part<'_>> {
             let across = roller.transverse_inertia_kg_m2;
             let moments = Vector3::new(across, across, roller.axial_inertia_kg_m2);
             parts.push(Part {
-                name: unique(format!("{}_roller_{}_link", wheel.name, index + 1)),
+                name: unique(format!("{}_link", roller.name)),
                 parent: Some(carrier),
                 body_from_part: wheel.body_from_hub * roller.hub_from_roller(),
                 mass: MassProperties {

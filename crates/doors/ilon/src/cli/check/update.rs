@@ -17,7 +17,7 @@ pub(super) struct Update {
     text: String,
     /// What changes, a line each; empty where nothing does.
     pub changes: String,
-    /// Which bounds that failed stay as they are, and why, a line each.
+    /// Which bounds that failed are not changed, and why, a line each.
     pub left: String,
 }
 

@@ -69,7 +69,10 @@ pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, 
         }
         false => {
             let anyway: String = seen.iter().map(|one| anyway(one, &healthy)).collect();
-            format!("{anyway}{}", fits(&ranked))
+            format!(
+                "{anyway}{}",
+                fits(&ranked, seen.iter().all(Seen::is_nothing))
+            )
         }
     };
     console::lines(&tables)?;
@@ -140,7 +143,7 @@ fn settled(
     (suspect, fit)
 }
 
-/// What the robot does with nothing amiss in a motion in which something was seen; nothing where that is too small to tell.
+/// What the robot does without faults in a motion in which something was seen; nothing where that is too small to tell.
 fn anyway(seen: &Seen, healthy: &[Option<Drift>]) -> String {
     let drift = healthy[seen.motion].unwrap_or_default();
     let each = each(seen.motion);
@@ -154,7 +157,7 @@ fn anyway(seen: &Seen, healthy: &[Option<Drift>]) -> String {
     let [floor_m, floor_rad] = drift.floor;
     let (left, turned) = (
         ["to the left", "to the right"],
-        ["turned to the left", "turned to the right"],
+        ["to the left", "to the right"],
     );
     say(drift.ahead_m, floor_m, 1e3, "mm", ["ahead", "back"]);
     say(drift.left_m, floor_m, 1e3, "mm", left);
@@ -169,7 +172,7 @@ fn anyway(seen: &Seen, healthy: &[Option<Drift>]) -> String {
         return String::new();
     }
     format!(
-        "in the motion `{}` the robot with nothing amiss drifts by {}: the causes are ranked by the rest\n",
+        "in the motion `{}` the robot without faults drifts by {}: the causes are ranked by the rest\n",
         MOTIONS[seen.motion],
         parts.join(", ")
     )
@@ -187,7 +190,7 @@ fn drifts<'s>(
     ));
     table.words("", &MOTIONS.map(str::to_owned));
     let cells: Vec<String> = healthy.iter().map(in_words).collect();
-    table.words("with nothing amiss, from the command", &cells);
+    table.words("without faults, from the command", &cells);
     for suspect in suspects {
         let cells: Vec<String> = suspect.drifts.iter().map(in_words).collect();
         table.words(&suspect.words, &cells);
@@ -212,14 +215,15 @@ fn in_words(drift: &Option<Drift>) -> String {
 }
 
 /// The suspects that would look like what was seen, the best first.
-fn fits(ranked: &[(Suspect, Option<Fit>)]) -> Table {
+fn fits(ranked: &[(Suspect, Option<Fit>)], is_nothing: bool) -> Table {
     let mut table = Table::new();
     let fitting = ranked.iter().filter_map(|(one, fit)| Some((one, (*fit)?)));
     let fitting = fitting.filter(|(_, fit)| fit.share >= LEAST_OF_IT);
     let rows: Vec<(&Suspect, Fit)> = fitting.take(MOST_SHOWN).collect();
     let best = rows.iter().map(|(_, fit)| fit.share).fold(0.0, f64::max);
     table.heading(match best {
-        0.0 => "no usual cause looks like it, or there is nothing to explain",
+        0.0 if is_nothing => "nothing to explain: the robot without faults drifts as much",
+        0.0 => "no usual cause looks like it",
         best if best < MOST_OF_IT => {
             "no single cause explains most of it: there may be several. How much of the drift each explains, in the amount that fits best"
         }

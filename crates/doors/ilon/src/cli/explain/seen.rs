@@ -126,7 +126,7 @@ fn length(text: &str, motion: usize) -> Result<f64, String> {
     .filter(|length| (0.1..=20.0).contains(length))
     .ok_or_else(|| {
         format!(
-            "`over {text}` is no length of this drive: write 0.1 to 20 {each}{}, such as \"over 3 {each}{}\"",
+            "`over {text}` is no length of this drive: it stands last, and is 0.1 to 20 {each}{}, such as \"over 3 {each}{}\"",
             if is_turn(motion) { "s" } else { "" },
             if is_turn(motion) { "s" } else { "" },
         )
@@ -153,7 +153,7 @@ fn apart(text: &str) -> String {
 }
 
 impl Seen {
-    /// What is left of it without what the robot does with nothing amiss: 0 where that is less than what a tape measure and a protractor tell of a metre.
+    /// What is left of it without what the robot does without faults: 0 where that is less than what a tape measure and a protractor tell of a metre.
     pub fn beyond(self, healthy: &Drift) -> Self {
         const TAPE: [f64; 2] = [0.5e-3, 0.5e-3];
         let [floor_m, floor_rad] = std::array::from_fn(|of| healthy.floor[of].max(TAPE[of]));
@@ -167,6 +167,12 @@ impl Seen {
             turned_rad: less(self.turned_rad, healthy.turned_rad, floor_rad),
             ..self
         }
+    }
+
+    /// Whether nothing of it is left.
+    pub fn is_nothing(&self) -> bool {
+        let parts = [self.ahead_m, self.left_m, self.turned_rad];
+        parts.into_iter().flatten().all(|part| part == 0.0)
     }
 
     /// Takes one part, such as `left 20 mm/m`; of a drive whose length is given also `left 60 mm`.
@@ -224,8 +230,10 @@ impl Seen {
             ("turn right", true) => (&mut self.turned_rad, -value),
             _ => return Err(help()),
         };
-        *place = Some(value);
-        Ok(())
+        match place.replace(value) {
+            None => Ok(()),
+            Some(_) => Err(format!("`{part}` is of a direction that was given before")),
+        }
     }
 }
 
@@ -257,6 +265,7 @@ mod tests {
             "sideways: left 1 mm/m",
             "up 1 mm/m",
             "left NaN mm/m",
+            "left 20 mm/m, right 30 mm/m",
             // Counted for what this motion is not counted for, or for nothing.
             "turn 4 deg/turn",
             "turn: turn 3 deg/m",
