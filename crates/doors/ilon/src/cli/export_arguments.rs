@@ -42,7 +42,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "PATH")]
     pub(super) out: Option<PathBuf>,
     /// Shared library of ilon-c for the FMU [default: the one that came with this command].
-    #[arg(long, value_name = "FILE", requires = "fmu")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["planar", "mjcf", "sdf", "urdf", "usd_notes"])]
     pub(super) library: Option<PathBuf>,
     #[command(flatten)]
     pub(super) settings: Settings,
