@@ -71,7 +71,7 @@ pub use error::{
 pub use generate::{describe, generate, with_ros2_control};
 pub use load::LoadRobot;
 pub use loaded::Loaded;
-pub use options::{Handedness, JointOptions, LoadOptions, RoleOption, RollerForms, WheelOptions};
+pub use options::{Handedness, JointOptions, LoadOptions, RoleOption, RollerForms, TyreOptions, WheelOptions};
 pub use packages::Package;
 pub use prepare::urdf_text;
 pub use spec::{

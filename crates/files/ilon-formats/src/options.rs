@@ -35,6 +35,8 @@ pub struct LoadOptions {
     pub rollers: RollerForms,
     /// Puts rollers into wheels that have none in the file.
     pub wheels: Option<WheelOptions>,
+    /// Lets wheels that have no rollers in the file roll on tyres.
+    pub tyres: Option<TyreOptions>,
     /// The radius rho of wheels whose geometry does not show it, or cannot be read, in metres. Rollers that are in the file
     /// without geometry reach it at their middles, and their neighbours at their ends.
     pub wheel_radius_m: Option<f64>,
@@ -81,6 +83,7 @@ impl Default for LoadOptions {
             density_kg_m3: None,
             rollers: RollerForms::default(),
             wheels: None,
+            tyres: None,
             wheel_radius_m: None,
             joints: BTreeMap::new(),
             spec: toml::Table::new(),
@@ -152,6 +155,36 @@ impl WheelOptions {
     pub fn on(mut self, joints: Vec<String>) -> Self {
         self.joints = joints;
         self
+    }
+}
+
+/// Tyres of driven wheels without rollers: of differential, skid-steered, tricycle and swerve robots.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+#[schemars(rename = "RobotTyresSection")]
+#[non_exhaustive]
+pub struct TyreOptions {
+    /// The wheels' joints [default: every joint on a level axis that stands on the common floor].
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub joints: Vec<String>,
+    /// Width of a tyre, in metres [default: that of the wheel's geometry].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub width_m: Option<f64>,
+    /// Radius of a tyre's shoulders, in metres, below half of its width: the tyre touches where they begin [default: a
+    /// quarter of the width, which scrubs in a turn like a line of the tyre's width].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub shoulder_radius_m: Option<f64>,
+}
+
+impl TyreOptions {
+    /// Tyres on the joints of these names, as their geometry shows them.
+    pub fn on(joints: Vec<String>) -> Self {
+        Self {
+            joints,
+            ..Self::default()
+        }
     }
 }
 

@@ -143,7 +143,7 @@ fn wheel_shape(wheel: &Wheel, mut shown: Vec<Shape>, drawn: &mut SharedShapes<'_
     let rollers = wheel.rollers.iter().map(|roller| {
         let outline = match &roller.form {
             RollerForm::Barrel | RollerForm::Made(_) => outline::of_barrel(&wheel.barrel(roller)),
-            RollerForm::Turned(turned) => outline::of_turned(turned),
+            RollerForm::Turned(turned) | RollerForm::Tyre(turned) => outline::of_turned(turned),
             RollerForm::AsModelled(modelled) => outline::of_profile(&modelled.profile),
         };
         RollerShape {

@@ -69,11 +69,15 @@ pub struct DynamicModel {
     roller_spins: DMatrix<f64>,
     /// Dry friction of the touching rollers' joints, in N m.
     roller_friction_n_m: Vec<f64>,
-    /// R^T I R, factorised: the inertia of the body with all rotating parts.
+    /// R^T I R, factorised: the inertia of the body with all rotating parts; of motions that tyres
+    /// hold far more.
     body_inertia: Cholesky<f64, Const<3>>,
     /// The inertia of each wheel alone, in kg m^2.
     wheel_inertias_kg_m2: Vec<f64>,
 }
+
+/// Mass of motions that tyres hold, over the robot's: they accelerate by less than rounding shows.
+const HELD: f64 = 1e9;
 
 impl DynamicModel {
     /// Builds the model of a robot on flat ground, with its joints between bodies at zero; for
@@ -110,6 +114,9 @@ impl DynamicModel {
         let body_inertia: Matrix3<f64> = (r.transpose() * &inertia * r)
             .fixed_view::<3, 3>(0, 0)
             .into();
+        let held = kinematics.held_rows().iter();
+        let held: Matrix3<f64> = held.map(|row| row * row.transpose()).sum();
+        let body_inertia = body_inertia + held * (HELD * body.g[(0, 0)]);
         let smallest = body_inertia.symmetric_eigenvalues().min();
         let body_inertia = body_inertia
             .cholesky()

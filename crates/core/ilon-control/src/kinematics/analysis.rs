@@ -4,11 +4,13 @@
 use ilon_robot::{Robot, Twist, Wheel};
 use nalgebra::{Matrix2, Matrix3, MatrixXx3, Vector2, Vector3};
 
-use crate::kinematics::matrix::row_of_m;
-use crate::kinematics::singularity::{RANK_TOLERANCE, scaled, singular_values, singularity_of};
+use crate::kinematics::singularity::{
+    RANK_TOLERANCE, all_rows, scaled, singular_values, singularity_of,
+};
 use crate::{ControlError, Kinematics, Singularity};
 
-/// Properties of any robot's M of eq. (8), singular or not.
+/// Properties of any robot's M of eq. (8), singular or not. Rank, condition and singular values
+/// count the rows that tyres hold as rows of M.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arrangement {
     /// M of eq. (8) about the origin of the body frame.
@@ -35,20 +37,21 @@ impl Arrangement {
     pub fn of(robot: &Robot) -> Result<Self, ControlError> {
         let wheels = &robot.wheels;
         let count = wheels.len();
-        if count < 3 {
+        let all = all_rows(wheels, Vector2::zeros());
+        if all.nrows() < 3 {
             return Err(ControlError::TooFewWheels { count });
         }
-        let m = matrix(wheels, Vector2::zeros());
+        let m = MatrixXx3::from(all.rows(0, count));
         let sum: Vector2<f64> = wheels.iter().map(|w| w.position_m().xy()).sum();
         let mean_m = sum / count as f64;
-        let (about_mean, _) = scaled(&matrix(wheels, mean_m), wheels, mean_m);
+        let (about_mean, _) = scaled(&all_rows(wheels, mean_m), wheels, mean_m);
         let s = singular_values(&about_mean).map(|(s, _)| s);
         let rank = s
             .iter()
             .filter(|value| **value > RANK_TOLERANCE * s[0])
             .count();
         Ok(Self {
-            singular_values: singular_values(&m).map(|(s, _)| s),
+            singular_values: singular_values(&all).map(|(s, _)| s),
             condition: if rank == 3 {
                 s[0] / s[2]
             } else {
@@ -59,11 +62,6 @@ impl Arrangement {
             m,
         })
     }
-}
-
-fn matrix(wheels: &[Wheel], about_m: Vector2<f64>) -> MatrixXx3<f64> {
-    let rows: Vec<_> = wheels.iter().map(|w| row_of_m(w, about_m)).collect();
-    MatrixXx3::from_rows(&rows)
 }
 
 impl Kinematics {
@@ -108,6 +106,8 @@ impl Kinematics {
 pub struct SpeedLimits {
     /// Row h of eq. (9) over its wheel's limit: inside the polytope no row exceeds 1 in amount.
     rows: Vec<Vector3<f64>>,
+    /// Rows that tyres hold at zero.
+    held: Vec<Vector3<f64>>,
 }
 
 impl SpeedLimits {
@@ -120,6 +120,7 @@ impl SpeedLimits {
                 .filter(|(_, limit_rad_s)| limit_rad_s.is_finite() && **limit_rad_s > 0.0)
                 .map(|(row, limit_rad_s)| row.transpose() / *limit_rad_s)
                 .collect(),
+            held: kinematics.held_rows().to_vec(),
         }
     }
 
@@ -134,13 +135,20 @@ impl SpeedLimits {
     }
 
     /// Returns the largest share of its limit that any wheel needs for a twist in the body frame: 1
-    /// is the boundary of the polytope.
+    /// is the boundary of the polytope. Infinite for a twist that tyres exclude.
     pub fn share(&self, twist_in_body: Twist) -> f64 {
         let twist = Vector3::new(
             twist_in_body.vx_m_s,
             twist_in_body.vy_m_s,
             twist_in_body.omega_rad_s,
         );
+        /// Of the twist's own size: far above rounding.
+        const HELD: f64 = 1e-9;
+        let is_held =
+            |row: &Vector3<f64>| row.dot(&twist).abs() > HELD * row.norm() * twist.norm();
+        if self.held.iter().any(is_held) {
+            return f64::INFINITY;
+        }
         self.rows
             .iter()
             .map(|row| row.dot(&twist).abs())
@@ -165,7 +173,7 @@ impl SpeedLimits {
         let corners = self.at_yaw_rate(0.0);
         let furthest = corners.iter().map(|v| v.norm()).fold(0.0, f64::max);
         (
-            1.0 / steepest,
+            if self.held.is_empty() { 1.0 / steepest } else { 0.0 },
             if corners.is_empty() {
                 f64::INFINITY
             } else {

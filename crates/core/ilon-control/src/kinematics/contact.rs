@@ -23,11 +23,12 @@
 //! moves cos(phi) of the distance by (9): sin(pi/n)/(pi/n) in the mean (n = 9: 0.9798). Straight
 //! ahead, and for gamma = 0, it changes nothing.
 
-use ilon_robot::{Barrel, Profile, Robot, RollerForm, Twist};
-use nalgebra::{Isometry3, Matrix3, MatrixXx3, Point3, Unit, Vector2, Vector3};
+use ilon_robot::{Barrel, Profile, Robot, RollerForm, Twist, Wheel};
+use nalgebra::{Isometry3, Matrix3, MatrixXx3, Point3, RowVector3, Unit, Vector2, Vector3};
 
 use crate::error::finite;
 use crate::kinematics::matrix::multiply;
+use crate::kinematics::tyres::held_rows;
 use crate::{ControlError, Kinematics};
 
 /// Where a wheel touches the ground.
@@ -66,6 +67,10 @@ pub struct ContactKinematics {
     lever_m: Vec<f64>,
     /// Row over lever: rad/s per twist.
     rate_matrix: MatrixXx3<f64>,
+    /// The wheels as described, for the rows that tyres hold; empty if none has a tyre.
+    tyres: Vec<Wheel>,
+    /// Twists that tyres allow give zero in each of these rows (see `kinematics/tyres.rs`).
+    held: Vec<RowVector3<f64>>,
 }
 
 /// The geometry of a wheel that determines its contact.
@@ -76,6 +81,7 @@ struct WheelContacts {
     down_in_hub: Vector3<f64>,
     radius_m: f64,
     rollers: Vec<RollerGeometry>,
+    has_tyre: bool,
 }
 
 /// A roller in its hub's frame.
@@ -159,7 +165,9 @@ impl ContactKinematics {
             let geometry = |r: &ilon_robot::Roller| {
                 let outline = match &r.form {
                     RollerForm::Barrel | RollerForm::Made(_) => RollerOutline::Barrel(w.barrel(r)),
-                    RollerForm::Turned(turned) => RollerOutline::Modelled(turned.profile().clone()),
+                    RollerForm::Turned(turned) | RollerForm::Tyre(turned) => {
+                        RollerOutline::Modelled(turned.profile().clone())
+                    }
                     RollerForm::AsModelled(modelled) => {
                         RollerOutline::Modelled(modelled.profile.clone())
                     }
@@ -167,7 +175,11 @@ impl ContactKinematics {
                 let (half_length_m, radius_m) = outline.extent_m();
                 RollerGeometry {
                     center_in_hub_m: r.center_in_hub_m,
-                    outward: r.center_in_hub_m / r.center_in_hub_m.xy().norm(),
+                    outward: if r.is_tyre() {
+                        Vector3::zeros()
+                    } else {
+                        r.center_in_hub_m / r.center_in_hub_m.xy().norm()
+                    },
                     axis_in_hub: r.axis_in_hub,
                     outline,
                     half_length_m,
@@ -179,6 +191,7 @@ impl ContactKinematics {
                 down_in_hub: w.body_from_hub.rotation.inverse() * -Vector3::z(),
                 radius_m: w.radius_m,
                 rollers: w.rollers.iter().map(geometry).collect(),
+                has_tyre: w.has_tyre(),
             });
         }
         let far = |w: &WheelContacts| w.body_from_hub.translation.vector.xy().norm();
@@ -192,6 +205,13 @@ impl ContactKinematics {
             rows: MatrixXx3::zeros(count),
             lever_m: vec![0.0; count],
             rate_matrix: MatrixXx3::zeros(count),
+            tyres: robot
+                .wheels
+                .iter()
+                .filter(|w| w.has_tyre())
+                .cloned()
+                .collect(),
+            held: held_rows(&robot.wheels, Vector2::zeros()),
         };
         kinematics.refresh_rows();
         Ok(kinematics)
@@ -208,12 +228,17 @@ impl ContactKinematics {
             finite("x of the reference point", point_m.x)?,
             finite("y of the reference point", point_m.y)?,
         );
+        kinematics.held = held_rows(&self.tyres, kinematics.reference_point_m);
         kinematics.refresh_rows();
         Ok(kinematics)
     }
 
     /// Finds the touching rollers at wheel angles in radians, one per wheel.
     pub fn update(&mut self, wheel_angles_rad: &[f64]) {
+        if self.tyres.len() == self.wheels.len() {
+            // A tyre touches in one and the same place.
+            return;
+        }
         for ((contact, wheel), angle_rad) in self
             .contacts
             .iter_mut()
@@ -250,6 +275,10 @@ impl ContactKinematics {
             ata += a * a.transpose();
             aty += a * (lever_m * rate_rad_s);
         }
+        for row in &self.held {
+            let a = Vector3::new(row[0], row[1], row[2] / self.length_m);
+            ata += a * a.transpose();
+        }
         let x = match ata.cholesky() {
             Some(factor) => factor.solve(&aty),
             // The current contacts leave one motion free, although the robot as such has rank 3:
@@ -276,6 +305,13 @@ impl ContactKinematics {
             ata += a * a.transpose() * *load;
             aty += a * (*load * (lever_m * rate_rad_s - (row * moved).x));
         }
+        // What tyres hold counts as their mean load does.
+        let mean_load = loads.iter().sum::<f64>() / loads.len().max(1) as f64;
+        for row in &self.held {
+            let a = Vector3::new(row[0], row[1], row[2] / self.length_m);
+            ata += a * a.transpose() * mean_load;
+            aty -= a * (mean_load * (row * moved).x);
+        }
         let held = ata + Matrix3::identity() * (LEAST_HOLD * ata.trace());
         let Some(factor) = held.cholesky() else {
             return real;
@@ -301,7 +337,7 @@ impl ContactKinematics {
 
     /// Computes the velocity at which each contact slides along its roller's axis on the ground, in
     /// m/s, if the body moves with `twist_in_body` and the wheels with these rates: zero is rolling
-    /// without slip.
+    /// without slip. A tyre slides along its wheel's way.
     pub fn residuals_here(&self, twist_in_body: Twist, rates_rad_s: &[f64], out: &mut [f64]) {
         multiply(&self.rows, twist_in_body, out);
         for ((out, lever_m), rate_rad_s) in out.iter_mut().zip(&self.lever_m).zip(rates_rad_s) {
@@ -311,7 +347,7 @@ impl ContactKinematics {
 
     /// Computes the spin about its joint axis at which each touching roller rolls without slip, in
     /// rad/s, one per wheel, if the body moves with `twist_in_body` and the wheels with these
-    /// rates.
+    /// rates; 0 for a tyre.
     pub fn roller_spins_here(&self, twist_in_body: Twist, rates_rad_s: &[f64], out: &mut [f64]) {
         for (((contact, wheel), rate_rad_s), out) in self
             .contacts
@@ -320,6 +356,10 @@ impl ContactKinematics {
             .zip(rates_rad_s)
             .zip(out)
         {
+            if wheel.has_tyre {
+                *out = 0.0;
+                continue;
+            }
             let v = wheel.material_velocity_m_s(
                 contact,
                 self.reference_point_m,
@@ -341,6 +381,8 @@ impl ContactKinematics {
             let p = contact.point_in_body_m.xy() - self.reference_point_m;
             // A roller axis never stands upright: |gamma| < 90 deg keeps it off the hub's radius.
             let d_g = contact.axis_in_body.xy().normalize();
+            // A tyre is driven across its own axis.
+            let d_g = if wheel.has_tyre { Vector2::new(d_g.y, -d_g.x) } else { d_g };
             let turn_m = n.cross(&(contact.point_in_body_m - hub_m));
             let lever_m = -d_g.dot(&turn_m.xy());
             let d_g = d_g * lever_m.signum();

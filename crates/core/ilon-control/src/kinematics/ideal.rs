@@ -13,8 +13,9 @@ use nalgebra::{Matrix3xX, MatrixXx3, Vector2, Vector3};
 
 use crate::ControlError;
 use crate::error::finite;
-use crate::kinematics::matrix::{multiply, row_of_m};
+use crate::kinematics::matrix::{multiply, row_of_m, vector_of};
 use crate::kinematics::singularity::{RANK_TOLERANCE, scaled, singular_values, singularity_of};
+use crate::kinematics::tyres::held_rows;
 
 /// The map between wheel rates and the motion of the robot's reference point, eqs. (7)-(10).
 #[derive(Clone, Debug)]
@@ -29,6 +30,8 @@ pub struct Kinematics {
     rate_matrix: MatrixXx3<f64>,
     /// Least squares of eq. (7): twist = twist_matrix * rates.
     twist_matrix: Matrix3xX<f64>,
+    /// Twists that tyres allow give zero in each of these rows (see `kinematics/tyres.rs`).
+    held: Vec<Vector3<f64>>,
 }
 
 impl Kinematics {
@@ -55,7 +58,8 @@ impl Kinematics {
 
     fn assemble(wheels: Vec<Wheel>, reference_point_m: Vector2<f64>) -> Result<Self, ControlError> {
         let count = wheels.len();
-        if count < 3 {
+        let held = held_rows(&wheels, reference_point_m);
+        if count + held.len() < 3 {
             return Err(ControlError::TooFewWheels { count });
         }
         let powerless: Vec<_> = wheels
@@ -70,7 +74,7 @@ impl Kinematics {
             return Err(ControlError::Uncontrollable { singularity });
         }
 
-        let rows: Vec<_> = wheels
+        let mut rows: Vec<_> = wheels
             .iter()
             .map(|w| row_of_m(w, reference_point_m))
             .collect();
@@ -86,12 +90,14 @@ impl Kinematics {
 
         // M^+ = V S^-2 V^T M^T with the last column scaled to the robot's size, which changes no
         // least-squares solution of a full-rank system but keeps it well conditioned. S has no
-        // zero: rank M = 3 was checked.
-        let (m_scaled, length_m) = scaled(&m, &wheels, reference_point_m);
+        // zero: rank M = 3 was checked. Rows that tyres hold stand below those of M.
+        rows.extend(&held);
+        let all = MatrixXx3::from_rows(&rows);
+        let (m_scaled, length_m) = scaled(&all, &wheels, reference_point_m);
         let mut twist_matrix = Matrix3xX::zeros(count);
         for (s, v) in singular_values(&m_scaled) {
             let u = &m_scaled * v / s;
-            twist_matrix += v / s * u.transpose();
+            twist_matrix += v / s * u.rows(0, count).transpose();
         }
         twist_matrix.row_mut(2).scale_mut(1.0 / length_m);
         for (mut column, lever_m) in twist_matrix.column_iter_mut().zip(&lever_m) {
@@ -105,6 +111,7 @@ impl Kinematics {
             lever_m,
             rate_matrix,
             twist_matrix,
+            held: held.iter().map(|row| row.transpose()).collect(),
         })
     }
 
@@ -121,6 +128,25 @@ impl Kinematics {
     /// The reference point c in the body frame, in metres; twists hold its velocity.
     pub fn reference_point_m(&self) -> Vector2<f64> {
         self.reference_point_m
+    }
+
+    /// Whether its wheels can roll every twist; with tyres they cannot.
+    pub fn is_omnidirectional(&self) -> bool {
+        self.held.is_empty()
+    }
+
+    /// The rows that tyres hold at zero, as functions of (v_x, v_y, omega).
+    pub(crate) fn held_rows(&self) -> &[Vector3<f64>] {
+        &self.held
+    }
+
+    /// Returns how fast a twist in the body frame drags tyres sideways, in m/s: the largest over
+    /// the directions of their axles, each in the middle of its tyres. 0 for twists that can be
+    /// rolled.
+    pub fn sideways_m_s(&self, twist_in_body: Twist) -> f64 {
+        let twist = vector_of(twist_in_body);
+        let rows = self.held.iter().map(|row| row.dot(&twist).abs());
+        rows.fold(0.0, f64::max)
     }
 
     /// M of eq. (8), N x 3: columns 1 and 2 are M_l (without unit), column 3 is M_a (metres).

@@ -7,3 +7,4 @@ pub(crate) mod handedness;
 pub(crate) mod ideal;
 pub(crate) mod matrix;
 pub(crate) mod singularity;
+pub(crate) mod tyres;

@@ -19,6 +19,7 @@ use ilon_robot::Wheel;
 use nalgebra::{MatrixXx3, Vector2, Vector3};
 
 use crate::kinematics::matrix::row_of_m;
+use crate::kinematics::tyres::held_rows;
 
 /// Singular values below this share of the largest count as zero.
 ///
@@ -166,13 +167,7 @@ fn kind_of(wheels: &[Wheel]) -> Option<SingularityKind> {
     // sits.
     let sum: Vector2<f64> = wheels.iter().map(|w| w.position_m().xy()).sum();
     let mean_m = sum / wheels.len() as f64;
-    let m = MatrixXx3::from_rows(
-        &wheels
-            .iter()
-            .map(|w| row_of_m(w, mean_m))
-            .collect::<Vec<_>>(),
-    );
-    let (m, length_m) = scaled(&m, wheels, mean_m);
+    let (m, length_m) = scaled(&all_rows(wheels, mean_m), wheels, mean_m);
     let [(s_1, _), (s_2, _), (s_3, free)] = singular_values(&m);
     if s_3 > RANK_TOLERANCE * s_1 {
         return None;
@@ -192,6 +187,13 @@ fn kind_of(wheels: &[Wheel]) -> Option<SingularityKind> {
     let omega = omega_length / length_m;
     let point_m = mean_m + Vector2::new(-v.y, v.x) / omega;
     Some(SingularityKind::Meet { point_m })
+}
+
+/// Returns M about a point, and below it the rows that tyres hold.
+pub(crate) fn all_rows(wheels: &[Wheel], about_m: Vector2<f64>) -> MatrixXx3<f64> {
+    let driven = wheels.iter().map(|w| row_of_m(w, about_m));
+    let rows: Vec<_> = driven.chain(held_rows(wheels, about_m)).collect();
+    MatrixXx3::from_rows(&rows)
 }
 
 /// Returns names in backquotes, separated by commas.

@@ -2,7 +2,9 @@
 
 use nalgebra::{Isometry3, Matrix3, Unit, UnitQuaternion, Vector3};
 
-use super::{Barrel, Collision, Joint, MassProperties, Profile, SolidOfRevolution, wrap_angle};
+use super::{
+    Barrel, Collision, Joint, MassProperties, Profile, ProfileError, SolidOfRevolution, wrap_angle,
+};
 
 /// A passive roller on the rim of a wheel.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +32,9 @@ pub struct Roller {
     pub form: RollerForm,
 }
 
+/// The name of a tyre among the rollers of its wheel.
+const TYRE: &str = "tyre";
+
 /// A roller's shape of contact.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum RollerForm {
@@ -41,6 +46,9 @@ pub enum RollerForm {
     Made(Barrel),
     /// A body turned to a profile given by numbers.
     Turned(SolidOfRevolution),
+    /// The tyre of a wheel without rollers, about the hub axis and fixed to the hub (see
+    /// [`Roller::tyre`]).
+    Tyre(SolidOfRevolution),
     /// The collision shapes of its file.
     AsModelled(ModelledRoller),
 }
@@ -55,6 +63,40 @@ pub struct ModelledRoller {
 }
 
 impl Roller {
+    /// Returns the tyre of a wheel without rollers: a cylinder about the hub axis with rounded
+    /// shoulders, in metres. It has no mass of its own; the hub's includes it.
+    ///
+    /// A rigid tyre touches a flat floor where its shoulders begin, at
+    /// `0.5 * width_m - shoulder_radius_m` on both sides of its middle. With a shoulder radius of a
+    /// quarter of the width these two places resist a turn on the spot as a line of the tyre's
+    /// width under a uniform load does, with the moment mu N width / 4.
+    ///
+    /// # Errors
+    /// [`ProfileError`]: a radius or width that is not positive, or shoulders of half the width or
+    /// more.
+    pub fn tyre(radius_m: f64, width_m: f64, shoulder_radius_m: f64) -> Result<Self, ProfileError> {
+        let half_m = 0.5 * width_m;
+        let ends = [[-half_m, radius_m], [half_m, radius_m]];
+        let form = RollerForm::Tyre(SolidOfRevolution::new(&ends, shoulder_radius_m)?);
+        Ok(Self {
+            name: TYRE.to_owned(),
+            center_in_hub_m: Vector3::zeros(),
+            axis_in_hub: Vector3::z_axis(),
+            radius_m,
+            length_m: width_m,
+            mass_kg: 0.0,
+            axial_inertia_kg_m2: 0.0,
+            transverse_inertia_kg_m2: 0.0,
+            joint: Joint::default(),
+            form,
+        })
+    }
+
+    /// Whether it is the tyre of a wheel without rollers.
+    pub fn is_tyre(&self) -> bool {
+        matches!(self.form, RollerForm::Tyre(_))
+    }
+
     /// Returns the angle of the roller's centre about the hub axis, from the hub frame's x axis
     /// (down at wheel angle zero), in [-pi, pi). At wheel angle q it is at `place_rad() + q` from
     /// straight down.

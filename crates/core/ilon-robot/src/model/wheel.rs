@@ -7,7 +7,7 @@ use super::{
     RollersAsMade,
 };
 
-/// A driven Swedish wheel: hub, motor and the passive rollers on its rim.
+/// A driven wheel: hub, motor, and the passive rollers on its rim (a Swedish wheel) or a tyre.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wheel {
     /// The name of the wheel's joint.
@@ -24,9 +24,10 @@ pub struct Wheel {
     pub radius_m: f64,
     /// The paper's gamma, signed: the angle from the hub axis to the rolling direction of the
     /// roller that points down, counter-clockwise seen from above, in (-pi/2, pi/2]. The sign is
-    /// the wheel's handedness.
+    /// the wheel's handedness. 0 for a wheel with a tyre.
     pub gamma_rad: f64,
-    /// The rollers, ordered by their angle about the hub axis.
+    /// The rollers, ordered by their angle about the hub axis; of a wheel without rollers its tyre
+    /// alone (see [`Roller::tyre`]).
     pub rollers: Vec<Roller>,
     /// The motor's limits, at the wheel.
     pub motor: MotorLimits,
@@ -43,6 +44,12 @@ pub struct Wheel {
 }
 
 impl Wheel {
+    /// Whether it has a tyre instead of rollers: it rolls along its circumference and resists all
+    /// sideways motion.
+    pub fn has_tyre(&self) -> bool {
+        self.rollers.iter().any(Roller::is_tyre)
+    }
+
     /// The wheel's centre in the body frame: the paper's **b**, with its height, in metres.
     pub fn position_m(&self) -> Vector3<f64> {
         self.body_from_hub.translation.vector
@@ -94,7 +101,7 @@ impl Wheel {
                 let t_m = barrel.support_place_m(w);
                 roller.center_in_hub_m.dot(in_hub) + t_m * w + barrel.sphere_radius_m(t_m)
             }
-            RollerForm::Turned(turned) => {
+            RollerForm::Turned(turned) | RollerForm::Tyre(turned) => {
                 let w = roller.axis_in_hub.dot(in_hub);
                 roller.center_in_hub_m.dot(in_hub) + turned.profile().support_m(w)
             }

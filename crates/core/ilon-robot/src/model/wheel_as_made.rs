@@ -78,7 +78,7 @@ impl Wheel {
     /// it; `None` for the shapes of a file.
     fn solid_moments(&self, roller: &Roller) -> Option<(f64, f64)> {
         match &roller.form {
-            RollerForm::AsModelled(_) => None,
+            RollerForm::AsModelled(_) | RollerForm::Tyre(_) => None,
             RollerForm::Turned(turned) => Some(turned.solid_moments_kg_m2(roller.mass_kg)),
             _ => Some(self.barrel(roller).solid_moments_kg_m2(roller.mass_kg)),
         }
@@ -97,6 +97,10 @@ impl Wheel {
         /// Samples per passing roller; the error of a hub's travel is of the order of one over its
         /// square.
         const LOOKS: usize = 200;
+        if self.has_tyre() {
+            let (travel_m, mean_m) = (0.0, self.radius_m);
+            return HubHeights { travel_m, mean_m };
+        }
         let looks = LOOKS * self.rollers.len();
         let step_rad = TAU / looks as f64;
         let heights_m = (0..looks).map(|i| self.hub_height_m(step_rad * i as f64));
@@ -110,8 +114,12 @@ impl Wheel {
         }
     }
 
-    /// Whether its outline is a perfect circle: ideal barrels that follow each other without a gap.
+    /// Whether its outline is a perfect circle: ideal barrels that follow each other without a gap,
+    /// or a tyre.
     pub fn is_round(&self) -> bool {
+        if self.has_tyre() {
+            return true;
+        }
         if self.rollers.iter().any(|r| r.form != RollerForm::Barrel) {
             return false;
         }

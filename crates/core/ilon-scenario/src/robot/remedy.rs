@@ -128,6 +128,18 @@ fn keys(options: &LoadOptions, beyond: &LoadOptions) -> Vec<String> {
         }
         keys.push(format!("wheels = {{ {} }}", inner.join(", ")));
     }
+    if let Some(tyres) = options
+        .tyres
+        .as_ref()
+        .filter(|_| options.tyres != beyond.tyres)
+    {
+        let mut inner = Vec::new();
+        if !tyres.joints.is_empty() {
+            inner.push(format!("joints = [{}]", quoted(&tyres.joints)));
+        }
+        inner.extend(tyres.width_m.map(|m| format!("width_m = {m}")));
+        keys.push(format!("tyres = {{ {} }}", inner.join(", ")));
+    }
     if let Some(radius_m) = options.wheel_radius_m
         && options.wheel_radius_m != beyond.wheel_radius_m
     {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
-use ilon_formats::{LoadOptions, Package, RollerForms, WheelOptions};
+use ilon_formats::{LoadOptions, Package, RollerForms, TyreOptions, WheelOptions};
 use ilon_robot::Pose;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -63,6 +63,9 @@ pub struct Robot {
     /// Rollers for wheels that have none in the robot's file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wheels: Option<WheelOptions>,
+    /// Tyres of wheels that have no rollers in the robot's file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tyres: Option<TyreOptions>,
     /// Joints other than wheels and rollers, by name. Default: sprung where the file has a spring, free for rockers, else
     /// held at zero.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -104,6 +107,7 @@ impl Robot {
         options.joints = self.joints.iter().map(joint).collect();
         options.spec = self.spec.clone();
         options.wheels = self.wheels.clone();
+        options.tyres = self.tyres.clone();
         options
     }
 }

@@ -50,6 +50,8 @@ pub(crate) struct FixedRoller {
     pub shape: Option<SharedShape>,
     /// Radius of a ball around its middle that holds it whole, in metres.
     pub bounding_radius_m: f64,
+    /// Whether it is a tyre, which turns with its hub for good.
+    pub is_tyre: bool,
     /// Inertia about its axis, in kg m^2.
     axial_inertia_kg_m2: f64,
     /// Bearing damping, in N m s/rad.
@@ -65,7 +67,7 @@ impl FixedRoller {
     pub fn new(wheel: &Wheel, roller: &Roller) -> Self {
         let (barrel, turned) = match &roller.form {
             RollerForm::AsModelled(_) => (None, None),
-            RollerForm::Turned(turned) => (None, Some(turned.clone())),
+            RollerForm::Turned(turned) | RollerForm::Tyre(turned) => (None, Some(turned.clone())),
             _ => (Some(wheel.barrel(roller)), None),
         };
         let shape = match &roller.form {
@@ -82,6 +84,7 @@ impl FixedRoller {
             hub_from_roller: roller.hub_from_roller(),
             axis_in_hub: roller.hub_from_roller().rotation * Vector3::z(),
             bounding_radius_m,
+            is_tyre: roller.is_tyre(),
             barrel,
             turned,
             shape,
@@ -118,7 +121,7 @@ pub(crate) struct RollerState {
     pub angle_rad: f64,
     /// What damping leaves of its spin in a step in the air, and how long that step is, in seconds.
     damping_leaves: (f64, f64),
-    /// Whether the roller has seized on its axle.
+    /// Whether the roller has seized on its axle; a tyre always has.
     pub seized: bool,
     /// Where it is along its axle, if it has play.
     pub slide: Option<Box<Slide>>,
@@ -138,6 +141,7 @@ impl RollerState {
     pub fn at_rest(fixed: Arc<FixedRoller>) -> Self {
         Self {
             slide: fixed.slide.clone().map(Box::new),
+            seized: fixed.is_tyre,
             fixed,
             axial_rate_rad_s: 0.0,
             mean_rate_rad_s: 0.0,
@@ -149,7 +153,6 @@ impl RollerState {
             spin_up_left_j: 0.0,
             angle_rad: 0.0,
             damping_leaves: (1.0, 0.0),
-            seized: false,
         }
     }
 
@@ -230,7 +233,7 @@ impl RollerState {
 
     /// Lets the roller seize on its axle, or frees it; either way it stands still against its hub at that moment.
     pub fn seize(&mut self, seized: bool, hub_rate_in_hub_rad_s: &Vector3<f64>) {
-        self.seized = seized;
+        self.seized = seized || self.is_tyre;
         if let Some(slide) = &mut self.slide {
             slide.seize();
         }

@@ -20,7 +20,8 @@ pub(crate) struct WheelBody {
     pub surface: Surface,
     /// What share of the ground's friction its rollers find: 1, or what was set from outside.
     pub grip: f64,
-    /// Whether its rollers make a circle of its outline, wherever they are on their axles.
+    /// Whether its rollers make a circle of its outline, wherever they are on their axles. Not so
+    /// of a tyre, which touches in two places.
     pub is_round: bool,
     /// Whether its rollers can slide along their axles.
     pub has_play: bool,
@@ -112,7 +113,7 @@ impl WheelBody {
             reach_m: rollers.iter().map(reach_m).fold(0.0, f64::max),
             surface: Surface::of(&wheel.surface, scale),
             grip: 1.0,
-            is_round: wheel.is_round() && play_m == 0.0,
+            is_round: wheel.is_round() && play_m == 0.0 && !wheel.has_tyre(),
             has_play: play_m > 0.0,
             rollers,
             owed_in_hub_n_m: Vector3::zeros(),

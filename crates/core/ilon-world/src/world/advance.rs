@@ -539,7 +539,7 @@ impl Articulated {
         const STEPS: f64 = 6.0;
         let rates = self.state.wheel_rates_rad_s().iter();
         rates.zip(&self.robot.wheels).all(|(rate_rad_s, wheel)| {
-            STEPS * dt_s * rate_rad_s.abs() * wheel.rollers.len() as f64 <= TAU
+            wheel.has_tyre() || STEPS * dt_s * rate_rad_s.abs() * wheel.rollers.len() as f64 <= TAU
         })
     }
 

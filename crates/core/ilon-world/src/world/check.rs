@@ -251,7 +251,9 @@ fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<
         );
         return refused(what, "leave the rollers rigid");
     }
-    let turned = |roller: &Roller| matches!(roller.form, RollerForm::Turned(_));
+    let turned = |roller: &Roller| {
+        matches!(roller.form, RollerForm::Turned(_) | RollerForm::Tyre(_))
+    };
     let of_profile = |wheel: &&Wheel| wheel.rollers.iter().any(turned);
     if let Some(wheel) = robot.wheels.iter().find(of_profile) {
         return refused(
@@ -308,7 +310,7 @@ fn check_wheel(wheel: &Wheel) -> Result<(), WorldError> {
             }
             continue;
         }
-        if let RollerForm::Turned(_) = &roller.form {
+        if let RollerForm::Turned(_) | RollerForm::Tyre(_) = &roller.form {
             if wheel.surface.tread.is_some() {
                 return Err(WorldError::TreadOnTurned {
                     wheel: wheel.name.clone(),

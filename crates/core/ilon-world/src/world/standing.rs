@@ -204,7 +204,7 @@ fn surfaces(robot: &Robot) -> Vec<Surface> {
                     center_m,
                     axis,
                 },
-                RollerForm::Turned(turned) => SurfaceShape::Turned {
+                RollerForm::Turned(turned) | RollerForm::Tyre(turned) => SurfaceShape::Turned {
                     turned: turned.clone(),
                     center_m,
                     axis,

@@ -23,6 +23,7 @@ mod servos;
 mod start;
 mod support;
 mod tread;
+mod tyres;
 mod user_bodies;
 mod validation;
 mod window;

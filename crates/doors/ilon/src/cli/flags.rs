@@ -72,6 +72,13 @@ fn flags(options: &LoadOptions) -> Vec<String> {
     if let Some(wheels) = &options.wheels {
         flags.extend(wheel_flags(wheels));
     }
+    if let Some(tyres) = &options.tyres {
+        flags.push("--tyres".to_owned());
+        if !tyres.joints.is_empty() {
+            flags.push(format!("--wheels {}", shell(&tyres.joints.join(","))));
+        }
+        flags.extend(tyres.width_m.map(|m| format!("--tyre-width-m {m}")));
+    }
     if let Some(radius_m) = options.wheel_radius_m {
         flags.push(format!("--wheel-radius-m {radius_m}"));
     }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
 use ilon_formats::{
-    Handedness, LoadOptions, LoadRobot, Loaded, Package, RollerForms, WheelOptions,
+    Handedness, LoadOptions, LoadRobot, Loaded, Package, RollerForms, TyreOptions, WheelOptions,
 };
 use ilon_robot::Robot;
 
@@ -61,7 +61,7 @@ pub(super) struct Sources {
 #[command(next_help_heading = "Rollers for wheels that have none in the file")]
 struct Wheels {
     /// Rollers on each wheel.
-    #[arg(long, value_name = "N", requires = "gamma")]
+    #[arg(long, value_name = "N", requires = "gamma", group = "given")]
     rollers: Option<usize>,
     /// Their angle gamma in the usual X of mecanum wheels, such as 45; -45 is the O.
     #[arg(
@@ -82,12 +82,18 @@ struct Wheels {
         requires = "rollers"
     )]
     gamma_deg: Vec<f64>,
+    /// Tyres instead of rollers: of differential, skid-steered and tricycle robots.
+    #[arg(long, group = "given", conflicts_with = "gamma")]
+    tyres: bool,
+    /// Width of a tyre [default: that of the wheel's geometry].
+    #[arg(long, value_name = "M", requires = "tyres")]
+    tyre_width_m: Option<f64>,
     /// The wheels' joints [default: every joint on a level axis that stands on the floor].
     #[arg(
         long,
         value_name = "JOINT,..",
         value_delimiter = ',',
-        requires = "rollers"
+        requires = "given"
     )]
     wheels: Vec<String>,
     /// Largest radius of the rollers [default: a fifth of the wheel's, or more, to reach the neighbours].
@@ -121,11 +127,19 @@ impl Reading {
         options.wheel_radius_m = self.wheel_radius_m;
         options.infer_rollers = !self.no_inferred_rollers;
         options.wheels = self.wheels.options();
+        options.tyres = self.wheels.tyres();
         options
     }
 }
 
 impl Wheels {
+    /// The tyres that were asked for, if any were.
+    fn tyres(&self) -> Option<TyreOptions> {
+        let mut options = TyreOptions::on(self.wheels.clone());
+        options.width_m = self.tyre_width_m;
+        self.tyres.then_some(options)
+    }
+
     /// The rollers that were asked for, if any were.
     fn options(&self) -> Option<WheelOptions> {
         let gamma = match (self.gamma_x_deg, self.gamma_deg.as_slice()) {

@@ -28,14 +28,16 @@ const MOST_GYRATION: f64 = 5.0;
 /// Density of steel, in kg/m^3; a denser wheel is doubted.
 const STEEL_KG_M3: f64 = 8000.0;
 
-/// Rejects fewer than three wheels, with a report of what was found instead.
+/// Rejects fewer than three wheels, or two on tyres, with a report of what was found instead.
 pub(super) fn check_wheel_count(
     loading: &Loading,
     candidates: &[Candidate],
-    given: usize,
+    (given, on_tyres): (usize, bool),
     survey: &Survey,
 ) -> Result<(), RobotError> {
-    if candidates.len() + given >= LEAST_WHEELS {
+    // Tyres hold a robot sideways: two drive it.
+    let least = if on_tyres { 2 } else { LEAST_WHEELS };
+    if candidates.len() + given >= least {
         return Ok(());
     }
     let (source, tree) = (loading.source, loading.tree);

@@ -86,6 +86,36 @@ pub(super) fn about(
     }
 }
 
+/// Returns the width of the widest shape of a body that is round about an axis, the z axis of the
+/// frame, in metres: collision shapes, or else visual shapes. `None` if only spheres are.
+pub(super) fn width_m(
+    body: &RigidBody,
+    body_from_frame: &Isometry3<f64>,
+    meshes: &Meshes,
+) -> Option<f64> {
+    let shapes = match &body.shapes[..] {
+        [] => &body.visuals,
+        _ => &body.shapes,
+    };
+    let width_m = |shape: &PlacedShape| {
+        of_shape(shape, body_from_frame, meshes).ok()?;
+        let from_shape = body_from_frame.inverse() * shape.body_from_shape;
+        match &shape.geometry {
+            Geometry::Cylinder { length, .. } | Geometry::Capsule { length, .. } => Some(*length),
+            Geometry::Box { size } => (0..3)
+                .find(|&i| (from_shape.rotation * Vector3::ith(i, 1.0)).z.abs() > 0.99)
+                .map(|along| size[along]),
+            Geometry::Sphere { .. } => None,
+            Geometry::Mesh { filename, scale } => {
+                let points = mesh_points(meshes, filename, *scale, &from_shape).ok()?;
+                let along = || points.iter().map(|point| point.z);
+                Some(along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min))
+            }
+        }
+    };
+    shapes.iter().filter_map(width_m).reduce(f64::max)
+}
+
 /// Returns the radii of all readable shapes of a body that are round about an axis, the z axis of
 /// the frame, in metres.
 pub(super) fn readable(

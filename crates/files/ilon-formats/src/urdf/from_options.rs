@@ -18,17 +18,73 @@ use crate::model::{
     Barrel, DriveTrain, Joint, MassProperties, Remark, Roller, RollerForm, RollerSurface,
     RollersAsMade, Wheel,
 };
-use crate::options::{Handedness, WheelOptions};
+use crate::options::{Handedness, TyreOptions, WheelOptions};
 
 /// Density of rubber, for rollers without a given mass, in kg/m^3.
 const RUBBER_KG_M3: f64 = 1100.0;
+/// Width of the tyre of a wheel whose geometry shows none, such as a sphere, over its radius
+/// (chosen).
+const WIDTH_SHARE: f64 = 0.4;
 /// A wheel this close to the middle line of the X is in the middle, in metres.
 const IN_THE_MIDDLE_M: f64 = 1e-3;
 
-/// A wheel that gets rollers, with its gamma.
+/// A wheel without rollers in the file.
 pub(super) struct BareWheel {
     pub(super) like: WheelLike,
-    gamma_rad: f64,
+    gives: Gives,
+}
+
+/// What such a wheel is given.
+enum Gives {
+    /// Rollers at this gamma, in radians.
+    Rollers(f64),
+    /// A tyre.
+    Tyre(TyreOptions),
+}
+
+/// Returns the wheels that roll on tyres: those that the options name, by default those that turn,
+/// stand on the floor, and are given no rollers.
+pub(super) fn tyred(
+    loading: &Loading,
+    options: &TyreOptions,
+    (candidates, given): (&[Candidate], &[BareWheel]),
+    survey: &Survey,
+) -> Result<Vec<BareWheel>, RobotError> {
+    for (key, value) in [
+        ("tyres.width_m", options.width_m),
+        ("tyres.shoulder_radius_m", options.shoulder_radius_m),
+    ] {
+        if let Some(value) = value.filter(|v| !(v.is_finite() && *v >= 0.0)) {
+            return Err(loading.source.robot_error(Fault::OutOfRange {
+                key: key.to_owned(),
+                value: value.to_string(),
+                range: "a finite number above 0",
+            }));
+        }
+    }
+    let is_free = |like: &&WheelLike| given.iter().all(|of| of.like.joint != like.joint);
+    let likes: Vec<WheelLike> = match &options.joints[..] {
+        [] => survey.turning.iter().filter(is_free).cloned().collect(),
+        names => {
+            let found = names
+                .iter()
+                .map(|name| named(loading, name, candidates, survey));
+            found.collect::<Result<_, _>>()?
+        }
+    };
+    if let Some(twice) = likes.iter().find(|like| !is_free(like)) {
+        let name = &loading.tree.joints[twice.joint].name;
+        return Err(loading.source.joint_error(name, Fault::HasRollers));
+    }
+    for like in &likes {
+        let name = &loading.tree.joints[like.joint].name;
+        check_level(loading.source, name, &like.axis)?;
+    }
+    let given = |like| BareWheel {
+        like,
+        gives: Gives::Tyre(options.clone()),
+    };
+    Ok(likes.into_iter().map(given).collect())
 }
 
 /// Returns the wheels that the options name, by default those that turn and stand on the floor,
@@ -73,7 +129,7 @@ pub(super) fn wheels(
     }
     let given = |(like, gamma_deg): (WheelLike, f64)| BareWheel {
         like,
-        gamma_rad: gamma_deg.to_radians(),
+        gives: Gives::Rollers(gamma_deg.to_radians()),
     };
     Ok(likes.into_iter().zip(gammas_deg).map(given).collect())
 }
@@ -186,10 +242,10 @@ pub(super) fn in_x_deg(
     likes.iter().enumerate().map(of_like).collect()
 }
 
-/// Returns a wheel with its added rollers.
+/// Returns a wheel with its added rollers, as these options describe them, or its tyre.
 pub(super) fn wheel(
     loading: &mut Loading,
-    options: &WheelOptions,
+    options: Option<&WheelOptions>,
     given: &BareWheel,
     body: &RigidBody,
 ) -> Result<Wheel, RobotError> {
@@ -206,23 +262,27 @@ pub(super) fn wheel(
     let frame = hub_frame(&given.like.origin, axis);
     let body_from_hub = hub_frame(&(frame * Point3::new(0.0, 0.0, middle_m)), axis);
     let whole = whole.moved(&body_from_hub.inverse());
-    let rollers = rollers(
-        options,
-        given.gamma_rad,
-        &joint.name,
-        radius_m,
-        whole.mass_kg,
-    )
-    .map_err(|fault| source.joint_error(&joint.name, fault))?;
+    let (gamma_rad, rollers) = match (&given.gives, options) {
+        (Gives::Tyre(tyre), _) => (0.0, tyre_of(loading, tyre, (given, body), radius_m)),
+        (Gives::Rollers(gamma_rad), Some(options)) => {
+            let rollers = rollers(options, *gamma_rad, &joint.name, radius_m, whole.mass_kg);
+            (*gamma_rad, rollers)
+        }
+        (Gives::Rollers(gamma_rad), None) => (*gamma_rad, Ok(Vec::new())),
+    };
+    let rollers = rollers.map_err(|fault| source.joint_error(&joint.name, fault))?;
     remark_given(loading, given, &rollers, radius_m);
     remark_motor(&joint.name, &joint.limits, &mut loading.remarks);
     Ok(Wheel {
         name: joint.name.clone(),
         carrier: None,
         body_from_hub,
-        hub: without(&whole, &rollers),
+        hub: match given.gives {
+            Gives::Tyre(_) => whole,
+            Gives::Rollers(_) => without(&whole, &rollers),
+        },
         radius_m,
-        gamma_rad: given.gamma_rad,
+        gamma_rad,
         rollers,
         motor: joint.limits,
         joint: joint.losses,
@@ -268,6 +328,32 @@ fn size(loading: &mut Loading, given: &BareWheel, body: &RigidBody) -> Result<(f
         }
         (None, Err(why)) => Err(unsized_wheel.fault(loading, &why)),
     }
+}
+
+/// Returns the tyre of a wheel, in place of its rollers.
+fn tyre_of(
+    loading: &Loading,
+    options: &TyreOptions,
+    (given, body): (&BareWheel, &RigidBody),
+    radius_m: f64,
+) -> Result<Vec<Roller>, Fault> {
+    let frame = hub_frame(&given.like.origin, &given.like.axis);
+    let shown_m = || disc::width_m(body, &frame, &loading.meshes);
+    let width_m = options.width_m.or_else(shown_m);
+    let width_m = width_m.unwrap_or(WIDTH_SHARE * radius_m);
+    let shoulder_m = options.shoulder_radius_m.unwrap_or(0.25 * width_m);
+    let tyre = Roller::tyre(radius_m, width_m, shoulder_m);
+    let tyre = tyre.map_err(|_| Fault::OutOfRange {
+        key: "tyres".to_owned(),
+        value: format!(
+            "a tyre {:.1} mm wide with shoulders of {:.1} mm on a wheel of {:.1} mm",
+            1e3 * width_m,
+            1e3 * shoulder_m,
+            1e3 * radius_m
+        ),
+        range: "wider than both of its shoulders together, and these smaller than the wheel",
+    })?;
+    Ok(vec![tyre])
 }
 
 fn remark_wheel(loading: &mut Loading, given: &BareWheel, words: String) {
@@ -351,16 +437,21 @@ fn remark_given(loading: &mut Loading, given: &BareWheel, rollers: &[Roller], ra
     let joint = &loading.tree.joints[given.like.joint];
     let subject = format!("wheel `{}`", joint.name);
     let (count, first) = (rollers.len(), &rollers[0]);
-    loading.remarks.push(Remark::new(
-        subject.clone(),
-        format!(
+    let words = match given.gives {
+        Gives::Tyre(_) => format!(
+            "rolls on a tyre {:.1} mm wide; the wheel's radius is {:.1} mm",
+            1e3 * first.length_m,
+            1e3 * radius_m
+        ),
+        Gives::Rollers(gamma_rad) => format!(
             "given {count} rollers of radius {:.1} mm and {:.1} g at gamma = {:.1} deg; the wheel's radius is {:.1} mm",
             1e3 * first.radius_m,
             1e3 * first.mass_kg,
-            given.gamma_rad.to_degrees(),
+            gamma_rad.to_degrees(),
             1e3 * radius_m
         ),
-    ));
+    };
+    loading.remarks.push(Remark::new(subject.clone(), words));
     let in_the_file = match (joint.motion, joint.mimics) {
         (Motion::Turning, false) => return,
         (Motion::Turning, true) => "follows another joint in the file, which is not read",

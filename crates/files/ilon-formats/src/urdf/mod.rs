@@ -161,7 +161,8 @@ type Bare = (Vec<BareWheel>, Option<WheelOptions>, Option<WheelOptions>);
 fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, RobotError> {
     let asked = loading.options.wheels.clone();
     let enough = candidates.len() >= LEAST_WHEELS;
-    if enough && asked.is_none() {
+    let tyres = loading.options.tyres.clone();
+    if enough && asked.is_none() && tyres.is_none() {
         return Ok((Vec::new(), None, None));
     }
     let survey = match &asked {
@@ -175,7 +176,10 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
             most: MOST_WHEELS,
         }));
     }
-    let may_infer = candidates.is_empty() && asked.is_none() && loading.options.infer_rollers;
+    let may_infer = candidates.is_empty()
+        && asked.is_none()
+        && tyres.is_none()
+        && loading.options.infer_rollers;
     // Modelled but fixed rollers are not added a second time.
     let inferred = match may_infer && recognise::fixed_rollers(loading.tree).is_empty() {
         true => infer::infer(loading, &survey),
@@ -200,12 +204,26 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
     }
     let inferred = inferred.map(|inferred| inferred.rollers);
     let rollers = asked.or_else(|| inferred.clone());
-    let given = match &rollers {
+    let mut given = match &rollers {
         Some(rollers) => from_options::wheels(loading, rollers, candidates, &survey)?,
         None => Vec::new(),
     };
-    check::check_wheel_count(loading, candidates, given.len(), &survey)?;
-    remark_left_alone(loading, &rollers, &survey);
+    let tyres = match (tyres, &rollers) {
+        (None, None) if may_infer => infer::tyres(loading, &survey),
+        (tyres, _) => tyres,
+    };
+    if let Some(tyres) = &tyres {
+        given.extend(from_options::tyred(
+            loading,
+            tyres,
+            (candidates, &given),
+            &survey,
+        )?);
+    }
+    check::check_wheel_count(loading, candidates, (given.len(), tyres.is_some()), &survey)?;
+    if rollers.is_some() || tyres.is_some() {
+        remark_left_alone(loading, &survey);
+    }
     Ok((given, rollers, inferred))
 }
 
@@ -224,17 +242,14 @@ fn other_values(choices: &[(String, Vec<String>)]) -> String {
 }
 
 /// Adds remarks on turning joints that are no wheels, after a search without names.
-fn remark_left_alone(loading: &mut Loading, rollers: &Option<WheelOptions>, survey: &Survey) {
-    if rollers.is_some() {
-        let steered = survey.left_out(loading.tree, &survey.likely());
-        let is_new =
-            |of: &&CandidateJoint| survey.looked.iter().all(|known| known.joint != of.joint);
-        for looked in survey.looked.iter().chain(steered.iter().filter(is_new)) {
-            let subject = format!("joint `{}`", looked.joint);
-            loading
-                .remarks
-                .push(Remark::new(subject, format!("no wheel: {}", looked.reason)));
-        }
+fn remark_left_alone(loading: &mut Loading, survey: &Survey) {
+    let steered = survey.left_out(loading.tree, &survey.likely());
+    let is_new = |of: &&CandidateJoint| survey.looked.iter().all(|known| known.joint != of.joint);
+    for looked in survey.looked.iter().chain(steered.iter().filter(is_new)) {
+        let subject = format!("joint `{}`", looked.joint);
+        loading
+            .remarks
+            .push(Remark::new(subject, format!("no wheel: {}", looked.reason)));
     }
 }
 
@@ -257,7 +272,7 @@ fn wheels(
         });
         wheels.extend(faults.keep(measured));
     }
-    for (given, rollers) in given.iter().filter_map(|given| Some((given, rollers?))) {
+    for given in given {
         let j = given.like.joint;
         let body = hub_body(loading, j, &moving);
         let made = from_options::wheel(loading, rollers, given, &body).and_then(|wheel| {

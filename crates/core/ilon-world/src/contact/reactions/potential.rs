@@ -171,7 +171,10 @@ impl Scene<'_> {
             axis: hub.rotation * state.axis_in_hub,
             before_rad_s: state.axial_rate_rad_s,
             start_rad_s: state.axial_rate_rad_s,
-            rate_rad_s: state.free_rate_rad_s(self.dt_s),
+            rate_rad_s: match state.seized {
+                true => state.axial_rate_rad_s,
+                false => state.free_rate_rad_s(self.dt_s),
+            },
             response: (!state.seized).then_some(state.response(self.dt_s)),
             free_response: if state.seized {
                 0.0

@@ -105,6 +105,7 @@ fn wheel_of(body: &Articulated, wheel: usize) -> (Isometry3<f64>, SharedShape) {
         let along = roller.axis_in_hub.z.abs();
         let half_m = match roller.form {
             RollerForm::AsModelled(_) => roller.radius_m,
+            RollerForm::Tyre(_) => 0.5 * roller.length_m,
             _ => of.barrel(roller).half_length_m,
         };
         roller.center_in_hub_m.z.abs() + along * half_m

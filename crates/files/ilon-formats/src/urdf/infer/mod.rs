@@ -19,7 +19,8 @@ use super::names::{self, is_mecanum, is_omni};
 use super::source::Source;
 use super::tree::{Motion, Tree};
 use crate::error::{CandidateJoint, Proposed};
-use crate::options::{Handedness, WheelOptions};
+use crate::model::Remark;
+use crate::options::{Handedness, TyreOptions, WheelOptions};
 use axes::{
     are_aligned, are_parallel, by_friction, by_joints, by_turning_friction, stand_in_x,
     turning_friction,
@@ -109,6 +110,24 @@ pub(super) fn infer(loading: &Loading, survey: &Survey) -> Option<Inferred> {
         Handedness::XDeg(MECANUM_DEG),
         format!("what the file calls them: `{called}`"),
     )
+}
+
+/// Returns tyres for wheels that a plug-in or a controller drives as plain wheels, and for a lone
+/// pair of parallel wheels, which cannot be Swedish ones; with a remark.
+pub(super) fn tyres(loading: &mut Loading, survey: &Survey) -> Option<TyreOptions> {
+    let wheels = &survey.turning;
+    let is_pair = wheels.len() == 2 && survey.steered.is_empty() && are_parallel(wheels);
+    let why = if is_driven_as_plain(loading.source) && wheels.len() >= 2 {
+        "the file drives them as plain wheels"
+    } else if is_pair {
+        "two wheels on parallel axles drive nothing else"
+    } else {
+        return None;
+    };
+    let words = format!("have no rollers, and are given tyres: {why}");
+    loading.remarks.push(Remark::new("the wheels", words));
+    let joints = wheels.iter().map(|w| loading.tree.joints[w.joint].name.clone());
+    Some(TyreOptions::on(joints.collect()))
 }
 
 /// Returns rollers that match the wheels' arrangement and the file's information, for the user to
