@@ -56,14 +56,18 @@ impl StandardMotion {
     }
 }
 
-/// The motions of a robot, in the order of [`MOTIONS`].
+/// The motions of a robot, in the order of [`MOTIONS`], but for those that its tyres exclude.
 ///
 /// # Errors
 /// For wheels from whose rates no twist follows.
-pub fn standard_motions(robot: &Robot) -> Result<[StandardMotion; 5], Error> {
+pub fn standard_motions(robot: &Robot) -> Result<Vec<StandardMotion>, Error> {
     let motors = robot.wheels.iter().map(|wheel| wheel.motor.velocity_rad_s);
     let tops = SpeedLimits::new(&Kinematics::new(robot)?, &motors.collect::<Vec<_>>());
-    let v = rounded(SPEED_M_S.min(SHARE_OF_TOP * tops.top_speed_range_m_s().0));
+    let least_m_s = match tops.top_speed_range_m_s().0 {
+        0.0 => tops.top_speed_m_s(0.0),
+        least_m_s => least_m_s,
+    };
+    let v = rounded(SPEED_M_S.min(SHARE_OF_TOP * least_m_s));
     let w = rounded(RATE_RAD_S.min(SHARE_OF_TOP * tops.top_yaw_rate_rad_s()));
     let arc = rounded((0.5 * v).min(0.5 * w * ARC_M));
     let diagonal = rounded(v * std::f64::consts::FRAC_1_SQRT_2);
@@ -73,13 +77,15 @@ pub fn standard_motions(robot: &Robot) -> Result<[StandardMotion; 5], Error> {
         // The ramp takes half its time of full speed.
         duration_s: lasts_s + 0.5 * RAMP_S,
     };
-    Ok([
+    let motions = [
         of(0, [v, 0.0, 0.0], 1.0 / v),
         of(1, [0.0, v, 0.0], 1.0 / v),
         of(2, [diagonal, diagonal, 0.0], 1.0 / v),
         of(3, [arc, 0.0, rounded(arc / ARC_M)], 1.0 / arc),
         of(4, [0.0, 0.0, w], std::f64::consts::TAU / w),
-    ])
+    ];
+    let can = |motion: &StandardMotion| tops.share(motion.twist_in_body).is_finite();
+    Ok(motions.into_iter().filter(can).collect())
 }
 
 /// A number with three significant digits, for a file that a person reads.

@@ -164,7 +164,8 @@ impl WheelOptions {
 #[schemars(rename = "RobotTyresSection")]
 #[non_exhaustive]
 pub struct TyreOptions {
-    /// The wheels' joints [default: every joint on a level axis that stands on the common floor].
+    /// The wheels' joints [default: every joint on a level axis that stands on the common floor and is not steered; where
+    /// there is none, those that are].
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<String>,
     /// Width of a tyre, in metres [default: that of the wheel's geometry].

@@ -106,7 +106,7 @@ impl Kinematics {
 pub struct SpeedLimits {
     /// Row h of eq. (9) over its wheel's limit: inside the polytope no row exceeds 1 in amount.
     rows: Vec<Vector3<f64>>,
-    /// Rows that tyres hold at zero.
+    /// Rows that tyres hold at zero which are not steered.
     held: Vec<Vector3<f64>>,
 }
 
@@ -120,7 +120,7 @@ impl SpeedLimits {
                 .filter(|(_, limit_rad_s)| limit_rad_s.is_finite() && **limit_rad_s > 0.0)
                 .map(|(row, limit_rad_s)| row.transpose() / *limit_rad_s)
                 .collect(),
-            held: kinematics.held_rows().to_vec(),
+            held: kinematics.excluded_rows().to_vec(),
         }
     }
 

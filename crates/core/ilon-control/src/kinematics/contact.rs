@@ -211,7 +211,7 @@ impl ContactKinematics {
                 .filter(|w| w.has_tyre())
                 .cloned()
                 .collect(),
-            held: held_rows(&robot.wheels, Vector2::zeros()),
+            held: held_rows(robot.wheels.iter(), Vector2::zeros()),
         };
         kinematics.refresh_rows();
         Ok(kinematics)
@@ -228,7 +228,7 @@ impl ContactKinematics {
             finite("x of the reference point", point_m.x)?,
             finite("y of the reference point", point_m.y)?,
         );
-        kinematics.held = held_rows(&self.tyres, kinematics.reference_point_m);
+        kinematics.held = held_rows(self.tyres.iter(), kinematics.reference_point_m);
         kinematics.refresh_rows();
         Ok(kinematics)
     }

@@ -32,6 +32,9 @@ pub struct Kinematics {
     twist_matrix: Matrix3xX<f64>,
     /// Twists that tyres allow give zero in each of these rows (see `kinematics/tyres.rs`).
     held: Vec<Vector3<f64>>,
+    /// Which wheels are steered, and the rows of tyres that are not.
+    steered: Vec<bool>,
+    excluded: Vec<Vector3<f64>>,
 }
 
 impl Kinematics {
@@ -41,7 +44,11 @@ impl Kinematics {
     /// The conditions of Lemma 1: [`ControlError::TooFewWheels`],
     /// [`ControlError::NoControlAuthority`] (c.1), [`ControlError::Uncontrollable`] (c.2).
     pub fn new(robot: &Robot) -> Result<Self, ControlError> {
-        Self::assemble(robot.wheels.clone(), Vector2::zeros())
+        let steered = robot.wheels.iter().map(|w| robot.steering_of(w).is_some());
+        Self::assemble(
+            (robot.wheels.clone(), steered.collect()),
+            Vector2::zeros(),
+        )
     }
 
     /// Returns the kinematics of the same robot about another reference point c, given in the body
@@ -53,12 +60,17 @@ impl Kinematics {
     pub fn about(&self, point_m: Vector2<f64>) -> Result<Self, ControlError> {
         finite("x of the reference point", point_m.x)?;
         finite("y of the reference point", point_m.y)?;
-        Self::assemble(self.wheels.clone(), point_m)
+        Self::assemble((self.wheels.clone(), self.steered.clone()), point_m)
     }
 
-    fn assemble(wheels: Vec<Wheel>, reference_point_m: Vector2<f64>) -> Result<Self, ControlError> {
+    fn assemble(
+        (wheels, steered): (Vec<Wheel>, Vec<bool>),
+        reference_point_m: Vector2<f64>,
+    ) -> Result<Self, ControlError> {
         let count = wheels.len();
-        let held = held_rows(&wheels, reference_point_m);
+        let held = held_rows(wheels.iter(), reference_point_m);
+        let fixed = wheels.iter().zip(&steered).filter(|(_, steered)| !**steered);
+        let excluded = held_rows(fixed.map(|(wheel, _)| wheel), reference_point_m);
         if count + held.len() < 3 {
             return Err(ControlError::TooFewWheels { count });
         }
@@ -112,6 +124,8 @@ impl Kinematics {
             rate_matrix,
             twist_matrix,
             held: held.iter().map(|row| row.transpose()).collect(),
+            excluded: excluded.iter().map(|row| row.transpose()).collect(),
+            steered,
         })
     }
 
@@ -130,22 +144,28 @@ impl Kinematics {
         self.reference_point_m
     }
 
-    /// Whether its wheels can roll every twist; with tyres they cannot.
+    /// Whether its wheels can roll every twist, once those that are steered have turned to it.
+    /// Tyres that are not steered cannot.
     pub fn is_omnidirectional(&self) -> bool {
-        self.held.is_empty()
+        self.excluded.is_empty()
     }
 
-    /// The rows that tyres hold at zero, as functions of (v_x, v_y, omega).
+    /// The rows that tyres hold at zero as they stand, as functions of (v_x, v_y, omega).
     pub(crate) fn held_rows(&self) -> &[Vector3<f64>] {
         &self.held
     }
 
-    /// Returns how fast a twist in the body frame drags tyres sideways, in m/s: the largest over
-    /// the directions of their axles, each in the middle of its tyres. 0 for twists that can be
-    /// rolled.
+    /// Those of the tyres that are not steered.
+    pub(crate) fn excluded_rows(&self) -> &[Vector3<f64>] {
+        &self.excluded
+    }
+
+    /// Returns how fast a twist in the body frame drags tyres sideways that are not steered, in m/s:
+    /// the largest over the directions of their axles, each in the middle of its tyres. 0 for
+    /// twists that can be rolled.
     pub fn sideways_m_s(&self, twist_in_body: Twist) -> f64 {
         let twist = vector_of(twist_in_body);
-        let rows = self.held.iter().map(|row| row.dot(&twist).abs());
+        let rows = self.excluded.iter().map(|row| row.dot(&twist).abs());
         rows.fold(0.0, f64::max)
     }
 

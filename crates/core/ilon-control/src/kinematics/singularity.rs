@@ -192,7 +192,7 @@ fn kind_of(wheels: &[Wheel]) -> Option<SingularityKind> {
 /// Returns M about a point, and below it the rows that tyres hold.
 pub(crate) fn all_rows(wheels: &[Wheel], about_m: Vector2<f64>) -> MatrixXx3<f64> {
     let driven = wheels.iter().map(|w| row_of_m(w, about_m));
-    let rows: Vec<_> = driven.chain(held_rows(wheels, about_m)).collect();
+    let rows: Vec<_> = driven.chain(held_rows(wheels.iter(), about_m)).collect();
     MatrixXx3::from_rows(&rows)
 }
 

@@ -18,9 +18,12 @@ const PARALLEL: f64 = 1e-3;
 
 /// Returns the rows n . v_h = 0 of the tyres about a reference point, one for each direction of
 /// axles, as functions of (v_x, v_y, omega); none for a robot on rollers.
-pub(crate) fn held_rows(wheels: &[Wheel], reference_point_m: Vector2<f64>) -> Vec<RowVector3<f64>> {
+pub(crate) fn held_rows<'w>(
+    wheels: impl Iterator<Item = &'w Wheel>,
+    reference_point_m: Vector2<f64>,
+) -> Vec<RowVector3<f64>> {
     let mut groups: Vec<(Vector2<f64>, Vec<Vector2<f64>>)> = Vec::new();
-    for wheel in wheels.iter().filter(|wheel| wheel.has_tyre()) {
+    for wheel in wheels.filter(|wheel| wheel.has_tyre()) {
         let (n, b) = (wheel.axis(), wheel.position_m().xy() - reference_point_m);
         let parallel = |axis: &Vector2<f64>| axis.perp(&n).abs() < PARALLEL;
         match groups.iter_mut().find(|(axis, _)| parallel(axis)) {

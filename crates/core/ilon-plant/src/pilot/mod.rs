@@ -3,6 +3,7 @@
 pub(crate) mod contradiction;
 mod foresight;
 mod guidance;
+mod modules;
 mod twist_profile;
 
 pub use foresight::{FeasibilityInTime, RateAsked, motion_of};
@@ -17,6 +18,7 @@ use ilon_control::{
 use ilon_robot::{Pose, Robot, Twist};
 use nalgebra::Vector2;
 
+use crate::pilot::modules::Modules;
 use crate::sensing::hubs::Hubs;
 use crate::sensing::sensors::Measurements;
 use ilon_scenario::course::command::{Commanded, Decided, WheelCommand};
@@ -43,6 +45,8 @@ pub struct Pilot {
     kinematics: Kinematics,
     /// Of a robot whose joints move its wheels.
     hubs: Option<Hubs>,
+    /// Of a robot with steered wheels.
+    modules: Option<Modules>,
     /// How long a control period is, in seconds.
     period_s: f64,
     decision: Decision,
@@ -163,6 +167,7 @@ impl Pilot {
             robot: robot.clone(),
             kinematics: about_origin,
             hubs: Hubs::that_move(robot),
+            modules: Modules::of(robot, scenario),
             period_s: scenario.run.control_dt_s,
             decision: Decision::default(),
             log,
@@ -191,10 +196,12 @@ impl Pilot {
                 self.roll_along();
                 let point_m = self.guidance.kinematics().reference_point_m();
                 self.decision.move_to_origin(point_m);
+                self.aim_modules(&seen.joint_positions);
             }
             Planned::Twist(profile) => {
                 let twist = profile.at(t_s);
                 self.command_twist(twist);
+                self.aim_modules(&seen.joint_positions);
             }
             Planned::Log(log) => {
                 let asked = log.ask(t_s, &seen.wheel_angles_rad, &mut self.torques_n_m);
@@ -275,6 +282,23 @@ impl Pilot {
             let rates = self.wheel_rates_rad_s.iter_mut().zip(hubs.carried_rad());
             rates.for_each(|(rate_rad_s, carried)| *rate_rad_s -= carried / self.period_s);
         }
+    }
+
+    /// Sends steered wheels where the granted twist wants them.
+    fn aim_modules(&mut self, joint_positions: &[f64]) {
+        if let (Some(modules), Some(hubs)) = (&mut self.modules, &self.hubs) {
+            let twist = self.decision.granted_twist_in_body;
+            let known = (&self.kinematics, hubs.body_from_hubs());
+            modules.aim(twist, known, joint_positions);
+        }
+    }
+
+    /// Where the pilot sends the joints that steer wheels, in rad, by their indices among the
+    /// robot's joints; nowhere if a log or a user's controller drives.
+    pub fn steering_targets_rad(&self) -> impl Iterator<Item = (usize, f64)> {
+        let steers = matches!(self.motion, Planned::Reference(_) | Planned::Twist(_));
+        let modules = self.modules.iter().filter(move |_| steers);
+        modules.flat_map(Modules::targets_rad)
     }
 
     /// Commands the wheels by the numbers that stand in `torques_n_m`, whatever they are.

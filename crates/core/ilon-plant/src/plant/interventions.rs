@@ -197,6 +197,15 @@ impl Plant {
         Ok(())
     }
 
+    /// Sends the joints that steer wheels where the pilot wants them, in rad, each by its index.
+    pub fn steer(&mut self, targets_rad: impl Iterator<Item = (usize, f64)>) {
+        for (joint, position) in targets_rad {
+            let rate = 0.0;
+            let command = JointCommand::Position { position, rate };
+            self.joint_targets.give(joint, command);
+        }
+    }
+
     /// Refuses what the servo of a joint cannot do.
     fn check_joint(&self, index: usize, name: &str, command: JointCommand) -> Result<(), Error> {
         let of = &self.plan.robot.joints[index];

@@ -8,12 +8,12 @@ pub use fastest::{resolve, resolve_for};
 use std::sync::Arc;
 
 use ilon_control::{DynamicModel, Kinematics, Reference};
-use ilon_robot::Robot;
+use ilon_robot::{Robot, Wheel};
 use ilon_trace::GroundRelief;
 
 use crate::ground::floor;
 use crate::limits;
-use crate::pilot::{Controller, Idle, Pilot};
+use crate::pilot::{Controller, Idle, Pilot, TwistProfile};
 use ilon_scenario::choices::stability::Stability;
 use ilon_scenario::choices::{
     bearing_drag, defaults, kinematics_of, loop_stability, wheel_loop, wheels_to_spare, wrong_hands,
@@ -54,6 +54,9 @@ pub(crate) fn resolve_as_given(
     wheel_loop::choose_springs(&mut scenario, &inputs.standing)?;
     choose_duration(&mut scenario, &inputs.played)?;
     let reference = choose_reference(&mut scenario, robot, &inputs)?;
+    if let Driver::Guidance = driver {
+        refuse_sideways(&scenario, reference.is_some(), (robot, &inputs.kinematics))?;
+    }
     let pilot = inputs.pilot(&scenario, reference.clone(), robot, driver)?;
     let model = wheel_loop::dynamic_model(&inputs.standing)?;
     let physics_dt_s = choose_step(&mut scenario, robot, (&model, &pilot))?;
@@ -109,6 +112,52 @@ pub(crate) fn resolve_as_given(
         warnings,
     };
     Ok(Resolved::new(scenario, choices))
+}
+
+/// Refuses motions that tyres exclude which are not steered: a reference, which the guidance would
+/// follow in all directions, and a twist sideways.
+fn refuse_sideways(
+    scenario: &Scenario,
+    follows: bool,
+    (robot, kinematics): (&Robot, &Kinematics),
+) -> Result<(), Error> {
+    if kinematics.is_omnidirectional() {
+        return Ok(());
+    }
+    let is_fixed = |wheel: &&Wheel| wheel.has_tyre() && robot.steering_of(wheel).is_none();
+    let fixed = robot.wheels.iter().filter(is_fixed);
+    let names: Vec<String> = fixed.map(|wheel| format!("`{}`", wheel.name)).collect();
+    let names = names.join(", ");
+    if follows {
+        return Err(Error::invalid(
+            format!(
+                "a reference is followed in all directions, and the tyres of {names} hold the robot sideways"
+            ),
+            "drive it by [twist] or [playback], or by a controller of your own",
+        ));
+    }
+    let Some(section) = &scenario.twist else {
+        return Ok(());
+    };
+    /// Of the twist's own size: numbers of a file are rounded.
+    const ROUNDED: f64 = 1e-3;
+    let sideways = TwistProfile::new(section).held().find(|twist| {
+        let size_m_s = twist.linear_m_s().norm() + robot.mean_wheel_radius_m() * twist.omega_rad_s.abs();
+        kinematics.sideways_m_s(*twist) > ROUNDED * size_m_s
+    });
+    let Some(twist) = sideways else {
+        return Ok(());
+    };
+    Err(Error::invalid(
+        format!(
+            "[twist] asks for vx_m_s = {}, vy_m_s = {} and omega_rad_s = {}, which drags tyres sideways by {:.3} m/s: {names} are not steered",
+            twist.vx_m_s,
+            twist.vy_m_s,
+            twist.omega_rad_s,
+            kinematics.sideways_m_s(twist)
+        ),
+        "leave the motion along their axles out",
+    ))
 }
 
 /// What the files of a scenario say, and what follows from them and the robot alone.

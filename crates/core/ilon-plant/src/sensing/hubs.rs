@@ -91,6 +91,11 @@ impl Hubs {
         &self.carried_rad
     }
 
+    /// Pose of each hub in the body frame with the joints there, at wheel angle zero.
+    pub fn body_from_hubs(&self) -> &[Isometry3<f64>] {
+        &self.body_from_hubs
+    }
+
     /// The robot with its joints there.
     pub fn posed(&self) -> Robot {
         self.robot.posed(&self.positions)

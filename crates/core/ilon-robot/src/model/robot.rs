@@ -206,6 +206,19 @@ impl Robot {
         bodies.sum::<f64>() + wheels.sum::<f64>()
     }
 
+    /// Returns the joint that steers a wheel, by its index in [`Robot::joints`]: the nearest one
+    /// above it that a servo turns about an upright axis. `None` for a wheel that is not steered.
+    pub fn steering_of(&self, wheel: &Wheel) -> Option<usize> {
+        /// Cosine of the largest lean of an upright axis, 8 degrees (chosen).
+        const UPRIGHT: f64 = 0.99;
+        let steers = |at: &usize| {
+            let joint = &self.joints[*at];
+            let axis = joint.body_from_joint.rotation * Vector3::z();
+            joint.kind == JointKind::Turns && joint.servo().is_some() && axis.z.abs() > UPRIGHT
+        };
+        std::iter::successors(wheel.carrier, |at| self.joints[*at].parent).find(steers)
+    }
+
     /// Returns the joints between the chassis and a wheel, from the chassis on, by their indices in
     /// [`Robot::joints`].
     pub fn joints_above(&self, wheel: &Wheel) -> Vec<usize> {

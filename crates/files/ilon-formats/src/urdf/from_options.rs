@@ -34,6 +34,13 @@ pub(super) struct BareWheel {
     gives: Gives,
 }
 
+impl BareWheel {
+    /// Whether it rolls on a tyre.
+    pub(super) fn has_tyre(&self) -> bool {
+        matches!(self.gives, Gives::Tyre(_))
+    }
+}
+
 /// What such a wheel is given.
 enum Gives {
     /// Rollers at this gamma, in radians.
@@ -64,7 +71,16 @@ pub(super) fn tyred(
     }
     let is_free = |like: &&WheelLike| given.iter().all(|of| of.like.joint != like.joint);
     let likes: Vec<WheelLike> = match &options.joints[..] {
-        [] => survey.turning.iter().filter(is_free).cloned().collect(),
+        [] => {
+            let fixed = survey.turning.iter().filter(is_free);
+            let steered = survey.steered.iter().filter(is_free);
+            let fixed: Vec<WheelLike> = fixed.cloned().collect();
+            if fixed.is_empty() {
+                steered.cloned().collect()
+            } else {
+                fixed
+            }
+        }
         names => {
             let found = names
                 .iter()

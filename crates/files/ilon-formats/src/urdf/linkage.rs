@@ -17,6 +17,7 @@ use super::recognise::Candidate;
 use super::transmission;
 use super::tree::{Motion, Tree};
 use crate::error::{Fault, RobotError};
+use crate::options::{JointOptions, RoleOption};
 use ilon_robot::{
     Body, BodyJoint, Coupling, JointKind, JointRole, JointServo, JointSpring, Remark, Robot, Wheel,
 };
@@ -146,6 +147,13 @@ pub(super) fn decide(
             Some(options) => asked(loading, joint, options)?,
             None => match springs.get(&tree.joints[joint].name) {
                 Some(spring) => sprung(loading, joint, spring),
+                None if steers(tree, joint, &carried, given) => {
+                    let servo = JointOptions {
+                        role: Some(RoleOption::Driven),
+                        ..JointOptions::default()
+                    };
+                    asked(loading, joint, &servo)?
+                }
                 None => {
                     let bound = tree.joints[joint].mimics && !follows_rocker();
                     default_role(tree, (joint, bound), &carried, &driven)
@@ -411,6 +419,20 @@ fn default_role(
             ))
         ),
     })
+}
+
+/// Whether a joint steers wheels on tyres: it turns about an upright axis, and carries nothing else
+/// that drives.
+fn steers(tree: &Tree, joint: usize, carried: &[usize], given: &[BareWheel]) -> bool {
+    /// Cosine of the largest lean of an upright axis.
+    const UPRIGHT: f64 = 0.99;
+    let of = &tree.joints[joint];
+    let turns = matches!(of.motion, Motion::Turning | Motion::Swinging);
+    let on_tyre = |hub: &usize| {
+        let mut wheels = given.iter();
+        wheels.any(|wheel| wheel.like.joint == *hub && wheel.has_tyre())
+    };
+    turns && of.axis.z.abs() > UPRIGHT && !carried.is_empty() && carried.iter().all(on_tyre)
 }
 
 /// Whether loads on the wheels of a joint turn it in both directions, against each other.
