@@ -56,11 +56,11 @@ impl StandardMotion {
     }
 }
 
-/// The motions of a robot, in the order of [`MOTIONS`], but for those that its tyres exclude.
+/// The motions of a robot, in the order of [`MOTIONS`]; `None` for one that its tyres exclude.
 ///
 /// # Errors
 /// For wheels from whose rates no twist follows.
-pub fn standard_motions(robot: &Robot) -> Result<Vec<StandardMotion>, Error> {
+pub fn standard_motions(robot: &Robot) -> Result<[Option<StandardMotion>; 5], Error> {
     let motors = robot.wheels.iter().map(|wheel| wheel.motor.velocity_rad_s);
     let tops = SpeedLimits::new(&Kinematics::new(robot)?, &motors.collect::<Vec<_>>());
     let least_m_s = match tops.top_speed_range_m_s().0 {
@@ -85,7 +85,7 @@ pub fn standard_motions(robot: &Robot) -> Result<Vec<StandardMotion>, Error> {
         of(4, [0.0, 0.0, w], std::f64::consts::TAU / w),
     ];
     let can = |motion: &StandardMotion| tops.share(motion.twist_in_body).is_finite();
-    Ok(motions.into_iter().filter(can).collect())
+    Ok(motions.map(|motion| Some(motion).filter(can)))
 }
 
 /// A number with three significant digits, for a file that a person reads.
@@ -109,6 +109,7 @@ mod tests {
             }
             let kinematics = Kinematics::new(&robot).expect("four wheels");
             for motion in standard_motions(&robot).expect("four wheels") {
+                let motion = motion.expect("on rollers");
                 let twist = motion.twist_in_body;
                 let way_m = twist.linear_m_s().norm() * (motion.duration_s - 0.25);
                 let turns = twist.omega_rad_s * (motion.duration_s - 0.25) / std::f64::consts::TAU;

@@ -168,6 +168,9 @@ pub struct TyreOptions {
     /// there is none, those that are].
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<String>,
+    /// Those of other joints whose tyres nothing drives, such as the rear axle of a tricycle.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub free: Vec<String>,
     /// Width of a tyre, in metres [default: that of the wheel's geometry].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]

@@ -147,14 +147,18 @@ impl Motor {
     /// A motor with the limits of its URDF (infinite if absent) and a torque-speed curve.
     ///
     /// # Errors
-    /// [`ControlError::NotPositive`] if a limit is NaN, zero or negative.
+    /// [`ControlError::NotPositive`] if a limit is NaN or negative, or that of the rate zero.
     pub fn new(limits: &MotorLimits, curve: MotorCurve) -> Result<Self, ControlError> {
         let limit = |what: &str, value: f64| match value {
             f64::INFINITY => Ok(value),
             _ => positive(what, value),
         };
         Ok(Self {
-            effort_n_m: limit("the motor's effort limit in N m", limits.effort_n_m)?,
+            // Nothing drives a wheel whose motor gives 0.
+            effort_n_m: match limits.effort_n_m {
+                0.0 => 0.0,
+                effort_n_m => limit("the motor's effort limit in N m", effort_n_m)?,
+            },
             velocity_rad_s: limit("the motor's velocity limit in rad/s", limits.velocity_rad_s)?,
             curve,
             strength: [1.0; 2],
@@ -450,8 +454,8 @@ mod tests {
                 .to_string()
         };
         assert_eq!(
-            bad(0.0, 1.0),
-            "the motor's effort limit in N m is 0; it must be finite and above zero"
+            bad(-1.0, 1.0),
+            "the motor's effort limit in N m is -1; it must be finite and above zero"
         );
         assert_eq!(
             bad(1.0, f64::NAN),

@@ -12,7 +12,7 @@ pub struct Joint {
 /// Limits of a wheel's drive, at the wheel (URDF `limit`); infinite if the file sets none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorLimits {
-    /// Largest torque in N m, > 0.
+    /// Largest torque in N m, > 0; 0 for a wheel that no motor drives.
     pub effort_n_m: f64,
     /// Largest rate in rad/s, > 0: the paper's q'_max of this wheel.
     pub velocity_rad_s: f64,

@@ -87,6 +87,10 @@ pub struct RollerSurface {
 const STIFF_SAG: f64 = 5.5e-5;
 const STIFF_DAMPING: f64 = 0.7;
 
+/// Deflection of each shoulder of a tyre without a given tread under a wheel's load, over its
+/// radius: that of hard polyurethane (chosen).
+const TYRE_SAG: f64 = 5e-3;
+
 impl RollerSurface {
     /// Returns the largest torque of the friction on a roller's axle under a load in N, in N m:
     /// coefficient times radius times load.
@@ -94,11 +98,16 @@ impl RollerSurface {
         self.axle_friction * self.axle_radius_m * load_n.max(0.0)
     }
 
-    /// Returns the tread with which its rollers touch the ground on a robot of these units. Rollers
-    /// that can slide along their axles and have no tread get one that deflects by 5.5e-5 of the
-    /// wheel's radius, 1e7 N/m on a robot of 11 kg with wheels of 50 mm: near a hand-over two
+    /// Returns the tread with which rollers touch the ground, or a tyre, on a robot of these units.
+    /// Rollers that can slide along their axles and have no tread get one that deflects by 5.5e-5 of
+    /// the wheel's radius, 1e7 N/m on a robot of 11 kg with wheels of 50 mm: near a hand-over two
     /// rollers carry the wheel while one slides, and with rigid ones their shares are undetermined.
-    pub fn touching_tread(&self, scale: &Scale) -> Option<Tread> {
+    /// A tyre without a tread gets one that deflects by 5e-3 of the radius, so that both of its
+    /// shoulders carry it.
+    pub fn touching_tread(&self, scale: &Scale, is_tyre: bool) -> Option<Tread> {
+        if is_tyre && self.tread.is_none() {
+            return Some(Tread::new(scale.stiffness_n_m(TYRE_SAG)));
+        }
         let stiff = (self.axial_play_m > 0.0).then(|| {
             let stiffness_n_m = scale.stiffness_n_m(STIFF_SAG);
             let critical_n_s_m = 2.0 * (stiffness_n_m * scale.load_kg).sqrt();

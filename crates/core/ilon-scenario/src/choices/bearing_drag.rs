@@ -32,6 +32,9 @@ pub fn remarks(robot: &Robot, friction: f64, gravity_m_s2: f64) -> Vec<String> {
 fn of_bearing(wheel: &Wheel, friction: f64, load_n: f64) -> Option<String> {
     let dry_n_m = wheel.dry_friction_n_m();
     let effort_n_m = wheel.motor.effort_n_m;
+    if effort_n_m == 0.0 {
+        return None;
+    }
     if dry_n_m >= effort_n_m {
         return Some(format!(
             "its motor never turns it: the dry friction of its bearing and gear is {} mN m, and its motor gives {} mN m",

@@ -215,7 +215,7 @@ fn tread_need(robot: &Robot, scale: &Scale) -> Need {
     let treads = robot
         .wheels
         .iter()
-        .filter_map(|wheel| wheel.surface.touching_tread(scale));
+        .filter_map(|wheel| wheel.surface.touching_tread(scale, wheel.has_tyre()));
     let seen_s = treads.map(|tread| BOUNCE_A_STEP_RAD * (load_kg / tread.stiffness_n_m).sqrt());
     Need {
         longest_s: seen_s

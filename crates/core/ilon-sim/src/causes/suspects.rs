@@ -237,8 +237,8 @@ fn motions(
     files: &FileAccess,
     lengths: [Option<f64>; MOTIONS.len()],
 ) -> Result<Vec<Option<Motion>>, Error> {
-    let drive = |(motion, length): (&StandardMotion, &Option<f64>)| {
-        let Some(length) = length else {
+    let drive = |(motion, length): (&Option<StandardMotion>, &Option<f64>)| {
+        let (Some(motion), Some(length)) = (motion, length) else {
             return Ok(None);
         };
         let text = format!(

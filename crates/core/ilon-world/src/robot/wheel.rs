@@ -50,7 +50,7 @@ pub(crate) struct Surface {
 }
 
 impl Surface {
-    fn of(surface: &RollerSurface, scale: &Scale) -> Self {
+    fn of((surface, is_tyre): (&RollerSurface, bool), scale: &Scale) -> Self {
         let load_kg = scale.load_kg;
         let law = |tread: &Tread| TreadLaw {
             normal: Spring {
@@ -67,7 +67,7 @@ impl Surface {
             load_kg,
         };
         Self {
-            tread: surface.touching_tread(scale).as_ref().map(law),
+            tread: surface.touching_tread(scale, is_tyre).as_ref().map(law),
             rolling_resistance: surface.rolling_resistance,
             axle_drag_m: surface.axle_drag_n_m(1.0),
             load_kg,
@@ -111,7 +111,7 @@ impl WheelBody {
         Self {
             joint,
             reach_m: rollers.iter().map(reach_m).fold(0.0, f64::max),
-            surface: Surface::of(&wheel.surface, scale),
+            surface: Surface::of((&wheel.surface, wheel.has_tyre()), scale),
             grip: 1.0,
             is_round: wheel.is_round() && play_m == 0.0 && !wheel.has_tyre(),
             has_play: play_m > 0.0,

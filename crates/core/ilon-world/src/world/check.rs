@@ -310,7 +310,10 @@ fn check_wheel(wheel: &Wheel) -> Result<(), WorldError> {
             }
             continue;
         }
-        if let RollerForm::Turned(_) | RollerForm::Tyre(_) = &roller.form {
+        if roller.is_tyre() {
+            continue;
+        }
+        if let RollerForm::Turned(_) = &roller.form {
             if wheel.surface.tread.is_some() {
                 return Err(WorldError::TreadOnTurned {
                     wheel: wheel.name.clone(),

@@ -105,7 +105,7 @@ impl Export {
         let mut made = ContactKinematics::new(robot)?;
         let mut shown = ContactKinematics::new(&fitted.robot)?;
         let mut drives = Vec::new();
-        for motion in standard_motions(robot)? {
+        for motion in standard_motions(robot)?.into_iter().flatten() {
             if !["ahead", "left", "turn"].contains(&motion.name) {
                 continue;
             }

@@ -37,7 +37,7 @@ pub(super) struct BareWheel {
 impl BareWheel {
     /// Whether it rolls on a tyre.
     pub(super) fn has_tyre(&self) -> bool {
-        matches!(self.gives, Gives::Tyre(_))
+        matches!(self.gives, Gives::Tyre(..))
     }
 }
 
@@ -45,8 +45,8 @@ impl BareWheel {
 enum Gives {
     /// Rollers at this gamma, in radians.
     Rollers(f64),
-    /// A tyre.
-    Tyre(TyreOptions),
+    /// A tyre, and whether a motor drives it.
+    Tyre(TyreOptions, bool),
 }
 
 /// Returns the wheels that roll on tyres: those that the options name, by default those that turn,
@@ -96,11 +96,18 @@ pub(super) fn tyred(
         let name = &loading.tree.joints[like.joint].name;
         check_level(loading.source, name, &like.axis)?;
     }
-    let given = |like| BareWheel {
+    let free = options.free.iter();
+    let free = free.map(|name| named(loading, name, candidates, survey));
+    let free: Vec<WheelLike> = free.collect::<Result<_, _>>()?;
+    let is_driven = |like: &WheelLike| free.iter().all(|of| of.joint != like.joint);
+    let given = |(like, driven)| BareWheel {
         like,
-        gives: Gives::Tyre(options.clone()),
+        gives: Gives::Tyre(options.clone(), driven),
     };
-    Ok(likes.into_iter().map(given).collect())
+    let driven = likes.into_iter().filter(is_driven).map(|like| (like, true));
+    let all: Vec<(WheelLike, bool)> = driven.collect();
+    let idle = free.into_iter().map(|like| (like, false));
+    Ok(all.into_iter().chain(idle).map(given).collect())
 }
 
 /// Returns the wheels that the options name, by default those that turn and stand on the floor,
@@ -279,7 +286,7 @@ pub(super) fn wheel(
     let body_from_hub = hub_frame(&(frame * Point3::new(0.0, 0.0, middle_m)), axis);
     let whole = whole.moved(&body_from_hub.inverse());
     let (gamma_rad, rollers) = match (&given.gives, options) {
-        (Gives::Tyre(tyre), _) => (0.0, tyre_of(loading, tyre, (given, body), radius_m)),
+        (Gives::Tyre(tyre, _), _) => (0.0, tyre_of(loading, tyre, (given, body), radius_m)),
         (Gives::Rollers(gamma_rad), Some(options)) => {
             let rollers = rollers(options, *gamma_rad, &joint.name, radius_m, whole.mass_kg);
             (*gamma_rad, rollers)
@@ -288,19 +295,24 @@ pub(super) fn wheel(
     };
     let rollers = rollers.map_err(|fault| source.joint_error(&joint.name, fault))?;
     remark_given(loading, given, &rollers, radius_m);
-    remark_motor(&joint.name, &joint.limits, &mut loading.remarks);
+    let mut motor = joint.limits;
+    if let Gives::Tyre(_, false) = given.gives {
+        motor.effort_n_m = 0.0;
+    } else {
+        remark_motor(&joint.name, &motor, &mut loading.remarks);
+    }
     Ok(Wheel {
         name: joint.name.clone(),
         carrier: None,
         body_from_hub,
         hub: match given.gives {
-            Gives::Tyre(_) => whole,
+            Gives::Tyre(..) => whole,
             Gives::Rollers(_) => without(&whole, &rollers),
         },
         radius_m,
         gamma_rad,
         rollers,
-        motor: joint.limits,
+        motor,
         joint: joint.losses,
         drive: DriveTrain::default(),
         surface: RollerSurface::default(),
@@ -454,9 +466,10 @@ fn remark_given(loading: &mut Loading, given: &BareWheel, rollers: &[Roller], ra
     let subject = format!("wheel `{}`", joint.name);
     let (count, first) = (rollers.len(), &rollers[0]);
     let words = match given.gives {
-        Gives::Tyre(_) => format!(
-            "rolls on a tyre {:.1} mm wide; the wheel's radius is {:.1} mm",
+        Gives::Tyre(_, driven) => format!(
+            "rolls on a tyre {:.1} mm wide{}; the wheel's radius is {:.1} mm",
             1e3 * first.length_m,
+            if driven { "" } else { ", and nothing drives it" },
             1e3 * radius_m
         ),
         Gives::Rollers(gamma_rad) => format!(

@@ -13,13 +13,15 @@ use super::asked_joint::{Role, asked, refused};
 use super::check;
 use super::from_options::BareWheel;
 use super::loading::Loading;
+use super::names;
 use super::recognise::Candidate;
 use super::transmission;
 use super::tree::{Motion, Tree};
 use crate::error::{Fault, RobotError};
 use crate::options::{JointOptions, RoleOption};
 use ilon_robot::{
-    Body, BodyJoint, Coupling, JointKind, JointRole, JointServo, JointSpring, Remark, Robot, Wheel,
+    Body, BodyJoint, Coupling, JointKind, JointRole, JointServo, JointSpring, Remark, Robot, Scale,
+    Wheel,
 };
 
 /// Longest chain of moving joints from the chassis to a wheel's own.
@@ -43,18 +45,24 @@ impl Linkage {
         let mut remarks = Vec::new();
         for (index, (_, role)) in self.joints.iter().enumerate() {
             let inertia = robot.most_inertia_on_joint(index);
+            let scrub_n_m = scrub_n_m(robot, index);
             let joint = &mut robot.joints[index];
             let JointRole::Driven(servo) = &mut joint.role else {
                 continue;
             };
             let [stiffness, damping] = role.gains;
-            servo.stiffness = stiffness.unwrap_or(JointServo::stiffness_for(inertia));
+            let for_scrub = scrub_n_m / SCRUBBED_RAD;
+            let chosen = JointServo::stiffness_for(inertia).max(for_scrub);
+            servo.stiffness = stiffness.unwrap_or(chosen);
             servo.damping = damping.unwrap_or(JointServo::damping_for(inertia, servo.stiffness));
             let [n, rad, of] = match joint.kind {
                 JointKind::Turns => ["N m", "rad", "kg m^2"],
                 JointKind::Slides => ["N", "m", "kg"],
             };
             let chosen = match role.gains {
+                [None, None] if servo.stiffness == for_scrub => format!(
+                    " (what turns tyres on the spot at friction 1, {scrub_n_m:.3} {n}, turns it by {SCRUBBED_RAD} {rad}; critically damped)"
+                ),
                 [None, None] => format!(
                     " ({} Hz, critically damped, for the largest inertia, {inertia:.4} {of})",
                     JointServo::FREQUENCY_HZ
@@ -84,6 +92,21 @@ impl Linkage {
     fn place_of(&self, joint: usize) -> Option<usize> {
         self.joints().position(|other| other == joint)
     }
+}
+
+/// By how much the moment that turns a steered tyre on the spot turns its servo, in rad (chosen).
+const SCRUBBED_RAD: f64 = 0.005;
+
+/// Returns the moment that turns the tyres which a joint steers on the spot at friction 1, with an
+/// even share of the weight on each wheel, in N m; 0 for any other joint.
+fn scrub_n_m(robot: &Robot, joint: usize) -> f64 {
+    let steered = |wheel: &&Wheel| wheel.has_tyre() && robot.steering_of(wheel) == Some(joint);
+    let load_n = Scale::of(robot, 9.81).load_kg * 9.81;
+    let moments = robot.wheels.iter().filter(steered).map(|wheel| {
+        let widths_m = wheel.rollers.iter().map(|tyre| tyre.length_m);
+        0.25 * load_n * widths_m.sum::<f64>()
+    });
+    moments.sum()
 }
 
 /// Decides which joints move.
@@ -153,6 +176,13 @@ pub(super) fn decide(
                         ..JointOptions::default()
                     };
                     asked(loading, joint, &servo)?
+                }
+                None if is_free_caster(tree, joint, given) => {
+                    let free = JointOptions {
+                        role: Some(RoleOption::Free),
+                        ..JointOptions::default()
+                    };
+                    asked(loading, joint, &free)?
                 }
                 None => {
                     let bound = tree.joints[joint].mimics && !follows_rocker();
@@ -419,6 +449,15 @@ fn default_role(
             ))
         ),
     })
+}
+
+/// Whether a joint belongs to a caster of a robot on tyres, and turns freely.
+fn is_free_caster(tree: &Tree, joint: usize, given: &[BareWheel]) -> bool {
+    let of = &tree.joints[joint];
+    of.motion == Motion::Turning
+        && given.iter().any(BareWheel::has_tyre)
+        && names::is_caster(tree, joint)
+        && tree.links[of.child].mass.is_some()
 }
 
 /// Whether a joint steers wheels on tyres: it turns about an upright axis, and carries nothing else

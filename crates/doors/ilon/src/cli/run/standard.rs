@@ -38,7 +38,7 @@ pub(super) fn run(
     let standing = robot_alone(robot, standing, &arguments.settings.settings, files)?;
     let motions = standard_motions(&load_robot(&standing)?)?;
     let mut scenarios = Vec::new();
-    for motion in motions {
+    for motion in motions.into_iter().flatten() {
         let path = folder.join(format!("{}.toml", motion.name));
         let text = format!("{WRITTEN}\n{}{}", robot_line(robot)?, motion.toml());
         if std::fs::read_to_string(&path).is_ok_and(|there| !there.starts_with(WRITTEN)) {

@@ -116,7 +116,9 @@ pub(super) fn infer(loading: &Loading, survey: &Survey) -> Option<Inferred> {
 /// pair of parallel wheels, which cannot be Swedish ones; with a remark.
 pub(super) fn tyres(loading: &mut Loading, survey: &Survey) -> Option<TyreOptions> {
     let wheels = &survey.turning;
-    let is_pair = wheels.len() == 2 && survey.steered.is_empty() && are_parallel(wheels);
+    let mut steered = survey.steered.iter().map(|like| like.joint);
+    let are_casters = steered.all(|joint| names::is_caster(loading.tree, joint));
+    let is_pair = wheels.len() == 2 && are_casters && are_parallel(wheels);
     let why = if is_driven_as_plain(loading.source) && wheels.len() >= 2 {
         "the file drives them as plain wheels"
     } else if is_pair {
