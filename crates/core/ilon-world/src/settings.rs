@@ -5,6 +5,7 @@
 //! diagonal to the other. A wheel that sinks in rolls on a smaller radius: that is all a soft contact changes in steady motion.
 
 use ilon_robot::Scale;
+use ilon_robot::tread::TYRE_SAG;
 
 /// What a rigid contact gives way by under a wheel's load, of the wheel's radius.
 const SAG: f64 = 5.5e-6;
@@ -44,6 +45,16 @@ impl ContactSpring {
         Self {
             stiffness_n_m: stiffness_n_m.unwrap_or_else(|| contact_stiffness_n_m(scale)),
             relaxation_s: relaxation_s.unwrap_or_else(|| contact_relaxation_s(scale)),
+        }
+    }
+
+    /// Of a robot of these units on tyres: its casters and its chassis give as much as its tyres do,
+    /// so that they share the load.
+    pub fn beside_tyres(settings: &Settings, scale: &Scale) -> Self {
+        let stiffness_n_m = settings.contact_stiffness_n_m;
+        Self {
+            stiffness_n_m: stiffness_n_m.unwrap_or_else(|| scale.stiffness_n_m(TYRE_SAG)),
+            ..Self::of(settings, scale)
         }
     }
 

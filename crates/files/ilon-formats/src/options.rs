@@ -175,8 +175,8 @@ pub struct TyreOptions {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub width_m: Option<f64>,
-    /// Radius of a tyre's shoulders, in metres, below half of its width: the tyre touches where they begin [default: a
-    /// quarter of the width, which scrubs in a turn like a line of the tyre's width].
+    /// Radius of a tyre's shoulders, in metres, below half of its width: the tyre touches in its middle and where they
+    /// begin [default: an eighth of the width, which scrubs in a turn like a line of the tyre's width].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub shoulder_radius_m: Option<f64>,

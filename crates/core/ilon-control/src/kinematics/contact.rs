@@ -175,11 +175,7 @@ impl ContactKinematics {
                 let (half_length_m, radius_m) = outline.extent_m();
                 RollerGeometry {
                     center_in_hub_m: r.center_in_hub_m,
-                    outward: if r.is_tyre() {
-                        Vector3::zeros()
-                    } else {
-                        r.center_in_hub_m / r.center_in_hub_m.xy().norm()
-                    },
+                    outward: r.center_in_hub_m / r.center_in_hub_m.xy().norm(),
                     axis_in_hub: r.axis_in_hub,
                     outline,
                     half_length_m,
@@ -410,6 +406,17 @@ impl WheelContacts {
             let point_m = roller.center_in_hub_m + from_center_m;
             (point_m.dot(&w), point_m, radius_m)
         };
+        if self.has_tyre {
+            let axis = Unit::new_unchecked(self.body_from_hub.rotation * Vector3::z());
+            let down = self.body_from_hub.rotation * d;
+            return RollerContact {
+                roller: 0,
+                angle_rad: 0.0,
+                point_in_body_m: self.body_from_hub.translation.vector + self.radius_m * down,
+                axis_in_body: axis,
+                radius_m: self.radius_m,
+            };
+        }
         let nearness = |roller: &RollerGeometry| roller.outward.dot(&w);
         let rollers = || self.rollers.iter().enumerate();
         // The first of several, which is the last of the reversed list.

@@ -169,6 +169,20 @@ impl Kinematics {
         rows.fold(0.0, f64::max)
     }
 
+    /// Returns the twist with the same yaw rate that unsteered tyres allow, nearest to a twist in the
+    /// body frame: of a robot whose axle lies off the reference point, the velocity of that point in
+    /// a turn about the axle. The same twist where no tyre excludes any.
+    pub fn reachable(&self, twist_in_body: Twist) -> Twist {
+        let mut twist = twist_in_body;
+        for row in &self.excluded {
+            // Their axes are unit vectors in the plane, one for each direction.
+            let off_m_s = row.dot(&vector_of(twist));
+            twist.vx_m_s -= row.x * off_m_s;
+            twist.vy_m_s -= row.y * off_m_s;
+        }
+        twist
+    }
+
     /// M of eq. (8), N x 3: columns 1 and 2 are M_l (without unit), column 3 is M_a (metres).
     pub fn m(&self) -> &MatrixXx3<f64> {
         &self.m

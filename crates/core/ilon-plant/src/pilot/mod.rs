@@ -243,6 +243,7 @@ impl Pilot {
 
     /// Commands the rates of a twist of the body's origin.
     fn command_twist(&mut self, twist_in_body: Twist) {
+        let twist_in_body = self.kinematics.reachable(twist_in_body);
         let tasks = Task::of_twist(twist_in_body, self.priority);
         let command = match &self.contact {
             Some(contact) => self.guidance.command_on_contact(&tasks, contact),

@@ -8,7 +8,7 @@ pub use fastest::{resolve, resolve_for};
 use std::sync::Arc;
 
 use ilon_control::{DynamicModel, Kinematics, Reference};
-use ilon_robot::{Robot, Wheel};
+use ilon_robot::{Robot, Twist, Wheel};
 use ilon_trace::GroundRelief;
 
 use crate::ground::floor;
@@ -139,22 +139,22 @@ fn refuse_sideways(
     let Some(section) = &scenario.twist else {
         return Ok(());
     };
-    /// Of the twist's own size: numbers of a file are rounded.
+    /// Of the speed: numbers of a file are rounded.
     const ROUNDED: f64 = 1e-3;
+    // What a turn about an axle off the origin moves the origin by is no motion sideways.
     let sideways = TwistProfile::new(section).held().find(|twist| {
-        let size_m_s = twist.linear_m_s().norm() + robot.mean_wheel_radius_m() * twist.omega_rad_s.abs();
-        kinematics.sideways_m_s(*twist) > ROUNDED * size_m_s
+        let linear = Twist::new(twist.vx_m_s, twist.vy_m_s, 0.0);
+        let off_m_s = kinematics.sideways_m_s(linear);
+        let is_meant = kinematics.sideways_m_s(*twist) > ROUNDED * off_m_s;
+        off_m_s > ROUNDED * linear.linear_m_s().norm() && is_meant
     });
     let Some(twist) = sideways else {
         return Ok(());
     };
     Err(Error::invalid(
         format!(
-            "[twist] asks for vx_m_s = {}, vy_m_s = {} and omega_rad_s = {}, which drags tyres sideways by {:.3} m/s: {names} are not steered",
-            twist.vx_m_s,
-            twist.vy_m_s,
-            twist.omega_rad_s,
-            kinematics.sideways_m_s(twist)
+            "[twist] asks for vx_m_s = {} and vy_m_s = {}, which drags tyres sideways: {names} are not steered",
+            twist.vx_m_s, twist.vy_m_s
         ),
         "leave the motion along their axles out",
     ))

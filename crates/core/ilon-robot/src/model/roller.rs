@@ -66,18 +66,18 @@ impl Roller {
     /// Returns the tyre of a wheel without rollers: a cylinder about the hub axis with rounded
     /// shoulders, in metres. It has no mass of its own; the hub's includes it.
     ///
-    /// A rigid tyre touches a flat floor where its shoulders begin, at
-    /// `0.5 * width_m - shoulder_radius_m` on both sides of its middle. With a shoulder radius of a
-    /// quarter of the width these two places resist a turn on the spot as a line of the tyre's
-    /// width under a uniform load does, with the moment mu N width / 4.
+    /// Upright on a flat floor it touches in its middle and where its shoulders begin, at
+    /// `0.5 * width_m - shoulder_radius_m` on both sides, and each of the three places carries a
+    /// third. With a shoulder radius of an eighth of the width they resist a turn on the spot as a
+    /// line of the tyre's width under a uniform load does, with the moment mu N width / 4.
     ///
     /// # Errors
     /// [`ProfileError`]: a radius or width that is not positive, or shoulders of half the width or
     /// more.
     pub fn tyre(radius_m: f64, width_m: f64, shoulder_radius_m: f64) -> Result<Self, ProfileError> {
         let half_m = 0.5 * width_m;
-        let ends = [[-half_m, radius_m], [half_m, radius_m]];
-        let form = RollerForm::Tyre(SolidOfRevolution::new(&ends, shoulder_radius_m)?);
+        let points_m = [-half_m, 0.0, half_m].map(|t_m| [t_m, radius_m]);
+        let form = RollerForm::Tyre(SolidOfRevolution::new(&points_m, shoulder_radius_m)?);
         Ok(Self {
             name: TYRE.to_owned(),
             center_in_hub_m: Vector3::zeros(),

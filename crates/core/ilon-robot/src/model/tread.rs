@@ -87,9 +87,9 @@ pub struct RollerSurface {
 const STIFF_SAG: f64 = 5.5e-5;
 const STIFF_DAMPING: f64 = 0.7;
 
-/// Deflection of each shoulder of a tyre without a given tread under a wheel's load, over its
-/// radius: that of hard polyurethane (chosen).
-const TYRE_SAG: f64 = 5e-3;
+/// Deflection of each place of a tyre without a given tread under a wheel's load, over its radius:
+/// that of hard polyurethane (chosen).
+pub const TYRE_SAG: f64 = 5e-3;
 
 impl RollerSurface {
     /// Returns the largest torque of the friction on a roller's axle under a load in N, in N m:

@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 use support::mecanum4;
 
 const WIDTH_M: f64 = 0.03;
-const SHOULDER_M: f64 = 0.25 * WIDTH_M;
+const SHOULDER_M: f64 = 0.125 * WIDTH_M;
 
 /// Four wheels with tyres where `mecanum4` has its mecanum wheels.
 fn skid() -> Robot {
@@ -93,9 +93,9 @@ fn a_skid_robot_turns_as_coulomb_says() {
     // The motors stay behind by what they push with.
     let rates = world.robot().wheel_rates_rad_s();
     let rate = rates.iter().map(|rate| rate.abs()).sum::<f64>() / 4.0;
-    // The places of one wheel, by symmetry those of all: equal loads at both shoulders.
+    // The places of one wheel, by symmetry those of all: a third of the load each.
     let moment = |omega: f64| -> f64 {
-        let along = [-1.0, 1.0].map(|side| {
+        let along = [-1.0, 0.0, 1.0].map(|side| {
             let at = Vector2::new(0.15, 0.16 + side * (0.5 * WIDTH_M - SHOULDER_M));
             let slides = Vector2::new(-omega * at.y + 0.05 * rate, omega * at.x);
             let force = -slides / slides.norm();

@@ -369,7 +369,7 @@ fn tyre_of(
     let shown_m = || disc::width_m(body, &frame, &loading.meshes);
     let width_m = options.width_m.or_else(shown_m);
     let width_m = width_m.unwrap_or(WIDTH_SHARE * radius_m);
-    let shoulder_m = options.shoulder_radius_m.unwrap_or(0.25 * width_m);
+    let shoulder_m = options.shoulder_radius_m.unwrap_or(0.125 * width_m);
     let tyre = Roller::tyre(radius_m, width_m, shoulder_m);
     let tyre = tyre.map_err(|_| Fault::OutOfRange {
         key: "tyres".to_owned(),

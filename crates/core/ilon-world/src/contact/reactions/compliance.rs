@@ -6,7 +6,7 @@ use nalgebra::{Vector2, Vector3};
 use super::ReactionSolver;
 use crate::contact::law::tread::{Press, Softness, TreadLaw};
 use crate::contact::reactions::potential::PotentialContact;
-use crate::contact::reactions::reaction::{Part, TangentCompliance, Tread, turned_to};
+use crate::contact::reactions::reaction::{Part, Reaction, TangentCompliance, Tread, turned_to};
 use crate::contact::reactions::row::Row;
 use crate::contact::scene::Scene;
 use crate::contact::search::candidate::Candidate;
@@ -95,14 +95,15 @@ impl ReactionSolver {
             });
             return creeps.then(|| TangentCompliance::along(softness, along, None));
         };
-        // What pressed on here in the last step goes on from there.
-        let same = |normal: &Vector3<f64>| normal.dot(&contact.frame[0]) > 0.7;
+        // What pressed here in the last step continues from there: of several places of a tyre on one
+        // face each from its own.
         let Candidate { a, b, .. } = *place;
-        let before = scene.reactions.all().iter();
-        let mut before = before.filter(|other| (other.a, other.b) == (a, b));
-        let before = before
-            .find(|other| same(&other.frame[0]))
-            .and_then(|other| other.tread());
+        let same = |other: &&Reaction| {
+            (other.a, other.b) == (a, b) && other.frame[0].dot(&contact.frame[0]) > 0.7
+        };
+        let beside = self.all.iter().filter(same).count();
+        let mut before = scene.reactions.all().iter().filter(same);
+        let before = before.nth(beside).and_then(|other| other.tread());
         let bend_m = before.map_or_else(Vector2::zeros, |tread| {
             Vector2::new(
                 tread.bend_m.dot(&contact.frame[1]),

@@ -116,8 +116,9 @@ impl PlacedProfile<'_> {
     /// edges the nearest place of each.
     pub fn places_on(&self, piece: &Piece, within_m: f64, mut show: impl FnMut(Nearest)) {
         piece.faces(|normal| {
-            let lowest = self.lowest(&normal);
             let last = self.turned.corners().len() - 1;
+            // Of a tyre all three can be equally low.
+            let lowest = if last == 2 { 1 } else { self.lowest(&normal) };
             for corner in lowest.saturating_sub(1)..=(lowest + 1).min(last) {
                 let place_m = self.support(&normal, Some(corner));
                 let foot = piece.foot(&place_m);
