@@ -108,6 +108,7 @@ pub use robot::energy::Energy;
 pub use robot::shared_robot::SharedRobot;
 pub use settings::{
     ContactSolver, RollerBodies, Settings, contact_relaxation_s, contact_stiffness_n_m,
+    contact_stiffness_of_robot_n_m,
 };
 pub use world::{
     Body, BodyMut, BodyState, ContactSolution, FreeBodyState, Payload, PlaceMotion, Push, RayHit,

@@ -4,8 +4,8 @@
 //! squares, which is what equal springs do, and a floor that is d lower under one of four wheels moves a load of k d / 4 from each wheel of that
 //! diagonal to the other. A wheel that sinks in rolls on a smaller radius: that is all a soft contact changes in steady motion.
 
-use ilon_robot::Scale;
 use ilon_robot::tread::TYRE_SAG;
+use ilon_robot::{Robot, Scale, Wheel};
 
 /// What a rigid contact gives way by under a wheel's load, of the wheel's radius.
 const SAG: f64 = 5.5e-6;
@@ -19,6 +19,16 @@ const RELAXATION: f64 = 0.014;
 /// of its radius: 1e8 N/m, and 0.28 um, for a robot of 11 kg on four wheels of 50 mm.
 pub fn contact_stiffness_n_m(scale: &Scale) -> f64 {
     scale.stiffness_n_m(SAG)
+}
+
+/// [`contact_stiffness_n_m`] of a robot; of one on tyres so much less that its casters and its
+/// chassis give as its tyres do, and share the load.
+pub fn contact_stiffness_of_robot_n_m(robot: &Robot, scale: &Scale) -> f64 {
+    if robot.wheels.iter().any(Wheel::has_tyre) {
+        scale.stiffness_n_m(TYRE_SAG)
+    } else {
+        contact_stiffness_n_m(scale)
+    }
 }
 
 /// The relaxation of a robot's contacts where none is said, in seconds: a millisecond for wheels of 50 mm on earth.
@@ -38,23 +48,23 @@ pub(crate) struct ContactSpring {
 }
 
 impl ContactSpring {
-    /// Of a robot of these units.
+    /// Of a robot with these units.
+    pub fn of_robot(settings: &Settings, robot: &Robot, scale: &Scale) -> Self {
+        let stiffness_n_m = settings.contact_stiffness_n_m;
+        Self {
+            stiffness_n_m: stiffness_n_m
+                .unwrap_or_else(|| contact_stiffness_of_robot_n_m(robot, scale)),
+            ..Self::of(settings, scale)
+        }
+    }
+
+    /// Of hard bodies with these units.
     pub fn of(settings: &Settings, scale: &Scale) -> Self {
         let stiffness_n_m = settings.contact_stiffness_n_m;
         let relaxation_s = settings.contact_relaxation_s;
         Self {
             stiffness_n_m: stiffness_n_m.unwrap_or_else(|| contact_stiffness_n_m(scale)),
             relaxation_s: relaxation_s.unwrap_or_else(|| contact_relaxation_s(scale)),
-        }
-    }
-
-    /// Of a robot of these units on tyres: its casters and its chassis give as much as its tyres do,
-    /// so that they share the load.
-    pub fn beside_tyres(settings: &Settings, scale: &Scale) -> Self {
-        let stiffness_n_m = settings.contact_stiffness_n_m;
-        Self {
-            stiffness_n_m: stiffness_n_m.unwrap_or_else(|| scale.stiffness_n_m(TYRE_SAG)),
-            ..Self::of(settings, scale)
         }
     }
 

@@ -302,7 +302,7 @@ fn choose_contacts(scenario: &mut Scenario, robot: &Robot) {
     if solver.contacts == Contacts::Ilon {
         solver
             .contact_stiffness_n_m
-            .get_or_insert_with(|| ilon_world::contact_stiffness_n_m(&scale));
+            .get_or_insert_with(|| ilon_world::contact_stiffness_of_robot_n_m(robot, &scale));
         solver
             .contact_relaxation_s
             .get_or_insert_with(|| ilon_world::contact_relaxation_s(&scale));

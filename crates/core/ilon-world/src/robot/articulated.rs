@@ -167,11 +167,7 @@ impl Articulated {
         Self {
             kind: Kind::Robot,
             scale,
-            spring: if robot.wheels.iter().any(Wheel::has_tyre) {
-                ContactSpring::beside_tyres(settings, &scale)
-            } else {
-                ContactSpring::of(settings, &scale)
-            },
+            spring: ContactSpring::of_robot(settings, &robot, &scale),
             wheel_inertia: wheel_inertia(&robot, 0.0),
             mechanics: Mechanics::of(&tree),
             chassis_mass: robot.chassis.mass.clone(),
