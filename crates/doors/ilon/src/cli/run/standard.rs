@@ -80,7 +80,7 @@ pub(super) fn run(
     Ok(Outcome::Done)
 }
 
-/// What the robot reached of each motion, where the rest was lost, and the energy it took.
+/// The speed that the robot reached in each motion, the friction used, and the drift of odometry.
 fn table(name: &str, told: &[(&str, Summary)]) -> Table {
     let mut table = Table::new();
     table.heading(&format!(
