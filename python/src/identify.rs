@@ -1,4 +1,4 @@
-//! What a robot really is, fitted to logs of its drives.
+//! Fits a robot's parameters to logs of its drives.
 
 use std::panic::resume_unwind;
 use std::path::PathBuf;
@@ -34,7 +34,8 @@ pub fn identify<'py>(
         |stop, _: &(dyn Fn(()) + Sync)| {
             ilon::identify::identify(&study, &|_: Progress| {
                 if stop.is_asked() {
-                    // There is no other way out of a fit; whoever waits for it raises what stopped it.
+                    // A fit cannot be stopped otherwise; the waiting thread raises the exception
+                    // that stopped it.
                     resume_unwind(Box::new("stopped"));
                 }
             })

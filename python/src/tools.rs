@@ -1,4 +1,4 @@
-//! What else the command does, for Python: inspect, generate, compare, judge.
+//! Other commands for Python: inspect, generate, compare, judge.
 
 use std::path::PathBuf;
 
@@ -21,7 +21,7 @@ use crate::run::Run;
 use crate::scenario::{self, Settings};
 use crate::values::{as_python, to_toml};
 
-/// A scenario in which a robot does nothing.
+/// A scenario of a standing robot.
 const STANDING: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 0.1\n";
 
 /// A robot's file as it is understood: a dict as `ilon inspect --json` prints it, a drawing from above in SVG, and the URDF that
@@ -47,7 +47,7 @@ pub fn inspect<'py>(
     Ok((as_python(py, &inspection)?, svg, urdf, limits_svg))
 }
 
-/// What is inspected, drawn and read of a robot, and its limits drawn.
+/// The inspection of a robot, its drawing, the file's text, and the drawing of its limits.
 type Seen<'py> = (Bound<'py, PyAny>, String, String, Option<String>);
 
 /// What the usual suspects do to the robot of a file in standard motions. `options` are keys of a scenario's `[robot]`, `settings` any of its keys.
@@ -119,7 +119,7 @@ fn inspected(
 pub fn generate(py: Python<'_>, spec: PathBuf) -> PyResult<String> {
     let generated = py.detach(|| -> Result<String, Error> {
         let urdf = ilon::formats::generate(&Spec::load(&spec)?)?;
-        // What is handed out can be run.
+        // Only a robot that can be simulated is returned.
         let name = format!("{} (generated)", spec.display());
         let robot = Robot::from_urdf_str(&urdf, &name)?;
         let standing = Scenario::from_toml(STANDING, "standing", "")?;

@@ -1,4 +1,4 @@
-//! What came of a study.
+//! The results of a study.
 
 use std::path::PathBuf;
 use std::sync::Arc;

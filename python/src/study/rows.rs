@@ -1,4 +1,4 @@
-//! What was run of a study: in a folder that outlives the process, or in memory.
+//! The runs of a study: in a folder that outlives the process, or in memory.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -22,7 +22,7 @@ pub struct Rows {
     store: Mutex<Option<Store>>,
 }
 
-/// Rows as they go from one process to another.
+/// Rows as text for transfer between processes.
 pub fn text_of(rows: &[Row]) -> PyResult<Vec<u8>> {
     serde_json::to_vec(rows).map_err(|fault| PyValueError::new_err(fault.to_string()))
 }
@@ -36,7 +36,7 @@ impl Rows {
         self.store.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What `work` makes of the rows, unless they are closed.
+    /// Runs `work` on the rows, unless they are closed.
     fn with<T>(&self, work: impl FnOnce(&Store) -> PyResult<T>) -> PyResult<T> {
         work(self.locked().as_ref().ok_or_else(closed)?)
     }
@@ -123,7 +123,7 @@ impl Rows {
             }
             Ok(())
         };
-        // Nothing waits for Python while the rows are held.
+        // Python is detached while the rows are locked, so no other thread waits for it.
         let put = py.detach(|| self.with(|store| Ok(put(store))))?;
         put.or_raise(py)
     }
@@ -150,7 +150,7 @@ impl Rows {
                 None => Ok(()),
             },
         )?;
-        // A shard finds nothing by itself.
+        // A shard alone has no findings.
         let findings = self.shard.is_none().then_some(findings);
         if let Some(findings) = &findings {
             py.detach(|| cli::write_study(study, &store, findings))

@@ -23,18 +23,19 @@ use self::task::{Action, Off, Task};
 use crate::errors::{OrRaise, raised};
 use crate::scenario;
 
-/// What happens to an episode that has ended.
+/// What happens after an episode has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Autoreset {
-    /// The next step begins another, whatever its action.
+    /// The next step begins a new episode and ignores its action.
     NextStep,
-    /// The same step begins another.
+    /// The same step begins a new episode.
     SameStep,
-    /// Nothing, until it is reset.
+    /// Nothing, until a reset.
     Disabled,
 }
 
-/// What a reset gives: observations, a row a robot; how far each is off its path, in m; and by how much it is turned from it, in rad.
+/// The result of a reset: observations, one row per robot; each robot's position error in m; and
+/// its heading error in rad.
 type Begun<'py> = (
     Bound<'py, PyArray2<f32>>,
     Bound<'py, PyArray1<f64>>,
@@ -52,8 +53,9 @@ pub struct Track {
     pool: Option<(u32, ThreadPool)>,
 }
 
-/// What a step gives for all robots: observations, rewards, failed, time is up, position errors in m, heading errors in rad, and
-/// last observations and errors of episodes that ended in a step that began others, where one did.
+/// The result of a step for all robots: observations, rewards, failed, time is up, position errors
+/// in m, heading errors in rad. If some episodes ended and began anew in this step, also their last
+/// observations and errors.
 type StepOutput<'py> = (
     Bound<'py, PyArray2<f32>>,
     Bound<'py, PyArray1<f64>>,
@@ -64,14 +66,14 @@ type StepOutput<'py> = (
     Option<Final<'py>>,
 );
 
-/// Last observations, position errors and heading errors, a row a robot.
+/// Last observations, position errors and heading errors, one row per robot.
 type Final<'py> = (
     Bound<'py, PyArray2<f32>>,
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray1<f64>>,
 );
 
-/// What a picture of a robot from above shows: two poses, a path, and wheels.
+/// A picture of a robot from above: two poses, a path, and wheels.
 type Above<'py> = (
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray1<f64>>,
@@ -83,9 +85,9 @@ type Above<'py> = (
 #[derive(Default)]
 struct Part {
     stepped: Stepped,
-    /// Of the episode that goes on from here.
+    /// The deviation in the current episode.
     off: Off,
-    /// What was seen last in the episode that ended, where another began in the same step.
+    /// The last observation of an episode that ended, if a new one began in the same step.
     last: Option<Vec<f32>>,
 }
 
@@ -134,7 +136,8 @@ impl Track {
         let threads = options.get::<Option<usize>>("threads")?.unwrap_or(cores);
         let seed = options.get::<u64>("seed")?;
         let episodes = py.detach(|| {
-            // The ends of what is drawn are tried now, so that a bad one is not found in the middle of a night.
+            // The bounds of the drawn keys are tried now, so that an invalid one is not found hours
+            // later.
             for (key, low, high) in &task.drawn {
                 for end in [low, high] {
                     task.plant(&vec![(key.clone(), Value::Float(*end))])?;
@@ -331,7 +334,7 @@ impl Track {
 }
 
 impl Track {
-    /// Actions as numpy takes them, a row a robot, finite, cut off at -1 and 1.
+    /// Actions from numpy, one row per robot, checked to be finite and clipped to [-1, 1].
     fn actions(&self, actions: &Bound<'_, PyAny>) -> PyResult<Vec<f32>> {
         let shape = [self.episodes.len(), self.task.actions()];
         let array: PyArrayLikeDyn<'_, f32, AllowTypeChange> = actions
@@ -357,7 +360,8 @@ impl Track {
         Ok(numbers)
     }
 
-    /// Does something with each episode and its row of observations, on all threads where there are several.
+    /// Applies `act` to each episode and its row of observations, in parallel if there are several
+    /// threads.
     fn each<T: Send>(
         &mut self,
         observations: &mut [f32],
@@ -387,13 +391,14 @@ impl Track {
     }
 }
 
-/// The threads of this process, made when they are first needed and again after a fork.
+/// The thread pool of this process, made on first use and again after a fork.
 fn pool(slot: &mut Option<(u32, ThreadPool)>, threads: usize) -> PyResult<&ThreadPool> {
     let process = std::process::id();
     if let Some((owner, _)) = slot
         && *owner != process
     {
-        // Its threads are not here; to wait for them would be to wait for ever.
+        // After a fork its threads do not exist in this process, and joining them would wait
+        // forever.
         std::mem::forget(slot.take());
     }
     if slot.is_none() {
