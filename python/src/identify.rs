@@ -12,7 +12,8 @@ use crate::run::until_interrupted;
 use crate::scenario;
 use crate::values::as_python;
 
-/// Fits all that a study leaves free; gives what `identified.json` holds, and writes it with its page into a folder, if one is given.
+/// Fits all free parameters of a study; returns the content of `identified.json`, and writes it
+/// with its page into a folder, if one is given.
 #[pyfunction]
 #[pyo3(signature = (study, *, out=None, sandbox=None))]
 pub fn identify<'py>(

@@ -29,7 +29,7 @@ pub const BETWEEN_LOOKS: Duration = Duration::from_millis(50);
 #[pyclass(frozen, module = "ilon._ilon", name = "Run", subclass)]
 pub struct Run {
     run: Arc<ilon::Run>,
-    /// What a person would type for it.
+    /// The equivalent call, for the report.
     called: String,
     trace: Py<Trace>,
 }
@@ -47,7 +47,7 @@ impl Run {
     }
 }
 
-/// Simulates a scenario to its end; `called` is what a person would type for it.
+/// Simulates a scenario to its end; `called` is the equivalent call, for the report.
 #[pyfunction]
 #[pyo3(signature = (scenario, *, called, settings=None, controller=None, folder=None, sandbox=None, converge=false, causes=None))]
 #[expect(clippy::too_many_arguments, reason = "they are those of `ilon.run`")]
@@ -249,7 +249,7 @@ impl Torques {
 
 #[pymethods]
 impl Run {
-    /// The same run, of a class of Python's that derives from this one.
+    /// The same run in a derived Python class.
     #[new]
     fn of(py: Python<'_>, run: &Bound<'_, Run>) -> Self {
         let run = run.get();
@@ -316,7 +316,8 @@ impl Run {
             .map_err(|fault| explained(py, "TraceError", &fault))
     }
 
-    /// The parts from which a run is made again in another process: trace, summary, scenario, name, folder, sandbox, warnings, call.
+    /// The parts from which a run is rebuilt in another process: trace, summary, scenario, name,
+    /// folder, sandbox, warnings, call.
     fn parts<'py>(&self, py: Python<'py>) -> PyResult<Parts<'py>> {
         let bytes = py.detach(|| -> Result<_, Error> {
             let folder = tempfile::tempdir().map_err(no_room)?;
@@ -340,7 +341,7 @@ impl Run {
         ))
     }
 
-    /// A run from its parts.
+    /// Rebuilds a run from its parts.
     #[staticmethod]
     #[expect(clippy::too_many_arguments, reason = "they are what `parts` gives")]
     fn of_parts(

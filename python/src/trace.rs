@@ -20,7 +20,7 @@ use crate::values::as_python;
 pub struct Trace {
     run: Arc<ilon::Run>,
     signals: Vec<Signal>,
-    /// Columns that were asked for; asked again, they are the same arrays.
+    /// Arrays of columns that were requested; a second request returns the same arrays.
     columns: Mutex<HashMap<usize, Py<PyAny>>>,
 }
 

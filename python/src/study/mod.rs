@@ -70,7 +70,7 @@ impl Study {
         Ok(Self(Arc::new(read(study, folder, &files)?)))
     }
 
-    /// A study from the text of a file that need not be there; the paths in it start from `path`.
+    /// A study from the text of a file that need not exist; its paths start from `path`.
     #[staticmethod]
     #[pyo3(signature = (text, path, *, sandbox=None))]
     fn of_text(
@@ -107,7 +107,8 @@ impl Study {
         self.0.fingerprint()
     }
 
-    /// Makes parts of the study, so many runs at a time; their rows, as text. `folder` is that of its results.
+    /// Simulates parts of the study with a number of parallel runs; returns their rows as text.
+    /// `folder` is that of its results.
     #[pyo3(signature = (parts, *, jobs, folder=None))]
     fn make<'py>(
         &self,

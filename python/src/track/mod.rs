@@ -42,14 +42,14 @@ type Begun<'py> = (
     Bound<'py, PyArray1<f64>>,
 );
 
-/// Robots on their ways along paths, each with an episode of its own.
+/// Robots that follow paths, each in its own episode.
 #[pyclass(module = "ilon._ilon")]
 pub struct Track {
     task: Task,
     episodes: Vec<Episode>,
     autoreset: Autoreset,
     threads: usize,
-    /// The threads, and the process that they belong to: a fork has none of them.
+    /// The thread pool, and the process that it belongs to: a fork has none of its threads.
     pool: Option<(u32, ThreadPool)>,
 }
 
@@ -157,7 +157,8 @@ impl Track {
         })
     }
 
-    /// Begins episodes anew, all or those of a mask, each from its own seed or going on with its own random numbers.
+    /// Begins new episodes, all or those of a mask, each from its own seed or with its continued
+    /// random numbers.
     #[pyo3(signature = (seeds, mask=None))]
     fn reset<'py>(
         &mut self,
@@ -207,7 +208,8 @@ impl Track {
         ))
     }
 
-    /// Steps all robots by a control period; `actions` has a row of numbers in [-1, 1] for each. What lies outside is cut off there.
+    /// Steps all robots by a control period; `actions` has one row of numbers per robot, clipped to
+    /// [-1, 1].
     fn step<'py>(
         &mut self,
         py: Python<'py>,
@@ -273,8 +275,9 @@ impl Track {
         ))
     }
 
-    /// What a picture of a robot from above shows: its pose and the desired one (x and y in m, heading in rad), points of its path (x and y in m), and a
-    /// row a wheel in the body's frame (x and y in m, direction of its axis in rad, radius and half its width in m).
+    /// A robot from above, for a picture: its pose and the desired one (x and y in m, heading in
+    /// rad), points of its path (x and y in m), and one row per wheel in the body frame (x and y in
+    /// m, direction of its axis in rad, radius and half its width in m).
     fn above<'py>(&self, py: Python<'py>, robot: usize) -> PyResult<Above<'py>> {
         let episode = self.episodes.get(robot).ok_or_else(|| {
             PyValueError::new_err(format!("there are {} robots", self.episodes.len()))
@@ -308,7 +311,8 @@ impl Track {
         self.task.action_names()
     }
 
-    /// What an action of 1 is: in m/s, m/s and rad/s of a twist, in rad/s of wheel rates, in N m of torques.
+    /// The value of an action of 1: in m/s, m/s and rad/s for a twist, in rad/s for wheel rates, in
+    /// N m for torques.
     #[getter]
     fn action_scale<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.task.action_scale)
@@ -320,7 +324,7 @@ impl Track {
         self.task.scenario.run.control_dt_s
     }
 
-    /// What a second without any cost earns.
+    /// The reward per second without any cost.
     #[getter]
     fn alive_per_s(&self) -> f64 {
         self.task.weights.alive_per_s(self.task.fail_at_m)
