@@ -1,5 +1,4 @@
-//! Bodies that another simulator moves, and ground whose tilt it sets: the robot responds as to its
-//! own.
+//! What another simulator moves, and ground that leans as it says: the robot meets both as if they were its own.
 
 use std::path::Path;
 
@@ -16,8 +15,8 @@ fn plant(further: &str) -> Plant {
         .expect("it stands")
 }
 
-/// Attaches a point mass that another simulator holds at a point of the body: W_0 = m (g - w x (w x
-/// r)) there, and A = m [1, -r x; r x, -r x r x].
+/// Gives a plant what a point mass puts on it that another simulator holds at a place of its body: W_0 = m (g - w x (w x r)) there, and
+/// A = m [1, -r x; r x, -r x r x].
 fn attach(plant: &mut Plant, mass_kg: f64, place_m: [f64; 3]) {
     let body = plant.world().robot().state();
     let r = body.world_from_body * Vector3::from(place_m);
@@ -40,12 +39,11 @@ fn attach(plant: &mut Plant, mass_kg: f64, place_m: [f64; 3]) {
         .expect("a wrench");
 }
 
-/// The distance between a robot with a mass attached from outside and one that carries it, in
-/// metres, after 0.4 s along a curve; and the energy of the mass that the plant did not count as
-/// external work, in J, with its total.
+/// How far a mass attached from outside leads from one that is carried, in metres, after it was driven along a curve for 0.4 s; and what energy
+/// of the mass the plant did not count as gone outside, in J, with how much there is.
 fn apart(mass_kg: f64, dt_s: f64) -> (f64, f64, f64) {
     let place_m = [0.08, -0.05, 0.2];
-    // A payload moves the robot's centre of mass away from the origin, which then moves around it.
+    // A payload takes the robot's centre of mass away from the origin, which then goes round it.
     let further = format!(
         "run.physics_dt_s = {dt_s}\n[[faults]]\npayload = {{ mass_kg = 4, x_m = -0.12, y_m = 0.08 }}\n"
     );
@@ -59,7 +57,7 @@ fn apart(mass_kg: f64, dt_s: f64) -> (f64, f64, f64) {
                 + body.angular_in_body_rad_s.cross(&Vector3::from(place_m)));
         mass_kg * (0.5 * v.norm_squared() + 9.81 * (body.height_m + r.z))
     };
-    // The payload of the scenario, attached from outside.
+    // The payload of the scenario is put on, from outside.
     attach(&mut bears, mass_kg, place_m);
     for plant in [&mut carries, &mut bears] {
         let stands = plant.advance(WheelCommand::Rates(&[0.0; 4]), dt_s);
@@ -83,9 +81,8 @@ fn apart(mass_kg: f64, dt_s: f64) -> (f64, f64, f64) {
     (off_m, missing_j, energy_j(&bears) - start_j)
 }
 
-/// Masses of a twelfth of the robot's and of ten times that. The other simulator gives A and W_0 at
-/// the start of a step, whereas a payload turns with the body within it: an error of first order in
-/// the step, so half the step halves it.
+/// Masses of a twelfth of the robot's and of ten times that. What differs is that the other simulator says A and W_0 of the beginning of a step,
+/// where a payload turns with the body within it: an error of first order in the step, so half the step halves it.
 #[test]
 fn a_mass_that_another_simulator_moves_is_felt_as_one_that_is_carried() {
     for mass_kg in [1.0, 120.0] {
@@ -104,8 +101,7 @@ fn a_mass_that_another_simulator_moves_is_felt_as_one_that_is_carried() {
     }
 }
 
-/// A payload moves the robot's centre of mass, and with it the reference of an attached body: the
-/// order of both has no effect.
+/// A payload moves the robot's centre of mass, and with it what is attached from there: which of both came first changes nothing.
 #[test]
 fn a_payload_moves_the_centre_from_which_what_is_attached_counts() {
     let place_m = [0.08, -0.05, 0.2];
@@ -116,7 +112,7 @@ fn a_payload_moves_the_centre_from_which_what_is_attached_counts() {
                 true => plant.carry_at(3.0, Some([-0.1, 0.07, 0.1])).unwrap(),
                 false => attach(&mut plant, 5.0, place_m),
             }
-            // A payload is added at the start of a step.
+            // A payload is put on when a step begins.
             plant.advance(WheelCommand::Rates(&[0.0; 4]), 0.01).unwrap();
         }
         for _ in 0..30 {
@@ -128,7 +124,7 @@ fn a_payload_moves_the_centre_from_which_what_is_attached_counts() {
     let off_m = (one.x_m - other.x_m).hypot(one.y_m - other.y_m);
     let turned_rad = (one.heading_rad - other.heading_rad).abs();
     assert!(one.x_m.hypot(one.y_m) > 0.05, "it moves: {one:?}");
-    // The first one has made the robot sink by micrometres for 10 ms.
+    // What came first has made the robot sink by micrometres for 10 ms.
     assert!(off_m < 1e-5 && turned_rad < 1e-5, "{off_m} {turned_rad}");
 }
 
@@ -152,7 +148,7 @@ fn what_is_no_inertia_is_refused_and_nothing_ends_what_was() {
         let refused = plant.set_articulated_inertia(&bad).unwrap_err();
         assert!(refused.to_string().contains("no articulated inertia"));
     }
-    // A reset ends it: the robot then moves as without it.
+    // A reset ends it: the robot falls back to what it does without.
     let start = plant.resolved().start();
     let mut moved = Vec::new();
     for _ in 0..2 {
@@ -168,7 +164,7 @@ fn what_is_no_inertia_is_refused_and_nothing_ends_what_was() {
     assert_eq!(moved[0], moved[1]);
 }
 
-/// Without friction a robot on a slope accelerates at g sin of the slope, whatever its wheels do.
+/// Without friction a robot on a slope gains g sin of the slope, whatever its wheels do.
 #[test]
 fn ground_leans_as_it_is_set() {
     let mut plant = plant("world.floor.friction = 0");
@@ -192,7 +188,7 @@ fn ground_leans_as_it_is_set() {
     }
 }
 
-/// With rapier's own solver, features that it does not support are refused.
+/// Where rapier's own solver moves the robot, what it would leave undone is refused.
 #[test]
 fn rapiers_solver_refuses_what_it_does_not_do() {
     let mut plant = plant("world.solver.contacts = \"rapier\"");

@@ -1,5 +1,5 @@
-//! A controller with a wrong robot model: the robot moves as its wheels turn it, dead reckoning
-//! uses the model, and the difference is attributed neither to the wheels nor to the floor.
+//! A controller that takes its robot for another: the robot moves as its wheels turn it, dead reckoning goes by what is believed, and the difference is
+//! neither the wheels' nor the floor's.
 
 use std::path::{Path, PathBuf};
 
@@ -22,7 +22,7 @@ fn driven(robot: &str, motion: &str, belief: &str) -> Run {
     run(&scenario(robot, motion, belief).expect("a scenario")).expect("it runs")
 }
 
-/// A twist in open loop, with means from 1 s on.
+/// A twist in open loop, of which means are taken from 1 s on.
 fn twist(vx_m_s: f64, vy_m_s: f64, omega_rad_s: f64) -> String {
     format!(
         "twist = {{ vx_m_s = {vx_m_s}, vy_m_s = {vy_m_s}, omega_rad_s = {omega_rad_s}, rest_s = 0.0, ramp_s = 0.5, settle_s = 0.5 }}"
@@ -35,7 +35,7 @@ const AHEAD: [f64; 3] = [0.3, 0.0, 0.0];
 const LEFT: [f64; 3] = [0.0, 0.31, 0.0];
 const TURNING: [f64; 3] = [0.0, 0.0, 0.9];
 
-/// The exact twist of the real robot's kinematics for the wheels' targets at the end of a run.
+/// What the real robot's kinematics make of the wheels' targets at the end of a run, which is exact.
 fn of_targets(run: &Run) -> [f64; 3] {
     numbers(run.trace.records().last().expect("rows").twist_target_ideal)
 }
@@ -50,8 +50,7 @@ fn assert_near(found: [f64; 3], expected: [f64; 3], within: f64, what: &str) {
     assert!(off <= within, "{what}: {found:?} in place of {expected:?}");
 }
 
-/// The terms of the budget add up to the missing part of the commanded motion, within the rounding
-/// of thousands of sums of numbers below 1.
+/// The terms of the budget add up to what is missing of the motion asked for, to the rounding of thousands of sums of numbers below 1.
 fn assert_adds_up(run: &Run, what: &str) {
     let ledger = &run.summary.ledger;
     let sum = |of: fn(&ilon_trace::ledger::Integral) -> f64| -> f64 {
@@ -66,10 +65,9 @@ fn assert_adds_up(run: &Run, what: &str) {
     }
 }
 
-/// Wrong models of mecanum wheels at (+-0.15, +-0.16) m of 50 mm and 45 deg, in the order front
-/// left, front right, rear left, rear right. By the textbook each turns at w = (vx -+ vy -+ 0.31
-/// omega) / 0.05, and the rates w move the robot by 0.05 / 4
-/// [sum, -fl + fr + rl - rr, (-fl + fr - rl + rr) / 0.31].
+/// Beliefs about mecanum wheels at (+-0.15, +-0.16) m of 50 mm and 45 deg, in the order front left, front right, rear left, rear right. By the textbook
+/// each turns at w = (vx -+ vy -+ 0.31 omega) / 0.05, and the rates w move the robot by
+/// 0.05 / 4 [sum, -fl + fr + rl - rr, (-fl + fr - rl + rr) / 0.31].
 #[test]
 fn mecanum_wheels_turn_the_real_robot_and_not_the_believed_one() {
     let one = "controller.robot.wheels.front_left";
@@ -109,8 +107,7 @@ fn mecanum_wheels_turn_the_real_robot_and_not_the_believed_one() {
             format!("{one}.reversed = true"),
             [0.3 * 2.0 / 4.0, 0.3 * 2.0 / 4.0, 0.3 * 2.0 / 4.0 / 0.31],
         ),
-        // To the left is (-1, 1, 1, -1), and becomes (1, -1, 1, -1): the robot turns to the right
-        // by 1 rad for 0.31 m.
+        // To the left is (-1, 1, 1, -1), and becomes (1, -1, 1, -1): the robot turns to the right by 1 rad for 0.31 m.
         (
             LEFT,
             format!(
@@ -118,8 +115,7 @@ fn mecanum_wheels_turn_the_real_robot_and_not_the_believed_one() {
             ),
             [0.0, 0.0, -1.0],
         ),
-        // Rollers at 40 deg need tan(40 deg) of the rate to the left, and those of the other hand
-        // turn the other way.
+        // Rollers at 40 deg need tan(40 deg) of the rate to the left, and those of the other hand turn the other way.
         (
             LEFT,
             "controller.robot.gamma_deg = 40".to_owned(),
@@ -130,19 +126,19 @@ fn mecanum_wheels_turn_the_real_robot_and_not_the_believed_one() {
             "controller.robot.gamma_deg = -45".to_owned(),
             [0.0, -0.31, 0.0],
         ),
-        // One wheel with such rollers.
+        // One wheel of such rollers.
         (LEFT, format!("{one}.gamma_deg = -40"), {
             let rate = -f64::to_radians(40.0).tan();
             let [ahead, left, turn] = [rate + 1.0, 3.0 - rate, -1.0 - rate];
             [0.31 * ahead / 4.0, 0.31 * left / 4.0, turn / 4.0]
         }),
-        // To turn about (0.1, 0) m the origin goes to the right by 0.1 m per rad.
+        // To turn about (0.1, 0) m the origin goes to the right by 0.1 m a rad.
         (
             TURNING,
             "controller.robot.origin_x_m = 0.1".to_owned(),
             [0.0, -0.09, 0.9],
         ),
-        // Ahead is towards the front of the model.
+        // Ahead is where it takes the front to be.
         (
             AHEAD,
             "controller.robot.origin_heading_deg = 90".to_owned(),
@@ -153,22 +149,21 @@ fn mecanum_wheels_turn_the_real_robot_and_not_the_believed_one() {
         let found = driven(MECANUM, &twist(vx, vy, omega), &belief);
         assert_near(of_targets(&found), expected, 1e-12, &belief);
         assert_adds_up(&found, &belief);
-        // The wheels' motion differs from their targets by at most the loops' error, 0.1 %; to the
-        // left in addition by the rollers' 2 %.
+        // What the wheels did differs from their targets by no more than the loops' error, 0.1 %; to the left by the rollers' 2 % besides.
         let wheels = numbers(found.summary.twist_ideal_mean.expect("means"));
         assert_near(wheels, expected, 2e-3, &belief);
         let budget = &found.summary.ledger;
         let wrong = (asked[0] - expected[0]).hypot(asked[1] - expected[1])
             + 0.31 * (asked[2] - expected[2]).abs();
         let of_belief = budget.belief.path_m + 0.31 * budget.belief.turned_rad;
-        // The twist grows for 0.5 s and is held for 2.
+        // The twist grows for 0.5 s and holds for 2.
         assert!(
             (of_belief - 2.25 * wrong).abs() < 0.02 * wrong + 1e-9,
             "{belief}: {of_belief} {wrong}"
         );
         let of_wheels = budget.servo.path_m + 0.31 * budget.servo.turned_rad;
         assert!(of_wheels < 0.01, "{belief}: {of_wheels}");
-        // Its estimate is that it has followed its command.
+        // It takes itself to have done what it was asked.
         let end = found.trace.records().last().expect("rows");
         let turned = (asked[2] != 0.0).then_some(end.odometry_ideal.heading_rad);
         let went = turned.unwrap_or_else(|| end.odometry_ideal.position_m().norm());
@@ -178,8 +173,7 @@ fn mecanum_wheels_turn_the_real_robot_and_not_the_believed_one() {
     }
 }
 
-/// The map from twists to rates of three omni wheels, derived independently: a wheel at (x, y)
-/// whose axis points to theta rolls along theta - 90 deg.
+/// The map from twists to rates of three omni wheels, worked out here: a wheel at (x, y) whose axis points to theta rolls along theta - 90 deg.
 fn omni(wheels: [(f64, f64, f64, f64); 3]) -> Matrix3<f64> {
     Matrix3::from_rows(&wheels.map(|(x_m, y_m, theta_deg, radius_m)| {
         let along = f64::to_radians(theta_deg - 90.0);
@@ -195,8 +189,7 @@ const VOLKSBOT: [(f64, f64, f64, f64); 3] = [
     (-0.125, -RING, 240.0, 0.05),
 ];
 
-/// Three wheels can turn at any rates: the robot moves by A^-1 B v, with A the map of the real
-/// wheels and B that of the model.
+/// Three wheels can turn at any rates: the robot moves by A^-1 B v, with A the map of the real wheels and B that of the believed ones.
 #[test]
 fn omni_wheels_move_the_robot_by_the_quotient_of_both_maps() {
     let [one, two, three] = VOLKSBOT;
@@ -243,14 +236,13 @@ fn omni_wheels_move_the_robot_by_the_quotient_of_both_maps() {
         // The file's numbers have 14 digits.
         assert_near(of_targets(&found), expected.into(), 1e-12, belief);
         let moved = numbers(found.summary.twist_mean.expect("means"));
-        // Omni wheels of one row follow their kinematics to half a per cent.
+        // Omni wheels of one row follow their kinematics to half a percent.
         assert_near(moved, expected.into(), 5e-3, belief);
         assert_adds_up(&found, belief);
     }
 }
 
-/// With a model of 3 % larger wheels the robot goes 0.97 of its command, and dead reckoning misses
-/// 30 mm per metre, with either kinematics.
+/// 3 % larger wheels are believed in: the robot goes 0.97 of what was asked, and 30 mm a metre are missing from its reckoning, by either kinematics.
 #[test]
 fn dead_reckoning_goes_by_what_is_believed() {
     let belief = "controller.robot.wheel_radius_m = 0.0515";
@@ -258,15 +250,13 @@ fn dead_reckoning_goes_by_what_is_believed() {
         let belief = format!("{belief}\nguidance.kinematics = \"{kinematics}\"");
         let found = driven(MECANUM, &twist(0.3, 0.0, 0.0), &belief).summary;
         let ratio = found.twist_ratio_asked.vx.expect("it went ahead");
-        // Ahead mecanum wheels follow their kinematics, within the sliding of rollers at
-        // hand-overs, 0.1 %.
+        // Ahead mecanum wheels follow their kinematics, to what rollers slide as they hand over, 0.1 %.
         assert!((ratio - 1.0 / 1.03).abs() < 1e-3, "{ratio}");
         for drift in [found.odometry_ideal, found.odometry_contact] {
             let drift = drift.m_per_m.expect("it went");
             assert!((drift - 0.03).abs() < 1e-3, "{drift}");
         }
-        // Neither the wheels nor the floor are blamed: 3 / 103 of the command is attributed to the
-        // model.
+        // Nobody blames the wheels or the floor: 3 / 103 of what was asked is the belief's.
         let ledger = &found.ledger;
         let asked_m = 0.3 * 2.25;
         assert!((ledger.belief.x_m / asked_m - 3.0 / 103.0).abs() < 1e-3);
@@ -275,7 +265,7 @@ fn dead_reckoning_goes_by_what_is_believed() {
     }
 }
 
-/// A filter without poses uses the wheels, and so the model: 30 mm per metre too far.
+/// A filter that has lost its poses goes by the wheels, and so by what is believed of them: 30 mm a metre too far.
 #[test]
 fn fusion_goes_by_what_is_believed() {
     let text = "controller.robot.wheel_radius_m = 0.0515\nsensors.fusion = {}\n[[faults]]\npose_lost = { from_s = 0.0 }";
@@ -285,8 +275,7 @@ fn fusion_goes_by_what_is_believed() {
     assert!((seen / real - 1.03).abs() < 1e-3, "{seen} {real}");
 }
 
-/// The guidance corrects a robot that goes 1 / 1.03 of its command: in the steady state K e = 0.03
-/// v of 0.3 m/s, so that e = 3 mm at a gain of 3 / s.
+/// The guidance brings a robot back that goes 1 / 1.03 of what is asked: in the steady state K e = 0.03 v of 0.3 m/s, so that e = 3 mm at a gain of 3 / s.
 #[test]
 fn guidance_on_a_wrong_radius_stays_behind_by_what_its_gain_allows() {
     let motion = "reference.line = { from_x_m = 0, from_y_m = 0, to_x_m = 2, to_y_m = 0, speed_m_s = 0.3 }\nguidance.position_gain_per_s = 3";
@@ -297,22 +286,19 @@ fn guidance_on_a_wrong_radius_stays_behind_by_what_its_gain_allows() {
         end.desired.expect("a reference").pose.x_m - end.truth.pose.x_m
     };
     let [without, with] = ["", "controller.robot.wheel_radius_m = 0.0515"].map(behind);
-    // After 2.5 s e^(-3 t) leaves 0.1 %; hand-overs of rollers move the robot by a tenth of a
-    // millimetre.
+    // After 2.5 s e^(-3 t) leaves 0.1 %; rollers that hand over move the robot by a tenth of a millimetre.
     assert!((with - without - 3e-3).abs() < 1e-4, "{with} {without}");
 }
 
-/// With the front wheels exchanged a command (vx, vy, omega) moves the robot by (vx, -L omega, -vy
-/// / L), L = 0.31 m: a position correction turns it, and a heading correction shifts it. With gains
-/// of 1 / s the errors obey e_y' = L e_h, e_h' = e_y / L: they grow as cosh t and sinh t, and no
-/// gain helps. Nine rollers take 2 % sideways and 1 % of turns. A loop that integrates to the
-/// wheel's angle follows slow commands without a lag of first order, and a command that is held for
-/// 10 ms comes 5 ms late in the mean: a growth of sqrt(0.98 x 0.99) (1 - 0.005) = 0.980 / s. The
-/// first 10 ms and hand-overs of rollers change the initial millimetre by several per cent.
+/// With the front wheels exchanged a command (vx, vy, omega) moves the robot by (vx, -L omega, -vy / L), L = 0.31 m: what is to correct the place turns it, and
+/// what is to correct the heading shifts it. Of gains of 1 / s the errors obey e_y' = L e_h, e_h' = e_y / L: they grow as cosh t and sinh t, and no gain
+/// helps. Nine rollers take 2 % sideways and 1 % of turns. A loop that integrates to the wheel's angle follows slow commands without a lag of first
+/// order, and a command that is held for 10 ms comes 5 ms late in the mean: a growth of sqrt(0.98 x 0.99) (1 - 0.005) = 0.980 / s. The first 10 ms and
+/// rollers that hand over leave some per cent of the millimetre that it begins with.
 #[test]
 fn guidance_drives_a_robot_away_whose_front_wheels_are_exchanged() {
     let exchanged = "controller.robot.wheels = { front_left.taken_for = \"front_right\", front_right.taken_for = \"front_left\" }";
-    // It begins 1 mm to the left of its target.
+    // It begins 1 mm to the left of where it is to stand.
     let motion = "reference.hold_pose = { x_m = 0, y_m = -1e-3, heading_deg = 0 }\nguidance.position_gain_per_s = 1\nguidance.heading_gain_per_s = 1";
     let ended = |belief: &str| {
         let found = driven(MECANUM, motion, belief);
@@ -335,7 +321,7 @@ fn guidance_drives_a_robot_away_whose_front_wheels_are_exchanged() {
     );
 }
 
-/// A model equal to the robot changes no bit, and an empty section is no model.
+/// A belief that is true changes no bit, and an empty section is no belief.
 #[test]
 fn a_true_belief_is_none() {
     let of = |belief: &str| {
@@ -354,7 +340,7 @@ fn a_true_belief_is_none() {
     }
 }
 
-/// Another robot's file defines the model's wheels; by name if the names are the same.
+/// Another robot's file says which wheels are believed in; by names where these are the same.
 #[test]
 fn another_file_says_what_is_believed() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -373,7 +359,7 @@ fn another_file_says_what_is_believed() {
     );
 }
 
-/// The header names what the model exchanges, reverses or measures wrongly, and nothing else.
+/// What the header says of a belief names what was exchanged, reversed or measured wrongly, and nothing else.
 #[test]
 fn a_belief_is_said_in_words() {
     let swapped = "front_left.taken_for = \"front_right\", front_right = { taken_for = \"front_left\", reversed = true }";
@@ -443,13 +429,10 @@ fn what_nobody_can_believe_is_refused() {
     }
 }
 
-/// Three omni wheels of radius rho at a distance L turn at w = s . v / rho + L omega / rho. A model
-/// radius 1.03 times too large turns all of them 1.03 times too slowly; a model lever 1.1 times as
-/// long turns the robot 1.1 times as far and leaves translations unchanged. If the second and the
-/// third wheel are exchanged, the permuted rates P w drive, M^+ P M v: for wheels at 60, 180 and
-/// 300 deg, or any such star, P is the mirror across the axis of the first, which keeps turns, and
-/// keeps or reverses translations across that axis. Dead reckoning with the model reports the
-/// command in all of these cases.
+/// Three omni wheels of radius rho at a distance L turn at w = s . v / rho + L omega / rho. A radius believed 1.03 times too large turns all of them 1.03 times
+/// too slowly; a lever believed 1.1 times as long turns the robot 1.1 times as far and leaves its ways; wheels that are taken for each other, the second and
+/// the third, drive by the permuted rates P w, M^+ P M v: for wheels at 60, 180 and 300 deg, or any such star, P is the mirror across the axis of the first,
+/// which keeps turns and the way across that axis or turns it round. Dead reckoning by the belief says what was asked in all of it.
 #[test]
 fn three_omni_wheels_turn_the_real_robot_and_not_the_believed_one() {
     let robot = "optiodom_omni3.toml";
@@ -465,7 +448,7 @@ fn three_omni_wheels_turn_the_real_robot_and_not_the_believed_one() {
     let right =
         |asked: [f64; 3]| of_targets(&driven(robot, &twist(asked[0], asked[1], asked[2]), ""));
     let asked = [0.2, 0.1, 0.6];
-    // Nothing saturates: the targets are the command, to rounding.
+    // Nothing saturates: what is asked is what wheels are to do, to rounding.
     assert_near(right(asked), asked, 1e-12, "nothing believed");
     let believed = |belief: &str| {
         let found = driven(robot, &twist(asked[0], asked[1], asked[2]), belief);
@@ -494,7 +477,7 @@ fn three_omni_wheels_turn_the_real_robot_and_not_the_believed_one() {
         b = names[2]
     );
     let found = believed(&exchanged);
-    // A mirror keeps lengths and the turn, and applied twice it is the identity.
+    // A mirror keeps lengths and the turn, and done twice it is nothing.
     let length = |of: [f64; 3]| of[0].hypot(of[1]);
     assert!(
         (length(found) - length(asked)).abs() < 1e-9 && (found[2] - asked[2]).abs() < 1e-9,

@@ -1,5 +1,4 @@
-//! The terms of the error budget mean what their names say: losses by hopping, contradicting rates
-//! and springs are neither slip nor lag.
+//! The terms of the error budget are what they are called: what hopping, contradicting rates and springs take is not slip, nor lag.
 
 use std::path::Path;
 
@@ -12,7 +11,7 @@ fn driven(text: &str) -> Run {
     run(&scenario).expect("it runs")
 }
 
-/// Cylinders for rollers make the wheels hop. The path lost while they are in the air is lift-off.
+/// Cylinders for rollers let the wheels hop. What they lack of the way while they are in the air is lift-off.
 #[test]
 fn what_wheels_in_the_air_take_is_not_slip() {
     let found = driven(
@@ -28,8 +27,7 @@ fn what_wheels_in_the_air_take_is_not_slip() {
     );
 }
 
-/// The front left wheel turns the wrong way: by r = w - M M^+ w each of four wheels is 3 of 6 rad/s
-/// off the nearest motion, half of all.
+/// The front left wheel turns the wrong way: by r = w - M M^+ w each of four wheels is 3 of 6 rad/s off the nearest motion, half of all.
 #[test]
 fn what_rates_take_that_contradict_each_other_is_not_slip() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -55,7 +53,7 @@ fn what_rates_take_that_contradict_each_other_is_not_slip() {
     assert!(remarked, "{:?}", found.warnings);
 }
 
-/// With a law without rate targets no wheel lags behind a target.
+/// A law without rate targets has wheels that lag behind none.
 #[test]
 fn a_law_without_rate_targets_has_no_servo_term() {
     let found = driven(
@@ -63,6 +61,6 @@ fn a_law_without_rate_targets_has_no_servo_term() {
          run = { duration_s = 1.0, physics_dt_s = 0.001 }\n",
     );
     assert_eq!(found.summary.ledger.servo.path_m, 0.0);
-    // It yielded measurably.
+    // It gave way by something.
     assert!(found.summary.position_error_final_m.unwrap_or(0.0) > 1e-3);
 }

@@ -1,5 +1,4 @@
-//! The effect of a cause is the run minus the same run without it: zero if it changes nothing, and
-//! otherwise the difference of two runs made by hand.
+//! What a cause did is the run minus the same run without it: nothing where it changes nothing, and otherwise what two runs made by hand differ by.
 
 use std::path::Path;
 
@@ -24,7 +23,7 @@ fn explained(scenario: &Scenario, causes: Causes) -> Run {
     simulation.explaining(causes).run()
 }
 
-/// For each kind of fault that allows it, one without effect, within a window.
+/// Of each kind of fault that has such a thing, one that does nothing, within a window.
 fn null_faults(window: &str) -> Vec<String> {
     let kinds = [
         "encoder_scaled = { wheel = 'front_left', factor = 1.0, ",
@@ -45,7 +44,7 @@ fn null_faults(window: &str) -> Vec<String> {
 #[test]
 fn what_changes_nothing_made_no_difference() {
     for motion in [OPEN, CLOSED] {
-        // During the whole run, within the ramp, and up to a change of motion.
+        // All through the run, within the ramp, and up to a change of motion.
         for window in [
             "from_s = 0.0",
             "from_s = 0.2, until_s = 0.4",
@@ -109,7 +108,7 @@ fn an_effect_is_what_two_runs_made_by_hand_differ_by() {
     }
 }
 
-/// The pose sensor has an effect only with guidance.
+/// What the pose sensor does matters under guidance alone.
 #[test]
 fn a_pose_that_nobody_looks_at_makes_no_difference() {
     let shifted = ["{ pose_shifted = { x_m = 0.1 } }".to_owned()];
@@ -120,8 +119,7 @@ fn a_pose_that_nobody_looks_at_makes_no_difference() {
     }
 }
 
-/// With a model of 3 % larger wheels, wheels turn less: without it the robot goes 3 / 103 further,
-/// as two runs made by hand confirm.
+/// Wheels that are believed to be 3 % larger turn less: without that belief the robot goes 3 / 103 further, which two runs made by hand have too.
 #[test]
 fn a_belief_makes_the_difference_that_leaving_it_out_takes_away() {
     let mut wrong = scenario(OPEN, &[]);
@@ -139,12 +137,11 @@ fn a_belief_makes_the_difference_that_leaving_it_out_takes_away() {
     assert_eq!(travelled.with, Some(summary.travelled_m));
     assert_eq!(travelled.without, Some(without.travelled_m));
     let share = travelled.difference / without.travelled_m;
-    // The robot's path also bends by the final turn, which is 3 / 103 smaller: a second-order
-    // effect.
+    // The robot's way is also bent by the turn that ends it, which is 3 / 103 less: of second order.
     assert!((share + 3.0 / 103.0).abs() < 2e-3, "{share}");
 }
 
-/// A slippery floor and a push on it: each alone has less effect than both.
+/// A floor that is slippery and a push on it: each alone does less than both.
 #[test]
 fn two_causes_do_together_what_neither_does_alone() {
     let faults = [
@@ -167,9 +164,8 @@ fn two_causes_do_together_what_neither_does_alone() {
     );
 }
 
-/// Sideways the rollers' geometry takes 2 %, which has a remedy. A run of 30 s with steps of 3.3 ms
-/// checks 36 rollers 9,000 times, and with half the step three times as often: 972,000, above the
-/// limit of 800,000 surfaces for a plain run.
+/// Sideways the rollers' geometry takes 2 %, against which there is a remedy. A run of 30 s at steps of 3.3 ms looks 9,000 times at 36 rollers, and with half the step
+/// three times as often: 972,000 of the 800,000 surfaces that a plain run may.
 #[test]
 fn remedies_are_tried_unasked_in_short_runs_alone() {
     let lateral = |duration_s: f64| {
@@ -192,7 +188,7 @@ fn remedies_are_tried_unasked_in_short_runs_alone() {
     assert!(tried(&asked) > 0 && !asks(&asked), "{:?}", asked.warnings);
 }
 
-/// Twins do not change the run, and give the same results on one thread and on several.
+/// No twin touches the run, and all come to the same on one thread and on several.
 #[test]
 fn effects_are_the_same_on_any_threads_and_leave_the_run_alone() {
     let faults = ["{ push = { impulse_y_n_s = 6.0, from_s = 0.5 } }".to_owned()];
@@ -218,8 +214,7 @@ fn effects_are_the_same_on_any_threads_and_leave_the_run_alone() {
     assert!(failed.is_empty(), "{failed:?}");
 }
 
-/// The rollers' geometry takes 2 % of a motion to the left, and commands that compensate for it
-/// restore it: the remedy is simulated before it is reported.
+/// The rollers' geometry takes 2 % of a motion to the left, and commands that allow for it give it back: it is tried before it is reported.
 #[test]
 fn a_remedy_was_tried() {
     let left = "twist = { vy_m_s = 0.3, rest_s = 0.1, ramp_s = 0.4, settle_s = 0.3 }";
@@ -235,14 +230,14 @@ fn a_remedy_was_tried() {
         });
     let (remedy, twin) = tried.expect("a remedy was tried");
     assert_eq!(remedy.key, "guidance.kinematics = \"contact\"");
-    // With compensation the robot follows its command, within the compliance of the wheel loops.
+    // Where they allow for it the robot does what is asked but for the wheel loops' give.
     let reached = twin.figures["twist_mean.vy_m_s"];
     assert!((reached / 0.3 - 1.0).abs() < 1e-3, "{reached}");
     let before = found.summary.twist_mean.expect("a mean").vy_m_s;
     assert!((before / 0.3 - 0.98).abs() < 1e-3, "{before}");
 }
 
-/// A swinging arm, with these keys in `robot.joints`.
+/// An arm that swings, in `robot.joints` and with these keys.
 fn swinging(joint: &str, to_rad: f64) -> Scenario {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
     let text = format!(
@@ -259,7 +254,7 @@ fn end(summary: &ilon_sim::trace::Summary) -> [Option<f64>; 3] {
     [of.end_x_m, of.end_y_m, of.end_heading_rad]
 }
 
-/// The end of a cause's twin.
+/// What a cause's twin came to at the end.
 fn end_without(found: &Run, cause: &str) -> [Option<f64>; 3] {
     ["end_x_m", "end_y_m", "end_heading_rad"].map(|key| {
         let effect = found.summary.effects.get(cause, key);
@@ -269,7 +264,7 @@ fn end_without(found: &Run, cause: &str) -> [Option<f64>; 3] {
     })
 }
 
-/// The twin of a swinging arm is the robot whose file holds the arm at its start.
+/// The twin of an arm that swings is the robot whose file holds the arm where it begins.
 #[test]
 fn a_joint_that_moves_is_held_where_it_begins() {
     let mut scenario = swinging("arm", 1.2);
@@ -287,7 +282,7 @@ fn a_joint_that_moves_is_held_where_it_begins() {
     arm.options.role = Some(ilon_sim::scenario::JointRole::Held);
     let by_hand = end(&run(&scenario).expect("it runs").summary);
     for (twin, by_hand) in end_without(&found, "joints.arm").into_iter().zip(by_hand) {
-        // The two sum the bodies' masses in another order, and rolling parts keep their motion.
+        // The two add up the masses of bodies in another order, and what rolls keeps what it has.
         let off = twin.zip(by_hand).map(|(a, b)| (a - b).abs());
         assert!(off.is_some_and(|off| off < 1e-9), "{twin:?} {by_hand:?}");
     }
@@ -298,11 +293,11 @@ fn a_joint_that_is_sent_where_it_stands_makes_no_difference() {
     let found = explained(&swinging("arm", 0.0), Causes::Named);
     let ablations = effects::of_causes(&found.summary, &found.trace.header);
     assert_eq!(ablations.len(), 1);
-    // The servo yields to the robot's accelerations.
+    // The servo gives way by what accelerations of the robot ask of it.
     assert!(!ablations[0].differs(), "{:?}", ablations[0]);
 }
 
-/// A control period and a wheel law are causes too: their twins are the runs with the alternative.
+/// A control period and a law of the wheels are causes too: their twins are the runs with another.
 #[test]
 fn other_control_is_what_the_scenario_with_it_gives() {
     let mut closed = scenario(CLOSED, &[]);
@@ -319,7 +314,7 @@ fn other_control_is_what_the_scenario_with_it_gives() {
     let by_hand = end(&run(&closed).expect("it runs").summary);
     assert_eq!(end_without(&found, "run.control_dt_s"), by_hand);
 
-    // However rarely rows are written: the twin's number of periods also has a bound.
+    // However seldom rows are written: the twin's count of periods has a bound too.
     let mut seldom = scenario(OPEN, &[]);
     seldom.run.record_every = u32::MAX;
     explained(&seldom, Causes::All);

@@ -1,5 +1,4 @@
-//! A run repeated at half its step: figures that change depend on the step, and the run itself is
-//! unaffected.
+//! A run repeated at half its step: what moves depends on the step, and the run itself does not change.
 
 use std::path::Path;
 
@@ -16,17 +15,16 @@ fn figure(summary: &Summary, key: &str) -> Moved {
     *summary.converge.get(key).expect("the figure applies")
 }
 
-/// Ice without friction that tilts suddenly, under a standing robot.
+/// Ice without friction that leans all at once, for a robot that stands on it.
 const LATE_TILT: &str = "twist = {}
 faults = [{ tilt = { amplitude_deg = 2.0, from_s = 0.5026 } }]
 world.floor.friction = 0.0
 run = { duration_s = 1.0, control_dt_s = 0.01, physics_dt_s = 0.01, converge = true }
 ";
 
-/// A tilt acts on a whole step if it has begun at the step's middle. One that begins at 0.5026 s
-/// acts from 0.5 s on in steps of 10 ms, as the middle of that step is at 0.505 s, and from 0.505 s
-/// on in steps of 5 ms. Without friction the robot slides down by g sin(2 deg) (T - t_0)^2 / 2 in
-/// the last row, at T = 1 s: 42.8 mm, and 0.495^2 / 0.5^2 of it at half the step.
+/// Ground leans over a step where it does in the step's middle. What begins at 0.5026 s acts from 0.5 s on in steps of 10 ms, for that which
+/// begins there has its middle at 0.505 s, and from 0.505 s on in steps of 5 ms. Without friction the robot slides down by g sin(2 deg) (T - t_0)^2 / 2
+/// in the last row, at T = 1 s: 42.8 mm, and 0.495^2 / 0.5^2 of it at half the step.
 #[test]
 fn what_begins_between_two_steps_moves_by_the_time_to_the_next() {
     let run = run(&scenario(LATE_TILT)).expect("it runs");
@@ -42,8 +40,7 @@ fn what_begins_between_two_steps_moves_by_the_time_to_the_next() {
     }
     let moved_m = expected_m(0.5) - expected_m(0.495);
     assert!((end.moved - moved_m).abs() < 1e-6, "{end:?}");
-    // A change of position is relative to the path, or to the robot's size if the path is shorter:
-    // its wheels are at most 0.25 m from its origin.
+    // A place is measured against the way, and against the robot where that went less far: its wheels stand 0.25 m and less from its origin.
     assert!((moved_m / 0.25..0.02).contains(&end.share), "{end:?}");
     assert!(end.exceeds);
     let said = run
@@ -57,8 +54,8 @@ const AHEAD: &str = "twist = { vx_m_s = 0.3, rest_s = 0.1, ramp_s = 0.4 }
 run = { duration_s = 1.5, control_dt_s = 0.01, physics_dt_s = 0.0025, converge = true }
 ";
 
-/// Straight ahead no roller slides, and the method is of second order: by `docs/measured.md` steps
-/// of 2.5 ms are 0.012 mm off those of 1.25 ms after two metres.
+/// Straight ahead no roller slides, and the method is of second order: by `docs/measured.md` steps of 2.5 ms are 0.012 mm off those of 1.25 ms
+/// after two metres.
 #[test]
 fn a_robot_that_rolls_stays_where_it_is_at_half_the_step() {
     let run = run(&scenario(AHEAD)).expect("it runs");
@@ -70,8 +67,7 @@ fn a_robot_that_rolls_stays_where_it_is_at_half_the_step() {
     assert!(!run.warnings.iter().any(|remark| remark.contains("half")));
 }
 
-/// If steps are split, there is a twin with halved parts; it does not change the run, and does not
-/// depend on threads.
+/// With parts of steps to halve there is a twin of them; and none of this touches the run, nor depends on where it is run.
 #[test]
 fn the_run_keeps_its_bits_and_repeats_its_figures_on_any_threads() {
     let text = "twist = { vx_m_s = 0.5, omega_rad_s = 3.0, rest_s = 0.1, ramp_s = 0.2 }\nrun = { duration_s = 0.6 }\n";
@@ -114,10 +110,9 @@ fn a_trace_carries_what_its_twins_came_to() {
     assert_eq!(again.converge, run.summary.converge);
 }
 
-/// A loop that holds its torque over a period of 4 ms does so at any physics step: under a held
-/// torque, a wheel on the ground gains the same rate in one step as in four, and each period brings
-/// the wheels nearer to their target by the same share. A loop that updates in every step of 1 ms
-/// is another loop.
+/// A loop that holds its torque over a period of 4 ms does so whatever the physics step: under a torque that is held, a wheel on the ground gains
+/// the same rate in one step as in four, and each period brings the wheels nearer to their target by the same share. A loop that decides in
+/// every step of 1 ms is another loop.
 #[test]
 fn a_loop_keeps_its_period_at_shorter_steps() {
     let rates = |keys: &str| -> Vec<f64> {
@@ -140,7 +135,7 @@ fn a_loop_keeps_its_period_at_shorter_steps() {
     let faster = rates(&run("0.001"));
     let share = |rates: &[f64]| (0.4 - rates[4]) / (0.4 - rates[0]);
     for (one, other) in whole.iter().zip(&held) {
-        // Rollers that keep turning take a thousandth of a step's gain.
+        // Rollers that turn on take a thousandth of a step's gain.
         assert!((one - other).abs() < 2e-3 * 0.4, "{whole:?} {held:?}");
     }
     assert!(

@@ -1,5 +1,4 @@
-//! Losses are never negative, the residual is a share of the energy turned over, and unstable loops
-//! are reported.
+//! Losses only lose, what is unexplained is a share of what was turned over, and loops that cannot settle are named.
 
 use std::path::Path;
 
@@ -20,8 +19,7 @@ fn run(keys: &str) -> Run {
     ilon_sim::run(&scenario_of(keys)).expect("it runs")
 }
 
-/// Every loss is non-negative, within a thousandth of the motors' work, and sliding took at most
-/// the available energy.
+/// Every loss is one, to a thousandth of what the motors drove with, and sliding took no more than there was.
 fn only_lost(name: &str, energy: &Energy) {
     let known = |joules: Option<f64>| joules.expect("it is counted");
     let drove_j = known(energy.motor_positive_j);
@@ -42,9 +40,8 @@ fn only_lost(name: &str, energy: &Energy) {
     assert!(drove_j >= known(energy.motor_j), "{name}: {energy:?}");
 }
 
-/// Digital wheel loops that oscillate from step to step drive their wheels back and forth: the
-/// friction of single steps can give energy then, its sum does not. Each is reported before the
-/// run, with a gain that gives no report.
+/// Digital wheel loops that swing from step to step drive their wheels to and fro: the friction of single steps gives energy then, their sum does not.
+/// Each is named before the run, with a gain under which nothing is said any more.
 #[test]
 fn loops_that_swing_lose_and_are_named_with_a_gain_that_does() {
     for (gains, swings) in [
@@ -88,8 +85,8 @@ fn loops_that_swing_lose_and_are_named_with_a_gain_that_does() {
     }
 }
 
-/// From a bandwidth of several periods on, a continuous loop reaches its target within a step.
-/// Beyond 2000 of them its torques lose their accuracy, and it is refused with an admissible value.
+/// A continuous loop reaches its target within a step from a bandwidth of some periods on. Beyond 2000 of them its torques are not computed to their
+/// digits any more, and it is refused with the figure that would do.
 #[test]
 fn loops_faster_than_can_be_computed_with_are_refused_with_a_figure_that_does() {
     for key in [
@@ -115,8 +112,8 @@ fn loops_faster_than_can_be_computed_with_are_refused_with_a_figure_that_does() 
     }
 }
 
-/// A robot that drives and stops again has almost none of its motors' work left. The residual is
-/// still small compared with the work, and there is no remark.
+/// A robot that drives and stops again has next to nothing left of its motors' work. What is unexplained is still small beside what they drove with,
+/// and nothing is said.
 #[test]
 fn a_drive_and_a_stop_close() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
@@ -127,7 +124,7 @@ fn a_drive_and_a_stop_close() {
     let energy = &done.summary.energy;
     only_lost("stop", energy);
     let [motor_j, drove_j] = [energy.motor_j, energy.motor_positive_j].map(|j| j.expect("counted"));
-    // m v^2 / 2 of about 11 kg at 1.5 m/s is driven and braked.
+    // m v^2 / 2 of some 11 kg at 1.5 m/s is driven and braked.
     assert!(drove_j > 12.0 && motor_j < 0.5 * drove_j, "{energy:?}");
     assert!(
         energy.unexplained_share.expect("it moved").abs() < 5e-4,

@@ -1,4 +1,4 @@
-//! A robot with passive compliance, an inertial measurement unit, and ground that tilts.
+//! A robot that is compliant by design, an inertial measurement unit, and ground that leans.
 
 use ilon_sim::control::{ControlError, PassiveTorqueSettings};
 use ilon_sim::simulate::Run;
@@ -22,21 +22,21 @@ fn run(keys: &str) -> Run {
     Simulation::new(&scenario).unwrap().run()
 }
 
-/// The robot's position at a time, in metres.
+/// Where the robot is at a time, in metres.
 fn at(run: &Run, t_s: f64) -> [f64; 2] {
     let near = |record: &&ilon_sim::trace::Record| record.t_s >= t_s - 1e-9;
     let record = run.trace.records().iter().find(near).unwrap();
     [record.truth.pose.x_m, record.truth.pose.y_m]
 }
 
-/// F / K for a lasting push, and zero after it.
+/// F / K of a push that lasts, and nothing is left of it afterwards.
 #[test]
 fn a_push_moves_the_robot_by_force_over_stiffness() {
     let run = run(&format!(
         "{SPRINGS}[[faults]]\npush = {{ impulse_y_n_s = 44, from_s = 0.5, lasts_s = 2.2 }}\n"
     ));
     let [_, y_m] = at(&run, 2.69);
-    // Poles at -5 +- 5j 1/s: exp(-5 * 2.19) of it remains, 2e-5.
+    // Poles at -5 +- 5j 1/s: exp(-5 * 2.19) of it is left to come, 2e-5.
     assert!((y_m / (20.0 / 600.0) - 1.0).abs() < 1e-3, "{y_m}");
     let left_m = run.summary.position_error_final_m.unwrap();
     assert!(left_m < 1e-4, "{left_m}");
@@ -59,24 +59,22 @@ fn an_unknown_slope_costs_its_pull_over_the_stiffness_without_an_imu_and_nothing
         let left_m = seeing.summary.position_error_final_m.unwrap();
         assert!(left_m < 1e-4, "{left_m}");
         let last = seeing.trace.records().last().unwrap().imu.unwrap();
-        // Nose down, and measured by the robot's law.
+        // Nose down, and felt by what holds the robot.
         assert!((last.pitch_rad - slope_deg.to_radians()).abs() < 1e-4);
         assert!((last.specific_force_m_s2.norm() - 9.81).abs() < 1e-3);
     }
 }
 
-/// Honeywell HG1700, by its brochure: gyroscopes of 1 deg/h and 0.125 deg/sqrt(h), accelerometers
-/// of 1 mg and 0.065 fps/sqrt(h). A random walk of N per root second is N sqrt(rate) in one sample.
+/// Honeywell HG1700, by its brochure: gyroscopes of 1 deg/h and 0.125 deg/sqrt(h), accelerometers of 1 mg and 0.065 fps/sqrt(h). A random walk of
+/// N a root of a second is N sqrt(rate) in one sample.
 const TACTICAL: &str = "rate_hz = 500\naccelerometer = { noise = 7.4e-3, bias = 9.8e-3 }\ngyroscope = { noise = 8.1e-4, bias = 4.8e-6 }\n";
-/// InvenSense MPU-6050, by its data sheet, uncalibrated: 0.005 deg/s/sqrt(Hz) and +-20 deg/s at
-/// zero rate, 400 ug/sqrt(Hz) and +-50 mg. A density is that times sqrt(rate / 2) in one sample; a
-/// tolerance is taken for two deviations. Its walk is not specified; here as it warms up.
+/// InvenSense MPU-6050, by its data sheet as it comes from the reel: 0.005 deg/s/sqrt(Hz) and +-20 deg/s at zero rate, 400 ug/sqrt(Hz) and
+/// +-50 mg. A density is that times sqrt(rate / 2) in one sample; a tolerance is taken for two deviations. Its walk is not said: as it warms up.
 const CHEAP: &str = "rate_hz = 100\naccelerometer = { noise = 0.028, bias = 0.25, bias_walk = 0.02 }\n\
     gyroscope = { noise = 6.2e-4, bias = 0.17, bias_walk = 0.003 }\nroll_deg = 0.5\n";
 
-/// The robot's displacement by its IMU: an accelerometer's bias and the mounting act permanently
-/// through the spring; a gyroscope's bias acts until the filter has learned it, b t exp(-t / T) of
-/// tilt, at most b T / e; about the vertical, which is unobservable, b T / 2 of the slope.
+/// Where they put the robot: an accelerometer's bias and the mounting through the spring for good, a gyroscope's bias for as long as the filter
+/// has not learned it, b t exp(-t / T) of tilt at most b T / e, and about the vertical, which nothing shows, b T / 2 of the slope.
 #[test_case(TACTICAL, 0.0098, 4.8e-6, 0.0; "tactical")]
 #[test_case(CHEAP, 0.25, 0.17, 0.5; "cheap")]
 fn imus_at_both_ends_keep_the_robot_where_their_bias_puts_it(
@@ -93,7 +91,7 @@ fn imus_at_both_ends_keep_the_robot_where_their_bias_puts_it(
         let three = 3.0 * 2_f64.sqrt();
         let tilt_rad = mounted_deg.to_radians()
             + three * bias_rad_s * (1.0 / std::f64::consts::E + 0.5 * 5_f64.to_radians());
-        // Until its first sample the slope pulls, and the first sample's noise is a tilt too.
+        // Until its first word the slope pulls, and the first sample's noise is a tilt too.
         let wrong_m_s2 = three * (bias_m_s2 + 0.03) + 9.81 * tilt_rad;
         let late_m = 0.5 * 9.81 * 5_f64.to_radians() * f64::powi(latency_s + 0.02, 2) * 2.0;
         let most_m = 12.0 * wrong_m_s2 / 600.0 + late_m;
@@ -105,7 +103,7 @@ fn imus_at_both_ends_keep_the_robot_where_their_bias_puts_it(
     }
 }
 
-/// The amplitude of x and y about their means between two times, in metres.
+/// How far x and y swing about their means between two times, in metres.
 fn swing_m(run: &Run, from_s: f64, to_s: f64) -> f64 {
     let rows = run.trace.records().iter();
     let rows: Vec<[f64; 2]> = rows
@@ -119,9 +117,8 @@ fn swing_m(run: &Run, from_s: f64, to_s: f64) -> f64 {
     f64::hypot(swing(0), swing(1))
 }
 
-/// Both IMUs, ages up to those of a slow network, filters from fast to slow, springs from soft to
-/// stiff: an accepted configuration settles after a push, and a refused one settles at the limit
-/// that the refusal names.
+/// Both ends, their ages up to what a slow network makes of them, filters from hasty to slow, springs from soft to hard: what is not refused settles
+/// after a push, and what is refused settles at the limit that the refusal names.
 #[test]
 fn imus_old_and_new_settle_or_are_refused_with_a_limit_that_settles() {
     let keys = |imu: &str, filter_s: f64, latency_s: f64, stiffness: f64, damping: f64| {
@@ -132,8 +129,7 @@ fn imus_old_and_new_settle_or_are_refused_with_a_limit_that_settles() {
     };
     let settles = |keys: &str| {
         let run = run(keys);
-        // An instability would also grow in these three seconds; noise and a bias that walks keep
-        // shaking it, the cheap one by a millimetre.
+        // What grew would grow in these three seconds too; noise and a bias that walks go on shaking it, the cheap one by a millimetre.
         let (first, last) = (swing_m(&run, 0.5, 2.0), swing_m(&run, 3.5, 5.0));
         assert!(last < 0.8 * first || last < 2e-3, "{first} {last}: {keys}");
         last
@@ -167,7 +163,7 @@ fn imus_old_and_new_settle_or_are_refused_with_a_limit_that_settles() {
                     println!(
                         "{name} {filter_s} s, {latency_s} s old, {stiffness} N/m: {what} {most:.4}"
                     );
-                    // Just below the limit nothing settles: nine tenths of it.
+                    // A limit within a hair leaves nothing to settle by: nine tenths of it.
                     let held = 0.9 * most;
                     settles(&match what.contains("stiffness") {
                         true => here(filter_s, held),
@@ -181,8 +177,7 @@ fn imus_old_and_new_settle_or_are_refused_with_a_limit_that_settles() {
     assert!(runs >= 8 && refusals >= 4, "{runs} {refusals}");
 }
 
-/// An unannounced ramp, driven onto and stood upon: it acts as a slope at the robot's place, and
-/// nowhere else.
+/// A ramp that nobody announces, driven onto and stood upon: it leans as a slope does where the robot is, and nowhere else.
 #[test]
 fn a_ramp_that_nobody_announces_costs_what_a_slope_does_and_only_there() {
     let over = "[reference.line]\nto_x_m = 1.1\nto_y_m = 0\nspeed_m_s = 0.3\nheading = { constant_deg = 0 }\n";
@@ -200,7 +195,7 @@ fn a_ramp_that_nobody_announces_costs_what_a_slope_does_and_only_there() {
     let run = |further: &str| Simulation::new(&scenario(further)).unwrap().run();
     let blind = run("");
     let mass_kg = load_robot(&scenario("")).unwrap().mass_kg();
-    // The spring acts along the wheels' plane, on the displacement in the floor's.
+    // The spring pulls along the wheels' plane, by what is off in the floor's.
     let off_m = mass_kg * 9.81 * 5_f64.to_radians().sin() / 600.0;
     let last = blind.trace.records().last().unwrap();
     let desired = last.desired.unwrap();
@@ -226,7 +221,7 @@ fn a_ramp_that_nobody_announces_costs_what_a_slope_does_and_only_there() {
     }
 }
 
-/// Gravity tilts in the floor's frame, and the gyroscope measures the ground's rotation.
+/// Gravity leans against the floor's frame, and the gyroscope feels the ground turn.
 #[test]
 fn on_rocking_ground_the_tilt_is_that_of_the_ground() {
     let run = run(&format!(
@@ -237,16 +232,15 @@ fn on_rocking_ground_the_tilt_is_that_of_the_ground() {
         let x = since_s.min(1.0);
         let built = x * x * (3.0 - 2.0 * x);
         let lean_rad = 4_f64.to_radians() * built * (std::f64::consts::PI * since_s).sin();
-        // If the left goes down the robot rolls to the left, which is negative; the filter's
-        // gyroscope has no lag, and the robot's own acceleration adds 20 mm/s^2 of gravity for a
-        // fraction of the filter's second.
+        // Where the left goes down the robot rolls to the left, which is negative; the filter's gyroscope lags nothing, and what the
+        // robot's own acceleration adds is 20 mm/s^2 of gravity for a fraction of the filter's second.
         let roll_rad = record.imu.unwrap().roll_rad;
         assert!(
             (roll_rad + lean_rad).abs() < 2e-3,
             "{since_s} {roll_rad} {lean_rad}"
         );
     }
-    // The ground's lifting work is counted.
+    // What the ground lifts and lowers is counted.
     let unexplained_j = run.summary.energy.unexplained_j.unwrap();
     assert!(unexplained_j.abs() < 1e-4, "{unexplained_j}");
     assert!(run.summary.position_error_max_m.unwrap() < 1e-3);
@@ -273,7 +267,7 @@ fn gains_that_cannot_be_stable_are_refused_with_the_limit_that_holds() {
         "[sensors.imu]\nfilter_s = 0.01\n[wheel_loop]\nlaw = 'passive'\npassive = { damping_n_s_m = 10 }\n",
     );
     assert!(fast.contains("tilt filter's time constant"), "{fast}");
-    // Half a period of 0.01 s per sample: 50 Hz.
+    // Half a period of 0.01 s a sample: 50 Hz.
     let rocking = |hz: f64| {
         scenario(&format!(
             "[[faults]]\ntilt = {{ amplitude_deg = 4, frequency_hz = {hz} }}\n"
@@ -286,7 +280,7 @@ fn gains_that_cannot_be_stable_are_refused_with_the_limit_that_holds() {
     assert!(other.to_string().contains("wheel_loop.passive"), "{other}");
 }
 
-/// The guidance's gains are stiffness over damping, and default values follow from the mass.
+/// The guidance's gains are stiffness over damping, and what is left out follows from the mass.
 #[test]
 fn what_is_left_out_follows_from_mass_and_period() {
     let scenario = scenario("[wheel_loop]\nlaw = 'passive'\n").unwrap();
@@ -300,17 +294,15 @@ fn what_is_left_out_follows_from_mass_and_period() {
     assert_eq!(resolved.guidance.position_gain_per_s, k / d);
     let own = PassiveTorqueSettings::for_robot(plant.robot(), 9.81, 1e-3, 0.01, 0.0).unwrap();
     assert_eq!((k, d), (own.stiffness_n_m, own.damping_n_s_m));
-    // Ten periods of ten milliseconds, of 11.4 kg and the wheels' spin, at most; a wheel in the air
-    // reduces it slightly.
+    // Ten periods of ten milliseconds, of 11.4 kg and the wheels' spin, at most; a wheel in the air holds it somewhat below.
     assert!((80.0..130.0).contains(&d), "{d}");
-    // It also runs with a controller's own rates.
+    // It runs by a controller's own rates too.
     let mut plant = plant;
     plant.advance(WheelCommand::Rates(&[1.0; 4]), 0.5).unwrap();
     assert!(plant.truth().twist_in_body.vx_m_s > 0.02);
 }
 
-/// Equation (7) neglects which roller touches: 2 % sideways. The covariance of dead reckoning
-/// includes that, and is not far above it.
+/// Equation (7) leaves out which roller touches: 2 % sideways. The covariance of dead reckoning knows it, and is not far above it.
 #[test]
 fn dead_reckoning_errs_as_its_covariance_says() {
     for twist in [
@@ -337,7 +329,7 @@ fn dead_reckoning_errs_as_its_covariance_says() {
     }
 }
 
-/// A robot with an arm and a lift, driven by `keys`, on the springs of `SPRINGS`.
+/// A robot with an arm and a lift, driven as `keys` say, on the springs of `SPRINGS`.
 fn jointed(keys: &str, dt_s: f64) -> Scenario {
     let text = format!(
         "[robot]\nfile = 'mecanum4_arm.urdf'\n[robot.wheels]\nrollers = 9\nroller_radius_m = 0.012\nroller_mass_kg = 0.01\n\
@@ -347,8 +339,7 @@ fn jointed(keys: &str, dt_s: f64) -> Scenario {
     Scenario::from_toml(&text, "jointed", ROBOTS).unwrap()
 }
 
-/// Several at once: the work of servos, a push, a payload and tilting ground is supply, in every
-/// physics step.
+/// Whatever comes over the robot at once: what servos, a push, a payload and leaning ground bring is supply, in every physics step.
 #[test]
 fn what_servos_pushes_payloads_and_leaning_ground_bring_is_supply() {
     let lift = "[robot.joints.lift]\nrole = 'driven'\nsetpoints = [{ t_s = 0.5, position_m = 0 }, { t_s = 2.5, position_m = 0.4 }]\n";
@@ -372,7 +363,7 @@ fn what_servos_pushes_payloads_and_leaning_ground_bring_is_supply() {
             let gained_j = last.supplied_j;
             println!("{name} at {dt} s: {last:?}");
             assert!(gained_j > least_j, "{name}: {gained_j} of {least_j}");
-            // The energy balance itself has a residual of 1e-6 of the servos' energy.
+            // The balance of energy itself is left open by 1e-6 of what servos turn over.
             assert!(
                 most_j < 1e-6 * gained_j.max(1.0),
                 "{name} {dt}: {most_j} of {gained_j}"
@@ -381,8 +372,7 @@ fn what_servos_pushes_payloads_and_leaning_ground_bring_is_supply() {
     }
 }
 
-/// The standing pose of a robot with joints is found on ground without friction; the floor's
-/// materials are restored afterwards.
+/// A robot with joints looks for its stand on ground without friction; what the floor is made of comes back afterwards.
 #[test]
 fn patches_lie_under_robots_with_joints_too() {
     let arm = "[robot.joints.arm]\nrole = 'driven'\ntarget_rad = 0\n";
@@ -394,7 +384,7 @@ fn patches_lie_under_robots_with_joints_too() {
     assert_eq!(frictions, [0.02, 0.6, 0.6, 0.6]);
 }
 
-/// A passivity that a scenario's law promises is checked.
+/// What a scenario that is passive by its law promises, it is held to.
 #[test]
 fn every_shipped_scenario_of_the_passive_law_bounds_the_rise_of_its_storage() {
     let folder = std::path::Path::new(ROBOTS).join("../scenarios");
@@ -413,8 +403,8 @@ fn every_shipped_scenario_of_the_passive_law_bounds_the_rise_of_its_storage() {
     assert!(found >= 5, "{found}");
 }
 
-/// Between poses the filter turns by the gyroscope, to rounding, whatever the wheels do: it sees a
-/// push that turns the robot on sliding wheels.
+/// Between poses the filter turns by what the gyroscope says, to rounding, whatever the wheels do: a push that turns the robot on its sliding
+/// wheels is seen.
 #[test]
 fn a_fusion_with_a_gyroscope_turns_as_the_gyroscope_says() {
     let run = |fusion: &str| {
@@ -442,8 +432,7 @@ fn a_fusion_with_a_gyroscope_turns_as_the_gyroscope_says() {
     let (by_wheels, lost_rad) = gap(&run(""));
     println!("{by_gyroscope} {off_rad}, {by_wheels} {lost_rad}");
     assert!(by_gyroscope < 1e-12, "{by_gyroscope}");
-    // Five seconds of a bias within three deviations, and noise that walks by 0.01 rad/s sqrt(5 s
-    // 0.01 s).
+    // Five seconds of a bias within three deviations, and noise that walks by 0.01 rad/s sqrt(5 s 0.01 s).
     assert!(
         off_rad < 3.0 * (0.002 * 5.0 + 0.01 * 0.05_f64.sqrt()),
         "{off_rad}"
@@ -458,10 +447,9 @@ fn a_gyroscope_that_is_not_there_is_refused() {
     assert!(refused.contains("[sensors.imu]"), "{refused}");
 }
 
-/// Without friction a robot slides down a floor that tilts more and more: from rest it gains the
-/// integral of g sin(a(t)), with a(t) = A (3 x^2 - 2 x^3), x = t / T, the profile of a tilt. The
-/// gravity of a step is that of its middle, with an error of dt^2 / 24 g a'(T / 2): 3e-5 m/s; that
-/// of its start would give dt / 2 g sin(A), 25 mm/s.
+/// On a floor without friction a robot slides down the floor that leans more and more: from rest it gains the integral of g sin(a(t)), with
+/// a(t) = A (3 x^2 - 2 x^3), x = t / T, the way a tilt is built up. The gravity of a step is that of its middle, which errs by
+/// dt^2 / 24 g a'(T / 2): 3e-5 m/s; that of its beginning would by dt / 2 g sin(A), 25 mm/s.
 #[test]
 fn ground_that_begins_to_lean_pulls_as_in_the_middle_of_each_step() {
     const DT_S: f64 = 0.01;
@@ -476,14 +464,14 @@ fn ground_that_begins_to_lean_pulls_as_in_the_middle_of_each_step() {
     let run = Simulation::new(&scenario).unwrap().run();
     let last = run.trace.records().last().unwrap();
     assert!(last.t_s > 0.9 * RAMP_S, "{}", last.t_s);
-    // The sum of a thousand midpoints, exact to 1e-7 of it.
+    // The sum of a thousand middles, exact to 1e-7 of it.
     let pull = |k: i32| {
         let x = (f64::from(k) + 0.5) / 1000.0 * last.t_s / RAMP_S;
         9.81 * (AMPLITUDE_DEG.to_radians() * x * x * (3.0 - 2.0 * x)).sin()
     };
     let expected_m_s = (0..1000).map(pull).sum::<f64>() * last.t_s / 1000.0;
     let found_m_s = last.truth.twist_in_body.vx_m_s;
-    // The robot's sway on its contacts is about 0.1 mm/s.
+    // What the robot sways on its contacts meanwhile is some 0.1 mm/s.
     assert!(
         (found_m_s - expected_m_s).abs() < 1e-3,
         "{found_m_s} {expected_m_s}"

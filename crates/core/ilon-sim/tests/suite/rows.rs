@@ -1,5 +1,4 @@
-//! A row covers its period: what happened between two rows is in the second of them, at any row
-//! interval.
+//! A row is its period: what happened between two rows is in the second of them, however far apart they are.
 
 use std::path::Path;
 
@@ -15,15 +14,14 @@ fn run(text: &str) -> (Trace, Summary) {
     (run.trace, summary)
 }
 
-/// Ahead at 1 m/s^2 up to 1.2 m/s on a floor of friction 0.2, as a staircase of wheel targets that
-/// changes every `stair_ms`, with control and rows every `period_ms`; all with physics steps of 1
-/// ms. The last 0.4 s are steady.
+/// Ahead with 1 m/s^2 up to 1.2 m/s on a floor of friction 0.2, as a staircase of wheel targets that changes every `stair_ms`, decided and
+/// recorded every `period_ms`; all with physics steps of 1 ms. The last 0.4 s are steady.
 fn stairs(stair_ms: u32, period_ms: u32) -> (Trace, Summary) {
     let stairs = 1200 / stair_ms;
     let schedule: Vec<String> = (1..=stairs)
         .map(|stair| {
             let t_s = f64::from(stair * stair_ms) * 1e-3;
-            // In exact milliseconds: a sum of binary fractions would be late by a control period.
+            // As many digits as milliseconds have: a sum of binary fractions would be late by a control period.
             format!("{{ from_s = {:.3}, vx_m_s = {t_s} }}", 0.2 + t_s)
         })
         .collect();
@@ -36,8 +34,7 @@ fn stairs(stair_ms: u32, period_ms: u32) -> (Trace, Summary) {
     ))
 }
 
-/// The force is a pulse that decays within each stair. Rows of the last instants of their periods
-/// missed three quarters of it at 50 ms.
+/// The force is a pulse that decays within each stair. Rows of the last instants of their periods missed three quarters of it at 50 ms.
 #[test]
 fn extremes_and_budget_do_not_depend_on_how_often_rows_are_written() {
     for stair_ms in [10, 20, 50] {
@@ -50,15 +47,14 @@ fn extremes_and_budget_do_not_depend_on_how_often_rows_are_written() {
             );
             assert!((a - b).abs() <= share * a.abs(), "{stair_ms} ms: {a} {b}");
         };
-        // The same physics bit for bit, and so the same extremes within the rounding of sums.
+        // The same physics to the bit, and so the same extremes but for the rounding of sums.
         near(|summary| summary.friction_used_max, 1e-9);
         near(|summary| summary.slip_speed_max_m_s, 1e-9);
         near(|summary| summary.wheel_torque_max_n_m, 1e-9);
         near(|summary| summary.slip_speed_rms_m_s, 1e-9);
         let way_m = fine.travelled_m;
         for ((name, fine), (_, coarse)) in fine.ledger.named().iter().zip(coarse.ledger.named()) {
-            // Slip occurs in the first milliseconds of each stair, and spans of the budget are 5
-            // ms.
+            // What slips does so in the first milliseconds of each stair, and spans of the budget are 5 ms.
             let apart_m = (fine.path_m - coarse.path_m).abs();
             assert!(apart_m < 1e-3 * way_m, "{stair_ms} ms, {name}: {apart_m} m");
         }
@@ -68,8 +64,7 @@ fn extremes_and_budget_do_not_depend_on_how_often_rows_are_written() {
     assert!(far.slip_speed_max_m_s.expect("contacts") > 0.02);
 }
 
-/// Newton: the forces of all wheels, each a mean over its row's period, accelerate the robot's
-/// mass.
+/// Newton: the forces of all wheels, each a mean over its row's period, accelerate the robot's mass.
 #[test]
 fn the_forces_of_a_row_are_mass_times_acceleration() {
     for period_ms in [1, 10, 20, 50] {
@@ -85,8 +80,7 @@ fn the_forces_of_a_row_are_mass_times_acceleration() {
                 .sum();
             pushed_n_s += force_n * (now.t_s - before.t_s);
             let gained_n_s = mass_kg * now.truth.twist_in_body.vx_m_s;
-            // The frame's origin also pitches by micrometres on its elastic contacts: 1e-6 of 13 N
-            // s.
+            // The frame's origin also pitches by micrometres on its springy contacts: 1e-6 of 13 N s.
             assert!(
                 (pushed_n_s - gained_n_s).abs() < 1e-4 * (1.0 + gained_n_s.abs()),
                 "{period_ms} ms, {} s: {pushed_n_s} {gained_n_s}",
@@ -97,7 +91,7 @@ fn the_forces_of_a_row_are_mass_times_acceleration() {
     }
 }
 
-/// Omitted rows lose nothing: extremes, budget and saturation cover all control periods.
+/// Rows that are left out take nothing with them: extremes, budget and saturation are those of all control periods.
 #[test]
 fn fewer_rows_say_the_same() {
     let circle = |every: u32| {
@@ -125,14 +119,14 @@ fn fewer_rows_say_the_same() {
     }
     assert_eq!(all.ledger, few.ledger);
     let near = |a: Option<f64>, b: Option<f64>| (a.expect("a figure") - b.expect("a figure")).abs();
-    // Means of the same numbers, summed in another order.
+    // Means of the same numbers, added up in another order.
     assert!(near(all.saturated_share, few.saturated_share) < 1e-12);
     assert!(near(all.slip_speed_rms_m_s, few.slip_speed_rms_m_s) < 1e-12);
     assert!(near(all.airborne_share, few.airborne_share) < 1e-12);
 }
 
-/// Targets rise and wheels slide until the last physics step. At any period and row interval, rows
-/// add up to the run's totals: the momentum of the forces, all energies and the error budget.
+/// Until the last physics step targets rise and wheels slide. Whatever the period and however few rows are written, rows add up to what the run
+/// came to: the momentum of the forces, all energies and the error budget.
 #[test]
 fn rows_add_up_to_the_run() {
     for period_ms in [1, 10, 20, 50] {
@@ -172,7 +166,7 @@ fn rows_add_up_to_the_run() {
                 pushed_n_s += forces.sum::<f64>() * span_s;
                 lasted_s += few.header.row_span_s(few.records()[row].t_s);
             }
-            // The frame's origin pitches by micrometres on its elastic contacts: 1e-6 of 13 N s.
+            // The frame's origin pitches by micrometres on its springy contacts: 1e-6 of 13 N s.
             let gained_n_s = few.header.mass_kg * last.truth.twist_in_body.vx_m_s;
             assert!(
                 (pushed_n_s - gained_n_s).abs() < 1e-4 * gained_n_s,

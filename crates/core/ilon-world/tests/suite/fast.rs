@@ -1,4 +1,4 @@
-//! Fast motion: the contact search extends over a step's motion, and bodies stop at the surface.
+//! What comes fast: it is looked for as far ahead as it may come in a step, and stops at the surface.
 
 use crate::support;
 
@@ -7,7 +7,7 @@ use ilon_world::{Floor, GroundBox, Push, Relief, Settings, World};
 use nalgebra::{Isometry3, Vector3};
 use support::mecanum4;
 
-/// Rollers that are cylinders, with numeric profiles.
+/// Rollers that are cylinders, by numbers.
 fn on_cylinders() -> Robot {
     let mut robot = mecanum4();
     let made = RollersAsMade {
@@ -52,9 +52,7 @@ fn grounds() -> [(f64, Floor); 3] {
     ]
 }
 
-/// Thrown up at about 6 m/s the robot comes down as fast, 24 mm in each step of 4 ms: a search only
-/// around a wheel's place would miss the ground. Rigid rollers give way by less than 0.1 um under
-/// hundreds of newtons, a contact is caught within its step, and a hub is no lower than at rest.
+/// Thrown up at some 6 m/s it comes down by as much, 24 mm in each step of 4 ms: a search that only looked around where a wheel is would miss the ground. Rigid rollers give way by less than 0.1 um under hundreds of newtons, a contact is caught within its step, and a hub is no lower than it stood.
 #[test]
 fn wheels_that_fall_fast_stop_at_the_surface() {
     const DT_S: f64 = 4e-3;
@@ -62,8 +60,7 @@ fn wheels_that_fall_fast_stop_at_the_surface() {
         dt_s: DT_S,
         ..Settings::default()
     };
-    // One more step in the air for each 2 cm/s: the last step begins at another tenth of a step's
-    // motion above the ground each time.
+    // A step longer in the air for each 2 cm/s: the last one begins at another tenth of a step's way above the ground each time.
     for up_m_s in (0..10).map(|tenth| 6.0 + 0.1 * f64::from(tenth) * 0.5 * 9.81 * DT_S) {
         for robot in [mecanum4(), on_cylinders()] {
             for (top_m, floor) in grounds() {
@@ -83,7 +80,7 @@ fn wheels_that_fall_fast_stop_at_the_surface() {
                         lowest_m = lowest_m.min(height_m);
                     }
                 }
-                // v^2 / 2 g, within the error of a step of 4 ms.
+                // v^2 / 2 g, less what a step of 4 ms leaves open.
                 let rises_m = up_m_s * up_m_s / (2.0 * settings.gravity_m_s2);
                 assert!((highest_m - 0.05 - rises_m).abs() < 0.02, "{highest_m}");
                 // Stopped within a step, 4.2 kN act on each wheel: 20 um at 2e8 N/m.
@@ -93,10 +90,8 @@ fn wheels_that_fall_fast_stop_at_the_surface() {
     }
 }
 
-/// A robot swings on the lower front edge of its chassis, which friction holds: a sticking contact
-/// does no work, u_0 + u_1 = 0. The velocity constrained in a step is that in its middle, with an
-/// error of second order; constrained in the frame at the step's start the contact would slide in
-/// proportion to the step.
+/// A robot swings on the lower front edge of its chassis, which friction holds: a contact that is held does no work, u_0 + u_1 = 0. The velocity that a step
+/// holds is that in its middle, which is off by the square of the step; held in the frame at a step's start it would slide in proportion to the step.
 #[test]
 fn an_edge_that_a_robot_swings_on_is_held_to_second_order() {
     let mut robot = mecanum4();
@@ -131,9 +126,9 @@ fn an_edge_that_a_robot_swings_on_is_held_to_second_order() {
         world.slip_energy_j() - before_j
     };
     let (coarse_j, fine_j) = (slip_j(2e-3), slip_j(1e-3));
-    // It rises by about 3 cm, 3 J.
+    // It rises by some 3 cm, 3 J.
     assert!(coarse_j < 1e-4, "{coarse_j:e}");
-    // By four; it is released within a step of 0.3 rad, and the swing varies by 3 %.
+    // By four; it is let go within a step of 0.3 rad, and swings by 3 % more or less.
     assert!(
         (3.7..4.5).contains(&(coarse_j / fine_j)),
         "{coarse_j:e} {fine_j:e}"

@@ -1,4 +1,4 @@
-//! Free bodies by their identities: insertion, removal, sleep, copies, rays, refusals.
+//! Free bodies by their identities: put in, taken out, asleep, copied, seen, refused.
 
 use ilon_robot::Pose;
 use ilon_world::rapier3d::prelude::{QueryFilter, Ray, Vector};
@@ -10,7 +10,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::free::{cube, hold, robot, settings, world};
 
-/// The readable state of a world's free bodies and its robot, as bits.
+/// Everything that can be read of a world's free bodies and its robot, as bits.
 fn bits(world: &World) -> Vec<u64> {
     let mut all = Vec::new();
     let mut add = |number: f64| all.push(number.to_bits());
@@ -54,7 +54,7 @@ fn crowded() -> World {
     world
 }
 
-/// Runs are bit-identical, and a copy continues as the original does.
+/// Runs are equal to the bit, and a copy goes on as the original does.
 #[test]
 fn runs_and_copies_are_equal_to_the_bit() {
     let run = |world: &mut World, steps: usize| {
@@ -74,7 +74,7 @@ fn runs_and_copies_are_equal_to_the_bit() {
     assert_eq!(bits(&first), bits(&again));
 }
 
-/// A robot far from all bodies moves bit-identically as alone.
+/// A robot far away from all bodies goes to the bit as it does alone.
 #[test]
 fn bodies_far_away_change_nothing() {
     let (mut alone, mut beside) = (
@@ -95,8 +95,7 @@ fn bodies_far_away_change_nothing() {
     assert_eq!(alone.slip_energy_j(), beside.slip_energy_j());
 }
 
-/// A body placed at rest on its support sleeps at once; one that would slide or fall does not; an
-/// approaching one wakes it.
+/// What is put down at rest and stays sleeps at once; what would slide or fall does not; what comes near wakes it.
 #[test]
 fn what_rests_sleeps_until_something_comes_near() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -122,10 +121,9 @@ fn what_rests_sleeps_until_something_comes_near() {
     assert!(world.free_body(box_).unwrap().place_m.x > from.x + 0.1);
 }
 
-/// Bodies placed at rest settle into their contacts before they sleep, all within the first step:
-/// the potential energy that each cube of a tower loses by it is counted as impact loss, and
-/// nothing else changes. The sums are of about ten joules, each rounded to 2e-16 of them, in a few
-/// hundred additions.
+/// What is put down at rest settles into its contacts before it sleeps, all within the first step: the height that a tower loses by it is counted
+/// among the hits, of each of its cubes, and nothing else changes. The sums are of some ten joules, each rounded to 2e-16 of them, in a few hundred
+/// additions.
 #[test]
 fn what_settles_as_it_is_put_down_is_counted() {
     let mut alone = world(&Floor::default(), 1e-3);
@@ -158,8 +156,7 @@ fn what_settles_as_it_is_put_down_is_counted() {
     assert!((stored_j + hits_j).abs() < rounding_j);
 }
 
-/// A body falls asleep after it has been slow for half a second: a cube that drops by 5 mm lands
-/// after 32 ms, and settles in several milliseconds.
+/// What falls asleep has been slow for half a second first: a cube that drops by 5 mm lands after 32 ms, and settles in some milliseconds.
 #[test]
 fn what_has_come_down_sleeps_half_a_second_later() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -174,8 +171,7 @@ fn what_has_come_down_sleeps_half_a_second_later() {
     assert!((0.5..0.55).contains(&(sleeps_s - lands_s)), "{sleeps_s}");
 }
 
-/// Separated bodies rest independently: a box that a ball rolls away from sleeps once it has been
-/// slow for half a second, not only when the ball does.
+/// What has come apart rests by itself: a box that a ball rolls away from sleeps when it has been slow for half a second, and not only when the ball does.
 #[test]
 fn what_is_left_alone_sleeps_while_the_other_rolls_on() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -198,8 +194,7 @@ fn what_is_left_alone_sleeps_while_the_other_rolls_on() {
     assert!(!sleeps(&world, ball));
 }
 
-/// A tower falls when its support is removed, and all sleeping bodies wake when the floor turns to
-/// ice.
+/// A tower falls when what carries it is taken away, and all that sleeps wakes when the floor turns to ice.
 #[test]
 fn taking_away_and_ice_wake_what_sleeps() {
     let slope_rad = 0.1;
@@ -258,7 +253,7 @@ fn a_push_acts_for_one_step() {
     assert!((world.outside_energy_j() - 0.5 * 2.0 * 0.01).abs() < 1e-9);
 }
 
-/// A ray hits the expected body at the expected place.
+/// A ray meets what it should, where it should.
 #[test]
 fn rays_see_robots_bodies_and_ground() {
     let mut floor = Floor::default();
@@ -283,7 +278,7 @@ fn rays_see_robots_bodies_and_ground() {
         WorldObject::Robot(world.bodies().next().unwrap())
     );
     assert!((back.distance_m - 0.3).abs() < 1e-6);
-    // From inside, in any direction.
+    // From within, wherever it goes.
     for direction in [Vector3::x(), -Vector3::z()] {
         let within = world.cast_ray(Vector3::new(1.05, 0.0, 0.06), direction, 10.0);
         let within = within.expect("the box");
@@ -315,7 +310,7 @@ fn rays_see_robots_bodies_and_ground() {
     assert!(object == WorldObject::Ground && (far_m - 2.4).abs() < 1e-6);
 }
 
-/// Invalid bodies and start poses are refused, with what to do.
+/// What cannot be, or cannot begin where it is put, is refused with what to do.
 #[test]
 fn what_makes_no_sense_is_refused_in_words() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -370,7 +365,7 @@ fn what_makes_no_sense_is_refused_in_words() {
         }),
         "deep in body `first`",
     );
-    // Beside a wheel, away from the chassis.
+    // Beside a wheel, where no chassis is.
     says(
         refused(&|body| {
             body.place_m = Vector2::new(0.15, 0.16);
@@ -378,7 +373,7 @@ fn what_makes_no_sense_is_refused_in_words() {
         }),
         "deep in the robot",
     );
-    // Small bodies are valid.
+    // What is small makes sense.
     let mut bead = cube("bead", 0.1, 1e-6, 0.0, 2.5);
     bead.shape = FreeShape::Sphere { radius_m: 4e-4 };
     world.add_body(&bead).expect("a bead of 0.8 mm");
@@ -391,8 +386,7 @@ fn what_makes_no_sense_is_refused_in_words() {
     assert!(matches!(error, Err(WorldError::NotInRapier { .. })));
 }
 
-/// On rough ground a body is placed on the bump beneath it, and comes to rest there; beyond the
-/// ground's edge it falls.
+/// On rough ground a body is put down on the bump beneath it, and comes to rest there; beyond its edge nothing is beneath it, and it falls.
 #[test]
 fn on_rough_ground_bodies_stand_on_what_is_beneath() {
     let heights_m = (0..41)
@@ -440,8 +434,7 @@ fn on_rough_ground_bodies_stand_on_what_is_beneath() {
     );
 }
 
-/// Removing a body leaves the contacts of others unchanged: deformed treads stay so, and the robot
-/// continues as before.
+/// A body leaves the world and what touches others stays as it was: treads that are bent remain so, and the robot goes on as it did.
 #[test]
 fn what_is_taken_away_leaves_the_treads_of_others_bent() {
     let mut robot = robot();
@@ -451,7 +444,7 @@ fn what_is_taken_away_leaves_the_treads_of_others_bent() {
     let mut worlds = [(); 2].map(|()| {
         World::new(&robot, &Floor::default(), Pose::default(), &settings(1e-3)).expect("it stands")
     });
-    // Just ahead of the chassis, so that it is solved with the robot, but without contact.
+    // Just ahead of the chassis, so that it is solved with the robot, and not touching it.
     let boxes = [0, 1].map(|k| {
         worlds[k]
             .add_body(&cube("box", 0.1, 1.0, 0.2505, 0.0))
@@ -478,7 +471,6 @@ fn what_is_taken_away_leaves_the_treads_of_others_bent() {
     let moved_m = (with.position_m() - before.position_m()).norm();
     let apart_m = (with.position_m() - without.position_m()).norm();
     println!("{moved_m:e} m, {apart_m:e} m apart");
-    // Solved to 1e-9 m/s in each of 100 steps; a newly deformed tread would give way by 15 N / 8e5
-    // N/m = 2e-5 m.
+    // Solved to 1e-9 m/s in each of 100 steps; a tread that was bent anew would give by 15 N / 8e5 N/m = 2e-5 m.
     assert!(apart_m < 1e-8, "{apart_m:e} m");
 }

@@ -1,4 +1,4 @@
-//! Robots whose wheels are on rockers, springs and arms, against statics and closed-form mechanics.
+//! Robots whose wheels hang on rockers, springs and arms, against statics and mechanics by hand.
 
 use crate::support;
 
@@ -38,7 +38,7 @@ fn stands(robot: &Robot, floor: &Floor) -> World {
     World::new(robot, floor, Pose::default(), &settings(1e-3)).expect("it stands")
 }
 
-/// The wheels' loads after the contacts have settled, which takes milliseconds, in N.
+/// The wheels' loads once the contacts have taken their share, which takes them milliseconds, in N.
 fn loads_n(world: &mut World) -> Vec<f64> {
     for _ in 0..10 {
         world.step();
@@ -54,7 +54,7 @@ fn assert_near(value: f64, expected: f64, within: f64, what: &str) {
     );
 }
 
-/// A quarter of the weight on each wheel; the springs bear only the chassis.
+/// A quarter of the weight on each wheel; the springs bear the chassis alone.
 #[test]
 fn springs_bear_the_chassis_from_the_start() {
     let robot = on_springs(0.0);
@@ -66,8 +66,7 @@ fn springs_bear_the_chassis_from_the_start() {
     for load_n in loads_n(&mut world) {
         assert_near(load_n, robot.mass_kg() * G / 4.0, 1e-6, "load");
     }
-    // And it stays there: the error of the equilibrium oscillates by less than a millionth of the
-    // sag.
+    // And it stays there: what is left of the equilibrium swings by less than a millionth of the sag.
     for _ in 0..200 {
         world.step();
     }
@@ -79,10 +78,9 @@ fn springs_bear_the_chassis_from_the_start() {
     }
 }
 
-/// Four springs of stiffness k share a plate of height h under one of them: its wheel and the
-/// opposite one bear k h / 4 more, the others as much less. The part of the loads that no rigid
-/// motion of the chassis changes is their warp. A plate of 1 mm tilts the wheels by 1.6 mrad, which
-/// changes their rollers' extent by less than 1e-6 m.
+/// Four springs of stiffness k share a plate of height h under one of them: its wheel and the one across bear k h / 4 more, the others as
+/// much less. The part of the loads that no movement of the chassis changes is their warp. A plate of 1 mm leans the wheels by 1.6 mrad, in which
+/// their rollers reach as far as upright to 1e-6 m.
 #[test]
 fn a_kerb_under_a_sprung_wheel_moves_a_quarter_of_its_springs_force() {
     let height_m = 0.001;
@@ -94,7 +92,7 @@ fn a_kerb_under_a_sprung_wheel_moves_a_quarter_of_its_springs_force() {
     assert_near(warp_n, expected_n, 1e-3, "warp");
 }
 
-/// A rocker's two wheels bear equal loads on any ground, and it turns by the height over the track.
+/// A rocker bears both of its wheels alike, whatever lies under one, and turns by the height over the track.
 #[test]
 fn a_rocker_bears_its_wheels_alike() {
     let height_m = 0.001;
@@ -102,7 +100,7 @@ fn a_rocker_bears_its_wheels_alike() {
     let mut world = stands(&robot, &kerb(-X_M, Y_M, height_m));
     let loads = loads_n(&mut world);
     println!("{loads:?} {:?}", world.robot().joint_positions());
-    // Rollers tilted by 3 mrad touch up to 0.2 mm beside their middles, of a half track of 160 mm.
+    // Rollers that lean by 3 mrad touch up to 0.2 mm beside their middles, of a half track of 160 mm.
     assert_near(loads[2], loads[3], 2e-3, "rear loads");
     assert_near(loads.iter().sum(), robot.mass_kg() * G, 1e-4, "sum");
     let turned = world.robot().joint_positions()[0];
@@ -116,10 +114,9 @@ fn a_rocker_bears_its_wheels_alike() {
     assert!(rigid.iter().any(|load_n| *load_n < 1.0), "{rigid:?}");
 }
 
-/// The contact of each wheel in the body frame: below its hub at the rocker's position, independent
-/// of the chassis's centre of mass. The rollers of a wheel tilted by a touch beside their middles,
-/// by less than a times the radius of their outline along their axes, rho / sin^2(45 deg) = 0.1 m,
-/// and reach down by the square of it less.
+/// Where each wheel touches, in the body frame: below its hub as the rocker has taken it there, whatever the chassis's centre of mass is. The rollers of a
+/// wheel that leans by a touch beside their middles, by less than a times the radius of their outline along their axes, rho / sin^2(45 deg) = 0.1 m, and
+/// reach down by the square of it less.
 #[test]
 fn wheels_touch_where_the_rocker_has_taken_them() {
     let height_m = 0.006;
@@ -151,14 +148,12 @@ fn wheels_touch_where_the_rocker_has_taken_them() {
     }
 }
 
-/// Arms whose middle lies 50 mm ahead of their wheels move the load of 4 x 0.1 kg forward by as
-/// much.
+/// Arms whose middle lies 50 mm ahead of their wheels move the load of 4 x 0.1 kg forward by as much.
 #[test]
 fn trailing_arms_move_their_own_weight_forward() {
     let mut robot = on_arms(0.0);
     let load_n = robot.mass_kg() * G / 4.0;
-    // Level: each spring bears its wheel's load less the load on the arm, at 0.1 and 0.05 m from
-    // the pivot.
+    // Level: each spring bears its wheel's load but for what lies on the arm, at 0.1 and 0.05 m from the pivot.
     let wheel_kg = 0.25 + 9.0 * 0.01;
     let preload = (load_n - wheel_kg * G) * 0.1 - CARRIER_KG * G * 0.05;
     for joint in &mut robot.joints {
@@ -217,7 +212,7 @@ fn a_sprung_chassis_bounces_at_its_frequency() {
     assert!(worst_j < 1e-4 * kicked_j, "{worst_j} of {kicked_j}");
 }
 
-/// The residual of a drive's energy balance, and the motors' work, in J.
+/// What the energy balance of a drive leaves open, and the motors' work, in J.
 fn open_j(robot: &Robot, twist: Twist, dt_s: f64) -> (f64, f64) {
     let mut world =
         World::new(robot, &Floor::default(), Pose::default(), &settings(dt_s)).expect("it stands");
@@ -256,7 +251,7 @@ fn the_energy_of_drives_on_springs_and_arms_closes_to_second_order() {
         let (rigid_j, _) = open_j(&mecanum4(), ahead, 1e-3);
         println!("{coarse_j:e} {fine_j:e} of {work_j}; rigid {rigid_j:e}");
         assert!(coarse_j < 1e-5 * work_j, "{coarse_j} of {work_j}");
-        // Below 1e-7 of the work only rounding and hand-overs remain.
+        // Below 1e-7 of the work rounding and hand-overs are what is left.
         assert!(
             fine_j < 0.3 * coarse_j + 1e-7 * work_j,
             "{fine_j} {coarse_j}"
@@ -264,8 +259,7 @@ fn the_energy_of_drives_on_springs_and_arms_closes_to_second_order() {
     }
 }
 
-/// A slide without a spring rests on its stop and carries as if fixed there. Its fall onto the stop
-/// gained no energy.
+/// A slide without a spring lies on its stop and bears as if it were held there. It fell on it without gaining energy.
 #[test]
 fn a_joint_lies_on_its_stop() {
     let mut robot = on_springs(0.0);
@@ -298,7 +292,7 @@ fn a_joint_lies_on_its_stop() {
         let now_j = world.energy().kinetic_j + world.energy().potential_j;
         gained_j = gained_j.max(now_j - before_j - world.outside_energy_j());
     }
-    // Its supplied energy is 20 J; impacts reduce it.
+    // What it was given is 20 J; impacts take of it.
     println!("{gained_j}");
     assert!(gained_j < 1e-3 * world.outside_energy_j(), "{gained_j}");
     for load_n in loads_n(&mut world) {
@@ -306,8 +300,7 @@ fn a_joint_lies_on_its_stop() {
     }
 }
 
-/// A differential bar turns one side's rocker as far back as the other's forward, so that four
-/// wheels bear equal loads over any kerb.
+/// A differential bar turns one side's rocker as far back as the other's forward, so that four wheels bear alike over any kerb.
 #[test]
 fn a_differential_bar_couples_two_rockers() {
     let mut robot = mecanum4();
@@ -344,8 +337,7 @@ fn a_differential_bar_couples_two_rockers() {
     assert!(warp_n.abs() < 1e-2 * robot.mass_kg() * G, "{loads:?}");
 }
 
-/// Dry friction in a rocker makes its wheels' loads differ by at most its torque over the half
-/// track.
+/// Dry friction keeps a rocker from bearing its wheels alike, by its torque over the half track and no more.
 #[test]
 fn dry_friction_parts_the_loads_of_a_rocker() {
     for friction in [0.0, 0.5, 1.0] {
@@ -355,12 +347,12 @@ fn dry_friction_parts_the_loads_of_a_rocker() {
         let loads = loads_n(&mut world);
         println!("{friction} {loads:?}");
         let moment = (loads[2] - loads[3]) * Y_M;
-        // The contacts still shift about 1e-3 of a load.
+        // What the contacts still shift is some 1e-3 of a load.
         assert!((moment - friction).abs() < 0.02, "{friction}: {moment}");
     }
 }
 
-/// In the air, a robot on springs conserves its energy, to second order in the step.
+/// In the air, a robot on springs keeps what energy it is given, to second order in the step.
 #[test]
 fn a_thrown_robot_on_arms_keeps_its_energy() {
     let robot = on_arms(0.0);
@@ -395,11 +387,11 @@ fn a_thrown_robot_on_arms_keeps_its_energy() {
     let (coarse, fine) = (lost(5e-4), lost(2.5e-4));
     println!("{coarse:e} {fine:e}");
     assert!(coarse < 1e-4, "{coarse}");
-    // Second order, or better.
+    // Of second order, or better.
     assert!(fine < 0.3 * coarse, "{fine} {coarse}");
 }
 
-/// A mirrored robot moves as the mirror image.
+/// A robot seen in a mirror does what its image does.
 #[test]
 fn a_kerb_on_the_other_side_loads_the_other_wheels() {
     for robot in [on_springs(0.0), on_a_rocker()] {
@@ -407,7 +399,7 @@ fn a_kerb_on_the_other_side_loads_the_other_wheels() {
         let mut right = stands(&robot, &kerb(-X_M, -Y_M, 0.005));
         let (left, right) = (loads_n(&mut left), loads_n(&mut right));
         for (of_left, of_right) in [(0, 1), (1, 0), (2, 3), (3, 2)] {
-            // The contacting rollers are mirrored, and reach the plate slightly differently.
+            // The rollers that touch lie the other way round, and reach the plate a little differently.
             let (a, b) = (left[of_left], right[of_right]);
             assert!(
                 (a - b).abs() < 1e-3 * robot.mass_kg() * G,
@@ -417,8 +409,7 @@ fn a_kerb_on_the_other_side_loads_the_other_wheels() {
     }
 }
 
-/// A spring on an arm equals one of k over the arm's length squared on a slide, within the effect
-/// of the arm's arc.
+/// A spring of k on an arm turns as one of k over the arm's length squared on a slide: within what the arm's arc makes of it.
 #[test]
 fn an_arm_sags_as_a_slide_does() {
     let slides = stands(&on_springs(0.0), &Floor::default());
@@ -431,8 +422,7 @@ fn an_arm_sags_as_a_slide_does() {
     assert_near(turned, expected, 0.05, "turned");
 }
 
-/// A joint whose spring oscillates with a period of less than 1.5 steps is refused; with a longer
-/// period it is accepted, and its robot stands.
+/// A joint whose spring swings what it moves once in less than 1.5 steps is refused; one that does so in more is not, and its robot stands.
 #[test]
 fn a_spring_that_no_step_can_follow_is_refused_and_another_is_not() {
     const STEP_S: f64 = 1e-3;
@@ -454,8 +444,7 @@ fn a_spring_that_no_step_can_follow_is_refused_and_another_is_not() {
     assert!(stands(1.51).is_ok(), "{:?}", stands(1.51));
 }
 
-/// Invalid trees, and numbers that no step can resolve, are refused with the joint's name and what
-/// to do.
+/// Trees that are none, and numbers that no step can follow, are refused with the joint's name and what to do.
 #[test]
 fn hostile_trees_are_refused_in_words() {
     type Spoils = fn(&mut Robot);
@@ -477,7 +466,7 @@ fn hostile_trees_are_refused_in_words() {
         }),
         ("hangs by itself", |robot| robot.joints[0].parent = Some(0)),
         ("within 1.5 steps", |robot| {
-            // A gram on a spring of 1e9 N/m has a period of 6 us.
+            // A gram on a spring of 1e9 N/m swings once in 6 us.
             robot.wheels[0].carrier = None;
             robot.joints[0].body.mass.mass_kg = 1e-3;
             robot.joints[0].role = sprung(1e9);

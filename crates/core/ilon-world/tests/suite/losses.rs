@@ -1,5 +1,4 @@
-//! Losses are never regained: with wheel loops that oscillate from sample to sample, friction
-//! supplies no energy.
+//! What is lost is never gained back: under wheel loops that swing from sample to sample no friction gives energy.
 
 use ilon_robot::{Pose, Twist};
 use ilon_world::{Floor, World};
@@ -14,7 +13,7 @@ struct Held {
     before_rad_s: Vec<f64>,
 }
 
-/// The world's energies, in J.
+/// What the world says of energies, in J.
 #[derive(Clone, Copy, Debug)]
 struct Account {
     motor_j: f64,
@@ -23,11 +22,11 @@ struct Account {
     slip_j: f64,
     bearing_j: f64,
     impact_j: f64,
-    /// The largest decrease of a loss.
+    /// The most that a loss ever fell.
     fell_j: f64,
 }
 
-/// Drives mecanum4 for a second with wheel loops sampled at 300 Hz, with several steps per sample.
+/// Drives mecanum4 for a second by wheel loops sampled at 300 Hz, each sample in some steps.
 fn chatter(friction: f64, proportional_n_m_s: f64, derivative_n_m_s2: f64, steps: u32) -> Account {
     const SAMPLE_HZ: f64 = 300.0;
     const EFFORT_N_M: f64 = 0.5;
@@ -87,14 +86,12 @@ fn chatter(friction: f64, proportional_n_m_s: f64, derivative_n_m_s2: f64, steps
     }
 }
 
-/// Wheels that are driven back and forth by 0.5 N m from sample to sample stick on a floor with
-/// grip (limit 0.8 N m), and slide back and forth on one without (limit 0.1 N m).
+/// Wheels that are driven to and fro by 0.5 N m from sample to sample hold on a floor that grips (limit 0.8 N m), and slide to and fro on one that
+/// does not (limit 0.1 N m).
 ///
-/// Sliding dissipates at most the available energy, no loss decreases, and the balance closes,
-/// all within parts in a thousand of the motors' work: a step in which a wheel reverses leaves mu
-/// N dt |u| / 2 = 0.07 x 28 N x 3.3 ms x 0.3 m/s / 2 = 1e-3 J to be corrected. The friction of
-/// such a step has the wrong sign during a part of it, so that sliding heat is accurate only to
-/// first order.
+/// Sliding takes no more than was there, no loss falls, and the balance closes, all to parts in a thousand of what the motors drove with: a
+/// step that a wheel turns around in leaves mu N dt |u| / 2 = 0.07 x 28 N x 3.3 ms x 0.3 m/s / 2 = 1e-3 J to be taken back. The friction of such a step
+/// is wrong by the part of it in which it pulls the wrong way, so that what slides is right to first order only.
 #[test]
 fn friction_gives_no_energy_under_loops_that_swing() {
     for friction in [0.6, 0.07] {

@@ -1,5 +1,4 @@
-//! Rollers that slide along their axles: backlash and lost motion in closed form, energy, and the
-//! limit of no play.
+//! Rollers that slide along their axles: backlash and lost motion by hand, energy, and the limit of no play.
 
 use crate::support;
 
@@ -42,7 +41,7 @@ fn push_n(world: &mut World, x_n: f64, y_n: f64) {
     });
 }
 
-/// The residual of the energy balance, in J.
+/// What the balance of energy leaves open, in J.
 fn open_j(world: &World, began_j: f64) -> f64 {
     let energy = world.energy();
     let lost_j = world.slip_energy_j()
@@ -54,21 +53,19 @@ fn open_j(world: &World, began_j: f64) -> f64 {
         - (energy.kinetic_j + energy.potential_j - began_j)
 }
 
-/// Robot A with its wheels held, a roller of each straight down, pushed ahead and back with 0.2 N.
-/// The floor holds the rollers, and their axles at 45 degrees slide through them: the robot moves p
-/// / (2 cos gamma) from the middle of the play, and p / cos gamma back, under F = (m + effective
-/// mass of the rollers) a.
+/// Robot A with its wheels held, a roller of each straight down, pushed ahead and back with 0.2 N. The floor holds the rollers,
+/// and their axles at 45 degrees slide through them: the robot goes p / (2 cos gamma) from the middle of the play, and p / cos gamma
+/// back, under F = (m + what its rollers add) a.
 #[test]
 fn a_robot_with_its_wheels_held_has_the_backlash_of_its_play() {
     const PLAY_M: f64 = 1e-3;
-    // So small that the impact at a stop, m v in a step, stays below the friction limit.
+    // So little that the hit at a stop, m v in a step, stays within what friction holds.
     const FORCE_N: f64 = 0.2;
     let mut robot = with_play(mecanum4(), PLAY_M);
     for wheel in &mut robot.wheels {
         wheel.joint.friction_n_m = 5.0;
     }
-    // Half of the speed goes along each axle and half across it: the rollers' own mass there, m_r,
-    // and I / r^2 here.
+    // Half of the speed goes along each axle and half across it: the rollers' own mass there, m_r, and I / r^2 here.
     let roller = &robot.wheels[0].rollers[0];
     let turning_kg = roller.axial_inertia_kg_m2 / roller.radius_m.powi(2);
     let moved_kg = robot.mass_kg() + 4.0 * 0.5 * (roller.mass_kg + turning_kg);
@@ -86,18 +83,16 @@ fn a_robot_with_its_wheels_held_has_the_backlash_of_its_play() {
                 arrived_s = Some(world.time_s());
             }
         }
-        // It reaches its stop within the step; the last part of the path is at twice the mean
-        // speed. Bearings damp by 1e-6 N m s.
+        // It comes to its stop within the step; the last of the way is gone at twice the mean speed. Bearings damp by 1e-6 N m s.
         let arrived_s = arrived_s.expect("it comes to its stop");
         assert!(
             (arrived_s - half_s).abs() < 1.5 * dt_s + 1e-3 * half_s,
             "{arrived_s} {half_s}"
         );
-        // At the stop only the floor's tangential contact gives way, by micrometres.
+        // At the stop nothing gives but the hold of the floor, micrometres of a stiff contact.
         let ahead_m = world.robot().state().pose.x_m;
         assert!((ahead_m - half_m).abs() < 2e-6, "{ahead_m} {half_m}");
-        // All lie at their stops, except for the motion by which the impact of the first moves the
-        // others on.
+        // All lie at their stops, but for what the hit of the first of them moved the others on, over which the floor holds them.
         let from_stop_m = (0..4).map(|wheel| {
             let place_m = world
                 .robot()
@@ -108,7 +103,7 @@ fn a_robot_with_its_wheels_held_has_the_backlash_of_its_play() {
         });
         let from_stop_m: Vec<f64> = from_stop_m.collect();
         assert!(from_stop_m.iter().all(|m| *m < 5e-6), "{from_stop_m:?}");
-        // Back takes twice the distance, and root 2 of the time from rest.
+        // Back takes twice the way, and root 2 of the time from rest.
         let back_s = world.time_s() + 2.0 * 2f64.sqrt() * half_s;
         while world.time_s() < back_s {
             push_n(&mut world, -FORCE_N, 0.0);
@@ -116,14 +111,14 @@ fn a_robot_with_its_wheels_held_has_the_backlash_of_its_play() {
         }
         let back_m = world.robot().state().pose.x_m;
         assert!((ahead_m - back_m - 2.0 * half_m).abs() < 2e-6, "{back_m}");
-        // The work of the push is lost at the stops at once: F times the path.
+        // What the push did is lost at the stops, at once: F times the way.
         let pushed_j = FORCE_N * (ahead_m + (ahead_m - back_m));
         assert!((world.outside_energy_j() - pushed_j).abs() < 1e-6 * pushed_j.max(1.0));
         assert!(open_j(&world, began_j).abs() < 1e-2 * pushed_j);
     }
 }
 
-/// With a roller straight down under each wheel all axles are level: no force acts along them.
+/// With a roller straight down under each wheel all axles are level: nothing pulls at anything.
 #[test]
 fn a_robot_at_rest_stays_at_rest() {
     for robot in [mecanum4(), volksbot()] {
@@ -147,21 +142,21 @@ fn a_robot_at_rest_stays_at_rest() {
     }
 }
 
-/// Of the wheels' loops: as soft as those of real robots, so that wheels yield when a stop is hit.
+/// Of the wheels' loops: as soft as those of real robots, so that wheels give way where a stop is hit.
 const GAIN_N_M_S: f64 = 0.5;
 
-/// A load along the direction of motion.
+/// How a wheel is loaded along the way.
 struct Pull {
     twist: Twist,
-    /// Along the motion, in N.
+    /// Along the way, in N.
     force_n: f64,
 }
 
-/// The result of a drive with a force along its direction.
+/// What a drive with a force along the way came to.
 struct Went {
-    /// Path over that of the ideal kinematics for the wheels' angles.
+    /// Way over that of the ideal kinematics for the wheels' angles.
     ratio: f64,
-    /// Residual of the energy balance over the work of motors and push.
+    /// What the balance of energy leaves open, over the work of motors and push.
     unexplained: f64,
 }
 
@@ -226,9 +221,8 @@ fn drives() -> [(&'static str, Twist); 4] {
     ]
 }
 
-/// 35 N against the motion exceed the load's component along tilted axles: each roller in turn is
-/// pushed through its play before it pulls. The same force along the motion finds it at its stop.
-/// The loss is of first order in the play.
+/// 35 N against the way are more than what leaning axles make of the load: each roller in turn is pushed through its play before it
+/// pulls. The same force along the way finds it where it lies. What is lost is so by first order in the play.
 #[test]
 fn a_wheel_that_pulls_loses_its_play_with_each_roller_and_one_that_brakes_none() {
     for (name, twist) in drives() {
@@ -236,8 +230,7 @@ fn a_wheel_that_pulls_loses_its_play_with_each_roller_and_one_that_brakes_none()
             let robot = with_play(mecanum4(), play_m);
             let pull = Pull { twist, force_n };
             let went = went(&robot, &pull, 5e-4);
-            // Landings, and the ends of slides, are resolved by the step: 5 mm/s along an axle for
-            // 0.5 ms.
+            // Landings, and the ends of slides, are known to the step: 5 mm/s along an axle for 0.5 ms.
             assert!(
                 went.unexplained.abs() < 2e-3,
                 "{name}: {}",
@@ -251,9 +244,8 @@ fn a_wheel_that_pulls_loses_its_play_with_each_roller_and_one_that_brakes_none()
             let pulls = (tight_pulled - ratio(play_m, -35.0)) / lost;
             let brakes = (tight_braked - ratio(play_m, 35.0)) / lost;
             println!("{name}, {play_m} m: {lost:.5}, pulls {pulls:.3}, brakes {brakes:.3}");
-            // A step of 0.5 ms resolves impacts on stops to several per cent. Sideways a roller
-            // that touches down does not spin yet, and has no grip along its axle until it does:
-            // the load moves it aside, and the second engine shows the same.
+            // Stops are hit, and a step of 0.5 ms knows that to some per cent. Sideways a roller that comes down does not spin yet, and has no
+            // hold along its axle until it does: the load moves it aside, and the second engine has as much of it.
             let aside = if twist.vy_m_s == 0.0 { 0.05 } else { 0.15 };
             assert!((pulls - 1.0).abs() < 0.05, "{name}, {play_m}: {pulls}");
             assert!(brakes.abs() < aside, "{name}, {play_m}: {brakes}");
@@ -261,7 +253,7 @@ fn a_wheel_that_pulls_loses_its_play_with_each_roller_and_one_that_brakes_none()
     }
 }
 
-/// The effect of a small play is proportional to it.
+/// What is left of the play where it is small goes with it.
 #[test]
 fn less_play_nears_none_by_first_order() {
     let course = |play_m: f64| {
@@ -281,7 +273,7 @@ fn less_play_nears_none_by_first_order() {
     }
 }
 
-/// With rollers with play, every step is solved on any floor, and the energy balance closes.
+/// Whatever the floor does to rollers with play, every step is solved, and what the motors do is accounted for.
 #[test]
 fn rollers_with_play_are_solved_on_floors_that_drag_and_creep() {
     // A slow circle, in which the robot drives in all directions and turns once.
@@ -326,7 +318,7 @@ fn rollers_with_play_are_solved_on_floors_that_drag_and_creep() {
                 "{dt_s} s, drag {rolling_resistance}, creep {creep}: {worst_m_s:e}, {unexplained:e}"
             );
             assert!(worst_m_s <= 1e-8, "{worst_m_s:e}");
-            // Landings and the ends of slides are resolved by the step.
+            // Landings and the ends of slides are known to the step.
             assert!(unexplained.abs() < 2e-3, "{unexplained:e}");
         }
     }
@@ -365,7 +357,7 @@ fn a_copy_goes_on_and_another_run_comes_out_bit_by_bit() {
         assert_eq!(places(&one), places(&other));
     }
     assert!(places(&one).iter().any(|bits| *bits != 0));
-    // Rebuilt with a load, rollers keep their positions on their axles.
+    // Rebuilt with a load, rollers stay where they are on their axles.
     let before = places(&one);
     one.robot_mut()
         .carry(&[ilon_world::Payload::new(2.0, Vector3::new(0.0, 0.0, 0.1)).expect("a mass")]);
@@ -390,7 +382,7 @@ fn rollers_near_the_ground_alone_do_as_all_do() {
     assert_eq!(end(RollerBodies::All), end(RollerBodies::Near));
 }
 
-/// A wheel that turns in the air: each roller lies at its lower end, unless its axle is level.
+/// A wheel that turns in the air: each roller lies at its lower end, but where its axle is level.
 #[test]
 fn in_the_air_rollers_lie_at_their_lower_ends() {
     let robot = with_play(mecanum4(), 4e-4);

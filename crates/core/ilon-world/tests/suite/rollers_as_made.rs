@@ -1,4 +1,4 @@
-//! Real roller shapes: the hub motion of a driving wheel, against the geometry of its rollers.
+//! Rollers as they are made: what the hub of a driving wheel does, against the geometry of its rollers.
 
 use crate::support;
 
@@ -41,17 +41,17 @@ fn settings(dt_s: f64) -> Settings {
     }
 }
 
-/// The result of a drive at a constant twist, with wheels held to its rates by 5 N m s/rad.
+/// What a drive at a constant twist, wheels held to its rates by 5 N m s/rad, came to.
 struct Drive {
     /// Largest distance of a hub's height from that of the geometry at its wheel angle, in metres.
     off_m: f64,
     /// Its mean over wheels and steps, in metres.
     mean_off_m: f64,
-    /// Smallest and largest height of a hub, in metres.
+    /// Least and largest height of a hub, in metres.
     heights_m: (f64, f64),
-    /// Residual of the energy balance, over the work of the motors and of landings, dimensionless.
+    /// What the balance of energy leaves open, over the work of the motors and of landings, dimensionless.
     unexplained: f64,
-    /// Path of the body along x over the turn of the first wheel, in metres per radian.
+    /// Way of the body along x over the turn of the first wheel, in metres a radian.
     way_m_rad: f64,
     impact_j: f64,
 }
@@ -124,7 +124,7 @@ const YAW: Twist = Twist {
     omega_rad_s: 0.4,
 };
 
-/// Largest slope of a hub's height over the wheel's angle, in metres per radian, by differences.
+/// Largest slope of a hub's height over the wheel's angle, in metres a radian, by differences.
 fn steepest_m(wheel: &Wheel) -> f64 {
     const STEP_RAD: f64 = TAU / 20_000.0;
     let height_m = |i: i32| wheel.hub_height_m(STEP_RAD * f64::from(i));
@@ -140,24 +140,22 @@ fn mean_height_m(wheel: &Wheel) -> f64 {
         / 20_000.0
 }
 
-/// The hub follows the outline of its wheel, and the wheel rolls on its mean height: the contact
-/// point moves relative to the hub with omega n x (p - hub), whose forward component is omega times
-/// the height.
+/// The hub follows the outline of its wheel, and the wheel rolls on its mean height: what touches moves past the hub with
+/// omega n x (p - hub), whose part ahead is omega times the height.
 fn hub_follows_its_outline(robot: &Robot, twist: Twist) {
     const DT_S: f64 = 5e-4;
     let drive = drive(robot, twist, 1.0, DT_S);
     let wheel = &robot.wheels[0];
     let rate_rad_s = ideal_rates(robot, twist)[0].abs();
-    // A contact is pressed in by fractions of a micrometre; a landing is detected a step late, by
-    // which the hub has come down by the slopes before and after it.
+    // A contact is pressed in by fractions of a micrometre; a landing is seen a step late, by which the hub has come down by the
+    // slopes before and after it.
     let off_m = 1e-6 + 2.0 * steepest_m(wheel) * rate_rad_s * DT_S;
     assert!(drive.off_m < off_m, "{:e} of {off_m:e}", drive.off_m);
     assert!(drive.mean_off_m < 1e-6, "{:e}", drive.mean_off_m);
-    // The residual is of the order of the step: 0.02 % of the work.
+    // What is left of the balance is of the order of the step: 0.02 % of the work.
     assert!(drive.unexplained.abs() < 1e-3, "{:e}", drive.unexplained);
     if twist == AHEAD {
-        // A turn ends within a step of a whole one, over which the height differs by micrometres:
-        // 1e-4 of a turn.
+        // A turn ends within a step of a whole one, over which the height differs by micrometres: 1e-4 of a turn.
         let ratio = drive.way_m_rad / mean_height_m(wheel);
         assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
     }
@@ -191,8 +189,7 @@ fn a_wheel_drops_over_the_gaps_between_short_rollers() {
     for factor in [0.7, 0.9] {
         let robot = made(mecanum4(), |_| (), Some(factor));
         hub_follows_its_outline(&robot, AHEAD);
-        // The derivation is in `ilon-robot/tests/made.rs`; a of the ring, angles of half a pitch
-        // and of a roller's end.
+        // How far: see `ilon-robot/tests/made.rs`; a of the ring, angles of half a pitch and of a roller's end.
         let (a, k, half_pitch) = (0.038, std::f64::consts::FRAC_1_SQRT_2, PI / 9.0);
         let half_m = factor * a * half_pitch.tan() / k;
         let (far_m, end) = (f64::hypot(a, k * half_m), f64::atan2(k * half_m, a));
@@ -239,8 +236,7 @@ fn a_profile_by_numbers_of_the_barrel_rolls_as_the_barrel() {
     hub_follows_its_outline(&robot, AHEAD);
     let drive = drive(&robot, AHEAD, 1.0, 1e-3);
     let (low_m, high_m) = drive.heights_m;
-    // Chords of an arc of radius rho and of 20 deg / 8 each lie rho (2.5 deg)^2 / 8 = 12 um below
-    // it.
+    // Chords of an arc of radius rho and of 20 deg / 8 each lie rho (2.5 deg)^2 / 8 = 12 um below it.
     assert!(
         high_m < 0.05 + 1e-6 && low_m > 0.05 - 14e-6,
         "{low_m} {high_m}"
@@ -262,12 +258,11 @@ fn unequal_rollers_move_the_mean_as_their_mean_radius() {
     assert!((mean_height_m(&thick.wheels[0]) - 0.0502).abs() < 1e-9);
     let way_m = drive(&thick, AHEAD, 1.0, 1e-3).way_m_rad;
     assert!((way_m / 0.0502 - 1.0).abs() < 2e-5, "{way_m}");
-    // One thicker than the others: the mean rises by a share of its excess, and every turn is
-    // equal.
+    // One thicker than the others: the mean goes up by a share of what that one is off, and each turn is as the one before.
     let one = offsets(|i| if i == 3 { 2e-4 } else { 0.0 });
     hub_follows_its_outline(&one, AHEAD);
     let raised_m = mean_height_m(&one.wheels[0]) - 0.05;
-    // It carries the wheel over its own ninth of a turn and slightly beyond.
+    // It carries the wheel over its own ninth of a turn and a little beyond.
     assert!(
         (2e-4 / 9.0..3.0 * 2e-4 / 9.0).contains(&raised_m),
         "{raised_m:e}"
@@ -309,7 +304,7 @@ fn rollers_that_are_no_barrels_drive_over_a_kerb() {
                 world.robot().penetration_m()
             );
         }
-        // Up on the kerb, and at most as high as wheel and kerb plus a hop of a fifth of it.
+        // Up on the kerb, and no higher than wheel and kerb are by a hop of a fifth of it.
         assert!((0.0535..0.0568).contains(&highest_m), "{highest_m}");
         assert!(world.robot().state().pose.x_m > 0.4);
         let energy = world.energy();
@@ -323,7 +318,7 @@ fn rollers_that_are_no_barrels_drive_over_a_kerb() {
     }
 }
 
-/// Sideways over bumps of 2 mm: a wheel of cylinders behaves nearly as one of barrels.
+/// Sideways over bumps of 2 mm: what a wheel of cylinders meets there is near to what one of barrels meets.
 #[test]
 fn cylinders_drive_over_bumps_as_barrels_do() {
     let size = 161;
@@ -378,7 +373,7 @@ fn what_is_not_known_of_a_profile_by_numbers_is_refused() {
         matches!(refused, WorldError::NotInRapier { .. }),
         "{refused}"
     );
-    // A crown is a barrel for rapier too.
+    // A crown is a barrel to rapier too.
     let crowned = made(mecanum4(), |made| made.crown = 0.8, None);
     assert_eq!(world(&crowned, &in_rapier), Ok(()));
     robot.wheels[1].surface.tread = Some(Tread::new(1e5));
@@ -389,9 +384,8 @@ fn what_is_not_known_of_a_profile_by_numbers_is_refused() {
     );
 }
 
-/// Sideways, where rollers that hand over at once point in different directions: the robot moves by
-/// the contact kinematics of its lowest rollers, at any step, and without slip losses. Neighbours
-/// of flat rollers are equally low for degrees of a turn.
+/// Sideways, where rollers that hand over at once point in different directions: the robot moves as the contact kinematics of its
+/// lowest rollers has it, at any step, and nothing rubs. Neighbours of flat rollers are equally low for degrees of a turn.
 #[test]
 fn neighbours_that_are_equally_low_do_not_rub() {
     for crown in [0.3, 0.5, 0.8, 0.9] {
@@ -421,8 +415,7 @@ fn neighbours_that_are_equally_low_do_not_rub() {
                 expected_m += support::contact_twist(&robot, angles, rates).vy_m_s * dt_s;
             }
             let ratio = (world.robot().state().pose.y_m - from_m) / expected_m;
-            // The sum uses the twist at the ends of steps: half a step of hand-overs that jump by a
-            // few per cent, 1e-4 together.
+            // The sum takes the twist at the ends of steps: half a step of hand-overs that jump by a few per cent, 1e-4 together.
             assert!(
                 (ratio - 1.0).abs() < 2e-4,
                 "crown {crown}, {dt_s} s: {ratio}"

@@ -1,4 +1,4 @@
-//! Arms and lifts driven by servos, against closed-form mechanics.
+//! Arms and lifts that servos drive, against mechanics by hand.
 
 use crate::support;
 
@@ -23,7 +23,7 @@ fn servo(stiffness: f64, damping: f64) -> JointServo {
     }
 }
 
-/// mecanum4 with a body of a mass at a place, on a joint above the middle of its chassis.
+/// The mecanum4 with a body of a mass at a place that moves on a joint above the middle of its chassis.
 fn with(kind: JointKind, axis: Vector3<f64>, at_m: Vector3<f64>, servo: JointServo) -> Robot {
     let mut robot = mecanum4();
     let place_m = robot.center_of_mass_m();
@@ -61,7 +61,7 @@ fn ice() -> Floor {
     }
 }
 
-/// Takes steps with held wheels.
+/// Steps with wheels that are held.
 fn step(world: &mut World) {
     brake(world);
     world.step();
@@ -78,7 +78,7 @@ fn at(world: &World) -> f64 {
     world.robot().joint_positions()[0]
 }
 
-/// A level arm sags until its servo's stiffness bears m g l, from the first step on.
+/// An arm held level sags until its servo's stiffness bears m g l, from the first step on.
 #[test]
 fn a_servo_bears_an_arm_by_its_stiffness() {
     let stiffness = 2000.0;
@@ -99,8 +99,7 @@ fn a_servo_bears_an_arm_by_its_stiffness() {
     assert_near(sags, -borne / stiffness, 1e-6, "sag");
 }
 
-/// A load on a slide in weightlessness oscillates against the rest of the robot at sqrt(K / mu),
-/// with mu the reduced mass of the two.
+/// A load on a slide in weightlessness swings against the rest of the robot at sqrt(K / mu), mu the reduced mass of the two.
 #[test]
 fn a_step_of_the_target_swings_at_the_natural_frequency() {
     let reduced_kg = ARM_KG * mecanum4().mass_kg() / (ARM_KG + mecanum4().mass_kg());
@@ -120,12 +119,11 @@ fn a_step_of_the_target_swings_at_the_natural_frequency() {
     }
     let frequency_hz = 10.0 / (passes_s[20] - passes_s[0]);
     println!("{frequency_hz}");
-    // The midpoint rule's frequency is lower by (omega dt)^2 / 12 = 8e-5.
+    // The midpoint rule swings slower by (omega dt)^2 / 12 = 8e-5.
     assert_near(frequency_hz, 5.0, 2e-4, "frequency");
 }
 
-/// Far from its target a servo pushes with its effort limit, in steps of any length: the load gains
-/// F / mu.
+/// Far from its target a servo pushes with its effort, in steps of any length: the load gains F / mu.
 #[test]
 fn a_servo_at_its_effort_accelerates_by_it() {
     let reduced_kg = ARM_KG * mecanum4().mass_kg() / (ARM_KG + mecanum4().mass_kg());
@@ -147,18 +145,18 @@ fn a_servo_at_its_effort_accelerates_by_it() {
             1e-9,
             "rate",
         );
-        // It still comes to rest there, and its effort limit is never exceeded.
+        // It comes to rest there all the same, and its effort is never passed.
         for _ in 0..(6.0 / dt_s) as usize {
             world.step();
             assert!(world.robot().joint_forces()[0].abs() <= 3.0 * (1.0 + 1e-9));
         }
-        // Near it the remainder decays as exp(-K t / D).
+        // Near it the rest dies away as exp(-K t / D).
         assert_near(at(&world), aim, 1e-4, "place");
     }
 }
 
-/// A servo's demand at the start of a step may exceed its effort limit, here K q = 40 N, while its
-/// force within the step does not, as the load yields: then the limit has no effect.
+/// What a servo asks for as a step begins may be beyond its effort, here K q = 40 N, and what it comes to in the step within, for the load gives way: then
+/// its effort changes nothing.
 #[test]
 fn an_effort_that_a_step_does_not_come_to_changes_nothing() {
     let force_n = |effort: f64| {
@@ -173,12 +171,12 @@ fn an_effort_that_a_step_does_not_come_to_changes_nothing() {
     };
     let free_n = force_n(1e9);
     assert!((0.0..3.0).contains(&free_n), "{free_n}");
-    // The solver's tolerance is 1e-8 m/s: for a kilogram in 5 ms, 2e-6 N.
+    // The solver ends within 1e-8 m/s: of a kilogram in 5 ms, 2e-6 N.
     assert_near(force_n(3.0), free_n, 1e-5, "force");
 }
 
-/// Of two drawers the loaded one moves, by F t^2 / 2 m, to the thousandth by which the base on its
-/// held wheels yields; the other is held.
+/// Of two drawers the one that is loaded goes, by F t^2 / 2 m, to the thousandth by which the base on its held wheels gives way; the other is held where it
+/// was.
 #[test]
 fn of_two_servos_the_one_that_is_told_acts() {
     const FORCE_N: f64 = 5.0;
@@ -205,8 +203,7 @@ fn of_two_servos_the_one_that_is_told_acts() {
     }
 }
 
-/// A damper c acts on the mean of the rates before and after a step, so that each step leaves (1 -
-/// z / 2) / (1 + z / 2) of a rate, z = c dt / mu.
+/// A damper of c acts with the mean of the rates before and after a step, so that each step leaves (1 - z / 2) / (1 + z / 2) of a rate, z = c dt / mu.
 #[test]
 fn a_damper_takes_the_mean_rate_of_a_step() {
     let reduced_kg = ARM_KG * mecanum4().mass_kg() / (ARM_KG + mecanum4().mass_kg());
@@ -241,7 +238,7 @@ fn a_rate_limit_bounds_how_fast_the_joint_follows() {
         world.step();
         fastest_m_s = fastest_m_s.max(world.robot().joint_rates()[0]);
         if (world.time_s() - 0.6).abs() < 1e-6 {
-            // Stiffness and damping act relative to a moving target: there is no lag.
+            // Stiffness and damping act on what is missing to a target that moves: nothing lags behind it.
             assert_near(at(&world), 0.3, 1e-3, "on its way");
             assert_near(world.robot().joint_rates()[0], 0.5, 1e-3, "rate");
         }
@@ -274,9 +271,8 @@ fn yaw_inertia(robot: &Robot, about_m: Vector3<f64>) -> f64 {
     sum
 }
 
-/// On ice an arm that swings out turns the base in the opposite direction: I_1 w_1 + (I_2 + mu l^2)
-/// w_2 = 0 about the common centre of mass, with l from the base's centre of mass to the arm's, and
-/// mu their reduced mass.
+/// On ice an arm that swings out turns the base back: I_1 w_1 + (I_2 + mu l^2) w_2 = 0 about what all turns about, the common centre of
+/// mass, with l from the base's centre of mass to the arm's, and mu their reduced mass.
 #[test]
 fn an_arm_that_swings_on_ice_turns_the_base_back() {
     let robot = arm(
@@ -304,7 +300,7 @@ fn an_arm_that_swings_on_ice_turns_the_base_back() {
     assert_near(yaw_rad, expected_rad, 1e-2, "yaw");
 }
 
-/// The residual of the energy balance of an arm that swings up and out, and its servo's work, in J.
+/// What the energy balance of an arm that swings up and out leaves open, and its servo's work, in J.
 fn open_j(dt_s: f64) -> (f64, f64) {
     let mut robot = arm(Vector3::y(), servo(800.0, 20.0));
     robot.joints[0].damping = 0.3;
@@ -332,7 +328,7 @@ fn open_j(dt_s: f64) -> (f64, f64) {
         step(&mut world);
         strongest = strongest.max(world.robot().joint_forces()[0].abs());
     }
-    // Its effort limit bounds it on the way: the rest is damping and friction.
+    // Its effort bounds it on the way: what damping and friction add is the rest.
     assert!((9.0..11.0).contains(&strongest), "{strongest}");
     let open_j = stored_j(&world) + spent_j(&world) - from_j;
     (open_j.abs(), world.motor_energy_j() - before_j)
@@ -352,8 +348,7 @@ fn the_work_of_a_servo_is_in_the_balance() {
     );
 }
 
-/// An arm that swings from ahead to the side tips the robot when the weights' moment passes the
-/// wheels' edge: sin q = Y (M + m) / (m l).
+/// An arm that swings from ahead to the side tips the robot where the weights' moment passes the wheels' edge: sin q = Y (M + m) / (m l).
 #[test]
 fn an_arm_tips_the_robot_where_its_moment_passes_the_edge() {
     let edge_m = 0.16;
@@ -366,7 +361,7 @@ fn an_arm_tips_the_robot_where_its_moment_passes_the_edge() {
     let base_kg = mecanum4().mass_kg();
     let reach_m = edge_m * (base_kg + 8.0) / 8.0;
     println!("{base_kg} {reach_m}");
-    // Long enough to tip at 60 degrees.
+    // As long as it tips at 60 degrees.
     let length_m = reach_m / (TAU / 6.0).sin();
     let mass = robot.joints[0].body.mass.clone();
     robot.joints[0].body.mass.center_of_mass_m = mass.center_of_mass_m * (length_m / ARM_M);
@@ -388,8 +383,7 @@ fn an_arm_tips_the_robot_where_its_moment_passes_the_edge() {
     assert_near(tips.expect("it tips"), TAU / 6.0, 1e-2, "tips");
 }
 
-/// A servo that is too weak lets its load down to the stop, and carries a part of it with its
-/// effort limit.
+/// A servo that is too weak lets its load down to the stop, and bears it with its effort.
 #[test]
 fn a_servo_that_is_too_weak_lets_its_load_down() {
     let weak = JointServo {
@@ -407,8 +401,7 @@ fn a_servo_that_is_too_weak_lets_its_load_down() {
     assert_near(world.robot().joint_forces()[0], ARM_KG * G, 1e-4, "force");
 }
 
-/// Commands for undriven joints, beyond the limits or not finite are refused with the joint's name,
-/// and have no effect.
+/// Joints that nothing drives, places beyond the limits and numbers that are none are refused with the joint's name; nothing happens then.
 #[test]
 fn what_no_servo_can_do_is_refused_in_words() {
     let mut robot = lift(servo(1e4, 100.0));
@@ -474,10 +467,9 @@ fn what_no_servo_can_do_is_refused_in_words() {
     }
 }
 
-/// A rotor about the vertical, above the middle of the robot, accelerates more and more on grip of
-/// 0.1: the held wheels begin to slide when its reaction has grown to the rollers' limit, each mu N
-/// along its axis on a lever of (l + w) / sqrt 2; from then on the base turns by the angular
-/// momentum that they do not absorb.
+/// A rotor about the vertical, over the middle of the robot, that goes faster and faster on grip of 0.1: the wheels, which are held, begin to slide where its reaction has
+/// grown to what the rollers can bear, each mu N along its axis on a lever of (l + w) / sqrt 2; and from there on the base turns by the angular momentum that they
+/// do not take out.
 #[test]
 fn a_base_on_grip_alone_slides_and_turns_as_its_reaction_says() {
     let (friction, inertia, slides_s) = (0.1, 0.1, 1.0);
@@ -524,8 +516,7 @@ fn a_base_on_grip_alone_slides_and_turns_as_its_reaction_says() {
     assert_near(heading_rad, turned_rad, 0.01, "base");
 }
 
-/// An effort limit reached within a step holds: for a damper in a drawer whose base is pushed, the
-/// drawer gets the limiting force, and moves by that alone.
+/// An effort that a step reaches on its way holds: of a damper in a drawer whose base is pushed the drawer gets its effort, and moves by that alone.
 #[test]
 fn an_effort_that_a_step_reaches_holds() {
     let (effort_n, dt_s) = (0.5, 2e-3);
@@ -544,14 +535,14 @@ fn an_effort_that_a_step_reaches_holds() {
         let drawer_m_s = base_m_s + world.robot().joint_rates()[0];
         let base_kg = mecanum4().mass_kg();
         println!("{base_m_s} {drawer_m_s}");
-        // The solver's tolerance is 1e-8 m/s of several mm/s.
+        // The solver ends within 1e-8 m/s of some mm/s.
         assert_near(drawer_m_s, way * effort_n * dt_s / ARM_KG, 1e-4, "drawer");
         let pushed_m_s = way * (100.0 - effort_n) * dt_s / base_kg;
         assert_near(base_m_s, pushed_m_s, 1e-4, "base");
     }
 }
 
-/// The stiffness limit in a refusal is exact: I (2 pi / dt)^2, with the moving inertia.
+/// The stiffness that a step allows is the one that the refusal names: I (2 pi / dt)^2, of what the joint moves.
 #[test]
 fn the_stiffness_that_is_named_is_the_one_that_is_taken() {
     let settings = Settings {
@@ -571,12 +562,12 @@ fn the_stiffness_that_is_named_is_the_one_that_is_taken() {
         .trim()
         .parse()
         .expect(&text);
-    // It is stated with three decimals.
+    // Three digits after the point of it are said.
     built(named * 0.999).expect("as stiff as it may be");
     built(named * 1.001).err().expect("stiffer than that");
 }
 
-/// Position and rate of a minimum-jerk motion over a distance in a time, from 0.2 s on.
+/// The place and the rate of a target that goes from rest to rest with the least jerk, a way in a time, from 0.2 s on.
 fn least_jerk(t_s: f64, way: f64, takes_s: f64) -> [f64; 2] {
     let share = ((t_s - 0.2) / takes_s).clamp(0.0, 1.0);
     let rate = 30.0 * (share * (1.0 - share)).powi(2);
@@ -584,8 +575,8 @@ fn least_jerk(t_s: f64, way: f64, takes_s: f64) -> [f64; 2] {
     [way * at, way * rate / takes_s]
 }
 
-/// The energy that held wheels lose to sliding on grip of 0.15 under a body that a servo moves over
-/// a distance in a time, in J; and the robot's end position and heading.
+/// Energy that wheels, which are held, lose to sliding on grip of 0.15 under a body that a servo moves a way in a time, in J; and where the robot is
+/// then, and its heading.
 fn slid(
     robot: &Robot,
     (way, takes_s): (f64, f64),
@@ -612,8 +603,7 @@ fn slid(
     (world.slip_energy_j(), ends)
 }
 
-/// A servo moves its joint equally in split steps and in whole ones: its aim advances from part to
-/// part.
+/// A servo moves its joint in steps that are taken in parts as it does in whole ones: its aim moves on from part to part.
 #[test]
 fn a_servo_moves_in_split_steps_as_in_whole_ones() {
     let inertia = ARM_KG * ARM_M * ARM_M;
@@ -625,14 +615,13 @@ fn a_servo_moves_in_split_steps_as_in_whole_ones() {
         arm(Vector3::z(), servo)
     };
     let pulls = drawer(JointServo::for_inertia(ARM_KG));
-    // One that is late by 0.1 rad and catches up as the aim slows down, and brakes at its effort
-    // limit from a moment within a step on.
+    // What is late by 0.1 rad and catches up as the aim slows down, and brakes at its effort from that moment within a step on.
     let weak = JointServo {
         rate_limit: 2.7,
         effort: 10.0,
         ..JointServo::for_inertia(inertia)
     };
-    // Minimum jerk demands at most 15/8 x 1.2 rad / 0.7 s = 3.2 rad/s of the arm.
+    // The least jerk asks the arm for 15/8 x 1.2 rad / 0.7 s = 3.2 rad/s at most.
     for (what, robot, way) in [
         ("arm", arm_of(f64::INFINITY), (1.2, 0.7)),
         ("arm at its rate limit", arm_of(2.9), (1.2, 0.7)),
@@ -648,12 +637,12 @@ fn a_servo_moves_in_split_steps_as_in_whole_ones() {
             for split_dt_s in [None, Some(1e-4)] {
                 let (of_step_j, at) = slid(&robot, way, dt_s, split_dt_s);
                 let [x_m, y_m, heading_rad] = [0, 1, 2].map(|k| at[k] - ends[k]);
-                // Of the chassis's middle, and of its wheels at 0.22 m from it.
+                // Of the chassis's middle, and of its wheels, that are 0.22 m from it.
                 let off = x_m.hypot(y_m).max(0.22 * heading_rad.abs());
                 println!("{what} {dt_s} {split_dt_s:?}: {of_step_j} {slip_j} J, {off} m");
                 assert!(slip_j > 1e-4, "{what}: {slip_j} J");
-                // The second-order error of steps of 3.3 ms, with 200 of them for the motion and 5
-                // for the servo's time constant: a thousandth.
+                // What steps of 3.3 ms leave of second order, with 200 of them for the way and 5 for the servo's time constant: a
+                // thousandth.
                 assert_near(of_step_j, slip_j, 0.01, what);
                 assert!(off < 1e-4, "{what}: {off}");
             }
@@ -661,8 +650,8 @@ fn a_servo_moves_in_split_steps_as_in_whole_ones() {
     }
 }
 
-/// A target behind its aim by its rate limit catches up within a step, and continues with the aim's
-/// rate from there: a joint that follows without delay is at the target, in steps of any length.
+/// A target that its rate limit kept behind catches up within a step, and goes on with the aim's rate from there: a joint that follows without delay is
+/// where the target is, in steps of any length.
 #[test]
 fn a_target_catches_up_within_a_step() {
     let limit = 0.2;
@@ -670,7 +659,7 @@ fn a_target_catches_up_within_a_step() {
         rate_limit: limit,
         ..servo(1e5, 1e3)
     };
-    // It begins late by 0.1 m and catches up at 0.1 / (0.2 + 0.1) s, as the aim comes towards it.
+    // It begins late by 0.1 m and is caught up with at 0.1 / (0.2 + 0.1) s, for the aim comes towards it.
     let caught_s = 0.1 / 0.3;
     for dt_s in [7e-3, 3e-3, 1e-3] {
         let mut world = world(&drawer(quick), &ice(), 0.0, dt_s);
@@ -686,7 +675,7 @@ fn a_target_catches_up_within_a_step() {
                 0.1 - 0.1 * t_s
             };
             let is_at = world.robot().joint_targets().next().expect("a joint");
-            // A tenth of a per cent of a step is no separate part, at both rates.
+            // A tenth of a percent of a step is no part of its own, at both rates.
             assert!(
                 (is_at - target).abs() < 1e-3 * 0.3 * dt_s + 1e-12,
                 "{dt_s} {t_s}: {is_at} {target}"
@@ -695,9 +684,8 @@ fn a_target_catches_up_within_a_step() {
     }
 }
 
-/// An arm is thrown against its stop on ice: the stop's force is internal, and the robot has no
-/// momentum before and after. The stop acts in the pose of the step's middle, and the inertial
-/// forces of rotating frames use the rates before and after it: the remainder is of second order.
+/// An arm that is thrown on its stop on ice: what the stop does is internal, and the robot has no momentum before and after. The stop acts in the pose
+/// of the step's middle, and what turning frames ask for is taken with the rates before and after it: what is left is of second order.
 #[test]
 fn a_stop_gives_no_momentum() {
     let left_n_s = |dt_s: f64, effort_n_m: f64| {
@@ -723,9 +711,8 @@ fn a_stop_gives_no_momentum() {
         println!("{dt_s}: {} N s, {fastest_rad_s} rad/s", momentum.norm());
         momentum.norm()
     };
-    // With eight torques, the arm reaches its stop at eight places of a step. Each step is split in
-    // two there, so that the stop acts in one part: wherever it is, the remainder falls with the
-    // square of the step. A stop that acts in two steps leaves up to m r w^2 dt / 2, about 10 mN s
+    // Thrown by eight torques, the arm comes onto its stop at eight places of a step. Each step is taken in two parts there, so that the stop acts in one
+    // of them: wherever it is, what is left falls with the square of the step. A stop that acts in two steps leaves up to m r w^2 dt / 2, some 10 mN s
     // at 2 ms.
     let worst_n_s = |dt_s: f64| {
         let efforts_n_m = (0..8).map(|throw| 2.6 + 0.1 * f64::from(throw));

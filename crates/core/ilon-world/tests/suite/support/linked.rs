@@ -1,20 +1,19 @@
-//! Robots whose wheels are on rockers, springs and arms.
+//! Robots whose wheels hang on rockers, springs and arms.
 
 use ilon_robot::{Body, BodyJoint, JointKind, JointRole, JointSpring, MassProperties, Robot};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
 use super::mecanum4;
 
-/// The mass of a wheel's carrier, in kg.
+/// The mass of what carries a wheel, in kg.
 pub const CARRIER_KG: f64 = 0.1;
-/// The stiffness of the suspension at a wheel, in N/m.
+/// The stiffness under a wheel, in N/m.
 pub const STIFFNESS_N_M: f64 = 4000.0;
 /// Half of the wheels' base and of their track, in metres.
 pub const X_M: f64 = 0.15;
 pub const Y_M: f64 = 0.16;
 
-/// A body of a mass in kg with its centre at a place in the body frame, on a joint at a place with
-/// an axis.
+/// A body of a mass in kg with its centre at a place in the body frame, on a joint at a place whose axis is a direction.
 pub fn joint(
     name: &str,
     (kind, role): (JointKind, JointRole),
@@ -45,7 +44,7 @@ pub fn joint(
     }
 }
 
-/// A spring whose rest position is zero.
+/// A spring at rest at zero.
 pub fn sprung(stiffness: f64) -> JointRole {
     JointRole::Sprung(JointSpring {
         stiffness,
@@ -68,7 +67,7 @@ pub fn on_springs(damping: f64) -> Robot {
     robot
 }
 
-/// Each wheel is on an arm of 0.1 m behind its pivot.
+/// Each wheel hangs on an arm of 0.1 m behind its pivot.
 pub fn on_arms(damping: f64) -> Robot {
     let mut robot = mecanum4();
     for (index, wheel) in robot.wheels.iter_mut().enumerate() {
@@ -84,7 +83,7 @@ pub fn on_arms(damping: f64) -> Robot {
     robot
 }
 
-/// The rear wheels are on a rocker about the robot's long axis.
+/// The rear wheels hang on a rocker about the robot's long axis.
 pub fn on_a_rocker() -> Robot {
     let mut robot = mecanum4();
     let middle_m = Vector3::new(-X_M, 0.0, 0.05);

@@ -133,7 +133,7 @@ pub fn mecanum6() -> Robot {
     let g = FRAC_PI_4;
     let yaw = TAU / 4.0;
     let at = |x: f64, y: f64, g: f64| wheel(Vector3::new(x, y, 0.05), yaw, g, 12);
-    // The middle pair is handed as the front pair: its axes pass the centre on the same side.
+    // The middle pair turns the front pair's way: its axes pass the centre on the same side.
     let wheels = vec![
         at(0.3, 0.16, -g),
         at(0.3, -0.16, g),
@@ -157,7 +157,7 @@ pub fn with_phases(mut robot: Robot, phases_rad: &[f64]) -> Robot {
     robot
 }
 
-/// Eq. (9), implemented independently: wheel rates of a body twist.
+/// Eq. (9) written out on its own: wheel rates of a body twist.
 pub fn ideal_rates(robot: &Robot, twist: Twist) -> Vec<f64> {
     robot
         .wheels
@@ -195,8 +195,8 @@ pub fn ideal_twist(robot: &Robot, rates: &[f64]) -> Twist {
     Twist::new(x[0], x[1], x[2])
 }
 
-/// The twist without slip at the contacting rollers: section "contact kinematics", one constraint
-/// per wheel, solved by least squares.
+/// The twist without slip at the rollers that touch: section "contact kinematics", one constraint a wheel, solved by
+/// least squares.
 pub fn contact_twist(robot: &Robot, angles: &[f64], rates: &[f64]) -> Twist {
     let n = robot.wheels.len();
     let (mut j, mut rhs) = (DMatrix::zeros(n, 3), DVector::zeros(n));
@@ -235,7 +235,7 @@ pub const DRIVES: [(&str, [f64; 3]); 5] = [
     ("D5", [0.3, 0.0, 0.5]),
 ];
 
-/// The result of a drive.
+/// What a drive came to.
 #[derive(Debug, Default, Clone)]
 pub struct Drive {
     pub real: [f64; 3],
@@ -321,8 +321,7 @@ pub fn drive(
                     *a += x;
                 }
             };
-            // The displacement in the step, not the velocity at its end: rollers that hand over
-            // within it change the velocity.
+            // What moved in the step, and not how it moves now: rollers that hand over within it change the velocity.
             let angles = angles_before.iter().zip(world.robot().wheel_angles_rad());
             let middle: Vec<f64> = angles.clone().map(|(a, b)| 0.5 * (a + b)).collect();
             let rates: Vec<f64> = angles.map(|(a, b)| (b - a) / dt).collect();
@@ -360,7 +359,7 @@ pub fn drive(
     }
 }
 
-/// Brakes all wheels for the coming step, 20 N m per rad/s.
+/// Brakes all wheels for the coming step, 20 N m for each rad/s.
 pub fn brake(world: &mut World) {
     const GAIN_N_M_S: f64 = 20.0;
     let rates = world.robot().wheel_rates_rad_s().iter();
@@ -370,7 +369,7 @@ pub fn brake(world: &mut World) {
     world.robot_mut().drive(&motors);
 }
 
-/// Seizes all rollers of a robot.
+/// Lets all rollers of a robot seize.
 pub fn seize_all(world: &mut World, robot: &Robot) {
     for (wheel, of) in robot.wheels.iter().enumerate() {
         for roller in 0..of.rollers.len() {
