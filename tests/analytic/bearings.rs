@@ -8,8 +8,8 @@
 //! q' / s(phi), with the barrel's radius s(phi) = rho - a / cos phi. Straight ahead it does not
 //! spin at all.
 //!
-//! Friction tau in its bearing dissipates the power tau w, which the wheel's motor supplies: T =
-//! sqrt 2 rho tau / s(phi) in addition. At every hand-over a roller touches down at rest and is
+//! Friction tau in its bearing dissipates the power tau w, which the wheel's motor supplies:
+//! T = sqrt 2 rho tau / s(phi) in addition. At every hand-over a roller touches down at rest and is
 //! spun up to w at the end of its barrel, s_e = s(pi/n): this takes I w^2 / 2, as much is lost to
 //! sliding meanwhile, and its bearing stops it again once it has left the ground. That is I w^2 per
 //! pitch, and a mean torque of I w^2 n / (2 pi). A drive with T = k (target - rate), as a motor at
@@ -70,8 +70,8 @@ fn rollers_that_turn_hard_slow_a_torque_driven_robot_sideways_by_what_their_bear
     );
     // Neglected: slip between hand-overs, and the ripple of the rate itself.
     assert!((short(measured_rad_s) / short(rate_rad_s) - 1.0).abs() < 0.03);
-    // The robot loses that, and in addition the geometric loss of the rollers, sin(20 deg) / (20
-    // deg in rad) = 0.980.
+    // The robot loses that, and in addition the geometric loss of the rollers, sin(20
+    // deg) / (20 deg in rad) = 0.980.
     let real = summary.twist_mean.expect("it moves").vy_m_s / 0.3;
     let geometry = 20_f64.to_radians().sin() / 20_f64.to_radians();
     println!(

@@ -111,8 +111,8 @@ fn mass_and_height(robot: &Robot) -> (f64, f64) {
     (mass_kg, (moment_kg_m + spin_kg_m) / mass_kg)
 }
 
-/// The angle phi of a wheel's roller in contact from straight down: robot A's nine rollers are 40
-/// deg apart, one straight down at wheel angle zero.
+/// The angle phi of a wheel's roller in contact from straight down: robot A's nine rollers are
+/// 40 deg apart, one straight down at wheel angle zero.
 fn phi_rad(angle_rad: f64) -> f64 {
     let pitch_rad = std::f64::consts::TAU / 9.0;
     angle_rad - pitch_rad * (angle_rad / pitch_rad).round()

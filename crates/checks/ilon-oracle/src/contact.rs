@@ -241,8 +241,8 @@ mod tests {
             last = Some(LAW.bend(&mut z, u, normal, h));
         }
         let friction = last.expect("steps were made");
-        // mu N = 8 N against a slide of 0.5 m/s: 4 W. After 2000 steps of 5 us the deflection of 16
-        // um has long settled.
+        // mu N = 8 N against a slide of 0.5 m/s: 4 W. After 2000 steps of 5 us the deflection of
+        // 16 um has long settled.
         assert!((friction.force - Vector2::new(-4.8, 6.4)).norm() < 1e-12);
         assert!((friction.slip_j / h - 4.0).abs() < 1e-9 && friction.damping_j < 1e-20);
         assert!(friction.slides);

@@ -16,10 +16,11 @@
 //! | **z**, **p** | a joint's axis and a point on it |
 //! | u | the generalised speeds together |
 //!
-//! Velocities: a hub turns with omega_h = omega_c + q' **e**, a roller with omega_r = omega_h +
-//! phi' **a**; a centre moves with v_c + omega_c x **r** + q' **e** x **s**. Their factors of u are
-//! the partial velocities. Accelerations, where a dot on a component is its own derivative, alpha_c
-//! is the carrier's angular acceleration, and a_c the acceleration of its point at O:
+//! Velocities: a hub turns with omega_h = omega_c + q' **e**, a roller with
+//! omega_r = omega_h + phi' **a**; a centre moves with v_c + omega_c x **r** + q' **e** x **s**.
+//! Their factors of u are the partial velocities. Accelerations, where a dot on a component is its
+//! own derivative, alpha_c is the carrier's angular acceleration, and a_c the acceleration of its
+//! point at O:
 //!
 //! - angular: alpha_c + q'' **e** + omega_c x q' **e** for a hub, plus phi'' **a** + omega_h x phi'
 //!   **a** for a roller;
@@ -32,9 +33,9 @@
 //! angular part of its carrier, a wheel's column only with its carrier, and a joint's with the
 //! carriers on its way to the chassis: M is an arrow within an arrow. Rollers are eliminated into
 //! their wheel and carrier, wheels into their carrier, and the bodies on joints, the last first,
-//! into their parent carrier: with the carrier's own six equations A x = b and the joint's S =
-//! (**z**, **p** x **z**), or (0, **z**) for a prismatic joint, the parent gets A - A S S^T A /
-//! (S^T A S). At last six equations are left.
+//! into their parent carrier: with the carrier's own six equations A x = b and the joint's
+//! S = (**z**, **p** x **z**), or (0, **z**) for a prismatic joint, the parent gets A - A S S^T
+//! A / (S^T A S). At last six equations are left.
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 

@@ -109,8 +109,8 @@ mod tests {
                 let lowest = many.fold(f64::INFINITY, f64::min);
                 let excess = lowest - height(found.place_m);
                 // The closed form is never above the best of the sampled places, except for
-                // rounding, and below it by at most h'' (spacing / 2)^2 / 2 with h'' <= k^2 / a <
-                // 27 / m and a spacing of less than 18 um: 1e-9 m.
+                // rounding, and below it by at most h'' (spacing / 2)^2 / 2 with
+                // h'' <= k^2 / a < 27 / m and a spacing of less than 18 um: 1e-9 m.
                 assert!((-1e-16..1e-9).contains(&excess), "{excess} at w = {w}");
             }
         }

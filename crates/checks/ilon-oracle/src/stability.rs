@@ -1,8 +1,8 @@
 //! Checks that the step is short enough for the contact springs and the bearings.
 //!
 //! A mass 1/W on a spring k with damping c, stepped by h with the damper at the old speed, is
-//! stable for k W h^2 + 2 c W h < 4 and c W h < 2. At most a quarter of that is allowed: k W h^2 +
-//! 2 c W h <= 1.
+//! stable for k W h^2 + 2 c W h < 4 and c W h < 2. At most a quarter of that is allowed: k W
+//! h^2 + 2 c W h <= 1.
 //!
 //! W, the gain in a contact's speed per unit impulse there, is bounded from above by the chassis,
 //! the wheels and the rollers as one rigid body, except for the joints between bodies, pushed at

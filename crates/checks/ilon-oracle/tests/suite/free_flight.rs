@@ -94,8 +94,8 @@ fn bearings_stop_spinning_wheels_with_their_damping_constants() {
     // A wheel that spins on a free chassis, its rollers locked: the torque c q' slows the wheel and
     // turns the chassis in the opposite direction. All four wheels spin equally, so that the robot
     // only pitches. With J the inertia of one wheel about its axis and J_r that of the robot with
-    // its wheels locked, the rate relative to the chassis falls as exp(-r t), r = c (1 / J + 4 /
-    // (J_r - 4 J)).
+    // its wheels locked, the rate relative to the chassis falls as exp(-r t), r = c
+    // (1 / J + 4 / (J_r - 4 J)).
     let robot = robot("mecanum4");
     let mut engine = engine(&robot, 1e3, 0.5, 1e-4);
     let mut pose = engine.world_from_body();

@@ -159,9 +159,9 @@ fn slowest_m_s(tops: &SpeedLimits) -> f64 {
 /// The largest force of a module, in N, at which all accelerations of the swerve drive lie in a
 /// polytope.
 ///
-/// Modules at b_i that push with any f_i, |f_i| <= F, give m a = sum f_i and J alpha = sum b_i x
-/// f_i. Along the normal of a face n . (a, alpha) <= 1 they reach at most F sum |n_a / m + (n_alpha
-/// / J) k x b_i|, each pushing along its own term.
+/// Modules at b_i that push with any f_i, |f_i| <= F, give m a = sum f_i and J
+/// alpha = sum b_i x f_i. Along the normal of a face n . (a, alpha) <= 1 they reach at
+/// most F sum |n_a / m + (n_alpha / J) k x b_i|, each pushing along its own term.
 fn force_within_n(
     modules_m: &[[f64; 2]; 4],
     (mass_kg, inertia_kg_m2): (f64, f64),

@@ -410,9 +410,9 @@ mod tests {
         assert!((y - short).abs() < 2e-3, "{y} against {short}");
     }
 
-    /// A robot whose hubs lie along x rolls along -y: the controller's frame is turned by -90
-    /// degrees from the body's, so that the body's is turned by 90 degrees from it, v_C = R(theta)
-    /// v_B. The rates are still those of eq. (9).
+    /// A robot whose hubs lie along x rolls along -y: the controller's frame is turned by
+    /// -90 degrees from the body's, so that the body's is turned by 90 degrees from it,
+    /// v_C = R(theta) v_B. The rates are still those of eq. (9).
     #[test]
     fn a_robot_that_rolls_along_y_is_driven_with_the_offset_of_its_frame() {
         let mut turned = robot("mecanum4");

@@ -81,8 +81,8 @@ fn what_is_seen_of_a_robot_is_laid_at_a_wheel() {
     let times = best["times"].as_f64().expect("a number");
     assert!((times - 2.0).abs() < 0.05, "{times}");
     let ahead = best["drifts"][0]["ahead_m"].as_f64().expect("a number");
-    // The path bends: the drift to the left times the heading, of the order of 13 mm/m times 0.016
-    // rad.
+    // The path bends: the drift to the left times the heading, of the order of 13 mm/m times
+    // 0.016 rad.
     assert!((ahead + 0.005).abs() < 5e-4, "{ahead}");
     // The same robot after 3 m on its circle: after one metre half of its turn has moved it to the
     // left too.

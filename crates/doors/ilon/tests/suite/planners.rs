@@ -70,8 +70,9 @@ fn what_the_swerve_drive_can_do_the_robot_can() {
     }
 }
 
-/// In closed form: robot A of 11.36 kg on 0.05 m wheels. k_A ahead is 12 V (m + 4 J / rho^2) rho /
-/// 4 / stall per speed of the rim, k_V 12 V / (rho w0) beside the damping, and k_S friction alone.
+/// In closed form: robot A of 11.36 kg on 0.05 m wheels. k_A ahead is 12 V (m + 4 J / rho^2)
+/// rho / 4 / stall per speed of the rim, k_V 12 V / (rho w0) beside the damping, and k_S friction
+/// alone.
 #[test]
 fn feedforward_is_as_by_hand() {
     let (scenario, mut robot, _) =
@@ -210,8 +211,9 @@ fn files_are_written_and_robots_that_are_no_swerve_drive_are_refused() {
         text.contains("public double kS = 0.0000;") && text.contains("* inPerTick;"),
         "{text}"
     );
-    // The same motors for Pedro Pathing: without friction the rims turn at 30 rad/s of 50 mm, 1.5
-    // m/s or 59.06 in/s, and nothing stops the robot; sideways its nine rollers lose 2 % of that.
+    // The same motors for Pedro Pathing: without friction the rims turn at 30 rad/s of 50 mm,
+    // 1.5 m/s or 59.06 in/s, and nothing stops the robot; sideways its nine rollers lose 2 % of
+    // that.
     let mut pedro = vec!["inspect", "mecanum4.urdf", "--pedro", "Constants.java"];
     assert!(ended_with(2, &folder.ilon(&pedro)).contains("motors.dc"));
     pedro.extend(["--set", dc]);

@@ -8,8 +8,8 @@ use ilon_robot::Robot;
 use nalgebra::Vector3;
 use test_case::test_case;
 
-/// Four wheels of 50 mm by their inertia, solid discs of 0.5 kg: 0.5 * 0.5 kg * (50 mm)^2 = 6.25e-4
-/// kg m^2.
+/// Four wheels of 50 mm by their inertia, solid discs of 0.5 kg: 0.5 * 0.5 kg * (50
+/// mm)^2 = 6.25e-4 kg m^2.
 const MASS: &str = r#"<inertial><mass value="0.5"/><inertia ixx="3.5e-4" ixy="0" ixz="0" iyy="6.25e-4" iyz="0" izz="3.5e-4"/></inertial>"#;
 const BODY: &str = r#"<link name="base_link"><inertial><mass value="8"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.15"/></inertial></link>"#;
 const MESH: &str = r#"<collision><geometry><mesh filename="MESH"/></geometry></collision>"#;
@@ -597,8 +597,8 @@ fn shipped() -> Robot {
 }
 
 /// A wheel rolls on its rollers' middles: the ends of rollers drawn as cylinders reach further and
-/// do not count, nor does the distribution of facets. Ring and roller of a wheel of 50 mm make 50
-/// mm; coordinates are read in f32.
+/// do not count, nor does the distribution of facets. Ring and roller of a wheel of 50 mm make
+/// 50 mm; coordinates are read in f32.
 #[test_case(0.6, false; "barrels")]
 #[test_case(1.0, false; "cylinders")]
 #[test_case(1.0, true; "cylinders of other facets")]
@@ -663,8 +663,8 @@ fn rollers_that_a_mesh_shows_are_taken(of: fn(usize) -> usize, but: &str, touche
         (rollers.rollers, rollers.gamma),
         (9, Handedness::XDeg(45.0))
     );
-    // To a tenth of a millimetre, as in the message; scaled from the drawing, whose radius is 50
-    // mm.
+    // To a tenth of a millimetre, as in the message; scaled from the drawing, whose radius is
+    // 50 mm.
     let radius_m = shipped.wheels[0].rollers[0].radius_m * touches_m.unwrap_or(0.05) / 0.05;
     assert!((rollers.roller_radius_m.expect("a radius") - radius_m).abs() < 1e-4);
     for (wheel, drawn) in loaded.robot.wheels.iter().zip(&shipped.wheels) {

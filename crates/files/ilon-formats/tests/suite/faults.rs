@@ -382,8 +382,8 @@ fn rollers_that_stand_closer_than_they_are_thick_are_remarked_with_their_line() 
 #[test]
 fn wheels_at_different_heights_are_reported() {
     // Three wheels 200 mm around the middle, the first of them raised: the other two are 100 mm
-    // behind the middle, so that it tilts over the 300 mm between by atan(10 mm / 300 mm) = 1.91
-    // deg, which is accepted with a remark, and by 6.7 deg for 35 mm.
+    // behind the middle, so that it tilts over the 300 mm between by atan(10
+    // mm / 300 mm) = 1.91 deg, which is accepted with a remark, and by 6.7 deg for 35 mm.
     let text = small();
     let raised = |z: &str| text.replacen("xyz=\"0.2 0 0.05\"", &format!("xyz=\"0.2 0 {z}\""), 1);
     let robot = Robot::from_urdf_str(&raised("0.06"), "small.urdf").expect("a little uneven");

@@ -177,8 +177,8 @@ fn a_robot_that_leans_as_a_whole_stays_in_its_plane() {
     wheels[2].at_m[2] -= 6e-6;
     let levelled = robot(&wheels, "0.0008 0 0");
     let pose = levelled.standing_pose().unwrap();
-    // The plane is that of three wheels: with the low one among them it is tilted by 6 um over 152
-    // mm, 0.04 mrad.
+    // The plane is that of three wheels: with the low one among them it is tilted by 6 um over
+    // 152 mm, 0.04 mrad.
     assert!(
         (pose.roll_rad.abs() - leans_rad).abs() < 5e-5,
         "{}",

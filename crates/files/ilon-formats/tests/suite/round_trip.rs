@@ -427,8 +427,8 @@ fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
 }
 
 fn set(pose: &mut urdf_rs::Pose, to: &Isometry3<f64>) {
-    // Yaw first, and removed: the textbook's arc sine loses half of the digits near a pitch of 90
-    // degrees.
+    // Yaw first, and removed: the textbook's arc sine loses half of the digits near a pitch of
+    // 90 degrees.
     let m = to.rotation.to_rotation_matrix();
     let yaw = m[(1, 0)].atan2(m[(0, 0)]);
     let (s, c) = yaw.sin_cos();

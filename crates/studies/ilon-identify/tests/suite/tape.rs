@@ -71,9 +71,9 @@ fn fitted(text: &str) -> TapeFit {
     tape.expect("runs by tape").fit().unwrap()
 }
 
-/// 2 m ahead, measured to 2 mm three times, determine the radius to 2e-3 / 2 / sqrt(3) of it: 0.03
-/// mm of 50; three turns, measured to half a degree three times, the lever to 0.5 / 1080 / sqrt(3)
-/// of 310 mm: 0.08 mm; the radius adds 6e-4 of it, 0.18 mm.
+/// 2 m ahead, measured to 2 mm three times, determine the radius to 2e-3 / 2 / sqrt(3) of it:
+/// 0.03 mm of 50; three turns, measured to half a degree three times, the lever to
+/// 0.5 / 1080 / sqrt(3) of 310 mm: 0.08 mm; the radius adds 6e-4 of it, 0.18 mm.
 #[test]
 fn radius_and_lever_are_found_within_their_intervals() {
     let robot = robot("mecanum4.urdf");

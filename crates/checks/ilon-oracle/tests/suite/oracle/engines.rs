@@ -16,8 +16,8 @@ pub struct Springs {
 }
 
 impl Springs {
-    /// Springs of this stiffness in N/m; half the step for four times the stiffness, 5 us for 2e7
-    /// N/m.
+    /// Springs of this stiffness in N/m; half the step for four times the stiffness, 5 us for
+    /// 2e7 N/m.
     pub fn of(stiffness_n_m: f64) -> Self {
         Self {
             stiffness_n_m,

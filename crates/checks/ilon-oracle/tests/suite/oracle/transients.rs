@@ -5,8 +5,8 @@ use crate::oracle::cases;
 use crate::oracle::limit;
 
 /// Asserts that ilon's course is the oracle's rigid limit within both uncertainties, which must be
-/// less than 0.4 % of the path. The long slide of each case begins and ends in the same ticks of 5
-/// ms or in neighbouring ones, and has the same heat.
+/// less than 0.4 % of the path. The long slide of each case begins and ends in the same ticks of
+/// 5 ms or in neighbouring ones, and has the same heat.
 fn agree(case: &Case) {
     let (ilon, oracle) = (limit::ilon(case, 5e-4), limit::rigid(case));
     let arm_m = case.arm_m();
