@@ -11,7 +11,7 @@ use ilon_scenario::scenario::{Body, Scenario};
 /// Puts the bodies of a scenario into a world, in their order.
 ///
 /// # Errors
-/// Where one has no size or mass, or would begin in something.
+/// If one has no size or mass, or would begin in something.
 pub(crate) fn put_in(scenario: &Scenario, world: &mut World) -> Result<(), Error> {
     for body in &scenario.world.bodies {
         world.add_body(&free_body(body))?;

@@ -106,7 +106,7 @@ impl CpuTime {
         }
     }
 
-    /// Seconds since [`Self::now`]; `None` where the system does not tell.
+    /// Seconds since [`Self::now`]; `None` if the system does not tell.
     pub fn elapsed_s(&self) -> Option<f64> {
         Some(thread_cpu_s()? - self.start_s?)
     }

@@ -39,10 +39,11 @@ struct Grid {
     remarks: Vec<String>,
 }
 
-/// The relief of a height map, and what a person should know of it whose robot has wheels of such a least radius in metres.
+/// The relief of a height map, and what a person should know of it whose robot has wheels of such a
+/// least radius in metres.
 ///
 /// # Errors
-/// [`Error::Contents`] where the file holds none, [`Error::Read`] where it cannot be read.
+/// [`Error::Contents`] if the file holds none, [`Error::Read`] if it cannot be read.
 pub fn relief(
     map: &HeightMap,
     scenario: &Scenario,

@@ -1,4 +1,5 @@
-//! Prints docs/terrain.md with its tables: what the laws of wheel torques do on ground that they do not know.
+//! Prints docs/terrain.md with its tables: what the laws of wheel torques do on ground that they do
+//! not know.
 //!
 //! `cargo run --release -p ilon-sim --example terrain > docs/terrain.md`
 

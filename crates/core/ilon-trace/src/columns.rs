@@ -1,4 +1,5 @@
-//! The table of all recorded signals: the one place that knows their names, order and types in files and hashes.
+//! The table of all recorded signals. It alone defines their names, order and types in files and
+//! hashes.
 
 use ilon_robot::Pose;
 
@@ -11,7 +12,8 @@ use crate::record::{
 };
 use crate::trace::{RowMut, Trace};
 
-/// How a signal is stored in a file. In memory all pass through f64, which holds each of them exactly.
+/// The type of a signal in a file. In memory all signals are f64, which represents each of them
+/// exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColumnType {
     /// A real number.
@@ -31,7 +33,7 @@ pub(crate) struct Column<T: 'static> {
     set: fn(&mut T, f64),
 }
 
-/// The signal that says when a row is.
+/// The signal with the time of a row.
 const TIME: &str = "t_s";
 
 macro_rules! reals {
@@ -96,7 +98,7 @@ static RECORD: [Column<Record>; 48] = reals! { Record;
     "rate_conflict_share" => rate_conflict_share,
 };
 
-/// Of a term of the ledger, or of their sum.
+/// For one term of the ledger, or for their sum.
 static TERM: [Column<Integral>; 5] = reals! { Integral;
     "x_m" => x_m,
     "y_m" => y_m,
@@ -161,7 +163,7 @@ static TASK: [Column<TaskShare>; 6] = reals! { TaskShare;
     "asked_omega_rad_s" => asked_twist_in_body.omega_rad_s,
 };
 
-/// Of a joint that turns, and of one that slides.
+/// For a revolute joint, and for a prismatic one.
 static JOINT: [[Column<JointSample>; 7]; 2] = [
     reals! { JointSample;
         "position_rad" => position,
@@ -245,11 +247,11 @@ static WHEEL_OTHERS: [Column<WheelSample>; 2] = [
     },
 ];
 
-/// Where in a trace a signal is kept.
+/// Where a signal is stored in a trace.
 #[derive(Debug)]
 enum Source {
     Record(&'static Column<Record>),
-    /// The sum of the ledger, and then its terms.
+    /// The total of the ledger, and then its terms.
     Term(usize, &'static Column<Integral>),
     Support(&'static Column<Support>),
     Desired(&'static Column<Desired>),
@@ -261,7 +263,7 @@ enum Source {
     Joint(usize, &'static Column<JointSample>),
     Body(usize, &'static Column<BodySample>),
     Wheel(usize, &'static Column<WheelSample>),
-    /// The angle of a roller: the wheel's number, and the roller's among those of all wheels.
+    /// The angle of a roller: the wheel's index, and the roller's index among those of all wheels.
     Roller(usize, usize),
 }
 
@@ -278,7 +280,7 @@ pub struct Signal {
 }
 
 impl Signal {
-    /// The signal at one step; `None` where it is absent.
+    /// The signal at one step; `None` if it is absent.
     pub fn get(&self, trace: &Trace, step: usize) -> Option<f64> {
         let record = trace.records().get(step)?;
         match &self.source {
@@ -298,7 +300,7 @@ impl Signal {
         }
     }
 
-    /// Whether it is among those that are looked at.
+    /// Whether a projection includes this signal.
     pub(crate) fn is_among(&self, which: Projection) -> bool {
         match (which, &self.source) {
             (Projection::All, _) => true,
@@ -307,13 +309,13 @@ impl Signal {
             (Projection::Wheel(wanted), Source::Wheel(wheel, _) | Source::Roller(wheel, _)) => {
                 *wheel == wanted
             }
-            // When a row was is asked of wheels too.
+            // The time belongs to the projections of wheels too.
             (Projection::Wheel(_), Source::Record(column)) => column.name == TIME,
             (Projection::Wheel(_), _) => false,
         }
     }
 
-    /// Puts a value read from a file into a row.
+    /// Writes a value from a file into a row.
     pub(crate) fn set(&self, row: &mut RowMut<'_>, value: Option<f64>) {
         let RowMut {
             record,
@@ -373,7 +375,7 @@ impl Signal {
     }
 }
 
-/// The signals of some columns, whose names begin alike.
+/// The signals of columns whose names have a common prefix.
 fn of_columns<T: 'static>(
     columns: impl IntoIterator<Item = &'static Column<T>>,
     begins: &str,

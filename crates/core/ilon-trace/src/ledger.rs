@@ -1,59 +1,64 @@
-//! The ledger: where the difference between the twist asked for and the real twist goes.
+//! The error budget (ledger): the difference between the commanded and the real twist, split by
+//! causes.
 //!
 //! Over any time, in the body frame,
 //!
 //! asked - real = guidance + compensation + belief + servo + geometry + lift-off + conflict + slip
 //!
-//! | term | is | why |
+//! | term | definition | cause |
 //! |---|---|---|
-//! | guidance | asked - granted | saturation made a task give way |
+//! | guidance | asked - granted | saturation reduced a task |
 //! | compensation | granted - believed(targets) | the command allows for the rollers' geometry; zero under eq. (7) |
-//! | belief | believed(targets) - ideal(targets) | the controller takes the robot for another than it is; zero where it knows it |
-//! | servo | ideal(targets) - ideal(rates) | the wheels are behind their targets, or ahead of them |
-//! | geometry | ideal(rates) - contact(rates) | the touching roller is tilted and stands off the wheel's middle |
+//! | belief | believed(targets) - ideal(targets) | the controller has a wrong model of the robot; zero if the model is right |
+//! | servo | ideal(targets) - ideal(rates) | the wheels lag behind their targets, or lead them |
+//! | geometry | ideal(rates) - contact(rates) | the touching roller is tilted and away from the wheel's middle |
 //! | lift-off | contact(rates) - carried(rates) | wheels are in the air, or carry less than others |
-//! | conflict | carried(rates) - settled | the rates belong to no one motion, so that wheels slide against each other |
-//! | slip | settled - real | the contacts slide besides |
+//! | conflict | carried(rates) - settled | the rates are inconsistent, so that wheels slide against each other |
+//! | slip | settled - real | all other sliding of the contacts |
 //!
-//! where ideal is Indiveri 2009, eq. (7), believed the same of the robot that the controller believes in, contact the contact kinematics, and carried the same with each wheel weighted by the load that it
-//! carries. What the weighted wheels leave open, as fewer than three carry, is as the robot really moves; and so is a part of all, where they carry
-//! less than half of its weight. Rates q' that eq. (9) maps from no twist
-//! leave a residual r = q' - M M^+ q', and each wheel with a part of r slides. As long as friction acts against that slide, any motion will do:
-//! settled is the motion nearest to the real one, on the way to it from carried, at which no wheel's slide has turned round.
+//! where ideal is Indiveri 2009, eq. (7), believed the same for the robot that the controller
+//! believes in, contact the contact kinematics, and carried the same with each wheel weighted by
+//! its load. If fewer than three wheels carry, the undetermined part of carried equals the real
+//! motion; the same applies to a share of all of it, if the wheels carry less than half of the
+//! weight. Rates q' that eq. (9) maps from no twist have a residual r = q' - M M^+ q', and each
+//! wheel with a part of r slides. As long as friction opposes that slide, any motion is possible:
+//! settled is the motion nearest to the real one, on the way to it from carried, at which no
+//! wheel's slide has reversed.
 //!
-//! Under a law without rate targets nobody asks for a twist: asked is then what the wheels do, and the first four terms are zero.
+//! A law without rate targets commands no twist: then asked is the motion of the wheels, and the
+//! first four terms are zero.
 //!
-//! The sum telescopes, so that it equals the total to rounding, whatever the run did. A recorder counts it over spans of a few physics steps
-//! ([`Ledger::count`]), by the angles that the wheels turned and the way that the robot went in each, so that it does not depend on how often rows
-//! are written.
+//! The sum telescopes, so that it equals the total to rounding in every run. A recorder counts it
+//! over spans of a few physics steps ([`Ledger::count`]), by the angles that the wheels turned and
+//! the displacement of the robot in each, so that it does not depend on how often rows are written.
 
 use ilon_robot::{Twist, wrap_angle};
 use serde::{Deserialize, Serialize};
 
-/// What is known of each term, and of their sum.
+/// One value for each term of the ledger, and for the total.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "T: Serialize + Default + PartialEq"))]
 pub struct Parts<T> {
-    /// Asked minus real: what the others add up to, but for lengths of paths.
+    /// Asked minus real: the sum of the other terms, except for path lengths.
     pub total: T,
-    /// What saturation takes.
+    /// Lost to saturation.
     pub guidance: T,
-    /// What the command gives in advance against the rollers' geometry.
+    /// Added by the command in advance against the rollers' geometry.
     pub compensation: T,
-    /// What the controller takes by believing in another robot; not written where it knows its own.
+    /// Lost to a wrong model of the robot; not written if the model is right.
     #[serde(default, skip_serializing_if = "is_nothing")]
     pub belief: T,
-    /// What the wheels are off their targets.
+    /// Deviation of the wheels from their targets.
     pub servo: T,
-    /// What the rollers' geometry takes.
+    /// Lost to the rollers' geometry.
     pub geometry: T,
-    /// What wheels take that are in the air, or carry less than others.
+    /// Lost to wheels in the air, or with less load than others.
     #[serde(default)]
     pub lift_off: T,
-    /// What wheels take that contradict each other.
+    /// Lost to wheels that contradict each other.
     #[serde(default)]
     pub conflict: T,
-    /// What sliding takes besides.
+    /// Lost to other sliding.
     pub slip: T,
 }
 
@@ -79,30 +84,32 @@ pub const NAMES: [&str; TERMS] = [
 /// The terms of the ledger over some time, as mean twists or displacements in the body frame.
 pub type Terms = Parts<Twist>;
 
-/// The ledger integrated over the run, each twist turned to the world frame by the true heading. The total is what the others add up to in `x_m`,
-/// `y_m` and `heading_rad`.
+/// The ledger integrated over the run, each twist turned into the world frame by the true heading.
+/// The total is the sum of the other terms in `x_m`, `y_m` and `heading_rad`.
 pub type Ledger = Parts<Integral>;
 
-/// The motion at each link of the chain from asked to real over a span of time, as displacements in the body frame: m, m and rad.
+/// The motion at each link of the chain from asked to real over a span of time, as displacements in
+/// the body frame: m, m and rad.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Chain {
-    /// What was asked for.
+    /// The commanded displacement.
     pub asked: Twist,
-    /// What saturation left of it.
+    /// The displacement after saturation.
     pub granted: Twist,
-    /// What Indiveri 2009, eq. (7), makes of the wheels' targets, for the robot that the controller believes in.
+    /// Eq. (7) of Indiveri 2009 for the wheels' targets and the robot that the controller believes
+    /// in.
     pub believed_of_targets: Twist,
     /// The same for the real robot.
     pub ideal_of_targets: Twist,
-    /// What it makes of the angles that the wheels turned.
+    /// The same for the angles that the wheels turned.
     pub ideal: Twist,
-    /// What the contact kinematics makes of them.
+    /// Contact kinematics for these angles.
     pub contact: Twist,
-    /// What it makes of them with each wheel weighted by its load.
+    /// Contact kinematics with each wheel weighted by its load.
     pub carried: Twist,
-    /// What is left of that where wheels that contradict each other slide against each other.
+    /// The motion after wheels that contradict each other have slid against each other.
     pub settled: Twist,
-    /// How the robot moved.
+    /// The real displacement.
     pub real: Twist,
 }
 
@@ -124,13 +131,13 @@ impl Chain {
 }
 
 impl<T: Copy> Parts<T> {
-    /// The sum, and then the terms in the order of [`NAMES`].
+    /// The total, and then the terms in the order of [`NAMES`].
     pub(crate) fn all(&self) -> [T; 1 + TERMS] {
         let mut copy = *self;
         copy.all_mut().map(|term| *term)
     }
 
-    /// The terms without their sum, in the order of [`NAMES`].
+    /// The terms without the total, in the order of [`NAMES`].
     pub fn terms(&self) -> [T; TERMS] {
         let [_, terms @ ..] = self.all();
         terms
@@ -142,7 +149,8 @@ impl<T: Copy> Parts<T> {
         std::array::from_fn(|term| (NAMES[term], terms[term]))
     }
 
-    /// The terms with their place in [`NAMES`] and their names, without the belief where the controller knows its robot.
+    /// The terms with their index in [`NAMES`] and their names, without the belief if the
+    /// controller knows its robot.
     pub fn shown(&self) -> impl Iterator<Item = (usize, &'static str, T)>
     where
         T: Default + PartialEq,
@@ -153,7 +161,7 @@ impl<T: Copy> Parts<T> {
         (terms.filter(is_shown)).map(|(place, (name, term))| (place, name, term))
     }
 
-    /// Each term, and their sum, with that of another ledger.
+    /// Combines each term, and the total, with that of another ledger.
     pub fn zip<U: Copy, V: Copy + Default>(
         &self,
         other: &Parts<U>,
@@ -169,7 +177,7 @@ impl<T: Copy> Parts<T> {
 }
 
 impl<T> Parts<T> {
-    /// The sum, and then the terms in the order of [`NAMES`].
+    /// The total, and then the terms in the order of [`NAMES`].
     pub(crate) fn all_mut(&mut self) -> [&mut T; 1 + TERMS] {
         [
             &mut self.total,
@@ -192,31 +200,32 @@ pub struct Integral {
     pub x_m: f64,
     /// Net displacement along the world's y axis, in metres.
     pub y_m: f64,
-    /// Net turn, in radians.
+    /// Net rotation, in radians.
     pub heading_rad: f64,
-    /// Length of the way: the integral of the linear part's magnitude, in metres.
+    /// Path length: the integral of the linear part's magnitude, in metres.
     pub path_m: f64,
     /// The integral of the yaw rate's magnitude, in radians.
     pub turned_rad: f64,
 }
 
 impl Ledger {
-    /// Counts a span of time in which the robot turned from one heading to another, in radians: the terms are turned into the world at the
-    /// mean of both, which is of second order in what it turned.
+    /// Counts a span of time in which the heading changed between two values, in radians. The terms
+    /// are turned into the world frame at the mean heading; the error is of second order in the
+    /// rotation.
     pub fn count(&mut self, chain: &Chain, [before_rad, after_rad]: [f64; 2]) {
         let heading_rad = before_rad + 0.5 * wrap_angle(after_rad - before_rad);
         let (sin, cos) = libm::sincos(heading_rad);
         *self = self.zip(&chain.terms(), |sum, term| sum.plus(term, [sin, cos]));
     }
 
-    /// What has been added since an earlier state of this ledger.
+    /// What was added since an earlier state of this ledger.
     pub fn since(&self, earlier: &Self) -> Self {
         self.zip(earlier, |now, before| now.since(&before))
     }
 }
 
 impl Integral {
-    /// With a displacement in the body frame at a heading with this sine and cosine.
+    /// Adds a displacement in the body frame at a heading with this sine and cosine.
     fn plus(mut self, moved: Twist, [sin, cos]: [f64; 2]) -> Self {
         self.x_m += cos * moved.vx_m_s - sin * moved.vy_m_s;
         self.y_m += sin * moved.vx_m_s + cos * moved.vy_m_s;
@@ -241,9 +250,10 @@ impl Integral {
 mod tests {
     use super::*;
 
-    /// A robot asked for 1 m/s to the left and 1 rad/s to the right for a span: saturation leaves 0.8, the targets of a controller that takes the wheels
-    /// for larger ones mean 0.75, the wheels reach 0.7, of which the rollers' geometry leaves 0.69, wheels in the air 0.64, those that contradict
-    /// each other 0.56, and slip 0.53.
+    /// A robot is commanded 1 m/s to the left and 1 rad/s to the right. Saturation leaves 0.8, the
+    /// targets of a controller that believes in larger wheels give 0.75, the wheels reach 0.7, the
+    /// rollers' geometry leaves 0.69, wheels in the air 0.64, contradicting wheels 0.56, and slip
+    /// 0.53.
     fn falls_short(span_s: f64) -> Chain {
         let left = |v: f64| Twist::new(0.0, v * span_s, -v * span_s);
         Chain {

@@ -1,11 +1,11 @@
-//! Which signals of a row are read.
+//! Selects the signals of a row that are read.
 
-/// Which signals are looked at: reading the others from a file takes time for nothing.
+/// Which signals are needed. Reading the others from a file would waste time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Projection {
-    /// All of them.
+    /// All signals.
     All,
-    /// Those of the robot, not of its wheels.
+    /// Those of the robot, without those of its wheels.
     Robot,
     /// Those of one wheel, and the time.
     Wheel(usize),

@@ -1,4 +1,4 @@
-//! How the contacts slid: per wheel and over all wheels.
+//! Sliding of the contacts: per wheel and over all wheels.
 
 use ilon_robot::Twist;
 use serde::{Deserialize, Serialize};
@@ -7,44 +7,47 @@ use crate::fold::{Extent, Largest, Mean, Rms};
 use crate::header::{Header, WheelHeader};
 use crate::record::{Record, WheelSample};
 
-/// What the contacts of one wheel did over the run.
+/// Figures of one wheel's contacts over the run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct WheelSlip {
     /// The wheel's name.
     pub name: String,
-    /// Root mean square of the sliding speed over the time in which the wheel touched, in m/s.
+    /// Root mean square of the sliding speed over the time in contact, in m/s.
     pub speed_rms_m_s: Option<f64>,
-    /// The largest sliding speed of any physics step, in m/s.
+    /// Largest sliding speed of any physics step, in m/s.
     pub speed_max_m_s: Option<f64>,
-    /// Slip ratio: rms sliding speed over rms rim speed |rho q'|; `None` where the wheel stood still.
+    /// Slip ratio: rms sliding speed over rms rim speed |rho q'|; `None` if the wheel did not turn.
     pub ratio: Option<f64>,
     /// Energy lost to sliding in this wheel's contacts, in J.
     pub energy_j: f64,
-    /// Energy that it took to bring this wheel's rollers up to their spin, in J.
+    /// Energy lost in bringing this wheel's rollers to their spin, in J.
     #[serde(default)]
     pub spin_up_energy_j: f64,
-    /// Root mean square of the residual of Indiveri 2009, eq. (5), with the nominal roller direction, in m/s.
+    /// Root mean square of the residual of Indiveri 2009, eq. (5), with the nominal roller
+    /// direction, in m/s.
     pub constraint_residual_rms_m_s: Option<f64>,
     /// Mean normal force over time, in N.
     pub normal_force_mean_n: Option<f64>,
-    /// The largest share of the friction cone in use in any physics step; 1 is sliding.
+    /// Largest utilisation of the friction cone in any physics step; 1 is sliding.
     pub friction_used_max: Option<f64>,
-    /// How often another roller came to carry the wheel.
+    /// Number of times the load passed to another roller.
     #[serde(default)]
     pub hand_overs: u64,
-    /// Root mean square of the carrying roller's spin against that of rolling without sliding, in rad/s.
+    /// Root mean square of the difference between the carrying roller's spin and that of rolling
+    /// without sliding, in rad/s.
     pub roller_spin_error_rms_rad_s: Option<f64>,
-    /// The part of the time in which no roller touched, in [0, 1].
+    /// Share of the time in which no roller touched, in [0, 1].
     pub lost_contact: Option<f64>,
-    /// The part of the time in which two rollers shared the load, in [0, 1].
+    /// Share of the time in which two rollers shared the load, in [0, 1].
     pub shared_contact: Option<f64>,
     /// Peak-to-peak change of the hub's height within the window of the means, in metres.
     pub hub_ripple_m: Option<f64>,
 }
 
-/// Residual of Indiveri 2009, eq. (5), of one wheel: -m . (v, omega) + rho q' cos gamma, with m the wheel's row of M,
-/// eq. (8); in m/s. Zero where the lowest roller, level and in the middle of the wheel, rolls without sliding.
+/// Residual of Indiveri 2009, eq. (5), for one wheel: -m . (v, omega) + rho q' cos gamma, with m
+/// the wheel's row of M, eq. (8); in m/s. Zero if the lowest roller, level and in the middle of the
+/// wheel, rolls without sliding.
 pub fn constraint_residual_m_s(wheel: &WheelHeader, twist_in_body: Twist, rate_rad_s: f64) -> f64 {
     let [m_x, m_y, m_a] = wheel.m_row();
     let v = twist_in_body;
@@ -52,16 +55,16 @@ pub fn constraint_residual_m_s(wheel: &WheelHeader, twist_in_body: Twist, rate_r
     rolled - (m_x * v.vx_m_s + m_y * v.vy_m_s + m_a * v.omega_rad_s)
 }
 
-/// Root mean square; `None` of nothing.
+/// Root mean square; `None` without values.
 pub fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut rms = Rms::default();
     values.for_each(|x| rms.add(x));
     rms.get()
 }
 
-/// A share of the friction cone; what is above 1 by rounding alone is 1.
+/// A utilisation of the friction cone; values above 1 by rounding become 1.
 fn without_rounding(used: f64) -> f64 {
-    /// Of forces that are sums over many contacts and steps.
+    /// Rounding of forces that are sums over many contacts and steps. Chosen.
     const ROUNDING: f64 = 1e-12;
     match used <= 1.0 + ROUNDING {
         true => used.min(1.0),
@@ -69,14 +72,14 @@ fn without_rounding(used: f64) -> f64 {
     }
 }
 
-/// Largest minus smallest; `None` of nothing.
+/// Largest minus smallest; `None` without values.
 pub fn peak_to_peak(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut extent = Extent::default();
     values.for_each(|x| extent.add(x));
     extent.get()
 }
 
-/// What the contacts of one wheel have done so far.
+/// Sums over one wheel's contacts so far.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WheelAccumulator {
     index: usize,
@@ -86,7 +89,7 @@ pub(crate) struct WheelAccumulator {
     energy_j: f64,
     spin_up_energy_j: f64,
     residual_m_s: Rms,
-    /// The time of the row before, in seconds.
+    /// The time of the previous row, in seconds.
     before_s: f64,
     normal_force_n: Mean,
     friction_used: Largest,
@@ -99,7 +102,7 @@ pub(crate) struct WheelAccumulator {
 }
 
 impl WheelAccumulator {
-    /// One for each wheel.
+    /// One accumulator for each wheel.
     pub fn of_each(header: &Header) -> Vec<Self> {
         let accumulator = |index| Self {
             index,
@@ -151,10 +154,11 @@ impl WheelAccumulator {
             .add(sample.roller_spin_rad_s - sample.roller_spin_ideal_rad_s);
     }
 
-    /// The figures of the wheel that the header calls so.
+    /// The figures of the wheel.
     pub fn finish(self, wheel: &WheelHeader) -> WheelSlip {
         let speed_rms_m_s = self.speed_m_s.get();
-        // Below a millimetre per second the wheel stands, and the ratio is noise over noise.
+        // Below a millimetre per second the wheel counts as standing, because the ratio would be
+        // noise over noise.
         let rim_rms_m_s = self.rim_m_s.get().filter(|&rim| rim > 1e-3);
         WheelSlip {
             name: wheel.name.clone(),
@@ -186,7 +190,7 @@ mod tests {
         mean.get()
     }
 
-    /// What the contacts of each wheel did over the run.
+    /// The figures of each wheel's contacts over the run.
     fn per_wheel(trace: &Trace) -> Vec<WheelSlip> {
         let mut wheels = WheelAccumulator::of_each(&trace.header);
         for (record, samples) in trace.steps() {
@@ -243,7 +247,7 @@ mod tests {
         ]);
         let slip = &per_wheel(&trace)[0];
         assert_eq!(slip.speed_max_m_s, Some(0.08));
-        // One period and a half of the two and a half in which it touched.
+        // One and a half of the two and a half periods in contact.
         let rms = (1.5 * 0.05_f64.powi(2) / 2.5).sqrt();
         assert!((slip.speed_rms_m_s.unwrap() - rms).abs() < 1e-15);
         // The rim runs at 0.5 m/s.
@@ -256,7 +260,7 @@ mod tests {
 
     #[test]
     fn a_wheels_energies_are_those_of_its_last_row() {
-        // Both are counted from the beginning, in the air too.
+        // Both are counted from the start, also in the air.
         let after = |slip_energy_j, spin_up_energy_j, touching| WheelSample {
             slip_energy_j,
             spin_up_energy_j,
@@ -337,7 +341,7 @@ mod tests {
         assert_eq!(slip.roller_spin_error_rms_rad_s, Some(2.5));
     }
 
-    /// A wheel that nothing presses, and one on ice, have no share of a limit.
+    /// A wheel without load and a wheel on ice have no utilisation of a limit.
     #[test]
     fn grip_is_used_only_where_there_is_some() {
         let sample = WheelSample {
@@ -366,7 +370,8 @@ mod tests {
 
     #[test]
     fn a_forward_drive_at_rim_speed_leaves_no_residual_whatever_the_handedness() {
-        // Axis +y: u = n x k = +x, so that a wheel at 10 rad/s and rho = 5 cm drives forward at 0.5 m/s.
+        // Axis +y: u = n x k = +x, so that a wheel at 10 rad/s and rho = 5 cm drives forward at 0.5
+        // m/s.
         for gamma_rad in [-0.25, 0.25].map(|x| x * std::f64::consts::PI) {
             let wheel = WheelHeader {
                 position_m: [0.3, -0.2],
@@ -385,8 +390,9 @@ mod tests {
 
     #[test]
     fn the_residual_is_what_is_left_along_the_rollers_axis_of_hub_and_rim() {
-        // The hub moves with the body, (v_x - w b_y, v_y + w b_x); the rim takes the contact back at rho q' along x. The
-        // roller gives way along u = (-sin gamma, cos gamma) and grips along its axis, (cos gamma, sin gamma).
+        // The hub moves with the body, (v_x - w b_y, v_y + w b_x); the rim takes the contact back
+        // at rho q' along x. The roller gives way along u = (-sin gamma, cos gamma) and grips along
+        // its axis, (cos gamma, sin gamma).
         let wheel = WheelHeader {
             position_m: [0.3, -0.2],
             radius_m: 0.05,

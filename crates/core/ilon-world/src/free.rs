@@ -49,11 +49,11 @@ pub struct FreeBody {
     /// Coulomb friction coefficient of its surface, >= 0. On the floor and between two free bodies
     /// the lower of both coefficients holds.
     pub friction: f64,
-    /// That against robots, their chassis and rollers, >= 0; `None` where it is the same.
+    /// That against robots, their chassis and rollers, >= 0; `None` if it is the same.
     pub friction_on_robots: Option<f64>,
     /// Where its middle is over the floor's plane, in metres.
     pub place_m: Vector2<f64>,
-    /// The height of its middle over the floor's plane, in metres; `None` where it is put down on
+    /// The height of its middle over the floor's plane, in metres; `None` if it is put down on
     /// whatever is beneath it.
     pub height_m: Option<f64>,
     /// How it is turned in the world.
@@ -115,7 +115,7 @@ pub(crate) struct RapierContact {
     pub in_body_m: Vector3<f64>,
     /// Unit vector in the world out of what it touches.
     pub normal: Vector3<f64>,
-    /// Distance in metres; 0 where the two overlap.
+    /// Distance in metres; 0 if the two overlap.
     pub gap_m: f64,
     /// The place among the step's bodies of the coupled body that it touches; `None` of what is
     /// fixed.

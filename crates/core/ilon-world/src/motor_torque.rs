@@ -14,8 +14,8 @@ pub struct MotorTorque {
     /// By how much it falls per rate gained, in N m s/rad, not below 0, at every moment of the step. A motor with back-EMF is
     /// of that kind, and a wheel loop that runs faster than the step.
     pub droop_n_m_s: f64,
-    /// The magnitude of the rate beyond which the motor does not drive, in rad/s, > 0; infinite where it drives at any. It
-    /// brakes at any rate.
+    /// The magnitude of the rate beyond which the motor does not drive, in rad/s, > 0; infinite if
+    /// it drives at any. It brakes at any rate.
     pub rate_limit_rad_s: f64,
     /// What bounds the torque within the step, also where `torque_n_m` is beyond.
     pub bounds: TorqueBounds,

@@ -134,9 +134,9 @@ impl World {
     /// [`Body::joint_positions`] says how far it has sagged.
     ///
     /// # Errors
-    /// [`WorldError`] where a setting or the floor makes no sense, a roller has no shape, or the
-    /// robot would lie on its chassis or leave a wheel hanging by more than its radius where it
-    /// starts, or a body on a joint would begin in the ground.
+    /// [`WorldError`] if a setting or the floor makes no sense, a roller has no shape, or the robot
+    /// would lie on its chassis or leave a wheel hanging by more than its radius where it starts,
+    /// or a body on a joint would begin in the ground.
     pub fn new(
         robot: impl Into<SharedRobot>,
         floor: &Floor,

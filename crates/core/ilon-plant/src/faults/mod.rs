@@ -120,7 +120,7 @@ pub(crate) enum LostMotor {
 #[derive(Clone)]
 pub(crate) struct Faults {
     faults: Vec<Fault>,
-    /// For each fault the index of its wheel; 0 where it is about none.
+    /// For each fault the index of its wheel; 0 if it is about none.
     wheels: Vec<usize>,
     tilts: Tilts,
 }

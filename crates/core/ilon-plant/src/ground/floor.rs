@@ -19,10 +19,11 @@ use ilon_scenario::scenario::{
 /// The most cells a rough floor may have along a side: 4 million triangles are as many as a machine can be asked for.
 const MOST_CELLS: f64 = 500.0;
 
-/// The floor of a scenario under a robot, with the patches that are there when it begins, and what [`uneven`] says in place of its plane.
+/// The floor of a scenario under a robot, with the patches that are there when it begins, and what
+/// [`uneven`] says in place of its plane.
 ///
 /// # Errors
-/// Where a pair of materials is not named.
+/// If a pair of materials is not named.
 pub(crate) fn floor(
     scenario: &Scenario,
     robot: &Robot,
@@ -68,7 +69,7 @@ pub(crate) fn floor(
 /// The patches of a scenario under a robot.
 ///
 /// # Errors
-/// Where a pair of materials is not named.
+/// If a pair of materials is not named.
 pub(crate) fn patches(scenario: &Scenario, robot: &Robot) -> Result<Vec<TimedPatch>, Error> {
     ContactSurfaces::new(scenario, robot)?.patches()
 }
@@ -188,10 +189,11 @@ pub fn relief_heights_m(relief: &GroundRelief) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// What takes the place of the plane, if something does, and what a person should know of it. It reads the file of a height map: once is enough.
+/// What takes the place of the plane, if something does, and what a person should know of it. It
+/// reads the file of a height map: once is enough.
 ///
 /// # Errors
-/// Where a rough floor has too many cells, or fewer than one, or a height map cannot be read.
+/// If a rough floor has too many cells, or fewer than one, or a height map cannot be read.
 pub(crate) fn uneven(
     scenario: &Scenario,
     robot: &Robot,

@@ -11,7 +11,8 @@ use ilon_scenario::scenario::{self, FloorPatch, MaterialPair, Scenario, Sliding}
 /// What the ground is to each kind of rollers.
 pub(crate) struct ContactSurfaces<'s> {
     scenario: &'s Scenario,
-    /// The materials of the robot's rollers, that of the first wheel first; a single `None` where the ground is of no material.
+    /// The materials of the robot's rollers, that of the first wheel first; a single `None` if the
+    /// ground is of no material.
     rollers: Vec<Option<String>>,
     /// What holds of the floor under each of them, along its nap.
     floor: Vec<MaterialPair>,
@@ -19,7 +20,8 @@ pub(crate) struct ContactSurfaces<'s> {
 
 impl<'s> ContactSurfaces<'s> {
     /// # Errors
-    /// [`Error::Invalid`] where the ground is of a material and rollers are of none, or a pair is not named.
+    /// [`Error::Invalid`] if the ground is of a material and rollers are of none, or a pair is not
+    /// named.
     pub fn new(scenario: &'s Scenario, robot: &Robot) -> Result<Self, Error> {
         let section = &scenario.world.floor;
         let mut rollers: Vec<Option<String>> = Vec::new();
@@ -79,7 +81,7 @@ impl<'s> ContactSurfaces<'s> {
     /// All patches of the scenario.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where a pair is not named.
+    /// [`Error::Invalid`] if a pair is not named.
     pub fn patches(&self) -> Result<Vec<TimedPatch>, Error> {
         let patches = self.scenario.world.floor.patches.iter().enumerate();
         patches

@@ -38,9 +38,10 @@ pub struct Limits {
     pub rows: Vec<LimitRow>,
     /// The limits of motions without turning in all directions, at rest and at shares of the top speeds.
     pub outlines: Vec<LimitOutline>,
-    /// A polytope of accelerations from rest, ahead and to the left in m/s^2 and turning in rad/s^2, all of which can be had; in JSON its
-    /// `corners`, its `half_spaces` [x, y, z], within which x a + y b + z c <= 1, and the share `missing_at_most` that no direction misses more
-    /// than. `None` where something along an axis cannot be had.
+    /// A polytope of accelerations from rest, ahead and to the left in m/s^2 and turning in
+    /// rad/s^2, all of which can be had; in JSON its `corners`, its `half_spaces` [x, y, z], within
+    /// which x a + y b + z c <= 1, and the share `missing_at_most` that no direction misses more
+    /// than. `None` if something along an axis cannot be had.
     #[serde(serialize_with = "as_corners_and_half_spaces")]
     pub polytope: Option<AccelerationPolytope>,
     /// A box of accelerations ahead and back, left and right, in m/s^2, and of turning, in rad/s^2, for planners that know no other shape:
@@ -160,11 +161,13 @@ const POLYTOPE_MISSES: f64 = 0.03;
 const OUTLINE_STEP_DEG: usize = 5;
 
 impl Limits {
-    /// The limits of a robot under a scenario: with its floor, gravity, slope under its start, motors, wheel loops, and the payloads that
-    /// are on from the beginning, and its joints where their servos start. The robot is as [`load_robot`](ilon_scenario::robot::load_robot) gives it.
+    /// The limits of a robot under a scenario: with its floor, gravity, slope under its start,
+    /// motors, wheel loops, and the payloads that are on from the beginning, and its joints where
+    /// their servos start. The robot is as [`load_robot`](ilon_scenario::robot::load_robot) gives
+    /// it.
     ///
     /// # Errors
-    /// Where the scenario, or the robot, makes no sense, or the floor has no friction.
+    /// If the scenario, or the robot, makes no sense, or the floor has no friction.
     pub fn of(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
         // Whatever a log says later, servos stand where the robot's file and the scenario send them.
         let targets = JointTargets::new(scenario, &Played::default(), robot)?;

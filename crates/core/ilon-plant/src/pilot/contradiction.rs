@@ -87,7 +87,8 @@ impl Contradiction {
         }
     }
 
-    /// In words, with what would remove it; `None` where the rates belong to one motion. `whose` are the rates.
+    /// In words, with what would remove it; `None` if the rates belong to one motion. `whose` are
+    /// the rates.
     pub fn remark(&self, kinematics: &Kinematics, robot: &Robot, whose: &str) -> Option<String> {
         let from_s = self.from_s.filter(|_| self.time_s >= LEAST_S)?;
         let share = (self.of_no_motion(kinematics, &self.products) / self.products.trace()).sqrt();

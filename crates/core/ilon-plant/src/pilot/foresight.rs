@@ -178,7 +178,7 @@ pub struct RateAsked {
     pub most_rad_s: f64,
     /// When it is reached first, in seconds.
     pub most_at_s: f64,
-    /// From when on the condition does not hold, in seconds; `None` where it always does.
+    /// From when on the condition does not hold, in seconds; `None` if it always does.
     pub beyond_from_s: Option<f64>,
 }
 
@@ -199,7 +199,7 @@ impl FeasibilityInTime {
 
 impl RateAsked {
     fn take(&mut self, t_s: f64, rate_rad_s: f64, half_rad_s: f64) {
-        // What is the same but for rounding was reached first before.
+        // What is the same except for rounding was reached first before.
         if rate_rad_s > self.most_rad_s * (1.0 + 1e-9) {
             (self.most_rad_s, self.most_at_s) = (rate_rad_s, t_s);
         }

@@ -6,10 +6,11 @@ use nalgebra::{Matrix2, Vector2};
 
 use ilon_scenario::{Error, scenario};
 
-/// The guidance of a `[guidance]` section: gains, saturation, tasks and limits; for the point that the kinematics count from.
+/// The guidance of a `[guidance]` section: gains, saturation, tasks and limits; for the point that
+/// the kinematics count from.
 ///
 /// # Errors
-/// Where a gain, a limit or a task makes no sense.
+/// If a gain, a limit or a task makes no sense.
 pub fn guidance(section: &scenario::Guidance, kinematics: Kinematics) -> Result<Guidance, Error> {
     let settings = GuidanceSettings {
         position_gain: match section.position_gain_matrix_per_s {

@@ -32,7 +32,7 @@ pub struct Pilot {
     priority: Option<ilon_control::Priority>,
     /// Present where the wheel rates are those of the touching rollers.
     contact: Option<ContactKinematics>,
-    /// The wheel rates decided on, in rad/s; zero where torques were.
+    /// The wheel rates decided on, in rad/s; zero if torques were.
     wheel_rates_rad_s: Vec<f64>,
     /// The torques decided on, in N m, where a controller commands torques.
     torques_n_m: Vec<f64>,
@@ -106,10 +106,11 @@ struct Decision {
 }
 
 impl Pilot {
-    /// What decides the wheel rates of a resolved scenario: a controller of the caller's, or where there is none the scenario's guidance.
+    /// What decides the wheel rates of a resolved scenario: a controller of the caller's, or where
+    /// there is none the scenario's guidance.
     ///
     /// # Errors
-    /// Where this robot cannot be guided so.
+    /// If this robot cannot be guided so.
     pub fn of(
         resolved: &Resolved,
         robot: &Robot,

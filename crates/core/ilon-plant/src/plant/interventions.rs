@@ -9,11 +9,12 @@ use ilon_scenario::Error;
 use ilon_scenario::course::command::JointCommand;
 
 impl Plant {
-    /// Pushes the chassis from now on with a constant force in the world frame, in N, for a time in seconds, at a place in the
-    /// body frame, in metres; without one, at the chassis's centre of mass. Several pushes add up, and a reset ends them.
+    /// Pushes the chassis from now on with a constant force in the world frame, in N, for a time in
+    /// seconds, at a place in the body frame, in metres; without one, at the chassis's centre of
+    /// mass. Several pushes add up, and a reset ends them.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where a number is not finite or the time is not above 0.
+    /// [`Error::Invalid`] if a number is not finite or the time is not above 0.
     pub fn push(
         &mut self,
         force_in_world_n: [f64; 3],
@@ -40,12 +41,13 @@ impl Plant {
         Ok(())
     }
 
-    /// Lets a force in N and a moment in N m act on the chassis from now on until they are changed, both in the world frame, the force at a
-    /// place in the body frame in metres, or without one at the chassis's centre of mass: what another simulator's bodies put on the robot.
-    /// Pushes come on top, and a reset ends it.
+    /// Lets a force in N and a moment in N m act on the chassis from now on until they are changed,
+    /// both in the world frame, the force at a place in the body frame in metres, or without one at
+    /// the chassis's centre of mass: what another simulator's bodies put on the robot. Pushes come
+    /// on top, and a reset ends it.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where a number is not finite; what acted before goes on then.
+    /// [`Error::Invalid`] if a number is not finite; what acted before goes on then.
     pub fn set_wrench(
         &mut self,
         force_in_world_n: [f64; 3],
@@ -76,16 +78,18 @@ impl Plant {
         Ok(())
     }
 
-    /// Lets the chassis bear from now on the inertia of something that another simulator moves: of its acceleration a, linear at the body
-    /// frame's origin before angular, that takes a wrench A a there, all along the world's axes, in kg, kg m and kg m^2. A is the
-    /// articulated-body inertia of an arm or a pushed box (Featherstone 2008, section 7.1).
+    /// Lets the chassis bear from now on the inertia of something that another simulator moves: of
+    /// its acceleration a, linear at the body frame's origin before angular, that takes a wrench A
+    /// a there, all along the world's axes, in kg, kg m and kg m^2. A is the articulated-body
+    /// inertia of an arm or a pushed box (Featherstone 2008, section 7.1).
     ///
-    /// With [`Plant::set_wrench`] of what that thing puts on the chassis where it is not accelerated, both simulators meet without a delay:
-    /// contacts and motors move what they really move, stable whatever weighs more. All zeros, and a reset, end it.
+    /// With [`Plant::set_wrench`] of what that thing puts on the chassis where it is not
+    /// accelerated, both simulators meet without a delay: contacts and motors move what they really
+    /// move, stable whatever weighs more. All zeros, and a reset, end it.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where a number is not finite, where A is not symmetric or has negative energy, and where rapier's own solver moves the
-    /// robot; what was borne before goes on then.
+    /// [`Error::Invalid`] if a number is not finite, where A is not symmetric or has negative
+    /// energy, and where rapier's own solver moves the robot; what was borne before goes on then.
     pub fn set_articulated_inertia(&mut self, inertia: &[[f64; 6]; 6]) -> Result<(), Error> {
         self.refuse_in_rapier("an articulated inertia")?;
         let inertia = Matrix6::from_fn(|row, column| inertia[row][column]);
@@ -180,11 +184,13 @@ impl Plant {
         Ok(())
     }
 
-    /// Tells the servos of joints between bodies, each by its name, where to go, how fast, or with what torque or force to act. All are told, or none. From now
-    /// on the scenario's setpoints no longer hold for these joints; a reset brings them back, and a snapshot holds what was last.
+    /// Tells the servos of joints between bodies, each by its name, where to go, how fast, or with
+    /// what torque or force to act. All are told, or none. From now on the scenario's setpoints no
+    /// longer hold for these joints; a reset brings them back, and a snapshot holds what was last.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where the robot has no such joint, nothing drives it, it cannot go there, or a number is not finite.
+    /// [`Error::Invalid`] if the robot has no such joint, nothing drives it, it cannot go there, or
+    /// a number is not finite.
     pub fn command_joints(&mut self, commands: &[(&str, JointCommand)]) -> Result<(), Error> {
         let indices = commands.iter().map(|(joint, _)| self.joint(joint));
         let indices: Vec<usize> = indices.collect::<Result<_, _>>()?;
@@ -273,7 +279,8 @@ impl Plant {
     }
 }
 
-/// Whether a matrix can be the inertia of something: symmetric, and nothing that moves has negative energy, but for rounding.
+/// Whether a matrix can be the inertia of something: symmetric, and nothing that moves has negative
+/// energy, except for rounding.
 fn is_inertia(inertia: &Matrix6<f64>) -> bool {
     /// Of the greatest entry. Beyond what sums of a scene's masses round by, and below what a robot would feel.
     const ROUNDING: f64 = 1e-9;

@@ -85,7 +85,7 @@ pub struct Plant {
     motors: Vec<MotorTorque>,
     /// Of a passive wheel law.
     storage: Option<StorageAccount>,
-    /// The physics step at which the sensors looked last, counted from 1; 0 where they have not yet.
+    /// The physics step at which the sensors looked last, counted from 1; 0 if they have not yet.
     sensed: u64,
     outcome: Outcome,
 }
@@ -137,7 +137,7 @@ impl Plant {
     /// Puts a robot into the world of a scenario that was resolved for it, at rest.
     ///
     /// # Errors
-    /// Where the robot cannot stand where it starts, or a setting makes no sense.
+    /// If the robot cannot stand where it starts, or a setting makes no sense.
     pub fn new(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
         let floor = floor::floor(
             resolved.scenario(),
@@ -209,7 +209,7 @@ impl Plant {
     /// Begins anew: time zero, the robot at rest at a pose in the ground plane, noise from a seed.
     ///
     /// # Errors
-    /// Where the robot cannot stand there; the plant is then as it was.
+    /// If the robot cannot stand there; the plant is then as it was.
     pub fn reset(&mut self, seed: u64, pose: Pose) -> Result<(), Error> {
         let numbers = [pose.x_m, pose.y_m, pose.heading_rad];
         // As far off as a scenario may be. NaN is not.
@@ -239,15 +239,18 @@ impl Plant {
         self.sensors.seen()
     }
 
-    /// Lets the robot act on a command for a time in seconds. Where it ends within a physics step, a part of that step is taken, and the next advance takes
-    /// the rest of it first: whatever a host's steps are, those of the plant stay where they are. Wheel loops that are sampled take whole steps alone.
+    /// Lets the robot act on a command for a time in seconds. Where it ends within a physics step,
+    /// a part of that step is taken, and the next advance takes the rest of it first: whatever a
+    /// host's steps are, those of the plant stay where they are. Wheel loops that are sampled take
+    /// whole steps alone.
     ///
-    /// Sensors with a rate or a delay of their own go on meanwhile; those without take their samples at multiples of the
-    /// scenario's control period.
+    /// Sensors with a rate or a delay of their own go on meanwhile; those without take their
+    /// samples at multiples of the scenario's control period.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where the command is not one finite number a wheel or the time is none that can be advanced by: nothing
-    /// has happened then. [`Error::Diverged`] where the robot's motion is no number afterwards.
+    /// [`Error::Invalid`] if the command is not one finite number a wheel or the time is none that
+    /// can be advanced by: nothing has happened then. [`Error::Diverged`] if the robot's motion is
+    /// no number afterwards.
     pub fn advance(&mut self, command: WheelCommand<'_>, period_s: f64) -> Result<&Outcome, Error> {
         self.advance_watched(command, period_s, |_, _| ())
     }
@@ -507,10 +510,11 @@ impl Plant {
         &self.world
     }
 
-    /// The world in rapier, to put user bodies into that the robot pushes and that push it: see [`World::rapier_mut`].
+    /// The world in rapier, to put user bodies into that the robot pushes and that push it: see
+    /// [`World::rapier_mut`].
     ///
     /// # Errors
-    /// [`Error::World`] where rapier solves the robot's contacts.
+    /// [`Error::World`] if rapier solves the robot's contacts.
     pub fn rapier_mut(&mut self) -> Result<&mut PhysicsWorld, Error> {
         Ok(self.world.rapier_mut()?)
     }

@@ -19,8 +19,9 @@ const SLACK: f64 = 1e-6;
 pub(crate) struct Budget {
     ledger: Ledger,
     weight_n: f64,
-    /// Twists in the body frame that hold until the next decision: asked for, granted, and those of the wheels' targets, as the controller believes and
-    /// as they are; `None` where there are no rate targets.
+    /// Twists in the body frame that hold until the next decision: asked for, granted, and those of
+    /// the wheels' targets, as the controller believes and as they are; `None` if there are no rate
+    /// targets.
     decided: Option<[Twist; 4]>,
     /// When and how the rates of the wheels contradicted each other.
     contradiction: Contradiction,
@@ -77,8 +78,9 @@ impl Budget {
         std::mem::take(&mut self.conflict).share()
     }
 
-    /// Sets the twists that hold from now on, in the body frame: asked for, granted, and those of the wheels' targets by eq. (7), of the robot that the
-    /// controller believes in and of the real one; `None` where the wheels have no rate targets.
+    /// Sets the twists that hold from now on, in the body frame: asked for, granted, and those of
+    /// the wheels' targets by eq. (7), of the robot that the controller believes in and of the real
+    /// one; `None` if the wheels have no rate targets.
     pub fn decide(&mut self, decided: Option<[Twist; 4]>) {
         self.decided = decided;
     }

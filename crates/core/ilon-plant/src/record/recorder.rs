@@ -135,11 +135,12 @@ impl Recorder {
         })
     }
 
-    /// For a loop of a program around this plant, which stands at its start: its rows are once a control period, and time counts
-    /// from zero. `urdf` is [`ilon_formats::Loaded::urdf`], or empty.
+    /// For a loop of a program around this plant, which stands at its start: its rows are once a
+    /// control period, and time counts from zero. `urdf` is [`ilon_formats::Loaded::urdf`], or
+    /// empty.
     ///
     /// # Errors
-    /// [`Error`] where the scenario cannot be written as text.
+    /// [`Error`] if the scenario cannot be written as text.
     pub fn of_plant(plant: &Plant, urdf: &str) -> Result<Self, Error> {
         let (resolved, robot) = (plant.resolved(), plant.robot());
         let pilot = Pilot::of(resolved, robot, Some(Box::new(Idle)))?;
@@ -271,7 +272,8 @@ impl Recorder {
         }
     }
 
-    /// When and how the wheels' real rates contradicted each other, in words; `None` where they did not.
+    /// When and how the wheels' real rates contradicted each other, in words; `None` if they did
+    /// not.
     pub fn contradiction_remark(&self, robot: &Robot) -> Option<String> {
         let found = self.budget.contradiction();
         found.remark(&self.kinematics, robot, "the rates of the wheels")

@@ -16,12 +16,14 @@ use ilon_scenario::{Error, Resolved};
 /// Of the motors' positive work, the share that may be lost to sliding.
 const MAY_SLIDE: f64 = 0.005;
 
-/// Makes every choice that a scenario leaves to the program, for a robot under the scenario's own guidance.
+/// Makes every choice that a scenario leaves to the program, for a robot under the scenario's own
+/// guidance.
 ///
-/// It reads the files of waypoints, of a log and of a height map that the scenario names, and touches nothing else.
+/// It reads the files of waypoints, of a log and of a height map that the scenario names, and
+/// touches nothing else.
 ///
 /// # Errors
-/// Where the scenario asks for something that cannot be, or this robot cannot do.
+/// If the scenario asks for something that cannot be, or this robot cannot do.
 pub fn resolve(scenario: &Scenario, robot: &Robot) -> Result<Resolved, Error> {
     resolve_for(scenario, robot, Driver::Guidance)
 }
@@ -55,11 +57,12 @@ fn choose(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result<Resolved
 }
 
 impl Plant {
-    /// The plant of a scenario, with the robot that the scenario names: [`load_robot`], [`resolve_for`] anybody's
-    /// commands, and [`Plant::new`] in one.
+    /// The plant of a scenario, with the robot that the scenario names: [`load_robot`],
+    /// [`resolve_for`] anybody's commands, and [`Plant::new`] in one.
     ///
     /// # Errors
-    /// Where the robot's file or the scenario makes no sense, or the robot cannot stand where it starts.
+    /// If the robot's file or the scenario makes no sense, or the robot cannot stand where it
+    /// starts.
     pub fn of_scenario(scenario: &Scenario) -> Result<Self, Error> {
         let robot = load_robot(scenario)?;
         Self::new(&resolve_for(scenario, &robot, Driver::Own)?, &robot)

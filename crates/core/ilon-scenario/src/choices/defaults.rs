@@ -100,12 +100,12 @@ struct Need {
     help: &'static str,
 }
 
-/// The physics step for `"auto"`, in seconds: the longest that serves the contacts, the passing of the rollers, the wheel
-/// loop and the pose sensor, shortened to divide the control period. `asked_rad_s` is the fastest wheel rate that the
-/// scenario asks for, if that is known.
+/// The physics step for `"auto"`, in seconds: the longest that serves the contacts, the passing of
+/// the rollers, the wheel loop and the pose sensor, shortened to divide the control period.
+/// `asked_rad_s` is the fastest wheel rate that the scenario asks for, if that is known.
 ///
 /// # Errors
-/// [`Error::Invalid`] where that is shorter than anything that is chosen, with what makes it so.
+/// [`Error::Invalid`] if that is shorter than anything that is chosen, with what makes it so.
 pub fn physics_dt_s(
     scenario: &Scenario,
     robot: &Robot,
@@ -138,7 +138,8 @@ pub fn physics_dt_s(
             need.help,
         ));
     }
-    // A part in 10^9 keeps a period that is a whole number of steps but for rounding from taking one more.
+    // A part in 10^9 keeps a period that is a whole number of steps except for rounding from taking
+    // one more.
     let steps = (period_s / longest_s - 1e-9).ceil().max(1.0);
     Ok(period_s / steps)
 }

@@ -174,10 +174,11 @@ fn felt(model: &DynamicModel) -> ([Felt; 2], [Felt; 2]) {
     (air, [of(least), of(most)])
 }
 
-/// What a person should know of the wheel loops of a scenario whose gains are chosen: `None` where they settle.
+/// What a person should know of the wheel loops of a scenario whose gains are chosen: `None` if
+/// they settle.
 ///
 /// # Errors
-/// [`Error::Invalid`] where a continuous loop is faster than can be computed with.
+/// [`Error::Invalid`] if a continuous loop is faster than can be computed with.
 pub fn remark(
     scenario: &Scenario,
     model: &DynamicModel,

@@ -27,7 +27,7 @@ pub struct Resolved {
 pub struct Choices {
     /// The step of physics, in seconds.
     pub physics_dt_s: f64,
-    /// The rate that wheels are held to, in rad/s; infinite where there is no limit.
+    /// The rate that wheels are held to, in rad/s; infinite if there is no limit.
     pub wheel_rate_limit_rad_s: f64,
     /// The path in time that is desired, where there is one.
     pub reference: Option<Reference>,
@@ -56,7 +56,7 @@ pub struct Choices {
 /// The kinematics of a robot as it stands.
 ///
 /// # Errors
-/// Where the robot cannot be controlled.
+/// If the robot cannot be controlled.
 pub fn kinematics_of(robot: &Robot) -> Result<(Kinematics, ContactKinematics), Error> {
     Ok((Kinematics::new(robot)?, ContactKinematics::new(robot)?))
 }
@@ -77,11 +77,12 @@ impl Resolved {
         &self.choices
     }
 
-    /// The same run, and its robot, with something changed. All that was chosen stays, such as gains and the path in time; keys of robot and motion,
-    /// which choices were made by, have no effect.
+    /// The same run, and its robot, with something changed. All that was chosen stays, such as
+    /// gains and the path in time; keys of robot and motion, which choices were made by, have no
+    /// effect.
     ///
     /// # Errors
-    /// Where the scenario asks for something that cannot be then.
+    /// If the scenario asks for something that cannot be then.
     pub fn with(
         &self,
         robot: &Robot,
@@ -128,7 +129,7 @@ impl Resolved {
         self.scenario.run.control_dt_s
     }
 
-    /// The rate that wheels are held to, in rad/s; infinite where there is no limit.
+    /// The rate that wheels are held to, in rad/s; infinite if there is no limit.
     pub fn wheel_rate_limit_rad_s(&self) -> f64 {
         self.choices.wheel_rate_limit_rad_s
     }
@@ -143,7 +144,7 @@ impl Resolved {
         self.choices.believed.as_deref().unwrap_or(robot)
     }
 
-    /// The same in words; `None` where it knows its robot.
+    /// The same in words; `None` if it knows its robot.
     pub fn belief_in_words(&self, robot: &Robot) -> Option<String> {
         let believed = self.choices.believed.as_deref()?;
         Some(belief::in_words(robot, believed))

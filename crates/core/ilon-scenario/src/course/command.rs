@@ -43,7 +43,7 @@ pub struct Decided<'a> {
     pub granted_twist_in_body: Twist,
     /// The guidance's tasks, highest priority first; none of what has no guidance.
     pub tasks: &'a [ilon_control::TaskShare],
-    /// The rate commanded of each wheel, in rad/s; zero where torques are.
+    /// The rate commanded of each wheel, in rad/s; zero if torques are.
     pub wheel_rates_rad_s: &'a [f64],
     /// Whether rates are commanded, or torques.
     pub commanded: Commanded,

@@ -11,7 +11,7 @@ use crate::scenario::{self, Scenario};
 /// The reference of a scenario, if it has one.
 ///
 /// # Errors
-/// Where it cannot be, or its waypoints cannot be read.
+/// If it cannot be, or its waypoints cannot be read.
 pub fn reference_of(scenario: &Scenario) -> Result<Option<Reference>, Error> {
     let section = scenario.reference.as_ref();
     section

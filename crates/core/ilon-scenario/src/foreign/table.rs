@@ -18,7 +18,7 @@ pub const MOST_ROWS: usize = 20_000_000;
 pub struct TableFormat<'a> {
     /// What stands between two columns.
     pub delimiter: u8,
-    /// The line that names the columns, counted from 1; 0 where there is none. Rows begin after it.
+    /// The line that names the columns, counted from 1; 0 if there is none. Rows begin after it.
     pub header_line: usize,
     /// Whether decimals may be written with a comma.
     pub decimal_comma: bool,
@@ -68,7 +68,8 @@ impl<'a> Table<'a> {
     /// Opens a table of at most `most_bytes`, and reads the names of its columns.
     ///
     /// # Errors
-    /// [`Error::Read`] where the file cannot be read, [`Error::Contents`] where it is too large or its columns are divided otherwise.
+    /// [`Error::Read`] if the file cannot be read, [`Error::Contents`] if it is too large or its
+    /// columns are divided otherwise.
     pub fn open(
         path: &'a Path,
         files: &FileAccess,
@@ -135,7 +136,7 @@ impl<'a> Table<'a> {
     /// The column with this name, if there is one; its numbers are multiplied by `factor`.
     ///
     /// # Errors
-    /// [`Error::Contents`] where several have it.
+    /// [`Error::Contents`] if several have it.
     pub fn find(&self, name: &str, factor: f64) -> Result<Option<Column>, Error> {
         let mut places = (0..self.names.len()).filter(|place| self.names[*place] == name);
         let Some(place) = places.next() else {
@@ -248,7 +249,7 @@ impl<'a> Table<'a> {
     /// What stands in a column of the row.
     ///
     /// # Errors
-    /// [`Error::Contents`] where the row ends before it.
+    /// [`Error::Contents`] if the row ends before it.
     pub fn text(&self, column: &Column) -> Result<Cow<'_, str>, Error> {
         let cell = self.record.get(column.place).map(String::from_utf8_lossy);
         cell.ok_or_else(|| {
@@ -264,10 +265,11 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// The number in a column of the row, in SI units; `None` of a cell that is empty or says that there is none.
+    /// The number in a column of the row, in SI units; `None` of a cell that is empty or says that
+    /// there is none.
     ///
     /// # Errors
-    /// [`Error::Contents`] where something else stands there.
+    /// [`Error::Contents`] if something else stands there.
     pub fn number(&self, column: &Column) -> Result<Option<f64>, Error> {
         let text = self.text(column)?;
         let is = |word: &str| text.eq_ignore_ascii_case(word);
@@ -299,7 +301,7 @@ impl<'a> Table<'a> {
     /// The number in a column of the row that may not be empty, in SI units.
     ///
     /// # Errors
-    /// [`Error::Contents`] where none stands there.
+    /// [`Error::Contents`] if none stands there.
     pub fn needed(&self, column: &Column) -> Result<f64, Error> {
         self.number(column)?.ok_or_else(|| {
             self.fault(

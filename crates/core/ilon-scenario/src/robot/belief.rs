@@ -22,11 +22,11 @@ const SAME: f64 = 1e-9;
 /// Levers below this are none, in metres.
 const LEAST_LEVER_M: f64 = 1e-9;
 
-/// The robot that a scenario's controller believes in; `None` where it knows its robot.
+/// The robot that a scenario's controller believes in; `None` if it knows its robot.
 ///
 /// # Errors
-/// [`Error::Invalid`] where it speaks of wheels that the robot does not have, or no controller could drive what it believes in, and what a file's reader
-/// says.
+/// [`Error::Invalid`] if it speaks of wheels that the robot does not have, or no controller could
+/// drive what it believes in, and what a file's reader says.
 pub fn believed(scenario: &Scenario, robot: &Robot) -> Result<Option<Robot>, Error> {
     let Some(section) = &scenario.controller.robot else {
         return Ok(None);

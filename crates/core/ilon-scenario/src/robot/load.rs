@@ -30,7 +30,7 @@ pub fn load(scenario: &Scenario) -> Result<Loaded, Error> {
 /// Reads the robot of a scenario as its file, and the scenario's `[robot]`, have it.
 ///
 /// # Errors
-/// Where the file cannot be read, or is no robot that ilon can drive.
+/// If the file cannot be read, or is no robot that ilon can drive.
 pub fn load_file(scenario: &Scenario) -> Result<Loaded, Error> {
     let options = scenario
         .robot

@@ -227,7 +227,8 @@ mod tests {
 
     use super::*;
 
-    /// Ten records a tenth of a second apart: x falls from 9 to 0, wheel 1 turns twice as fast as wheel 0.
+    /// Ten records a tenth of a second apart: x falls from 9 to 0, wheel 1 turns twice as fast as
+    /// wheel 0.
     fn falling() -> Trace {
         let header = Header {
             wheels: vec![WheelHeader::default(); 2],

@@ -1,4 +1,5 @@
-//! What another simulator moves, and ground that leans as it says: the robot meets both as if they were its own.
+//! What another simulator moves, and ground that leans as it says: the robot meets both as if they
+//! were its own.
 
 use std::path::Path;
 
@@ -15,8 +16,8 @@ fn plant(further: &str) -> Plant {
         .expect("it stands")
 }
 
-/// Gives a plant what a point mass puts on it that another simulator holds at a place of its body: W_0 = m (g - w x (w x r)) there, and
-/// A = m [1, -r x; r x, -r x r x].
+/// Gives a plant what a point mass puts on it that another simulator holds at a place of its body:
+/// W_0 = m (g - w x (w x r)) there, and A = m [1, -r x; r x, -r x r x].
 fn attach(plant: &mut Plant, mass_kg: f64, place_m: [f64; 3]) {
     let body = plant.world().robot().state();
     let r = body.world_from_body * Vector3::from(place_m);
@@ -39,8 +40,9 @@ fn attach(plant: &mut Plant, mass_kg: f64, place_m: [f64; 3]) {
         .expect("a wrench");
 }
 
-/// How far a mass attached from outside leads from one that is carried, in metres, after it was driven along a curve for 0.4 s; and what energy
-/// of the mass the plant did not count as gone outside, in J, with how much there is.
+/// How far a mass attached from outside leads from one that is carried, in metres, after it was
+/// driven along a curve for 0.4 s; and what energy of the mass the plant did not count as gone
+/// outside, in J, with how much there is.
 fn apart(mass_kg: f64, dt_s: f64) -> (f64, f64, f64) {
     let place_m = [0.08, -0.05, 0.2];
     // A payload takes the robot's centre of mass away from the origin, which then goes round it.
@@ -81,8 +83,9 @@ fn apart(mass_kg: f64, dt_s: f64) -> (f64, f64, f64) {
     (off_m, missing_j, energy_j(&bears) - start_j)
 }
 
-/// Masses of a twelfth of the robot's and of ten times that. What differs is that the other simulator says A and W_0 of the beginning of a step,
-/// where a payload turns with the body within it: an error of first order in the step, so half the step halves it.
+/// Masses of a twelfth of the robot's and of ten times that. What differs is that the other
+/// simulator says A and W_0 of the beginning of a step, where a payload turns with the body within
+/// it: an error of first order in the step, so half the step halves it.
 #[test]
 fn a_mass_that_another_simulator_moves_is_felt_as_one_that_is_carried() {
     for mass_kg in [1.0, 120.0] {
@@ -101,7 +104,8 @@ fn a_mass_that_another_simulator_moves_is_felt_as_one_that_is_carried() {
     }
 }
 
-/// A payload moves the robot's centre of mass, and with it what is attached from there: which of both came first changes nothing.
+/// A payload moves the robot's centre of mass, and with it what is attached from there: which of
+/// both came first changes nothing.
 #[test]
 fn a_payload_moves_the_centre_from_which_what_is_attached_counts() {
     let place_m = [0.08, -0.05, 0.2];

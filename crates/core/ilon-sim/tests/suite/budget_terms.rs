@@ -1,4 +1,5 @@
-//! The terms of the error budget are what they are called: what hopping, contradicting rates and springs take is not slip, nor lag.
+//! The terms of the error budget are what they are called: what hopping, contradicting rates and
+//! springs take is not slip, nor lag.
 
 use std::path::Path;
 
@@ -11,7 +12,8 @@ fn driven(text: &str) -> Run {
     run(&scenario).expect("it runs")
 }
 
-/// Cylinders for rollers let the wheels hop. What they lack of the way while they are in the air is lift-off.
+/// Cylinders for rollers let the wheels hop. What they lack of the way while they are in the air is
+/// lift-off.
 #[test]
 fn what_wheels_in_the_air_take_is_not_slip() {
     let found = driven(
@@ -27,7 +29,8 @@ fn what_wheels_in_the_air_take_is_not_slip() {
     );
 }
 
-/// The front left wheel turns the wrong way: by r = w - M M^+ w each of four wheels is 3 of 6 rad/s off the nearest motion, half of all.
+/// The front left wheel turns the wrong way: by r = w - M M^+ w each of four wheels is 3 of 6 rad/s
+/// off the nearest motion, half of all.
 #[test]
 fn what_rates_take_that_contradict_each_other_is_not_slip() {
     let folder = tempfile::tempdir().expect("a folder");

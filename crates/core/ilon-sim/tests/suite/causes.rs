@@ -1,4 +1,5 @@
-//! What a cause did is the run minus the same run without it: nothing where it changes nothing, and otherwise what two runs made by hand differ by.
+//! What a cause did is the run minus the same run without it: nothing where it changes nothing, and
+//! otherwise what two runs made by hand differ by.
 
 use std::path::Path;
 
@@ -119,7 +120,8 @@ fn a_pose_that_nobody_looks_at_makes_no_difference() {
     }
 }
 
-/// Wheels that are believed to be 3 % larger turn less: without that belief the robot goes 3 / 103 further, which two runs made by hand have too.
+/// Wheels that are believed to be 3 % larger turn less: without that belief the robot goes 3 / 103
+/// further, which two runs made by hand have too.
 #[test]
 fn a_belief_makes_the_difference_that_leaving_it_out_takes_away() {
     let mut wrong = scenario(OPEN, &[]);
@@ -137,7 +139,8 @@ fn a_belief_makes_the_difference_that_leaving_it_out_takes_away() {
     assert_eq!(travelled.with, Some(summary.travelled_m));
     assert_eq!(travelled.without, Some(without.travelled_m));
     let share = travelled.difference / without.travelled_m;
-    // The robot's way is also bent by the turn that ends it, which is 3 / 103 less: of second order.
+    // The robot's way is also bent by the turn that ends it, which is 3 / 103 less: of second
+    // order.
     assert!((share + 3.0 / 103.0).abs() < 2e-3, "{share}");
 }
 
@@ -164,8 +167,9 @@ fn two_causes_do_together_what_neither_does_alone() {
     );
 }
 
-/// Sideways the rollers' geometry takes 2 %, against which there is a remedy. A run of 30 s at steps of 3.3 ms looks 9,000 times at 36 rollers, and with half the step
-/// three times as often: 972,000 of the 800,000 surfaces that a plain run may.
+/// Sideways the rollers' geometry takes 2 %, against which there is a remedy. A run of 30 s at
+/// steps of 3.3 ms looks 9,000 times at 36 rollers, and with half the step three times as often:
+/// 972,000 of the 800,000 surfaces that a plain run may.
 #[test]
 fn remedies_are_tried_unasked_in_short_runs_alone() {
     let lateral = |duration_s: f64| {
@@ -214,7 +218,8 @@ fn effects_are_the_same_on_any_threads_and_leave_the_run_alone() {
     assert!(failed.is_empty(), "{failed:?}");
 }
 
-/// The rollers' geometry takes 2 % of a motion to the left, and commands that allow for it give it back: it is tried before it is reported.
+/// The rollers' geometry takes 2 % of a motion to the left, and commands that allow for it give it
+/// back: it is tried before it is reported.
 #[test]
 fn a_remedy_was_tried() {
     let left = "twist = { vy_m_s = 0.3, rest_s = 0.1, ramp_s = 0.4, settle_s = 0.3 }";

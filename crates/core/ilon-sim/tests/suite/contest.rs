@@ -1,10 +1,12 @@
 //! Robots of school contests: what teams publish of theirs, and what one of their class does here.
 //!
-//! `contest/robots.csv` has the constants that FTC teams tuned for Pedro Pathing on mecanum wheels, as they stand in public repositories, in SI units:
-//! the speeds that full voltage gives ahead and sideways, and how the robot slows down when the motors are let go. Speeds and decelerations are of
-//! other teams but for five. Files were taken by the last digits of a number, without regard to its size; left out are the library's defaults
-//! (-41.278 and -59.7819 in/s^2), files that are twice, pairs of one number twice, placeholders, and what is below 20 or above 120 in/s, or below 10
-//! or above 150 in/s^2, or of the wrong sign.
+//! `contest/robots.csv` has the constants that FTC teams tuned for Pedro Pathing on mecanum wheels,
+//! as they stand in public repositories, in SI units: the speeds that full voltage gives ahead and
+//! sideways, and how the robot slows down when the motors are let go. Speeds and decelerations are
+//! of other teams but for five. Files were taken by the last digits of a number, without regard to
+//! its size; left out are the library's defaults (-41.278 and -59.7819 in/s^2), files that are
+//! twice, pairs of one number twice, placeholders, and what is below 20 or above 120 in/s, or below
+//! 10 or above 150 in/s^2, or of the wrong sign.
 
 use ilon_sim::Scenario;
 
@@ -71,7 +73,8 @@ fn what_teams_publish_has_the_quartiles_that_are_quoted() {
     }
 }
 
-/// The speed that the shipped robot of that class has on full voltage along one axis, and how it coasts from there, in m/s and m/s^2.
+/// The speed that the shipped robot of that class has on full voltage along one axis, and how it
+/// coasts from there, in m/s and m/s^2.
 fn driven(way: [f64; 2], bearings: &str) -> [f64; 2] {
     const FREE_FROM_S: f64 = 2.0;
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
@@ -106,8 +109,9 @@ fn driven(way: [f64; 2], bearings: &str) -> [f64; 2] {
     [top_m_s, slows_m_s2]
 }
 
-/// Robots coast sideways as they do with 0.06 of the load on their rollers' axles, twice the class's bushings, and are slower sideways than that
-/// explains: no friction on axles gives both figures.
+/// Robots coast sideways as they do with 0.06 of the load on their rollers' axles, twice the
+/// class's bushings, and are slower sideways than that explains: no friction on axles gives both
+/// figures.
 #[test]
 #[ignore = "minutes: .ci/nightly"]
 fn bushings_explain_how_teams_coast_and_not_how_fast_they_are_sideways() {
@@ -122,7 +126,8 @@ fn bushings_explain_how_teams_coast_and_not_how_fast_they_are_sideways() {
         [top_left / top, coasts_left]
     };
     let class = of("bearings = \"bushings\"");
-    // The figures of docs/rollers.md, to half of their last digit and what the windows of time may change.
+    // The figures of docs/rollers.md, to half of their last digit and what the windows of time may
+    // change.
     assert!(
         (class[0] - 0.954).abs() < 3e-3 && (class[1] - 1.32).abs() < 0.03,
         "{class:?}"

@@ -21,7 +21,8 @@ fn a_robot_drives_up_a_ramp() {
     let level = last("[twist]\nvx_m_s = 0.3\n");
     let up = last(ramp);
     let slope_rad = f64::atan2(0.1, 2.0);
-    // Rollers hand over: at each wheel the hub goes up and down by some tenths of a millimetre, over a base of 0.3 m.
+    // Rollers hand over: at each wheel the hub goes up and down by some tenths of a millimetre,
+    // over a base of 0.3 m.
     assert!((up.pitch_rad + slope_rad).abs() < 2e-3, "{}", up.pitch_rad);
     let above_m = up.height_m * slope_rad.cos() - (up.pose.x_m - 0.3) * slope_rad.sin();
     println!("{above_m} {}", level.height_m);
@@ -219,8 +220,9 @@ fn what_a_map_does_not_resolve_is_remarked_and_two_grounds_are_refused() {
     assert!(missing.unwrap_err().to_string().contains("none.png"));
 }
 
-/// On bumps a robot stands on four or five rollers that say nearly the same, and in one step of some thousands it is hard to find which of them slide:
-/// there the laws were once left broken by 1.5e-4 m/s, on these very bumps. Every step is solved: 1e-8 m/s is where the solver ends.
+/// On bumps a robot stands on four or five rollers that say nearly the same, and in one step of
+/// some thousands it is hard to find which of them slide: there the laws were once left broken by
+/// 1.5e-4 m/s, on these very bumps. Every step is solved: 1e-8 m/s is where the solver ends.
 #[test]
 fn on_bumps_every_step_is_solved() {
     let text = "robot.file = \"mecanum4.urdf\"\ntwist = { vy_m_s = 0.3 }\nrun = { duration_s = 5.5, physics_dt_s = 0.001 }\n\
@@ -231,8 +233,9 @@ fn on_bumps_every_step_is_solved() {
     assert!(residual_m_s < 1e-7, "{residual_m_s:e} m/s");
 }
 
-/// Wheels that are driven into the corner between a floor and a kerb that both grip as well as they press: what sticks and what slides hang on one
-/// another there. Each step is solved all the same, to a millionth of a walking pace, whichever wheels and however they come.
+/// Wheels that are driven into the corner between a floor and a kerb that both grip as well as they
+/// press: what sticks and what slides hang on one another there. Each step is solved all the same,
+/// to a millionth of a walking pace, whichever wheels and however they come.
 #[test]
 fn wheels_that_jam_at_a_kerb_are_solved_in_every_step() {
     let frame = "[world.floor]\nfriction = 1.0\nboxes = [

@@ -1,11 +1,13 @@
-//! Robots that press bodies into walls and into one another: each step is solved, in halves if need be.
+//! Robots that press bodies into walls and into one another: each step is solved, in halves if need
+//! be.
 
 use ilon_sim::Scenario;
 use ilon_sim::simulate::Simulation;
 
 const ROBOTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
 
-/// No step of a jam may break its laws by more than this, in m/s: a two-thousandth of the 0.2 m/s and more at which the robots push.
+/// No step of a jam may break its laws by more than this, in m/s: a two-thousandth of the 0.2 m/s
+/// and more at which the robots push.
 const HELD_M_S: f64 = 1e-4;
 
 /// Numbers between two bounds, the same in every run.
@@ -91,7 +93,8 @@ fn worst_m_s(text: &str) -> f64 {
     worst_m_s
 }
 
-/// A box of 2 kg that a robot pushes askew along a wall. As the chassis meets the wall, after 2.24 s, one step used to miss its laws by 0.165 m/s.
+/// A box of 2 kg that a robot pushes askew along a wall. As the chassis meets the wall, after 2.24
+/// s, one step used to miss its laws by 0.165 m/s.
 #[test]
 fn a_box_wedged_between_a_robot_and_two_walls_is_solved_in_every_step() {
     let walls = wall([1.0, 0.0], [0.2, 3.0], 0.0) + &wall([0.5, 0.6], [1.0, 0.1], 0.0);
@@ -105,7 +108,8 @@ fn a_box_wedged_between_a_robot_and_two_walls_is_solved_in_every_step() {
     assert!(worst_m_s < HELD_M_S, "{worst_m_s:e} m/s");
 }
 
-/// Jams drawn at random: three robots, rollers that slide along their axles, that rolling costs something, that give, and motors whose gears lose.
+/// Jams drawn at random: three robots, rollers that slide along their axles, that rolling costs
+/// something, that give, and motors whose gears lose.
 #[test]
 fn jams_drawn_at_random_are_solved_in_every_step() {
     let play = "[rollers]\naxial_play_m = 3e-4\n";

@@ -1,4 +1,5 @@
-//! Joints that servos drive where a log sends them: CSV files and bags, beside wheels or alone, and what is refused.
+//! Joints that servos drive where a log sends them: CSV files and bags, beside wheels or alone, and
+//! what is refused.
 
 use std::path::Path;
 
@@ -38,7 +39,8 @@ fn of_csv(csv: &str, joint: &str, motion: &str) -> Result<Run, Error> {
 }
 
 const ALONE: &str = "[playback]\nfile = \"log.csv\"\ndrives = \"joints\"\n[twist]\nvx_m_s = 0\n";
-/// From 0.2 rad within a second to 0.6 rad: at a constant rate, which the servo follows with the delay of a critically damped one.
+/// From 0.2 rad within a second to 0.6 rad: at a constant rate, which the servo follows with the
+/// delay of a critically damped one.
 const ROWS: &str = "t_s,arm_position_rad\n5,0.2\n6,0.6\n";
 
 /// Where the arm is at a time.
@@ -51,7 +53,8 @@ fn arm_at(run: &Run, t_s: f64) -> f64 {
     near.expect("records").joints[0].position
 }
 
-/// The run begins where the log begins, whatever its clock, goes along the line between its rows, and ends with it.
+/// The run begins where the log begins, whatever its clock, goes along the line between its rows,
+/// and ends with it.
 #[test_case(ROWS, ""; "by the joints name")]
 #[test_case("t_ms,arm_position_deg\n0,11.459155902616464\n1000,34.37746770784939\n", ""; "in degrees and milliseconds")]
 #[test_case("t_s,joint_arm_position_rad,wheel\n0,0.2,1\n0.5,,2\n1,0.6,3\n", ""; "as in a trace and with an empty cell")]
@@ -61,7 +64,8 @@ fn a_csv_file_drives_a_joint_beside_a_twist(csv: &str, names: &str) {
     let run = of_csv(csv, "", &motion).expect("a run");
     assert!((run.summary.duration_s - 1.0).abs() < 1e-9);
     assert!((arm_at(&run, 0.0) - 0.2).abs() < 1e-6);
-    // A critically damped servo that knows its target's rate follows without a lag but for friction and damping: some mrad, as with setpoints.
+    // A critically damped servo that knows its target's rate follows without a lag but for friction
+    // and damping: some mrad, as with setpoints.
     assert!(
         (arm_at(&run, 0.5) - 0.4).abs() < 0.01,
         "{}",
@@ -78,10 +82,12 @@ fn of_lift(csv: &str, motion: &str) -> Result<Run, Error> {
     run(&Scenario::from_toml(&lift, "joints", folder.path())?)
 }
 
-/// 0.4 rad/s for half a second, and 0.2 rad/s back for as long as a row stands; the arm is held afterwards.
+/// 0.4 rad/s for half a second, and 0.2 rad/s back for as long as a row stands; the arm is held
+/// afterwards.
 const RATES: &str = "t_s,arm_rate_rad_s\n3,0.4\n3.5,-0.2\n";
 
-/// A log of rates takes the joint to their integral, each holding until the next and the last as long as rows do; then the servo holds the joint where it is.
+/// A log of rates takes the joint to their integral, each holding until the next and the last as
+/// long as rows do; then the servo holds the joint where it is.
 #[test_case(RATES, ""; "by the joints name")]
 #[test_case("t_s,arm_rate_deg_s\n0,22.918311805232932\n0.5,-11.459155902616466\n", ""; "in degrees")]
 #[test_case("t_s,joint_arm_rate_rad_s,joint_arm_position_rad\n0,0.4,\n0.2,,\n0.25,NaN,nan\n0.5,-0.2,\n", ""; "as in a trace with cells that say nothing")]
@@ -90,7 +96,8 @@ const RATES: &str = "t_s,arm_rate_rad_s\n3,0.4\n3.5,-0.2\n";
 fn rates_of_a_csv_file_move_a_joint_to_their_integral(csv: &str, keys: &str) {
     let motion = ALONE.replace("[twist]", &format!("{keys}[twist]"));
     let run = of_csv(csv, "", &format!("{motion}[run]\nduration_s = 1.5\n")).expect("a run");
-    // Sagging by friction and damping: (0.1 + 0.05 x 0.4) N m over 599 N m/rad, 0.2 mrad to either side.
+    // Sagging by friction and damping: (0.1 + 0.05 x 0.4) N m over 599 N m/rad, 0.2 mrad to either
+    // side.
     for (t_s, expected) in [(0.0, 0.0), (0.4, 0.16), (0.5, 0.2), (1.0, 0.1), (1.4, 0.1)] {
         let found = arm_at(&run, t_s);
         assert!(
@@ -100,7 +107,8 @@ fn rates_of_a_csv_file_move_a_joint_to_their_integral(csv: &str, keys: &str) {
     }
 }
 
-/// A run ends when the last rate has held as long as rows do, and begins where the log has the joint.
+/// A run ends when the last rate has held as long as rows do, and begins where the log has the
+/// joint.
 #[test]
 fn rates_begin_where_the_log_has_the_joint() {
     let csv = "t_s,arm_position_rad,arm_rate_rad_s\n0,0.3,0.4\n0.5,,-0.2\n";
@@ -112,7 +120,8 @@ fn rates_begin_where_the_log_has_the_joint() {
     }
 }
 
-/// The lift has 4 kg, friction of 1 N and damping of 5 N s/m: x'' = (F - m g - f - c x') / m; and once the force ends, the servo holds it where it is.
+/// The lift has 4 kg, friction of 1 N and damping of 5 N s/m: x'' = (F - m g - f - c x') / m; and
+/// once the force ends, the servo holds it where it is.
 #[test]
 fn forces_of_a_csv_file_lift_what_newton_says() {
     let (mass_kg, friction_n, damping_n_s_m, force_n) = (4.0, 1.0, 5.0, 45.0);
@@ -134,7 +143,8 @@ fn forces_of_a_csv_file_lift_what_newton_says() {
     assert!((held - at_m(0.5)).abs() < 0.03, "{held} {}", at_m(0.5));
 }
 
-/// A row says the first of position, rate and torque that it has: a command by rate takes the place of one by position, and the other way round.
+/// A row says the first of position, rate and torque that it has: a command by rate takes the place
+/// of one by position, and the other way round.
 #[test]
 fn each_row_drives_by_the_first_that_it_says() {
     let csv = "t_s,arm_position_rad,arm_rate_rad_s\n0,0.1,\n1,0.3,5\n1.5,,0.4\n2,0.5,\n2.5,0.5,\n";
@@ -230,7 +240,8 @@ fn state_of_arm(position: f64, velocity: f64, effort: f64) -> JointState {
     }
 }
 
-/// Messages without a position run the joint by its velocity, and without that load it with its effort.
+/// Messages without a position run the joint by its velocity, and without that load it with its
+/// effort.
 #[test]
 fn a_bag_of_velocities_or_efforts_drives_joints() {
     let nan = f64::NAN;
@@ -243,7 +254,8 @@ fn a_bag_of_velocities_or_efforts_drives_joints() {
     for (t_s, expected) in [(0.5, 0.2), (1.0, 0.1), (1.4, 0.1)] {
         assert!((arm_at(&run, t_s) - expected).abs() < 1e-3, "{t_s}");
     }
-    // 0.4 N m against friction of 0.1 and damping of 0.05 on 0.1517 kg m^2, on a robot that its floor holds: q = a / c (t - J / c (1 - exp(-c t / J))).
+    // 0.4 N m against friction of 0.1 and damping of 0.05 on 0.1517 kg m^2, on a robot that its
+    // floor holds: q = a / c (t - J / c (1 - exp(-c t / J))).
     let efforts = [0.0, 0.5].map(|t_s| (t_s, state_of_arm(nan, nan, 0.4)));
     let run = of_bag(&efforts, BAG_ALONE).expect("a run");
     let (time_s, rate): (f64, f64) = (0.1517 / 0.05, 0.3 / 0.05);
@@ -255,7 +267,8 @@ fn a_bag_of_velocities_or_efforts_drives_joints() {
     );
 }
 
-/// A run whose arm swings by 1 rad within 0.6 s, at up to 3.125 rad/s and 16.04 rad/s^2, and the largest distance of another's arm from it, in rad.
+/// A run whose arm swings by 1 rad within 0.6 s, at up to 3.125 rad/s and 16.04 rad/s^2, and the
+/// largest distance of another's arm from it, in rad.
 fn swing(folder: &Path) -> Simulation {
     let joint = "friction_n_m = 0\nsetpoints = [{ t_s = 0, position_rad = 0.2 }, { t_s = 0.6, position_rad = 1.2 }]\n";
     let motion = "[twist]\nvx_m_s = 0\n[run]\nduration_s = 0.6\n";
@@ -268,8 +281,9 @@ fn apart_rad(one: &Run, other: &Run) -> f64 {
     off.fold(0.0, f64::max)
 }
 
-/// A servo lags by acceleration x inertia / stiffness, 16.04 x 0.1517 / 599 = 4.1 mrad, and by some of damping; rates that hold from row to row lag by half
-/// a control period of 10 ms, 15.6 mrad more at the fastest.
+/// A servo lags by acceleration x inertia / stiffness, 16.04 x 0.1517 / 599 = 4.1 mrad, and by some
+/// of damping; rates that hold from row to row lag by half a control period of 10 ms, 15.6 mrad
+/// more at the fastest.
 #[test_case("position", 0.005; "positions")]
 #[test_case("rate", 0.021; "rates")]
 fn the_bag_of_a_run_moves_its_joint_again(by: &str, within_rad: f64) {
@@ -291,8 +305,9 @@ fn the_bag_of_a_run_moves_its_joint_again(by: &str, within_rad: f64) {
     assert!(off_rad < within_rad, "{off_rad} rad");
 }
 
-/// A trace's torque has the joint's damping in it, 0.05 N m s/rad, beside the servo's. A row's torque is the mean over the period that it ends, so
-/// that the next row's is what acts from a row on.
+/// A trace's torque has the joint's damping in it, 0.05 N m s/rad, beside the servo's. A row's
+/// torque is the mean over the period that it ends, so that the next row's is what acts from a row
+/// on.
 #[test]
 fn the_torques_of_a_trace_move_its_joint_again() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -314,7 +329,8 @@ const BAG: &str =
     "[playback]\nfile = \"bag\"\ndrives = \"twist\"\njoint_topic = \"/joint_commands\"\n";
 const BAG_ALONE: &str = "[playback]\nfile = \"bag\"\ndrives = \"joints\"\n[twist]\nvx_m_s = 0\n";
 
-/// A bag drives joints beside a twist, from the twist's first message on, or alone, from their own first on.
+/// A bag drives joints beside a twist, from the twist's first message on, or alone, from their own
+/// first on.
 #[test]
 fn a_bag_drives_joints() {
     let said = [

@@ -1,4 +1,5 @@
-//! Joints that servos drive: where a scenario's setpoints and a program send them, and what is refused.
+//! Joints that servos drive: where a scenario's setpoints and a program send them, and what is
+//! refused.
 
 use std::path::Path;
 
@@ -42,15 +43,18 @@ fn position(plant: &Plant) -> f64 {
     plant.world().robot().joint_positions()[0]
 }
 
-/// A run begins at the first setpoint, passes half of a smooth way in half of its time, and ends at the last.
+/// A run begins at the first setpoint, passes half of a smooth way in half of its time, and ends at
+/// the last.
 #[test]
 fn an_arm_goes_through_its_setpoints() {
     let mut plant = plant(ARM).expect("a scenario");
     let hold = WheelCommand::Rates(&HOLD);
-    // The arm turns about the vertical, so nothing makes it sag; dry friction and what is left of equilibrium are far smaller.
+    // The arm turns about the vertical, so nothing makes it sag; dry friction and what is left of
+    // equilibrium are far smaller.
     assert!((position(&plant) - 0.2).abs() < 1e-6);
     plant.advance(hold, 0.35).expect("it goes");
-    // The target moves at 3.75 rad/s, damping of the joint and its dry friction hold it back by some mrad.
+    // The target moves at 3.75 rad/s, damping of the joint and its dry friction hold it back by
+    // some mrad.
     assert!(
         (position(&plant) - 0.7).abs() < 0.01,
         "{}",
@@ -64,7 +68,8 @@ fn an_arm_goes_through_its_setpoints() {
     );
 }
 
-/// A program sends the joint elsewhere, and the setpoints no longer hold; a snapshot brings all back to the bit.
+/// A program sends the joint elsewhere, and the setpoints no longer hold; a snapshot brings all
+/// back to the bit.
 #[test]
 fn a_program_sends_a_joint_and_a_snapshot_brings_it_back() {
     let mut plant = plant(ARM).expect("a scenario");
@@ -159,7 +164,8 @@ fn a_force_lifts_what_newton_says() {
     assert!(gained < most && gained > 0.9 * most, "{gained} {most}");
 }
 
-/// A servo at a rate u sags by what it bears over its stiffness, (m g + f + c u) / K, and no further on: x = u t less that. K = m (2 pi 10 Hz)^2.
+/// A servo at a rate u sags by what it bears over its stiffness, (m g + f + c u) / K, and no
+/// further on: x = u t less that. K = m (2 pi 10 Hz)^2.
 #[test]
 fn a_servo_follows_a_rate_and_sags_no_further() {
     let mut plant = lift("{ t_s = 0, rate_m_s = 0.2 }");
@@ -173,7 +179,8 @@ fn a_servo_follows_a_rate_and_sags_no_further() {
         (found_m - expected_m).abs() < 2e-5,
         "{found_m} {expected_m}"
     );
-    // Down again, and beyond neither limit: the target stays at the stop, so that it turns back at once.
+    // Down again, and beyond neither limit: the target stays at the stop, so that it turns back at
+    // once.
     plant
         .command_joints(&[("lift", JointCommand::Rate(-0.3))])
         .expect("a rate");
@@ -191,8 +198,9 @@ fn a_servo_follows_a_rate_and_sags_no_further() {
     assert!((found_m - (0.1 - sag_m)).abs() < 1e-4, "{found_m}");
 }
 
-/// What holds a joint back holds its target back: after a second against an effort that cannot lift, the arm's target is no further ahead than the effort can
-/// hold, and a rate the other way turns it back at once.
+/// What holds a joint back holds its target back: after a second against an effort that cannot
+/// lift, the arm's target is no further ahead than the effort can hold, and a rate the other way
+/// turns it back at once.
 #[test]
 fn a_target_does_not_run_away_from_a_joint_that_is_held_back() {
     let joints = "[robot.joints.lift]\nrole = \"driven\"\neffort_n = 20\nsetpoints = [{ t_s = 0, rate_m_s = 0.2 }]";
@@ -219,7 +227,7 @@ fn held_at(target_rad: f64, law: &str) -> Scenario {
     Scenario::from_toml(&text(&joints), "joints", folder).expect("a scenario")
 }
 
-/// The robot whose arm stands at zero where that of the file stands at 1.2 rad.
+/// The robot whose arm stands at zero if that of the file stands at 1.2 rad.
 fn made_swung_out() -> Robot {
     let robot = load_robot(&held_at(0.0, "pid")).expect("a robot");
     let mut made = robot.posed(&[1.2]);
@@ -229,7 +237,8 @@ fn made_swung_out() -> Robot {
     made
 }
 
-/// A robot that has swung its arm out goes as one whose arm was made so: gains, masses, kinematics and loads of every law are those of the pose.
+/// A robot that has swung its arm out goes as one whose arm was made so: gains, masses, kinematics
+/// and loads of every law are those of the pose.
 #[test_case("pid")]
 #[test_case("computed_torque")]
 #[test_case("prioritised_torque")]
@@ -258,7 +267,8 @@ fn a_robot_goes_as_one_that_was_made_in_its_pose(law: &str) {
     assert!(off_m < 1e-6 && off_rad < 1e-6, "{swung:?} {made:?}");
 }
 
-/// A robot whose arm has swung out while it stood goes on as one whose arm was out from the beginning: the law has followed.
+/// A robot whose arm has swung out while it stood goes on as one whose arm was out from the
+/// beginning: the law has followed.
 #[test_case("computed_torque")]
 #[test_case("prioritised_torque")]
 fn a_law_follows_joints_that_move(law: &str) {
@@ -283,7 +293,8 @@ fn a_law_follows_joints_that_move(law: &str) {
         goes("[robot.joints.arm]\nrole = \"driven\"\ntarget_rad = 1.2"),
     );
     assert!(started.vx_m_s > 0.02, "{started:?}");
-    // The arm's recoil leaves each wheel on another place of its rollers. A law that stayed would be off by 0.1 mm and 4 mrad.
+    // The arm's recoil leaves each wheel on another place of its rollers. A law that stayed would
+    // be off by 0.1 mm and 4 mrad.
     let off = [
         followed.vx_m_s - started.vx_m_s,
         followed.vy_m_s - started.vy_m_s,
@@ -292,8 +303,8 @@ fn a_law_follows_joints_that_move(law: &str) {
     assert!(off.iter().all(|off| off.abs() < 3e-6), "{off:?}");
 }
 
-/// Guidance and odometry count from where the servos start: wheels that have moved out by 50 mm turn the robot by their own places, as the arm l + w of the
-/// mecanum matrix says.
+/// Guidance and odometry count from where the servos start: wheels that have moved out by 50 mm
+/// turn the robot by their own places, as the arm l + w of the mecanum matrix says.
 #[test]
 fn kinematics_are_those_of_where_the_joints_start() {
     let rates_at = |out_m: f64| {
@@ -331,7 +342,8 @@ fn kinematics_are_those_of_where_the_joints_start() {
     }
 }
 
-/// What grip allows is that of the pose: with its arm swung out a robot is limited as one whose arm was made so.
+/// What grip allows is that of the pose: with its arm swung out a robot is limited as one whose arm
+/// was made so.
 #[test]
 fn limits_are_those_of_where_the_joints_start() {
     let limits = |target_rad: f64, robot: &Robot| {
@@ -353,7 +365,8 @@ fn limits_are_those_of_where_the_joints_start() {
     assert!(changed.fold(0.0, f64::max) > 0.01);
 }
 
-/// Of a motion between what grip gives with the arm ahead and with the arm out, it is remarked before the run where the arm will have moved.
+/// Of a motion between what grip gives with the arm ahead and with the arm out, it is remarked
+/// before the run where the arm will have moved.
 #[test]
 fn a_motion_is_judged_with_the_arm_where_its_setpoints_send_it() {
     let ahead_m_s2 = |target_rad: f64| {

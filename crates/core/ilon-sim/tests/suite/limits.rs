@@ -1,4 +1,5 @@
-//! Accelerations that are announced as free of slip against the simulated world, on robots that look random.
+//! Accelerations that are announced as free of slip against the simulated world, on robots that
+//! look random.
 
 use std::f64::consts::TAU;
 
@@ -34,8 +35,9 @@ struct Case {
     direction: Twist,
 }
 
-/// Three to six wheels on rings and axles, wheels of 30 to 80 mm, 2 to 30 kg, the centre of mass up to a fifth off the middle; frictions of
-/// 0.1 to 1; slopes up to 10 deg, and to a third of what the floor holds.
+/// Three to six wheels on rings and axles, wheels of 30 to 80 mm, 2 to 30 kg, the centre of mass up
+/// to a fifth off the middle; frictions of 0.1 to 1; slopes up to 10 deg, and to a third of what
+/// the floor holds.
 fn case(k: u64) -> Case {
     let mut noise = Noise(77 + 1000 * k);
     for _ in 0..4 {
@@ -112,7 +114,8 @@ fn case(k: u64) -> Case {
     }
 }
 
-/// Three to six wheels, mecanum or on a ring that is none quite, rollers at any angle up to 65 deg; the rest as of [`case`], from a seed.
+/// Three to six wheels, mecanum or on a ring that is none quite, rollers at any angle up to 65 deg;
+/// the rest as of [`case`], from a seed.
 fn stranger(seed: u64) -> Case {
     let mut noise = Noise(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x5bd1_e995);
     for _ in 0..8 {
@@ -191,7 +194,8 @@ fn stranger(seed: u64) -> Case {
     }
 }
 
-/// Speeds up along a direction by an acceleration that grows smoothly from one time to another and stays.
+/// Speeds up along a direction by an acceleration that grows smoothly from one time to another and
+/// stays.
 struct SpeedsUp {
     direction: Twist,
     most: f64,
@@ -201,8 +205,9 @@ struct SpeedsUp {
 const FROM_S: f64 = 0.2;
 const GROWS_S: f64 = 0.5;
 const HOLDS_S: f64 = 0.15;
-/// Between new targets of the wheels. They are steps, which a loop of bandwidth w answers with a torque that falls by w T over a period T: at
-/// 60 rad/s a wheel pushes up to 15 % more than in the mean with 5 ms, and 3 % with 1 ms.
+/// Between new targets of the wheels. They are steps, which a loop of bandwidth w answers with a
+/// torque that falls by w T over a period T: at 60 rad/s a wheel pushes up to 15 % more than in the
+/// mean with 5 ms, and 3 % with 1 ms.
 const CONTROL_S: f64 = 0.001;
 /// The bandwidth of the wheels' loops.
 const LOOPS_RAD_S: f64 = 60.0;
@@ -267,7 +272,8 @@ impl Case {
     }
 }
 
-/// The motion of a case: how far its acceleration and its speed have come at times, per unit of the acceleration that it reaches.
+/// The motion of a case: how far its acceleration and its speed have come at times, per unit of the
+/// acceleration that it reaches.
 fn profile() -> impl Iterator<Item = (f64, f64, f64, f64)> {
     const STEP_S: f64 = 1e-3;
     let (mut speed, mut way) = (0.0, 0.0);
@@ -284,7 +290,7 @@ fn profile() -> impl Iterator<Item = (f64, f64, f64, f64)> {
 
 /// What a motion takes of its wheels' grip.
 struct Foreseen {
-    /// When a wheel uses all of it first, in seconds; `None` where none does.
+    /// When a wheel uses all of it first, in seconds; `None` if none does.
     at_s: Option<f64>,
     /// Which wheel uses most, then or ever.
     wheel: usize,
@@ -293,8 +299,8 @@ struct Foreseen {
 }
 
 impl Case {
-    /// What speeding up to an acceleration takes of the wheels' grip, loops alike: with the motion's own centripetal forces, and the slope as it
-    /// lies from the robot that turns.
+    /// What speeding up to an acceleration takes of the wheels' grip, loops alike: with the
+    /// motion's own centripetal forces, and the slope as it lies from the robot that turns.
     fn foreseen(&self, most: f64) -> Foreseen {
         let motors = self.motors();
         let mut limits = self.limits(PushSharing::EqualLoops);
@@ -348,11 +354,13 @@ impl Case {
     }
 }
 
-/// What a wheel is at its grip for at least where it slides, in seconds: more than a roller that comes down takes.
+/// What a wheel is at its grip for at least where it slides, in seconds: more than a roller that
+/// comes down takes.
 const LASTS_S: f64 = 0.02;
 
-/// The first wheel that is at its grip for 20 ms on end, more than a roller that comes down takes: when that began, and which. Before the robot
-/// sets out, its loops only take hold of what pulls it downhill.
+/// The first wheel that is at its grip for 20 ms on end, more than a roller that comes down takes:
+/// when that began, and which. Before the robot sets out, its loops only take hold of what pulls it
+/// downhill.
 fn first_at_grip(run: &Run) -> Option<(f64, usize)> {
     let rows = (LASTS_S / CONTROL_S).round() as usize;
     let records = run.trace.records();
@@ -370,10 +378,12 @@ fn first_at_grip(run: &Run) -> Option<(f64, usize)> {
     None
 }
 
-/// Twenty strangers, with the centripetal forces and the turning slope of their motion counted: at 95 % of the limit sliding takes less than 1 % of
-/// the motors' work. At 110 % a wheel is at its grip within 0.74 to 1.13 of the time that statics say, and mostly the one that they name. What is missed is
-/// what statics leave out: places of contact, and so loads, wander by up to a quarter of a wheel's radius, wheels ripple against the touching rollers, and
-/// of robots that turn each roller that comes down may take all of the grip.
+/// Twenty strangers, with the centripetal forces and the turning slope of their motion counted: at
+/// 95 % of the limit sliding takes less than 1 % of the motors' work. At 110 % a wheel is at its
+/// grip within 0.74 to 1.13 of the time that statics say, and mostly the one that they name. What
+/// is missed is what statics leave out: places of contact, and so loads, wander by up to a quarter
+/// of a wheel's radius, wheels ripple against the touching rollers, and of robots that turn each
+/// roller that comes down may take all of the grip.
 #[test]
 fn strangers_slide_when_and_where_the_limits_say() {
     let mut exact = 0;
@@ -406,8 +416,9 @@ fn strangers_slide_when_and_where_the_limits_say() {
     assert!(exact >= 17, "{exact}");
 }
 
-/// Statics of four hundred strangers: along the direction of each, the wheel that is named uses all of its grip at the limit, none uses more, and at
-/// 95 and 110 % of it the most used one uses less and more than all.
+/// Statics of four hundred strangers: along the direction of each, the wheel that is named uses all
+/// of its grip at the limit, none uses more, and at 95 and 110 % of it the most used one uses less
+/// and more than all.
 #[test]
 fn at_the_limit_the_named_wheel_uses_its_grip_and_none_uses_more() {
     let mut looked_at = 0;
@@ -439,8 +450,8 @@ fn at_the_limit_the_named_wheel_uses_its_grip_and_none_uses_more() {
     assert!(looked_at > 350, "{looked_at}");
 }
 
-/// The first wheel that lost more than `lost_j` to sliding: when, which, and how fast the robot had speeded up along a direction at most, over
-/// 40 ms.
+/// The first wheel that lost more than `lost_j` to sliding: when, which, and how fast the robot had
+/// speeded up along a direction at most, over 40 ms.
 fn first_to_slide(run: &Run, direction: Twist, lost_j: f64) -> Option<(f64, usize, f64)> {
     const ROWS: usize = 40;
     let d = direction;
@@ -463,10 +474,12 @@ fn first_to_slide(run: &Run, direction: Twist, lost_j: f64) -> Option<(f64, usiz
 /// Of what the motors do, the most that may be lost to sliding below the limit.
 const MOST_LOST: f64 = 0.01;
 
-/// Equal loops: at 95 % of the limit sliding takes less than 1 % of the motors' work; at 110 % the wheel that slides first is the one that is
-/// named, or one that is used as much but for 5 %, and it does so at 0.95 to 1.15 of the limit. What is missed is the wandering of the places
-/// where rollers touch, about their wheels' middles, and the strain of wheels whose rollers do not roll as eq. (7) says; and a wheel that slides
-/// among five or six is held near to rolling by the others.
+/// Equal loops: at 95 % of the limit sliding takes less than 1 % of the motors' work; at 110 % the
+/// wheel that slides first is the one that is named, or one that is used as much but for 5 %, and
+/// it does so at 0.95 to 1.15 of the limit. What is missed is the wandering of the places where
+/// rollers touch, about their wheels' middles, and the strain of wheels whose rollers do not roll
+/// as eq. (7) says; and a wheel that slides among five or six is held near to rolling by the
+/// others.
 #[test]
 fn loops_by_themselves_slide_where_the_limits_say() {
     let mut onsets = Vec::new();
@@ -511,8 +524,9 @@ fn loops_by_themselves_slide_where_the_limits_say() {
     );
 }
 
-/// Pushes that are shared by grip, of those robots that have some to share, slide little at 95 % of limits that are higher. All wheels are then
-/// near to their grip at once, so that what each roller that comes down takes to be spun up is missing: up to 1.3 % of the work is lost.
+/// Pushes that are shared by grip, of those robots that have some to share, slide little at 95 % of
+/// limits that are higher. All wheels are then near to their grip at once, so that what each roller
+/// that comes down takes to be spun up is missing: up to 1.3 % of the work is lost.
 #[test]
 fn pushes_by_grip_hold_what_the_limits_say() {
     let mut gained = Vec::new();
@@ -544,7 +558,8 @@ fn pushes_by_grip_hold_what_the_limits_say() {
     assert!(gained.iter().sum::<f64>() / 15.0 > 1.1, "{gained:?}");
 }
 
-/// A robot of 10 kg on mecanum wheels at 0.15 and 0.16 m, or on those that are said, with the centre of its chassis somewhere, on a floor.
+/// A robot of 10 kg on mecanum wheels at 0.15 and 0.16 m, or on those that are said, with the
+/// centre of its chassis somewhere, on a floor.
 fn stood(center_m: [f64; 3], wheels: Option<&str>, floor: &str) -> (Robot, Limits) {
     let mecanum =
         "[wheels.mecanum]\naxles_m = [0.15, -0.15]\nhalf_width_m = 0.16\ngamma_deg = 45.0\n";
@@ -578,7 +593,8 @@ fn limits_say_how_a_robot_stands() {
         both.all(|limit| limit.largest == 0.0)
     };
     assert_eq!(stood(middle, None, level).1.remarks, Vec::<String>::new());
-    // The chassis alone is 300 mm ahead, wheels of 0.34 kg each hold against it: 10 kg * 300 mm / 11.36 kg - 150 mm.
+    // The chassis alone is 300 mm ahead, wheels of 0.34 kg each hold against it: 10 kg * 300 mm /
+    // 11.36 kg - 150 mm.
     let (_, outside) = stood([0.3, 0.0, 0.1], None, level);
     assert!(
         outside.remarks[0].contains("114.1 mm outside of its wheels"),
@@ -608,7 +624,8 @@ fn limits_say_how_a_robot_stands() {
     assert!(none_had(&light));
 }
 
-/// A high robot that shares pushes by grip tips over before it slides: about its rear axle from g (0.15 m + c_x) / h on.
+/// A high robot that shares pushes by grip tips over before it slides: about its rear axle from g
+/// (0.15 m + c_x) / h on.
 #[test]
 fn a_high_robot_is_held_by_tipping() {
     let by_grip = "wheel_loop.law = \"prioritised_torque\"\nworld.floor.friction = 1.5\n";
@@ -634,8 +651,9 @@ fn warnings(text: &str) -> Vec<String> {
     resolved.warnings().to_vec()
 }
 
-/// An eight of 8 s takes 0.9 m/s^2 at most, which a floor of friction 0.6 holds and one of 0.1 does not. One that is as fast as grip allows is
-/// remarked on no floor, and beyond all that grip gives nothing can be asked for.
+/// An eight of 8 s takes 0.9 m/s^2 at most, which a floor of friction 0.6 holds and one of 0.1 does
+/// not. One that is as fast as grip allows is remarked on no floor, and beyond all that grip gives
+/// nothing can be asked for.
 #[test]
 fn a_motion_that_asks_for_more_than_there_is_is_remarked_before_it_is_run() {
     let asks = |text: &str| {
@@ -669,8 +687,9 @@ fn a_motion_that_asks_for_more_than_there_is_is_remarked_before_it_is_run() {
     );
 }
 
-/// An eight whose crossing is faster than the wheels: the remark names the time from which on, the wheel and the rate that the reference itself has.
-/// At twice that limit half of it is taken, which (36) remarks; at four times nothing is said.
+/// An eight whose crossing is faster than the wheels: the remark names the time from which on, the
+/// wheel and the rate that the reference itself has. At twice that limit half of it is taken, which
+/// (36) remarks; at four times nothing is said.
 #[test]
 fn a_reference_that_takes_the_wheels_rates_is_remarked_with_its_times() {
     let eight = |limit_rad_s: f64| {
@@ -725,7 +744,8 @@ fn a_reference_that_takes_the_wheels_rates_is_remarked_with_its_times() {
     assert_eq!(said(4.0 * most), "");
 }
 
-/// What is announced is in the trace, and seen in it: a start with 8 m/s^2 slides on the wheel that was said, as soon as its loops ask for it.
+/// What is announced is in the trace, and seen in it: a start with 8 m/s^2 slides on the wheel that
+/// was said, as soon as its loops ask for it.
 #[test]
 fn what_is_announced_stands_in_the_trace_and_is_seen_there() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
@@ -744,7 +764,8 @@ fn what_is_announced_stands_in_the_trace_and_is_seen_there() {
         "{announced:?}"
     );
     assert_eq!(announced.first, [0, 1]);
-    // Front wheels push m a / (2 sqrt 2), and bear m g / 4 less m a h / (2 L), with the centre of mass h above the ground and axles 0.3 m apart.
+    // Front wheels push m a / (2 sqrt 2), and bear m g / 4 less m a h / (2 L), with the centre of
+    // mass h above the ground and axles 0.3 m apart.
     let robot = Robot::load(format!("{folder}/mecanum4.urdf")).expect("a shipped robot");
     let height_m = robot.center_of_mass_m().z + robot.ride_height_m();
     let expected = 8.0 / 8.0_f64.sqrt() / (0.6 * (9.81 / 4.0 - 8.0 * height_m / 0.6));
@@ -761,7 +782,8 @@ fn what_is_announced_stands_in_the_trace_and_is_seen_there() {
         .clone()
         .find(|row| (0..4).any(|wheel| slides(*row, wheel)));
     let first_s = records[first.expect("it slides")].t_s;
-    // The next target comes up to 10 ms later, loops of 60 rad/s answer it within 17 ms, and rows are 10 ms apart.
+    // The next target comes up to 10 ms later, loops of 60 rad/s answer it within 17 ms, and rows
+    // are 10 ms apart.
     let late_s = first_s - announced.from_s;
     assert!((0.0..0.037).contains(&late_s), "{first_s}: {announced:?}");
     let mut soon = rows.filter(|row| (first_s..first_s + 0.02).contains(&records[*row].t_s));
@@ -788,8 +810,9 @@ fn with_share(scenario: &Scenario, share: f64) -> Scenario {
 /// Of the motors' positive work, what a path as fast as grip allows may lose to sliding.
 const MAY_SLIDE: f64 = 0.005;
 
-/// Checks that a path as fast as grip allows slides no more than it may. Gives its share of grip, and what slides where a lap is 3 % shorter: laps take about
-/// as long as one over the root of the share.
+/// Checks that a path as fast as grip allows slides no more than it may. Gives its share of grip,
+/// and what slides where a lap is 3 % shorter: laps take about as long as one over the root of the
+/// share.
 fn takes_what_it_may(what: &str, scenario: &Scenario, robot: &Robot) -> (f64, f64) {
     let resolved = ilon_sim::resolve(scenario, robot).expect("it can be run");
     let section = resolved.scenario().reference.as_ref().expect("a path");
@@ -813,8 +836,8 @@ fn takes_what_it_may(what: &str, scenario: &Scenario, robot: &Robot) -> (f64, f6
     (share, slid_more)
 }
 
-/// Eights of the shipped robot, large, small and on ice: at nine tenths of the limits each slides more than it may, since loops push hardest when a target
-/// comes.
+/// Eights of the shipped robot, large, small and on ice: at nine tenths of the limits each slides
+/// more than it may, since loops push hardest when a target comes.
 #[test]
 fn a_path_as_fast_as_grip_allows_does_not_slide() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
@@ -833,8 +856,8 @@ fn a_path_as_fast_as_grip_allows_does_not_slide() {
     }
 }
 
-/// Strangers, on their slopes, that look along an eight: rollers at odd angles strain one another in its turns, where what slides need not grow with the share
-/// of grip.
+/// Strangers, on their slopes, that look along an eight: rollers at odd angles strain one another
+/// in its turns, where what slides need not grow with the share of grip.
 #[test]
 fn strangers_as_fast_as_grip_allows_do_not_slide() {
     let mut driven = 0;
@@ -877,7 +900,8 @@ fn a_path_is_timed_without_what_goes_wrong() {
     );
 }
 
-/// A lap time follows the square root of the friction, but for the wheels' rates: of a tenth of it 3.2 times as long, at one share of grip.
+/// A lap time follows the square root of the friction, but for the wheels' rates: of a tenth of it
+/// 3.2 times as long, at one share of grip.
 #[test]
 fn a_path_is_timed_by_its_floor() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
@@ -892,7 +916,8 @@ fn a_path_is_timed_by_its_floor() {
         let robot = ilon_sim::load_robot(&scenario).expect("a shipped robot");
         let resolved = ilon_sim::resolve(&scenario, &robot).expect("it can be run");
         let reference = resolved.reference().expect("it has one");
-        // From its crossing, the tip on the other side is passed after three quarters of the first lap.
+        // From its crossing, the tip on the other side is passed after three quarters of the first
+        // lap.
         let x = |t_s: f64| reference.at(t_s).pose.x_m;
         let times = (1..40_000).map(|k| 1e-3 * f64::from(k));
         times
@@ -913,8 +938,9 @@ fn limits_of_a() -> Limits {
     Limits::of(&scenario, &robot).expect("it stands")
 }
 
-/// What is printed is what statics allow, or less where the simulated robot slides at it: an eighth to a third less from rest, where targets come every 10 ms. A box
-/// lies as far inside of its polytope as by statics.
+/// What is printed is what statics allow, or less where the simulated robot slides at it: an eighth
+/// to a third less from rest, where targets come every 10 ms. A box lies as far inside of its
+/// polytope as by statics.
 #[test]
 fn what_is_printed_is_tried_by_the_robot() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
@@ -951,8 +977,9 @@ fn what_is_printed_is_tried_by_the_robot() {
     assert_eq!(at_45.largest, held.rows[3].speeding_up.largest);
 }
 
-/// Wheels of 50 mm at 30 rad/s go 1.5 m/s ahead and sideways. At 45 degrees two of them stand still and two turn for ahead and sideways together, sqrt 2 times as
-/// fast: 1.5 / sqrt 2 m/s. Each motion is looked at at rest, at half of its top speed and at nine tenths.
+/// Wheels of 50 mm at 30 rad/s go 1.5 m/s ahead and sideways. At 45 degrees two of them stand still
+/// and two turn for ahead and sideways together, sqrt 2 times as fast: 1.5 / sqrt 2 m/s. Each
+/// motion is looked at at rest, at half of its top speed and at nine tenths.
 #[test]
 fn motions_are_looked_at_at_shares_of_their_top_speeds() {
     let limits = limits_of_a();
@@ -976,8 +1003,9 @@ fn motions_are_looked_at_at_shares_of_their_top_speeds() {
     }
 }
 
-/// In the worst corner of the box one wheel pushes for ahead, left and turning at once: the shares that each alone takes of what there is add up to the
-/// nine tenths that the box keeps to. The loads that move with the accelerations change that by some percent.
+/// In the worst corner of the box one wheel pushes for ahead, left and turning at once: the shares
+/// that each alone takes of what there is add up to the nine tenths that the box keeps to. The
+/// loads that move with the accelerations change that by some percent.
 #[test]
 fn a_corner_of_the_acceleration_box_takes_nine_tenths_of_what_there_is() {
     let limits = limits_of_a();
@@ -1005,8 +1033,8 @@ fn a_corner_of_the_acceleration_box_takes_nine_tenths_of_what_there_is() {
     );
 }
 
-/// On a slope loops ask the wheels uphill, which bear less, for as much as the others; what all together hold is the whole robot's, tan(slope) against
-/// mu cos(45 deg) along rollers at 45 deg.
+/// On a slope loops ask the wheels uphill, which bear less, for as much as the others; what all
+/// together hold is the whole robot's, tan(slope) against mu cos(45 deg) along rollers at 45 deg.
 #[test]
 fn a_slope_that_wheels_hold_together_is_told_from_one_that_they_do_not() {
     for (slope_deg, slides) in [(21.0_f64, false), (23.5, true)] {
@@ -1032,7 +1060,8 @@ fn a_slope_that_wheels_hold_together_is_told_from_one_that_they_do_not() {
         let scenario = Scenario::from_toml(&text, "slope", folder).expect("a scenario");
         let run = ilon_sim::run(&scenario).expect("it runs");
         let fell_m = run.summary.end_x_m.expect("an end");
-        // The loops give way by some millimetres; 2.5 % more than is held is 0.1 m/s^2, 50 mm in a second.
+        // The loops give way by some millimetres; 2.5 % more than is held is 0.1 m/s^2, 50 mm in a
+        // second.
         assert_eq!(fell_m > 0.01, slides, "{slope_deg}: {fell_m}");
     }
 }

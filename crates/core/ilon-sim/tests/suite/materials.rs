@@ -1,4 +1,5 @@
-//! Materials of rollers and floors: a pair says what keys of the floor would, and names that do not fit are refused in words.
+//! Materials of rollers and floors: a pair says what keys of the floor would, and names that do not
+//! fit are refused in words.
 
 use crate::support;
 
@@ -34,7 +35,8 @@ across = { creep = 0.5, rolling_resistance = 0.2, friction = 0.6 }
 against = { rolling_resistance = 0.15 }
 "#;
 
-/// The scenario of a text behind the common one; its robot's file is gone with the folder, so that it is used at once.
+/// The scenario of a text behind the common one; its robot's file is gone with the folder, so that
+/// it is used at once.
 fn with<T>(
     text: &str,
     settings: &[&str],
@@ -232,7 +234,8 @@ fn names_that_do_not_fit_are_refused_with_those_that_would() {
     assert!(load("[materials.rubber.ice]\nfriction = 0.05\n", &[]).is_ok());
 }
 
-/// A robot whose file says what its rollers are made of drives on floors that say nothing of it as any other.
+/// A robot whose file says what its rollers are made of drives on floors that say nothing of it as
+/// any other.
 #[test]
 fn a_robot_says_its_own_materials_and_wheels_may_differ() {
     let folder = Folder::new();

@@ -65,16 +65,19 @@ fn an_unknown_slope_costs_its_pull_over_the_stiffness_without_an_imu_and_nothing
     }
 }
 
-/// Honeywell HG1700, by its brochure: gyroscopes of 1 deg/h and 0.125 deg/sqrt(h), accelerometers of 1 mg and 0.065 fps/sqrt(h). A random walk of
-/// N a root of a second is N sqrt(rate) in one sample.
+/// Honeywell HG1700, by its brochure: gyroscopes of 1 deg/h and 0.125 deg/sqrt(h), accelerometers
+/// of 1 mg and 0.065 fps/sqrt(h). A random walk of N a root of a second is N sqrt(rate) in one
+/// sample.
 const TACTICAL: &str = "rate_hz = 500\naccelerometer = { noise = 7.4e-3, bias = 9.8e-3 }\ngyroscope = { noise = 8.1e-4, bias = 4.8e-6 }\n";
-/// InvenSense MPU-6050, by its data sheet as it comes from the reel: 0.005 deg/s/sqrt(Hz) and +-20 deg/s at zero rate, 400 ug/sqrt(Hz) and
-/// +-50 mg. A density is that times sqrt(rate / 2) in one sample; a tolerance is taken for two deviations. Its walk is not said: as it warms up.
+/// InvenSense MPU-6050, by its data sheet as it comes from the reel: 0.005 deg/s/sqrt(Hz) and +-20
+/// deg/s at zero rate, 400 ug/sqrt(Hz) and +-50 mg. A density is that times sqrt(rate / 2) in one
+/// sample; a tolerance is taken for two deviations. Its walk is not said: as it warms up.
 const CHEAP: &str = "rate_hz = 100\naccelerometer = { noise = 0.028, bias = 0.25, bias_walk = 0.02 }\n\
     gyroscope = { noise = 6.2e-4, bias = 0.17, bias_walk = 0.003 }\nroll_deg = 0.5\n";
 
-/// Where they put the robot: an accelerometer's bias and the mounting through the spring for good, a gyroscope's bias for as long as the filter
-/// has not learned it, b t exp(-t / T) of tilt at most b T / e, and about the vertical, which nothing shows, b T / 2 of the slope.
+/// Where they put the robot: an accelerometer's bias and the mounting through the spring for good,
+/// a gyroscope's bias for as long as the filter has not learned it, b t exp(-t / T) of tilt at most
+/// b T / e, and about the vertical, which nothing shows, b T / 2 of the slope.
 #[test_case(TACTICAL, 0.0098, 4.8e-6, 0.0; "tactical")]
 #[test_case(CHEAP, 0.25, 0.17, 0.5; "cheap")]
 fn imus_at_both_ends_keep_the_robot_where_their_bias_puts_it(
@@ -117,8 +120,9 @@ fn swing_m(run: &Run, from_s: f64, to_s: f64) -> f64 {
     f64::hypot(swing(0), swing(1))
 }
 
-/// Both ends, their ages up to what a slow network makes of them, filters from hasty to slow, springs from soft to hard: what is not refused settles
-/// after a push, and what is refused settles at the limit that the refusal names.
+/// Both ends, their ages up to what a slow network makes of them, filters from hasty to slow,
+/// springs from soft to hard: what is not refused settles after a push, and what is refused settles
+/// at the limit that the refusal names.
 #[test]
 fn imus_old_and_new_settle_or_are_refused_with_a_limit_that_settles() {
     let keys = |imu: &str, filter_s: f64, latency_s: f64, stiffness: f64, damping: f64| {
@@ -129,7 +133,8 @@ fn imus_old_and_new_settle_or_are_refused_with_a_limit_that_settles() {
     };
     let settles = |keys: &str| {
         let run = run(keys);
-        // What grew would grow in these three seconds too; noise and a bias that walks go on shaking it, the cheap one by a millimetre.
+        // What grew would grow in these three seconds too; noise and a bias that walks go on
+        // shaking it, the cheap one by a millimetre.
         let (first, last) = (swing_m(&run, 0.5, 2.0), swing_m(&run, 3.5, 5.0));
         assert!(last < 0.8 * first || last < 2e-3, "{first} {last}: {keys}");
         last
@@ -177,7 +182,8 @@ fn imus_old_and_new_settle_or_are_refused_with_a_limit_that_settles() {
     assert!(runs >= 8 && refusals >= 4, "{runs} {refusals}");
 }
 
-/// A ramp that nobody announces, driven onto and stood upon: it leans as a slope does where the robot is, and nowhere else.
+/// A ramp that nobody announces, driven onto and stood upon: it leans as a slope does where the
+/// robot is, and nowhere else.
 #[test]
 fn a_ramp_that_nobody_announces_costs_what_a_slope_does_and_only_there() {
     let over = "[reference.line]\nto_x_m = 1.1\nto_y_m = 0\nspeed_m_s = 0.3\nheading = { constant_deg = 0 }\n";
@@ -232,8 +238,9 @@ fn on_rocking_ground_the_tilt_is_that_of_the_ground() {
         let x = since_s.min(1.0);
         let built = x * x * (3.0 - 2.0 * x);
         let lean_rad = 4_f64.to_radians() * built * (std::f64::consts::PI * since_s).sin();
-        // Where the left goes down the robot rolls to the left, which is negative; the filter's gyroscope lags nothing, and what the
-        // robot's own acceleration adds is 20 mm/s^2 of gravity for a fraction of the filter's second.
+        // Where the left goes down the robot rolls to the left, which is negative; the filter's
+        // gyroscope lags nothing, and what the robot's own acceleration adds is 20 mm/s^2 of
+        // gravity for a fraction of the filter's second.
         let roll_rad = record.imu.unwrap().roll_rad;
         assert!(
             (roll_rad + lean_rad).abs() < 2e-3,
@@ -294,7 +301,8 @@ fn what_is_left_out_follows_from_mass_and_period() {
     assert_eq!(resolved.guidance.position_gain_per_s, k / d);
     let own = PassiveTorqueSettings::for_robot(plant.robot(), 9.81, 1e-3, 0.01, 0.0).unwrap();
     assert_eq!((k, d), (own.stiffness_n_m, own.damping_n_s_m));
-    // Ten periods of ten milliseconds, of 11.4 kg and the wheels' spin, at most; a wheel in the air holds it somewhat below.
+    // Ten periods of ten milliseconds, of 11.4 kg and the wheels' spin, at most; a wheel in the air
+    // holds it somewhat below.
     assert!((80.0..130.0).contains(&d), "{d}");
     // It runs by a controller's own rates too.
     let mut plant = plant;
@@ -302,7 +310,8 @@ fn what_is_left_out_follows_from_mass_and_period() {
     assert!(plant.truth().twist_in_body.vx_m_s > 0.02);
 }
 
-/// Equation (7) leaves out which roller touches: 2 % sideways. The covariance of dead reckoning knows it, and is not far above it.
+/// Equation (7) leaves out which roller touches: 2 % sideways. The covariance of dead reckoning
+/// knows it, and is not far above it.
 #[test]
 fn dead_reckoning_errs_as_its_covariance_says() {
     for twist in [
@@ -339,7 +348,8 @@ fn jointed(keys: &str, dt_s: f64) -> Scenario {
     Scenario::from_toml(&text, "jointed", ROBOTS).unwrap()
 }
 
-/// Whatever comes over the robot at once: what servos, a push, a payload and leaning ground bring is supply, in every physics step.
+/// Whatever comes over the robot at once: what servos, a push, a payload and leaning ground bring
+/// is supply, in every physics step.
 #[test]
 fn what_servos_pushes_payloads_and_leaning_ground_bring_is_supply() {
     let lift = "[robot.joints.lift]\nrole = 'driven'\nsetpoints = [{ t_s = 0.5, position_m = 0 }, { t_s = 2.5, position_m = 0.4 }]\n";
@@ -372,7 +382,8 @@ fn what_servos_pushes_payloads_and_leaning_ground_bring_is_supply() {
     }
 }
 
-/// A robot with joints looks for its stand on ground without friction; what the floor is made of comes back afterwards.
+/// A robot with joints looks for its stand on ground without friction; what the floor is made of
+/// comes back afterwards.
 #[test]
 fn patches_lie_under_robots_with_joints_too() {
     let arm = "[robot.joints.arm]\nrole = 'driven'\ntarget_rad = 0\n";
@@ -403,8 +414,8 @@ fn every_shipped_scenario_of_the_passive_law_bounds_the_rise_of_its_storage() {
     assert!(found >= 5, "{found}");
 }
 
-/// Between poses the filter turns by what the gyroscope says, to rounding, whatever the wheels do: a push that turns the robot on its sliding
-/// wheels is seen.
+/// Between poses the filter turns by what the gyroscope says, to rounding, whatever the wheels do:
+/// a push that turns the robot on its sliding wheels is seen.
 #[test]
 fn a_fusion_with_a_gyroscope_turns_as_the_gyroscope_says() {
     let run = |fusion: &str| {
@@ -432,7 +443,8 @@ fn a_fusion_with_a_gyroscope_turns_as_the_gyroscope_says() {
     let (by_wheels, lost_rad) = gap(&run(""));
     println!("{by_gyroscope} {off_rad}, {by_wheels} {lost_rad}");
     assert!(by_gyroscope < 1e-12, "{by_gyroscope}");
-    // Five seconds of a bias within three deviations, and noise that walks by 0.01 rad/s sqrt(5 s 0.01 s).
+    // Five seconds of a bias within three deviations, and noise that walks by 0.01 rad/s sqrt(5 s
+    // 0.01 s).
     assert!(
         off_rad < 3.0 * (0.002 * 5.0 + 0.01 * 0.05_f64.sqrt()),
         "{off_rad}"
@@ -447,9 +459,10 @@ fn a_gyroscope_that_is_not_there_is_refused() {
     assert!(refused.contains("[sensors.imu]"), "{refused}");
 }
 
-/// On a floor without friction a robot slides down the floor that leans more and more: from rest it gains the integral of g sin(a(t)), with
-/// a(t) = A (3 x^2 - 2 x^3), x = t / T, the way a tilt is built up. The gravity of a step is that of its middle, which errs by
-/// dt^2 / 24 g a'(T / 2): 3e-5 m/s; that of its beginning would by dt / 2 g sin(A), 25 mm/s.
+/// On a floor without friction a robot slides down the floor that leans more and more: from rest it
+/// gains the integral of g sin(a(t)), with a(t) = A (3 x^2 - 2 x^3), x = t / T, the way a tilt is
+/// built up. The gravity of a step is that of its middle, which errs by dt^2 / 24 g a'(T / 2): 3e-5
+/// m/s; that of its beginning would by dt / 2 g sin(A), 25 mm/s.
 #[test]
 fn ground_that_begins_to_lean_pulls_as_in_the_middle_of_each_step() {
     const DT_S: f64 = 0.01;

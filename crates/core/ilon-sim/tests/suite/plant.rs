@@ -11,8 +11,8 @@ use ilon_sim::{
 };
 use test_case::test_case;
 
-/// All that may lie between two moments: noise, a late sensor that is fused with odometry, pushes, payloads, a seized roller, a
-/// floor that changes, a box, the wheel law with the most state.
+/// All that may lie between two moments: noise, a late sensor that is fused with odometry, pushes,
+/// payloads, a seized roller, a floor that changes, a box, the wheel law with the most state.
 const EVENTFUL: &str = r#"
 [robot]
 file = "mecanum4.urdf"
@@ -152,9 +152,9 @@ fn a_snapshot_of_another_plant_is_refused_and_changes_nothing() {
     assert_eq!(drive(&mut plant, 20), ahead);
 }
 
-/// Where rapier solves contacts itself, a plant goes through the same: noise, a box, a push, a payload, a seized roller, a floor that
-/// turns slippery. The step is chosen for it, nothing that it does not know is written into the scenario, and a snapshot is
-/// one.
+/// Where rapier solves contacts itself, a plant goes through the same: noise, a box, a push, a
+/// payload, a seized roller, a floor that turns slippery. The step is chosen for it, nothing that
+/// it does not know is written into the scenario, and a snapshot is one.
 #[test]
 fn a_plant_whose_contacts_rapier_solves_goes_through_the_same_events() {
     let (scenario, robot) = eventful("[world.solver]\ncontacts = \"rapier\"\n");
@@ -307,8 +307,8 @@ fn sensors_asked_twice_say_the_same_and_asking_changes_nothing() {
     assert_eq!(asked.observe(), unasked.observe());
 }
 
-/// What a plant's encoders add to the real wheel rates at each sample of the control, in rad/s, with so many physics steps
-/// between two samples.
+/// What a plant's encoders add to the real wheel rates at each sample of the control, in rad/s,
+/// with so many physics steps between two samples.
 fn encoder_errors_rad_s(steps_a_sample: u32) -> Vec<f64> {
     let physics_dt_s = PERIOD_S / f64::from(steps_a_sample);
     let text = format!(
@@ -338,7 +338,8 @@ fn encoder_noise_is_a_matter_of_samples_and_not_of_physics_steps() {
         // Rates of some rad/s: the sum of rate and noise is rounded at 1e-15.
         assert!((coarse - fine).abs() < 1e-13, "{coarse} is not {fine}");
     }
-    // 400 draws of a standard deviation of 0.05 rad/s scatter by 1 / sqrt(2 * 400) = 3.5 % about it: within four times that.
+    // 400 draws of a standard deviation of 0.05 rad/s scatter by 1 / sqrt(2 * 400) = 3.5 % about
+    // it: within four times that.
     let squares: f64 = coarse.iter().map(|error| error * error).sum();
     let rms_rad_s = (squares / coarse.len() as f64).sqrt();
     assert!((rms_rad_s / 0.05 - 1.0).abs() < 0.14, "{rms_rad_s} rad/s");
@@ -372,8 +373,8 @@ fn the_torques_of_an_outcome_are_the_mean_of_what_acted() {
     assert!(outcome.torques_n_m[0] > 0.0);
 }
 
-/// A DC motor brings a wheel that nothing loads to its no-load rate and no further, at any step: with J w' = stall (1 - w / no_load)
-/// the rate nears it as an exponential, here within 0.8 ms.
+/// A DC motor brings a wheel that nothing loads to its no-load rate and no further, at any step:
+/// with J w' = stall (1 - w / no_load) the rate nears it as an exponential, here within 0.8 ms.
 #[test]
 fn a_dc_motor_ends_at_its_no_load_rate_at_any_step() {
     const NO_LOAD_RAD_S: f64 = 20.0;
@@ -491,7 +492,8 @@ fn to_resolve_is_to_resolve_once() {
 
 #[test]
 fn a_push_from_outside_is_the_same_push_of_a_scenario() {
-    // 6 N for 0.25 s from 0.3 s on, which divide without rounding: given as its impulse in the scenario, and as a force when the time has come.
+    // 6 N for 0.25 s from 0.3 s on, which divide without rounding: given as its impulse in the
+    // scenario, and as a force when the time has come.
     let fault = "\n[[faults]]\npush = { impulse_x_n_s = 1.5, x_m = 0.1, y_m = 0.05, z_m = 0.0, from_s = 0.3, lasts_s = 0.25 }\n";
     let of = |further: &str| {
         let (scenario, robot) = eventful(further);
@@ -540,7 +542,8 @@ fn a_push_ends_with_a_reset_and_is_refused_where_it_is_no_push() {
     assert_eq!(drive(&mut plant), alone);
 }
 
-/// A plant of which a camera sees the pose with this delay, and which is pushed to one side by its wheels.
+/// A plant of which a camera sees the pose with this delay, and which is pushed to one side by its
+/// wheels.
 fn seen_late(latency_s: f64) -> Plant {
     let text = format!(
         "[robot]\nfile = \"mecanum4.urdf\"\n[twist]\n[sensors.pose]\nlatency_s = {latency_s}\n[run]\nduration_s = 1.0\n"
@@ -578,7 +581,8 @@ fn a_late_pose_is_where_the_robot_was_then() {
     }
 }
 
-/// An encoder whose factor is wrong counts the way that its wheel turned since it is, times the factor; its rate is wrong at once.
+/// An encoder whose factor is wrong counts the way that its wheel turned since it is, times the
+/// factor; its rate is wrong at once.
 #[test]
 fn a_scaled_encoder_counts_the_factor_of_what_its_wheel_turns() {
     let text = "[robot]\nfile = \"mecanum4.urdf\"\n[twist]\n[run]\nduration_s = 1.0\n\
@@ -604,7 +608,8 @@ fn a_scaled_encoder_counts_the_factor_of_what_its_wheel_turns() {
         let broken = period >= 10;
         let seen = plant.observe();
         let expected = true_angle + 0.25 * (true_angle - angle_when_it_broke);
-        // The step within which it breaks is counted by the factor that holds at its end: a step at 10 rad/s, as the loop overshoots 8.
+        // The step within which it breaks is counted by the factor that holds at its end: a step at
+        // 10 rad/s, as the loop overshoots 8.
         let step_rad = 10.0 * resolved.physics_dt_s() * 0.25;
         assert!(
             (seen.wheel_angles_rad[wheel] - expected).abs() <= step_rad,
@@ -618,8 +623,9 @@ fn a_scaled_encoder_counts_the_factor_of_what_its_wheel_turns() {
     }
 }
 
-/// Hosts have steps of their own: one millisecond, five, and one that no sum of meets the plant's steps of 3.33 ms. The robot goes where it goes by
-/// control periods, sensors that sample at control instants do so, and energies close.
+/// Hosts have steps of their own: one millisecond, five, and one that no sum of meets the plant's
+/// steps of 3.33 ms. The robot goes where it goes by control periods, sensors that sample at
+/// control instants do so, and energies close.
 #[test]
 fn a_plant_takes_whatever_steps_its_host_takes() {
     let scenario = |keys: &str| {
@@ -649,7 +655,8 @@ fn a_plant_takes_whatever_steps_its_host_takes() {
         for step_s in [1e-3, 5e-3, 7.5e-4] {
             let (pose, energy_j) = drive(step_s, keys);
             let off_m = (pose.position_m() - by_periods.position_m()).norm();
-            // Commands that are held for 10 ms lag by half of that: 5 ms of the last 0.3 m/s, less than 2 mm.
+            // Commands that are held for 10 ms lag by half of that: 5 ms of the last 0.3 m/s, less
+            // than 2 mm.
             assert!(off_m < 2e-3, "{keys} {step_s}: {off_m}");
             // A box of 1 kg rubs with 6 N on those millimetres.
             let off_j = (energy_j - motor_j).abs();

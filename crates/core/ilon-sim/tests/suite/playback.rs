@@ -1,4 +1,5 @@
-//! Logs that drive robots: what a robot did before it does again, and what is no log is refused with the reason.
+//! Logs that drive robots: what a robot did before it does again, and what is no log is refused
+//! with the reason.
 
 use std::path::{Path, PathBuf};
 
@@ -73,8 +74,8 @@ fn wheel_rates_of_a_bag_do_again_what_they_did() {
         folder.path(),
         "[playback]\nfile = \"bag\"\ndrives = \"wheel_rates\"\ntopic = \"/robot_joint_commands\"\npose_topic = \"/ground_truth/odom\"\n",
     );
-    // The same rates at the same times; the automatic step may differ by what each scenario lets foresee, which moves a contact's place
-    // within its step.
+    // The same rates at the same times; the automatic step may differ by what each scenario lets
+    // foresee, which moves a contact's place within its step.
     let off_m = apart_m(&before, &played.trace);
     assert!(off_m < 1e-5, "{off_m} m apart after 0.1 m of way");
     for record in played.trace.records() {
@@ -97,8 +98,9 @@ fn wheel_rates_of_a_bag_do_again_what_they_did() {
 fn angles_torques_twists_and_paths_of_a_bag_drive_too() {
     let folder = tempfile::tempdir().expect("a folder");
     let (_, before) = recorded(folder.path());
-    // A loop that follows angles is behind by up to a control period of way, 4 mm, and the torques were means over periods. The
-    // guidance begins its feedback from nothing: it follows a path within a centimetre.
+    // A loop that follows angles is behind by up to a control period of way, 4 mm, and the torques
+    // were means over periods. The guidance begins its feedback from nothing: it follows a path
+    // within a centimetre.
     for (drives, topic, within_m) in [
         ("wheel_angles", "/joint_states", 0.006),
         ("wheel_torques", "/joint_states", 0.01),
@@ -194,7 +196,8 @@ fn the_beginning_of_a_log_can_be_left_out() {
         );
         played.trace.records().last().expect("rows").truth.pose.x_m
     };
-    // 0.2 m/s from 0.5 s on, of a run of 0.6 s, or from its beginning until the log is over; getting there takes some hundredths.
+    // 0.2 m/s from 0.5 s on, of a run of 0.6 s, or from its beginning until the log is over;
+    // getting there takes some hundredths.
     assert!((way_m("") - 0.02).abs() < 0.01, "{}", way_m(""));
     let later = way_m("from_s = 0.5\n");
     assert!((later - 0.1).abs() < 0.015, "{later}");
@@ -380,7 +383,8 @@ fn times_since_1970_drive_as_times_since_the_start() {
 
 #[test]
 fn poses_that_come_late_begin_where_the_simulated_robot_is_by_then() {
-    // The real robot does what is asked of it, in a frame of its own: turned by a right angle, 3 m away.
+    // The real robot does what is asked of it, in a frame of its own: turned by a right angle, 3 m
+    // away.
     let log = |from_row: u64| {
         let rows: String = (0..=60)
             .map(|row| {
@@ -477,12 +481,14 @@ fn rows_and_keys_that_would_be_ignored_are_refused() {
         names.contains("`playback.names.vz_m_s` names nothing"),
         "{names}"
     );
-    // What is known by no value at all is left out, as a log of something slower beside others does.
+    // What is known by no value at all is left out, as a log of something slower beside others
+    // does.
     let rows = format!("{header}0,0.1,0,0\n0.5,,,\n1,0.1,0,0\n");
     assert!(played(&rows, "").summary.travelled_m > 0.0);
 }
 
-/// A log of 0.73 s from its first row to its last, a row each 0.01 s; `further` stands in the scenario.
+/// A log of 0.73 s from its first row to its last, a row each 0.01 s; `further` stands in the
+/// scenario.
 fn of_a_log(drives: &str, columns: &str, row: &str, further: &str) -> Result<Run, Error> {
     let folder = tempfile::tempdir().expect("a folder");
     // Its times are those of a clock that was begun long before.
@@ -507,8 +513,8 @@ fn without_a_duration_a_run_ends_with_its_log() {
         ("path", "x_m,y_m,heading_deg", "0,0,0"),
     ];
     for (drives, columns, row) in cases {
-        // A rate holds until the next, the last one as long as the others; of a path the last point is the end. A run has whole control
-        // periods: 25 or 24 of 0.03 s come nearest.
+        // A rate holds until the next, the last one as long as the others; of a path the last point
+        // is the end. A run has whole control periods: 25 or 24 of 0.03 s come nearest.
         let holds_s = if drives == "path" { 0.0 } else { 0.01 };
         for (further, duration_s) in [
             ("", 0.73 + holds_s),

@@ -19,7 +19,8 @@ const WHEELS: [&str; 4] = ["front_left", "front_right", "rear_left", "rear_right
 /// When the bag begins, with a message that drives nothing; the others come from a second later on.
 const BEGINS_NS: u64 = 4_000_000_000;
 
-/// A bag in a folder, of one topic's messages at times in seconds from a second after its beginning.
+/// A bag in a folder, of one topic's messages at times in seconds from a second after its
+/// beginning.
 fn bag<M: Message>(folder: &FilePath, messages: &[(f64, M)]) {
     let mut bag = BagWriter::create(&folder.join("bag")).expect("a bag");
     bag.declare::<Words>("/other", Qos::reliable(1))

@@ -68,7 +68,8 @@ fn roller_angles_come_as_often_as_asked_and_change_nothing_else() {
                 .all(|angle| *angle == Some(0.0))
         );
     }
-    // Rates that do not divide the rows' come on the mean as often: 30/s over 0.5 s is 15 samples and that of the end.
+    // Rates that do not divide the rows' come on the mean as often: 30/s over 0.5 s is 15 samples
+    // and that of the end.
     let trace = simulation("roller_angles_hz = 30").run().trace;
     let taken = trace.signal("wheel0_roller0_angle_rad").expect("a column");
     assert_eq!(taken.iter().flatten().count(), 16);
@@ -98,7 +99,8 @@ fn a_roller_that_touches_has_turned_by_its_spin() {
         let at = |row: usize| trace.roller_angles_at(row)[place].expect("taken");
         let turned_rad = at(row + 1) - at(row);
         let by_spin_rad = 0.01 * 0.5 * (now.roller_spin_rad_s + next.roller_spin_rad_s);
-        // The spins are those of the steps that ended at the rows; half a rad/s over 10 ms between them.
+        // The spins are those of the steps that ended at the rows; half a rad/s over 10 ms between
+        // them.
         assert!(
             (turned_rad - by_spin_rad).abs() < 0.005,
             "wheel {wheel}, row {row}: {turned_rad} against {by_spin_rad}"
@@ -145,7 +147,8 @@ fn a_bumpy_ground_is_drawn_again_from_the_header() {
     assert_eq!((heights.len(), heights[0].len()), (41, 41));
     let all = || heights.iter().flatten();
     assert!(all().all(|height| (0.0..=0.002).contains(height)));
-    // 1681 even draws: the largest misses the bound by a per mille of it with a probability of e^-1.7.
+    // 1681 even draws: the largest misses the bound by a per mille of it with a probability of
+    // e^-1.7.
     assert!(all().any(|height| *height > 0.0019) && all().any(|height| *height < 0.0001));
 }
 

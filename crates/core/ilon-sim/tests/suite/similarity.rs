@@ -1,6 +1,7 @@
-//! Robots of one shape and any size move alike (Froude): where lengths grow by s and masses by s^3, times and speeds grow by sqrt(s),
-//! forces by s^3, torques and energies by s^4 and stiffnesses by s^2. That holds for every law of contact, friction and drive, and no choice
-//! of the program may break it: steps, stiffnesses and thresholds are the robot's own.
+//! Robots of one shape and any size move alike (Froude): where lengths grow by s and masses by s^3,
+//! times and speeds grow by sqrt(s), forces by s^3, torques and energies by s^4 and stiffnesses by
+//! s^2. That holds for every law of contact, friction and drive, and no choice of the program may
+//! break it: steps, stiffnesses and thresholds are the robot's own.
 
 use ilon_formats::LoadRobot;
 use ilon_robot::{Robot, Wheel};
@@ -255,8 +256,9 @@ fn drive_robot(mut robot: Robot, keys: String, size: Size, dt: &str) -> Came {
     }
 }
 
-/// From 4 cm to 50 t. Where rollers land, a rounding can decide in which step, and robots of nearly one size differ by as much as those of
-/// any: these laws are held to about three times what sizes of 1 to 1.06 spread.
+/// From 4 cm to 50 t. Where rollers land, a rounding can decide in which step, and robots of nearly
+/// one size differ by as much as those of any: these laws are held to about three times what sizes
+/// of 1 to 1.06 spread.
 #[test]
 fn robots_of_one_shape_move_alike_at_any_size() {
     for law in LAWS {
@@ -264,7 +266,8 @@ fn robots_of_one_shape_move_alike_at_any_size() {
         let (way, lost) = match law.name {
             "cylinders" => (5e-3, 5e-2),
             "crown" | "unequal" | "play" | "kerb and push" => (1e-3, 5e-2),
-            // Where friction falls with the way that a roller slides, more than one set of impulses may keep the laws.
+            // Where friction falls with the way that a roller slides, more than one set of impulses
+            // may keep the laws.
             "nap" => (1e-3, 1e-2),
             _ => (1e-3, 1e-3),
         };
@@ -290,7 +293,8 @@ fn robots_of_one_shape_move_alike_at_any_size() {
     }
 }
 
-/// A robot of 40 or of 20 mm, which pushes a crate off its middle, does what one of 400 mm does: shapes have no size of their own, either.
+/// A robot of 40 or of 20 mm, which pushes a crate off its middle, does what one of 400 mm does:
+/// shapes have no size of their own, either.
 #[test]
 fn small_robots_push_small_crates_as_large_ones_do() {
     let pushed = |size: Size| {
@@ -343,7 +347,8 @@ fn small_robots_push_small_crates_as_large_ones_do() {
     }
 }
 
-/// Robot A with wheels of 250 mm and a chassis of 10 and of 50 t, under the automatic step and under one of a tenth of it.
+/// Robot A with wheels of 250 mm and a chassis of 10 and of 50 t, under the automatic step and
+/// under one of a tenth of it.
 #[test]
 fn heavy_robots_neither_bounce_nor_slip_by_their_step() {
     let size = Size(5.0);

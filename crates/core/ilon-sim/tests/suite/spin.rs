@@ -1,8 +1,11 @@
-//! Turning fast on the spot: hand-overs take of the grip, and the robot turns further than its touching rollers say (docs/slip.md).
+//! Turning fast on the spot: hand-overs take of the grip, and the robot turns further than its
+//! touching rollers say (docs/slip.md).
 //!
-//! By its touching roller at phi from straight down, a wheel at (X, Y) with the rate q' stands for omega = q' rho cos(phi) / (X + Y cos(phi) +
-//! a sin(phi)), with a = rho - r. From the end of one roller to the beginning of the next that jumps by 9 % on robot A. Wheel and new roller follow within the hand-over,
-//! which takes friction at its limit for a time that grows with the speed and falls with the grip; so long they are not where rolling has them.
+//! By its touching roller at phi from straight down, a wheel at (X, Y) with the rate q' stands for
+//! omega = q' rho cos(phi) / (X + Y cos(phi) + a sin(phi)), with a = rho - r. From the end of one
+//! roller to the beginning of the next that jumps by 9 % on robot A. Wheel and new roller follow
+//! within the hand-over, which takes friction at its limit for a time that grows with the speed and
+//! falls with the grip; so long they are not where rolling has them.
 
 use ilon_formats::LoadRobot;
 use ilon_robot::Robot;
@@ -23,13 +26,15 @@ fn excess(rate_rad_s: f64, friction: f64, dt_s: f64) -> f64 {
     100.0 * (run.summary.twist_ratio_contact.omega.unwrap() - 1.0)
 }
 
-/// Rolling changes by 9 % at each hand-over, and the friction that brings wheel and robot there is limited. So what a turn gains is no error of
-/// the step, is the same to either side, and goes as the grip grows or the turn slows down: both shorten the part of the time in which
-/// something slides, and the first also what slides meanwhile.
+/// Rolling changes by 9 % at each hand-over, and the friction that brings wheel and robot there is
+/// limited. So what a turn gains is no error of the step, is the same to either side, and goes as
+/// the grip grows or the turn slows down: both shorten the part of the time in which something
+/// slides, and the first also what slides meanwhile.
 #[test]
 fn a_fast_turn_gains_what_hand_overs_take_of_the_grip() {
     let usual = excess(4.8, 0.6, 2.5e-4);
-    // 0.21 % in steps of 0.25 to 0.05 ms, over 3 s; the shorter stretch holds other phases at its ends.
+    // 0.21 % in steps of 0.25 to 0.05 ms, over 3 s; the shorter stretch holds other phases at its
+    // ends.
     assert!((usual - 0.21).abs() < 0.03, "{usual}");
     let finer = excess(4.8, 0.6, 1.25e-4);
     assert!((usual - finer).abs() < 0.02, "{usual} {finer}");

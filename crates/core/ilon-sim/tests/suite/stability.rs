@@ -1,10 +1,12 @@
-//! Gains of the guidance that its control period does not bear: refused, remarked, and seen in the simulated world.
+//! Gains of the guidance that its control period does not bear: refused, remarked, and seen in the
+//! simulated world.
 
 use ilon_sim::{Error, Run, Scenario};
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
 
-/// A robot that shall stay where it is, and stands 0.1 mm and 0.1 mrad off, so that no motor is at its limit.
+/// A robot that shall stay where it is, and stands 0.1 mm and 0.1 mrad off, so that no motor is at
+/// its limit.
 fn scenario(keys: &str) -> Scenario {
     scenario_of(4.0, keys)
 }
@@ -33,7 +35,8 @@ fn said(keys: &str) -> Result<String, String> {
     }
 }
 
-/// Gains on position and heading, at a period of 0.25 s, for which wheel loops of 60 rad/s follow at once but for a part in 500.
+/// Gains on position and heading, at a period of 0.25 s, for which wheel loops of 60 rad/s follow
+/// at once but for a part in 500.
 fn gains(position_per_s: f64, heading_per_s: f64) -> String {
     format!(
         "run.control_dt_s = 0.25\nguidance.position_gain_per_s = {position_per_s}\nguidance.heading_gain_per_s = {heading_per_s}\n"
@@ -51,7 +54,8 @@ fn a_gain_is_remarked_from_where_it_overshoots_on_and_refused_from_its_bound_on(
             "the guidance overshoots: `guidance.{key}_gain_per_s` times the period of 0.25 s is 1.000, and from 0."
         );
         assert!(remark.starts_with(&expected), "{remark}");
-        // Wheels that follow at once pass zero from 1 on; the integral of these loops, from a thirtieth less on.
+        // Wheels that follow at once pass zero from 1 on; the integral of these loops, from a
+        // thirtieth less on.
         let swings = format!("from {from} on the robot swings");
         assert!(remark.contains(&swings), "{remark}");
     }
@@ -64,8 +68,8 @@ fn a_gain_is_remarked_from_where_it_overshoots_on_and_refused_from_its_bound_on(
     }
 }
 
-/// Of a matrix the larger eigenvalue counts: that of [[6, 2.3], [2.3, 1]] is 3.5 + 3.4 = 6.9 /s, that with 9 in place of 6 is 5 + 4.6 = 9.6 /s.
-/// Of tasks those that are served.
+/// Of a matrix the larger eigenvalue counts: that of [[6, 2.3], [2.3, 1]] is 3.5 + 3.4 = 6.9 /s,
+/// that with 9 in place of 6 is 5 + 4.6 = 9.6 /s. Of tasks those that are served.
 #[test]
 fn matrices_and_tasks_are_judged_by_what_they_feed_back() {
     let matrix = |xx: f64| {
@@ -86,7 +90,8 @@ fn matrices_and_tasks_are_judged_by_what_they_feed_back() {
     assert!(face.is_err_and(|words| words.contains("`guidance.tasks.0.face.gain_per_s`")));
 }
 
-/// A pose a period old halves the bound, a camera that sees every second period too; a filter brings both back.
+/// A pose a period old halves the bound, a camera that sees every second period too; a filter
+/// brings both back.
 #[test]
 fn late_and_rare_poses_lower_the_bound_unless_a_filter_brings_them_up_to_the_present() {
     for late in [
@@ -132,8 +137,9 @@ fn left(run: &Run) -> [f64; 2] {
     ]
 }
 
-/// In the simulated world an error dies out 10 % below the bound that is announced, and grows 10 % above it: for slow and fast control, the laws of
-/// the wheel loops, and late poses. Where the loops bear more than wheels that follow at once, it dies out beyond 2.
+/// In the simulated world an error dies out 10 % below the bound that is announced, and grows 10 %
+/// above it: for slow and fast control, the laws of the wheel loops, and late poses. Where the
+/// loops bear more than wheels that follow at once, it dies out beyond 2.
 #[test]
 fn errors_die_out_below_the_bound_and_grow_above_it() {
     let mut grown = 0;
@@ -146,7 +152,7 @@ fn errors_die_out_below_the_bound_and_grow_above_it() {
         (0.05, "wheel_loop.bandwidth_rad_s = 20\n"),
         (0.01, "sensors.pose.rate_hz = 50\n"),
     ] {
-        // `None` where it is refused.
+        // `None` if it is refused.
         let run = |position_per_s: f64, heading_per_s: f64| {
             let duration_s = f64::max(400.0 * control_dt_s, 4.0);
             let scenario = scenario_of(

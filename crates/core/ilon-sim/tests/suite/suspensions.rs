@@ -1,4 +1,5 @@
-//! Suspensions from a short description: what is written, what is read again, and how the robot stands, by hand.
+//! Suspensions from a short description: what is written, what is read again, and how the robot
+//! stands, by hand.
 
 use ilon_formats::{LoadRobot, Spec, generate};
 use ilon_sim::robot::{JointKind, JointRole, Pose, Robot};
@@ -61,7 +62,8 @@ mass_kg = 0.1
 law.sprung = { stiffness_n_m = 4000, damping_n_s_m = 60, travel_m = 0.02 }
 "#;
 
-/// Each spring bears what its wheel carries but for the wheel and its carrier, and sags by that over its stiffness; the axles share by moments.
+/// Each spring bears what its wheel carries but for the wheel and its carrier, and sags by that
+/// over its stiffness; the axles share by moments.
 #[test]
 fn wheels_on_springs_sag_by_their_loads() {
     let robot = robot(SPRUNG);
@@ -72,7 +74,8 @@ fn wheels_on_springs_sag_by_their_loads() {
         assert!(matches!(joint.role, JointRole::Sprung(spring) if spring.stiffness == 4000.0));
     }
     let (world, loads) = stands(&robot, &Floor::default());
-    // Wheels and carriers: 0.34 and 0.1 kg each. The chassis's middle is 0.03 m ahead, and goes on ahead by its height over the axles times the pitch.
+    // Wheels and carriers: 0.34 and 0.1 kg each. The chassis's middle is 0.03 m ahead, and goes on
+    // ahead by its height over the axles times the pitch.
     let (chassis_n, corner_n) = (10.0 * G, 0.44 * G);
     let pitch_rad = world.robot().state().pitch_rad;
     let ahead_m = 0.03 + 0.05 * pitch_rad;
@@ -105,7 +108,8 @@ fn preloaded_springs_stand_at_zero() {
     }
 }
 
-/// On arms behind their pivots, or ahead of them, each spring turns by the moment of its load about the pivot.
+/// On arms behind their pivots, or ahead of them, each spring turns by the moment of its load about
+/// the pivot.
 #[test_case(0.1; "trailing")]
 #[test_case(-0.08; "leading")]
 fn wheels_on_arms_turn_them_by_their_moments(length_m: f64) {
@@ -120,17 +124,20 @@ fn wheels_on_arms_turn_them_by_their_moments(length_m: f64) {
     for (wheel, load_n) in loads.into_iter().enumerate() {
         let turned_rad = world.robot().joint_positions()[wheel];
         assert!(turned_rad > 0.0, "a load turns it up: {turned_rad}");
-        // Against the level: the chassis leans by its pitch, about the left, as arms behind their pivots turn.
+        // Against the level: the chassis leans by its pitch, about the left, as arms behind their
+        // pivots turn.
         let to_level_rad = turned_rad + pitch_rad * length_m.signum();
         let carried_n = load_n - 0.34 * G;
         let moment_n_m =
             (carried_n * length_m.abs() - 0.2 * G * 0.5 * length_m.abs()) * to_level_rad.cos();
-        // The hub's load acts where the wheel touches, under its axle but for what rollers reach ahead or behind: some tenths of a millimetre.
+        // The hub's load acts where the wheel touches, under its axle but for what rollers reach
+        // ahead or behind: some tenths of a millimetre.
         assert_near(40.0 * turned_rad, moment_n_m, 1e-2, "moment");
     }
 }
 
-/// A rocker carries both of its wheels alike whatever lies under one; a bogie one ahead and one behind.
+/// A rocker carries both of its wheels alike whatever lies under one; a bogie one ahead and one
+/// behind.
 #[test_case(["rear_left", "rear_right"]; "a rocker")]
 #[test_case(["front_left", "rear_left"]; "a bogie")]
 fn wheels_on_a_rocker_bear_alike(wheels: [&str; 2]) {

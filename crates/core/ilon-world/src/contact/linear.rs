@@ -163,7 +163,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The row with the largest entry of a column, the last of equals; `None` where all are zero.
+/// The row with the largest entry of a column, the last of equals; `None` if all are zero.
 fn largest<'r>(rows: impl Iterator<Item = &'r [f64]>, column: usize) -> Option<usize> {
     let (mut place, mut most) = (0, 0);
     for (row, entries) in rows.enumerate() {

@@ -28,7 +28,7 @@ pub(crate) struct Tree {
 /// A joint about or along the z axis of its link's frame, and the link that it moves.
 #[derive(Clone, Debug)]
 pub(crate) struct Joint {
-    /// Place of the link that carries it among the joints; `None` where that is the root.
+    /// Place of the link that carries it among the joints; `None` if that is the root.
     pub parent: Option<usize>,
     pub motion: Motion,
     /// The link's frame in its parent's while the joint stands at zero.

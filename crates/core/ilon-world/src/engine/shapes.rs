@@ -31,7 +31,8 @@ pub(crate) fn shape_of(collision: &Collision) -> Option<(Isometry3<f64>, SharedS
     Some((collision.body_from_shape * turn, shape))
 }
 
-/// The shapes that a roller has in its file, as one in its own frame; `None` where a hull among them has no volume.
+/// The shapes that a roller has in its file, as one in its own frame; `None` if a hull among them
+/// has no volume.
 pub(crate) fn shape_of_roller(modelled: &ModelledRoller) -> Option<SharedShape> {
     let parts: Option<Vec<_>> = modelled.shapes.iter().map(shape_of).collect();
     let parts = parts?

@@ -93,8 +93,8 @@ impl Floor {
         UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -self.slope_rad) * -Vector3::z()
     }
 
-    /// The highest point of relief and boxes within a circle around a place in the floor's own plane, in metres; 0 where there
-    /// are none.
+    /// The highest point of relief and boxes within a circle around a place in the floor's own
+    /// plane, in metres; 0 if there are none.
     pub(crate) fn highest_m(&self, center_m: Vector2<f64>, radius_m: f64) -> f64 {
         let on_boxes = self.boxes.iter().filter_map(|solid| {
             let within_m = radius_m + solid.half_sides_m.norm();
@@ -233,7 +233,8 @@ impl Relief {
         self.center_m - 0.5 * self.sides_m()
     }
 
-    /// The highest point within a circle around a place, in metres; `None` where the circle misses the relief.
+    /// The highest point within a circle around a place, in metres; `None` if the circle misses the
+    /// relief.
     fn highest_m(&self, center_m: Vector2<f64>, radius_m: f64) -> Option<f64> {
         let corner_m = self.corner_m();
         let is_near = |row: usize, column: usize| {

@@ -50,9 +50,9 @@ pub struct FloorSurface {
     /// Creep: the way by which a roller slips per way that its place of contact moves, per pull over load; dimensionless,
     /// >= 0. Force against slip is then a line up to the grip.
     pub creep: f64,
-    /// How friction falls as a roller slides; `None` where it does not.
+    /// How friction falls as a roller slides; `None` if it does not.
     pub sliding: Option<Stribeck>,
-    /// How it differs by direction; `None` where it is the same in all.
+    /// How it differs by direction; `None` if it is the same in all.
     pub nap: Option<Nap>,
 }
 

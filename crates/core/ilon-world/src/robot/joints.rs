@@ -73,7 +73,7 @@ impl Articulated {
     }
 
     /// After how many seconds the first of the targets that are behind comes to its aim; infinite
-    /// where none is.
+    /// if none is.
     pub fn catches_up_s(&self) -> f64 {
         let joints = self.robot.joints.iter().zip(&self.servos);
         let servos = joints.filter_map(|(joint, own)| Some((joint.servo()?, own)));

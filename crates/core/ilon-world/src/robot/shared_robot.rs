@@ -50,7 +50,7 @@ pub(crate) struct BodyShape {
     /// Its pose in the frame of that joint, or in the body frame.
     pub carrier_from_shape: Isometry3<f64>,
     pub shape: SharedShape,
-    /// The friction of the shape of a guest; `None` where the body says it.
+    /// The friction of the shape of a guest; `None` if the body says it.
     pub friction: Option<f64>,
 }
 

@@ -231,7 +231,7 @@ impl<'a> Body<'a> {
     }
 
     /// How deep the deepest place of all barrels lies below the surface of the ground now, in
-    /// metres; 0 where all are clear of it. Contacts give way by what loads them over
+    /// metres; 0 if all are clear of it. Contacts give way by what loads them over
     /// [`Settings::contact_stiffness_n_m`](crate::Settings::contact_stiffness_n_m), and a landing
     /// is caught within a step; anything more would be an error of the simulation. Rollers with
     /// shapes of their file do not count.
@@ -313,8 +313,8 @@ impl BodyMut<'_> {
     /// rate limit at most, and this holds until it is given another.
     ///
     /// # Errors
-    /// [`WorldError::Joint`] where nothing drives the joint, a number is not finite, or the place
-    /// is beyond the joint's limits.
+    /// [`WorldError::Joint`] if nothing drives the joint, a number is not finite, or the place is
+    /// beyond the joint's limits.
     ///
     /// # Panics
     /// Where the robot has no such joint.
@@ -341,7 +341,7 @@ impl BodyMut<'_> {
     /// effort.
     ///
     /// # Errors
-    /// [`WorldError::Joint`] where nothing drives the joint, or the number is not finite.
+    /// [`WorldError::Joint`] if nothing drives the joint, or the number is not finite.
     ///
     /// # Panics
     /// Where the robot has no such joint.

@@ -138,8 +138,9 @@ fn check_servo(joint: &BodyJoint) -> Result<(), WorldError> {
 /// in 1.35 it does not.
 const STEPS_A_SWING: f64 = 1.5;
 
-/// The longest step in which the springs and servos of a robot's joints can be simulated, in seconds, and the place of the joint that
-/// asks for it; `None` where no joint has one. [`World::new`](crate::World::new) refuses longer ones: [`WorldError::Joint`].
+/// The longest step in which the springs and servos of a robot's joints can be simulated, in
+/// seconds, and the place of the joint that asks for it; `None` if no joint has one.
+/// [`World::new`](crate::World::new) refuses longer ones: [`WorldError::Joint`].
 pub fn longest_step_of_springs_s(robot: &Robot) -> Option<(f64, usize)> {
     let joints = robot.joints.iter().enumerate();
     let springs = joints.filter_map(|(index, joint)| Some((index, joint.gives_by()?)));

@@ -51,8 +51,8 @@ impl World {
     /// by numbers touch boxes alone.
     ///
     /// # Errors
-    /// [`WorldError`] where its sizes or mass make no sense, where it would begin in the ground, in
-    /// a robot or in another free body, and where contacts are rapier's.
+    /// [`WorldError`] if its sizes or mass make no sense, where it would begin in the ground, in a
+    /// robot or in another free body, and where contacts are rapier's.
     pub fn add_body(&mut self, body: &FreeBody) -> Result<FreeBodyId, WorldError> {
         body.check()?;
         if self.settings.contacts == ContactSolver::Rapier {
@@ -121,7 +121,7 @@ impl World {
         self.islands.ids()
     }
 
-    /// A free body as it is now; `None` where it is not in the world.
+    /// A free body as it is now; `None` if it is not in the world.
     pub fn free_body(&self, id: FreeBodyId) -> Option<FreeBodyState> {
         let (body, sleeps) = self.find_body(id)?;
         let free = body.free()?;
@@ -141,7 +141,7 @@ impl World {
         })
     }
 
-    /// What a free body is called; `None` where it is not in the world.
+    /// What a free body is called; `None` if it is not in the world.
     pub fn free_body_name(&self, id: FreeBodyId) -> Option<&str> {
         let (body, _) = self.find_body(id)?;
         body.free().map(|free| &*free.name)

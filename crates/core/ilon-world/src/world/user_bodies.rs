@@ -46,7 +46,7 @@ impl World {
     /// The world of a program that never calls this has no rapier world, and costs nothing by it.
     ///
     /// # Errors
-    /// [`WorldError::NotInRapier`] where rapier solves the robot's contacts: such a world has one
+    /// [`WorldError::NotInRapier`] if rapier solves the robot's contacts: such a world has one
     /// robot and nothing beside it.
     pub fn rapier_mut(&mut self) -> Result<&mut PhysicsWorld, WorldError> {
         if self.settings.contacts == ContactSolver::Rapier {

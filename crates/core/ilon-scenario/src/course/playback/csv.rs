@@ -86,7 +86,8 @@ impl Columns {
     }
 }
 
-/// The numbers of columns that belong together; `None` where all are empty, as a log of something slower beside wheels leaves them.
+/// The numbers of columns that belong together; `None` if all are empty, as a log of something
+/// slower beside wheels leaves them.
 fn numbers(row: &Table<'_>, columns: &[Column]) -> Result<Option<Vec<f64>>, Error> {
     let found = columns.iter().map(|column| row.number(column));
     let found: Vec<Option<f64>> = found.collect::<Result<_, _>>()?;

@@ -19,7 +19,8 @@ pub struct JointLog {
 }
 
 impl JointLog {
-    /// Of rows of [`QUANTITIES`] in times of the run; `None` where they say nothing that drives the joint.
+    /// Of rows of [`QUANTITIES`] in times of the run; `None` if they say nothing that drives the
+    /// joint.
     ///
     /// # Errors
     /// Of one row alone that is no position: nobody knows how long it holds.

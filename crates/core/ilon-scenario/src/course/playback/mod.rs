@@ -63,10 +63,11 @@ pub enum Asked {
     Twist(Twist),
 }
 
-/// Reads the log that a scenario names, for a robot that starts at a pose; nothing where it names none.
+/// Reads the log that a scenario names, for a robot that starts at a pose; nothing where it names
+/// none.
 ///
 /// # Errors
-/// Where it cannot be read, or does not say what shall drive the robot.
+/// If it cannot be read, or does not say what shall drive the robot.
 pub fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Played, Error> {
     let Some(section) = &scenario.playback else {
         return Ok(Played::default());
@@ -366,8 +367,8 @@ impl Log {
         matches!(self.ask(t_s, &angles, rates_rad_s), Asked::Rates)
     }
 
-    /// Where the real robot was at a time, in seconds; `None` where the log does not say. In the frame of the log unless
-    /// [`Log::measured_is_placed`].
+    /// Where the real robot was at a time, in seconds; `None` if the log does not say. In the frame
+    /// of the log unless [`Log::measured_is_placed`].
     pub fn measured_at(&self, t_s: f64) -> Option<Pose> {
         let poses = &self.measured.as_ref()?.poses;
         let (first, last) = (poses.times_s.first()?, poses.times_s.last()?);

@@ -9,7 +9,8 @@ use crate::Error;
 /// Something that a scenario asks for and that cannot be.
 #[derive(Debug)]
 pub(in crate::scenario) struct Objection {
-    /// The key that says so, with its tables before it and dots between; empty where it is a key that is missing.
+    /// The key that says so, with its tables before it and dots between; empty if it is a key that
+    /// is missing.
     pub key: String,
     /// What is wrong.
     pub message: String,

@@ -55,10 +55,12 @@ impl Scenario {
         }
     }
 
-    /// What a person should know of contacts that give way far under the robot's weight, with the heaviest payload that it is given.
+    /// What a person should know of contacts that give way far under the robot's weight, with the
+    /// heaviest payload that it is given.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where they give way by more than a tenth of a wheel's radius: such a robot lies in the ground rather than on it.
+    /// [`Error::Invalid`] if they give way by more than a tenth of a wheel's radius: such a robot
+    /// lies in the ground rather than on it.
     pub fn check_contacts(&self, robot: &Robot) -> Result<Option<String>, Error> {
         /// Of a wheel's radius: what gives way by more rolls on a smaller wheel.
         const DEEP: f64 = 0.01;

@@ -67,7 +67,7 @@ fn rolls_on(scene: &Scene<'_>, (part, contact): (Part, &PotentialContact), half_
     body.is_round && is_gentle && body.rollers.iter().any(|roller| roller.pressed)
 }
 
-/// The direction of a nap among the tangents of a contact; `None` where the ground there stands
+/// The direction of a nap among the tangents of a contact; `None` if the ground there stands
 /// upright along it.
 fn nap_among(nap: &Nap, frame: &[Vector3<f64>; 3]) -> Option<Vector2<f64>> {
     /// Ground that is steeper than this, as the cosine of an angle, has no nap.

@@ -40,7 +40,7 @@ fn tread_of<'a>(scene: &'a Scene<'_>, part: Part) -> Option<&'a TreadLaw> {
 }
 
 impl ReactionSolver {
-    /// How the tread of a contact is pressed; `None` where it has none.
+    /// How the tread of a contact is pressed; `None` if it has none.
     pub(super) fn press(
         &self,
         scene: &Scene<'_>,

@@ -32,7 +32,7 @@ impl Approach {
 
 impl ReactionSolver {
     /// After how many seconds of a step of `dt_s` that has been solved the first joint reaches its
-    /// stop; infinite where none does.
+    /// stop; infinite if none does.
     pub fn lands_after_s(&self, bodies: &[Articulated], dt_s: f64) -> f64 {
         let mut first_s = f64::INFINITY;
         for reaction in &self.all {

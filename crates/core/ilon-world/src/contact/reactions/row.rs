@@ -11,7 +11,7 @@ use crate::dynamics::{Path, ROOT_DOFS};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
     pub a: Side,
-    /// `None` where B is the ground, which never moves, and of joints within A.
+    /// `None` if B is the ground, which never moves, and of joints within A.
     pub b: Option<Side>,
 }
 

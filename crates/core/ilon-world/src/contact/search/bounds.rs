@@ -40,7 +40,7 @@ impl Bounds {
         }
     }
 
-    /// How far they are apart, in metres; 0 where they have a place in common.
+    /// How far they are apart, in metres; 0 if they have a place in common.
     pub fn apart_m(&self, other: &Self) -> f64 {
         let below = self.least_m - other.most_m;
         let above = other.least_m - self.most_m;

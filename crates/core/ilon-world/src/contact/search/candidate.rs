@@ -36,7 +36,7 @@ pub(crate) struct Candidate {
     /// Its distance where the rates of the step's beginning would take it by the step's end, in metres, counted as `gap_m`; that
     /// itself where nobody asks.
     pub gap_ahead_m: f64,
-    /// The friction of B's shape there; `None` where the ground or the bodies say it.
+    /// The friction of B's shape there; `None` if the ground or the bodies say it.
     pub friction: Option<f64>,
 }
 

@@ -148,7 +148,7 @@ impl Bracket {
 }
 
 impl Triangle {
-    /// A triangle whose ground lies on the side away from `up`; `None` where it has no area.
+    /// A triangle whose ground lies on the side away from `up`; `None` if it has no area.
     pub fn new(corners_m: [Vector3<f64>; 3], up: &Vector3<f64>) -> Option<Self> {
         let [a, b, c] = corners_m;
         let normal = (b - a).cross(&(c - a)).try_normalize(0.0)?;

@@ -46,7 +46,7 @@ impl Solid<'_> {
         }
     }
 
-    /// As what a roller may be near to; `None` where its shape is another.
+    /// As what a roller may be near to; `None` if its shape is another.
     pub fn piece(&self) -> Option<Piece> {
         let pose = self.floor_from_shape;
         if let Some(cuboid) = self.shape.as_cuboid() {
@@ -76,7 +76,8 @@ impl Solid<'_> {
         }
     }
 
-    /// How far it is from another, in metres; 0 where they touch, and infinity where parry cannot tell.
+    /// How far it is from another, in metres; 0 if they touch, and infinity where parry cannot
+    /// tell.
     pub fn distance_m(&self, other: &Self) -> f64 {
         let from_other = convert::pose(&self.floor_from_shape.inv_mul(&other.floor_from_shape));
         let found =
@@ -459,8 +460,8 @@ mod tests {
         assert!(compared > 1000, "{compared}");
     }
 
-    /// The place of the first that is nearest to the second, and their distance, in metres; `None` where they are so nearly parallel that projections do not
-    /// settle.
+    /// The place of the first that is nearest to the second, and their distance, in metres; `None`
+    /// if they are so nearly parallel that projections do not settle.
     fn by_projections(own: &Solid<'_>, other: &Solid<'_>) -> Option<(Vector3<f64>, f64)> {
         let (own, other) = (own.piece()?, other.piece()?);
         let mut place_m = own.foot(&Vector3::new(3.0, 2.0, 1.0)).place_m;

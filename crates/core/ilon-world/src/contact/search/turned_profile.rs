@@ -156,8 +156,8 @@ impl PlacedProfile<'_> {
         });
     }
 
-    /// The place of a straight edge that is nearest to the roller, its distance, and the unit vector from it to the roller; `None`
-    /// where all of it is further than `within_m`.
+    /// The place of a straight edge that is nearest to the roller, its distance, and the unit
+    /// vector from it to the roller; `None` if all of it is further than `within_m`.
     fn nearest_of_edge(
         &self,
         (from_m, to_m): (&Vector3<f64>, &Vector3<f64>),
