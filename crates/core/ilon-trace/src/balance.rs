@@ -6,9 +6,9 @@
 //! energy turned over. When a robot drives and brakes again, the energy put in and taken back
 //! nearly cancels in the sums above, so energy put in and energy taken out are counted separately:
 //!
-//! put in = motors while they drive + pushes and payloads while they do work + the deepest fall,
-//! taken out = motors while they brake + pushes and payloads while they take work + all losses +
-//! the gain of kinetic and potential energy.
+//! - put in = motors while they drive + pushes and payloads while they do work + the deepest fall,
+//! - taken out = motors while they brake + pushes and payloads while they take work + all losses +
+//!   the gain of kinetic and potential energy.
 //!
 //! If the balance closes, the two are equal, except for a rise before a fall. The fall is the
 //! largest drop of the potential energy below an earlier value, so that a hub that rises and falls

@@ -1,4 +1,4 @@
-//! `[wheel_loop]` and `[motors]`: from wheel rates asked for to torques.
+//! `[wheel_loop]` and `[motors]`: from commanded wheel rates to torques.
 
 use std::collections::BTreeMap;
 
