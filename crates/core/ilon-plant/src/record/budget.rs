@@ -8,8 +8,9 @@ use ilon_world::World;
 
 use crate::pilot::contradiction::{Contradiction, Sizes};
 
-/// A span ends once it is this long, in seconds, or where a decision changes. The touching rollers are taken as they are in its middle, which
-/// is of second order in what the wheels turn in it: at 20 rad/s a tenth of a radian, which leaves 4e-4 of what the rollers' geometry takes.
+/// A span ends once it is this long, in seconds, or where a decision changes. The touching rollers
+/// are taken as they are in its middle, which is of second order in what the wheels turn in it: at
+/// 20 rad/s a tenth of a radian, which leaves 4e-4 of what the rollers' geometry takes.
 const SPAN_S: f64 = 5e-3;
 
 /// A sum of steps may miss the span by rounding.
@@ -33,7 +34,8 @@ pub(crate) struct Budget {
     touched_s: f64,
     /// When the span that is not counted yet began, in seconds since the start.
     begun_s: f64,
-    /// How long the span that is not counted yet has lasted, in seconds, and where the robot and its wheels were as it began.
+    /// How long the span that is not counted yet has lasted, in seconds, and where the robot and
+    /// its wheels were as it began.
     lasted_s: f64,
     pose: Pose,
     angles_rad: Vec<f64>,
@@ -154,8 +156,9 @@ impl Budget {
             .count(&chain, [before.heading_rad, pose.heading_rad]);
     }
 
-    /// How far the wheels have hold of the robot, in [0, 1]: for the part of the span in which any of them touches, and fully from half of the
-    /// robot's weight on, so that neither a slope nor a shake takes of it. For the rest of the step the robot flies freely.
+    /// How far the wheels have hold of the robot, in [0, 1]: for the part of the span in which any
+    /// of them touches, and fully from half of the robot's weight on, so that neither a slope nor a
+    /// shake takes of it. For the rest of the step the robot flies freely.
     fn hold(&mut self, span_s: f64) -> f64 {
         let load_n_s: f64 = self.loads_n_s.iter().sum();
         let whole_n_s = 0.5 * self.weight_n * span_s;
@@ -171,11 +174,12 @@ impl Budget {
         }
     }
 
-    /// How far, on its way from `carried` to `real`, the robot moves as the wheels that contradict each other let it: as long as each wheel slides
-    /// in the sense of its part of r.
+    /// How far, on its way from `carried` to `real`, the robot moves as the wheels that contradict
+    /// each other let it: as long as each wheel slides in the sense of its part of r.
     ///
-    /// A wheel's slide along its roller's axis is in the sense of s = r + a g, with g the change of its rolling rate by eq. (9) over the whole way
-    /// and a the part of it. As r is perpendicular to the rates of all motions, some wheel ends it; without r it ends at once.
+    /// A wheel's slide along its roller's axis is in the sense of s = r + a g, with g the change of
+    /// its rolling rate by eq. (9) over the whole way and a the part of it. As r is perpendicular
+    /// to the rates of all motions, some wheel ends it; without r it ends at once.
     fn settled(
         &mut self,
         kinematics: &Kinematics,

@@ -16,18 +16,22 @@ use ilon_scenario::course::command::{Commanded, Decided};
 use ilon_scenario::scenario::TIME_SLACK_S;
 use ilon_scenario::{Error, Resolved};
 
-/// Writes down what happens to a [`Plant`]: the growing trace, and what has to be summed between its rows.
+/// Writes down what happens to a [`Plant`]: the growing trace, and what has to be summed between
+/// its rows.
 ///
-/// For a loop of a program around a plant, once a control period: [`Recorder::reckon`] with the angles that were seen, decide,
-/// [`Recorder::record`] (or [`Recorder::hold`] where no row is wanted), and [`Recorder::count`] after every physics step of [`Plant::advance_watched`].
+/// For a loop of a program around a plant, once a control period: [`Recorder::reckon`] with the
+/// angles that were seen, decide, [`Recorder::record`] (or [`Recorder::hold`] where no row is
+/// wanted), and [`Recorder::count`] after every physics step of [`Plant::advance_watched`].
 pub struct Recorder {
     trace: Trace,
     /// Of the real robot, whatever its controller believes.
     kinematics: Kinematics,
     contact_kinematics: ContactKinematics,
-    /// Of a robot whose wheels are moved by joints that it measures: where these have them, and which they are.
+    /// Of a robot whose wheels are moved by joints that it measures: where these have them, and
+    /// which they are.
     hubs: Option<(Hubs, Vec<bool>)>,
-    /// The positions of the joints between bodies as they were last, in rad or m; of those that the robot does not measure zero. None before the first.
+    /// The positions of the joints between bodies as they were last, in rad or m; of those that the
+    /// robot does not measure zero. None before the first.
     measured_positions: Vec<f64>,
     /// What the controller makes of the wheels' angles.
     reckoning: Reckoning,
@@ -41,7 +45,8 @@ pub struct Recorder {
     /// Since the start.
     budget: Budget,
     samples: Vec<WheelSample>,
-    /// Seconds between samples of the rollers' angles, where they are recorded, and how many have been taken.
+    /// Seconds between samples of the rollers' angles, where they are recorded, and how many have
+    /// been taken.
     rollers_every_s: Option<f64>,
     rollers_taken: u64,
 }
@@ -96,7 +101,8 @@ impl Decisions {
 }
 
 impl Recorder {
-    /// For a robot that starts at a pose; of `header.record_every` control periods a row, with room for so many.
+    /// For a robot that starts at a pose; of `header.record_every` control periods a row, with room
+    /// for so many.
     pub fn new(
         header: Header,
         resolved: &Resolved,
@@ -258,7 +264,8 @@ impl Recorder {
         self.record_rollers(t_s, world);
     }
 
-    /// Puts the rollers' angles into the last row where they are due: at most once a row, and on the mean as often as asked.
+    /// Puts the rollers' angles into the last row where they are due: at most once a row, and on
+    /// the mean as often as asked.
     fn record_rollers(&mut self, t_s: f64, world: &World) {
         let Some(every_s) = self.rollers_every_s else {
             return;
@@ -284,7 +291,8 @@ impl Recorder {
         &self.trace
     }
 
-    /// Where dead reckoning by Indiveri 2009, eq. (7), puts the robot, from the true pose at the start.
+    /// Where dead reckoning by Indiveri 2009, eq. (7), puts the robot, from the true pose at the
+    /// start.
     pub fn odometry(&self) -> Pose {
         self.reckoning.ideal()
     }
@@ -300,8 +308,8 @@ impl Recorder {
         std::mem::replace(&mut self.trace, none)
     }
 
-    /// Dead reckoning from the wheel angles turned since the last control period, by both kinematics: what a robot with
-    /// encoders would do once a control period.
+    /// Dead reckoning from the wheel angles turned since the last control period, by both
+    /// kinematics: what a robot with encoders would do once a control period.
     pub fn reckon(&mut self, angles_rad: &[f64]) {
         self.reckoning.reckon(angles_rad);
         let Some((hubs, _)) = &mut self.hubs else {
