@@ -69,8 +69,8 @@ fn rolls_on(scene: &Scene<'_>, (part, contact): (Part, &PotentialContact), half_
     body.is_round && is_gentle && body.rollers.iter().any(|roller| roller.pressed)
 }
 
-/// The direction of a nap among the tangents of a contact; `None` if the ground there is nearly
-/// parallel to the nap's vertical plane normal.
+/// The direction of a nap among the tangents of a contact; `None` if the ground is vertical along
+/// the nap.
 fn nap_among(nap: &Nap, frame: &[Vector3<f64>; 3]) -> Option<Vector2<f64>> {
     /// Ground that is steeper than this, as the cosine of an angle, has no nap. Chosen.
     const LEAST: f64 = 1e-3;
