@@ -23,8 +23,9 @@ fn driven(build: impl FnOnce() -> World) -> (World, usize) {
     (world, kept + size_of::<World>())
 }
 
-/// Worlds of a shared robot keep their states; what never changes in the robot is there once. A world
-/// that is built of a robot of its own holds that too: 36 rollers of 7 + 3 + 4 + 4 numbers and more, and their names.
+/// Worlds of a shared robot keep their states; what never changes in the robot is there once. A
+/// world that is built of a robot of its own holds that too: 36 rollers of 7 + 3 + 4 + 4 numbers
+/// and more, and their names.
 #[test]
 fn worlds_of_a_shared_robot_keep_what_changes_alone() {
     let path = concat!(

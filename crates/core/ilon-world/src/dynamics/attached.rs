@@ -29,7 +29,8 @@ pub(crate) struct Attached {
 }
 
 impl Attached {
-    /// An inertia about the origin of the body frame, from which the root's centre of mass is `center_in_body_m` away.
+    /// An inertia about the origin of the body frame, from which the root's centre of mass is
+    /// `center_in_body_m` away.
     pub fn new(inertia: Matrix6<f64>, center_in_body_m: &Vector3<f64>) -> Self {
         Self {
             inertia,

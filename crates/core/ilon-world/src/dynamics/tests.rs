@@ -319,7 +319,8 @@ fn accelerations_keep_the_momenta_and_the_energy() {
             then.momenta()
         };
         let (ahead, behind) = (at(H), at(-H));
-        // Central differences: of second order in H, on top of the rounding of the velocities, 1e-11 / H.
+        // Central differences: of second order in H, on top of the rounding of the velocities,
+        // 1e-11 / H.
         let most = 1e-5;
         assert!((ahead.0 - behind.0).norm() / (2.0 * H) < most);
         assert!((ahead.1 - behind.1).norm() / (2.0 * H) < most);

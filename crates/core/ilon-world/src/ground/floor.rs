@@ -70,7 +70,8 @@ pub struct Relief {
     pub cell_m: f64,
     /// The middle of the grid in the world, in metres.
     pub center_m: Vector2<f64>,
-    /// Heights above the plane in metres: row by row from -y to +y, in each row from -x to +x. Rows of one length, at least 2 x 2.
+    /// Heights above the plane in metres: row by row from -y to +y, in each row from -x to +x. Rows
+    /// of one length, at least 2 x 2.
     pub heights_m: Vec<Vec<f64>>,
 }
 
@@ -182,7 +183,8 @@ impl Floor {
 
     /// Everything but the plane: its pose in the floor's frame and its shape.
     pub(super) fn solids(&self) -> Vec<(Isometry3<f64>, SharedShape)> {
-        // parry's height fields rise along y over x and z: a quarter turn about x brings y up to z and -z to y.
+        // parry's height fields rise along y over x and z: a quarter turn about x brings y up to z
+        // and -z to y.
         let upright =
             UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
         let relief = self.relief.iter().map(|relief| {

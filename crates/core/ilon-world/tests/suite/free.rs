@@ -76,7 +76,8 @@ fn velocity(world: &World, id: FreeBodyId) -> Vector3<f64> {
     world.free_body(id).expect("it is there").velocity_m_s
 }
 
-/// On a floor without friction nothing takes horizontal momentum: after the hit both move on together, and have what the robot had.
+/// On a floor without friction nothing takes horizontal momentum: after the hit both move on
+/// together, and have what the robot had.
 #[test]
 fn a_robot_hits_a_box_head_on_and_momentum_stays() {
     let floor = Floor {
@@ -111,8 +112,9 @@ fn a_robot_hits_a_box_head_on_and_momentum_stays() {
     }
 }
 
-/// To push a box of known friction at a steady speed takes mu m g, and that times the way. Where its face rubs on the robot's, it is pressed down
-/// as well: it would tip forwards, and friction holds it back with as much as it can, F = mu (m g + mu_r F).
+/// To push a box of known friction at a steady speed takes mu m g, and that times the way. Where
+/// its face rubs on the robot's, it is pressed down as well: it would tip forwards, and friction
+/// holds it back with as much as it can, F = mu (m g + mu_r F).
 #[test]
 fn pushing_a_box_takes_its_friction() {
     let of_robot = [0.0, 0.3];
@@ -156,7 +158,8 @@ fn pushing_a_box_takes_its_friction() {
     }
 }
 
-/// A stack of three boxes that lies on the robot stays while it brakes by less than mu g, and slides on by the difference where it brakes harder.
+/// A stack of three boxes that lies on the robot stays while it brakes by less than mu g, and
+/// slides on by the difference where it brakes harder.
 #[test]
 fn a_stack_on_the_robot_slides_when_statics_says_so() {
     const DT_S: f64 = 1e-3;
@@ -249,8 +252,8 @@ fn a_box_on_a_slope_slides_or_rests_as_tan_says() {
     }
 }
 
-/// A ball that flies at a wheel by 20 mm a step is seen a step before it is there: it gets no deeper than between two rollers, which is less than a roller's
-/// radius below the rim.
+/// A ball that flies at a wheel by 20 mm a step is seen a step before it is there: it gets no
+/// deeper than between two rollers, which is less than a roller's radius below the rim.
 #[test]
 fn a_fast_ball_does_not_get_into_a_wheel() {
     let (radius_m, dt_s) = (0.02, 5e-3);
@@ -277,7 +280,8 @@ fn a_fast_ball_does_not_get_into_a_wheel() {
     assert!(deep_m < robot.wheels[0].rollers[0].radius_m, "{deep_m}");
 }
 
-/// A box that sleeps on level ground slides with g (sin - mu cos) once the ground leans that far, and what it gains comes from outside.
+/// A box that sleeps on level ground slides with g (sin - mu cos) once the ground leans that far,
+/// and what it gains comes from outside.
 #[test]
 fn a_box_that_sleeps_slides_where_the_ground_begins_to_lean() {
     const FRICTION: f64 = 0.3;
@@ -303,8 +307,9 @@ fn a_box_that_sleeps_slides_where_the_ground_begins_to_lean() {
     assert!(lost_j < 1e-3 * world.slip_energy_j(), "{lost_j}");
 }
 
-/// A small box lies on an equal one that is turned about the vertical against it: edges that cross carry it, whatever their length. Each of the two contacts
-/// gives way by less than 1e-5 of a side, which is 1000 times less than a corner that is not seen would sink in this time.
+/// A small box lies on an equal one that is turned about the vertical against it: edges that cross
+/// carry it, whatever their length. Each of the two contacts gives way by less than 1e-5 of a side,
+/// which is 1000 times less than a corner that is not seen would sink in this time.
 #[test]
 fn small_boxes_that_cross_lie_on_one_another() {
     let cube = |side_m: f64| Vector3::repeat(side_m);
@@ -376,7 +381,8 @@ fn a_sphere_and_a_cylinder_roll_as_they_should() {
             let gained_m_s = state.velocity_m_s.x - from_m_s;
             let expected_m_s = share * G * slope_rad.sin() * (9.0 * steps as f64 * dt_s);
             println!("{share} {dt_s}: {gained_m_s} of {expected_m_s}");
-            // It rolls on a radius that is less by what it is pressed into the floor, 4 * 5.5e-6 of its unit of length: 1.8e-5.
+            // It rolls on a radius that is less by what it is pressed into the floor, 4 * 5.5e-6 of
+            // its unit of length: 1.8e-5.
             const PRESSED: f64 = 2e-5;
             assert!((gained_m_s / expected_m_s - 1.0).abs() < PRESSED);
             let slips = state.velocity_m_s.x - radius_m * state.angular_rad_s.y;
@@ -388,7 +394,8 @@ fn a_sphere_and_a_cylinder_roll_as_they_should() {
     }
 }
 
-/// Rollers alone push a box: the robot has no chassis to touch. What the wheel feels is what the box feels.
+/// Rollers alone push a box: the robot has no chassis to touch. What the wheel feels is what the
+/// box feels.
 #[test]
 fn rollers_push_a_box_that_stands_before_a_wheel() {
     let mut world = World::new(
@@ -454,7 +461,8 @@ fn a_push_beside_the_middle_is_its_own_mirror_image() {
     }
 }
 
-/// In weightlessness a moment of M for a step turns a body of any shape about each of its axes by M dt / I, with the inertias of textbooks.
+/// In weightlessness a moment of M for a step turns a body of any shape about each of its axes by M
+/// dt / I, with the inertias of textbooks.
 #[test]
 fn bodies_turn_with_the_inertia_of_their_shapes() {
     let (mass_kg, dt_s, moment_n_m) = (2.0, 1e-3, 0.1);
@@ -507,9 +515,11 @@ fn bodies_turn_with_the_inertia_of_their_shapes() {
     }
 }
 
-/// A can between a robot, whose wheels spin at the limit of their grip, and a box that is too heavy: it hands on the force. A wheel's rollers turn freely
-/// across their axes, so that its grip mu N pulls along them, at 45 degrees: F = mu (m g + F_z) / sqrt(2), with F_z by which the can's side rubs on the
-/// robot. It is near each of its neighbours along a line whose two ends carry it, and no step is left unsolved.
+/// A can between a robot, whose wheels spin at the limit of their grip, and a box that is too
+/// heavy: it hands on the force. A wheel's rollers turn freely across their axes, so that its grip
+/// mu N pulls along them, at 45 degrees: F = mu (m g + F_z) / sqrt(2), with F_z by which the can's
+/// side rubs on the robot. It is near each of its neighbours along a line whose two ends carry it,
+/// and no step is left unsolved.
 #[test]
 fn a_can_hands_on_the_force_to_a_box_that_is_too_heavy() {
     const FRICTION: f64 = 0.6;

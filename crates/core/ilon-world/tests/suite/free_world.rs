@@ -95,7 +95,8 @@ fn bodies_far_away_change_nothing() {
     assert_eq!(alone.slip_energy_j(), beside.slip_energy_j());
 }
 
-/// What is put down at rest and stays sleeps at once; what would slide or fall does not; what comes near wakes it.
+/// What is put down at rest and stays sleeps at once; what would slide or fall does not; what comes
+/// near wakes it.
 #[test]
 fn what_rests_sleeps_until_something_comes_near() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -121,8 +122,9 @@ fn what_rests_sleeps_until_something_comes_near() {
     assert!(world.free_body(box_).unwrap().place_m.x > from.x + 0.1);
 }
 
-/// What is put down at rest settles into its contacts before it sleeps, all within the first step: the height that a tower loses by it is counted
-/// among the hits, of each of its cubes, and nothing else changes. The sums are of some ten joules, each rounded to 2e-16 of them, in a few hundred
+/// What is put down at rest settles into its contacts before it sleeps, all within the first step:
+/// the height that a tower loses by it is counted among the hits, of each of its cubes, and nothing
+/// else changes. The sums are of some ten joules, each rounded to 2e-16 of them, in a few hundred
 /// additions.
 #[test]
 fn what_settles_as_it_is_put_down_is_counted() {
@@ -156,7 +158,8 @@ fn what_settles_as_it_is_put_down_is_counted() {
     assert!((stored_j + hits_j).abs() < rounding_j);
 }
 
-/// What falls asleep has been slow for half a second first: a cube that drops by 5 mm lands after 32 ms, and settles in some milliseconds.
+/// What falls asleep has been slow for half a second first: a cube that drops by 5 mm lands after
+/// 32 ms, and settles in some milliseconds.
 #[test]
 fn what_has_come_down_sleeps_half_a_second_later() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -171,7 +174,8 @@ fn what_has_come_down_sleeps_half_a_second_later() {
     assert!((0.5..0.55).contains(&(sleeps_s - lands_s)), "{sleeps_s}");
 }
 
-/// What has come apart rests by itself: a box that a ball rolls away from sleeps when it has been slow for half a second, and not only when the ball does.
+/// What has come apart rests by itself: a box that a ball rolls away from sleeps when it has been
+/// slow for half a second, and not only when the ball does.
 #[test]
 fn what_is_left_alone_sleeps_while_the_other_rolls_on() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -194,7 +198,8 @@ fn what_is_left_alone_sleeps_while_the_other_rolls_on() {
     assert!(!sleeps(&world, ball));
 }
 
-/// A tower falls when what carries it is taken away, and all that sleeps wakes when the floor turns to ice.
+/// A tower falls when what carries it is taken away, and all that sleeps wakes when the floor turns
+/// to ice.
 #[test]
 fn taking_away_and_ice_wake_what_sleeps() {
     let slope_rad = 0.1;
@@ -386,7 +391,8 @@ fn what_makes_no_sense_is_refused_in_words() {
     assert!(matches!(error, Err(WorldError::NotInRapier { .. })));
 }
 
-/// On rough ground a body is put down on the bump beneath it, and comes to rest there; beyond its edge nothing is beneath it, and it falls.
+/// On rough ground a body is put down on the bump beneath it, and comes to rest there; beyond its
+/// edge nothing is beneath it, and it falls.
 #[test]
 fn on_rough_ground_bodies_stand_on_what_is_beneath() {
     let heights_m = (0..41)
@@ -434,7 +440,8 @@ fn on_rough_ground_bodies_stand_on_what_is_beneath() {
     );
 }
 
-/// A body leaves the world and what touches others stays as it was: treads that are bent remain so, and the robot goes on as it did.
+/// A body leaves the world and what touches others stays as it was: treads that are bent remain so,
+/// and the robot goes on as it did.
 #[test]
 fn what_is_taken_away_leaves_the_treads_of_others_bent() {
     let mut robot = robot();
@@ -471,6 +478,7 @@ fn what_is_taken_away_leaves_the_treads_of_others_bent() {
     let moved_m = (with.position_m() - before.position_m()).norm();
     let apart_m = (with.position_m() - without.position_m()).norm();
     println!("{moved_m:e} m, {apart_m:e} m apart");
-    // Solved to 1e-9 m/s in each of 100 steps; a tread that was bent anew would give by 15 N / 8e5 N/m = 2e-5 m.
+    // Solved to 1e-9 m/s in each of 100 steps; a tread that was bent anew would give by 15 N / 8e5
+    // N/m = 2e-5 m.
     assert!(apart_m < 1e-8, "{apart_m:e} m");
 }

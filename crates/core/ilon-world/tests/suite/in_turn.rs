@@ -1,4 +1,5 @@
-//! Worlds of one thread are stepped in one room: what one of them leaves there is nothing to the others.
+//! Worlds of one thread are stepped in one room: what one of them leaves there is nothing to the
+//! others.
 
 use crate::support;
 
@@ -43,7 +44,8 @@ impl Driven {
     }
 }
 
-/// Robots of three, four and six wheels, rolling and sliding, on the level and over a box, with contacts of ilon and of rapier.
+/// Robots of three, four and six wheels, rolling and sliding, on the level and over a box, with
+/// contacts of ilon and of rapier.
 fn worlds() -> Vec<Driven> {
     let kerb = GroundBox {
         center_m: Vector3::zeros(),

@@ -66,7 +66,8 @@ fn springs_bear_the_chassis_from_the_start() {
     for load_n in loads_n(&mut world) {
         assert_near(load_n, robot.mass_kg() * G / 4.0, 1e-6, "load");
     }
-    // And it stays there: what is left of the equilibrium swings by less than a millionth of the sag.
+    // And it stays there: what is left of the equilibrium swings by less than a millionth of the
+    // sag.
     for _ in 0..200 {
         world.step();
     }
@@ -78,9 +79,10 @@ fn springs_bear_the_chassis_from_the_start() {
     }
 }
 
-/// Four springs of stiffness k share a plate of height h under one of them: its wheel and the one across bear k h / 4 more, the others as
-/// much less. The part of the loads that no movement of the chassis changes is their warp. A plate of 1 mm leans the wheels by 1.6 mrad, in which
-/// their rollers reach as far as upright to 1e-6 m.
+/// Four springs of stiffness k share a plate of height h under one of them: its wheel and the one
+/// across bear k h / 4 more, the others as much less. The part of the loads that no movement of the
+/// chassis changes is their warp. A plate of 1 mm leans the wheels by 1.6 mrad, in which their
+/// rollers reach as far as upright to 1e-6 m.
 #[test]
 fn a_kerb_under_a_sprung_wheel_moves_a_quarter_of_its_springs_force() {
     let height_m = 0.001;
@@ -92,7 +94,8 @@ fn a_kerb_under_a_sprung_wheel_moves_a_quarter_of_its_springs_force() {
     assert_near(warp_n, expected_n, 1e-3, "warp");
 }
 
-/// A rocker bears both of its wheels alike, whatever lies under one, and turns by the height over the track.
+/// A rocker bears both of its wheels alike, whatever lies under one, and turns by the height over
+/// the track.
 #[test]
 fn a_rocker_bears_its_wheels_alike() {
     let height_m = 0.001;
@@ -100,7 +103,8 @@ fn a_rocker_bears_its_wheels_alike() {
     let mut world = stands(&robot, &kerb(-X_M, Y_M, height_m));
     let loads = loads_n(&mut world);
     println!("{loads:?} {:?}", world.robot().joint_positions());
-    // Rollers that lean by 3 mrad touch up to 0.2 mm beside their middles, of a half track of 160 mm.
+    // Rollers that lean by 3 mrad touch up to 0.2 mm beside their middles, of a half track of 160
+    // mm.
     assert_near(loads[2], loads[3], 2e-3, "rear loads");
     assert_near(loads.iter().sum(), robot.mass_kg() * G, 1e-4, "sum");
     let turned = world.robot().joint_positions()[0];
@@ -114,9 +118,10 @@ fn a_rocker_bears_its_wheels_alike() {
     assert!(rigid.iter().any(|load_n| *load_n < 1.0), "{rigid:?}");
 }
 
-/// Where each wheel touches, in the body frame: below its hub as the rocker has taken it there, whatever the chassis's centre of mass is. The rollers of a
-/// wheel that leans by a touch beside their middles, by less than a times the radius of their outline along their axes, rho / sin^2(45 deg) = 0.1 m, and
-/// reach down by the square of it less.
+/// Where each wheel touches, in the body frame: below its hub as the rocker has taken it there,
+/// whatever the chassis's centre of mass is. The rollers of a wheel that leans by a touch beside
+/// their middles, by less than a times the radius of their outline along their axes, rho / sin^2(45
+/// deg) = 0.1 m, and reach down by the square of it less.
 #[test]
 fn wheels_touch_where_the_rocker_has_taken_them() {
     let height_m = 0.006;
@@ -148,12 +153,14 @@ fn wheels_touch_where_the_rocker_has_taken_them() {
     }
 }
 
-/// Arms whose middle lies 50 mm ahead of their wheels move the load of 4 x 0.1 kg forward by as much.
+/// Arms whose middle lies 50 mm ahead of their wheels move the load of 4 x 0.1 kg forward by as
+/// much.
 #[test]
 fn trailing_arms_move_their_own_weight_forward() {
     let mut robot = on_arms(0.0);
     let load_n = robot.mass_kg() * G / 4.0;
-    // Level: each spring bears its wheel's load but for what lies on the arm, at 0.1 and 0.05 m from the pivot.
+    // Level: each spring bears its wheel's load but for what lies on the arm, at 0.1 and 0.05 m
+    // from the pivot.
     let wheel_kg = 0.25 + 9.0 * 0.01;
     let preload = (load_n - wheel_kg * G) * 0.1 - CARRIER_KG * G * 0.05;
     for joint in &mut robot.joints {
@@ -259,7 +266,8 @@ fn the_energy_of_drives_on_springs_and_arms_closes_to_second_order() {
     }
 }
 
-/// A slide without a spring lies on its stop and bears as if it were held there. It fell on it without gaining energy.
+/// A slide without a spring lies on its stop and bears as if it were held there. It fell on it
+/// without gaining energy.
 #[test]
 fn a_joint_lies_on_its_stop() {
     let mut robot = on_springs(0.0);
@@ -300,7 +308,8 @@ fn a_joint_lies_on_its_stop() {
     }
 }
 
-/// A differential bar turns one side's rocker as far back as the other's forward, so that four wheels bear alike over any kerb.
+/// A differential bar turns one side's rocker as far back as the other's forward, so that four
+/// wheels bear alike over any kerb.
 #[test]
 fn a_differential_bar_couples_two_rockers() {
     let mut robot = mecanum4();
@@ -337,7 +346,8 @@ fn a_differential_bar_couples_two_rockers() {
     assert!(warp_n.abs() < 1e-2 * robot.mass_kg() * G, "{loads:?}");
 }
 
-/// Dry friction keeps a rocker from bearing its wheels alike, by its torque over the half track and no more.
+/// Dry friction keeps a rocker from bearing its wheels alike, by its torque over the half track and
+/// no more.
 #[test]
 fn dry_friction_parts_the_loads_of_a_rocker() {
     for friction in [0.0, 0.5, 1.0] {
@@ -399,7 +409,8 @@ fn a_kerb_on_the_other_side_loads_the_other_wheels() {
         let mut right = stands(&robot, &kerb(-X_M, -Y_M, 0.005));
         let (left, right) = (loads_n(&mut left), loads_n(&mut right));
         for (of_left, of_right) in [(0, 1), (1, 0), (2, 3), (3, 2)] {
-            // The rollers that touch lie the other way round, and reach the plate a little differently.
+            // The rollers that touch lie the other way round, and reach the plate a little
+            // differently.
             let (a, b) = (left[of_left], right[of_right]);
             assert!(
                 (a - b).abs() < 1e-3 * robot.mass_kg() * G,
@@ -409,7 +420,8 @@ fn a_kerb_on_the_other_side_loads_the_other_wheels() {
     }
 }
 
-/// A spring of k on an arm turns as one of k over the arm's length squared on a slide: within what the arm's arc makes of it.
+/// A spring of k on an arm turns as one of k over the arm's length squared on a slide: within what
+/// the arm's arc makes of it.
 #[test]
 fn an_arm_sags_as_a_slide_does() {
     let slides = stands(&on_springs(0.0), &Floor::default());
@@ -422,7 +434,8 @@ fn an_arm_sags_as_a_slide_does() {
     assert_near(turned, expected, 0.05, "turned");
 }
 
-/// A joint whose spring swings what it moves once in less than 1.5 steps is refused; one that does so in more is not, and its robot stands.
+/// A joint whose spring swings what it moves once in less than 1.5 steps is refused; one that does
+/// so in more is not, and its robot stands.
 #[test]
 fn a_spring_that_no_step_can_follow_is_refused_and_another_is_not() {
     const STEP_S: f64 = 1e-3;
@@ -444,7 +457,8 @@ fn a_spring_that_no_step_can_follow_is_refused_and_another_is_not() {
     assert!(stands(1.51).is_ok(), "{:?}", stands(1.51));
 }
 
-/// Trees that are none, and numbers that no step can follow, are refused with the joint's name and what to do.
+/// Trees that are none, and numbers that no step can follow, are refused with the joint's name and
+/// what to do.
 #[test]
 fn hostile_trees_are_refused_in_words() {
     type Spoils = fn(&mut Robot);

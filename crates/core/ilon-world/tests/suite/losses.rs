@@ -1,4 +1,5 @@
-//! What is lost is never gained back: under wheel loops that swing from sample to sample no friction gives energy.
+//! What is lost is never gained back: under wheel loops that swing from sample to sample no
+//! friction gives energy.
 
 use ilon_robot::{Pose, Twist};
 use ilon_world::{Floor, World};
@@ -86,12 +87,14 @@ fn chatter(friction: f64, proportional_n_m_s: f64, derivative_n_m_s2: f64, steps
     }
 }
 
-/// Wheels that are driven to and fro by 0.5 N m from sample to sample hold on a floor that grips (limit 0.8 N m), and slide to and fro on one that
-/// does not (limit 0.1 N m).
+/// Wheels that are driven to and fro by 0.5 N m from sample to sample hold on a floor that grips
+/// (limit 0.8 N m), and slide to and fro on one that does not (limit 0.1 N m).
 ///
-/// Sliding takes no more than was there, no loss falls, and the balance closes, all to parts in a thousand of what the motors drove with: a
-/// step that a wheel turns around in leaves mu N dt |u| / 2 = 0.07 x 28 N x 3.3 ms x 0.3 m/s / 2 = 1e-3 J to be taken back. The friction of such a step
-/// is wrong by the part of it in which it pulls the wrong way, so that what slides is right to first order only.
+/// Sliding takes no more than was there, no loss falls, and the balance closes, all to parts in a
+/// thousand of what the motors drove with: a step that a wheel turns around in leaves mu N dt |u| /
+/// 2 = 0.07 x 28 N x 3.3 ms x 0.3 m/s / 2 = 1e-3 J to be taken back. The friction of such a step is
+/// wrong by the part of it in which it pulls the wrong way, so that what slides is right to first
+/// order only.
 #[test]
 fn friction_gives_no_energy_under_loops_that_swing() {
     for friction in [0.6, 0.07] {

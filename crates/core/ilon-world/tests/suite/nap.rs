@@ -1,4 +1,5 @@
-//! Ground with a nap, and ground that is something else to rollers of another material: against what can be derived on paper.
+//! Ground with a nap, and ground that is something else to rollers of another material: against
+//! what can be derived on paper.
 
 use crate::support;
 
@@ -99,8 +100,9 @@ fn drag_over_a_nap_is_the_gradient_of_the_power_that_rolling_takes() {
     }
 }
 
-/// Wheels whose rims stand 30 degrees off the way, pulled back by F: each slips along its rim by c_e v f / N with
-/// c_e = e . C e, for what it slips across the rim its rollers turn freely. The robot falls back by v c_e F / (1.5 N).
+/// Wheels whose rims stand 30 degrees off the way, pulled back by F: each slips along its rim by
+/// c_e v f / N with c_e = e . C e, for what it slips across the rim its rollers turn freely. The
+/// robot falls back by v c_e F / (1.5 N).
 #[test]
 fn creep_over_a_nap_is_that_of_the_direction_of_the_pull() {
     let (v, pull_n, along, across) = (0.3, -2.0, 0.05, 0.2);
@@ -213,7 +215,8 @@ fn a_sledge_over_a_nap_begins_to_slide_on_its_ellipse_and_along_its_normal() {
         let (along, across) = (c / mu.powi(2), s / (ratio * mu).powi(2));
         let (sa, ca) = f64::sin_cos(angle_rad);
         let normal = Vector2::new(ca * along - sa * across, sa * along + ca * across).normalize();
-        // It leaves along the normal: what remains of the pull is a twentieth of it, and turns by a part of that.
+        // It leaves along the normal: what remains of the pull is a twentieth of it, and turns by a
+        // part of that.
         let off = slides.normalize().perp(&normal).abs();
         assert!(slides.norm() > 1e-2 && off < 0.12, "{slides} {normal}");
         assert!(slip_j > 0.0);
@@ -248,7 +251,8 @@ fn carpet(angle_rad: f64) -> FloorSurface {
 
 #[test]
 fn a_robot_that_is_turned_is_a_floor_that_is_turned_back() {
-    // Three wheels: four share the weight in ways that rounding decides, and over a nap each share drags otherwise.
+    // Three wheels: four share the weight in ways that rounding decides, and over a nap each share
+    // drags otherwise.
     for tread in [None, Some(Tread::new(1e5))] {
         let mut robot = volksbot();
         for wheel in &mut robot.wheels {
@@ -335,7 +339,8 @@ fn the_energies_close_over_a_nap() {
     }
 }
 
-/// Two wheels of rubber and two of steel, on a floor that is wet steel to steel: each slides at its own limit.
+/// Two wheels of rubber and two of steel, on a floor that is wet steel to steel: each slides at its
+/// own limit.
 #[test]
 fn each_wheel_grips_as_its_own_pair_of_materials_and_patches_have_pairs_too() {
     let mut robot = mecanum4();
@@ -458,7 +463,8 @@ fn ground_that_makes_no_sense_is_refused() {
     }
 }
 
-/// A nap along which ground creeps by next to nothing more than across it is no nap, whichever way it lies: robots on treads go as they do without it.
+/// A nap along which ground creeps by next to nothing more than across it is no nap, whichever way
+/// it lies: robots on treads go as they do without it.
 #[test]
 fn treads_feel_no_nap_that_makes_no_difference() {
     let mut robot = mecanum4();
@@ -486,12 +492,14 @@ fn treads_feel_no_nap_that_makes_no_difference() {
         let with = went(napped);
         let apart_m = (with.position_m() - without.position_m()).norm();
         println!("{angle_rad}: {apart_m:e} m of {:?}", without.position_m());
-        // How much of a bend goes with the velocity after a step follows what answers along the nap, in place of along the roller: some 1e-4 of the way.
+        // How much of a bend goes with the velocity after a step follows what answers along the
+        // nap, in place of along the roller: some 1e-4 of the way.
         assert!(apart_m < 1e-4, "{apart_m:e} m");
     }
 }
 
-/// A nap that costs only against it: with it a robot rolls as on hard ground, and against it it pays c m g for each metre.
+/// A nap that costs only against it: with it a robot rolls as on hard ground, and against it it
+/// pays c m g for each metre.
 #[test]
 fn a_nap_may_cost_against_it_alone() {
     let robot = volksbot();

@@ -1,4 +1,5 @@
-//! Wheels beside the brink of a plateau that falls steeply: the plane of the slope, above the plateau, is no ground.
+//! Wheels beside the brink of a plateau that falls steeply: the plane of the slope, above the
+//! plateau, is no ground.
 
 use crate::support;
 
@@ -46,8 +47,8 @@ fn loads_n(floor: &Floor) -> (Vec<f64>, Pose, f64) {
     (of.collect(), robot.state().pose, robot.state().height_m)
 }
 
-/// The front wheels stand on the plateau by less than a roller's radius, and by more: there they bear what they do on a plane. A slope of 45, 79 and 84
-/// degrees.
+/// The front wheels stand on the plateau by less than a roller's radius, and by more: there they
+/// bear what they do on a plane. A slope of 45, 79 and 84 degrees.
 #[test]
 fn a_wheel_on_the_brink_stands_as_on_a_plane() {
     let (on_plane, ..) = loads_n(&Floor::default());

@@ -1,4 +1,5 @@
-//! Rollers that slide along their axles: backlash and lost motion by hand, energy, and the limit of no play.
+//! Rollers that slide along their axles: backlash and lost motion by hand, energy, and the limit of
+//! no play.
 
 use crate::support;
 
@@ -53,9 +54,10 @@ fn open_j(world: &World, began_j: f64) -> f64 {
         - (energy.kinetic_j + energy.potential_j - began_j)
 }
 
-/// Robot A with its wheels held, a roller of each straight down, pushed ahead and back with 0.2 N. The floor holds the rollers,
-/// and their axles at 45 degrees slide through them: the robot goes p / (2 cos gamma) from the middle of the play, and p / cos gamma
-/// back, under F = (m + what its rollers add) a.
+/// Robot A with its wheels held, a roller of each straight down, pushed ahead and back with 0.2 N.
+/// The floor holds the rollers, and their axles at 45 degrees slide through them: the robot goes p
+/// / (2 cos gamma) from the middle of the play, and p / cos gamma back, under F = (m + what its
+/// rollers add) a.
 #[test]
 fn a_robot_with_its_wheels_held_has_the_backlash_of_its_play() {
     const PLAY_M: f64 = 1e-3;
@@ -65,7 +67,8 @@ fn a_robot_with_its_wheels_held_has_the_backlash_of_its_play() {
     for wheel in &mut robot.wheels {
         wheel.joint.friction_n_m = 5.0;
     }
-    // Half of the speed goes along each axle and half across it: the rollers' own mass there, m_r, and I / r^2 here.
+    // Half of the speed goes along each axle and half across it: the rollers' own mass there, m_r,
+    // and I / r^2 here.
     let roller = &robot.wheels[0].rollers[0];
     let turning_kg = roller.axial_inertia_kg_m2 / roller.radius_m.powi(2);
     let moved_kg = robot.mass_kg() + 4.0 * 0.5 * (roller.mass_kg + turning_kg);
@@ -83,7 +86,8 @@ fn a_robot_with_its_wheels_held_has_the_backlash_of_its_play() {
                 arrived_s = Some(world.time_s());
             }
         }
-        // It comes to its stop within the step; the last of the way is gone at twice the mean speed. Bearings damp by 1e-6 N m s.
+        // It comes to its stop within the step; the last of the way is gone at twice the mean
+        // speed. Bearings damp by 1e-6 N m s.
         let arrived_s = arrived_s.expect("it comes to its stop");
         assert!(
             (arrived_s - half_s).abs() < 1.5 * dt_s + 1e-3 * half_s,
@@ -92,7 +96,8 @@ fn a_robot_with_its_wheels_held_has_the_backlash_of_its_play() {
         // At the stop nothing gives but the hold of the floor, micrometres of a stiff contact.
         let ahead_m = world.robot().state().pose.x_m;
         assert!((ahead_m - half_m).abs() < 2e-6, "{ahead_m} {half_m}");
-        // All lie at their stops, but for what the hit of the first of them moved the others on, over which the floor holds them.
+        // All lie at their stops, but for what the hit of the first of them moved the others on,
+        // over which the floor holds them.
         let from_stop_m = (0..4).map(|wheel| {
             let place_m = world
                 .robot()
@@ -142,7 +147,8 @@ fn a_robot_at_rest_stays_at_rest() {
     }
 }
 
-/// Of the wheels' loops: as soft as those of real robots, so that wheels give way where a stop is hit.
+/// Of the wheels' loops: as soft as those of real robots, so that wheels give way where a stop is
+/// hit.
 const GAIN_N_M_S: f64 = 0.5;
 
 /// How a wheel is loaded along the way.
@@ -221,8 +227,9 @@ fn drives() -> [(&'static str, Twist); 4] {
     ]
 }
 
-/// 35 N against the way are more than what leaning axles make of the load: each roller in turn is pushed through its play before it
-/// pulls. The same force along the way finds it where it lies. What is lost is so by first order in the play.
+/// 35 N against the way are more than what leaning axles make of the load: each roller in turn is
+/// pushed through its play before it pulls. The same force along the way finds it where it lies.
+/// What is lost is so by first order in the play.
 #[test]
 fn a_wheel_that_pulls_loses_its_play_with_each_roller_and_one_that_brakes_none() {
     for (name, twist) in drives() {
@@ -230,7 +237,8 @@ fn a_wheel_that_pulls_loses_its_play_with_each_roller_and_one_that_brakes_none()
             let robot = with_play(mecanum4(), play_m);
             let pull = Pull { twist, force_n };
             let went = went(&robot, &pull, 5e-4);
-            // Landings, and the ends of slides, are known to the step: 5 mm/s along an axle for 0.5 ms.
+            // Landings, and the ends of slides, are known to the step: 5 mm/s along an axle for 0.5
+            // ms.
             assert!(
                 went.unexplained.abs() < 2e-3,
                 "{name}: {}",
@@ -244,8 +252,9 @@ fn a_wheel_that_pulls_loses_its_play_with_each_roller_and_one_that_brakes_none()
             let pulls = (tight_pulled - ratio(play_m, -35.0)) / lost;
             let brakes = (tight_braked - ratio(play_m, 35.0)) / lost;
             println!("{name}, {play_m} m: {lost:.5}, pulls {pulls:.3}, brakes {brakes:.3}");
-            // Stops are hit, and a step of 0.5 ms knows that to some per cent. Sideways a roller that comes down does not spin yet, and has no
-            // hold along its axle until it does: the load moves it aside, and the second engine has as much of it.
+            // Stops are hit, and a step of 0.5 ms knows that to some per cent. Sideways a roller
+            // that comes down does not spin yet, and has no hold along its axle until it does: the
+            // load moves it aside, and the second engine has as much of it.
             let aside = if twist.vy_m_s == 0.0 { 0.05 } else { 0.15 };
             assert!((pulls - 1.0).abs() < 0.05, "{name}, {play_m}: {pulls}");
             assert!(brakes.abs() < aside, "{name}, {play_m}: {brakes}");
@@ -273,7 +282,8 @@ fn less_play_nears_none_by_first_order() {
     }
 }
 
-/// Whatever the floor does to rollers with play, every step is solved, and what the motors do is accounted for.
+/// Whatever the floor does to rollers with play, every step is solved, and what the motors do is
+/// accounted for.
 #[test]
 fn rollers_with_play_are_solved_on_floors_that_drag_and_creep() {
     // A slow circle, in which the robot drives in all directions and turns once.

@@ -20,7 +20,8 @@ const BALL_M: f64 = 0.02;
 /// How high over the body frame's origin the axis lies, in metres.
 const AXIS_M: f64 = 0.12;
 
-/// The mecanum4 with an arm ahead that turns about an axis in the middle of the robot, with a ball at its end, and a servo without damping in its stiffness's way.
+/// The mecanum4 with an arm ahead that turns about an axis in the middle of the robot, with a ball
+/// at its end, and a servo without damping in its stiffness's way.
 fn with_arm(axis: Vector3<f64>, servo: JointServo) -> Robot {
     let mut robot = mecanum4();
     let pivot_m = Vector3::z() * AXIS_M;
@@ -64,8 +65,8 @@ fn assert_near(value: f64, expected: f64, within: f64, what: &str) {
     );
 }
 
-/// The arm reaches down and presses on the floor: what the servo does not need for the arm's own weight stands on the ball, and the wheels bear the rest, by moments
-/// about either axle.
+/// The arm reaches down and presses on the floor: what the servo does not need for the arm's own
+/// weight stands on the ball, and the wheels bear the rest, by moments about either axle.
 #[test]
 fn an_arm_that_presses_on_the_floor_takes_load_off_the_wheels() {
     let servo = JointServo {
@@ -76,14 +77,16 @@ fn an_arm_that_presses_on_the_floor_takes_load_off_the_wheels() {
     /// Steps of which the mean is taken.
     const MEAN_OF: u32 = 200;
     let mut world = world(&with_arm(Vector3::y(), servo));
-    // The ball's middle is AXIS_M over the floor's distance from the frame: it touches at sin q = 0.25 or so, and is sent further.
+    // The ball's middle is AXIS_M over the floor's distance from the frame: it touches at sin q =
+    // 0.25 or so, and is sent further.
     for target in [0.1, 0.2, 0.28, 0.33] {
         world.robot_mut().aim_joint(0, target, 0.0).expect("driven");
         for _ in 0..1500 {
             step(&mut world);
         }
     }
-    // A step of a solver that ends within 1e-8 m/s may miss m 1e-8 m/s / 1 ms = 1e-4 N of the weight: the mean of many does not.
+    // A step of a solver that ends within 1e-8 m/s may miss m 1e-8 m/s / 1 ms = 1e-4 N of the
+    // weight: the mean of many does not.
     let mut carried_n = 0.0;
     for _ in 0..MEAN_OF {
         step(&mut world);
@@ -108,7 +111,8 @@ fn an_arm_that_presses_on_the_floor_takes_load_off_the_wheels() {
     let off_n = ARM_KG * G * MIDDLE_M - ball_n * REACH_M;
     let hand_n = 0.5 * weight_n - 0.5 * ball_n + off_n * angle.cos() / (2.0 * X_M);
     println!("{ball_n} {by_hand} {front_n} {hand_n} {}", state.pitch_rad);
-    // The robot leans by some hundredth of a milliradian, and counts its levers from where its wheels touch.
+    // The robot leans by some hundredth of a milliradian, and counts its levers from where its
+    // wheels touch.
     assert_near(front_n, hand_n, 1e-3, "front");
 }
 
@@ -136,9 +140,11 @@ fn momentum_n_s(world: &World, cube: ilon_world::FreeBodyId) -> Vector3<f64> {
     own + ARM_KG * of_arm + CUBE_KG * free.velocity_m_s
 }
 
-/// An arm that swings out on ice hits a cube: what both take is internal, so that all together have no momentum, as at the start, and the energy that the servo gave is in
-/// motion, or went into the hit. The hit is found in the step's middle, and what turning frames ask for is taken with the arm's rates w before and w' after
-/// it: of the m r (w^2 - w'^2) dt / 2 = 0.018 N s that it would miss at 1 ms with one of them alone, what is left is of second order.
+/// An arm that swings out on ice hits a cube: what both take is internal, so that all together have
+/// no momentum, as at the start, and the energy that the servo gave is in motion, or went into the
+/// hit. The hit is found in the step's middle, and what turning frames ask for is taken with the
+/// arm's rates w before and w' after it: of the m r (w^2 - w'^2) dt / 2 = 0.018 N s that it would
+/// miss at 1 ms with one of them alone, what is left is of second order.
 #[test]
 fn an_arm_that_hits_a_free_body_keeps_the_momentum() {
     let of_step = |dt_s: f64| {
@@ -179,7 +185,8 @@ fn an_arm_that_hits_a_free_body_keeps_the_momentum() {
             + world.bearing_energy_j()
             + world.impact_energy_j();
         let did_j = world.motor_energy_j();
-        // On ice all that the cube has it has from the arm, but for what the ground takes where it is hit under its middle.
+        // On ice all that the cube has it has from the arm, but for what the ground takes where it
+        // is hit under its middle.
         let free = world.free_body(cube).expect("there");
         let inertia = CUBE_KG * 0.3 * 0.3 / 6.0;
         let moves_j = 0.5 * CUBE_KG * free.velocity_m_s.norm_squared()
@@ -201,7 +208,8 @@ fn an_arm_that_hits_a_free_body_keeps_the_momentum() {
     );
 }
 
-/// What stands on the ground as a box is in an arm's way as a wall is: the arm stops there, and its servo leans on it.
+/// What stands on the ground as a box is in an arm's way as a wall is: the arm stops there, and its
+/// servo leans on it.
 #[test]
 fn an_arm_leans_on_a_box_of_the_ground() {
     let servo = JointServo {
@@ -231,7 +239,8 @@ fn an_arm_leans_on_a_box_of_the_ground() {
     let touches_m = REACH_M * (at + heading).sin() + world.robot().state().pose.y_m;
     // The ball's radius before the wall at 0.3 m, and what a contact gives way.
     assert!((touches_m - (0.3 - BALL_M)).abs() < 1e-4, "{touches_m}");
-    // The wall's push along y, times its lever, is what the servo leans with; friction at the ball acts along x on a lever of y.
+    // The wall's push along y, times its lever, is what the servo leans with; friction at the ball
+    // acts along x on a lever of y.
     let wall_n = -world.robot().support().obstacles_n.y;
     assert!(wall_n > 1.0, "{wall_n}");
 }
@@ -255,8 +264,9 @@ fn an_arm_that_begins_in_the_ground_is_refused() {
     );
 }
 
-/// Two robots touch each other by an arm as by their chassis: on ice what one gains the other loses. Whichever of them stands first in the world, they go
-/// the same way: places of contact are found in the frame of the first, to rounding.
+/// Two robots touch each other by an arm as by their chassis: on ice what one gains the other
+/// loses. Whichever of them stands first in the world, they go the same way: places of contact are
+/// found in the frame of the first, to rounding.
 #[test]
 fn an_arm_pushes_another_robot() {
     let servo = JointServo {
@@ -316,7 +326,8 @@ fn an_arm_pushes_another_robot() {
     }
 }
 
-/// An arm that would begin in a box of the ground is refused, with how deep it would be and what to do; one that only lies on it is not.
+/// An arm that would begin in a box of the ground is refused, with how deep it would be and what to
+/// do; one that only lies on it is not.
 #[test]
 fn an_arm_may_not_begin_in_a_box_of_the_ground() {
     let servo = JointServo::for_inertia(1.0);

@@ -1,5 +1,5 @@
-//! The reference mode, in which rapier solves contacts itself: what it gets right, how far off it is beside ilon's own solver,
-//! and what it refuses.
+//! The reference mode, in which rapier solves contacts itself: what it gets right, how far off it
+//! is beside ilon's own solver, and what it refuses.
 
 use crate::support;
 
@@ -41,9 +41,9 @@ fn run(robot: &Robot, command: [f64; 3], contacts: ContactSolver) -> Drive {
     )
 }
 
-/// At rest the ground carries the weight: all of it together, and m g / n a wheel, for both robots are symmetric about their
-/// middle. Three wheels share it as statics has it, to 0.03 %. Four are redundant: rapier's sweeps leave them within 0.2 % of
-/// even.
+/// At rest the ground carries the weight: all of it together, and m g / n a wheel, for both robots
+/// are symmetric about their middle. Three wheels share it as statics has it, to 0.03 %. Four are
+/// redundant: rapier's sweeps leave them within 0.2 % of even.
 #[test]
 fn the_wheels_carry_the_weight() {
     for (robot, even) in [(volksbot(), 1e-3), (mecanum4(), 5e-3)] {
@@ -71,8 +71,9 @@ fn the_wheels_carry_the_weight() {
     }
 }
 
-/// Rollers that stick take the robot along as the contact kinematics has it, whoever solves. rapier is off
-/// by up to 0.02 % of the speed at 1000 steps a second, and its rollers slide by up to 0.8 mm/s where ilon's do not slide at all.
+/// Rollers that stick take the robot along as the contact kinematics has it, whoever solves. rapier
+/// is off by up to 0.02 % of the speed at 1000 steps a second, and its rollers slide by up to 0.8
+/// mm/s where ilon's do not slide at all.
 #[test]
 fn drives_follow_the_contact_kinematics_nearly_as_well_as_ilons_own() {
     follow([(mecanum4(), &DRIVES[3..4]), (volksbot(), &DRIVES[1..2])]);
@@ -113,7 +114,8 @@ fn follow(driven: [(Robot, &[Named]); 2]) {
     }
 }
 
-/// Sideways a mecanum robot of n rollers a wheel goes at sin(pi/n) / (pi/n) of what eq. (7) says, by both solvers.
+/// Sideways a mecanum robot of n rollers a wheel goes at sin(pi/n) / (pi/n) of what eq. (7) says,
+/// by both solvers.
 #[test]
 fn sideways_the_tilt_of_the_rollers_shows_in_both_solvers() {
     let expected = (PI / 9.0).sin() / (PI / 9.0);
@@ -140,7 +142,8 @@ fn sideways(world: &mut World, robot: &Robot, steps: usize) {
     }
 }
 
-/// What the motors give is in motion, heat of sliding, bearings and hits: the balance closes, also where wheels have bearings that damp and rub.
+/// What the motors give is in motion, heat of sliding, bearings and hits: the balance closes, also
+/// where wheels have bearings that damp and rub.
 #[test]
 fn the_energy_balance_closes() {
     let mut rubs = mecanum4();
@@ -166,15 +169,17 @@ fn closes(robot: Robot) {
         world.contact_residual_m_s()
     );
     assert!(came_j > 0.3);
-    // rapier moves on with the rates after the step: what it turns in a step of 1 ms is off by first order.
+    // rapier moves on with the rates after the step: what it turns in a step of 1 ms is off by
+    // first order.
     assert!(
         (went_j / came_j - 1.0).abs() < 0.03,
         "{went_j} of {came_j} J"
     );
 }
 
-/// What is left of a law is the velocity that it should have taken: of a robot that settles on its wheels in rapier, as soft as that is, the fastest contact
-/// still moves into the ground or out of it by no less than its middle, which goes as the four of them in the mean.
+/// What is left of a law is the velocity that it should have taken: of a robot that settles on its
+/// wheels in rapier, as soft as that is, the fastest contact still moves into the ground or out of
+/// it by no less than its middle, which goes as the four of them in the mean.
 #[test]
 fn the_residual_is_no_less_than_what_a_robot_that_settles_still_moves_by() {
     let mut world = world(&mecanum4(), &by(ContactSolver::Rapier, 1000.0));
@@ -319,7 +324,8 @@ fn what_rapier_does_not_know_is_refused() {
     assert!(refused(&geared, reference).contains("gear that loses a share"));
 }
 
-/// A motor drives up to its rate limit and no further: a wheel in the air is left there with what its last driven step gave.
+/// A motor drives up to its rate limit and no further: a wheel in the air is left there with what
+/// its last driven step gave.
 #[test]
 fn no_motor_drives_beyond_its_rate_limit_in_rapier_either() {
     let robot = mecanum4();
@@ -352,8 +358,8 @@ fn no_motor_drives_beyond_its_rate_limit_in_rapier_either() {
     }
 }
 
-/// Relief without any height is a plane to rapier too: it carries the weight, and sideways the robot goes as it does on the plane, to what the
-/// faces of a height field cost rapier's solver.
+/// Relief without any height is a plane to rapier too: it carries the weight, and sideways the
+/// robot goes as it does on the plane, to what the faces of a height field cost rapier's solver.
 #[test]
 fn level_relief_is_a_plane_in_rapier() {
     let robot = mecanum4();
@@ -437,11 +443,13 @@ fn far_from_the_origin_rapier_drives_as_at_the_origin() {
     let (home, far) = (went(0.0), went(1000.0));
     println!("{home:?} {far:?}");
     assert!(home.y.abs() > 0.2);
-    // It counts from the same places beneath the robot, and poses are summed in f64: 1e-13 of a kilometre in each step.
+    // It counts from the same places beneath the robot, and poses are summed in f64: 1e-13 of a
+    // kilometre in each step.
     assert!((far - home).norm() < 1e-6);
 }
 
-/// With its wheels and rollers held a robot slides to rest in rapier too: mu g slows it, and all that it had is heat of sliding.
+/// With its wheels and rollers held a robot slides to rest in rapier too: mu g slows it, and all
+/// that it had is heat of sliding.
 #[test]
 fn a_held_robot_slides_to_rest_in_rapier() {
     let (friction, v_m_s) = (0.3, 0.8);
@@ -476,13 +484,14 @@ fn a_held_robot_slides_to_rest_in_rapier() {
     let way_m = world.robot().state().pose.x_m - from_m;
     let expected_m = speed_m_s * speed_m_s / (2.0 * friction * G);
     println!("{speed_m_s} m/s: {way_m} of {expected_m} m, {heat_j} of {had_j} J");
-    // rapier moves on with the velocity after a step, dt / t of the way less, and holds Coulomb's law to some thousandths.
+    // rapier moves on with the velocity after a step, dt / t of the way less, and holds Coulomb's
+    // law to some thousandths.
     assert!((way_m / expected_m - 1.0).abs() < 0.02);
     assert!((heat_j / had_j - 1.0).abs() < 0.02);
 }
 
-/// Relief that rises along x and falls along y, longer than it is wide, carries a robot that is held as high and as tilted in rapier as under ilon's own
-/// solver.
+/// Relief that rises along x and falls along y, longer than it is wide, carries a robot that is
+/// held as high and as tilted in rapier as under ilon's own solver.
 #[test]
 fn relief_that_leans_carries_a_robot_as_under_ilons_solver() {
     let robot = mecanum4();
@@ -521,7 +530,8 @@ fn relief_that_leans_carries_a_robot_as_under_ilons_solver() {
     assert!((own - rapier).norm() < 1e-4);
 }
 
-/// A rotor before the gear is turned along in rapier as under ilon's own solver: in weightlessness a torque gives a wheel the same rate.
+/// A rotor before the gear is turned along in rapier as under ilon's own solver: in weightlessness
+/// a torque gives a wheel the same rate.
 #[test]
 fn a_rotor_is_turned_along_in_rapier() {
     let mut robot = mecanum4();

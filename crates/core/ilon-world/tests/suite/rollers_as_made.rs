@@ -1,4 +1,5 @@
-//! Rollers as they are made: what the hub of a driving wheel does, against the geometry of its rollers.
+//! Rollers as they are made: what the hub of a driving wheel does, against the geometry of its
+//! rollers.
 
 use crate::support;
 
@@ -49,7 +50,8 @@ struct Drive {
     mean_off_m: f64,
     /// Least and largest height of a hub, in metres.
     heights_m: (f64, f64),
-    /// What the balance of energy leaves open, over the work of the motors and of landings, dimensionless.
+    /// What the balance of energy leaves open, over the work of the motors and of landings,
+    /// dimensionless.
     unexplained: f64,
     /// Way of the body along x over the turn of the first wheel, in metres a radian.
     way_m_rad: f64,
@@ -140,22 +142,23 @@ fn mean_height_m(wheel: &Wheel) -> f64 {
         / 20_000.0
 }
 
-/// The hub follows the outline of its wheel, and the wheel rolls on its mean height: what touches moves past the hub with
-/// omega n x (p - hub), whose part ahead is omega times the height.
+/// The hub follows the outline of its wheel, and the wheel rolls on its mean height: what touches
+/// moves past the hub with omega n x (p - hub), whose part ahead is omega times the height.
 fn hub_follows_its_outline(robot: &Robot, twist: Twist) {
     const DT_S: f64 = 5e-4;
     let drive = drive(robot, twist, 1.0, DT_S);
     let wheel = &robot.wheels[0];
     let rate_rad_s = ideal_rates(robot, twist)[0].abs();
-    // A contact is pressed in by fractions of a micrometre; a landing is seen a step late, by which the hub has come down by the
-    // slopes before and after it.
+    // A contact is pressed in by fractions of a micrometre; a landing is seen a step late, by which
+    // the hub has come down by the slopes before and after it.
     let off_m = 1e-6 + 2.0 * steepest_m(wheel) * rate_rad_s * DT_S;
     assert!(drive.off_m < off_m, "{:e} of {off_m:e}", drive.off_m);
     assert!(drive.mean_off_m < 1e-6, "{:e}", drive.mean_off_m);
     // What is left of the balance is of the order of the step: 0.02 % of the work.
     assert!(drive.unexplained.abs() < 1e-3, "{:e}", drive.unexplained);
     if twist == AHEAD {
-        // A turn ends within a step of a whole one, over which the height differs by micrometres: 1e-4 of a turn.
+        // A turn ends within a step of a whole one, over which the height differs by micrometres:
+        // 1e-4 of a turn.
         let ratio = drive.way_m_rad / mean_height_m(wheel);
         assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
     }
@@ -189,7 +192,8 @@ fn a_wheel_drops_over_the_gaps_between_short_rollers() {
     for factor in [0.7, 0.9] {
         let robot = made(mecanum4(), |_| (), Some(factor));
         hub_follows_its_outline(&robot, AHEAD);
-        // How far: see `ilon-robot/tests/made.rs`; a of the ring, angles of half a pitch and of a roller's end.
+        // How far: see `ilon-robot/tests/made.rs`; a of the ring, angles of half a pitch and of a
+        // roller's end.
         let (a, k, half_pitch) = (0.038, std::f64::consts::FRAC_1_SQRT_2, PI / 9.0);
         let half_m = factor * a * half_pitch.tan() / k;
         let (far_m, end) = (f64::hypot(a, k * half_m), f64::atan2(k * half_m, a));
@@ -236,7 +240,8 @@ fn a_profile_by_numbers_of_the_barrel_rolls_as_the_barrel() {
     hub_follows_its_outline(&robot, AHEAD);
     let drive = drive(&robot, AHEAD, 1.0, 1e-3);
     let (low_m, high_m) = drive.heights_m;
-    // Chords of an arc of radius rho and of 20 deg / 8 each lie rho (2.5 deg)^2 / 8 = 12 um below it.
+    // Chords of an arc of radius rho and of 20 deg / 8 each lie rho (2.5 deg)^2 / 8 = 12 um below
+    // it.
     assert!(
         high_m < 0.05 + 1e-6 && low_m > 0.05 - 14e-6,
         "{low_m} {high_m}"
@@ -258,7 +263,8 @@ fn unequal_rollers_move_the_mean_as_their_mean_radius() {
     assert!((mean_height_m(&thick.wheels[0]) - 0.0502).abs() < 1e-9);
     let way_m = drive(&thick, AHEAD, 1.0, 1e-3).way_m_rad;
     assert!((way_m / 0.0502 - 1.0).abs() < 2e-5, "{way_m}");
-    // One thicker than the others: the mean goes up by a share of what that one is off, and each turn is as the one before.
+    // One thicker than the others: the mean goes up by a share of what that one is off, and each
+    // turn is as the one before.
     let one = offsets(|i| if i == 3 { 2e-4 } else { 0.0 });
     hub_follows_its_outline(&one, AHEAD);
     let raised_m = mean_height_m(&one.wheels[0]) - 0.05;
@@ -318,7 +324,8 @@ fn rollers_that_are_no_barrels_drive_over_a_kerb() {
     }
 }
 
-/// Sideways over bumps of 2 mm: what a wheel of cylinders meets there is near to what one of barrels meets.
+/// Sideways over bumps of 2 mm: what a wheel of cylinders meets there is near to what one of
+/// barrels meets.
 #[test]
 fn cylinders_drive_over_bumps_as_barrels_do() {
     let size = 161;
@@ -384,8 +391,9 @@ fn what_is_not_known_of_a_profile_by_numbers_is_refused() {
     );
 }
 
-/// Sideways, where rollers that hand over at once point in different directions: the robot moves as the contact kinematics of its
-/// lowest rollers has it, at any step, and nothing rubs. Neighbours of flat rollers are equally low for degrees of a turn.
+/// Sideways, where rollers that hand over at once point in different directions: the robot moves as
+/// the contact kinematics of its lowest rollers has it, at any step, and nothing rubs. Neighbours
+/// of flat rollers are equally low for degrees of a turn.
 #[test]
 fn neighbours_that_are_equally_low_do_not_rub() {
     for crown in [0.3, 0.5, 0.8, 0.9] {
@@ -415,7 +423,8 @@ fn neighbours_that_are_equally_low_do_not_rub() {
                 expected_m += support::contact_twist(&robot, angles, rates).vy_m_s * dt_s;
             }
             let ratio = (world.robot().state().pose.y_m - from_m) / expected_m;
-            // The sum takes the twist at the ends of steps: half a step of hand-overs that jump by a few per cent, 1e-4 together.
+            // The sum takes the twist at the ends of steps: half a step of hand-overs that jump by
+            // a few per cent, 1e-4 together.
             assert!(
                 (ratio - 1.0).abs() < 2e-4,
                 "crown {crown}, {dt_s} s: {ratio}"

@@ -23,7 +23,8 @@ fn servo(stiffness: f64, damping: f64) -> JointServo {
     }
 }
 
-/// The mecanum4 with a body of a mass at a place that moves on a joint above the middle of its chassis.
+/// The mecanum4 with a body of a mass at a place that moves on a joint above the middle of its
+/// chassis.
 fn with(kind: JointKind, axis: Vector3<f64>, at_m: Vector3<f64>, servo: JointServo) -> Robot {
     let mut robot = mecanum4();
     let place_m = robot.center_of_mass_m();
@@ -99,7 +100,8 @@ fn a_servo_bears_an_arm_by_its_stiffness() {
     assert_near(sags, -borne / stiffness, 1e-6, "sag");
 }
 
-/// A load on a slide in weightlessness swings against the rest of the robot at sqrt(K / mu), mu the reduced mass of the two.
+/// A load on a slide in weightlessness swings against the rest of the robot at sqrt(K / mu), mu the
+/// reduced mass of the two.
 #[test]
 fn a_step_of_the_target_swings_at_the_natural_frequency() {
     let reduced_kg = ARM_KG * mecanum4().mass_kg() / (ARM_KG + mecanum4().mass_kg());
@@ -123,7 +125,8 @@ fn a_step_of_the_target_swings_at_the_natural_frequency() {
     assert_near(frequency_hz, 5.0, 2e-4, "frequency");
 }
 
-/// Far from its target a servo pushes with its effort, in steps of any length: the load gains F / mu.
+/// Far from its target a servo pushes with its effort, in steps of any length: the load gains F /
+/// mu.
 #[test]
 fn a_servo_at_its_effort_accelerates_by_it() {
     let reduced_kg = ARM_KG * mecanum4().mass_kg() / (ARM_KG + mecanum4().mass_kg());
@@ -155,8 +158,8 @@ fn a_servo_at_its_effort_accelerates_by_it() {
     }
 }
 
-/// What a servo asks for as a step begins may be beyond its effort, here K q = 40 N, and what it comes to in the step within, for the load gives way: then
-/// its effort changes nothing.
+/// What a servo asks for as a step begins may be beyond its effort, here K q = 40 N, and what it
+/// comes to in the step within, for the load gives way: then its effort changes nothing.
 #[test]
 fn an_effort_that_a_step_does_not_come_to_changes_nothing() {
     let force_n = |effort: f64| {
@@ -175,8 +178,8 @@ fn an_effort_that_a_step_does_not_come_to_changes_nothing() {
     assert_near(force_n(3.0), free_n, 1e-5, "force");
 }
 
-/// Of two drawers the one that is loaded goes, by F t^2 / 2 m, to the thousandth by which the base on its held wheels gives way; the other is held where it
-/// was.
+/// Of two drawers the one that is loaded goes, by F t^2 / 2 m, to the thousandth by which the base
+/// on its held wheels gives way; the other is held where it was.
 #[test]
 fn of_two_servos_the_one_that_is_told_acts() {
     const FORCE_N: f64 = 5.0;
@@ -203,7 +206,8 @@ fn of_two_servos_the_one_that_is_told_acts() {
     }
 }
 
-/// A damper of c acts with the mean of the rates before and after a step, so that each step leaves (1 - z / 2) / (1 + z / 2) of a rate, z = c dt / mu.
+/// A damper of c acts with the mean of the rates before and after a step, so that each step leaves
+/// (1 - z / 2) / (1 + z / 2) of a rate, z = c dt / mu.
 #[test]
 fn a_damper_takes_the_mean_rate_of_a_step() {
     let reduced_kg = ARM_KG * mecanum4().mass_kg() / (ARM_KG + mecanum4().mass_kg());
@@ -238,7 +242,8 @@ fn a_rate_limit_bounds_how_fast_the_joint_follows() {
         world.step();
         fastest_m_s = fastest_m_s.max(world.robot().joint_rates()[0]);
         if (world.time_s() - 0.6).abs() < 1e-6 {
-            // Stiffness and damping act on what is missing to a target that moves: nothing lags behind it.
+            // Stiffness and damping act on what is missing to a target that moves: nothing lags
+            // behind it.
             assert_near(at(&world), 0.3, 1e-3, "on its way");
             assert_near(world.robot().joint_rates()[0], 0.5, 1e-3, "rate");
         }
@@ -271,8 +276,9 @@ fn yaw_inertia(robot: &Robot, about_m: Vector3<f64>) -> f64 {
     sum
 }
 
-/// On ice an arm that swings out turns the base back: I_1 w_1 + (I_2 + mu l^2) w_2 = 0 about what all turns about, the common centre of
-/// mass, with l from the base's centre of mass to the arm's, and mu their reduced mass.
+/// On ice an arm that swings out turns the base back: I_1 w_1 + (I_2 + mu l^2) w_2 = 0 about what
+/// all turns about, the common centre of mass, with l from the base's centre of mass to the arm's,
+/// and mu their reduced mass.
 #[test]
 fn an_arm_that_swings_on_ice_turns_the_base_back() {
     let robot = arm(
@@ -300,7 +306,8 @@ fn an_arm_that_swings_on_ice_turns_the_base_back() {
     assert_near(yaw_rad, expected_rad, 1e-2, "yaw");
 }
 
-/// What the energy balance of an arm that swings up and out leaves open, and its servo's work, in J.
+/// What the energy balance of an arm that swings up and out leaves open, and its servo's work, in
+/// J.
 fn open_j(dt_s: f64) -> (f64, f64) {
     let mut robot = arm(Vector3::y(), servo(800.0, 20.0));
     robot.joints[0].damping = 0.3;
@@ -348,7 +355,8 @@ fn the_work_of_a_servo_is_in_the_balance() {
     );
 }
 
-/// An arm that swings from ahead to the side tips the robot where the weights' moment passes the wheels' edge: sin q = Y (M + m) / (m l).
+/// An arm that swings from ahead to the side tips the robot where the weights' moment passes the
+/// wheels' edge: sin q = Y (M + m) / (m l).
 #[test]
 fn an_arm_tips_the_robot_where_its_moment_passes_the_edge() {
     let edge_m = 0.16;
@@ -401,7 +409,8 @@ fn a_servo_that_is_too_weak_lets_its_load_down() {
     assert_near(world.robot().joint_forces()[0], ARM_KG * G, 1e-4, "force");
 }
 
-/// Joints that nothing drives, places beyond the limits and numbers that are none are refused with the joint's name; nothing happens then.
+/// Joints that nothing drives, places beyond the limits and numbers that are none are refused with
+/// the joint's name; nothing happens then.
 #[test]
 fn what_no_servo_can_do_is_refused_in_words() {
     let mut robot = lift(servo(1e4, 100.0));
@@ -467,9 +476,10 @@ fn what_no_servo_can_do_is_refused_in_words() {
     }
 }
 
-/// A rotor about the vertical, over the middle of the robot, that goes faster and faster on grip of 0.1: the wheels, which are held, begin to slide where its reaction has
-/// grown to what the rollers can bear, each mu N along its axis on a lever of (l + w) / sqrt 2; and from there on the base turns by the angular momentum that they
-/// do not take out.
+/// A rotor about the vertical, over the middle of the robot, that goes faster and faster on grip of
+/// 0.1: the wheels, which are held, begin to slide where its reaction has grown to what the rollers
+/// can bear, each mu N along its axis on a lever of (l + w) / sqrt 2; and from there on the base
+/// turns by the angular momentum that they do not take out.
 #[test]
 fn a_base_on_grip_alone_slides_and_turns_as_its_reaction_says() {
     let (friction, inertia, slides_s) = (0.1, 0.1, 1.0);
@@ -516,7 +526,8 @@ fn a_base_on_grip_alone_slides_and_turns_as_its_reaction_says() {
     assert_near(heading_rad, turned_rad, 0.01, "base");
 }
 
-/// An effort that a step reaches on its way holds: of a damper in a drawer whose base is pushed the drawer gets its effort, and moves by that alone.
+/// An effort that a step reaches on its way holds: of a damper in a drawer whose base is pushed the
+/// drawer gets its effort, and moves by that alone.
 #[test]
 fn an_effort_that_a_step_reaches_holds() {
     let (effort_n, dt_s) = (0.5, 2e-3);
@@ -542,7 +553,8 @@ fn an_effort_that_a_step_reaches_holds() {
     }
 }
 
-/// The stiffness that a step allows is the one that the refusal names: I (2 pi / dt)^2, of what the joint moves.
+/// The stiffness that a step allows is the one that the refusal names: I (2 pi / dt)^2, of what the
+/// joint moves.
 #[test]
 fn the_stiffness_that_is_named_is_the_one_that_is_taken() {
     let settings = Settings {
@@ -567,7 +579,8 @@ fn the_stiffness_that_is_named_is_the_one_that_is_taken() {
     built(named * 1.001).err().expect("stiffer than that");
 }
 
-/// The place and the rate of a target that goes from rest to rest with the least jerk, a way in a time, from 0.2 s on.
+/// The place and the rate of a target that goes from rest to rest with the least jerk, a way in a
+/// time, from 0.2 s on.
 fn least_jerk(t_s: f64, way: f64, takes_s: f64) -> [f64; 2] {
     let share = ((t_s - 0.2) / takes_s).clamp(0.0, 1.0);
     let rate = 30.0 * (share * (1.0 - share)).powi(2);
@@ -575,8 +588,8 @@ fn least_jerk(t_s: f64, way: f64, takes_s: f64) -> [f64; 2] {
     [way * at, way * rate / takes_s]
 }
 
-/// Energy that wheels, which are held, lose to sliding on grip of 0.15 under a body that a servo moves a way in a time, in J; and where the robot is
-/// then, and its heading.
+/// Energy that wheels, which are held, lose to sliding on grip of 0.15 under a body that a servo
+/// moves a way in a time, in J; and where the robot is then, and its heading.
 fn slid(
     robot: &Robot,
     (way, takes_s): (f64, f64),
@@ -603,7 +616,8 @@ fn slid(
     (world.slip_energy_j(), ends)
 }
 
-/// A servo moves its joint in steps that are taken in parts as it does in whole ones: its aim moves on from part to part.
+/// A servo moves its joint in steps that are taken in parts as it does in whole ones: its aim moves
+/// on from part to part.
 #[test]
 fn a_servo_moves_in_split_steps_as_in_whole_ones() {
     let inertia = ARM_KG * ARM_M * ARM_M;
@@ -615,7 +629,8 @@ fn a_servo_moves_in_split_steps_as_in_whole_ones() {
         arm(Vector3::z(), servo)
     };
     let pulls = drawer(JointServo::for_inertia(ARM_KG));
-    // What is late by 0.1 rad and catches up as the aim slows down, and brakes at its effort from that moment within a step on.
+    // What is late by 0.1 rad and catches up as the aim slows down, and brakes at its effort from
+    // that moment within a step on.
     let weak = JointServo {
         rate_limit: 2.7,
         effort: 10.0,
@@ -641,8 +656,8 @@ fn a_servo_moves_in_split_steps_as_in_whole_ones() {
                 let off = x_m.hypot(y_m).max(0.22 * heading_rad.abs());
                 println!("{what} {dt_s} {split_dt_s:?}: {of_step_j} {slip_j} J, {off} m");
                 assert!(slip_j > 1e-4, "{what}: {slip_j} J");
-                // What steps of 3.3 ms leave of second order, with 200 of them for the way and 5 for the servo's time constant: a
-                // thousandth.
+                // What steps of 3.3 ms leave of second order, with 200 of them for the way and 5
+                // for the servo's time constant: a thousandth.
                 assert_near(of_step_j, slip_j, 0.01, what);
                 assert!(off < 1e-4, "{what}: {off}");
             }
@@ -650,8 +665,9 @@ fn a_servo_moves_in_split_steps_as_in_whole_ones() {
     }
 }
 
-/// A target that its rate limit kept behind catches up within a step, and goes on with the aim's rate from there: a joint that follows without delay is
-/// where the target is, in steps of any length.
+/// A target that its rate limit kept behind catches up within a step, and goes on with the aim's
+/// rate from there: a joint that follows without delay is where the target is, in steps of any
+/// length.
 #[test]
 fn a_target_catches_up_within_a_step() {
     let limit = 0.2;
@@ -659,7 +675,8 @@ fn a_target_catches_up_within_a_step() {
         rate_limit: limit,
         ..servo(1e5, 1e3)
     };
-    // It begins late by 0.1 m and is caught up with at 0.1 / (0.2 + 0.1) s, for the aim comes towards it.
+    // It begins late by 0.1 m and is caught up with at 0.1 / (0.2 + 0.1) s, for the aim comes
+    // towards it.
     let caught_s = 0.1 / 0.3;
     for dt_s in [7e-3, 3e-3, 1e-3] {
         let mut world = world(&drawer(quick), &ice(), 0.0, dt_s);
@@ -684,8 +701,9 @@ fn a_target_catches_up_within_a_step() {
     }
 }
 
-/// An arm that is thrown on its stop on ice: what the stop does is internal, and the robot has no momentum before and after. The stop acts in the pose
-/// of the step's middle, and what turning frames ask for is taken with the rates before and after it: what is left is of second order.
+/// An arm that is thrown on its stop on ice: what the stop does is internal, and the robot has no
+/// momentum before and after. The stop acts in the pose of the step's middle, and what turning
+/// frames ask for is taken with the rates before and after it: what is left is of second order.
 #[test]
 fn a_stop_gives_no_momentum() {
     let left_n_s = |dt_s: f64, effort_n_m: f64| {
@@ -711,9 +729,10 @@ fn a_stop_gives_no_momentum() {
         println!("{dt_s}: {} N s, {fastest_rad_s} rad/s", momentum.norm());
         momentum.norm()
     };
-    // Thrown by eight torques, the arm comes onto its stop at eight places of a step. Each step is taken in two parts there, so that the stop acts in one
-    // of them: wherever it is, what is left falls with the square of the step. A stop that acts in two steps leaves up to m r w^2 dt / 2, some 10 mN s
-    // at 2 ms.
+    // Thrown by eight torques, the arm comes onto its stop at eight places of a step. Each step is
+    // taken in two parts there, so that the stop acts in one of them: wherever it is, what is left
+    // falls with the square of the step. A stop that acts in two steps leaves up to m r w^2 dt / 2,
+    // some 10 mN s at 2 ms.
     let worst_n_s = |dt_s: f64| {
         let efforts_n_m = (0..8).map(|throw| 2.6 + 0.1 * f64::from(throw));
         efforts_n_m

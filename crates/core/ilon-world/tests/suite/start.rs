@@ -32,7 +32,8 @@ fn begin(robot: &Robot, floor: &Floor, start: Pose) -> Result<World, WorldError>
     World::new(robot, floor, start, &Settings::default())
 }
 
-/// The greatest height above the start and the fastest rise or fall within half a second, in metres and m/s.
+/// The greatest height above the start and the fastest rise or fall within half a second, in metres
+/// and m/s.
 fn rises(world: &mut World) -> (f64, f64) {
     let start_m = world.robot().state().height_m;
     let (mut rise_m, mut fastest_m_s) = (0.0_f64, 0.0_f64);
@@ -80,8 +81,8 @@ fn on_a_box_under_two_wheels_it_tips_onto_the_other_two_and_is_not_thrown() {
         let mut world = begin(&robot, &floor, start).expect("a place to stand");
         let (rise_m, fastest_m_s) = rises(&mut world);
         assert!(rise_m < 1e-5, "rose {rise_m:.1e} m");
-        // Nothing can be faster than what falls from the height of the box, times the lever of the chassis' end, which is
-        // below twice that of its wheels.
+        // Nothing can be faster than what falls from the height of the box, times the lever of the
+        // chassis' end, which is below twice that of its wheels.
         assert!(
             fastest_m_s < 2.0 * (2.0 * 9.81 * height_m).sqrt(),
             "{fastest_m_s:.2} m/s"
@@ -137,15 +138,16 @@ fn on_a_peg_under_the_far_end_of_a_wheel_it_begins_on_top() {
         let floor = floor(vec![solid([0.194, 0.206], [0.166, 0.178], 0.035)]);
         let mut world = begin(&robot, &floor, Pose::default()).expect("a place to stand");
         let raised_m = world.robot().hub_height_m(0) - 0.05;
-        // A circle of 50 mm over an edge 44 mm ahead has its hub at 35 + sqrt(50^2 - 44^2) = 58.7 mm; rollers leave some of it free.
+        // A circle of 50 mm over an edge 44 mm ahead has its hub at 35 + sqrt(50^2 - 44^2) = 58.7
+        // mm; rollers leave some of it free.
         assert!(raised_m > 1e-3 && raised_m < 0.009, "{raised_m}");
         let (rise_m, _) = rises(&mut world);
         assert!(rise_m < 1e-5, "rose {rise_m:.1e} m");
     }
 }
 
-/// A front left wheel worn by 1 mm: of the three wheels under the centre of mass the robot leans onto it or off it, and stays as
-/// it begins, without a fall.
+/// A front left wheel worn by 1 mm: of the three wheels under the centre of mass the robot leans
+/// onto it or off it, and stays as it begins, without a fall.
 #[test]
 fn on_wheels_of_unequal_radius_it_begins_as_it_stands() {
     for worn in 0..4 {
@@ -158,7 +160,8 @@ fn on_wheels_of_unequal_radius_it_begins_as_it_stands() {
             roller.radius_m *= shrunk;
             roller.length_m *= shrunk;
         }
-        // Something heavy near the other corner keeps it off the worn wheel or on it, not in between.
+        // Something heavy near the other corner keeps it off the worn wheel or on it, not in
+        // between.
         robot.chassis.mass.center_of_mass_m += Vector3::new(0.02, 0.03, 0.0);
         let stands = robot.standing_pose().expect("it can stand");
         let mut world = begin(&robot, &Floor::default(), Pose::default()).expect("a plane");
@@ -175,7 +178,8 @@ fn on_wheels_of_unequal_radius_it_begins_as_it_stands() {
         let left = [body.height_m, body.roll_rad, body.pitch_rad];
         let moved = at.iter().zip(left).map(|(at, left)| (at - left).abs());
         let moved = moved.fold(0.0, f64::max);
-        // Wheels that lean by 1 mm / 0.3 m touch up to 1 cm beside their middles, where their rollers are: 3.3e-3 x 0.01 m.
+        // Wheels that lean by 1 mm / 0.3 m touch up to 1 cm beside their middles, where their
+        // rollers are: 3.3e-3 x 0.01 m.
         assert!(moved < 4e-5, "wheel {worn}: moved by {moved:.1e}");
     }
 }
@@ -195,7 +199,8 @@ fn beside_a_wall_it_stands_on_the_floor() {
     assert!((world.robot().hub_height_m(0) - robot.wheels[0].radius_m).abs() < 1e-7);
 }
 
-/// Ground that rises to 0.3 m right ahead of the wheels: the robot is put down on what lies beneath it, level at 50 mm.
+/// Ground that rises to 0.3 m right ahead of the wheels: the robot is put down on what lies beneath
+/// it, level at 50 mm.
 #[test]
 fn beside_a_bank_of_relief_it_stands_on_what_is_beneath() {
     let robot = mecanum4();
@@ -223,7 +228,8 @@ fn beside_a_wall_of_any_height_it_stands_on_the_floor_soon() {
         .map(|wheel| wheel.position_m().y.abs())
         .fold(0.0, f64::max)
         + 0.06;
-    // 20 um beside the robot, so that it was lowered by as much at a time: 50 million times for a kilometre.
+    // 20 um beside the robot, so that it was lowered by as much at a time: 50 million times for a
+    // kilometre.
     for height_m in [3.0, 1e3, 1e6, 1e9] {
         let wall = solid([-1.0, 1.0], [outermost_m, outermost_m + 0.1], height_m);
         let world = begin(&robot, &floor(vec![wall]), Pose::default()).expect("a place to stand");
@@ -282,8 +288,8 @@ fn where_only_its_chassis_would_bear_it_or_a_wheel_would_hang_it_is_refused() {
     assert!(refused.to_string().contains("hang"), "{refused}");
 }
 
-/// What of a chassis reaches out ahead comes down where the robot heads: turned left, a box ahead of its place lies beside it, and one to its left is
-/// under what reaches out.
+/// What of a chassis reaches out ahead comes down where the robot heads: turned left, a box ahead
+/// of its place lies beside it, and one to its left is under what reaches out.
 #[test]
 fn what_reaches_out_of_a_chassis_comes_down_where_the_robot_heads() {
     let mut robot = mecanum4();
@@ -318,7 +324,8 @@ fn a_robot_without_wheels_or_a_wheel_without_rollers_is_refused() {
     assert!(matches!(refused, Err(WorldError::NoWheels)));
 }
 
-/// Boxes of the ground without a size, or with one that is not a number, are refused, and so are ramps beyond upright.
+/// Boxes of the ground without a size, or with one that is not a number, are refused, and so are
+/// ramps beyond upright.
 #[test]
 fn boxes_that_are_none_are_refused() {
     let refused = |change: &dyn Fn(&mut GroundBox)| {

@@ -54,8 +54,8 @@ fn missing_j(world: &World, before_j: f64) -> f64 {
     world.motor_energy_j() + world.outside_energy_j() - stored_j - lost_j
 }
 
-/// On ice both have after the hit what the robot had before it, and nothing bounces: they part at most as fast as ilon pushes out what it has found
-/// in something, 5 mm/s.
+/// On ice both have after the hit what the robot had before it, and nothing bounces: they part at
+/// most as fast as ilon pushes out what it has found in something, 5 mm/s.
 #[test]
 fn a_robot_hits_a_body_of_ones_own_and_momentum_stays() {
     let floor = Floor {
@@ -90,7 +90,8 @@ fn a_robot_hits_a_body_of_ones_own_and_momentum_stays() {
     }
 }
 
-/// Puts a box into the world that rubs on the floor and whose back, which the robot pushes, is slippery.
+/// Puts a box into the world that rubs on the floor and whose back, which the robot pushes, is
+/// slippery.
 fn with_slippery_back(world: &mut World, mass_kg: f64, x_m: f64, friction: f64) -> RigidBodyHandle {
     let id = put(world, 0.2, mass_kg, [x_m, 0.0, 0.1], friction);
     let back = ColliderBuilder::cuboid(0.005, 0.1, 0.05)
@@ -102,8 +103,9 @@ fn with_slippery_back(world: &mut World, mass_kg: f64, x_m: f64, friction: f64) 
     id
 }
 
-/// Pushed at a steady speed, a box takes mu m g, and that times the way is what goes outside. Between its back and the robot there is no friction,
-/// which would carry a part of its weight or add to it. It does so in each step: rapier finds friction in some rounds, to thousandths.
+/// Pushed at a steady speed, a box takes mu m g, and that times the way is what goes outside.
+/// Between its back and the robot there is no friction, which would carry a part of its weight or
+/// add to it. It does so in each step: rapier finds friction in some rounds, to thousandths.
 #[test]
 fn pushing_a_body_of_ones_own_takes_its_friction() {
     for (dt_s, friction, mass_kg) in [(1e-3, 0.3, 2.0), (2e-3, 0.2, 4.0)] {
@@ -163,7 +165,8 @@ fn a_body_of_ones_own_on_the_deck_adds_its_weight() {
             body(&world, id).translation(),
             body(&world, id).is_sleeping()
         );
-        // A step is solved to 1e-8 m/s, and starts from one that was: twice that of the momentum of both, and as much again.
+        // A step is solved to 1e-8 m/s, and starts from one that was: twice that of the momentum of
+        // both, and as much again.
         let within_n = 4e-8 * (robot().mass_kg() + mass_kg) / dt_s;
         assert!((sum_n - expected_n).abs() < within_n);
         assert!(least_n > expected_n - within_n && most_n < expected_n + within_n);
@@ -304,7 +307,8 @@ fn copies_with_bodies_of_ones_own_are_equal_to_the_bit() {
     assert_eq!(bits(&world), bits(&copy));
 }
 
-/// A world that has been asked for its rapier world, and one with bodies far away, move the robot to the bit as it moves alone.
+/// A world that has been asked for its rapier world, and one with bodies far away, move the robot
+/// to the bit as it moves alone.
 #[test]
 fn what_is_far_away_changes_nothing() {
     let mut worlds = [(); 3].map(|()| world(&Floor::default(), 1e-3));
@@ -322,8 +326,8 @@ fn what_is_far_away_changes_nothing() {
     assert_eq!(worlds[0].slip_energy_j(), worlds[2].slip_energy_j());
 }
 
-/// Rollers with treads on a user's plate give as on the ground: the robot that is pushed to the side moves by what its treads bend and its wheels'
-/// loops give way, alike on both.
+/// Rollers with treads on a user's plate give as on the ground: the robot that is pushed to the
+/// side moves by what its treads bend and its wheels' loops give way, alike on both.
 #[test]
 fn treads_bend_on_a_plate_of_ones_own_as_on_the_ground() {
     let mut robot = robot();
@@ -370,7 +374,8 @@ fn treads_bend_on_a_plate_of_ones_own_as_on_the_ground() {
     }
 }
 
-/// A body that is taken out between two steps is there no more, and one that is put into the robot is pushed out, slowly.
+/// A body that is taken out between two steps is there no more, and one that is put into the robot
+/// is pushed out, slowly.
 #[test]
 fn bodies_may_vanish_and_appear_anywhere() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -408,7 +413,8 @@ fn bodies_may_vanish_and_appear_anywhere() {
     }
 }
 
-/// A body of no mass, and one whose ways are locked, stop a robot as a wall does; what only senses, is switched off or shares no group with it does not.
+/// A body of no mass, and one whose ways are locked, stop a robot as a wall does; what only senses,
+/// is switched off or shares no group with it does not.
 #[test]
 fn what_nothing_moves_stops_a_robot_and_what_is_not_there_does_not() {
     let ahead = Vector::new(FRONT_M + 0.25, 0.0, 0.2);
@@ -501,7 +507,8 @@ fn what_nothing_moves_stops_a_robot_and_what_is_not_there_does_not() {
     }
 }
 
-/// A soft body of rapier touches no robot: one that is pinned where it stands lets a robot through, which goes to the bit as it goes alone.
+/// A soft body of rapier touches no robot: one that is pinned where it stands lets a robot through,
+/// which goes to the bit as it goes alone.
 #[test]
 fn a_soft_body_does_not_touch_a_robot() {
     let mut worlds = [(); 2].map(|()| world(&Floor::default(), 1e-3));
@@ -520,7 +527,8 @@ fn a_soft_body_does_not_touch_a_robot() {
     assert_eq!(alone, beside);
 }
 
-/// A wall that is switched off holds nothing from the next step on: the robot that its wheels press against it with F gains F dt / m.
+/// A wall that is switched off holds nothing from the next step on: the robot that its wheels press
+/// against it with F gains F dt / m.
 #[test]
 fn a_wall_that_is_switched_off_lets_go_in_the_next_step() {
     const DT_S: f64 = 1e-3;
@@ -545,13 +553,15 @@ fn a_wall_that_is_switched_off_lets_go_in_the_next_step() {
     let rapier = world.rapier_mut().expect("ilon solves the contacts");
     rapier.bodies[wall].set_enabled(false);
     let gained_m_s = press(&mut world);
-    // Four rims of 50 mm. What turns with the wheels makes the robot heavier by 4 I / rho^2, a tenth.
+    // Four rims of 50 mm. What turns with the wheels makes the robot heavier by 4 I / rho^2, a
+    // tenth.
     let expected_m_s = 4.0 * presses_n_m / 0.05 / robot().mass_kg() * DT_S;
     let share = gained_m_s / expected_m_s;
     assert!((0.8..1.0).contains(&share), "{share}");
 }
 
-/// Bodies of rapier and of ilon carry one another: on the robot's deck, and far from it on the floor.
+/// Bodies of rapier and of ilon carry one another: on the robot's deck, and far from it on the
+/// floor.
 #[test]
 fn bodies_of_rapier_and_of_ilon_stand_on_one_another() {
     for (x, y, z) in [(0.0, 0.0_f64, TOP_M), (0.0, 2.0, 0.0)] {
@@ -592,9 +602,10 @@ fn bodies_of_rapier_and_of_ilon_stand_on_one_another() {
     }
 }
 
-/// A light free body bears a heavy one of rapier's, two hundred and fifty times its weight, while pushes keep it awake far from the robot: what acted between
-/// the two goes on in the next step, though the robot is stepped in between. Once it has settled each step takes the weight, to what is left of
-/// settling.
+/// A light free body bears a heavy one of rapier's, two hundred and fifty times its weight, while
+/// pushes keep it awake far from the robot: what acted between the two goes on in the next step,
+/// though the robot is stepped in between. Once it has settled each step takes the weight, to what
+/// is left of settling.
 #[test]
 fn a_light_free_body_bears_a_heavy_one_of_ones_own() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -615,7 +626,8 @@ fn a_light_free_body_bears_a_heavy_one_of_ones_own() {
     assert!(!low.sleeps && (low.place_m.z - 0.05).abs() < 1e-3);
 }
 
-/// A ball of 10 g at 50 m/s does not go through a chassis, and leaves its momentum there; a wheel drives up a plate of 4 mm.
+/// A ball of 10 g at 50 m/s does not go through a chassis, and leaves its momentum there; a wheel
+/// drives up a plate of 4 mm.
 #[test]
 fn what_is_fast_hits_and_what_is_thin_lifts() {
     let floor = Floor {
@@ -651,8 +663,9 @@ fn what_is_fast_hits_and_what_is_thin_lifts() {
     assert!((state.height_m - 0.004).abs() < 1e-3, "{state:?}");
 }
 
-/// A robot that rolls freely at 0.5 m/s pushes a box against a wall: it stops there, for the wall is behind the box, and parts from it no faster than
-/// ilon pushes out what is deep, 5 mm/s for each of the two contacts. Pressed with 20 N, less what holds its wheels, the box takes that.
+/// A robot that rolls freely at 0.5 m/s pushes a box against a wall: it stops there, for the wall
+/// is behind the box, and parts from it no faster than ilon pushes out what is deep, 5 mm/s for
+/// each of the two contacts. Pressed with 20 N, less what holds its wheels, the box takes that.
 #[test]
 fn a_body_of_ones_own_with_its_back_to_a_wall_stops_a_robot() {
     let floor = Floor {
@@ -699,7 +712,8 @@ fn a_body_of_ones_own_with_its_back_to_a_wall_stops_a_robot() {
     }
 }
 
-/// A tower on the deck weighs what its bodies weigh, also while the robot sets out and stops; at rest it is still.
+/// A tower on the deck weighs what its bodies weigh, also while the robot sets out and stops; at
+/// rest it is still.
 #[test]
 fn a_tower_of_ones_own_is_carried() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -726,7 +740,8 @@ fn a_tower_of_ones_own_is_carried() {
     }
 }
 
-/// Ground that begins to lean wakes what sleeps on it, user bodies too: on 45 degrees a box of friction mu slides with g (sin - mu cos).
+/// Ground that begins to lean wakes what sleeps on it, user bodies too: on 45 degrees a box of
+/// friction mu slides with g (sin - mu cos).
 #[test]
 fn ground_that_leans_wakes_bodies_of_ones_own() {
     let (dt_s, friction) = (1e-3, 0.3);
@@ -746,11 +761,13 @@ fn ground_that_leans_wakes_bodies_of_ones_own() {
     let share = (1.0 - friction) / f64::sqrt(2.0);
     let expected_m = 0.5 * G * share * time_s * time_s;
     println!("{way_m} of {expected_m} m");
-    // rapier moves on with the velocity after the step, which is dt / t more, and finds friction to some thousandths.
+    // rapier moves on with the velocity after the step, which is dt / t more, and finds friction to
+    // some thousandths.
     assert!((way_m / expected_m - 1.0).abs() < 0.01);
 }
 
-/// A user body that may not move across is a wall to a robot that goes that way, and one without friction to a robot that goes along.
+/// A user body that may not move across is a wall to a robot that goes that way, and one without
+/// friction to a robot that goes along.
 #[test]
 fn a_body_of_ones_own_stays_on_its_locked_axes() {
     for (force, is_wall) in [(Vector::X, false), (Vector::Y, true)] {
@@ -786,7 +803,8 @@ fn a_body_of_ones_own_stays_on_its_locked_axes() {
             // A millimetre of room.
             assert!((pose.y_m - 1e-3).abs() < 1e-4 && pose.heading_rad.abs() < 0.02);
         } else {
-            // Half of a t^2, of the robot and the body together; rollers and wheels spin up along with them.
+            // Half of a t^2, of the robot and the body together; rollers and wheels spin up along
+            // with them.
             let expected_m = 0.5 * 12.0 / (robot().mass_kg() + 1.0) * 0.25;
             assert!((pose.x_m / expected_m - 1.0).abs() < 0.06, "{expected_m}");
             assert!((at_now.x - front - pose.x_m).abs() < 2e-3);
@@ -799,7 +817,8 @@ fn body_at(world: &World, handle: RigidBodyHandle) -> Vector {
     body(world, handle).translation()
 }
 
-/// A box that a robot pushes over a plate which a program moves across takes its friction, as it does on the ground, once it goes across with the plate.
+/// A box that a robot pushes over a plate which a program moves across takes its friction, as it
+/// does on the ground, once it goes across with the plate.
 #[test]
 fn a_box_is_pushed_over_a_plate_that_a_program_moves() {
     let (dt_s, friction, mass_kg, across_m_s) = (1e-3, 0.3, 2.0_f64, 0.03);

@@ -272,7 +272,8 @@ mod tests {
 
     #[test]
     fn a_resolved_spring_is_followed_to_second_order() {
-        // An eighth of a period of sqrt(1e5 / 2) = 223.6 rad/s: the gap is -1e-5 cos(pi/4), still closed.
+        // An eighth of a period of sqrt(1e5 / 2) = 223.6 rad/s: the gap is -1e-5 cos(pi/4), still
+        // closed.
         let omega = (1e5_f64 / 2.0).sqrt();
         let time_s = std::f64::consts::FRAC_PI_4 / omega;
         let exact = -1e-5 * std::f64::consts::FRAC_PI_4.cos();

@@ -101,8 +101,8 @@ pub(crate) struct Reaction {
     /// Its point in the middle of the step, in the floor's frame, in metres; meaningless for a
     /// bearing.
     pub at_m: Vector3<f64>,
-    /// For a contact the normal out of B and two tangents, in the floor's frame, of which the first lies along the
-    /// roller of A.
+    /// For a contact the normal out of B and two tangents, in the floor's frame, of which the first
+    /// lies along the roller of A.
     pub frame: [Vector3<f64>; 3],
     /// Coulomb friction coefficient of a contact, in the direction of its friction force.
     pub friction: f64,

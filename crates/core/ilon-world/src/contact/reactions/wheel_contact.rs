@@ -27,8 +27,8 @@ pub struct WheelContact {
     pub normal_force_n: f64,
     /// Tangential force of the ground on the wheel, in the body frame's x and y, in N.
     pub force_in_body_n: Vector2<f64>,
-    /// Sliding velocity of the rollers' surface over the ground, in the body frame's x and y, in m/s: the mean over
-    /// the touching rollers weighted by their normal force.
+    /// Sliding velocity of the rollers' surface over the ground, in the body frame's x and y, in
+    /// m/s: the mean over the touching rollers weighted by their normal force.
     pub sliding_in_body_m_s: Vector2<f64>,
     /// Coulomb friction coefficient under the roller that pressed hardest.
     pub friction: f64,

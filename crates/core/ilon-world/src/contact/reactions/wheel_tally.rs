@@ -104,7 +104,8 @@ impl WheelTally {
         self.friction_off_n_s += off_n_s + (friction - self.friction) * normal_n_s;
     }
 
-    /// Ends a step whose parts were added, with the height of the wheel's centre at its end, in metres.
+    /// Ends a step whose parts were added, with the height of the wheel's centre at its end, in
+    /// metres.
     pub(crate) fn end_step(&mut self, hub_height_m: f64) {
         self.torque_n_m = [self.torque_mean_n_m(); 2];
         self.normal_force_n = [self.normal_force_mean_n(); 2];

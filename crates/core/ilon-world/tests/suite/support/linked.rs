@@ -13,7 +13,8 @@ pub const STIFFNESS_N_M: f64 = 4000.0;
 pub const X_M: f64 = 0.15;
 pub const Y_M: f64 = 0.16;
 
-/// A body of a mass in kg with its centre at a place in the body frame, on a joint at a place whose axis is a direction.
+/// A body of a mass in kg with its centre at a place in the body frame, on a joint at a place whose
+/// axis is a direction.
 pub fn joint(
     name: &str,
     (kind, role): (JointKind, JointRole),

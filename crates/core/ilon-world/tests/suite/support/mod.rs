@@ -195,8 +195,8 @@ pub fn ideal_twist(robot: &Robot, rates: &[f64]) -> Twist {
     Twist::new(x[0], x[1], x[2])
 }
 
-/// The twist without slip at the rollers that touch: section "contact kinematics", one constraint a wheel, solved by
-/// least squares.
+/// The twist without slip at the rollers that touch: section "contact kinematics", one constraint a
+/// wheel, solved by least squares.
 pub fn contact_twist(robot: &Robot, angles: &[f64], rates: &[f64]) -> Twist {
     let n = robot.wheels.len();
     let (mut j, mut rhs) = (DMatrix::zeros(n, 3), DVector::zeros(n));
@@ -321,7 +321,8 @@ pub fn drive(
                     *a += x;
                 }
             };
-            // What moved in the step, and not how it moves now: rollers that hand over within it change the velocity.
+            // What moved in the step, and not how it moves now: rollers that hand over within it
+            // change the velocity.
             let angles = angles_before.iter().zip(world.robot().wheel_angles_rad());
             let middle: Vec<f64> = angles.clone().map(|(a, b)| 0.5 * (a + b)).collect();
             let rates: Vec<f64> = angles.map(|(a, b)| (b - a) / dt).collect();

@@ -132,8 +132,9 @@ pub fn end_of_course(floor: &Floor, settings: &Settings) -> (Pose, Rig) {
     (rig.pose(), rig)
 }
 
-/// Drives for a time: wheels follow a twist with 1 N m s/rad, which grows over the first half second of the world; `pull_n` pulls
-/// on the middle of the robot along its own x, at the height of the ground.
+/// Drives for a time: wheels follow a twist with 1 N m s/rad, which grows over the first half
+/// second of the world; `pull_n` pulls on the middle of the robot along its own x, at the height of
+/// the ground.
 pub fn follow(world: &mut World, robot: &Robot, twist: Twist, time_s: f64, pull_n: f64) {
     let targets = ideal_rates(robot, twist);
     let steps = (time_s / world.dt_s()).round() as usize;

@@ -6,7 +6,8 @@ use super::super::system::{TOLERANCE, pair};
 use super::super::{ImpulseProblem, Law};
 use super::{Draw, bearing, solve};
 
-/// Rates: the robot's six, and of each of four wheels those of hub and roller about their axes, and of the roller along its own.
+/// Rates: the robot's six, and of each of four wheels those of hub and roller about their axes, and
+/// of the roller along its own.
 type Rates = SVector<f64, 18>;
 
 /// A robot of 11 kg on four rollers of 10 g in a step of 1 ms.

@@ -10,8 +10,8 @@ use proptest::prelude::*;
 
 use super::{Bracket, Nearest, Piece, PlacedBarrel, SolidBox, Triangle, keep_nearest_of_surface};
 
-/// A digit of a sum of lengths up to 0.2 m in f64 is 3e-17 m. The search ends where its bracket is 1e-12 m wide, and the
-/// distance is flat there.
+/// A digit of a sum of lengths up to 0.2 m in f64 is 3e-17 m. The search ends where its bracket is
+/// 1e-12 m wide, and the distance is flat there.
 const EXACT_M: f64 = 1e-11;
 
 fn barrel() -> Barrel {
@@ -178,7 +178,8 @@ proptest! {
     }
 }
 
-/// A turning wheel on each flat ground: the height at which its rollers just touch is rho, at every angle.
+/// A turning wheel on each flat ground: the height at which its rollers just touch is rho, at every
+/// angle.
 #[test]
 fn the_outline_of_a_turning_wheel_is_round_on_every_flat_ground() {
     let count = 9;

@@ -85,7 +85,8 @@ fn nearest_places_are_those_of_a_search_over_the_whole_body() {
             for piece in [&Piece::Plane, &solid, &triangle] {
                 let nearest = nearest_of(&placed, piece);
                 let exact_m = brute_force(&placed, piece);
-                // Sixty thirds leave a share of 3e-11 of an interval of centimetres; its places' flat surroundings less.
+                // Sixty thirds leave a share of 3e-11 of an interval of centimetres; its places'
+                // flat surroundings less.
                 assert!(
                     (nearest.gap_m - exact_m).abs() < 1e-9,
                     "{i} {:e} {exact_m:e}",
@@ -119,7 +120,8 @@ fn the_box_around_a_roller_holds_it_and_touches_it_along_each_axis() {
                 let towards = Vector3::ith(side, 1.0);
                 let over_m = bounds.most_m[side] - placed.support(&-towards, None)[side];
                 let under_m = placed.support(&towards, None)[side] - bounds.least_m[side];
-                // The box is as wide both ways as the further of the two; a handful of roundings of decimetres.
+                // The box is as wide both ways as the further of the two; a handful of roundings of
+                // decimetres.
                 assert!(over_m.min(under_m).abs() < 1e-15, "{i} {side}");
                 assert!(over_m.max(under_m) < 2e-3, "{i} {side}");
             }
