@@ -23,7 +23,10 @@ world.floor.friction = 0.0
 run = { duration_s = 1.0, control_dt_s = 0.01, physics_dt_s = 0.01, converge = true }
 ";
 
-/// The tilt of a step is that in its middle. A tilt that begins at 0.5026 s acts from 0.5 s on in steps of 10 ms, because that step has its middle at 0.505 s, and from 0.505 s on in steps of 5 ms. Without friction the robot slides down by g sin(2 deg) (T - t_0)^2 / 2 in the last row, at T = 1 s: 42.8 mm, and 0.495^2 / 0.5^2 of it at half the step.
+/// The tilt of a step is that in its middle. A tilt that begins at 0.5026 s acts from 0.5 s on in
+/// steps of 10 ms, because that step has its middle at 0.505 s, and from 0.505 s on in steps of 5
+/// ms. Without friction the robot slides down by g sin(2 deg) (T - t_0)^2 / 2 in the last row, at
+/// T = 1 s: 42.8 mm, and 0.495^2 / 0.5^2 of it at half the step.
 #[test]
 fn what_begins_between_two_steps_moves_by_the_time_to_the_next() {
     let run = run(&scenario(LATE_TILT)).expect("it runs");

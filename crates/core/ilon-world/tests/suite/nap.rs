@@ -44,9 +44,11 @@ fn on(surface: FloorSurface) -> Floor {
 
 #[test]
 fn drag_over_a_nap_is_the_gradient_of_the_power_that_rolling_takes() {
-    // Under Swedish wheels without tilt the place of contact moves as the robot does. With h = sqrt(c_a^2 V_a^2 + c_c^2 V_c^2), and against the
-    // nap its own c_a, the drives pay m g h(V) / |V| for each metre, and the drag is m g dh / dV: across the way too. Three wheels
-    // whose motors give K for each rad/s that they lag behind hold 3 K / (2 r^2) newtons for each m/s of the robot.
+    // Under Swedish wheels without tilt the place of contact moves as the robot does. With
+    // h = sqrt(c_a^2 V_a^2 + c_c^2 V_c^2), and against the nap its own c_a, the drives pay m g
+    // h(V) / |V| for each metre, and the drag is m g dh / dV: across the way too. Three wheels
+    // whose motors give K for each rad/s that they lag behind hold 3 K / (2 r^2) newtons for each
+    // m/s of the robot.
     const K: f64 = 1.0;
     let (along, across, against, v) = (0.02, 0.06, 0.04, 0.2);
     let robot = volksbot();
