@@ -1,5 +1,5 @@
-//! A row is its period: what happened between two rows is in the second of them, however far apart
-//! they are.
+//! A row covers its period: everything between two rows is in the second of them, whatever their
+//! distance.
 
 use std::path::Path;
 
@@ -23,8 +23,8 @@ fn stairs(stair_ms: u32, period_ms: u32) -> (Trace, Summary) {
     let schedule: Vec<String> = (1..=stairs)
         .map(|stair| {
             let t_s = f64::from(stair * stair_ms) * 1e-3;
-            // As many digits as milliseconds have: a sum of binary fractions would be late by a
-            // control period.
+            // Digits to the millisecond: a sum of binary fractions would be late by a control
+            // period.
             format!("{{ from_s = {:.3}, vx_m_s = {t_s} }}", 0.2 + t_s)
         })
         .collect();
@@ -51,15 +51,15 @@ fn extremes_and_budget_do_not_depend_on_how_often_rows_are_written() {
             );
             assert!((a - b).abs() <= share * a.abs(), "{stair_ms} ms: {a} {b}");
         };
-        // The same physics to the bit, and so the same extremes but for the rounding of sums.
+        // The same physics to the bit, and so the same extremes except for the rounding of sums.
         near(|summary| summary.friction_used_max, 1e-9);
         near(|summary| summary.slip_speed_max_m_s, 1e-9);
         near(|summary| summary.wheel_torque_max_n_m, 1e-9);
         near(|summary| summary.slip_speed_rms_m_s, 1e-9);
         let way_m = fine.travelled_m;
         for ((name, fine), (_, coarse)) in fine.ledger.named().iter().zip(coarse.ledger.named()) {
-            // What slips does so in the first milliseconds of each stair, and spans of the budget
-            // are 5 ms.
+            // Slip occurs in the first milliseconds of each stair, and spans of the budget are 5
+            // ms.
             let apart_m = (fine.path_m - coarse.path_m).abs();
             assert!(apart_m < 1e-3 * way_m, "{stair_ms} ms, {name}: {apart_m} m");
         }
@@ -98,8 +98,8 @@ fn the_forces_of_a_row_are_mass_times_acceleration() {
     }
 }
 
-/// Rows that are left out take nothing with them: extremes, budget and saturation are those of all
-/// control periods.
+/// Rows that are left out lose nothing: extremes, budget and saturation are those of all control
+/// periods.
 #[test]
 fn fewer_rows_say_the_same() {
     let circle = |every: u32| {
@@ -133,8 +133,8 @@ fn fewer_rows_say_the_same() {
     assert!(near(all.airborne_share, few.airborne_share) < 1e-12);
 }
 
-/// Until the last physics step targets rise and wheels slide. Whatever the period and however few
-/// rows are written, rows add up to what the run came to: the momentum of the forces, all energies
+/// Targets rise and wheels slide until the last physics step. Whatever the period and however few
+/// rows are written, rows add up to the totals of the run: the momentum of the forces, all energies
 /// and the error budget.
 #[test]
 fn rows_add_up_to_the_run() {
