@@ -1,4 +1,4 @@
-//! Writes down what happens, once a control period or less often.
+//! Records a run, once a control period or less often.
 
 use ilon_control::{ContactKinematics, Kinematics};
 use ilon_robot::{Pose, Robot, wrap_angle};
@@ -24,16 +24,16 @@ use ilon_scenario::{Error, Resolved};
 /// wanted), and [`Recorder::count`] after every physics step of [`Plant::advance_watched`].
 pub struct Recorder {
     trace: Trace,
-    /// Of the real robot, whatever its controller believes.
+    /// Of the real robot, not of the believed one.
     kinematics: Kinematics,
     contact_kinematics: ContactKinematics,
-    /// Of a robot whose wheels are moved by joints that it measures: where these have them, and
-    /// which they are.
+    /// For a robot with wheels moved by joints that it measures: the wheels' places under these,
+    /// and which joints they are.
     hubs: Option<(Hubs, Vec<bool>)>,
-    /// The positions of the joints between bodies as they were last, in rad or m; of those that the
-    /// robot does not measure zero. None before the first.
+    /// The last positions of the joints between bodies, in rad or m; zero for those that the robot
+    /// does not measure. Empty before the first.
     measured_positions: Vec<f64>,
-    /// What the controller makes of the wheels' angles.
+    /// The controller's dead reckoning.
     reckoning: Reckoning,
     /// From row to row.
     row_period_s: f64,
@@ -58,7 +58,7 @@ struct Lost {
     spin_up_j: f64,
 }
 
-/// What was decided at the control instants since the last row.
+/// The decisions at the control instants since the last row.
 #[derive(Clone, Debug, Default)]
 struct Decisions {
     instants: u32,
@@ -101,8 +101,8 @@ impl Decisions {
 }
 
 impl Recorder {
-    /// For a robot that starts at a pose; of `header.record_every` control periods a row, with room
-    /// for so many.
+    /// For a robot that starts at a pose; with `header.record_every` control periods per row, and
+    /// memory for a number of rows.
     pub fn new(
         header: Header,
         resolved: &Resolved,
@@ -151,7 +151,7 @@ impl Recorder {
         let (resolved, robot) = (plant.resolved(), plant.robot());
         let pilot = Pilot::of(resolved, robot, Some(Box::new(Idle)))?;
         let header = Header {
-            // A row each control period, for as long as the loop goes on.
+            // One row per control period, without a known end.
             record_every: 1,
             control_periods: 0,
             ..header(resolved, robot, Appearance::by(urdf), &pilot)?
@@ -160,7 +160,7 @@ impl Recorder {
         Self::new(header, resolved, robot, start, 1)
     }
 
-    /// Sums what happened during the last physics step.
+    /// Sums the results of the last physics step.
     pub fn count(&mut self, world: &World, dt_s: f64) {
         for (lost, contact) in self.lost.iter_mut().zip(world.robot().contacts()) {
             lost.slip_j += contact.slip_power_w * dt_s;
@@ -279,20 +279,18 @@ impl Recorder {
         }
     }
 
-    /// When and how the wheels' real rates contradicted each other, in words; `None` if they did
-    /// not.
+    /// A remark on inconsistent wheel rates of the run; `None` if they were consistent.
     pub fn contradiction_remark(&self, robot: &Robot) -> Option<String> {
         let found = self.budget.contradiction();
         found.remark(&self.kinematics, robot, "the rates of the wheels")
     }
 
-    /// What was recorded so far.
+    /// The trace so far.
     pub fn trace(&self) -> &Trace {
         &self.trace
     }
 
-    /// Where dead reckoning by Indiveri 2009, eq. (7), puts the robot, from the true pose at the
-    /// start.
+    /// The pose by dead reckoning with Indiveri 2009, eq. (7), from the true pose at the start.
     pub fn odometry(&self) -> Pose {
         self.reckoning.ideal()
     }
@@ -302,14 +300,14 @@ impl Recorder {
         &mut self.trace
     }
 
-    /// What was recorded; no row is left.
+    /// Removes and returns all rows.
     pub fn take_trace(&mut self) -> Trace {
         let none = Trace::with_capacity(self.trace.header.clone(), 0);
         std::mem::replace(&mut self.trace, none)
     }
 
-    /// Dead reckoning from the wheel angles turned since the last control period, by both
-    /// kinematics: what a robot with encoders would do once a control period.
+    /// Dead reckoning from the wheels' rotation since the last control period, by both kinematics,
+    /// like a robot with encoders once a control period.
     pub fn reckon(&mut self, angles_rad: &[f64]) {
         self.reckoning.reckon(angles_rad);
         let Some((hubs, _)) = &mut self.hubs else {
