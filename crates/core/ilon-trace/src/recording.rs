@@ -22,7 +22,7 @@ use crate::twin::Twin;
 pub struct Recording {
     /// Rows that are not in the file yet.
     recent: Trace,
-    /// How many of them are in parts.
+    /// The number of them that are in parts.
     kept: usize,
     /// The signals that must be finite.
     watched: Watched,

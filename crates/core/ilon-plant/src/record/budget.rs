@@ -26,16 +26,16 @@ pub(crate) struct Budget {
     decided: Option<[Twist; 4]>,
     /// When and how the rates of the wheels contradicted each other.
     contradiction: Contradiction,
-    /// How much of the rates did, since the last row.
+    /// The inconsistent part of the rates since the last row.
     conflict: Sizes,
-    /// What each wheel carried in the span, in N s.
+    /// The load of each wheel in the span, in N s.
     loads_n_s: Vec<f64>,
     /// The time for which any wheel touched the ground in it, in seconds.
     touched_s: f64,
-    /// When the span that is not counted yet began, in seconds since the start.
+    /// The start of the current span, in seconds since the start of the run.
     begun_s: f64,
-    /// How long the span that is not counted yet has lasted, in seconds, and where the robot and
-    /// its wheels were as it began.
+    /// The length of the current span so far, in seconds, and the pose of the robot and the angles
+    /// of its wheels at its start.
     lasted_s: f64,
     pose: Pose,
     angles_rad: Vec<f64>,

@@ -37,7 +37,7 @@ pub struct Recorder {
     reckoning: Reckoning,
     /// From row to row.
     row_period_s: f64,
-    /// What each wheel has lost since the start.
+    /// The energy lost at each wheel since the start.
     lost: Vec<Lost>,
     /// Since the last row.
     period: Period,
@@ -51,7 +51,7 @@ pub struct Recorder {
     rollers_taken: u64,
 }
 
-/// What a wheel has lost since the start, in J.
+/// The energy lost at a wheel since the start, in J.
 #[derive(Clone, Copy, Debug, Default)]
 struct Lost {
     slip_j: f64,
@@ -295,7 +295,7 @@ impl Recorder {
         self.reckoning.ideal()
     }
 
-    /// What was recorded so far, to be taken out.
+    /// The trace so far, from which rows can be taken.
     pub fn trace_mut(&mut self) -> &mut Trace {
         &mut self.trace
     }

@@ -247,8 +247,8 @@ impl ErrorLoop {
     }
 }
 
-/// When a scenario's guidance sees new poses, and whether it is always so: poses that come at a
-/// period that does not go with the control's are now older, now younger.
+/// The timing of a scenario's new poses at the guidance, and whether it is constant: if the sample
+/// period does not fit the control period, the age of poses varies.
 fn timing(scenario: &Scenario) -> (Timing, bool) {
     // Rounding shall not take a period off.
     const SLACK: f64 = 1e-9;
@@ -281,7 +281,7 @@ fn timing(scenario: &Scenario) -> (Timing, bool) {
 fn answers(scenario: &Scenario, model: &DynamicModel, physics_dt_s: f64) -> [Vec<Answer>; 2] {
     let section = &scenario.wheel_loop;
     if section.law != WheelLaw::Pid {
-        // Laws that know the robot make the loop that they are asked for, in each direction.
+        // Laws that know the robot have the requested bandwidth in each direction.
         let w = model.bandwidth_rad_s(section.bandwidth_rad_s, physics_dt_s);
         let answer = Answer {
             proportional_per_s: w,
@@ -306,7 +306,7 @@ fn answers(scenario: &Scenario, model: &DynamicModel, physics_dt_s: f64) -> [Vec
         }
     };
     let along = |matrix: &Matrix3<f64>| matrix.fixed_view::<2, 2>(0, 0).into_owned();
-    // Of a positive definite matrix, which every inertia is.
+    // The matrix is positive definite, like every inertia.
     let root = along(&inertia).cholesky().and_then(|c| c.l().try_inverse());
     let values = root.map(|root| (root * along(&push) * root.transpose()).symmetric_eigenvalues());
     let position = values.iter().flat_map(|values| values.iter());
@@ -391,8 +391,8 @@ pub struct Stability {
 }
 
 impl Stability {
-    /// Of a scenario whose guidance follows a reference, in physics steps of some seconds; `None`
-    /// of a law with springs, which has limits of its own.
+    /// For a scenario whose guidance follows a reference, with a physics step in seconds; `None`
+    /// for a law with springs, which has its own limits.
     pub fn of(scenario: &Scenario, model: &DynamicModel, physics_dt_s: f64) -> Option<Self> {
         if scenario.wheel_loop.law == WheelLaw::Passive {
             return None;
@@ -586,7 +586,8 @@ mod tests {
             let found = limit(d, None);
             assert!((found - exact).abs() < 1e-5, "{d}: {found} {exact}");
         }
-        // Of poses so old that longer periods stand for these, to what the bound says of itself.
+        // Poses so old that longer periods are used instead, within the stated accuracy of the
+        // bound.
         for d in [21.0, 50.0, 300.0, 1e4] {
             let exact = 2.0 * (d * PI / (2.0 * d + 1.0)).cos();
             let found = limit(d, None);

@@ -288,7 +288,7 @@ mod tests {
             foreign.starts_with("it is no file of waypoints"),
             "{foreign}"
         );
-        // Of one that does, no more than a person needs.
+        // If it is one, not more than a person needs.
         let long = "a".repeat(10_000);
         let told = told(&format!("x_m,{long}\n"));
         assert!(told.len() < 100, "{told}");

@@ -75,9 +75,10 @@ const TACTICAL: &str = "rate_hz = 500\naccelerometer = { noise = 7.4e-3, bias = 
 const CHEAP: &str = "rate_hz = 100\naccelerometer = { noise = 0.028, bias = 0.25, bias_walk = 0.02 }\n\
     gyroscope = { noise = 6.2e-4, bias = 0.17, bias_walk = 0.003 }\nroll_deg = 0.5\n";
 
-/// Where they put the robot: an accelerometer's bias and the mounting through the spring for good,
-/// a gyroscope's bias for as long as the filter has not learned it, b t exp(-t / T) of tilt at most
-/// b T / e, and about the vertical, which nothing shows, b T / 2 of the slope.
+/// The robot's displacement by their errors: an accelerometer's bias and the mounting act through
+/// the spring permanently; a gyroscope's bias until the filter has learned it, b t exp(-t / T) of
+/// tilt with a maximum of b T / e, and about the vertical, which is unobservable, b T / 2 of the
+/// slope.
 #[test_case(TACTICAL, 0.0098, 4.8e-6, 0.0; "tactical")]
 #[test_case(CHEAP, 0.25, 0.17, 0.5; "cheap")]
 fn imus_at_both_ends_keep_the_robot_where_their_bias_puts_it(

@@ -119,7 +119,8 @@ pub(crate) struct RollerState {
     pub spin_up_left_j: f64,
     /// Angle about its axis since the start, in radians, for rollers whose shape is not round.
     pub angle_rad: f64,
-    /// What damping leaves of its spin in a step in the air, and how long that step is, in seconds.
+    /// The share of its spin that damping leaves in a step in the air, and the length of that step
+    /// in seconds.
     damping_leaves: (f64, f64),
     /// Whether the roller has seized on its axle.
     pub seized: bool,

@@ -390,7 +390,7 @@ fn a_moment_gives_its_angular_momentum_and_its_work() {
     let twist = world.robot().state().twist_in_body;
     let inertia_kg_m2 = yaw_inertia_kg_m2(&robot);
     let omega_rad_s = given_n_m_s / inertia_kg_m2;
-    // Rollers that lean with their wheels turn a little about their axles: some parts in 10^5.
+    // Rollers tilted with their wheels turn a little about their axles: some parts in 10^5.
     assert!(
         (twist.omega_rad_s / omega_rad_s - 1.0).abs() < 1e-4,
         "{twist:?}, {omega_rad_s} rad/s"
@@ -400,9 +400,8 @@ fn a_moment_gives_its_angular_momentum_and_its_work() {
     assert!((world.outside_energy_j() / work_j - 1.0).abs() < 2e-4);
 }
 
-/// A robot whose wheels are held, and that is pushed without sliding, is kept where it is by what
-/// the ground does to its wheels: together the opposite of the push, in the body's axes, whichever
-/// way it heads.
+/// A robot with held wheels that is pushed without sliding is kept in place by the ground's forces
+/// on its wheels: their sum is the opposite of the push, in the body's axes, at any heading.
 #[test]
 fn the_ground_holds_a_pushed_robot_by_the_opposite_force() {
     let robot = mecanum4();
@@ -426,8 +425,7 @@ fn the_ground_holds_a_pushed_robot_by_the_opposite_force() {
         let sum_n: Vector2<f64> = contacts.iter().map(|of| of.force_in_body_n.xy()).sum();
         let (s, c) = heading_rad.sin_cos();
         let expected_n = -Vector2::new(c * push_n.x + s * push_n.y, c * push_n.y - s * push_n.x);
-        // Wheels that are braked creep by the push over their brakes' droop, and no longer gain
-        // speed.
+        // Braked wheels creep by the push over their brakes' droop, and no longer accelerate.
         assert!(
             (sum_n - expected_n).norm() < 1e-3 * push_n.norm(),
             "{sum_n} {expected_n}"

@@ -1,5 +1,5 @@
-//! What comes fast: it is looked for as far ahead as it may come in a step, and stops at the
-//! surface.
+//! Fast bodies: contacts are searched as far ahead as the body may move in a step, and it stops at
+//! the surface.
 
 use crate::support;
 
