@@ -29,7 +29,7 @@ pub(crate) struct Imu {
     filter: TiltFilter,
     rng: ChaCha8Rng,
     seen: ImuSample,
-    /// Total time of samples, in seconds.
+    /// Total time covered by samples, in seconds.
     heard_s: f64,
     /// Rotation by the gyroscope since the last query, in rad.
     turned_rad: f64,

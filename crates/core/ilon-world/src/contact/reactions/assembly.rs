@@ -47,8 +47,8 @@ fn grip_of(scene: &Scene<'_>, part: Part) -> f64 {
 /// an impact. On an even floor its approach is no faster than the load would move the wheel alone
 /// within the step; on bumps and edges it must not be deep after half of it.
 fn rolls_on(scene: &Scene<'_>, (part, contact): (Part, &PotentialContact), half_s: f64) -> bool {
-    /// Limits of even floor and depth, in wheel radii: 0.1 mm and 30 um for wheels of 50 mm.
-    /// Chosen.
+    /// Depths of a gentle approach on even ground and on bumps, in wheel radii: 0.1 mm and 30 um
+    /// for wheels of 50 mm. Chosen.
     const EVEN: f64 = 2e-3;
     const BUMPY: f64 = 6e-4;
     let Part::Roller(wheel, _) = part else {
@@ -250,7 +250,7 @@ impl ReactionSolver {
             let takes_over = place.came_down && rolls_on(&scene, (place.a.part, contact), half_s);
             gap_m / if takes_over { half_s } else { dt_s }
         } else {
-            // At most the deflection by the previous load, and a little more.
+            // No faster than by the deflection under the previous load, plus a little.
             let before = self.impulse_before(&scene, (place.a, place.b));
             let loaded_m_s = compliance * before.map_or(0.0, |impulse| impulse.x);
             let relaxed_s = dt_s + spring.relaxation_s;
