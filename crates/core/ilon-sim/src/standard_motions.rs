@@ -61,7 +61,7 @@ impl StandardMotion {
 /// The motions of a robot, in the order of [`MOTIONS`].
 ///
 /// # Errors
-/// If no twist follows from the wheels' rates.
+/// For wheels from whose rates no twist follows.
 pub fn standard_motions(robot: &Robot) -> Result<[StandardMotion; 5], Error> {
     let motors = robot.wheels.iter().map(|wheel| wheel.motor.velocity_rad_s);
     let tops = SpeedLimits::new(&Kinematics::new(robot)?, &motors.collect::<Vec<_>>());

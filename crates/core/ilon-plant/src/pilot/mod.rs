@@ -43,7 +43,7 @@ pub struct Pilot {
     kinematics: Kinematics,
     /// For a robot whose joints move its wheels.
     hubs: Option<Hubs>,
-    /// Control period, in seconds.
+    /// How long a control period is, in seconds.
     period_s: f64,
     decision: Decision,
     /// The scenario's log, if it has one.
@@ -283,7 +283,7 @@ impl Pilot {
         }
     }
 
-    /// Commands the wheels by the numbers in `torques_n_m`, of either kind.
+    /// Commands the wheels by the numbers that stand in `torques_n_m`, whatever they are.
     fn command_wheels(&mut self, commanded: Commanded) {
         self.commanded = commanded;
         match commanded {

@@ -208,7 +208,7 @@ impl Plant {
         Ok(())
     }
 
-    /// Refuses a command that the servo of a joint cannot execute.
+    /// Refuses what the servo of a joint cannot do.
     fn check_joint(&self, index: usize, name: &str, command: JointCommand) -> Result<(), Error> {
         let of = &self.plan.robot.joints[index];
         let [lower, upper] = of.limits;

@@ -111,7 +111,7 @@ pub(crate) fn resolve_as_given(
     Ok(Resolved::new(scenario, choices))
 }
 
-/// The contents of a scenario's files, and what follows from them and the robot alone.
+/// What the files of a scenario say, and what follows from them and the robot alone.
 struct Inputs {
     uneven: Option<GroundRelief>,
     /// Warnings about the ground.

@@ -93,7 +93,7 @@ impl Hubs {
         &self.carried_rad
     }
 
-    /// The robot with its joints at these positions.
+    /// The robot with its joints there.
     pub fn posed(&self) -> Robot {
         self.robot.posed(&self.positions)
     }

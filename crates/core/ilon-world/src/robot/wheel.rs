@@ -20,7 +20,7 @@ pub(crate) struct WheelBody {
     pub surface: Surface,
     /// The share of the ground's friction for its rollers: 1, or a value set by the program.
     pub grip: f64,
-    /// Whether its rollers' outline is a circle, whatever their position on the axles.
+    /// Whether its rollers make a circle of its outline, wherever they are on their axles.
     pub is_round: bool,
     /// Whether its rollers can slide along their axles.
     pub has_play: bool,
