@@ -1,4 +1,4 @@
-//! Accumulates the figures of a run, row by row.
+//! The figures of a run as they grow, row by row.
 
 use ilon_robot::{Twist, wrap_angle};
 
@@ -19,10 +19,10 @@ use crate::trace::Trace;
 use crate::twin::Convergence;
 
 impl Summary {
-    /// The figures of a run whose rows need not be in memory.
+    /// The figures of a run whose rows need not lie in memory.
     ///
     /// # Errors
-    /// If the rows cannot be read.
+    /// Where the rows cannot be read.
     pub fn of_rows<R: Rows>(rows: &R, settings: &Settings) -> Result<Self, R::Error> {
         let header = rows.header();
         let Counted {
@@ -123,11 +123,11 @@ impl Summary {
     }
 }
 
-/// The results of the passes over a run's rows.
+/// What the passes over a run's rows count.
 struct Counted {
     run: Accumulator,
     all_wheels: AllWheels,
-    /// In an open-loop run.
+    /// Of a run in open loop.
     twist_ripple: Option<Twist>,
     trace_hash: String,
 }
@@ -161,7 +161,7 @@ impl Counted {
     }
 }
 
-/// Sums of one pass over all rows.
+/// What is counted in one pass over all rows.
 struct Accumulator {
     position: ErrorAccumulator,
     heading: ErrorAccumulator,
@@ -296,10 +296,9 @@ impl Accumulator {
         (sum_n_s > 0.0).then(|| chassis_n_s / sum_n_s)
     }
 
-    /// Which components of a mean twist count as driven; the twist is the commanded one or that of
-    /// the wheels.
+    /// Which components of a mean twist, that the wheels turn for or that was asked for, are driven.
     fn driven(&self, mean: Option<Twist>, share: f64) -> [bool; 3] {
-        // A slower robot counts as standing: a micrometre per second. Chosen.
+        // A micrometre per second: nothing drives a robot that stands.
         const STANDING_M_S: f64 = 1e-6;
         let (Some(mean), Some(speed_rms)) = (mean, self.ideal_speed_m_s.get()) else {
             return [false; 3];
@@ -394,10 +393,10 @@ impl MeanTwist {
     }
 }
 
-/// Figures over all wheels, accumulated one wheel after the other.
+/// Figures over all wheels, which are counted one wheel after the other.
 #[derive(Default)]
 struct AllWheels {
-    /// The time of the previous row, in seconds.
+    /// The time of the row before, in seconds.
     before_s: f64,
     rate_error_rad_s: Rms,
     command_rad_s: Largest,
@@ -428,7 +427,7 @@ impl AllWheels {
     }
 }
 
-/// Rms deviation of the real twist from its mean within the measurement window, per component.
+/// Rms deviation of the real twist from its mean within the window of the means, component by component.
 #[derive(Default)]
 struct Ripple([Rms; 3]);
 

@@ -33,7 +33,7 @@ pub(crate) struct Column<T: 'static> {
     set: fn(&mut T, f64),
 }
 
-/// The signal with the time of a row.
+/// The signal that says when a row is.
 const TIME: &str = "t_s";
 
 macro_rules! reals {
@@ -263,7 +263,7 @@ enum Source {
     Joint(usize, &'static Column<JointSample>),
     Body(usize, &'static Column<BodySample>),
     Wheel(usize, &'static Column<WheelSample>),
-    /// The angle of a roller: the wheel's index, and the roller's index among those of all wheels.
+    /// The angle of a roller: the wheel's number, and the roller's among those of all wheels.
     Roller(usize, usize),
 }
 
@@ -300,7 +300,7 @@ impl Signal {
         }
     }
 
-    /// Whether a projection includes this signal.
+    /// Whether it is among those that are looked at.
     pub(crate) fn is_among(&self, which: Projection) -> bool {
         match (which, &self.source) {
             (Projection::All, _) => true,
@@ -309,7 +309,7 @@ impl Signal {
             (Projection::Wheel(wanted), Source::Wheel(wheel, _) | Source::Roller(wheel, _)) => {
                 *wheel == wanted
             }
-            // The time belongs to the projections of wheels too.
+            // When a row was is asked of wheels too.
             (Projection::Wheel(_), Source::Record(column)) => column.name == TIME,
             (Projection::Wheel(_), _) => false,
         }

@@ -88,7 +88,7 @@ pub fn of_remedies<'a>(summary: &Summary, header: &'a Header) -> Vec<Ablation<'a
     tried.collect()
 }
 
-/// Compares a run with a twin that could be run.
+/// A run beside a twin that could be run.
 fn ablation<'a>(
     summary: &Summary,
     header: &Header,

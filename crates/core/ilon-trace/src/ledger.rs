@@ -1,36 +1,31 @@
-//! The error budget (ledger): the difference between the commanded and the real twist, split by
-//! causes.
+//! The ledger: where the difference between the twist asked for and the real twist goes.
 //!
 //! Over any time, in the body frame,
 //!
 //! asked - real = guidance + compensation + belief + servo + geometry + lift-off + conflict + slip
 //!
-//! | term | definition | cause |
+//! | term | is | why |
 //! |---|---|---|
-//! | guidance | asked - granted | saturation reduced a task |
+//! | guidance | asked - granted | saturation made a task give way |
 //! | compensation | granted - believed(targets) | the command allows for the rollers' geometry; zero under eq. (7) |
-//! | belief | believed(targets) - ideal(targets) | the controller has a wrong model of the robot; zero if the model is right |
-//! | servo | ideal(targets) - ideal(rates) | the wheels lag behind their targets, or lead them |
-//! | geometry | ideal(rates) - contact(rates) | the touching roller is tilted and away from the wheel's middle |
+//! | belief | believed(targets) - ideal(targets) | the controller takes the robot for another than it is; zero where it knows it |
+//! | servo | ideal(targets) - ideal(rates) | the wheels are behind their targets, or ahead of them |
+//! | geometry | ideal(rates) - contact(rates) | the touching roller is tilted and stands off the wheel's middle |
 //! | lift-off | contact(rates) - carried(rates) | wheels are in the air, or carry less than others |
-//! | conflict | carried(rates) - settled | the rates are inconsistent, so that wheels slide against each other |
-//! | slip | settled - real | all other sliding of the contacts |
+//! | conflict | carried(rates) - settled | the rates belong to no one motion, so that wheels slide against each other |
+//! | slip | settled - real | the contacts slide besides |
 //!
-//! where ideal is Indiveri 2009, eq. (7), believed the same for the robot that the controller
-//! believes in, contact the contact kinematics, and carried the same with each wheel weighted by
-//! its load. If fewer than three wheels carry, the undetermined part of carried equals the real
-//! motion; the same applies to a share of all of it, if the wheels carry less than half of the
-//! weight. Rates q' that eq. (9) maps from no twist have a residual r = q' - M M^+ q', and each
-//! wheel with a part of r slides. As long as friction opposes that slide, any motion is possible:
-//! settled is the motion nearest to the real one, on the way to it from carried, at which no
-//! wheel's slide has reversed.
+//! where ideal is Indiveri 2009, eq. (7), believed the same of the robot that the controller believes in, contact the contact kinematics, and carried the same with each wheel weighted by the load that it
+//! carries. What the weighted wheels leave open, as fewer than three carry, is as the robot really moves; and so is a part of all, where they carry
+//! less than half of its weight. Rates q' that eq. (9) maps from no twist
+//! leave a residual r = q' - M M^+ q', and each wheel with a part of r slides. As long as friction acts against that slide, any motion will do:
+//! settled is the motion nearest to the real one, on the way to it from carried, at which no wheel's slide has turned round.
 //!
-//! A law without rate targets commands no twist: then asked is the motion of the wheels, and the
-//! first four terms are zero.
+//! Under a law without rate targets nobody asks for a twist: asked is then what the wheels do, and the first four terms are zero.
 //!
-//! The sum telescopes, so that it equals the total to rounding in every run. A recorder counts it
-//! over spans of a few physics steps ([`Ledger::count`]), by the angles that the wheels turned and
-//! the displacement of the robot in each, so that it does not depend on how often rows are written.
+//! The sum telescopes, so that it equals the total to rounding, whatever the run did. A recorder counts it over spans of a few physics steps
+//! ([`Ledger::count`]), by the angles that the wheels turned and the way that the robot went in each, so that it does not depend on how often rows
+//! are written.
 
 use ilon_robot::{Twist, wrap_angle};
 use serde::{Deserialize, Serialize};
@@ -45,7 +40,7 @@ pub struct Parts<T> {
     pub guidance: T,
     /// Added by the command in advance against the rollers' geometry.
     pub compensation: T,
-    /// Lost to a wrong model of the robot; not written if the model is right.
+    /// What the controller takes by believing in another robot; not written where it knows its own.
     #[serde(default, skip_serializing_if = "is_nothing")]
     pub belief: T,
     /// Deviation of the wheels from their targets.
@@ -101,7 +96,7 @@ pub struct Chain {
     pub believed_of_targets: Twist,
     /// The same for the real robot.
     pub ideal_of_targets: Twist,
-    /// The same for the angles that the wheels turned.
+    /// What it makes of the angles that the wheels turned.
     pub ideal: Twist,
     /// Contact kinematics for these angles.
     pub contact: Twist,
@@ -250,10 +245,9 @@ impl Integral {
 mod tests {
     use super::*;
 
-    /// A robot is commanded 1 m/s to the left and 1 rad/s to the right. Saturation leaves 0.8, the
-    /// targets of a controller that believes in larger wheels give 0.75, the wheels reach 0.7, the
-    /// rollers' geometry leaves 0.69, wheels in the air 0.64, contradicting wheels 0.56, and slip
-    /// 0.53.
+    /// A robot asked for 1 m/s to the left and 1 rad/s to the right for a span: saturation leaves 0.8, the targets of a controller that takes the wheels
+    /// for larger ones mean 0.75, the wheels reach 0.7, of which the rollers' geometry leaves 0.69, wheels in the air 0.64, those that contradict
+    /// each other 0.56, and slip 0.53.
     fn falls_short(span_s: f64) -> Chain {
         let left = |v: f64| Twist::new(0.0, v * span_s, -v * span_s);
         Chain {

@@ -90,11 +90,10 @@ pub struct Summary {
     pub wheel_rate_command_max_rad_s: Option<f64>,
     /// Largest magnitude of a torque of any wheel, in N m.
     pub wheel_torque_max_n_m: Option<f64>,
-    /// Inconsistent share of the wheel rates over the run: the rms of
-    /// [`Record::rate_conflict_share`] weighted by the squared rates, in [0, 1]; `None` if no wheel
-    /// turned.
+    /// How much of the wheels' rates belongs to no one motion, over the run: root mean squares of [`Record::rate_conflict_share`] weighted by the
+    /// rates' squares, in [0, 1]; `None` where no wheel turned.
     pub rate_conflict_share: Option<f64>,
-    /// Share of the run in which a task was saturated, in [0, 1]; `None` without guidance.
+    /// The part of the run in which some task gave way, in [0, 1]; `None` without guidance.
     pub saturated_share: Option<f64>,
 
     /// Mean of the commanded twist in the body frame, before saturation, within the window of the
@@ -185,7 +184,7 @@ pub struct Summary {
     pub joints: Vec<JointTravel>,
 }
 
-/// The travel of a joint between bodies over a run.
+/// How far a joint between bodies moved over a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct JointTravel {
@@ -256,8 +255,8 @@ impl Summary {
     }
 }
 
-/// Distance of the reference point from the desired position in metres and magnitude of the heading
-/// error in radians, Indiveri 2009, eqs. (16)-(17); `None` without a reference.
+/// Distance of the reference point from the desired position in metres and magnitude of the heading error in radians,
+/// Indiveri 2009, eqs. (16)-(17); `None` without a reference.
 pub fn error(header: &Header, record: &Record) -> Option<(f64, f64)> {
     let desired = record.desired?.pose;
     let truth = header.reference_point_at(record.truth.pose);

@@ -1,11 +1,11 @@
-//! Selects the signals of a row that are read.
+//! Which signals of a row are read.
 
-/// Which signals are needed. Reading the others from a file would waste time.
+/// Which signals are looked at: reading the others from a file takes time for nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Projection {
-    /// All signals.
+    /// All of them.
     All,
-    /// Those of the robot, without those of its wheels.
+    /// Those of the robot, not of its wheels.
     Robot,
     /// Those of one wheel, and the time.
     Wheel(usize),

@@ -108,8 +108,7 @@ pub struct Record {
     /// The twist in the body frame that eq. (7) gives for the wheel targets. Equal to the granted
     /// twist, unless the command uses another kinematic model than (7).
     pub twist_target_ideal: Twist,
-    /// The share of the control instants since the previous row, up to this one, at which a task of
-    /// the guidance was saturated, in [0, 1].
+    /// The share of the control instants after the row before and up to this one at which a task of the guidance was saturated, in [0, 1].
     pub saturated_share: f64,
     /// The guidance law's tasks, highest priority first. As many as [`crate::Header::task_names`]
     /// has are in use; the rest is zero.
@@ -373,8 +372,8 @@ impl Record {
 }
 
 impl WheelSample {
-    /// The sample of a wheel that was steady over the whole period: the extremes equal the means,
-    /// and the grip utilisation follows from force, load and friction.
+    /// The sample of a wheel that did over the whole period what the means say: the extremes are the means, and the grip used follows from
+    /// force, load and friction.
     #[must_use]
     pub fn steady(self) -> Self {
         let speed_m_s = self.slip_speed_m_s();

@@ -19,10 +19,10 @@ pub trait Rows {
     /// The number of rows.
     fn row_count(&self) -> usize;
 
-    /// Passes all rows in order to `see`, in batches. Signals outside `which` may be zero.
+    /// Shows all rows in their order to `see`, some at a time. Signals that `which` does not ask for may be zero.
     ///
     /// # Errors
-    /// If the rows cannot be read.
+    /// Where the rows cannot be read.
     fn each_batch(&self, which: Projection, see: &mut dyn FnMut(&Trace))
     -> Result<(), Self::Error>;
 
@@ -70,8 +70,7 @@ impl Rows for Trace {
     }
 }
 
-/// Every `every`-th row from the first on, and the last, as a trace whose rows are as much further
-/// apart.
+/// Every `every`-th row from the first on, and the last, as a trace of its own whose rows are as much further apart.
 ///
 /// # Errors
 /// Like [`Rows::each_batch`].

@@ -77,7 +77,7 @@ impl Trace {
         }
     }
 
-    /// Appends the rows of another trace of the same robot.
+    /// Adds the rows of another trace of the same robot.
     pub fn append(&mut self, other: &Self) {
         for (row, (record, wheels)) in other.steps().enumerate() {
             self.push(*record, wheels);

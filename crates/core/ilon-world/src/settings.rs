@@ -52,8 +52,7 @@ impl ContactSpring {
         }
     }
 
-    /// For a free body with these units: a heavy one is as stiff relative to its weight as any
-    /// robot, and does not sink into the floor.
+    /// Of a free body with these units: a heavy one is as hard for its weight as any robot, and does not sink into the floor.
     pub fn of_body(settings: &Settings, scale: &Scale) -> Self {
         let of_robot = Self::of(settings, scale);
         Self {

@@ -169,7 +169,7 @@ impl Faults {
         pose
     }
 
-    /// The scale factor of a wheel's encoder: measured over real.
+    /// By how much a wheel's encoder counts wrong: what it counts over what it should.
     pub fn encoder_factor(&self, t_s: f64, wheel: usize) -> f64 {
         self.on(t_s)
             .filter(|(_, of)| *of == wheel)

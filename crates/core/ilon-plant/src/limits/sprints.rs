@@ -17,10 +17,10 @@ use ilon_scenario::choices::defaults;
 use ilon_scenario::course::command::WheelCommand;
 use ilon_scenario::scenario::{Controller, Scenario};
 
-/// The share of the work that motors give and take which may be lost to sliding. Chosen.
+/// Of the work that motors give and take, the share that may be lost to sliding.
 const MAY_SLIDE: f64 = 0.005;
 
-/// Time before the first sprint, in seconds: springs come to rest. Chosen.
+/// Before the first sprint, in seconds: springs come to rest.
 const SETTLES_S: f64 = 0.2;
 
 /// Rise time of an acceleration, in seconds. Chosen.
@@ -97,15 +97,13 @@ impl Limit {
         self.largest = self.share_held * self.by_statics;
     }
 
-    /// Lowers the limit so that less slides, if too much did; returns whether to try it again.
-    /// `before` is the result before the last change.
+    /// Lowers it so that less slides, where too much did; says whether it is to be tried again. `before` is what slid before it was lowered last.
     fn learn(&mut self, slid: f64, before: &mut Option<Tried>) -> bool {
-        /// Near the edge of the grip, sliding grows with about this power of the acceleration; used
-        /// if only one sprint is known. Below, the range of believable powers. Chosen.
+        /// What slides grows with an acceleration near the edge of the grip about as this power of it, where one sprint alone is known; and the powers that are
+        /// believed.
         const POWER: f64 = 6.0;
         const POWERS: [f64; 2] = [3.0, 20.0];
-        /// The target, relative to the allowed sliding; the largest step; and the share from which
-        /// on acceleration is not the cause. Chosen.
+        /// What is aimed at, of what may slide; the largest step; and the share from which on it is not the acceleration that slides.
         const AIM: f64 = 0.8;
         const MOST: f64 = 0.6;
         const LEAST: f64 = 0.3;
@@ -126,7 +124,7 @@ impl Limit {
     }
 }
 
-/// A share of the static limit, and the sliding at it.
+/// A share of what statics allow, and what slid at it.
 #[derive(Clone, Copy)]
 struct Tried {
     share_held: f64,

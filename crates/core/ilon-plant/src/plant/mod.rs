@@ -364,7 +364,7 @@ impl Plant {
         }
     }
 
-    /// Converts a command to the motors' actions in the coming physics step.
+    /// Turns a command into what the motors do in the coming physics step.
     pub fn actuate(&mut self, command: WheelCommand<'_>) {
         self.actuate_for(command, self.clock.physics_dt_s());
     }

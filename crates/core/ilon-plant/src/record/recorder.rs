@@ -58,7 +58,7 @@ struct Lost {
     spin_up_j: f64,
 }
 
-/// The decisions at the control instants since the last row.
+/// What was decided at the control instants since the last row.
 #[derive(Clone, Debug, Default)]
 struct Decisions {
     instants: u32,

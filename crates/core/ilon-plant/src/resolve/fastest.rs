@@ -16,17 +16,15 @@ use ilon_scenario::robot::load_robot;
 use ilon_scenario::scenario::{Controller, Fault, Scenario, Sensors};
 use ilon_scenario::{Error, Resolved};
 
-/// The share of the motors' positive work that may be lost to sliding. Chosen.
+/// Of the motors' positive work, the share that may be lost to sliding.
 const MAY_SLIDE: f64 = 0.005;
 
-/// Makes every choice that a scenario leaves to the program, for a robot under the scenario's own
-/// guidance.
+/// Makes every choice that a scenario leaves to the program, for a robot under the scenario's own guidance.
 ///
-/// It reads the files of waypoints, of a log and of a height map that the scenario names, and no
-/// others.
+/// It reads the files of waypoints, of a log and of a height map that the scenario names, and touches nothing else.
 ///
 /// # Errors
-/// If the scenario is impossible, also for this robot.
+/// Where the scenario asks for something that cannot be, or this robot cannot do.
 pub fn resolve(scenario: &Scenario, robot: &Robot) -> Result<Resolved, Error> {
     resolve_for(scenario, robot, Driver::Guidance)
 }
@@ -94,13 +92,13 @@ fn with_share(scenario: &Scenario, share: f64) -> Scenario {
     given
 }
 
-/// A share of grip and torques, and the result of driving at it.
+/// A share of grip and torques, and what came of driving at it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Drive {
     share: f64,
-    /// Share of the motors' positive work lost to sliding.
+    /// Lost to sliding, of the motors' positive work.
     slid: f64,
-    /// Duration of the path, in seconds: for an endless one, up to where its last lap repeats.
+    /// How long the path takes, in seconds: without end, up to where its last lap repeats.
     takes_s: f64,
 }
 
@@ -132,34 +130,31 @@ impl Drive {
     }
 }
 
-/// The largest share of grip and torques, up to `most`, at which sliding stays within its limit; if
-/// there is none, the share with the least sliding. It is found to within 2 % of the path's
-/// duration.
+/// The largest share of grip and torques at which no more slides than may, up to `most`; where there is none, the share at which least slides. It is found to
+/// within 2 % of the time that the path takes.
 ///
-/// Sliding grows with some power of the share: about 20 for robots that slide when driven hard,
-/// less than 1 for those whose wheels strain one another. The next share is the one at which the
-/// power through the last two drives reaches the limit.
+/// Sliding grows as some power of the share: about 20 for robots that slide when they are driven hard, less than 1 for those whose wheels strain one another.
+/// The next share is where the power through the last two drives would slide what may.
 fn largest_share(
     most: f64,
     mut drive: impl FnMut(f64) -> Result<Drive, Error>,
 ) -> Result<Drive, Error> {
-    /// Ratio of durations, and of shares, below which they count as equal. Chosen.
+    /// Times, and shares, that differ by less are the same: one over another.
     const SAME: f64 = 1.02;
-    /// The power if only one drive is known, and the range of believable powers. Chosen.
+    /// The power where one drive alone is known, and those that are believed.
     const POWER: f64 = 5.0;
     const POWERS: [f64; 2] = [0.3, 20.0];
-    /// The largest ratio of two shares in a step down, while every drive slides too much. Chosen.
+    /// The largest step down, one share over another, while every drive slides too much.
     const DOWN: f64 = 4.0;
-    /// Relative to `most`: sliding at lower shares is not caused by hard driving. Chosen.
+    /// Of `most`. What slides at less does not slide for being driven hard.
     const LEAST: f64 = 0.02;
-    /// The least and the largest step between a share that slides too much and one that does not,
-    /// relative to their logarithmic distance. Chosen.
+    /// Of the way between a share that slides too much and one that does not, in logarithms: the least and the most that is gone.
     const BETWEEN: [f64; 2] = [0.15, 0.85];
     const MOST_DRIVES: usize = 16;
 
     let mut beyond = drive(most)?;
     let (mut within, mut gentlest) = (None::<Drive>, beyond);
-    // The known shares that are small enough, or too small to hold the robot on its slope.
+    // What is known to be small enough, or too small to hold the robot on its slope.
     let mut enough = None;
     let mut power = POWER;
     for _ in 1..MOST_DRIVES {

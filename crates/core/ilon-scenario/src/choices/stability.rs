@@ -1,5 +1,4 @@
-//! Whether the guidance can settle at its control period: Indiveri 2009, eqs. (25)-(26), in
-//! discrete time.
+//! Whether the guidance can settle at its control period: Indiveri 2009, eqs. (25)-(26), in discrete time.
 //!
 //! | symbol | is |
 //! |---|---|
@@ -8,32 +7,29 @@
 //! | l | how old a pose is when it is decided on, in s |
 //! | u, v | what is commanded and what the wheels make of it, along one direction of motion, in m/s or rad/s |
 //!
-//! Eq. (25) proves that the error decays for every K > 0 in continuous time. A controller that
-//! decides once a period holds its command until the next. Along one direction
+//! Eq. (25) proves that the error decays for every K > 0 in continuous time. A controller that decides once a period holds its command until
+//! the next. Along one direction
 //!
 //! e' = -v,   u = K e(k T - l)  from k T to (k + 1) T.
 //!
-//! Wheels that follow at once have v = u; loops with a proportional and an integral part, and a
-//! feedforward of the command's filtered derivative, have
+//! Wheels that follow at once have v = u; loops with a proportional and an integral part, and a feedforward of the command's filtered
+//! derivative, have
 //!
 //! v' = w (u - v) + s i + c (u - x),   i' = u - v,   x' = c (u - x).
 //!
-//! Over a period this is a matrix, and the error decays where and only where its powers vanish. For
-//! wheels that follow at once and l = d T it is e_(k+1) = e_k - K T e_(k-d), which decays for
+//! Over a period this is a matrix, and the error decays where and only where its powers vanish. For wheels that follow at once and l = d T it is
+//! e_(k+1) = e_k - K T e_(k-d), which decays for
 //!
 //! 0 < K T < 2 cos(d pi / (2 d + 1)),
 //!
-//! (Levin and May 1976, "A note on difference-delay equations"): below 2 with poses that are seen
-//! at once, 1 with poses a period old, 0.618 with two. Loops move the bound: w T = 0.6 lowers 2 to
-//! 1.64, w T = 4 raises it to 3.15.
+//! (Levin and May 1976, "A note on difference-delay equations"): below 2 with poses that are seen at once, 1 with poses a period old, 0.618
+//! with two. Loops move the bound: w T = 0.6 lowers 2 to 1.64, w T = 4 raises it to 3.15.
 //!
-//! The error passes zero, so that the robot swings past its target, where two real roots of the
-//! same polynomial have met: from
+//! The error passes zero, so that the robot swings past its target, where two real roots of the same polynomial have met: from
 //!
 //! K T = d^d / (d + 1)^(d + 1)
 //!
-//! on, 1 for poses that are seen at once and T / (e l) for old ones. With loops it is found by
-//! following an error.
+//! on, 1 for poses that are seen at once and T / (e l) for old ones. With loops it is found by following an error.
 
 use ilon_control::DynamicModel;
 use ilon_trace::Guidance;
@@ -247,8 +243,8 @@ impl ErrorLoop {
     }
 }
 
-/// The timing of a scenario's new poses at the guidance, and whether it is constant: if the sample
-/// period does not fit the control period, the age of poses varies.
+/// When a scenario's guidance sees new poses, and whether it is always so: poses that come at a period that does not go with the control's are
+/// now older, now younger.
 fn timing(scenario: &Scenario) -> (Timing, bool) {
     // Rounding shall not take a period off.
     const SLACK: f64 = 1e-9;

@@ -44,7 +44,7 @@ pub struct Decided<'a> {
     pub granted_twist_in_body: Twist,
     /// The guidance's tasks, highest priority first; empty without guidance.
     pub tasks: &'a [ilon_control::TaskShare],
-    /// The commanded rate of each wheel, in rad/s; zero if torques are commanded.
+    /// The rate commanded of each wheel, in rad/s; zero where torques are.
     pub wheel_rates_rad_s: &'a [f64],
     /// Whether rates are commanded, or torques.
     pub commanded: Commanded,

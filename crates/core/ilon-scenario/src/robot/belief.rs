@@ -75,8 +75,7 @@ pub fn believed(scenario: &Scenario, robot: &Robot) -> Result<Option<Robot>, Err
     }
 }
 
-/// Describes how a believed robot differs from the real one: common differences of all wheels in
-/// one phrase, others wheel by wheel.
+/// How a believed robot differs from the real one: what of all wheels is alike in one phrase, and else wheel by wheel.
 pub fn in_words(robot: &Robot, believed: &Robot) -> String {
     type Figure = (&'static str, fn(&Wheel) -> f64, &'static str);
     const FIGURES: [Figure; 5] = [

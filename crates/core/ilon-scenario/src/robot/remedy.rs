@@ -93,7 +93,7 @@ pub fn blanks(question: &Question) -> String {
     }
 }
 
-/// The keys of a scenario's `[robot]` for the differences between two sets of options.
+/// The keys of a scenario's `[robot]` that ask for what options say beyond others.
 fn keys(options: &LoadOptions, beyond: &LoadOptions) -> Vec<String> {
     let mut keys = Vec::new();
     if options.arguments != beyond.arguments {

@@ -76,7 +76,7 @@ pub(super) fn twin(
     })
 }
 
-/// Keeps only the figures of its rows.
+/// Of its rows only the figures are kept.
 fn run(
     resolved: &Resolved,
     robot: &Robot,

@@ -36,7 +36,7 @@ pub fn of_joints(robot: &Robot, positions: &[f64]) -> Option<String> {
     })
 }
 
-/// Remarks free bodies that were too heavy for their support.
+/// Of free bodies that were too heavy for what they lay on.
 pub fn of_bodies(robot: &Robot, world: &World) -> Vec<String> {
     /// A body pressed deeper than this, in wheel radii, was not supported. Chosen.
     const DEEP: f64 = 0.1;

@@ -98,8 +98,7 @@ fn the_forces_of_a_row_are_mass_times_acceleration() {
     }
 }
 
-/// Rows that are left out lose nothing: extremes, budget and saturation are those of all control
-/// periods.
+/// Rows that are left out take nothing with them: extremes, budget and saturation are those of all control periods.
 #[test]
 fn fewer_rows_say_the_same() {
     let circle = |every: u32| {

@@ -36,8 +36,7 @@ const UNCERTAIN: [&str; 8] = [
     "heading_converged_s",
 ];
 
-/// Distances, sizes, times, and sums that only grow. `position_error_m` and `heading_error_rad` are
-/// signals.
+/// Distances, sizes, times, sums of what only grows. `position_error_m` and `heading_error_rad` are signals.
 const SIZES: [&str; 32] = [
     "duration_s",
     "steps",

@@ -96,7 +96,7 @@ impl ReactionSolver {
             });
             return creeps.then(|| TangentCompliance::along(softness, along, None));
         };
-        // Continues from what pressed here in the last step.
+        // What pressed on here in the last step goes on from there.
         let same = |normal: &Vector3<f64>| normal.dot(&contact.frame[0]) > 0.7;
         let Candidate { a, b, .. } = *place;
         let before = scene.reactions.all().iter();
