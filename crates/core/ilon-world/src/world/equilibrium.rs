@@ -20,8 +20,8 @@ const MOST_STEPS: usize = 4000;
 /// The first step, and the longest, in a robot's unit of time. Chosen.
 const FIRST: f64 = 0.05;
 const LONGEST: f64 = 0.5;
-/// The length below which steps no longer grow, in that unit: contacts that open and close would
-/// oscillate in long ones. Chosen.
+/// The smallest value to which the longest step is reduced, in that unit: contacts that open and
+/// close oscillate in long steps. Chosen.
 const SHORTEST: f64 = 0.01;
 /// The equilibrium is found if nothing moves faster than this in a step, in m/s: several times the
 /// solver's tolerance. Chosen.
