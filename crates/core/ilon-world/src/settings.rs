@@ -24,8 +24,7 @@ pub fn contact_stiffness_n_m(scale: &Scale) -> f64 {
     scale.stiffness_n_m(SAG)
 }
 
-/// The default relaxation time of a robot's contacts, in seconds: a millisecond for wheels of 50 mm
-/// on earth.
+/// The relaxation of a robot's contacts where none is said, in seconds: a millisecond for wheels of 50 mm on earth.
 pub fn contact_relaxation_s(scale: &Scale) -> f64 {
     RELAXATION * scale.time_s()
 }
@@ -42,7 +41,7 @@ pub(crate) struct ContactSpring {
 }
 
 impl ContactSpring {
-    /// For a robot with these units.
+    /// Of a robot of these units.
     pub fn of(settings: &Settings, scale: &Scale) -> Self {
         let stiffness_n_m = settings.contact_stiffness_n_m;
         let relaxation_s = settings.contact_relaxation_s;
